@@ -1,0 +1,98 @@
+# Common settings and the two functions by which every module is declared.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+set_property(GLOBAL PROPERTY CTEST_TARGETS_ADDED 1) # no Nightly/Continuous dashboard targets
+
+find_program(WHIRL_CCACHE ccache)
+if(WHIRL_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${WHIRL_CCACHE}")
+  set(CMAKE_C_COMPILER_LAUNCHER "${WHIRL_CCACHE}")
+endif()
+
+find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
+find_package(Threads REQUIRED)
+find_package(PkgConfig REQUIRED)
+
+add_library(whirl_flags INTERFACE)
+# One alignment for fixed-size Eigen types whatever the consumer's -march, so that the installed libraries keep their ABI.
+target_compile_definitions(whirl_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=64)
+target_compile_options(whirl_flags INTERFACE
+  $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wshadow>
+  # g++ 12 reports false positives of these two inside Eigen and std::string at -O2.
+  $<BUILD_INTERFACE:-Wno-maybe-uninitialized> $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>
+  $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_WERROR}>:-Werror>>
+  $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_NATIVE}>:-march=native>>)
+target_link_libraries(whirl_flags INTERFACE Eigen3::Eigen)
+if(WHIRL_SANITIZE)
+  target_compile_options(whirl_flags INTERFACE
+    $<BUILD_INTERFACE:-fsanitize=${WHIRL_SANITIZE}> $<BUILD_INTERFACE:-fno-sanitize-recover=all>
+    $<BUILD_INTERFACE:-fno-omit-frame-pointer>)
+  target_link_options(whirl_flags INTERFACE $<BUILD_INTERFACE:-fsanitize=${WHIRL_SANITIZE}>)
+endif()
+
+if(WHIRL_TESTS)
+  enable_testing()
+  find_package(GTest REQUIRED)
+  include(GoogleTest)
+  set(WHIRL_DATA "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH "Measured data for the reference tests")
+endif()
+
+# whirl_module(<name> [USES <whirl modules>...] [LINKS <other targets>...])
+# A library from src/*.cpp with its own include root, and one test program from test/*.cpp.
+function(whirl_module name)
+  cmake_parse_arguments(ARG "" "" "USES;LINKS;PRIVATE_LINKS" ${ARGN})
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp")
+  list(TRANSFORM ARG_USES PREPEND whirl_)
+  if(sources)
+    add_library(whirl_${name} STATIC ${sources})
+    set(scope PUBLIC)
+    target_include_directories(whirl_${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/src")
+    target_link_libraries(whirl_${name} PRIVATE ${ARG_PRIVATE_LINKS})
+  else()
+    add_library(whirl_${name} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  add_library(whirl::${name} ALIAS whirl_${name})
+  target_include_directories(whirl_${name} ${scope}
+    $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include> $<INSTALL_INTERFACE:include>)
+  target_link_libraries(whirl_${name} ${scope} whirl_flags ${ARG_USES} ${ARG_LINKS})
+  whirl_tests(whirl_${name}_test DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/test" LINKS whirl_${name})
+endfunction()
+
+# whirl_tests(<target> DIRECTORY <dir> LINKS <targets>...)
+# One GoogleTest program from every *.cpp below the directory. The kind of truth a test holds is the last word of its
+# suite's name (FooReference, FooProperty, ...); it becomes the CTest label. Suites with no such word are `unit`.
+set(WHIRL_TEST_KINDS Property Convergence Reference Realtime Export E2e)
+function(whirl_tests target)
+  cmake_parse_arguments(ARG "" "DIRECTORY" "LINKS;ARGS" ${ARGN})
+  if(NOT WHIRL_TESTS)
+    return()
+  endif()
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${ARG_DIRECTORY}/*.cpp")
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(${target} ${sources})
+  target_link_libraries(${target} PRIVATE ${ARG_LINKS} whirl_flags GTest::gtest GTest::gmock GTest::gtest_main)
+  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/testing/include")
+  target_compile_definitions(${target} PRIVATE
+    WHIRL_DATA_DEFAULT="${WHIRL_DATA}" WHIRL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" WHIRL_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  set(not_unit "")
+  foreach(kind ${WHIRL_TEST_KINDS})
+    string(TOLOWER ${kind} label)
+    gtest_discover_tests(${target} TEST_FILTER "*${kind}.*" TEST_LIST ${target}_${label} DISCOVERY_TIMEOUT 60
+      DISCOVERY_MODE PRE_TEST PROPERTIES LABELS ${label} TIMEOUT 900)
+    list(APPEND not_unit "*${kind}.*")
+  endforeach()
+  list(JOIN not_unit ":" not_unit)
+  gtest_discover_tests(${target} TEST_FILTER "-${not_unit}" TEST_LIST ${target}_unit DISCOVERY_TIMEOUT 60
+    DISCOVERY_MODE PRE_TEST PROPERTIES LABELS unit TIMEOUT 900)
+endfunction()

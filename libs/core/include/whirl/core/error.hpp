@@ -1,0 +1,38 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace whirl {
+
+/// Bad input or bad usage, found at a boundary (file, option, construction). Thrown once, caught once in `main`.
+///
+/// The message is one sentence that names the place (file and line, or field), the value found and what is allowed.
+class Error : public std::runtime_error {
+ public:
+  explicit Error(const std::string& message) : std::runtime_error(message) {}
+
+  /// Error at a place in a file. `line` counts from 1; 0 when the file as a whole is meant.
+  static Error in_file(std::string_view file, long line, std::string_view message) {
+    return line > 0 ? Error(fmt::format("{}:{}: {}", file, line, message))
+                    : Error(fmt::format("{}: {}", file, message));
+  }
+
+  /// Error of one field, e.g. an option: value found and what is allowed, both as text with their unit.
+  static Error in_field(std::string_view field, std::string_view value, std::string_view allowed) {
+    return Error(fmt::format("{} = {}: must be {}", field, value, allowed));
+  }
+};
+
+/// Throws Error unless `value` is finite and inside [low, high].
+inline void require_range(std::string_view field, double value, double low, double high,
+                          std::string_view unit = "") {
+  if (!(value >= low && value <= high)) {
+    throw Error(fmt::format("{} = {:g}{}{}: must be between {:g} and {:g}", field, value, unit.empty() ? "" : " ",
+                            unit, low, high));
+  }
+}
+
+}  // namespace whirl

@@ -1,0 +1,62 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "whirl/core/estimate.hpp"
+#include "whirl/core/summary.hpp"
+
+namespace whirl {
+
+/// Motion per force. The power of s that leads from receptance: 0, 1, 2.
+enum class FrfKind { receptance = 0, mobility = 1, accelerance = 2 };
+std::string_view to_string(FrfKind kind);
+
+enum class FrfEstimator { h1, h2, hv };
+std::string_view to_string(FrfEstimator estimator);
+
+/// One measured frequency response, response at a point per force at a point.
+struct FrfChannel {
+  std::string response;   ///< name of the response point and direction, e.g. "3:+Z"
+  std::string reference;  ///< name of the reference (force) point and direction
+  Eigen::VectorXcd value;        ///< SI: m/N, m/(s N) or m/(s^2 N) by kind
+  Eigen::VectorXd coherence;     ///< gamma^2 in [0, 1]; empty when only one record was averaged (then undefined)
+  Eigen::VectorXd variance;      ///< variance of |value| per line; empty when unknown
+};
+
+/// Frequency responses on one uniform frequency axis.
+struct FrequencyResponse {
+  Eigen::VectorXd frequency;  ///< Hz, uniform, ascending
+  FrfKind kind = FrfKind::accelerance;
+  FrfEstimator estimator = FrfEstimator::h1;
+  std::vector<FrfChannel> channels;
+  double window_decay = 0;  ///< sigma_w of the exponential window, 1/s; poles found carry it (docs: modal)
+  long averages = 0;        ///< number of blows averaged
+  Summary summary;
+  Provenance provenance;
+};
+
+/// One conjugate pole pair p = -zeta w0 + i w0 sqrt(1 - zeta^2) with its residues.
+struct Mode {
+  Estimate frequency;           ///< undamped natural frequency |p| / 2 pi, Hz
+  Estimate damping;             ///< zeta
+  std::complex<double> pole;    ///< rad/s, Im > 0, window damping removed
+  Eigen::VectorXcd residues;    ///< one per FrfChannel, receptance residues a of paper eq. 20
+};
+
+/// Poles, residues and residuals of paper eq. 20.
+struct ModalModel {
+  std::vector<Mode> modes;              ///< ascending in frequency
+  Eigen::VectorXcd lower;               ///< lower residual L per channel: L / s^2 in receptance
+  Eigen::VectorXcd upper;               ///< upper residual U per channel
+  FrfKind kind = FrfKind::accelerance;  ///< of the FRFs fitted
+  double band_low = 0, band_high = 0;   ///< Hz
+  double reconstruction_error = 0;      ///< norm(measured - model) / norm(measured) inside the band
+  double noise_floor = 0;               ///< the same from the measured variance; 0 when unknown
+  Summary summary;
+  Provenance provenance;
+};
+
+}  // namespace whirl

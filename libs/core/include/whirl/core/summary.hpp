@@ -1,0 +1,46 @@
+#pragma once
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace whirl {
+
+/// Outcome of a numerical step. A poor outcome is data, not an exception.
+enum class Status {
+  ok,        ///< the numbers may be used
+  warning,   ///< usable with the stated warnings
+  unusable,  ///< do not use the numbers; the program exits with code 1
+};
+std::string_view to_string(Status status);
+
+/// What every result carries beside its numbers.
+struct Summary {
+  Status status = Status::ok;
+  double residual = std::numeric_limits<double>::quiet_NaN();          ///< meaning and unit set by the method
+  double condition_number = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled regression matrix
+  double chi_square = std::numeric_limits<double>::quiet_NaN();        ///< whitened residual variance, 1 when the model fits
+  std::string trust;                  ///< one sentence: what the result may be trusted for
+  std::vector<std::string> warnings;
+
+  void warn(std::string message) {
+    warnings.push_back(std::move(message));
+    if (status == Status::ok) status = Status::warning;
+  }
+  void fail(std::string message) {
+    warnings.push_back(std::move(message));
+    status = Status::unusable;
+  }
+};
+
+/// Where a result comes from: enough to make it again.
+struct Provenance {
+  std::string version;                ///< whirl version
+  std::vector<std::string> inputs;    ///< "name sha256:..." of every input file
+  std::string options;                ///< the options used, as one line of text
+  unsigned long long seed = 0;
+};
+/// Version of this library, e.g. "0.1.0".
+std::string_view version();
+
+}  // namespace whirl
