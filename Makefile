@@ -1,0 +1,42 @@
+# The README's commands. Everything real happens in CMake; this file installs what is missing and calls it.
+#   make reproduce   install dependencies, build, run the whole study, print where the report is
+#   make test        install dependencies, build, run the whole test suite
+#   make deps        only install the Debian packages of packages.txt that are missing
+SHELL := /bin/bash
+BUILD ?= build
+OUT ?= out/reproduce
+SEED ?= 1
+JOBS ?= $(shell nproc)
+
+.PHONY: all deps build reproduce test sanitize bench clean
+all: build
+
+deps:
+	@tools/install-dependencies
+
+build: deps
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_TESTS=ON > $(BUILD).configure.log 2>&1 \
+	  || { cat $(BUILD).configure.log; exit 1; }
+	@rm -f $(BUILD).configure.log
+	@cmake --build $(BUILD) -j $(JOBS)
+
+reproduce: deps
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release > /dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target whirl
+	@$(BUILD)/bin/whirl reproduce --out $(OUT) --seed $(SEED)
+
+test: build
+	@cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
+
+sanitize: deps
+	@cmake --preset sanitize > /dev/null
+	@cmake --build --preset sanitize -j $(JOBS)
+	@ctest --preset sanitize -j $(JOBS)
+
+bench: deps
+	@cmake --preset dev > /dev/null
+	@cmake --build --preset dev -j $(JOBS)
+	@for b in build-dev/bin/bench_*; do echo "== $$b"; $$b || exit 1; done
+
+clean:
+	rm -rf build build-* out

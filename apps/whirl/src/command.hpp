@@ -1,0 +1,48 @@
+#pragma once
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "whirl/core/error.hpp"
+#include "whirl/core/summary.hpp"
+
+namespace whirl::app {
+
+/// What all subcommands share: how to print and which exit code the program ends with.
+///
+/// Exit codes: 0 done; 1 the numbers are not usable (the reason is printed); 2 bad usage or bad input.
+struct Session {
+  bool json = false;
+  bool quiet = false;
+  int exit_code = 0;
+  std::string command_line;
+
+  /// Prints text for a person; nothing under --json.
+  void say(const std::string& text) const;
+  /// Prints the JSON result under --json; nothing otherwise.
+  void result(const nlohmann::json& value) const;
+  /// Prints warnings, and sets exit code 1 when the status is `unusable`.
+  void finish(const Summary& summary);
+  /// One progress line on stderr, rewritten in place on a terminal; silent under --quiet.
+  void progress(const std::string& what, double fraction) const;
+};
+
+/// Adds a subcommand with its help: one line what it does, then the inputs with columns and units, then an example.
+CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, const std::string& summary,
+                      const std::string& details, std::function<void()> run);
+
+// One function per subcommand, each in the file of its name.
+void add_stiffness(CLI::App& app, Session& session);
+void add_frf(CLI::App& app, Session& session);
+void add_modes(CLI::App& app, Session& session);
+void add_identify(CLI::App& app, Session& session);
+void add_validate(CLI::App& app, Session& session);
+void add_design(CLI::App& app, Session& session);
+void add_run(CLI::App& app, Session& session);
+void add_rig(CLI::App& app, Session& session);
+void add_reproduce(CLI::App& app, Session& session);
+
+}  // namespace whirl::app

@@ -1,0 +1,93 @@
+#include <unistd.h>
+
+#include <cstdio>
+#include <exception>
+
+#include "command.hpp"
+
+namespace whirl::app {
+
+void Session::say(const std::string& text) const {
+  if (!json) fmt::print("{}\n", text);
+}
+
+void Session::result(const nlohmann::json& value) const {
+  if (json) fmt::print("{}\n", value.dump(2));
+}
+
+void Session::finish(const Summary& summary) {
+  for (const std::string& warning : summary.warnings) fmt::print(stderr, "whirl: warning: {}\n", warning);
+  if (!summary.trust.empty()) say(summary.trust);
+  if (summary.status == Status::unusable) {
+    fmt::print(stderr, "whirl: the numbers are not usable{}\n",
+               summary.warnings.empty() ? "" : ": " + summary.warnings.back());
+    exit_code = 1;
+  }
+}
+
+void Session::progress(const std::string& what, double fraction) const {
+  if (quiet) return;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  fmt::print(stderr, "{}{} {:3.0f} %{}", terminal ? "\r\033[K" : "", what, 100 * fraction,
+             terminal && fraction < 1 ? "" : "\n");
+  std::fflush(stderr);
+}
+
+CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, const std::string& summary,
+                      const std::string& details, std::function<void()> run) {
+  CLI::App* sub = app.add_subcommand(name, summary);
+  sub->footer(details);
+  sub->add_flag("--json", session.json, "print the result as JSON on stdout");
+  sub->add_flag("--quiet", session.quiet, "no progress on stderr");
+  sub->callback(std::move(run));
+  return sub;
+}
+
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "whirl: from records of a rotor's run-up or run-down to its nonlinear equations of motion, and from these to a\n"
+      "controller of its vibration.\n"};
+  app.set_version_flag("--version", std::string("whirl ") + std::string(version()));
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer(
+      "Files: records are CSV with a header of quantity_unit columns (t_s,x_mm,y_mm,beta_rad); see docs/formats.md.\n"
+      "Exit code: 0 done, 1 the numbers are not usable (reason printed), 2 bad usage or bad input.\n\n"
+      "Example: whirl identify rundown.csv --out model.json && whirl design model.json --out controller.json");
+
+  Session session;
+  for (int i = 0; i < argc; ++i) session.command_line += (i ? " " : "") + std::string(argv[i]);
+  add_stiffness(app, session);
+  add_frf(app, session);
+  add_modes(app, session);
+  add_identify(app, session);
+  add_validate(app, session);
+  add_design(app, session);
+  add_run(app, session);
+  add_rig(app, session);
+  add_reproduce(app, session);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int code = app.exit(e);
+    return code == 0 ? 0 : 2;
+  } catch (const Error& e) {
+    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "whirl: error: not enough memory for this input\n");
+    return 2;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    return 2;
+  }
+  return session.exit_code;
+}
+
+}  // namespace
+}  // namespace whirl::app
+
+int main(int argc, char** argv) { return whirl::app::run(argc, argv); }
