@@ -28,6 +28,14 @@ std::string_view si_unit(Quantity q) {
     case Quantity::temperature: return "K";
     case Quantity::strain:
     case Quantity::dimensionless: return "1";
+    case Quantity::torque: return "N m";
+    case Quantity::stiffness: return "N/m";
+    case Quantity::cubic_stiffness: return "N/m^3";
+    case Quantity::damping: return "N s/m";
+    case Quantity::moment_of_inertia: return "kg m^2";
+    case Quantity::rate: return "1/s";
+    case Quantity::rate_squared: return "1/s^2";
+    case Quantity::force_constant: return "N/V";
   }
   return "1";
 }
@@ -50,6 +58,14 @@ std::string_view to_string(Quantity q) {
     case Quantity::temperature: return "temperature";
     case Quantity::strain: return "strain";
     case Quantity::dimensionless: return "dimensionless";
+    case Quantity::torque: return "torque";
+    case Quantity::stiffness: return "stiffness";
+    case Quantity::cubic_stiffness: return "cubic stiffness";
+    case Quantity::damping: return "damping";
+    case Quantity::moment_of_inertia: return "moment of inertia";
+    case Quantity::rate: return "rate";
+    case Quantity::rate_squared: return "rate squared";
+    case Quantity::force_constant: return "force constant";
   }
   return "?";
 }

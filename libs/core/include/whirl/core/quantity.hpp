@@ -21,6 +21,14 @@ enum class Quantity {
   temperature,
   strain,
   dimensionless,
+  torque,
+  stiffness,          ///< linear, N/m
+  cubic_stiffness,    ///< N/m^3
+  damping,            ///< viscous, N s/m
+  moment_of_inertia,  ///< kg m^2
+  rate,               ///< 1/s
+  rate_squared,       ///< 1/s^2, e.g. stiffness per mass
+  force_constant,     ///< actuator force per volt, N/V
 };
 
 /// SI unit symbol, e.g. "m/s^2"; "1" for dimensionless. Angular velocity is rad/s, frequency Hz.
