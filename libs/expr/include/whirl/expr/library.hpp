@@ -1,0 +1,62 @@
+#pragma once
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "whirl/expr/expr.hpp"
+#include "whirl/expr/unit.hpp"
+
+namespace whirl {
+
+/// Every monomial of the variables from degree `low` (0: the constant) to degree `high`, by degree.
+std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, int high, int low = 0);
+/// sin(k v), cos(k v) for k = 1..harmonics and every variable.
+std::vector<Expr> fourier_library(const std::vector<std::string>& variables, int harmonics);
+/// The 17 functions of paper eq. 24 without exponentials, with Y1, Y2 read as X3, X4:
+/// 1, X1, X1^3, X2, X6^2 cos X5, X6^2 sin X5, X6 cos X5, X6 sin X5, X3, X3^3, X4, X1 X3^2, X1^2 X3, X6, X6^2, sin X5, cos X5.
+std::vector<Expr> rotor_library();
+/// Lateral terms of the rotor equations alone (paper eqs. 5, 13 with beta'' = X7): for x then y the functions are
+/// X1, X1^3, X1 X3^2, X2, X6^2 cos X5, X6^2 sin X5, X7 sin X5, X7 cos X5, and X3, X3^3, X1^2 X3, X4 for y.
+std::vector<Expr> lateral_library();
+/// exp(Re(p) t) cos(Im(p) t) and exp(Re(p) t) sin(Im(p) t) for every pole p, rad/s (paper eq. 24, e^{lambda t}, as real
+/// columns), with t counted from `onset` (s): multiplied by (1 + sgn(t - onset))/2 when the onset is not 0.
+std::vector<Expr> modal_library(const std::vector<std::complex<double>>& poles, double onset = 0);
+/// Every product of a term of `a` and a term of `b`.
+std::vector<Expr> product_library(const std::vector<Expr>& a, const std::vector<Expr>& b);
+/// Terms of all libraries in order, each function once; terms that differ by a numeric factor are the same function.
+std::vector<Expr> union_library(const std::vector<std::vector<Expr>>& libraries);
+/// Parses a list of terms; an error names the entry.
+std::vector<Expr> parse_library(const std::vector<std::string>& terms);
+
+/// One place where an unknown of a library stands: factor * function in the equation with this index.
+struct TiedEntry {
+  std::size_t equation = 0;
+  Expr function;
+  double factor = 1;
+};
+
+/// One unknown of the regression with every place where it stands (a tie across axes and functions).
+struct TiedGroup {
+  std::string name;         ///< e.g. "k1", or the text of the function when there is one entry
+  std::vector<TiedEntry> entries;
+  std::string coefficient;  ///< the unknown in physical parameters, e.g. "K1/m"; empty when it has no such meaning
+  std::string unit;         ///< SI unit of the unknown; empty when not known
+};
+
+/// Candidate terms of all equations: lhs[i] = sum over groups of unknown * sum over entries with equation i.
+struct CandidateLibrary {
+  std::vector<std::string> lhs;        ///< e.g. {"X2'", "X4'"}
+  std::vector<std::string> variables;  ///< all names the functions use, natural order
+  std::vector<TiedGroup> groups;
+};
+
+/// One group per equation and function: no ties. `functions[i]` are the candidates of equation i; units by `units`, the
+/// unit of lhs "v'" being that of v per second. Throws Error when the numbers of equations differ.
+CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
+                                const UnitMap& units = rotor_units());
+/// The five-parameter rotor (paper eqs. 5, 13; RotorModel): groups k1, k2, c, eps_re, eps_im over "X2'", "X4'", then
+/// "d_re", "d_im" (constant) when `offset`. `anisotropic` adds k1_conj_re, k1_conj_im, c_conj_re, c_conj_im; `control` adds
+/// gain with inputs ux, uy.
+CandidateLibrary tied_rotor_library(bool offset = true, bool anisotropic = false, bool control = false);
+
+}  // namespace whirl
