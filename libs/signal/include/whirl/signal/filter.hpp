@@ -1,0 +1,21 @@
+#pragma once
+#include <Eigen/Core>
+
+namespace whirl {
+
+/// Gaussian smoothing (paper section IV-A): convolution with exp(-t^2 / (2 sd^2)), cut at 4 sd. A tone of w rad/s is
+/// attenuated by exp(-(w sd)^2 / 2). Same size as x; near the ends the kernel is cut and normalised again, so the first
+/// and last 4 sd samples are biased: see gaussian_reach(). `sd` in samples, >= 0 (0 returns x).
+Eigen::VectorXd gaussian_filter(const Eigen::Ref<const Eigen::VectorXd>& x, double sd);
+/// Every column of x alike ("filter the equation": one kernel on measured and library columns keeps it true).
+Eigen::MatrixXd gaussian_filter_columns(const Eigen::Ref<const Eigen::MatrixXd>& x, double sd);
+/// Samples at each end that the cut kernel touches.
+Eigen::Index gaussian_reach(double sd);
+
+/// Savitzky-Golay: least-squares polynomial of `degree` over `window` (odd) samples, its k-th derivative (per s^k) at the
+/// centre; at the ends the derivative of the outermost polynomial. Same size as x. window > degree >= derivative.
+/// Source: Savitzky and Golay, Analytical Chemistry 36 (1964).
+Eigen::VectorXd savitzky_golay(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int window, int degree,
+                               int derivative = 0);
+
+}  // namespace whirl
