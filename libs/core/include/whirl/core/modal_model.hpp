@@ -51,6 +51,10 @@ struct ModalModel {
   std::vector<Mode> modes;              ///< ascending in frequency
   Eigen::VectorXcd lower;               ///< lower residual L per channel: L / s^2 in receptance
   Eigen::VectorXcd upper;               ///< upper residual U per channel
+  Eigen::VectorXcd upper_slope;         ///< its next term U2 per channel: U + U2 s^2 in receptance; zero when not fitted
+  std::vector<std::string> responses;   ///< response point and direction per channel
+  std::vector<std::string> references;  ///< reference point and direction per channel
+  double window_decay = 0;              ///< 1/s, of the exponential window: removed from `modes`
   FrfKind kind = FrfKind::accelerance;  ///< of the FRFs fitted
   double band_low = 0, band_high = 0;   ///< Hz
   double reconstruction_error = 0;      ///< norm(measured - model) / norm(measured) inside the band
