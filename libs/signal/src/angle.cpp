@@ -1,0 +1,178 @@
+#include "whirl/signal/angle.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "angle_spline.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/signal/noise.hpp"
+
+namespace whirl {
+namespace {
+
+using detail::SmoothCurve;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+double bic(const SmoothCurve& c, Eigen::Index readings) {
+  const double n = static_cast<double>(readings);
+  const double rms = std::max(c.rms(), 1e-9);  // below: rounding of the readings
+  return 2 * n * std::log(rms) + c.parameters() * std::log(n);
+}
+
+// `floor`: residual that the readings must have by their resolution; no finer curve is tried below it.
+SmoothCurve choose_curve(const Eigen::VectorXd& t, const Eigen::VectorXd& y, const AngleFitOptions& options,
+                         double floor) {
+  if (options.intervals > 0) return SmoothCurve::spline(t, y, options.intervals);
+  const Eigen::Index n = t.size();
+  SmoothCurve best = SmoothCurve::polynomial(t, y, 2);
+  double best_bic = bic(best, n);
+  const auto consider = [&](SmoothCurve&& c) {
+    if (const double b = bic(c, n); b < best_bic) {
+      best_bic = b;
+      best = std::move(c);
+    }
+  };
+  const auto good = [&] { return best.rms() <= std::max(1.05 * floor, 1e-9); };
+  for (int degree = 3; degree <= 5 && !good(); ++degree) consider(SmoothCurve::polynomial(t, y, degree));
+  const double duration = t[n - 1] - t[0];
+  for (int k = 2; !good() && duration / k >= options.shortest_interval && 3 * (k + 5) <= n; k *= 2) {
+    consider(SmoothCurve::spline(t, y, k));
+  }
+  return best;
+}
+
+AngleFit evaluate(const SmoothCurve& curve, double dt, Eigen::Index samples) {
+  AngleFit fit;
+  const Eigen::Index size = 2 * samples - 1;
+  fit.angle.dt = dt;
+  fit.angle.beta.resize(size);
+  fit.angle.omega.resize(size);
+  fit.angle.alpha.resize(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    const Eigen::Vector3d v = curve.at(0.5 * dt * static_cast<double>(i));
+    fit.angle.beta[i] = v[0];
+    fit.angle.omega[i] = v[1];
+    fit.angle.alpha[i] = v[2];
+  }
+  fit.residual = curve.rms();
+  fit.parameters = curve.parameters();
+  return fit;
+}
+
+// Smallest step of quantised readings; 0 when the steps are not its multiples.
+double step_size(const Eigen::VectorXd& y) {
+  constexpr double kZero = 1e-9;
+  double step = 0;
+  for (Eigen::Index i = 1; i < y.size(); ++i) {
+    const double d = std::abs(y[i] - y[i - 1]);
+    if (d > kZero && (step == 0 || d < step)) step = d;
+  }
+  if (step == 0) return 0;
+  Eigen::Index multiples = 0;
+  for (Eigen::Index i = 1; i < y.size(); ++i) {
+    const double m = (y[i] - y[i - 1]) / step;
+    multiples += std::abs(m - std::round(m)) < 1e-2;
+  }
+  return 100 * multiples >= 99 * (y.size() - 1) ? step : 0;
+}
+
+}  // namespace
+
+AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, double dt,
+                            const AngleFitOptions& options) {
+  require_range("dt", dt, 1e-9, 1e3, "s");
+  const Eigen::Index n = readings.size();
+  if (n < 16) throw Error::in_field("angle readings", fmt::format("{}", n), "at least 16");
+  if (!readings.allFinite()) throw Error("angle readings: contain values that are not finite");
+  Eigen::VectorXd y(n), t(n);
+  double turns = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (i > 0) turns -= kTurn * std::round((readings[i] - readings[i - 1]) / kTurn);
+    y[i] = readings[i] + turns;
+    t[i] = dt * static_cast<double>(i);
+  }
+  const double resolution = step_size(y);
+  y.array() += options.count_offset * resolution;
+  const double floor = resolution > 0 ? resolution / std::sqrt(12.0) : noise_sd(y);
+  AngleFit fit = evaluate(choose_curve(t, y, options, floor), dt, n);
+  fit.resolution = resolution;
+  if (resolution > 0 && fit.residual > resolution) {
+    fit.summary.warn(fmt::format("angle: the smooth fit leaves {:.2g} rad rms, {:.1f} times the resolution: the speed varies "
+                                 "faster than {:g} s",
+                                 fit.residual, fit.residual / resolution, options.shortest_interval));
+  }
+  fit.summary.residual = fit.residual;
+  return fit;
+}
+
+std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low,
+                                double middle) {
+  std::vector<double> times;
+  if (signal.size() < 2) return times;
+  const double bottom = signal.minCoeff(), range = signal.maxCoeff() - bottom;
+  const double arm = bottom + low * range, level = bottom + middle * range;
+  bool armed = signal[0] < arm;
+  for (Eigen::Index i = 1; i < signal.size() && range > 0; ++i) {
+    if (signal[i] < arm) armed = true;
+    if (!armed || signal[i] < level || signal[i - 1] >= level) continue;
+    const double part = (level - signal[i - 1]) / (signal[i] - signal[i - 1]);
+    times.push_back(dt * (static_cast<double>(i - 1) + part));
+    armed = false;
+  }
+  return times;
+}
+
+AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples,
+                           const AngleFitOptions& options) {
+  require_range("dt", dt, 1e-9, 1e3, "s");
+  if (times.size() < 6) {
+    throw Error::in_field("once-per-turn pulses", fmt::format("{}", times.size()), "at least 6");
+  }
+  if (!std::is_sorted(times.begin(), times.end())) throw Error("once-per-turn pulses: times are not ascending");
+  std::vector<double> first;
+  for (std::size_t k = 1; k < 6; ++k) first.push_back(times[k] - times[k - 1]);
+  std::nth_element(first.begin(), first.begin() + 2, first.end());
+
+  // Next period from constant acceleration: the squared speed is linear in the turn count.
+  std::vector<double> kept{times[0]}, turns{0};
+  double v1 = 1 / first[2], v2 = v1;  // turns per second, last and last but one
+  long missing = 0, extra = 0;
+  for (std::size_t k = 1; k < times.size(); ++k) {
+    const double period = times[k] - kept.back();
+    const double next2 = 2 * v1 * v1 - v2 * v2;
+    const double predicted = 1 / std::sqrt(std::max(next2, 0.25 * v1 * v1));
+    if (period < 0.7 * predicted) {
+      ++extra;
+      continue;
+    }
+    const double count = next2 > 0.5 * v1 * v1 ? std::max(1.0, std::round(period / predicted)) : 1.0;
+    missing += static_cast<long>(count) - 1;
+    turns.push_back(turns.back() + count);
+    kept.push_back(times[k]);
+    v2 = v1;
+    v1 = count / period;
+  }
+  const Eigen::Index n = static_cast<Eigen::Index>(kept.size());
+  if (n < 6) throw Error("once-per-turn pulses: fewer than 6 are left after removing extra ones");
+  const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(kept.data(), n);
+  const Eigen::VectorXd y = kTurn * Eigen::Map<const Eigen::VectorXd>(turns.data(), n);
+  AngleFit fit = evaluate(choose_curve(t, y, options, 0), dt, samples);
+  fit.missing = missing;
+  fit.extra = extra;
+  fit.summary.residual = fit.residual;
+  if (missing + extra > 0) {
+    fit.summary.warn(fmt::format("once-per-turn pulses: {} missing, {} extra repaired", missing, extra));
+  }
+  return fit;
+}
+
+AngleSignal angle_from_profile(double beta0, double omega0, double alpha, double dt, Eigen::Index samples) {
+  require_range("dt", dt, 1e-9, 1e3, "s");
+  require_range("samples", static_cast<double>(samples), 1, 1e10);
+  const Eigen::ArrayXd t = 0.5 * dt * Eigen::ArrayXd::LinSpaced(2 * samples - 1, 0, static_cast<double>(2 * samples - 2));
+  return {dt, beta0 + omega0 * t + 0.5 * alpha * t.square(), omega0 + alpha * t,
+          Eigen::VectorXd::Constant(2 * samples - 1, alpha)};
+}
+
+}  // namespace whirl

@@ -1,0 +1,130 @@
+#include "whirl/signal/angle.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kDt = 1e-3;
+
+// Run-down from 30 Hz to rest in 12 s.
+AngleSignal run_down() { return angle_from_profile(0.4, 30 * kTurn, -30 * kTurn / 12, kDt, 12000); }
+
+Eigen::VectorXd at_samples(const Eigen::VectorXd& half_grid) {
+  return half_grid(Eigen::seq(0, half_grid.size() - 1, 2));
+}
+
+double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
+
+TEST(AngleReference, QuantisedAndWrappedEncoderOfARunDown) {
+  const AngleSignal truth = run_down();
+  for (const int counts : {256, 1024, 4096}) {
+    const double step = kTurn / counts;
+    Eigen::VectorXd readings = at_samples(truth.beta);
+    for (double& v : readings) {
+      v = step * std::floor(v / step);
+      v -= kTurn * std::floor(v / kTurn);
+    }
+    AngleFitOptions options;
+    options.count_offset = 0.5;
+    const AngleFit fit = angle_from_encoder(readings, kDt, options);
+    EXPECT_NEAR(fit.resolution, step, 1e-9);
+    Eigen::VectorXd error = fit.angle.beta - truth.beta;
+    error.array() -= kTurn * std::round(error.mean() / kTurn);
+    EXPECT_LT(rms(error), 0.05 * step) << counts;
+    EXPECT_LT(rms(fit.angle.omega - truth.omega), 2e-3) << counts;
+    EXPECT_LT(fit.parameters, 8) << counts;
+  }
+}
+
+TEST(AngleReference, EncoderOfACoastDownWithSpeedRipple) {
+  // Speed with drag and 0.4 % ripple at 1 Hz: no polynomial fits.
+  const Eigen::Index n = 14000;
+  Eigen::VectorXd beta(n), omega(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = kDt * static_cast<double>(i), a = 190, r = 0.2, p = 6.5;
+    beta[i] = a / r * (1 - std::exp(-r * t)) + 0.75 * std::sin(p * t) / p;
+    omega[i] = a * std::exp(-r * t) + 0.75 * std::cos(p * t);
+  }
+  const double step = kTurn / 1024;
+  Eigen::VectorXd readings = beta;
+  for (double& v : readings) v = step * std::round(v / step);
+  const AngleFit fit = angle_from_encoder(readings, kDt);
+  EXPECT_LT(rms(at_samples(fit.angle.beta) - beta), 0.1 * step);
+  EXPECT_LT(rms(at_samples(fit.angle.omega) - omega), 0.05);
+  EXPECT_TRUE(fit.summary.warnings.empty());
+}
+
+TEST(AngleProperty, RateAndAccelerationAreTheDerivativesOfTheAngle) {
+  Eigen::VectorXd beta(8000);
+  for (Eigen::Index i = 0; i < beta.size(); ++i) {
+    const double t = kDt * static_cast<double>(i);
+    beta[i] = 60 * t + 3 * std::sin(2 * t);
+  }
+  const AngleSignal a = angle_from_encoder(beta, kDt).angle;
+  const double h = 0.5 * kDt;
+  for (Eigen::Index i = 1; i + 1 < a.beta.size(); i += 101) {
+    EXPECT_NEAR((a.beta[i + 1] - a.beta[i - 1]) / (2 * h), a.omega[i], 1e-4);
+    EXPECT_NEAR((a.omega[i + 1] - a.omega[i - 1]) / (2 * h), a.alpha[i], 1e-3);
+  }
+  EXPECT_LT((at_samples(a.beta) - beta).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+std::vector<double> run_down_pulses(double jitter, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> times;
+  const double w = 30 * kTurn, a = w / 12;
+  for (int k = 0;; ++k) {
+    const double root = w * w - 2 * a * kTurn * k;
+    if (root < 0) return times;
+    times.push_back((w - std::sqrt(root)) / a + jitter * normal(random));
+  }
+}
+
+TEST(AngleReference, OncePerTurnPulsesWithTenMicrosecondsOfJitter) {
+  const AngleSignal truth = angle_from_profile(0, 30 * kTurn, -30 * kTurn / 12, kDt, 12000);
+  const AngleFit fit = angle_from_pulses(run_down_pulses(1e-5, 5), kDt, 12000);
+  EXPECT_LT(rms(fit.angle.beta - truth.beta), 2e-3);
+  EXPECT_LT(rms(fit.angle.omega - truth.omega), 5e-3);
+}
+
+TEST(AngleReference, MissingAndExtraPulsesAreRepaired) {
+  std::vector<double> times = run_down_pulses(1e-5, 6);
+  times.erase(times.begin() + 40);
+  times.insert(times.begin() + 90, times[89] + 0.3 * (times[90] - times[89]));
+  const AngleFit fit = angle_from_pulses(times, kDt, 12000);
+  EXPECT_EQ(fit.missing, 1);
+  EXPECT_EQ(fit.extra, 1);
+  const AngleSignal truth = angle_from_profile(0, 30 * kTurn, -30 * kTurn / 12, kDt, 12000);
+  EXPECT_LT(rms(fit.angle.beta - truth.beta), 2e-3);
+}
+
+TEST(AngleReference, EdgesAreInterpolatedBetweenSamples) {
+  Eigen::VectorXd signal = Eigen::VectorXd::Zero(1000);
+  for (Eigen::Index k = 0; k < 9; ++k) {  // rises from 0 to 5 over two samples, crossing the middle at 100.6 + 100 k
+    signal[100 * (k + 1)] = 1.0;
+    signal[100 * (k + 1) + 1] = 3.5;
+    signal.segment(100 * (k + 1) + 2, 5).setConstant(5);
+  }
+  const std::vector<double> times = pulse_times(signal, kDt);
+  ASSERT_EQ(times.size(), 9U);
+  for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(times[k], 0.1006 + 0.1 * static_cast<double>(k), 1e-9);
+}
+
+TEST(Angle, RefusesWhatCannotBeAnAngle) {
+  EXPECT_THROW(angle_from_encoder(Eigen::VectorXd::Zero(10), kDt), Error);
+  EXPECT_THROW(angle_from_encoder(Eigen::VectorXd::Constant(100, NAN), kDt), Error);
+  EXPECT_THROW(angle_from_pulses({0, 1, 2}, kDt, 100), Error);
+  EXPECT_THROW(angle_from_pulses({0, 1, 2, 1.5, 3, 4, 5}, kDt, 100), Error);
+}
+
+}  // namespace
+}  // namespace whirl
