@@ -15,9 +15,9 @@ std::vector<Expr> fourier_library(const std::vector<std::string>& variables, int
 /// The 17 functions of paper eq. 24 without exponentials, with Y1, Y2 read as X3, X4:
 /// 1, X1, X1^3, X2, X6^2 cos X5, X6^2 sin X5, X6 cos X5, X6 sin X5, X3, X3^3, X4, X1 X3^2, X1^2 X3, X6, X6^2, sin X5, cos X5.
 std::vector<Expr> rotor_library();
-/// Lateral terms of the rotor equations alone (paper eqs. 5, 13 with beta'' = X7): for x then y the functions are
-/// X1, X1^3, X1 X3^2, X2, X6^2 cos X5, X6^2 sin X5, X7 sin X5, X7 cos X5, and X3, X3^3, X1^2 X3, X4 for y.
-std::vector<Expr> lateral_library();
+/// The physics-only candidates of each axis, {for x, for y}: X1, X1^3, X1 X3^2, X2 (y: X3, X3^3, X1^2 X3, X4), then
+/// X6^2 cos X5, X6^2 sin X5, cos X5, sin X5 (constant acceleration; paper eqs. 5, 13).
+std::vector<std::vector<Expr>> lateral_library();
 /// exp(Re(p) t) cos(Im(p) t) and exp(Re(p) t) sin(Im(p) t) for every pole p, rad/s (paper eq. 24, e^{lambda t}, as real
 /// columns), with t counted from `onset` (s): multiplied by (1 + sgn(t - onset))/2 when the onset is not 0.
 std::vector<Expr> modal_library(const std::vector<std::complex<double>>& poles, double onset = 0);
