@@ -1,0 +1,290 @@
+#include "whirl/modal/frf.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "blow.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/signal/fft.hpp"
+#include "whirl/signal/window.hpp"
+
+namespace whirl {
+namespace {
+
+const Channel& force_channel(const Recording& recording, const FrfOptions& options) {
+  if (!options.force.empty()) return recording.at(options.force);
+  const Channel* found = nullptr;
+  for (const auto& channel : recording.channels) {
+    if (channel.quantity != Quantity::force) continue;
+    if (found != nullptr) {
+      throw Error(fmt::format("{}: force channels '{}' and '{}': name the one of the hammer", recording.source,
+                              found->name, channel.name));
+    }
+    found = &channel;
+  }
+  if (found == nullptr) throw Error(fmt::format("{}: no channel of quantity force", recording.source));
+  return *found;
+}
+
+FrfKind kind_of(const Channel& channel) {
+  switch (channel.quantity) {
+    case Quantity::displacement: return FrfKind::receptance;
+    case Quantity::velocity: return FrfKind::mobility;
+    case Quantity::acceleration: return FrfKind::accelerance;
+    default: break;
+  }
+  throw Error(fmt::format("response channel '{}' is a {}: must be displacement, velocity or acceleration{}", channel.name,
+                          to_string(channel.quantity),
+                          channel.quantity == Quantity::voltage ? "; calibrate it first" : ""));
+}
+
+void check_options(const FrfOptions& options) {
+  require_range("trigger", options.trigger, 1e-3, 0.99);
+  require_range("pre_trigger", options.pre_trigger, 0, 1e3, "s");
+  require_range("separation", options.separation, 0, 1e6, "s");
+  require_range("duration", options.duration, 0, 1e6, "s");
+  require_range("force_taper", options.force_taper, 0, 1e3, "s");
+  require_range("window_end", options.window_end, 1e-12, 1);
+  require_range("noise_ratio", options.noise_ratio, 0, INFINITY);
+  require_range("band_drop_db", options.band_drop_db, 0, 200, "dB");
+}
+
+// Averages over blows, per line.
+struct CrossSpectra {
+  Eigen::VectorXd ff;
+  std::vector<Eigen::VectorXd> aa;
+  std::vector<Eigen::VectorXcd> af;
+};
+
+std::complex<double> estimate(FrfEstimator estimator, double k, double ff, double aa, std::complex<double> af) {
+  const std::complex<double> fa = std::conj(af);
+  switch (estimator) {
+    case FrfEstimator::h1: return af / ff;
+    case FrfEstimator::h2: return aa / fa;
+    case FrfEstimator::hv: {
+      if (!std::isfinite(k)) return af / ff;
+      const double difference = aa - k * ff;
+      return (difference + std::sqrt(difference * difference + 4 * k * std::norm(af))) / (2.0 * fa);
+    }
+  }
+  return 0;
+}
+
+// Line from which the force spectrum stays `drop_db` below its maximum (a notch of a double hit does not count).
+Eigen::Index usable_lines(const Eigen::VectorXd& ff, double drop_db) {
+  if (drop_db <= 0 || ff.size() < 2) return ff.size();
+  Eigen::Index peak = 0;
+  const double limit = ff.tail(ff.size() - 1).maxCoeff(&peak) * std::pow(10.0, -drop_db / 10);
+  ++peak;  // a rest of the offset at 0 Hz does not count
+  for (Eigen::Index line = peak + 1; line < ff.size(); ++line) {
+    if (ff[line] >= limit) continue;
+    const Eigen::Index end = std::min(ff.size(), line + std::max<Eigen::Index>(3, line / 5));
+    Eigen::Index next = line;
+    while (next < end && ff[next] < limit) ++next;
+    if (next == end) return line;
+    line = next;
+  }
+  return ff.size();
+}
+
+}  // namespace
+
+std::vector<Recording> split_blows(const Recording& recording, const FrfOptions& options) {
+  check_options(options);
+  recording.check();
+  const Eigen::VectorXd& force = force_channel(recording, options).samples;
+  const Pulse largest = find_pulse(force);
+  const double rest = largest.quiet > 0 ? force.head(largest.quiet).mean() : 0.0;
+  const Eigen::VectorXd height = largest.sign * (force.array() - rest);
+  const double level = options.trigger * height.maxCoeff();
+  if (!(level > 0)) return {};
+  const auto samples = [&](double time) { return static_cast<Eigen::Index>(std::lround(time / recording.dt)); };
+  const Eigen::Index separation = std::max<Eigen::Index>(1, samples(std::max(options.separation, options.duration)));
+
+  std::vector<Eigen::Index> triggers;
+  for (Eigen::Index i = 0; i < height.size(); ++i) {
+    if (height[i] > level && (triggers.empty() || i - triggers.back() >= separation)) triggers.push_back(i);
+  }
+  std::vector<Recording> blows;
+  for (std::size_t b = 0; b < triggers.size(); ++b) {
+    const Eigen::Index first = std::max<Eigen::Index>(0, triggers[b] - samples(options.pre_trigger));
+    Eigen::Index end = b + 1 < triggers.size()
+                           ? std::max(triggers[b] + 1, triggers[b + 1] - samples(options.pre_trigger))
+                           : height.size();
+    if (options.duration > 0) {
+      if (first + samples(options.duration) > end) continue;  // cut off by the end of the record or the next blow
+      end = first + samples(options.duration);
+    }
+    Recording blow;
+    blow.t0 = recording.t0 + recording.dt * static_cast<double>(first);
+    blow.dt = recording.dt;
+    blow.source = recording.source;
+    for (const auto& channel : recording.channels) {
+      blow.add(channel.name, channel.quantity, channel.samples.segment(first, end - first));
+    }
+    blows.push_back(std::move(blow));
+  }
+  return blows;
+}
+
+FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options,
+                               std::vector<BlowReport>* reports) {
+  std::vector<Recording> blows;
+  for (const auto& recording : recordings) {
+    if (std::abs(recording.dt - recordings.front().dt) > 1e-9 * recording.dt) {
+      throw Error(fmt::format("{}: sample time {:g} s: must be {:g} s as in the first recording", recording.source,
+                              recording.dt, recordings.front().dt));
+    }
+    for (auto& blow : split_blows(recording, options)) blows.push_back(std::move(blow));
+  }
+  if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
+  const double dt = blows.front().dt;
+  Eigen::Index n = blows.front().size();
+  for (const auto& blow : blows) n = std::min(n, blow.size());
+  if (n < 16) throw Error(fmt::format("shortest blow has {} samples: must have at least 16", n));
+
+  FrequencyResponse result;
+  result.estimator = options.estimator;
+  const std::string force_name = force_channel(blows.front(), options).name;
+  bool first_response = true;
+  for (const auto& channel : blows.front().channels) {
+    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time) continue;
+    const FrfKind kind = kind_of(channel);
+    if (first_response) result.kind = kind;
+    if (kind != result.kind) {
+      throw Error(fmt::format("response channel '{}' gives {}, the others {}: must be one kind", channel.name,
+                              to_string(kind), to_string(result.kind)));
+    }
+    first_response = false;
+    result.channels.push_back(
+        {channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
+  }
+  if (result.channels.empty()) throw Error("no response channel beside the force");
+
+  const double length = dt * static_cast<double>(n);
+  result.window_decay = -std::log(options.window_end) / length;
+  const Eigen::VectorXd decay = exponential_window(n, dt, result.window_decay);
+  const Eigen::Index lines = n / 2 + 1;
+  const std::size_t responses = result.channels.size();
+  CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
+                    std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
+  std::vector<BlowReport> found;
+  for (const auto& blow : blows) {
+    const Eigen::VectorXd raw = blow[force_name].head(n);
+    const BlowCheck check = check_blow(raw, dt, options.converter_range);
+    const Pulse pulse = find_pulse(raw);
+    BlowReport report;
+    report.time = blow.t0 + check.time;
+    report.peak = check.peak;
+    report.pulse_width = check.pulse_width;
+    report.force_overload = check.overload;
+    report.second_hits = check.second_hits;
+    for (const auto& channel : result.channels) {
+      if (is_overloaded(blow[channel.response].head(n))) report.overloaded_responses.push_back(channel.response);
+    }
+    const bool overloaded = check.overload || !report.overloaded_responses.empty();
+    report.used = !(options.drop_overloads && overloaded) && !(options.drop_double_hits && !check.second_hits.empty());
+    found.push_back(report);
+    if (overloaded) {
+      result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
+                                      check.overload ? force_name : report.overloaded_responses.front(),
+                                      report.used ? "" : ", left out"));
+    }
+    for (const auto& hit : check.second_hits) {
+      result.summary.warn(fmt::format("blow at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
+                                      100 * hit.ratio, 1e3 * hit.time, report.used ? "" : ", left out"));
+    }
+    if (!report.used) continue;
+    if (pulse.quiet < 8) {
+      result.summary.warn(fmt::format("blow at {:.4g} s: {} samples before the pulse: too few to remove the DC{}",
+                                      report.time, pulse.quiet, pulse.quiet == 0 ? "; it was left in" : ""));
+    }
+    const auto without_dc = [&](const Eigen::VectorXd& x) {
+      Eigen::VectorXd y = x.head(n);
+      if (pulse.quiet > 0) y.array() -= x.head(pulse.quiet).mean();
+      return y;
+    };
+    Eigen::VectorXd force = without_dc(raw).cwiseProduct(decay);
+    if (options.window_force) {
+      Eigen::Index end = pulse.last + 1 + pulse.width();
+      if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / dt);
+      const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / dt));
+      force = force.cwiseProduct(force_window(n, std::min(end, n), taper));
+    }
+    const Eigen::VectorXcd f = real_fft(force);
+    sums.ff += f.cwiseAbs2();
+    for (std::size_t c = 0; c < responses; ++c) {
+      const Eigen::VectorXcd a = real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay));
+      sums.aa[c] += a.cwiseAbs2();
+      sums.af[c] += a.cwiseProduct(f.conjugate());
+    }
+    ++result.averages;
+  }
+  if (reports != nullptr) *reports = found;
+  if (result.averages == 0) throw Error("every blow was left out (overload or second hit): none remains to average");
+
+  const Eigen::Index kept = usable_lines(sums.ff, options.band_drop_db);
+  result.frequency = Eigen::VectorXd::LinSpaced(kept, 0, static_cast<double>(kept - 1)) / length;
+  const auto count = static_cast<double>(result.averages);
+  for (std::size_t c = 0; c < responses; ++c) {
+    FrfChannel& channel = result.channels[c];
+    channel.value.resize(kept);
+    if (result.averages > 1) {
+      channel.coherence.resize(kept);
+      channel.variance.resize(kept);
+    }
+    for (Eigen::Index i = 0; i < kept; ++i) {
+      const double ff = sums.ff[i] / count;
+      const double aa = sums.aa[c][i] / count;
+      const std::complex<double> af = sums.af[c][i] / count;
+      const bool dead = ff <= 0 || std::norm(af) <= 0;
+      channel.value[i] = dead ? 0 : estimate(options.estimator, options.noise_ratio, ff, aa, af);
+      if (result.averages > 1) {
+        const double coherence = dead ? 0 : std::min(1.0, std::norm(af) / (ff * aa));
+        channel.coherence[i] = coherence;
+        channel.variance[i] = std::norm(channel.value[i]) * (1 - coherence) / (2 * count * std::max(coherence, 1e-12));
+      }
+    }
+  }
+  if (result.averages == 1) result.summary.warn("one blow: coherence and variance are undefined");
+  result.summary.trust = fmt::format("{} blow(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,
+                                     result.frequency[kept - 1], 1 / length);
+  result.provenance.version = version();
+  for (const auto& recording : recordings) result.provenance.inputs.push_back(recording.source);
+  result.provenance.options = fmt::format("estimator {} window_end {:g} force_window {} band_drop_db {:g}",
+                                          to_string(options.estimator), options.window_end, options.window_force,
+                                          options.band_drop_db);
+  return result;
+}
+
+FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
+  if (parts.empty()) throw Error("no frequency responses to join");
+  Eigen::Index lines = parts.front().frequency.size();
+  for (const auto& part : parts) lines = std::min(lines, part.frequency.size());
+  FrequencyResponse joined = parts.front();
+  joined.frequency.conservativeResize(lines);
+  joined.channels.clear();
+  joined.summary.warnings.clear();
+  for (const auto& part : parts) {
+    const double step = joined.frequency.size() > 1 ? joined.frequency[1] - joined.frequency[0] : 1;
+    if ((part.frequency.head(lines) - joined.frequency).cwiseAbs().maxCoeff() > 1e-6 * step) {
+      throw Error("frequency responses to join: must share one frequency axis");
+    }
+    if (part.kind != joined.kind || std::abs(part.window_decay - joined.window_decay) > 1e-6 * (1 + joined.window_decay)) {
+      throw Error("frequency responses to join: must be of one kind and one exponential window");
+    }
+    joined.averages = std::min(joined.averages, part.averages);
+    for (FrfChannel channel : part.channels) {
+      channel.value.conservativeResize(lines);
+      if (channel.coherence.size() > 0) channel.coherence.conservativeResize(lines);
+      if (channel.variance.size() > 0) channel.variance.conservativeResize(lines);
+      joined.channels.push_back(std::move(channel));
+    }
+    for (const auto& warning : part.summary.warnings) joined.summary.warn(warning);
+  }
+  return joined;
+}
+
+}  // namespace whirl

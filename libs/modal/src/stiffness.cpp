@@ -1,0 +1,214 @@
+#include "whirl/modal/stiffness.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+namespace {
+
+using StudentsT = boost::math::students_t_distribution<double>;
+
+Estimate with_interval(double value, double sd, double t) { return {value, sd, value - t * sd, value + t * sd}; }
+
+// Force at deflection `at` on a branch given by points ascending in deflection.
+double interpolate(const std::vector<std::pair<double, double>>& branch, double at) {
+  const auto upper = std::lower_bound(branch.begin(), branch.end(), std::pair<double, double>{at, -INFINITY});
+  if (upper == branch.begin()) return upper->second;
+  const auto lower = upper - 1;
+  if (upper == branch.end() || upper->first == lower->first) return lower->second;
+  const double share = (at - lower->first) / (upper->first - lower->first);
+  return lower->second + share * (upper->second - lower->second);
+}
+
+// Largest difference of the residual (which is flat, so linear interpolation is exact enough) between the points where the
+// deflection grows and those where it falls, over the range both cover. 0 when there is one direction only.
+double branch_difference(const Eigen::VectorXd& d, const Eigen::VectorXd& residual) {
+  std::vector<std::pair<double, double>> branches[2];
+  for (Eigen::Index i = 0; i < d.size(); ++i) {
+    const bool rises = i > 0 ? d[i] > d[i - 1] : d[1] > d[0];
+    const bool turns = i > 0 && i + 1 < d.size() && (d[i] - d[i - 1]) * (d[i + 1] - d[i]) < 0;
+    branches[rises ? 0 : 1].emplace_back(d[i], residual[i]);
+    if (turns) branches[rises ? 1 : 0].emplace_back(d[i], residual[i]);
+  }
+  if (branches[0].size() < 2 || branches[1].size() < 2) return 0;
+  for (auto& branch : branches) std::sort(branch.begin(), branch.end());
+  const double low = std::max(branches[0].front().first, branches[1].front().first);
+  const double high = std::min(branches[0].back().first, branches[1].back().first);
+  double largest = 0;
+  for (int b = 0; b < 2; ++b) {
+    for (const auto& [at, value] : branches[b]) {
+      if (at >= low && at <= high) largest = std::max(largest, std::abs(value - interpolate(branches[1 - b], at)));
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
+                           const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options) {
+  const Eigen::Index n = deflection.size();
+  if (force.size() != n) {
+    throw Error(fmt::format("force-deflection table with {} deflections and {} forces: must be equally many", n,
+                            force.size()));
+  }
+  if (!deflection.allFinite() || !force.allFinite()) throw Error("force-deflection table: every value must be finite");
+  require_range("confidence", options.confidence, 0.5, 0.999999);
+  const std::set<double> distinct(deflection.data(), deflection.data() + n);
+  const Eigen::Index parameters = options.fit_offset ? 3 : 2;
+  if (distinct.size() < 4) {
+    throw Error(fmt::format("force-deflection table with {} different deflections: must have at least 4", distinct.size()));
+  }
+
+  // Scaled to deflection and force of order 1, so that the parameters are comparable.
+  const double ds = deflection.cwiseAbs().maxCoeff();
+  const double fs = std::max(force.cwiseAbs().maxCoeff(), 1e-300);
+  const Eigen::VectorXd x = deflection / ds;
+  const Eigen::VectorXd f = force / fs;
+
+  // Start: straight line; then Gauss-Newton in (K1, K2, d0).
+  const double slope = ((x.array() - x.mean()) * (f.array() - f.mean())).sum() / (x.array() - x.mean()).square().sum();
+  Eigen::Vector3d p(slope, 0, options.fit_offset && slope != 0 ? x.mean() - f.mean() / slope : 0);
+  Eigen::MatrixXd jacobian(n, parameters);
+  Eigen::VectorXd residual(n);
+  const auto evaluate = [&](const Eigen::Vector3d& q) {
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double u = x[i] - q[2];
+      residual[i] = f[i] - q[0] * u - q[1] * u * u * u;
+      jacobian(i, 0) = u;
+      jacobian(i, 1) = u * u * u;
+      if (parameters == 3) jacobian(i, 2) = -q[0] - 3 * q[1] * u * u;
+    }
+    return residual.squaredNorm();
+  };
+  double cost = evaluate(p);
+  bool converged = false;
+  for (int iteration = 0; iteration < 100 && !converged; ++iteration) {
+    const Eigen::VectorXd step = jacobian.colPivHouseholderQr().solve(residual);
+    double scale = 1;
+    Eigen::Vector3d trial = p;
+    double trial_cost = cost;
+    for (int halving = 0; halving < 30; ++halving, scale /= 2) {
+      trial = p;
+      trial.head(parameters) += scale * step;
+      trial_cost = evaluate(trial);
+      if (trial_cost <= cost) break;
+    }
+    converged = step.norm() * scale < 1e-12 * (1 + p.norm()) || trial_cost > cost * (1 - 1e-14);
+    if (trial_cost <= cost) p = trial;
+    cost = evaluate(p);
+  }
+
+  const double freedom = static_cast<double>(n - parameters);
+  const double variance = freedom > 0 ? cost / freedom : 0;
+  const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
+  const Eigen::MatrixXd covariance = variance * information.inverse();
+  const StudentsT student(std::max(freedom, 1.0));
+  const double t = boost::math::quantile(student, 0.5 + options.confidence / 2);
+  Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
+
+  StiffnessLaw law;
+  law.points = n;
+  law.k1 = with_interval(p[0] * fs / ds, std::sqrt(covariance(0, 0)) * fs / ds, t);
+  law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), std::sqrt(covariance(1, 1)) * fs / std::pow(ds, 3), t);
+  law.offset = options.fit_offset ? with_interval(p[2] * ds, std::sqrt(covariance(2, 2)) * ds, t) : Estimate{0, 0, 0, 0};
+  const double sd_k2 = std::sqrt(covariance(1, 1));
+  law.cubic_p_value = sd_k2 > 0 ? 2 * boost::math::cdf(boost::math::complement(student, std::abs(p[1]) / sd_k2))
+                                : (p[1] == 0 ? 1.0 : 0.0);
+  const double scatter = std::sqrt(variance) * fs;
+  evaluate(p);
+  law.hysteresis = branch_difference(deflection, residual * fs);
+
+  law.summary.residual = std::sqrt(cost / static_cast<double>(n)) * fs;
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues();
+  law.summary.condition_number = std::sqrt(eigenvalues.maxCoeff() / std::max(eigenvalues.minCoeff(), 1e-300));
+  law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m", law.summary.residual,
+                                  deflection.minCoeff(), deflection.maxCoeff());
+  if (!converged) law.summary.fail("stiffness fit did not converge");
+  if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
+  if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
+  if (law.cubic_p_value > 0.05) {
+    law.summary.warn(fmt::format("cubic term not significant (p = {:.2g}): a larger deflection is needed to see it",
+                                 law.cubic_p_value));
+  }
+  if (options.fit_offset && (law.offset.low > 0 || law.offset.high < 0)) {
+    law.summary.warn(fmt::format("deflection at zero force is {:.3g} m, significantly not zero", law.offset.value));
+  }
+  // The largest of n differences of two noisy values stays below about 4 sqrt(2) standard deviations.
+  // Hysteresis inflates the scatter itself, so it is compared with the scatter between neighbours of one branch.
+  double steps = 0;
+  for (Eigen::Index i = 1; i < n; ++i) steps += std::pow((residual[i] - residual[i - 1]) * fs, 2);
+  const double neighbour = std::min(scatter, std::sqrt(steps / static_cast<double>(2 * (n - 1))));
+  if (law.hysteresis > 5.6 * neighbour && law.hysteresis > 1e-9 * fs) {
+    law.summary.warn(fmt::format("loading and unloading differ by up to {:.3g} N", law.hysteresis));
+  }
+  return law;
+}
+
+AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffnessTable>& tables,
+                                               const StiffnessOptions& options) {
+  AnisotropicStiffness result;
+  const auto n = static_cast<Eigen::Index>(tables.size());
+  if (n < 2) throw Error(fmt::format("stiffness in {} directions: must be at least 2", n));
+  Eigen::MatrixXd basis(n, 3);
+  Eigen::VectorXd k(n);
+  Eigen::VectorXd weight(n);
+  double mean_sd = 0;
+  for (const auto& table : tables) {
+    result.laws.push_back(fit_stiffness(table.deflection, table.force, options));
+    mean_sd += result.laws.back().k1.sd / static_cast<double>(n);
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& law = result.laws[static_cast<std::size_t>(i)];
+    const double angle = tables[static_cast<std::size_t>(i)].angle;
+    basis.row(i) << 1, std::cos(2 * angle), std::sin(2 * angle);
+    k[i] = law.k1.value;
+    // A table without scatter must not own the fit.
+    weight[i] = 1 / std::max({law.k1.sd, 0.1 * mean_sd, 1e-12 * std::abs(law.k1.value)});
+    if (law.summary.status == Status::unusable) result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.warnings.back()));
+  }
+  Eigen::Index columns = 3;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank(basis);
+  rank.setThreshold(1e-6);
+  if (rank.rank() < 3) {
+    columns = 2;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank2(basis.leftCols(2));
+    rank2.setThreshold(1e-6);
+    if (rank2.rank() < 2) throw Error("stiffness tables must pull in at least two different directions along x and y");
+    result.summary.warn("directions do not show the coupling Kxy: taken as zero");
+  }
+  const Eigen::MatrixXd a = weight.asDiagonal() * basis.leftCols(columns);
+  const Eigen::MatrixXd covariance = (a.transpose() * a).inverse();
+  Eigen::VectorXd p = Eigen::VectorXd::Zero(3);
+  p.head(columns) = covariance * (a.transpose() * weight.cwiseProduct(k));
+  result.mean = Estimate::from_sd(p[0], std::sqrt(covariance(0, 0)));
+  const double amplitude = std::hypot(p[1], p[2]);
+  result.axis = 0.5 * std::atan2(p[2], p[1]);
+  Eigen::VectorXd direction(columns - 1);
+  direction[0] = amplitude > 0 ? p[1] / amplitude : 1;
+  if (columns == 3) direction[1] = amplitude > 0 ? p[2] / amplitude : 0;
+  const Eigen::MatrixXd block = covariance.bottomRightCorner(columns - 1, columns - 1);
+  result.amplitude = Estimate::from_sd(amplitude, std::sqrt(direction.dot(block * direction)));
+  const Eigen::VectorXd anisotropy = p.segment(1, columns - 1);
+  const double statistic = anisotropy.dot(block.inverse() * anisotropy);
+  result.p_value = boost::math::cdf(boost::math::complement(
+      boost::math::chi_squared_distribution<double>(static_cast<double>(columns - 1)), statistic));
+  result.summary.residual = (weight.cwiseProduct(basis * p - k)).norm() / std::sqrt(static_cast<double>(n));
+  if (result.p_value < 0.05) {
+    result.summary.warn(fmt::format("shaft is anisotropic: stiffness differs by {:.3g} % between its principal directions",
+                                    200 * amplitude / p[0]));
+  }
+  return result;
+}
+
+}  // namespace whirl

@@ -1,0 +1,113 @@
+#include "whirl/modal/stiffness.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "whirl/core/error.hpp"
+
+namespace {
+
+struct Table {
+  Eigen::VectorXd d, f;
+};
+
+// F = k1 (d - d0) + k2 (d - d0)^3 + noise, deflections up and, if asked, down again with a friction force.
+Table make_table(double k1, double k2, double d0, double noise, unsigned seed, bool down = false, double friction = 0) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const Eigen::Index n = 21;
+  const Eigen::Index total = down ? 2 * n - 1 : n;
+  Table t{Eigen::VectorXd(total), Eigen::VectorXd(total)};
+  for (Eigen::Index i = 0; i < total; ++i) {
+    const Eigen::Index at = i < n ? i : 2 * n - 2 - i;
+    t.d[i] = -2e-3 + 4e-3 * static_cast<double>(at) / static_cast<double>(n - 1);
+    const double u = t.d[i] - d0;
+    t.f[i] = k1 * u + k2 * u * u * u + noise * normal(random) + (i < n ? friction : -friction);
+  }
+  return t;
+}
+
+TEST(StiffnessProperty, ExactTableGivesItsParametersBack) {
+  const Table t = make_table(4e4, 2e9, 1.5e-4, 0, 1);
+  const auto law = whirl::fit_stiffness(t.d, t.f);
+  EXPECT_NEAR(law.k1.value, 4e4, 1e-5);
+  EXPECT_NEAR(law.k2.value, 2e9, 1);
+  EXPECT_NEAR(law.offset.value, 1.5e-4, 1e-14);
+  EXPECT_LT(law.cubic_p_value, 1e-6);
+  EXPECT_EQ(law.hysteresis, 0);
+}
+
+TEST(StiffnessProperty, NinetyFivePercentIntervalsCoverTheTruth) {
+  int k1 = 0, k2 = 0, offset = 0;
+  const int runs = 600;
+  for (int run = 0; run < runs; ++run) {
+    const Table t = make_table(4e4, 2e9, -2e-4, 1.0, 100 + static_cast<unsigned>(run));
+    const auto law = whirl::fit_stiffness(t.d, t.f);
+    k1 += law.k1.covers(4e4);
+    k2 += law.k2.covers(2e9);
+    offset += law.offset.covers(-2e-4);
+  }
+  // 600 draws at 95 %: 570 +- 5.3; four standard deviations.
+  for (int hits : {k1, k2, offset}) EXPECT_NEAR(hits, 570, 22);
+}
+
+TEST(StiffnessProperty, CubicTermOfAStraightShaftIsFoundAtTheRateOfTheTest) {
+  int significant = 0;
+  for (unsigned run = 0; run < 400; ++run) {
+    const Table t = make_table(4e4, 0, 0, 1.0, 5000 + run);
+    significant += whirl::fit_stiffness(t.d, t.f).cubic_p_value < 0.05;
+  }
+  EXPECT_NEAR(significant, 20, 18);
+}
+
+TEST(Stiffness, HysteresisIsFoundOnlyWhenItIsThere) {
+  const Table clean = make_table(4e4, 2e9, 0, 0.2, 3, true);
+  const auto without = whirl::fit_stiffness(clean.d, clean.f);
+  for (const auto& w : without.summary.warnings) EXPECT_EQ(w.find("unloading"), std::string::npos) << w;
+  const Table rubbed = make_table(4e4, 2e9, 0, 0.2, 3, true, 1.5);
+  const auto with = whirl::fit_stiffness(rubbed.d, rubbed.f);
+  EXPECT_NEAR(with.hysteresis, 3, 0.9);
+  ASSERT_FALSE(with.summary.warnings.empty());
+  EXPECT_NE(with.summary.warnings.back().find("unloading"), std::string::npos);
+}
+
+TEST(Stiffness, OffsetCanBeHeldAtZero) {
+  const Table t = make_table(4e4, 2e9, 0, 0.5, 9);
+  const auto law = whirl::fit_stiffness(t.d, t.f, {.fit_offset = false});
+  EXPECT_EQ(law.offset.value, 0);
+  EXPECT_TRUE(std::abs(law.k1.value - 4e4) < 4 * law.k1.sd);
+}
+
+TEST(Stiffness, BadTablesAreErrors) {
+  const Eigen::VectorXd d = Eigen::VectorXd::LinSpaced(5, 0, 1);
+  EXPECT_THROW(whirl::fit_stiffness(d, Eigen::VectorXd::Ones(4)), whirl::Error);
+  EXPECT_THROW(whirl::fit_stiffness(Eigen::VectorXd::Ones(9), Eigen::VectorXd::Ones(9)), whirl::Error);
+  Eigen::VectorXd f = d;
+  f[2] = std::nan("");
+  EXPECT_THROW(whirl::fit_stiffness(d, f), whirl::Error);
+  const auto wrong_sign = whirl::fit_stiffness(d, -d);
+  EXPECT_EQ(wrong_sign.summary.status, whirl::Status::unusable);
+}
+
+TEST(StiffnessProperty, TensorOfAnAnisotropicShaft) {
+  const double kx = 5e4, ky = 4e4, axis = 0.3;
+  std::vector<whirl::DirectedStiffnessTable> tables;
+  for (int i = 0; i < 4; ++i) {
+    const double angle = i * std::numbers::pi / 4;
+    const double k = (kx + ky) / 2 + (kx - ky) / 2 * std::cos(2 * (angle - axis));
+    const Table t = make_table(k, 2e9, 0, 0.3, 40 + static_cast<unsigned>(i));
+    tables.push_back({angle, t.d, t.f});
+  }
+  const auto result = whirl::fit_anisotropic_stiffness(tables);
+  EXPECT_NEAR(result.mean.value, 4.5e4, 4 * result.mean.sd);
+  EXPECT_NEAR(result.amplitude.value, 5e3, 4 * result.amplitude.sd);
+  EXPECT_NEAR(result.axis, axis, 0.05);
+  EXPECT_LT(result.p_value, 1e-6);
+  EXPECT_LT(result.amplitude.sd, 300);
+  tables.resize(1);
+  EXPECT_THROW(whirl::fit_anisotropic_stiffness(tables), whirl::Error);
+}
+}  // namespace
