@@ -26,12 +26,12 @@ std::string to_string(const CsvDialect& dialect);
 /// Options of `read_csv`, `read_table` and `CsvStream`.
 struct CsvOptions {
   /// Sample rate, Hz, for files without a time column (`--rate`). Given both, the time column must agree with it.
-  std::optional<double> rate;
+  std::optional<double> rate{};
   /// Columns to read and how to call them: "x_mm" takes the column with that header; "V1:u_V" takes the column headed
   /// `V1` as u in volts; "2:y_V" the second column (files without a header need numbers). Empty: every column.
-  std::vector<std::string> columns;
-  std::vector<std::string> required;  ///< names (without unit) that must be present
-  std::optional<char> decimal;        ///< `.` or `,`; empty: found from the file
+  std::vector<std::string> columns{};
+  std::vector<std::string> required{};  ///< names (without unit) that must be present
+  std::optional<char> decimal{};        ///< `.` or `,`; empty: found from the file
   /// Largest distance of a time stamp from the uniform grid, in steps; the rounding of the written time comes on top.
   double time_tolerance = 0.05;
   Eigen::Index min_samples = 2;
@@ -58,6 +58,7 @@ class CsvStream {
   CsvStream(CsvStream&&) noexcept;
 
   const std::string& source() const;
+  /// `decimal` and `trailing_delimiter` are final after the first block.
   const CsvDialect& dialect() const;
   const std::vector<CsvColumn>& columns() const;
   /// Line of row `row` of the file (row 0 is the first data line).
@@ -65,8 +66,10 @@ class CsvStream {
   /// Fills the first rows of `block` (its row count is the most that is taken; one column per entry of `columns()`) and
   /// returns their number; 0 at the end of the file.
   Eigen::Index next(Eigen::Ref<Eigen::MatrixXd> block);
-  /// Largest number of decimals written in column 0 .. n-1 so far; -1 where an exponent was seen.
-  int decimals(std::size_t column) const;
+  /// Index of the time column (`t` or `time`) in `columns()`; -1 when there is none.
+  int time_column() const;
+  /// Largest number of decimals written in the time column so far; -1 when a time was written with an exponent.
+  int time_decimals() const;
 
  private:
   struct State;
@@ -80,8 +83,8 @@ Recording read_csv(const std::filesystem::path& path, const CsvOptions& options 
 Recording parse_csv(std::string_view bytes, std::string_view name, const CsvOptions& options = {});
 
 /// Columns of numbers without a common time: force-deflection (`deflection_mm,force_N`), Bode (`rpm,amp_um,phase_deg`),
-/// frequency tables (`freq_hz,H1_re,H1_im`). A column may be headed by a unit alone (`rpm`), and the names ending in
-/// `_re` and `_im` hold complex parts: dimensionless here, in the unit that the reader of the table knows.
+/// frequency tables (`freq_hz,H1_re,H1_im`). A column headed `rpm` is called "speed", one headed `hz` "freq". Names ending
+/// in `_re` and `_im` hold complex parts and keep their name: as written, in the unit that the reader of the table knows.
 struct Table {
   std::string source;
   std::vector<Channel> columns;
@@ -99,7 +102,7 @@ Table parse_table(std::string_view bytes, std::string_view name, const CsvOption
 /// Options of `write_csv`.
 struct CsvWriteOptions {
   /// Columns with their unit, e.g. {"x_mm", "beta_deg", "t_ms"}; channels not listed are written in SI.
-  std::vector<std::string> units;
+  std::vector<std::string> units{};
   bool time = true;  ///< first column `t_s`
 };
 

@@ -29,6 +29,16 @@ Json to_json(const ControllerDesign& design);    // whirl.controller/1
 /// T: one of the five types above.
 template <class T>
 T from_json(const Json& document, std::string_view source);
+template <>
+StiffnessLaw from_json(const Json& document, std::string_view source);
+template <>
+FrequencyResponse from_json(const Json& document, std::string_view source);
+template <>
+ModalModel from_json(const Json& document, std::string_view source);
+template <>
+IdentifiedModel from_json(const Json& document, std::string_view source);
+template <>
+ControllerDesign from_json(const Json& document, std::string_view source);
 
 template <class T>
 void save(const std::filesystem::path& path, const T& value) {

@@ -1,0 +1,368 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/file.hpp"
+
+namespace whirl {
+namespace {
+
+constexpr std::size_t kBuffer = std::size_t{1} << 20;  // also the longest line
+constexpr std::string_view kBlank = " \t";
+
+std::string_view trim(std::string_view text, std::string_view what = kBlank) {
+  const std::size_t first = text.find_first_not_of(what);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(what) - first + 1);
+}
+
+std::string_view unquote(std::string_view text) {
+  text = trim(text, " ");
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim(text.substr(1, text.size() - 2));
+  return text;
+}
+
+/// Splits at the delimiter outside of quotes.
+std::vector<std::string_view> split(std::string_view line, char delimiter) {
+  std::vector<std::string_view> fields;
+  bool quoted = false;
+  std::size_t start = 0;
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    if (i == line.size() || (line[i] == delimiter && !quoted)) {
+      fields.push_back(line.substr(start, i - start));
+      start = i + 1;
+    } else if (line[i] == '"') {
+      quoted = !quoted;
+    }
+  }
+  return fields;
+}
+
+/// Text from the file as it may stand in a message.
+std::string shown(std::string_view text) {
+  std::string out(text.substr(0, 40));
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return text.size() > 40 ? out + "..." : out;
+}
+
+enum class Parsed { good, bad, not_finite };
+
+Parsed parse_number(std::string_view text, double& value) {
+  if (!text.empty() && text.front() == '+') {
+    text.remove_prefix(1);
+    if (!text.empty() && text.front() == '-') return Parsed::bad;
+  }
+  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size() || ec == std::errc::invalid_argument) return Parsed::bad;
+  if (ec == std::errc::result_out_of_range) {
+    // from_chars does not tell overflow from underflow; a negative exponent means underflow, which is zero.
+    const std::size_t e = text.find_first_of("eE");
+    if (e == std::string_view::npos || text.substr(e + 1, 1) != "-") return Parsed::not_finite;
+    value = 0;
+  }
+  return std::isfinite(value) ? Parsed::good : Parsed::not_finite;
+}
+
+bool is_number(std::string_view text) {
+  double value = 0;
+  std::string copy(text);
+  std::replace(copy.begin(), copy.end(), ',', '.');
+  return parse_number(copy, value) != Parsed::bad;
+}
+
+}  // namespace
+
+std::string to_string(const CsvDialect& d) {
+  std::string out = d.delimiter == '\t' ? "tab" : fmt::format("'{}'", d.delimiter);
+  out += fmt::format(" between values, decimal '{}'", d.decimal);
+  if (d.trailing_delimiter) out += ", delimiter at line ends";
+  if (d.byte_order_mark) out += ", byte order mark";
+  if (d.carriage_return) out += ", CR LF";
+  if (d.compressed) out += ", gzip";
+  return out;
+}
+
+struct CsvStream::State {
+  ByteSource source;
+  CsvOptions options;
+  CsvDialect dialect;
+  std::vector<CsvColumn> columns;
+  std::vector<std::string> header;  // of the file, empty when it has none
+  std::vector<int> target;          // per file column: index in `columns`, -1 when not read
+  long line = 0;                    // number of the line read last
+  long first_line = 0;
+  int time = -1;
+  int decimals = 0;
+  bool exponent = false;
+  bool decimal_known = false;
+
+  std::vector<char> buffer = std::vector<char>(kBuffer);
+  std::size_t begin = 0, end = 0;
+  bool eof = false;
+  bool blank_seen = false;
+
+  State(ByteSource s, const CsvOptions& o) : source(std::move(s)), options(o) {
+    dialect.compressed = source.compressed();
+    read_header();
+  }
+
+  [[noreturn]] void fail(std::string_view message, long at = -1) const {
+    throw Error::in_file(source.name(), at < 0 ? line : at, message);
+  }
+  std::string column_name(std::size_t file_column) const {
+    return file_column < header.size() && !header[file_column].empty()
+               ? fmt::format("column '{}'", shown(header[file_column]))
+               : fmt::format("column {}", file_column + 1);
+  }
+
+  void refill() {
+    std::memmove(buffer.data(), buffer.data() + begin, end - begin);
+    end -= begin;
+    begin = 0;
+    if (end == buffer.size()) {
+      fail(fmt::format("longer than {} bytes: this is no CSV file", buffer.size()), line + 1);
+    }
+    const std::size_t n = source.read(buffer.data() + end, buffer.size() - end);
+    if (n < buffer.size() - end) eof = true;
+    end += n;
+  }
+
+  /// The next line without its end; false at the end of the file. Valid until the next call.
+  bool get_line(std::string_view& out) {
+    const char* newline = nullptr;
+    while (true) {
+      newline = static_cast<const char*>(std::memchr(buffer.data() + begin, '\n', end - begin));
+      if (newline || eof) break;
+      refill();
+    }
+    if (begin == end) return false;
+    const char* first = buffer.data() + begin;
+    const char* last = newline ? newline : buffer.data() + end;
+    begin = newline ? static_cast<std::size_t>(newline - buffer.data()) + 1 : end;
+    ++line;
+    if (last > first && last[-1] == '\r') --last;
+    out = {first, static_cast<std::size_t>(last - first)};
+    return true;
+  }
+
+  void read_header() {
+    refill();
+    const std::string_view start(buffer.data(), end);
+    if (start.substr(0, 3) == "\xef\xbb\xbf") {
+      dialect.byte_order_mark = true;
+      begin = 3;
+    } else if (start.substr(0, 2) == "\xff\xfe" || start.substr(0, 2) == "\xfe\xff") {
+      fail("is UTF-16 text; save it as UTF-8", 0);
+    }
+    std::string_view text;
+    do {  // blank lines and comments may stand before the header
+      if (!get_line(text)) fail("has no header and no data", 0);
+      dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.data() + end;
+    } while (trim(text).empty() || text.front() == '#');
+    if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
+
+    dialect.delimiter = text.find(';') != std::string_view::npos ? ';' : text.find('\t') != std::string_view::npos ? '\t' : ',';
+    std::vector<std::string_view> fields = split(text, dialect.delimiter);
+    if (fields.size() > 1 && trim(fields.back()).empty()) {
+      dialect.trailing_delimiter = true;
+      fields.pop_back();
+    }
+    const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
+    if (headless) {
+      if (options.columns.empty()) {
+        fail("no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state the columns");
+      }
+      begin = static_cast<std::size_t>(text.data() - buffer.data());  // the line is data: read it again
+      --line;
+    } else {
+      for (const std::string_view f : fields) header.emplace_back(unquote(f));
+    }
+    first_line = line + 1;
+    target.assign(fields.size(), -1);
+    choose_columns(headless);
+  }
+
+  void choose_columns(bool headless) {
+    if (options.columns.empty()) {
+      for (std::size_t i = 0; i < header.size(); ++i) add_column(i, header[i]);
+    }
+    for (const std::string& spec : options.columns) {
+      const std::size_t colon = spec.rfind(':');
+      const std::string from = spec.substr(0, colon);
+      const std::string to = colon == std::string::npos ? spec : spec.substr(colon + 1);
+      std::size_t i = static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
+      if (i == header.size()) {
+        std::size_t number = 0;
+        const auto [p, ec] = std::from_chars(from.data(), from.data() + from.size(), number);
+        if (ec != std::errc{} || p != from.data() + from.size() || number < 1 || number > target.size()) {
+          std::string present;
+          for (const std::string& h : header) present += (present.empty() ? "" : ", ") + shown(h);
+          fail(fmt::format("no column '{}'; {}", from,
+                           headless ? fmt::format("the file has no header: write 1 to {}", target.size())
+                                    : "present: " + present));
+        }
+        i = number - 1;
+      }
+      if (target[i] >= 0) fail(fmt::format("{} is asked for twice", column_name(i)));
+      add_column(i, to);
+    }
+    if (columns.empty()) fail("no columns");
+    for (const std::string& name : options.required) {
+      if (std::none_of(columns.begin(), columns.end(), [&](const CsvColumn& c) { return c.name == name; })) {
+        std::string present;
+        for (const CsvColumn& c : columns) present += (present.empty() ? "" : ", ") + shown(c.name);
+        fail(fmt::format("no column '{}' (with its unit, e.g. '{}_mm'); present: {}", name, name, present));
+      }
+    }
+  }
+
+  void add_column(std::size_t i, const std::string& written) {
+    if (written.empty()) fail(fmt::format("column {} has no name", i + 1));
+    NameWithUnit c = split_unit(written);
+    if (written == "rpm") {
+      c = {"speed", find_unit("rpm")};
+    } else if (written == "hz" || written == "Hz") {
+      c = {"freq", find_unit("hz")};
+    } else if (!c.unit && (written.ends_with("_re") || written.ends_with("_im"))) {
+      c = {written, &si_suffix(Quantity::dimensionless)};
+    }
+    if (!c.unit) fail("column " + unit_problem(shown(written)));
+    if (c.unit->suffix == "g" && (c.name.starts_with("mass") || c.name.starts_with("weight"))) {
+      fail(fmt::format("column '{}': g is the standard gravity; write grams as {}_gram", written, c.name));
+    }
+    for (const CsvColumn& other : columns) {
+      if (other.name == c.name) fail(fmt::format("two columns are called '{}'", shown(c.name)));
+    }
+    target[i] = static_cast<int>(columns.size());
+    if ((c.name == "t" || c.name == "time") && c.unit->quantity == Quantity::time) time = target[i];
+    columns.push_back({header.empty() ? written : header[i], c.name, c.unit});
+  }
+
+  /// Decides the decimal sign from the first value in the buffer that has one.
+  void find_decimal() {
+    decimal_known = true;
+    if (options.decimal) {
+      if (*options.decimal == ',' && dialect.delimiter == ',') {
+        fail("decimal commas need ';' or tab between the values, not ','", 0);
+      }
+      dialect.decimal = *options.decimal;
+    } else if (dialect.delimiter != ',') {
+      const std::string_view ahead(buffer.data() + begin, end - begin);
+      const std::size_t sign = ahead.find_first_of(".,");
+      if (sign != std::string_view::npos) dialect.decimal = ahead[sign];
+    }
+  }
+
+  double slow_value(std::string_view field, std::size_t file_column) const {
+    const std::string_view text = unquote(trim(field, " \t\r"));
+    const auto bad = [&](std::string_view why) {
+      fail(fmt::format("{}: '{}' {}", column_name(file_column), shown(text), why));
+    };
+    if (text.empty()) fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
+    std::string copy(text);
+    if (dialect.delimiter != ',') {
+      const char other = dialect.decimal == ',' ? '.' : ',';
+      if (copy.find(other) != std::string::npos) {
+        bad(fmt::format("has the decimal sign '{}' where the file uses '{}'", other, dialect.decimal));
+      }
+      std::replace(copy.begin(), copy.end(), ',', '.');
+    }
+    double value = 0;
+    const Parsed outcome = parse_number(copy, value);
+    if (outcome == Parsed::bad) bad("is not a number; every value must be a finite number");
+    if (outcome == Parsed::not_finite) bad("is not finite; every value must be a finite number");
+    return value;
+  }
+
+  [[noreturn]] void ragged(std::string_view text) const {
+    const std::size_t have = split(text, dialect.delimiter).size();
+    const std::size_t want = target.size() + (dialect.trailing_delimiter ? 1 : 0);
+    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has", want,
+                     dialect.delimiter == ',' && have == 2 * want && !dialect.trailing_delimiter
+                         ? "; decimal commas need ';' between the values"
+                         : ""));
+  }
+
+  void note_time_digits(const char* p, const char* q) {
+    const char* point = nullptr;
+    for (const char* s = p; s < q; ++s) {
+      if (*s == '.' || *s == ',') point = s;
+      if (*s == 'e' || *s == 'E') exponent = true;
+    }
+    if (point) decimals = std::max(decimals, static_cast<int>(q - point) - 1);
+  }
+
+  void parse_line(std::string_view text, double* row, Eigen::Index stride) {
+    const char* p = text.data();
+    const char* const e = p + text.size();
+    const std::size_t n = target.size();
+    for (std::size_t i = 0; i < n; ++i) {
+      const int t = target[i];
+      const char* q = p;
+      double value = 0;
+      bool fast = false;
+      if (t >= 0) {
+        const auto [stop, ec] = std::from_chars(p, e, value);
+        q = stop;
+        fast = ec == std::errc{} && (q == e || *q == dialect.delimiter) && std::isfinite(value) &&
+               (dialect.decimal == '.' || std::find(p, q, '.') == q);
+      }
+      if (!fast) {
+        q = p;
+        bool quoted = false;
+        for (; q < e && (quoted || *q != dialect.delimiter); ++q) quoted ^= *q == '"';
+      }
+      const bool last = i + 1 == n;
+      const bool more = q < e;
+      if (more == (last && !dialect.trailing_delimiter)) ragged(text);
+      if (t >= 0) {
+        if (!fast) value = slow_value({p, static_cast<std::size_t>(q - p)}, i);
+        if (t == time) note_time_digits(p, q);
+        row[t * stride] = columns[static_cast<std::size_t>(t)].unit->to_si(value);
+      }
+      p = more ? q + 1 : q;
+    }
+    if (dialect.trailing_delimiter && !trim({p, static_cast<std::size_t>(e - p)}).empty()) ragged(text);
+  }
+};
+
+CsvStream::CsvStream(const std::filesystem::path& path, const CsvOptions& options)
+    : state_(std::make_unique<State>(ByteSource(path), options)) {}
+CsvStream::CsvStream(std::string_view bytes, std::string name, const CsvOptions& options)
+    : state_(std::make_unique<State>(ByteSource(bytes, std::move(name)), options)) {}
+CsvStream::~CsvStream() = default;
+CsvStream::CsvStream(CsvStream&&) noexcept = default;
+
+const std::string& CsvStream::source() const { return state_->source.name(); }
+const CsvDialect& CsvStream::dialect() const { return state_->dialect; }
+const std::vector<CsvColumn>& CsvStream::columns() const { return state_->columns; }
+long CsvStream::line_of(Eigen::Index row) const { return state_->first_line + static_cast<long>(row); }
+int CsvStream::time_column() const { return state_->time; }
+int CsvStream::time_decimals() const { return state_->exponent ? -1 : state_->decimals; }
+
+Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
+  State& s = *state_;
+  if (block.cols() != static_cast<Eigen::Index>(s.columns.size())) {
+    throw Error(fmt::format("CsvStream::next: block has {} columns, the file {}", block.cols(), s.columns.size()));
+  }
+  if (!s.decimal_known) s.find_decimal();
+  Eigen::Index row = 0;
+  std::string_view text;
+  while (row < block.rows() && s.get_line(text)) {
+    if (text.empty() || trim(text).empty()) {
+      s.blank_seen = true;
+      continue;
+    }
+    if (s.blank_seen) s.fail("data after an empty line; remove the empty lines (are samples missing?)");
+    s.parse_line(text, block.data() + row, block.outerStride());
+    ++row;
+  }
+  return row;
+}
+
+}  // namespace whirl

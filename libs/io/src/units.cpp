@@ -1,0 +1,189 @@
+#include "whirl/io/units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+namespace whirl {
+namespace {
+
+using Q = Quantity;
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kGravity = 9.80665;        // m/s^2, standard (CGPM 1901)
+constexpr double kPound = 4.4482216152605;  // N per lbf: 0.45359237 kg times standard gravity
+constexpr double kInch = 0.0254;            // m
+
+// Submultiples divide by a power of ten, which rounds as the literal in SI does; a factor such as 1e-3 would not.
+constexpr std::array kUnits{
+    Unit{"s", Q::time},
+    Unit{"ms", Q::time, 1, 1e3},
+    Unit{"us", Q::time, 1, 1e6},
+    Unit{"min", Q::time, 60},
+    Unit{"m", Q::displacement},
+    Unit{"cm", Q::displacement, 1, 1e2},
+    Unit{"mm", Q::displacement, 1, 1e3},
+    Unit{"um", Q::displacement, 1, 1e6},
+    Unit{"nm", Q::displacement, 1, 1e9},
+    Unit{"in", Q::displacement, kInch},
+    Unit{"mil", Q::displacement, kInch, 1e3},
+    Unit{"m_s", Q::velocity},
+    Unit{"mm_s", Q::velocity, 1, 1e3},
+    Unit{"in_s", Q::velocity, kInch},
+    Unit{"m_s2", Q::acceleration},
+    Unit{"mm_s2", Q::acceleration, 1, 1e3},
+    Unit{"g", Q::acceleration, kGravity},
+    Unit{"N", Q::force},
+    Unit{"mN", Q::force, 1, 1e3},
+    Unit{"kN", Q::force, 1e3},
+    Unit{"lbf", Q::force, kPound},
+    Unit{"kgf", Q::force, kGravity},
+    Unit{"rad", Q::angle},
+    Unit{"deg", Q::angle, std::numbers::pi, 180},
+    Unit{"rev", Q::angle, kTurn},
+    Unit{"rad_s", Q::angular_velocity},
+    Unit{"rpm", Q::angular_velocity, kTurn, 60},
+    Unit{"deg_s", Q::angular_velocity, std::numbers::pi, 180},
+    Unit{"rad_s2", Q::angular_acceleration},
+    Unit{"rpm_s", Q::angular_acceleration, kTurn, 60},
+    Unit{"hz", Q::frequency},
+    Unit{"Hz", Q::frequency},
+    Unit{"kHz", Q::frequency, 1e3},
+    Unit{"V", Q::voltage},
+    Unit{"mV", Q::voltage, 1, 1e3},
+    Unit{"A", Q::current},
+    Unit{"mA", Q::current, 1, 1e3},
+    Unit{"Pa", Q::pressure},
+    Unit{"kPa", Q::pressure, 1e3},
+    Unit{"MPa", Q::pressure, 1e6},
+    Unit{"bar", Q::pressure, 1e5},
+    Unit{"kg", Q::mass},
+    Unit{"gram", Q::mass, 1, 1e3},
+    Unit{"K", Q::temperature},
+    Unit{"degC", Q::temperature, 1, 1, 273.15},
+    Unit{"strain", Q::strain},
+    Unit{"ustrain", Q::strain, 1, 1e6},
+    Unit{"1", Q::dimensionless},
+    Unit{"percent", Q::dimensionless, 1, 1e2},
+    Unit{"dB", Q::dimensionless, 1, 1, 0, true},
+    Unit{"Nm", Q::torque},
+    Unit{"mNm", Q::torque, 1, 1e3},
+    Unit{"N_m", Q::stiffness},
+    Unit{"N_mm", Q::stiffness, 1e3},
+    Unit{"kN_m", Q::stiffness, 1e3},
+    Unit{"N_m3", Q::cubic_stiffness},
+    Unit{"N_mm3", Q::cubic_stiffness, 1e9},
+    Unit{"Ns_m", Q::damping},
+    Unit{"kgm2", Q::moment_of_inertia},
+    Unit{"1_s", Q::rate},
+    Unit{"1_s2", Q::rate_squared},
+    Unit{"N_V", Q::force_constant},
+    // Second readings, found only when the quantity is asked for.
+    Unit{"hz", Q::angular_velocity, kTurn},
+    Unit{"Hz", Q::angular_velocity, kTurn},
+    Unit{"rpm", Q::frequency, 1, 60},
+};
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(), [](unsigned char c) { return std::tolower(c); });
+  return out;
+}
+
+}  // namespace
+
+double Unit::to_si(double value) const {
+  if (decibel) return std::pow(10.0, value / 20);
+  return value * multiply / divide + offset;
+}
+
+double Unit::from_si(double si) const {
+  if (decibel) return 20 * std::log10(si);
+  return (si - offset) * divide / multiply;
+}
+
+std::span<const Unit> all_units() { return kUnits; }
+
+const Unit* find_unit(std::string_view suffix) {
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.suffix == suffix; });
+  return it == kUnits.end() ? nullptr : &*it;
+}
+
+const Unit* find_unit(std::string_view suffix, Quantity quantity) {
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(),
+                               [&](const Unit& u) { return u.suffix == suffix && u.quantity == quantity; });
+  return it == kUnits.end() ? nullptr : &*it;
+}
+
+const Unit& si_suffix(Quantity quantity) {
+  return *std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.quantity == quantity; });
+}
+
+NameWithUnit split_unit(std::string_view name) {
+  for (std::size_t at = name.find('_', 1); at != std::string_view::npos; at = name.find('_', at + 1)) {
+    if (const Unit* unit = find_unit(name.substr(at + 1))) return {std::string(name.substr(0, at)), unit};
+  }
+  return {std::string(name), nullptr};
+}
+
+std::string allowed_units() {
+  std::string out;
+  for (const Unit& u : kUnits) {
+    if (&u == find_unit(u.suffix)) out.append(out.empty() ? "" : " ").append(u.suffix);
+  }
+  return out;
+}
+
+std::string allowed_units(Quantity quantity) {
+  std::string out;
+  for (const Unit& u : kUnits) {
+    if (u.quantity == quantity) out.append(out.empty() ? "" : " ").append(u.suffix);
+  }
+  return out;
+}
+
+std::string unit_problem(std::string_view name) {
+  const std::size_t at = name.find('_', 1);
+  if (at == std::string_view::npos) {
+    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_mm'; allowed units: {}", name, name, allowed_units());
+  }
+  const std::string_view suffix = name.substr(name.rfind('_') + 1);
+  std::string hint;
+  for (const Unit& u : kUnits) {
+    if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
+  }
+  return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());
+}
+
+std::string nearest(std::string_view word, std::span<const std::string> candidates) {
+  std::string best;
+  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 2);
+  const std::string w = lower(word);
+  for (const std::string& candidate : candidates) {
+    const std::string c = lower(candidate);
+    // Levenshtein distance, one row at a time.
+    std::vector<std::size_t> row(c.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 0; i < w.size(); ++i) {
+      std::size_t diagonal = row[0];
+      row[0] = i + 1;
+      for (std::size_t j = 0; j < c.size(); ++j) {
+        const std::size_t change = diagonal + (w[i] == c[j] ? 0 : 1);
+        diagonal = row[j + 1];
+        row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+      }
+    }
+    if (row.back() < best_distance) {
+      best_distance = row.back();
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace whirl
