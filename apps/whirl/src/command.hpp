@@ -3,11 +3,13 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
-#include <nlohmann/json.hpp>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "whirl/core/error.hpp"
 #include "whirl/core/summary.hpp"
+#include "whirl/io/json.hpp"
 
 namespace whirl::app {
 
@@ -23,7 +25,7 @@ struct Session {
   /// Prints text for a person; nothing under --json.
   void say(const std::string& text) const;
   /// Prints the JSON result under --json; nothing otherwise.
-  void result(const nlohmann::json& value) const;
+  void result(const Json& value) const;
   /// Prints warnings, and sets exit code 1 when the status is `unusable`.
   void finish(const Summary& summary);
   /// One progress line on stderr, rewritten in place on a terminal; silent under --quiet.
@@ -34,7 +36,8 @@ struct Session {
 CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, const std::string& summary,
                       const std::string& details, std::function<void()> run);
 
-// One function per subcommand, each in the file of its name.
+// One function per subcommand.
+void add_info(CLI::App& app, Session& session);
 void add_stiffness(CLI::App& app, Session& session);
 void add_frf(CLI::App& app, Session& session);
 void add_modes(CLI::App& app, Session& session);

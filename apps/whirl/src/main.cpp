@@ -11,8 +11,8 @@ void Session::say(const std::string& text) const {
   if (!json) fmt::print("{}\n", text);
 }
 
-void Session::result(const nlohmann::json& value) const {
-  if (json) fmt::print("{}\n", value.dump(2));
+void Session::result(const Json& value) const {
+  if (json) fmt::print("{}\n", value.dump());
 }
 
 void Session::finish(const Summary& summary) {
@@ -59,6 +59,7 @@ int run(int argc, char** argv) {
 
   Session session;
   for (int i = 0; i < argc; ++i) session.command_line += (i ? " " : "") + std::string(argv[i]);
+  add_info(app, session);
   add_stiffness(app, session);
   add_frf(app, session);
   add_modes(app, session);

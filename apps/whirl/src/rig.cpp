@@ -1,0 +1,104 @@
+#include "command.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/pipeline/rig_file.hpp"
+#include "whirl/rig/records.hpp"
+
+namespace whirl::app {
+namespace {
+
+struct RigOptions {
+  std::string rig, out, truth;
+  std::uint64_t seed = 1;
+  std::optional<double> added_mass_g, snr_db;
+  bool run_up = false;
+
+  RigParameters parameters() const {
+    RigParameters p = read_rig(rig);
+    if (added_mass_g) {
+      require_range("--added-mass-g", *added_mass_g, 0, 1000, "g");
+      p.rotor.added_mass = *added_mass_g * 1e-3;
+    }
+    return run_up ? p.run_up() : p;
+  }
+};
+
+void add_common(CLI::App* sub, const std::shared_ptr<RigOptions>& o) {
+  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels");
+  sub->add_option("--seed", o->seed, "of the sensor noise");
+}
+
+}  // namespace
+
+void add_rig(CLI::App& app, Session& session) {
+  CLI::App* rig = app.add_subcommand("rig", "The virtual test rig: its parameters and its records");
+  rig->require_subcommand(1);
+  rig->footer(
+      "The rig is a simulated rotor with its sensors, converters and actuators. Its records are files like those of a\n"
+      "laboratory; identification and control get nothing else.\n\n"
+      "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv");
+
+  auto o = std::make_shared<RigOptions>();
+  CLI::App* parameters = add_command(
+      *rig, session, "parameters", "Print the rig's parameters as TOML",
+      "Any of these keys may be set in a file for --rig; the unit stands in the key.\n\n"
+      "Example: whirl rig parameters > rig.toml",
+      [o] { fmt::print("{}", rig_toml(o->parameters())); });
+  add_common(parameters, o);
+
+  CLI::App* record = add_command(
+      *rig, session, "record", "Record a run without control",
+      "Output: CSV with t_s, x_mm, y_mm, beta_rad at the control rate; --truth writes the clean motion of the disk\n"
+      "centre (x_mm, y_mm) beside it, for `whirl validate --clean`.\n\n"
+      "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv",
+      [o, &session] {
+        RigRun run;
+        run.seed = o->seed;
+        const OpenLoopRecord record = record_open_loop(o->parameters(), run, o->snr_db);
+        CsvWriteOptions csv;
+        csv.units = {"x_mm", "y_mm"};
+        write_csv(o->out, record.measured, csv);
+        if (!o->truth.empty()) write_csv(o->truth, record.truth, csv);
+        session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out, record.measured.size(),
+                                record.measured.rate(), 1e3 * record.measured["x"].cwiseAbs().maxCoeff()));
+      });
+  add_common(record, o);
+  record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->required();
+  record->add_option("--truth", o->truth, "write the clean motion too");
+  record->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
+  record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's");
+  record->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
+
+  CLI::App* stiffness = add_command(
+      *rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
+      "Output: CSV with deflection_mm, force_N, loading then unloading.\n\n"
+      "Example: whirl rig stiffness --out pull_x.csv && whirl stiffness pull_x.csv",
+      [o, &session] {
+        StiffnessTestOptions test;
+        test.seed = o->seed;
+        const StiffnessTable table = simulate_stiffness_test(o->parameters(), test);
+        Table file;
+        file.columns = {{"deflection", Quantity::displacement, table.deflection}, {"force", Quantity::force, table.force}};
+        CsvWriteOptions csv;
+        csv.units = {"deflection_mm"};
+        write_csv(o->out, file, csv);
+        session.say(fmt::format("{}: {} readings", o->out, table.force.size()));
+      });
+  add_common(stiffness, o);
+  stiffness->add_option("--out", o->out, "CSV file to write")->required();
+
+  CLI::App* hammer = add_command(
+      *rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
+      "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
+      "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
+      [o, &session] {
+        HammerTestOptions test;
+        test.seed = o->seed;
+        const std::vector<Recording> blows = simulate_hammer_test(o->parameters(), test);
+        for (std::size_t i = 0; i < blows.size(); ++i) write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
+        session.say(fmt::format("{} blows written", blows.size()));
+      });
+  add_common(hammer, o);
+  hammer->add_option("--out", o->out, "prefix of the files to write")->required();
+}
+
+}  // namespace whirl::app
