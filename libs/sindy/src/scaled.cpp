@@ -149,8 +149,8 @@ std::vector<Fold> make_folds(const Problem& problem, const Scaled& s, int folds)
   if (folds < 2 || n < 2) return out;
   const std::size_t count = std::min<std::size_t>(static_cast<std::size_t>(folds), n);
   for (std::size_t f = 0; f < count; ++f) {
-    GramBlock test = problem.blocks[f * n / count];
-    for (std::size_t b = f * n / count + 1; b < (f + 1) * n / count; ++b) test += problem.blocks[b];
+    GramBlock test = problem.blocks[f];
+    for (std::size_t b = f + count; b < n; b += count) test += problem.blocks[b];
     if (test.rows < 1) continue;
     GramBlock train = problem.total;
     train -= test;

@@ -45,7 +45,8 @@ struct Path {
 struct Fold {
   Scaled train, test;
 };
-/// Contiguous folds of the problem's blocks in the scaling of `s`.
+/// Folds in the scaling of `s`: fold f holds the contiguous time blocks f, f + folds, ... A run-up changes speed from block
+/// to block: one long block per fold would train on other speeds than it tests.
 std::vector<Fold> make_folds(const Problem& problem, const Scaled& s, int folds);
 
 Eigen::VectorXd stlsq(const Scaled& s, const SolveOptions& o);

@@ -128,7 +128,7 @@ TEST(LassoReference, OrthonormalColumnsAreSoftThresholded) {
   for (int i = 0; i < n; ++i) {
     for (int k = 0; k < 4; ++k) theta(i, k) = std::sqrt(2.0) * std::cos(2 * M_PI * (k + 1) * i / n);
   }
-  const Eigen::Vector4d b(1.0, -0.5, 0.2, 0.0);
+  const Eigen::VectorXd b = (Eigen::VectorXd(4) << 1.0, -0.5, 0.2, 0.0).finished();
   const Eigen::VectorXd y = theta * b;
   const SparseFit fit = solve(make_problem(theta, y), {.method = "lasso", .lambda = 0.3});
   EXPECT_NEAR(fit.xi[0], 0.7, 1e-12);
@@ -244,7 +244,7 @@ TEST(EliminationProperty, TiedAndFixedCoefficientsSolveTheConstrainedProblem) {
   // xi1 = -2 xi4, xi0 + xi2 = 3, xi8 = 0.5
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3, 9);
   a(0, 1) = 1, a(0, 4) = 2, a(1, 0) = 1, a(1, 2) = 1, a(2, 8) = 1;
-  const Eigen::Vector3d b(0, 3, 0.5);
+  const Eigen::VectorXd b = (Eigen::VectorXd(3) << 0, 3, 0.5).finished();
   const Elimination e = eliminate(a, b);
   ASSERT_EQ(e.free.size(), 6u);
   const SparseFit fit = solve(reduce(make_problem(d.theta, d.y), e), {.method = "ols"});
@@ -267,7 +267,7 @@ TEST(EliminationProperty, TiedAndFixedCoefficientsSolveTheConstrainedProblem) {
   kkt.bottomLeftCorner(3, 9) = as;
   const Eigen::VectorXd direct = scale.cwiseProduct(kkt.fullPivLu().solve(rhs).head(9));
   for (int j = 0; j < 9; ++j) EXPECT_NEAR(xi[j] / direct[j], 1, 1e-6) << j;
-  EXPECT_THROW(eliminate((Eigen::MatrixXd(2, 2) << 1, 1, 2, 2).finished(), Eigen::Vector2d(1, 3)), Error);
+  EXPECT_THROW(eliminate((Eigen::MatrixXd(2, 2) << 1, 1, 2, 2).finished(), (Eigen::VectorXd(2) << 1, 3).finished()), Error);
 }
 
 TEST(EnsembleProperty, InclusionSeparatesTrueFromFalseTerms) {

@@ -29,7 +29,7 @@ struct SolveOptions {
   double lambda = -1;            ///< lasso and sqrt_lasso weight as a share of the smallest that empties the model; < 0: selected
   int path_points = 100;         ///< weights on the lasso path
   double path_floor = 0;         ///< smallest weight as a share of the largest; 0: down to 1e-6, below by the exact path
-  int folds = 5;                 ///< of contiguous time blocks, >= 2
+  int folds = 5;                 ///< each of every folds-th contiguous time block, >= 2
   int max_terms = 0;             ///< largest model of frols, best_subset; 0: all
   double t_value = 4;            ///< backward: terms with a smaller |t| go
   double sr3_nu = 1;             ///< sr3: relaxation on scaled columns, > 0

@@ -1,0 +1,142 @@
+#include "whirl/sindy/simulate_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/ranges.h>
+
+#include "whirl/core/error.hpp"
+#include "whirl/signal/resample.hpp"
+
+namespace whirl {
+
+CompiledModel::CompiledModel(const IdentifiedModel& model) {
+  const auto equation_of = [&](const std::string& state) -> const Equation* {
+    for (const Equation& e : model.equations) {
+      if (e.lhs == state + "'" || e.lhs == state + "[k+1]") return &e;
+    }
+    return nullptr;
+  };
+  const auto is_state = [&](const std::string& name) {
+    return std::find(model.states.begin(), model.states.end(), name) != model.states.end();
+  };
+  inputs_ = model.inputs;
+  std::vector<Expr> rates;
+  for (const std::string& state : model.states) {
+    if (const Equation* e = equation_of(state)) {
+      std::vector<Expr> terms;
+      for (const EquationTerm& t : e->terms) terms.push_back(Expr(t.coefficient.value) * Expr::parse(t.function));
+      rates.push_back(Expr::sum(terms));
+      discrete_ = e->lhs.ends_with("[k+1]");
+    } else if ((state == "X1" && is_state("X2")) || (state == "X3" && is_state("X4"))) {
+      rates.push_back(Expr::symbol(state == "X1" ? "X2" : "X4"));
+    } else {
+      inputs_.push_back(state);
+      continue;
+    }
+    states_.push_back(state);
+  }
+  if (states_.empty()) throw Error("the model has no equation of a state");
+  for (const Equation& e : model.equations) {
+    const bool known = std::any_of(states_.begin(), states_.end(), [&](const std::string& s) {
+      return e.lhs == s + "'" || (discrete_ && e.lhs == s + "[k+1]");
+    });
+    if (!known) throw Error(fmt::format("equation of {}: no such state, or maps and derivatives mixed", e.lhs));
+  }
+  const auto uses_time = [](const Expr& e) {
+    const std::vector<std::string> names = variables(e);
+    return std::find(names.begin(), names.end(), "t") != names.end();
+  };
+  if (std::any_of(rates.begin(), rates.end(), uses_time) &&
+      std::find(inputs_.begin(), inputs_.end(), "t") == inputs_.end()) {
+    inputs_.push_back("t");
+  }
+  std::vector<std::string> all = states_;
+  all.insert(all.end(), inputs_.begin(), inputs_.end());
+  tape_ = compile(rates, all);
+}
+
+Eigen::VectorXd ModelRun::state(const std::string& name) const {
+  for (std::size_t k = 0; k < states.size(); ++k) {
+    if (states[k] == name) return values.col(static_cast<Eigen::Index>(k));
+  }
+  throw Error::in_field("state", name, fmt::format("one of {}", fmt::join(states, ", ")));
+}
+
+ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
+                  const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit) {
+  const Eigen::Index n = static_cast<Eigen::Index>(model.states().size());
+  const Eigen::Index m = static_cast<Eigen::Index>(model.inputs().size());
+  if (start.size() != n) throw Error(fmt::format("start of {} values for {} states", start.size(), n));
+  if (samples < 1) throw Error::in_field("samples", std::to_string(samples), "at least 1");
+  if (m > 0 && (inputs.cols() != m || inputs.rows() != 2 * samples - 1)) {
+    throw Error(fmt::format("inputs of size {} x {}: must be {} x {} ({})", inputs.rows(), inputs.cols(),
+                            2 * samples - 1, m, fmt::join(model.inputs(), ", ")));
+  }
+  ModelRun run;
+  run.dt = dt;
+  run.states = model.states();
+  run.values = Eigen::MatrixXd::Constant(samples, n, std::numeric_limits<double>::quiet_NaN());
+  Eigen::VectorXd in(n + m), x = start, k1(n), k2(n), k3(n), k4(n);
+  const auto rate = [&](const Eigen::VectorXd& at, Eigen::Index row, Eigen::VectorXd& out) {
+    in.head(n) = at;
+    if (m > 0) in.tail(m) = inputs.row(row);
+    model.rate(in.data(), out.data());
+  };
+  Eigen::VectorXd stage(n);
+  for (Eigen::Index i = 0; i < samples; ++i) {
+    if (!(x.cwiseAbs().maxCoeff() <= limit) || !x.allFinite()) {
+      run.diverged = true;
+      break;
+    }
+    run.values.row(i) = x;
+    run.valid = i + 1;
+    if (i + 1 == samples) break;
+    rate(x, 2 * i, k1);
+    if (model.discrete()) {
+      x = k1;
+      continue;
+    }
+    stage = x + 0.5 * dt * k1;
+    rate(stage, 2 * i + 1, k2);
+    stage = x + 0.5 * dt * k2;
+    rate(stage, 2 * i + 1, k3);
+    stage = x + dt * k3;
+    rate(stage, 2 * i + 2, k4);
+    x += dt / 6 * (k1 + 2 * (k2 + k3) + k4);
+  }
+  return run;
+}
+
+Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& angle, double t0) {
+  Eigen::MatrixXd u(angle.beta.size(), static_cast<Eigen::Index>(model.inputs().size()));
+  for (std::size_t k = 0; k < model.inputs().size(); ++k) {
+    const std::string& name = model.inputs()[k];
+    const Eigen::Index column = static_cast<Eigen::Index>(k);
+    if (name == "X5") u.col(column) = angle.beta;
+    else if (name == "X6") u.col(column) = angle.omega;
+    else if (name == "X7") u.col(column) = angle.alpha;
+    else if (name == "t")
+      u.col(column).setLinSpaced(u.rows(), t0, t0 + 0.5 * angle.dt * static_cast<double>(u.rows() - 1));
+    else throw Error::in_field("input of a rotor model", name, "X5, X6, X7 or t");
+  }
+  return u;
+}
+
+Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& recording) {
+  const Eigen::Index rows = 2 * recording.size() - 1;
+  Eigen::MatrixXd u(rows, static_cast<Eigen::Index>(model.inputs().size()));
+  for (std::size_t k = 0; k < model.inputs().size(); ++k) {
+    const std::string& name = model.inputs()[k];
+    const Eigen::Index column = static_cast<Eigen::Index>(k);
+    if (name == "t" && !recording.has("t")) {
+      u.col(column).setLinSpaced(rows, recording.t0,
+                                 recording.t0 + 0.5 * recording.dt * static_cast<double>(rows - 1));
+    } else {
+      u.col(column) = upsample(recording[name], 2);
+    }
+  }
+  return u;
+}
+
+}  // namespace whirl
