@@ -1,0 +1,226 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drawing.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::report {
+namespace {
+
+constexpr double kTitleHeight = 22;
+constexpr double kGap = 14;          ///< between panels, px
+constexpr double kColorBarWidth = 86;
+
+double widest(const std::vector<std::string>& labels) {
+  double width = 0;
+  for (const std::string& label : labels) width = std::max(width, text_width(label));
+  return width;
+}
+
+void resolve_colors(Panel& panel) {
+  int next = 0;
+  for (Series& s : panel.series) {
+    if (s.style.color == Style::kNext) s.style.color = next++ % 6;
+    if (s.style.color < 0 || s.style.color > 7) {
+      throw Error::in_field("color", std::to_string(s.style.color), "0 to 7, or Style::kNext");
+    }
+  }
+}
+
+/// Text broken at spaces into lines of at most `width` px where possible.
+std::vector<std::string> wrap(const std::string& text, double width) {
+  std::vector<std::string> lines{""};
+  for (std::size_t from = 0; from <= text.size();) {
+    const std::size_t to = std::min(text.find(' ', from), text.size());
+    const std::string word = text.substr(from, to - from);
+    const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
+    if (!lines.back().empty() && text_width(longer) > width) {
+      lines.push_back(word);
+    } else {
+      lines.back() = longer;
+    }
+    from = to + 1;
+  }
+  return lines;
+}
+
+/// Widens one axis so that a unit is equally long on both; the plot area keeps its size.
+void equalise(PanelLimits& limits, const Panel& panel, double width, double height) {
+  const double unit_x = panel.x.unit.factor, unit_y = panel.y.unit.factor;
+  const double span_x = (limits.x.high - limits.x.low) * unit_x, span_y = (limits.y.high - limits.y.low) * unit_y;
+  const double per_px = std::max(span_x / width, span_y / height);
+  const double add_x = 0.5 * (per_px * width - span_x) / unit_x, add_y = 0.5 * (per_px * height - span_y) / unit_y;
+  limits.x.low -= add_x;
+  limits.x.high += add_x;
+  limits.y.low -= add_y;
+  limits.y.high += add_y;
+}
+
+void find_ticks(PanelLayout& layout, double width) {
+  const Panel& panel = layout.panel;
+  const double height = panel.height;
+  if (panel.kind == Panel::Kind::polar) {
+    layout.y = ticks_of(layout.limits.y, 0.5 * height, 34);
+    return;
+  }
+  if (panel.kind == Panel::Kind::projected) {
+    layout.x = ticks_of(layout.limits.x, 0.72 * width, 80);
+    layout.y = ticks_of(layout.limits.y, 0.3 * width, 44);
+    layout.z = ticks_of(layout.limits.z, 0.56 * height, 34);
+    return;
+  }
+  layout.y = ticks_of(layout.limits.y, height, 34);
+  if (panel.categories.empty()) {
+    // Room for the widest label: first with the usual distance, then with the one the labels need.
+    layout.x = ticks_of(layout.limits.x, width, 56);
+    const double need = widest(layout.x.labels) + 20;
+    if (need > 56) layout.x = ticks_of(layout.limits.x, width, need);
+    return;
+  }
+  const double slot = width / (layout.limits.x.high - layout.limits.x.low);
+  for (std::size_t i = 0; i < panel.categories.size(); ++i) {
+    layout.x.major.push_back(static_cast<double>(i));
+    layout.category_lines.push_back(wrap(panel.categories[i], slot - 6));
+  }
+}
+
+void find_margins(PanelLayout& layout) {
+  const Panel& panel = layout.panel;
+  layout.top = (panel.title.empty() ? 8 : kTitleHeight) + (layout.legend_height > 0 ? layout.legend_height + 4 : 0);
+  if (panel.kind == Panel::Kind::polar) {
+    layout.left = layout.right = 10;
+    layout.bottom = 22;
+    return;
+  }
+  if (panel.kind == Panel::Kind::projected) {
+    layout.left = 7 + std::max(widest(layout.z.labels), 26.0) + 26;
+    layout.right = 12;
+    layout.bottom = 24;
+    return;
+  }
+  layout.left = 7 + widest(layout.y.labels) + 9 + 14;
+  layout.right = panel.heat_maps.empty() ? 14 : kColorBarWidth;
+  std::size_t lines = 1;
+  for (const auto& label : layout.category_lines) lines = std::max(lines, label.size());
+  const bool named = !axis_text(panel.x, layout.x.exponent).empty();
+  layout.bottom = layout.x_labels ? 22.0 + 13.0 * static_cast<double>(lines - 1) + (named ? 18 : 0) : 8;
+}
+
+/// Room above the data for labels at the upper edge, unless the limit is given.
+void add_head_room(PanelLayout& layout) {
+  const Panel& panel = layout.panel;
+  if (panel.kind != Panel::Kind::cartesian || !panel.heat_maps.empty() || !std::isnan(panel.y.high)) return;
+  const auto labelled = [](const auto& item) { return item.direction == Direction::vertical && !item.label.empty(); };
+  const auto spans = std::count_if(panel.spans.begin(), panel.spans.end(), labelled);
+  const auto lines = std::count_if(panel.lines.begin(), panel.lines.end(), labelled);
+  const double rows = (spans > 0 ? 1 : 0) + (lines > 2 ? 2.0 : lines > 0 ? 1.0 : 0.0);
+  const double room = std::min(0.4 * panel.height, 14 * rows);
+  Limits& y = layout.limits.y;
+  const double share = room / (panel.height - room);
+  y.high = y.logarithmic ? y.high * std::pow(y.high / y.low, share) : y.high + (y.high - y.low) * share;
+}
+
+void join_x_limits(std::vector<PanelLayout>& layouts, std::size_t columns) {
+  for (std::size_t c = 0; c < columns; ++c) {
+    double low = INFINITY, high = -INFINITY;
+    for (std::size_t i = c; i < layouts.size(); i += columns) {
+      low = std::min(low, layouts[i].limits.x.low);
+      high = std::max(high, layouts[i].limits.x.high);
+    }
+    for (std::size_t i = c; i < layouts.size(); i += columns) {
+      layouts[i].limits.x.low = low;
+      layouts[i].limits.x.high = high;
+      layouts[i].x_labels = i + columns >= layouts.size();
+    }
+  }
+}
+
+}  // namespace
+
+std::string to_svg(const Figure& figure, const SvgOptions& options) {
+  if (figure.panels.empty()) throw Error(fmt::format("figure '{}' has no panel", figure.title));
+  if (figure.columns < 1) throw Error::in_field("columns", std::to_string(figure.columns), "at least 1");
+  const auto columns = std::min(static_cast<std::size_t>(figure.columns), figure.panels.size());
+  const double cell = (figure.width - kGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
+
+  std::vector<PanelLayout> layouts;
+  for (const Panel& panel : figure.panels) {
+    check_panel(panel);
+    PanelLayout layout;
+    layout.panel = panel;
+    resolve_colors(layout.panel);
+    layout.limits = find_limits(panel);
+    add_head_room(layout);
+    layouts.push_back(std::move(layout));
+  }
+  if (figure.shared_x) join_x_limits(layouts, columns);
+
+  // Margins first with the cell's width, then once more with the width they leave (equal aspect moves the limits).
+  std::vector<double> left(columns, 0), right(columns, 0);
+  for (int pass = 0; pass < 2; ++pass) {
+    for (std::size_t i = 0; i < layouts.size(); ++i) {
+      PanelLayout& layout = layouts[i];
+      const std::size_t c = i % columns;
+      const double width = std::max(40.0, cell - (pass == 0 ? 80 : left[c] + right[c]));
+      if (layout.panel.equal_aspect) equalise(layout.limits, layout.panel, width, layout.panel.height);
+      layout.category_lines.clear();
+      layout.x = {};
+      find_ticks(layout, width);
+      layout.legend_height = legend_height(layout.panel, width);
+      find_margins(layout);
+    }
+    for (std::size_t c = 0; c < columns; ++c) {
+      left[c] = right[c] = 0;
+      for (std::size_t i = c; i < layouts.size(); i += columns) {
+        left[c] = std::max(left[c], layouts[i].left);
+        right[c] = std::max(right[c], layouts[i].right);
+      }
+    }
+  }
+
+  double y = 0;
+  for (std::size_t row = 0; row < layouts.size(); row += columns) {
+    const std::size_t end = std::min(row + columns, layouts.size());
+    double top = 0, height = 0, bottom = 0;
+    for (std::size_t i = row; i < end; ++i) {
+      top = std::max(top, layouts[i].top);
+      height = std::max(height, layouts[i].panel.height);
+      bottom = std::max(bottom, layouts[i].bottom);
+    }
+    for (std::size_t i = row; i < end; ++i) {
+      const std::size_t c = i - row;
+      PanelLayout& layout = layouts[i];
+      layout.left = left[c];
+      layout.plot = {static_cast<double>(c) * (cell + kGap) + left[c], y + top, cell - left[c] - right[c],
+                     layout.panel.height};
+      if (layout.panel.equal_aspect) equalise(layout.limits, layout.panel, layout.plot.width, layout.plot.height);
+    }
+    y += top + height + bottom + (end < layouts.size() ? 6 : 2);
+  }
+
+  Canvas canvas;
+  canvas.raw(fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"wf\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+                         "height=\"{1}\" role=\"img\">\n",
+                         px(figure.width), px(y)));
+  if (!figure.title.empty()) canvas.raw(fmt::format("<title>{}</title>\n", escape_markup(figure.title)));
+  if (!figure.description.empty()) canvas.raw(fmt::format("<desc>{}</desc>\n", escape_markup(figure.description)));
+  if (!options.embedded) {
+    canvas.raw("<style>" + figure_style(false) + "</style>\n");
+    canvas.rect({0, 0, figure.width, y}, "page");
+  }
+  for (const PanelLayout& layout : layouts) {
+    const double title_y = layout.plot.y - (layout.legend_height > 0 ? layout.legend_height + 4 : 0) - 7;
+    canvas.text(layout.plot.x, title_y, layout.panel.title, Anchor::start, "title");
+    switch (layout.panel.kind) {
+      case Panel::Kind::cartesian: draw_cartesian(canvas, layout); break;
+      case Panel::Kind::polar: draw_polar(canvas, layout); break;
+      case Panel::Kind::projected: draw_projected(canvas, layout); break;
+    }
+  }
+  canvas.raw("</svg>\n");
+  return canvas.take();
+}
+
+}  // namespace whirl::report
