@@ -1,0 +1,110 @@
+#include "whirl/control/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace whirl {
+
+Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
+                       const SampleGate& gate, const Runout& runout) noexcept
+    : settings_(settings), estimator_(estimator), law_(law), gate_(gate), runout_(runout), has_runout_(!runout.empty()) {
+  const double samples = settings.delay / settings.sample_time;
+  whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
+  fraction_ = std::max(0.0, samples - whole_delay_);
+  if (fraction_ < 1e-9) fraction_ = 0;
+}
+
+void Controller::reset() noexcept {
+  std::visit([](auto& e) { e.reset(); }, estimator_);
+  std::visit([](auto& l) { l.x.reset(), l.y.reset(); }, law_);
+  gate_.reset();
+  history_.fill({});
+  head_ = 0;
+  state_ = {};
+}
+
+std::complex<double> Controller::past(int samples) const noexcept {
+  const int size = static_cast<int>(history_.size());
+  return history_[static_cast<std::size_t>((head_ - samples + size) % size)];
+}
+
+void Controller::push(std::complex<double> acceleration) noexcept {
+  history_[static_cast<std::size_t>(head_)] = acceleration;
+  head_ = (head_ + 1) % static_cast<int>(history_.size());
+}
+
+void Controller::applied(const Command& command) noexcept {
+  const int size = static_cast<int>(history_.size());
+  state_.applied = {command.ux, command.uy};
+  history_[static_cast<std::size_t>((head_ - 1 + size) % size)] = settings_.gain * state_.applied;
+}
+
+LateralState Controller::at_effect(const LateralState& now, double omega) const noexcept {
+  const double h = settings_.sample_time;
+  if (!settings_.predict) {
+    LateralState s = now;
+    s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
+    return s;
+  }
+  LateralState s = now;
+  if (fraction_ > 0) s = whirl::predict(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
+  for (int i = whole_delay_; i >= 1; --i) s = whirl::predict(settings_.model, s, past(i), omega, h);
+  // The force of this very step is not known yet: over half the hold the last one stands for it, turned with the rotor
+  // because most of it is synchronous.
+  return whirl::predict(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
+}
+
+Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
+  const auto fault = [this](Fault reason) {
+    state_.requested = state_.applied = {};
+    push({});
+    return Expected<Command, Fault>::fault(reason);
+  };
+  if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
+
+  const bool fresh = gate_.accept(m);
+  state_.held = !fresh;
+  state_.held_total = gate_.held_total;
+  if (gate_.held > settings_.stale_limit) return fault(Fault::stale_sensor);
+
+  // Rotor quantities at the instant the displacement was taken.
+  const double beta = m.beta - m.omega * settings_.sensor_delay;
+  EstimatorInput in;
+  in.z = gate_.good - settings_.offset;
+  if (has_runout_) in.z -= runout_.at(beta);
+  in.fresh = fresh;
+  in.a_first = past(whole_delay_ + 2);
+  in.a_second = past(whole_delay_ + 1);
+  in.split = fraction_;
+  in.forcing = unbalance_per_metre(beta, m.omega, m.omega_dot);
+  in.d = settings_.feedforward ? product(settings_.eps, in.forcing) : std::complex<double>{};
+  in.omega = m.omega;
+
+  state_.measured = in.z;
+  state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
+  state_.effect = at_effect(state_.estimate, m.omega);
+  const LateralState& e = state_.effect;
+  const std::complex<double> d = settings_.feedforward ? e.d : std::complex<double>{};
+  const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
+  const auto [ax, ay] = std::visit(
+      [&](auto& l) noexcept {
+        return std::pair{l.x.step({e.z.real(), e.v.real(), f.real(), d.real()}),
+                         l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag()})};
+      },
+      law_);
+  state_.s = {ax.s, ay.s};
+  state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};
+  if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag())) return fault(Fault::not_finite);
+
+  const double limit = settings_.force_limit;
+  state_.applied = state_.requested;
+  if (limit > 0) {
+    state_.applied = {std::clamp(state_.requested.real(), -limit, limit),
+                      std::clamp(state_.requested.imag(), -limit, limit)};
+  }
+  state_.saturated = state_.applied != state_.requested;
+  push(settings_.gain * state_.applied);
+  return Command{state_.applied.real(), state_.applied.imag()};
+}
+
+}  // namespace whirl
