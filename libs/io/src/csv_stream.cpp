@@ -232,9 +232,6 @@ struct CsvStream::State {
       c = {written, &si_suffix(Quantity::dimensionless)};
     }
     if (!c.unit) fail("column " + unit_problem(shown(written)));
-    if (c.unit->suffix == "g" && (c.name.starts_with("mass") || c.name.starts_with("weight"))) {
-      fail(fmt::format("column '{}': g is the standard gravity; write grams as {}_gram", written, c.name));
-    }
     for (const CsvColumn& other : columns) {
       if (other.name == c.name) fail(fmt::format("two columns are called '{}'", shown(c.name)));
     }

@@ -126,7 +126,10 @@ const Unit& si_suffix(Quantity quantity) {
 
 NameWithUnit split_unit(std::string_view name) {
   for (std::size_t at = name.find('_', 1); at != std::string_view::npos; at = name.find('_', at + 1)) {
-    if (const Unit* unit = find_unit(name.substr(at + 1))) return {std::string(name.substr(0, at)), unit};
+    const std::string_view base = name.substr(0, at);
+    const std::string_view suffix = name.substr(at + 1);
+    const bool gram = suffix == "g" && base.find("mass") != std::string_view::npos;
+    if (const Unit* unit = find_unit(gram ? "gram" : suffix)) return {std::string(base), unit};
   }
   return {std::string(name), nullptr};
 }

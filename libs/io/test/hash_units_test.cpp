@@ -62,6 +62,8 @@ TEST(Units, TheLongestSuffixCounts) {
   EXPECT_EQ(split_unit("k_1_s2").unit->quantity, Quantity::rate_squared);
   EXPECT_EQ(split_unit("K1_N_m").unit->quantity, Quantity::stiffness);
   EXPECT_EQ(split_unit("torque_Nm").unit->quantity, Quantity::torque);
+  EXPECT_EQ(split_unit("acc_g").unit->quantity, Quantity::acceleration);
+  EXPECT_EQ(split_unit("added_mass_g").unit->quantity, Quantity::mass);
   EXPECT_EQ(split_unit("_mm").unit, nullptr);
   EXPECT_EQ(split_unit("x").unit, nullptr);
 }

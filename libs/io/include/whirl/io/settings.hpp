@@ -48,17 +48,23 @@ class Settings {
   /// Number of tables in the array of tables `path`.
   std::size_t count(std::string_view path) const;
 
-  /// Sets `field` from the key "table.key" if it is present. `key` carries the unit of the field's documentation
-  /// (`mass_kg`); the file may use any other unit of that quantity (`mass_gram`). Returns whether it was present.
+  /// Sets `field` from the key "table.key" if it is present and returns whether it was. `key` carries the unit in which
+  /// the field is documented and field = value in that unit * `unit`; the file may use any other unit of the same
+  /// quantity (`mass_gram` for the key `mass_kg`).
+  bool assign(std::string_view table, std::string_view key, double& field, double unit) const;
+  /// The same for a field in the SI unit of the key's quantity (Hz for `_hz`; use `unit` for a field in rad/s).
   bool assign(std::string_view table, std::string_view key, double& field) const;
-  bool assign(std::string_view table, std::string_view key, bool& field) const;
-  bool assign(std::string_view table, std::string_view key, std::string& field) const;
-  bool assign(std::string_view table, std::string_view key, std::vector<double>& field) const;
+  bool assign(std::string_view table, std::string_view key, bool& field, double = 1) const;
+  bool assign(std::string_view table, std::string_view key, std::string& field, double = 1) const;
   template <class Integer>
     requires std::is_integral_v<Integer>
-  bool assign(std::string_view table, std::string_view key, Integer& field) const {
-    long value = 0;
-    if (!assign_integer(table, key, value, std::is_unsigned_v<Integer>)) return false;
+  bool assign(std::string_view table, std::string_view key, Integer& field, double = 1) const {
+    long value = static_cast<long>(field);
+    if (!assign_integer(table, key, value, static_cast<long>(std::numeric_limits<Integer>::min()),
+                        sizeof(Integer) < sizeof(long) ? static_cast<long>(std::numeric_limits<Integer>::max())
+                                                       : std::numeric_limits<long>::max())) {
+      return false;
+    }
     field = static_cast<Integer>(value);
     return true;
   }
@@ -72,7 +78,7 @@ class Settings {
  private:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
   friend Settings parse_settings(std::string_view text, std::string_view name);
-  bool assign_integer(std::string_view table, std::string_view key, long& field, bool is_unsigned) const;
+  bool assign_integer(std::string_view table, std::string_view key, long& field, long low, long high) const;
   struct State;
   std::unique_ptr<State> state_;
 };
@@ -81,11 +87,15 @@ Settings read_settings(const std::filesystem::path& path);
 /// From text; `name` stands in messages.
 Settings parse_settings(std::string_view text, std::string_view name);
 
-/// Applies the keys of one table to an object that lists its fields with
-/// `visit_fields(object, visitor)` calling `visitor(key_with_unit, field)`.
+/// Applies the settings to an object that lists its fields with `visit_fields(object, visitor)`, which calls
+/// `visitor("table.key_unit", field, unit)` with SI value = file value * unit.
 template <class T>
-void apply(const Settings& settings, std::string_view table, T& object) {
-  visit_fields(object, [&](std::string_view key, auto& field) { settings.assign(table, key, field); });
+void apply(const Settings& settings, T& object) {
+  visit_fields(object, [&](std::string_view full_key, auto& field, double unit) {
+    const std::size_t dot = full_key.rfind('.');
+    settings.assign(dot == std::string_view::npos ? std::string_view{} : full_key.substr(0, dot),
+                    full_key.substr(dot + 1), field, unit);
+  });
 }
 
 /// One line of a TOML file to be written.
@@ -95,7 +105,7 @@ struct TomlEntry {
   std::variant<double, long, bool, std::string, std::vector<double>> value;  ///< in the unit of the key
   std::string comment;
 };
-/// TOML text; entries of one table must stand together. Doubles with every digit needed to read them back.
+/// TOML text, tables in the order of their first entry. Doubles with every digit needed to read them back.
 std::string to_toml(const std::vector<TomlEntry>& entries);
 
 }  // namespace whirl

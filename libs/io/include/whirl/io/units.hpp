@@ -23,7 +23,7 @@ struct Unit {
 
 /// All units, grouped by quantity; the first one of a quantity is its SI unit.
 ///
-/// `g` is the standard gravity 9.80665 m/s^2; a mass in grams is written `gram`. `hz` and `rpm` serve both as frequency
+/// `g` is the standard gravity 9.80665 m/s^2; grams are written `gram` (after a name that holds "mass" also `g`). `hz` and `rpm` serve both as frequency
 /// and as angular velocity; without a wish they are frequency (hz) and angular velocity (rpm).
 std::span<const Unit> all_units();
 

@@ -1,0 +1,65 @@
+#include "whirl/io/info.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "whirl/io/csv.hpp"
+#include "whirl/testing/data.hpp"
+
+namespace whirl {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+Eigen::VectorXd sine(double amplitude, double offset = 0) {
+  Eigen::VectorXd x(2000);
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = offset + amplitude * std::sin(0.0731 * static_cast<double>(i));
+  return x;
+}
+
+ChannelInfo info_of(Eigen::VectorXd x, Quantity q = Quantity::displacement) {
+  Recording r;
+  r.dt = 1e-3;
+  r.add("x", q, std::move(x));
+  return describe(r).channels[0];
+}
+
+TEST(Info, ACleanSineHasNoFindings) {
+  const ChannelInfo c = info_of(sine(2));
+  EXPECT_THAT(c.findings, IsEmpty());
+  EXPECT_NEAR(c.rms, std::sqrt(2.0), 1e-2);
+  EXPECT_NEAR(c.maximum, 2, 1e-2);
+}
+
+TEST(Info, FindsWhatIsSuspicious) {
+  EXPECT_THAT(info_of(Eigen::VectorXd::Zero(50)).findings, ElementsAre(HasSubstr("constant")));
+  EXPECT_THAT(info_of(sine(2).cwiseMin(1.5)).findings, ElementsAre(HasSubstr("clipped: the maximum 1.5 m")));
+  Eigen::VectorXd frozen = sine(2);
+  frozen.segment(500, 50).setConstant(frozen[500]);
+  EXPECT_THAT(info_of(frozen).findings, ElementsAre(HasSubstr("frozen: 50 equal samples from 0.5 s on")));
+  EXPECT_THAT(info_of(sine(0.1, 5)).findings, ElementsAre(HasSubstr("remove the offset?")));
+  EXPECT_THAT(info_of(sine(0.1, 5), Quantity::angular_velocity).findings, IsEmpty());
+  Eigen::VectorXd spike = sine(1);
+  spike[77] = 9;
+  EXPECT_THAT(info_of(spike).findings, ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
+  const Eigen::VectorXd coarse = (sine(2) * 4).array().round();
+  EXPECT_THAT(info_of(coarse).findings, ElementsAre(HasSubstr("coarse: about 17 levels"), HasSubstr("repeat their neighbour")));
+}
+
+TEST(InfoReference, TheMeasuredHammerRecordIsDescribed) {
+  const auto file = testing::data_file("modal/hammer_raw.csv.gz");
+  WHIRL_REQUIRE_DATA(file);
+  const RecordingInfo info = describe(read_csv(file));
+  EXPECT_EQ(info.samples, 50030);
+  EXPECT_DOUBLE_EQ(info.rate, 50000);
+  EXPECT_NEAR(info.duration, 1.0006, 1e-12);
+  EXPECT_THAT(to_string(info), HasSubstr("50000 Hz"));
+}
+
+}  // namespace
+}  // namespace whirl

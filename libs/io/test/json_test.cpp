@@ -1,0 +1,164 @@
+#include "whirl/io/json.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <random>
+
+#include "whirl/io/file.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+template <class F>
+std::string error_of(F&& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+IdentifiedModel rotor_model() {
+  IdentifiedModel m;
+  m.method = "weak";
+  m.states = {"X1", "X2"};
+  m.inputs = {"X5"};
+  m.equations = {{"X2'", {{"X1", Estimate::from_sd(-5667.1, 3.2), "1/s^2"}, {"X1^3", {-1e7, kNan, kNan, kNan}, "1/(m^2 s^2)"}}}};
+  m.parameters = {{"k1", Estimate::from_sd(5667.1, 3.2)}, {"k2", Estimate::from_sd(1e7, 1e5)}, {"c", Estimate::from_sd(1, 0.1)}};
+  RotorModel r;
+  r.k1 = 5667.1;
+  r.k2 = 1e7;
+  r.c = 1;
+  r.eps = {3e-4, 4e-4};
+  r.k1_conj = {50, -1};
+  r.modes = {{80.5, 0.01, {0.1, 0.2}}};
+  m.rotor = r;
+  m.rotor_covariance.assign(25, 0.1);
+  m.sample_time = 1e-3;
+  m.noise_sd = 2e-6;
+  m.summary.chi_square = 1.02;
+  m.summary.trust = "prediction inside the band \"12 Hz\"";
+  m.summary.warn("short record");
+  m.provenance = {"0.1.0", {"a.csv sha256:00"}, "rate=1000", 0xFFFFFFFFFFFFFFFFull};
+  return m;
+}
+
+TEST(ModelJson, IdentifiedModelRoundTripsAndHoldsTheContractKeys) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "model.json";
+  const IdentifiedModel m = rotor_model();
+  save(file, m);
+  const auto back = load<IdentifiedModel>(file);
+  EXPECT_EQ(to_json(back).dump(), to_json(m).dump());
+  EXPECT_EQ(back.provenance.seed, m.provenance.seed);
+  EXPECT_EQ(back.rotor->k1_conj, m.rotor->k1_conj);
+  EXPECT_EQ(back.summary.status, Status::warning);
+  EXPECT_TRUE(std::isnan(back.summary.residual));
+  const Json document = load_json(file);
+  const JsonReader in(document, "model.json");
+  for (const char* key : {"k1", "k2", "c", "e", "e_phase"}) {
+    EXPECT_EQ(in.at("parameters").at(key).at("ci95").items().size(), 2u) << key;
+    EXPECT_TRUE(in.at("parameters").at(key).has("unit")) << key;
+  }
+  EXPECT_DOUBLE_EQ(in.at("parameters").at("e").at("value").number(), 5e-4);
+  EXPECT_EQ(in.at("equations").items()[0].at("terms").items()[1].at("coefficient").number(), -1e7);
+  EXPECT_EQ(in.at("summary").at("chi_square").number(), 1.02);
+}
+
+TEST(ModelJson, TheOtherResultsRoundTrip) {
+  const auto dir = std::filesystem::path(::testing::TempDir());
+  StiffnessLaw law;
+  law.k1 = Estimate::from_sd(8500, 1);
+  law.hysteresis = 0.3;
+  law.points = 12;
+  save(dir / "s.json", law);
+  EXPECT_EQ(to_json(load<StiffnessLaw>(dir / "s.json")).dump(), to_json(law).dump());
+
+  FrequencyResponse frf;
+  frf.frequency = Eigen::VectorXd::LinSpaced(5, 0, 1);
+  frf.channels = {{"1:+Z", "3:-Z", Eigen::VectorXcd::Random(5), Eigen::VectorXd::Ones(5), {}}};
+  frf.averages = 4;
+  frf.estimator = FrfEstimator::hv;
+  save(dir / "f.json.gz", frf);
+  const auto frf_back = load<FrequencyResponse>(dir / "f.json.gz");
+  EXPECT_EQ(frf_back.channels[0].value, frf.channels[0].value);
+  EXPECT_EQ(to_json(frf_back).dump(), to_json(frf).dump());
+
+  ModalModel modes;
+  modes.modes = {{Estimate::from_sd(12, 0.1), Estimate::from_sd(0.01, 0.001), {-1, 75}, Eigen::VectorXcd::Random(2)}};
+  modes.lower = modes.upper = Eigen::VectorXcd::Random(2);
+  modes.band_high = 100;
+  save(dir / "m.json", modes);
+  EXPECT_EQ(to_json(load<ModalModel>(dir / "m.json")).dump(), to_json(modes).dump());
+
+  ControllerDesign design;
+  design.law = "tsmc";
+  design.parameters = {{"C", 60}, {"q_over_p", 7 / 9.0}};
+  design.margins = {{"gain_margin", kNan}};
+  design.model = *rotor_model().rotor;
+  save(dir / "c.json", design);
+  const auto design_back = load<ControllerDesign>(dir / "c.json");
+  EXPECT_EQ(design_back.parameters.at("q_over_p"), 7 / 9.0);
+  EXPECT_EQ(to_json(design_back).dump(), to_json(design).dump());
+}
+
+TEST(ModelJson, EveryDefectNamesFilePathAndReason) {
+  const std::string good = to_json(rotor_model()).dump();
+  const auto with = [&](std::string_view from, std::string_view to) {
+    std::string text = good;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    return error_of([&] { from_json<IdentifiedModel>(parse_json(text, "m.json"), "m.json"); });
+  };
+  EXPECT_EQ(with("weak", "weak"), "no error");
+  EXPECT_THAT(with("whirl.model/1", "whirl.model/2"), AllOf(HasSubstr("m.json: $: "), HasSubstr("newer program")));
+  EXPECT_THAT(with("whirl.model/1", "whirl.modes/1"), HasSubstr("must be 'whirl.model/1'"));
+  EXPECT_THAT(with("whirl.model/1", "whirl.model/1x"), HasSubstr("must be 'whirl.model/1'"));
+  EXPECT_THAT(with("\"schema\"", "\"scheme\""), HasSubstr("no key 'schema'"));
+  EXPECT_THAT(with("\"e_phase\"", "\"phase\""), HasSubstr("m.json: $.parameters: no key 'e_phase'"));
+  EXPECT_THAT(with("\"value\": 5667.1", "\"value\": \"5667\""), HasSubstr("$.parameters.k1.value: is text, must be a finite number"));
+  EXPECT_THAT(with("\"coefficient\": -5667.1", "\"coefficient\": null"), HasSubstr("$.equations[0].terms[0].coefficient: is null"));
+  EXPECT_THAT(with("\"coefficient\": -5667.1", "\"coefficient\": NaN"), HasSubstr("damaged JSON"));
+  EXPECT_THAT(with("\"coefficient\": -5667.1", "\"coefficient\": 1e999"), HasSubstr("m.json"));
+  EXPECT_THAT(with("\"status\": \"warning\"", "\"status\": \"fine\""), HasSubstr("must be ok, warning or unusable"));
+  EXPECT_THAT(with("\"seed\": \"1", "\"seed\": \"x"), HasSubstr("$.provenance.seed"));
+  EXPECT_THAT(error_of([] { parse_json("{\n\"a\": 1,\n}", "x.json"); }), HasSubstr("x.json:3: damaged JSON"));
+  EXPECT_THAT(error_of([] { parse_json("{\"a\":1,\"a\":2}", "x.json"); }), HasSubstr("key 'a' stands twice"));
+  EXPECT_THAT(error_of([] { parse_json(std::string(100000, '['), "x.json"); }), HasSubstr("nested deeper"));
+  EXPECT_THAT(error_of([] { parse_json("", "x.json"); }), HasSubstr("damaged JSON"));
+  EXPECT_THAT(error_of([] { parse_json("{} {}", "x.json"); }), HasSubstr("damaged JSON"));
+}
+
+TEST(JsonProperty, DoublesSurviveARoundTripExactly) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 20000; ++i) {
+    std::uint64_t bits = random();
+    double v = 0;
+    static_assert(sizeof v == sizeof bits);
+    std::memcpy(&v, &bits, sizeof v);
+    if (!std::isfinite(v)) continue;
+    const Json back = parse_json(Json(v).dump(), "x");
+    ASSERT_EQ(JsonReader(back, "x").number(), v);
+  }
+}
+
+TEST(Json, TextWithBadEncodingIsStillWrittenAsValidJson) {
+  const std::string text = Json(std::string("a\xff\n\"")).dump();
+  EXPECT_NO_THROW(parse_json(text, "x"));
+}
+
+}  // namespace
+}  // namespace whirl
