@@ -2,12 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
-#include <unsupported/Eigen/MatrixFunctions>
-
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 #include "whirl/rotor/lateral_step.hpp"
+#include "whirl/rotor/mode_step.hpp"
 
 namespace whirl {
 
@@ -46,26 +44,6 @@ AngleSignal refine(const AngleSignal& angle, int substeps) {
   return fine;
 }
 
-// Exact step of q'' + 2 zeta w q' + w^2 q = F over h for F quadratic through its start, middle and end.
-struct ModeStep {
-  Eigen::Matrix2d state;
-  Eigen::Matrix<double, 2, 3> input;
-
-  ModeStep(const ForcedMode& mode, double h) {
-    // Augmented by p, p', p'' of F(t) = p + p' t + p'' t^2 / 2.
-    Eigen::Matrix<double, 5, 5> a = Eigen::Matrix<double, 5, 5>::Zero();
-    a(0, 1) = a(1, 2) = a(2, 3) = a(3, 4) = 1;
-    a(1, 0) = -mode.omega * mode.omega;
-    a(1, 1) = -2 * mode.zeta * mode.omega;
-    const Eigen::Matrix<double, 5, 5> scaled = a * h;
-    const Eigen::Matrix<double, 5, 5> e = scaled.exp();
-    state = e.topLeftCorner<2, 2>();
-    Eigen::Matrix3d derivatives;  // (F0, F_mid, F1) -> (p, p', p'')
-    derivatives << 1, 0, 0, -3 / h, 4 / h, -1 / h, 4 / (h * h), -8 / (h * h), 4 / (h * h);
-    input = e.topRightCorner<2, 3>() * derivatives;
-  }
-};
-
 struct Steps {
   const RotorModel& model;
   const Eigen::VectorXcd& forcing;  // 2 per step, and one
@@ -98,7 +76,7 @@ void integrate_main(const Steps& steps, const WhirlState& start, int per_sample,
 
 void add_forced_mode(const ForcedMode& mode, const AngleSignal& angle, const Eigen::VectorXcd& forcing, double h,
                      int per_sample, Response& out) {
-  const ModeStep step(mode, h);
+  const ModeStep step(mode.omega, mode.zeta, h);
   const double w = angle.omega[0];
   Complex q = forcing[0] / Complex(mode.omega * mode.omega - w * w, 2 * mode.zeta * mode.omega * w), dq = Complex(0, w) * q;
   out.z[0] += mode.participation * q;
@@ -106,12 +84,7 @@ void add_forced_mode(const ForcedMode& mode, const AngleSignal& angle, const Eig
   for (Eigen::Index n = 1; n < out.z.size(); ++n) {
     for (int k = 0; k < per_sample; ++k) {
       const Eigen::Index i = 2 * ((n - 1) * per_sample + k);
-      const Complex f0 = forcing[i], fm = forcing[i + 1], f1 = forcing[i + 2];
-      const Complex next = step.state(0, 0) * q + step.state(0, 1) * dq + step.input(0, 0) * f0 + step.input(0, 1) * fm +
-                           step.input(0, 2) * f1;
-      dq = step.state(1, 0) * q + step.state(1, 1) * dq + step.input(1, 0) * f0 + step.input(1, 1) * fm +
-           step.input(1, 2) * f1;
-      q = next;
+      step.advance<Complex>(q, dq, forcing[i], forcing[i + 1], forcing[i + 2]);
     }
     out.z[n] += mode.participation * q;
     out.dz[n] += mode.participation * dq;

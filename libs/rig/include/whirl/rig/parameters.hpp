@@ -23,7 +23,7 @@ struct RigRotor {
   double residual_eccentricity = 51.3e-6;  ///< e0 of the balanced rotor, m
   double residual_phase = 0.6;   ///< of e0, rad from the angle zero
   double added_mass = 5e-3;      ///< screw in the disk, kg
-  double added_radius = 82.9e-3; ///< m
+  double added_radius = 82.73e-3; ///< m
   double added_phase = 0;        ///< rad from the angle zero
 };
 
@@ -127,7 +127,7 @@ struct ScriptedFault {
 /// One experiment on the rig.
 struct RigRun {
   std::uint64_t seed = 1;
-  std::vector<ScriptedFault> faults;
+  std::vector<ScriptedFault> faults = {};
 };
 
 }  // namespace whirl

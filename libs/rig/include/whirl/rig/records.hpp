@@ -47,7 +47,7 @@ struct HammerTestOptions {
   double hammer_volt_per_newton = 0.1 / 4.4482216;      ///< 100 mV/lbf
   double accelerometer_volt_per_ms2 = 0.05 / 9.80665;   ///< 50 mV/g
   double accelerometer_range = 100 * 9.80665;           ///< m/s^2
-  int bits = 16;                     ///< converter over +- 10 V
+  int bits = 24;                     ///< converter over +- 10 V; 0 = none
   double converter_noise = 0.1e-3;   ///< V rms
   double direction = 0;              ///< of the blow, rad from x
   std::uint64_t seed = 1;

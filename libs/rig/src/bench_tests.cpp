@@ -1,0 +1,129 @@
+// The two tests of the paper on the rotor at rest: lateral stiffness (section III-B) and modal hammer (section IV-B).
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "normal.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rig/records.hpp"
+#include "whirl/rotor/lateral_step.hpp"
+#include "whirl/rotor/mode_step.hpp"
+
+namespace whirl {
+
+namespace {
+
+double rounded(double value, double resolution) {
+  return resolution > 0 ? std::round(value / resolution) * resolution : value;
+}
+
+// Voltage over +- 10 V, clipped and converted, back to the physical unit.
+double digitise(double value, double volt_per_unit, double range, int bits, double noise) {
+  constexpr double kVolts = 10;
+  const double clipped = std::max(-range, std::min(range, value));
+  const double volts = std::max(-kVolts, std::min(kVolts, clipped * volt_per_unit + noise));
+  const double lsb = bits > 0 ? 2 * kVolts / std::ldexp(1.0, bits) : 0;
+  return rounded(volts, lsb) / volt_per_unit;
+}
+
+}  // namespace
+
+StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const StiffnessTestOptions& o) {
+  parameters.check();
+  require_range("max_deflection", o.max_deflection, 1e-9, 1, "m");
+  require_range("points", o.points, 2, 1e6);
+  const RotorModel model = parameters.true_model();
+  const double mass = parameters.rotor.mass;
+  const std::complex<double> along = std::polar(1.0, o.direction);
+  Normal normal(o.seed);
+  const int total = o.unloading ? 2 * o.points - 1 : o.points;
+  StiffnessTable table{Eigen::VectorXd(total), Eigen::VectorXd(total)};
+  for (int i = 0; i < total; ++i) {
+    const int step = i < o.points ? i : total - 1 - i;
+    const double d = o.max_deflection * step / (o.points - 1);
+    const std::complex<double> z = d * along;
+    const std::complex<double> spring = mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
+    const double force = (spring * std::conj(along)).real();
+    table.force[i] = rounded(force + o.force_noise * normal(), o.force_resolution);
+    table.deflection[i] = rounded(d + o.zero_offset, o.deflection_resolution);
+  }
+  return table;
+}
+
+std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, const HammerTestOptions& o) {
+  parameters.check();
+  require_range("blows", o.blows, 1, 10000);
+  require_range("rate", o.rate, 10, 1e6, "Hz");
+  require_range("duration", o.duration, 10 / o.rate, 1e4, "s");
+  require_range("pretrigger", o.pretrigger, 0, o.duration, "s");
+  require_range("pulse_min", o.pulse_min, 1e-6, o.pulse_max, "s");
+  require_range("force_max", o.force_max, o.force_min, 1e6, "N");
+
+  // The pulse is smooth on the step; steps are far below the shortest period of interest.
+  constexpr int kSubsteps = 8;
+  const double step = 1 / (o.rate * kSubsteps);
+  const LateralCoefficients<double> coefficients = lateral_coefficients(parameters.true_model());
+  const double mass = parameters.rotor.mass;
+  std::vector<ModeStep> steps;
+  for (const RigMode& mode : parameters.modes) {
+    steps.emplace_back(2 * std::numbers::pi * mode.frequency, mode.damping_ratio, step);
+  }
+  struct ModeState {
+    std::complex<double> q, dq;
+  };
+
+  Normal normal(o.seed);
+  const std::complex<double> along = std::polar(1.0, o.direction);
+  const Eigen::Index samples = std::lround(o.duration * o.rate);
+  std::vector<Recording> records;
+  for (int blow = 0; blow < o.blows; ++blow) {
+    const auto between = [&](double low, double high) { return low + (high - low) * 0.5 * (1 + normal.uniform()); };
+    const double peak = between(o.force_min, o.force_max), length = between(o.pulse_min, o.pulse_max);
+    // The blow does not fall on a sample.
+    const double start = o.pretrigger + between(0, 1) / o.rate;
+    const auto pulse = [&](double t) {
+      return t > start && t < start + length ? peak * std::sin(std::numbers::pi * (t - start) / length) : 0.0;
+    };
+    const auto input = [&](double t) {
+      const std::complex<double> a = pulse(t) / mass * along;
+      return LateralInput<double>{a.real(), a.imag()};
+    };
+    LateralState<double> rotor{};
+    std::vector<ModeState> modes(steps.size());
+    Eigen::VectorXd force(samples), acc_x(samples), acc_y(samples);
+    for (Eigen::Index i = 0; i < samples; ++i) {
+      const double t = static_cast<double>(i) / o.rate;
+      const LateralInput<double> a = lateral_rate(coefficients, rotor, input(t));
+      std::complex<double> acceleration(a.x, a.y);
+      for (std::size_t k = 0; k < modes.size(); ++k) {
+        const RigMode& mode = parameters.modes[k];
+        const double w = 2 * std::numbers::pi * mode.frequency;
+        acceleration += mode.sensor_sign * (mode.participation * pulse(t) / mass * along -
+                                            2 * mode.damping_ratio * w * modes[k].dq - w * w * modes[k].q);
+      }
+      const auto noise = [&] { return o.converter_noise * normal(); };
+      force[i] = digitise(pulse(t), o.hammer_volt_per_newton, o.hammer_range, o.bits, noise());
+      acc_x[i] = digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      acc_y[i] = digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      for (int s = 0; s < kSubsteps; ++s) {
+        const double now = t + s * step, mid = now + 0.5 * step, end = now + step;
+        for (std::size_t k = 0; k < modes.size(); ++k) {
+          const std::complex<double> gain = parameters.modes[k].participation / mass * along;
+          steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now), gain * pulse(mid),
+                                                 gain * pulse(end));
+        }
+        rotor = lateral_step(coefficients, rotor, input(now), input(mid), input(end), step);
+      }
+    }
+    Recording r;
+    r.dt = 1 / o.rate;
+    r.source = fmt::format("virtual rig, hammer blow {}", blow + 1);
+    r.add("force", Quantity::force, std::move(force));
+    r.add("acc_x", Quantity::acceleration, std::move(acc_x));
+    r.add("acc_y", Quantity::acceleration, std::move(acc_y));
+    records.push_back(std::move(r));
+  }
+  return records;
+}
+
+}  // namespace whirl

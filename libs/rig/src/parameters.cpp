@@ -1,0 +1,155 @@
+#include "whirl/rig/parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+
+namespace {
+constexpr double kTurn = 2 * std::numbers::pi;
+
+void make_ideal(RigParameters& p) {
+  p.modes.clear();
+  p.rotor.stiffness_split = p.rotor.damping_split = p.rotor.cross_stiffness = 0;
+  p.laser = RigLaser{.noise = 0, .range = 1, .bits = 0, .rate = 0, .latency = 0,
+                     .runout_1x = 0, .runout_2x = 0, .runout_3x = 0};
+  p.actuator.bits = 0;
+  p.actuator.gain_error = p.actuator.axis_rotation = 0;
+  p.actuator.bandwidth = 0;
+  p.actuator.delay_samples = 0;
+  p.encoder.counts = 0;
+}
+
+bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9 * std::max(1.0, std::abs(x)); }
+}  // namespace
+
+SpeedProfile RigParameters::default_profile() {
+  SpeedProfile p = SpeedProfile::run_down(2.5 * std::sqrt(8500 / 1.5), 13, 1);
+  p.ripple = 0.004;
+  p.ripple_omega = kTurn * 0.7;
+  p.ripple_phase = 3.4;
+  return p;
+}
+
+std::vector<RigMode> RigParameters::default_modes() {
+  return {{46, 0.008, 0.030, 1, 30e-6}, {128, 0.006, 0.015, -1, 8e-6}, {310, 0.010, 0.010, 1, 2e-6}};
+}
+
+RigParameters RigParameters::peak_to_peak_reading() {
+  RigParameters p;
+  p.rotor.residual_eccentricity = 25.53e-6;
+  p.rotor.added_radius = 34.957e-3;
+  return p;
+}
+
+RigParameters RigParameters::ideal_rotor_a() {
+  RigParameters p;
+  make_ideal(p);
+  const double w2 = std::pow(kTurn * 12, 2);
+  p.rotor.mass = 2.5;
+  p.rotor.stiffness = 2.5 * w2;
+  p.rotor.cubic = 0.25 * p.rotor.stiffness / 9e-6;
+  p.rotor.damping = 2 * 0.02 * kTurn * 12 * 2.5;
+  p.rotor.residual_eccentricity = 80e-6;
+  p.rotor.residual_phase = 0.7;
+  p.rotor.added_radius = 85e-3;
+  p.rotor.added_phase = 1.2;
+  p.profile = SpeedProfile::run_down(kTurn * 30, 12);
+  return p;
+}
+
+RigParameters RigParameters::ideal_rotor_b() {
+  RigParameters p;
+  make_ideal(p);
+  p.rotor.mass = 1;
+  p.rotor.stiffness = 8882.6;
+  p.rotor.cubic = 2e8;
+  p.rotor.damping = 7.5;
+  p.rotor.residual_eccentricity = 300e-6;
+  p.rotor.residual_phase = 0;
+  p.rotor.added_mass = 0;
+  p.profile = SpeedProfile::run_down(kTurn * 40, 15);
+  return p;
+}
+
+double RigParameters::natural_frequency() const { return std::sqrt(rotor.stiffness / rotor.mass); }
+
+std::complex<double> RigParameters::eccentricity() const {
+  return std::polar(rotor.residual_eccentricity, rotor.residual_phase) +
+         std::polar(rotor.added_mass * rotor.added_radius / rotor.mass, rotor.added_phase);
+}
+
+RotorModel RigParameters::true_model() const {
+  const double m = rotor.mass;
+  RotorModel model;
+  model.k1 = rotor.stiffness / m;
+  model.k2 = rotor.cubic / m;
+  model.c = rotor.damping / m;
+  model.k1_conj = {rotor.stiffness * rotor.stiffness_split / m, rotor.cross_stiffness / m};
+  model.c_conj = rotor.damping * rotor.damping_split / m;
+  model.eps = eccentricity();
+  model.gain = 1 / m;
+  return model;
+}
+
+RigParameters RigParameters::run_up() const {
+  RigParameters p = *this;
+  std::swap(p.profile.omega_start, p.profile.omega_end);
+  std::swap(p.profile.dwell_start, p.profile.dwell_end);
+  return p;
+}
+
+void RigParameters::check() const {
+  const auto positive = [](const char* field, double value, double high, const char* unit) {
+    require_range(field, value, 1e-12, high, unit);
+  };
+  positive("rotor.mass", rotor.mass, 1e6, "kg");
+  positive("rotor.stiffness", rotor.stiffness, 1e12, "N/m");
+  require_range("rotor.cubic", rotor.cubic, -1e18, 1e18, "N/m^3");
+  require_range("rotor.damping", rotor.damping, 0, 1e9, "N s/m");
+  require_range("rotor.stiffness_split", rotor.stiffness_split, -0.99, 0.99);
+  require_range("rotor.damping_split", rotor.damping_split, -1, 1);
+  require_range("rotor.cross_stiffness", rotor.cross_stiffness, -rotor.stiffness, rotor.stiffness, "N/m");
+  require_range("rotor.residual_eccentricity", rotor.residual_eccentricity, 0, 1, "m");
+  require_range("rotor.added_mass", rotor.added_mass, 0, rotor.mass, "kg");
+  require_range("rotor.added_radius", rotor.added_radius, 0, 10, "m");
+  profile.check();
+  for (const RigMode& mode : modes) {
+    positive("modes.frequency", mode.frequency, 1e6, "Hz");
+    require_range("modes.damping_ratio", mode.damping_ratio, 0, 10);
+  }
+  require_range("laser.noise", laser.noise, 0, 1, "m");
+  positive("laser.range", laser.range, 10, "m");
+  require_range("laser.bits", laser.bits, 0, 32);
+  require_range("laser.rate", laser.rate, 0, 1e7, "Hz");
+  require_range("laser.latency", laser.latency, 0, 50 / timing.rate, "s");
+  positive("actuator.voltage_limit", actuator.voltage_limit, 1e6, "V");
+  positive("actuator.force_per_volt", actuator.force_per_volt, 1e9, "N/V");
+  require_range("actuator.bits", actuator.bits, 0, 32);
+  require_range("actuator.gain_error", actuator.gain_error, -1, 10);
+  require_range("actuator.bandwidth", actuator.bandwidth, 0, 1e6, "Hz");
+  require_range("actuator.delay_samples", actuator.delay_samples, 0, 30);
+  require_range("actuator.extra_delay_samples", actuator.extra_delay_samples, 0, 30);
+  require_range("encoder.counts", encoder.counts, 0, 1e9);
+  positive("encoder.bandwidth", encoder.bandwidth, timing.rate / 20, "Hz");
+  positive("timing.rate", timing.rate, 1e6, "Hz");
+  require_range("timing.substeps", timing.substeps, 1, 256);
+
+  // Sensor instants must be ends of Runge-Kutta steps: interpolating between them would be a sensor nobody sells.
+  const double step_rate = timing.rate * timing.substeps;
+  if (laser.rate > 0 && !whole(step_rate / laser.rate)) {
+    throw Error::in_field("timing.substeps", fmt::format("{}", timing.substeps),
+                          fmt::format("such that rate x substeps ({:g} Hz) is a multiple of laser.rate ({:g} Hz)", step_rate,
+                                      laser.rate));
+  }
+  if (laser.rate == 0 && !whole(laser.latency * step_rate)) {
+    throw Error::in_field("laser.latency", fmt::format("{:g} s", laser.latency),
+                          fmt::format("a whole number of substeps of {:g} s", 1 / step_rate));
+  }
+}
+
+}  // namespace whirl

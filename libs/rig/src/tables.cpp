@@ -1,0 +1,129 @@
+#include "tables.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <unsupported/Eigen/MatrixFunctions>
+
+#include "whirl/rotor/equations.hpp"
+#include "whirl/rotor/simulate.hpp"
+
+namespace whirl {
+
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+// q'' + 2 zeta w q' + w^2 q = b f, f' = (c - f) / tau, c held; without lag f = c.
+ModeMap mode_map(const RigMode& mode, double mass, double bandwidth, double time) {
+  const double w = kTurn * mode.frequency, b = mode.participation / mass;
+  Eigen::Matrix4d a = Eigen::Matrix4d::Zero();  // (q, q', f, c)
+  a(0, 1) = 1;
+  a(1, 0) = -w * w;
+  a(1, 1) = -2 * mode.damping_ratio * w;
+  if (bandwidth > 0) {
+    a(1, 2) = b;
+    a(2, 2) = -kTurn * bandwidth;
+    a(2, 3) = kTurn * bandwidth;
+  } else {
+    a(1, 3) = b;
+  }
+  const Eigen::Matrix4d scaled = a * time;
+  const Eigen::Matrix4d e = scaled.exp();
+  return {e(0, 0), e(0, 1), e(0, 2), e(0, 3), e(1, 0), e(1, 1), e(1, 2), e(1, 3)};
+}
+
+double surface_error(const RigLaser& laser, double angle) {
+  return laser.runout_1x * std::cos(angle + laser.runout_phase_1x) +
+         laser.runout_2x * std::cos(2 * angle + laser.runout_phase_2x) +
+         laser.runout_3x * std::cos(3 * angle + laser.runout_phase_3x);
+}
+
+// Encoder counts followed by a third-order tracking loop with three equal poles: no lag at constant acceleration.
+class EncoderTracker {
+ public:
+  EncoderTracker(const RigEncoder& encoder, double dt, const AngleState& start)
+      : width_(kTurn / encoder.counts), dt_(dt), pole_(kTurn * encoder.bandwidth), state_(start) {}
+
+  AngleState read(double beta) {
+    const double counted = (std::floor(beta / width_) + 0.5) * width_;
+    const double error = counted - state_.beta;
+    const double p = pole_;
+    state_.beta += 3 * p * dt_ * error;
+    state_.omega += 3 * p * p * dt_ * error;
+    state_.alpha += p * p * p * dt_ * error;
+    const AngleState now{counted, state_.omega, state_.alpha};
+    state_.beta += dt_ * (state_.omega + 0.5 * dt_ * state_.alpha);
+    state_.omega += dt_ * state_.alpha;
+    return now;
+  }
+
+ private:
+  double width_, dt_, pole_;
+  AngleState state_;
+};
+
+std::vector<AngleState> measured_angles(const RigParameters& p, const std::vector<AngleState>& truth) {
+  std::vector<AngleState> out(truth.size());
+  const double dt = 1 / p.timing.rate;
+  const SpeedProfile commanded = p.profile.without_ripple();
+  EncoderTracker tracker(p.encoder, dt, truth.front());
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    if (p.encoder.profile_angle) {
+      out[k] = commanded.at(dt * static_cast<double>(k));
+    } else {
+      out[k] = p.encoder.counts > 0 ? tracker.read(truth[k].beta) : truth[k];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+RigTables::RigTables(const RigParameters& given) : parameters(given) {
+  const RigParameters& p = parameters;
+  p.check();
+  const RotorModel model = p.true_model();
+  const int n = p.timing.substeps;
+  ticks = std::lround(p.profile.duration() * p.timing.rate);
+  step = 1 / (p.timing.rate * n);
+  coefficients = lateral_coefficients(model);
+  gain = model.gain;
+  lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTurn * p.actuator.bandwidth) : 0;
+
+  const AngleState first = p.profile.at(0);
+  const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
+  start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
+
+  forcing.resize(static_cast<std::size_t>(2 * n * ticks + 1));
+  for (std::size_t i = 0; i < forcing.size(); ++i) {
+    const AngleState a = p.profile.at(0.5 * step * static_cast<double>(i));
+    const std::complex<double> f = model.eps * unbalance_forcing(a.beta, a.omega, a.alpha);
+    forcing[i] = {f.real(), f.imag()};
+  }
+
+  // In steps: the newest sensor instant that is at least `latency` old at the tick.
+  const long per_sample = p.laser.rate > 0 ? std::lround(1 / (p.laser.rate * step)) : 1;
+  const long latency = static_cast<long>(std::ceil(p.laser.latency / step - 1e-9));
+  for (long k = 0; k <= ticks; ++k) {
+    const double t = static_cast<double>(k) / p.timing.rate;
+    const long newest = std::max(0L, k * n - latency) / per_sample * per_sample;
+    sensor_step.push_back(newest);
+    const double beta = p.profile.at(static_cast<double>(newest) * step).beta;
+    runout.push_back({surface_error(p.laser, beta), surface_error(p.laser, beta - kTurn / 4)});
+    true_angle.push_back(p.profile.at(t));
+  }
+  measured_angle = measured_angles(p, true_angle);
+
+  for (int i = 1; i <= n; ++i) {
+    std::vector<ModeMap>& maps = mode_maps.emplace_back();
+    for (const RigMode& mode : p.modes) maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
+  }
+  sensor_lsb = p.laser.bits > 0 ? p.laser.range / std::ldexp(1.0, p.laser.bits) : 0;
+  volt_lsb = p.actuator.bits > 0 ? 2 * p.actuator.voltage_limit / std::ldexp(1.0, p.actuator.bits) : 0;
+}
+
+std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters) {
+  return std::make_shared<const RigTables>(parameters);
+}
+
+}  // namespace whirl
