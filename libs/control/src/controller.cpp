@@ -39,19 +39,19 @@ void Controller::applied(const Command& command) noexcept {
   history_[static_cast<std::size_t>((head_ - 1 + size) % size)] = settings_.gain * state_.applied;
 }
 
-LateralState Controller::at_effect(const LateralState& now, double omega) const noexcept {
+DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noexcept {
   const double h = settings_.sample_time;
   if (!settings_.predict) {
-    LateralState s = now;
+    DiskMotion s = now;
     s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
     return s;
   }
-  LateralState s = now;
-  if (fraction_ > 0) s = whirl::predict(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
-  for (int i = whole_delay_; i >= 1; --i) s = whirl::predict(settings_.model, s, past(i), omega, h);
+  DiskMotion s = now;
+  if (fraction_ > 0) s = predict_motion(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
+  for (int i = whole_delay_; i >= 1; --i) s = predict_motion(settings_.model, s, past(i), omega, h);
   // The force of this very step is not known yet: over half the hold the last one stands for it, turned with the rotor
   // because most of it is synchronous.
-  return whirl::predict(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
+  return predict_motion(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
 }
 
 Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
@@ -83,7 +83,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   state_.effect = at_effect(state_.estimate, m.omega);
-  const LateralState& e = state_.effect;
+  const DiskMotion& e = state_.effect;
   const std::complex<double> d = settings_.feedforward ? e.d : std::complex<double>{};
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
   const auto [ax, ay] = std::visit(

@@ -5,7 +5,7 @@ namespace whirl {
 FilteredDifference::FilteredDifference(double cutoff_hz, double sample_time) noexcept
     : pole_(std::exp(-2 * std::numbers::pi * cutoff_hz * sample_time)), h_(sample_time) {}
 
-LateralState FilteredDifference::step(const EstimatorInput& in) noexcept {
+DiskMotion FilteredDifference::step(const EstimatorInput& in) noexcept {
   if (!started_) {
     // A rotor in steady whirl moves at i omega z: the best guess from one sample.
     v_ = product({0, in.omega}, in.z);
@@ -47,7 +47,7 @@ void LevantDifferentiator::reset() noexcept {
   started_ = false;
 }
 
-LateralState LevantDifferentiator::step(const EstimatorInput& in) noexcept {
+DiskMotion LevantDifferentiator::step(const EstimatorInput& in) noexcept {
   if (!started_) {
     const std::complex<double> v = product({0, in.omega}, in.z);
     x_.x = in.z.real();
@@ -71,13 +71,13 @@ ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double b
 
 namespace {
 /// Prediction over one interval with the two pieces of control.
-LateralState predict_interval(const LateralModel& model, const LateralState& s, const EstimatorInput& in, double h) {
-  const LateralState first = in.split > 0 ? predict(model, s, in.a_first, in.omega, in.split * h) : s;
-  return predict(model, first, in.a_second, in.omega, (1 - in.split) * h);
+DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in, double h) {
+  const DiskMotion first = in.split > 0 ? predict_motion(model, s, in.a_first, in.omega, in.split * h) : s;
+  return predict_motion(model, first, in.a_second, in.omega, (1 - in.split) * h);
 }
 }  // namespace
 
-LateralState ExtendedStateObserver::step(const EstimatorInput& in) noexcept {
+DiskMotion ExtendedStateObserver::step(const EstimatorInput& in) noexcept {
   if (!started_) {
     state_ = {in.z, product({0, in.omega}, in.z), in.d};
     started_ = true;
@@ -143,7 +143,7 @@ void KalmanEstimator::predict_covariance(std::complex<double> g) noexcept {
   p22_ = p22 + (kind_ == DisturbanceState::none ? 0 : walk);
 }
 
-LateralState KalmanEstimator::step(const EstimatorInput& in) noexcept {
+DiskMotion KalmanEstimator::step(const EstimatorInput& in) noexcept {
   if (!started_) {
     start(in);
     state_.d = kind_ == DisturbanceState::none ? in.d : product(theta_, g_);

@@ -36,7 +36,7 @@ struct Plant {
   LateralModel model;
   Complex eps;
   double gain, omega = 150, t = 0;
-  LateralState s{{2e-4, 0}, {0, 0.02}, {}};
+  DiskMotion s{{2e-4, 0}, {0, 0.02}, {}};
   std::vector<Complex> forces, readings;
 
   explicit Plant(const ControllerDesign& d) : model(LateralModel::from(d.model)), eps(d.model.eps), gain(d.model.gain) {}
@@ -58,7 +58,7 @@ struct Plant {
       const long late = static_cast<long>(forces.size()) - 1 - (i < 16 ? 2 : 1);
       const Complex a = late >= 0 ? gain * forces[static_cast<std::size_t>(late)] : 0;
       s.d = product(eps, unbalance_per_metre(omega * t, omega, 0));
-      s = predict(model, s, a, omega, 50e-6);
+      s = predict_motion(model, s, a, omega, 50e-6);
       t += 50e-6;
       readings.push_back(s.z);
     }

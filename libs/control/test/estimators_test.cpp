@@ -24,7 +24,7 @@ double velocity_error(Estimator estimator, double noise, double f = 10) {
     const double nx = normal(random), ny = normal(random);
     in.z = 0.5e-3 * unit_phasor(w * t) + noise * Complex{nx, ny};
     const Complex truth = 0.5e-3 * Complex{0, w} * unit_phasor(w * t);
-    const LateralState s = estimator.step(in);
+    const DiskMotion s = estimator.step(in);
     if (k >= 2000) sum += std::norm(s.v - truth);
   }
   return std::sqrt(sum / 2000);
@@ -68,14 +68,14 @@ struct Plant {
   LateralModel model{5700, 1e7, 1.0, {60, 13}, {0.1, 0}};
   Complex eps{150e-6, 60e-6};
   double omega = 120;
-  LateralState s{{1e-4, -5e-5}, {0, 0}, {}};
+  DiskMotion s{{1e-4, -5e-5}, {0, 0}, {}};
   double t = 0;
 
   Complex forcing() const { return unbalance_per_metre(omega * t, omega, 0); }
   void advance(Complex a) {
     for (int i = 0; i < 50; ++i) {
       s.d = product(eps, forcing());
-      s = predict(model, s, a, omega, kH / 50);
+      s = predict_motion(model, s, a, omega, kH / 50);
       t += kH / 50;
     }
     s.d = product(eps, forcing());
@@ -83,10 +83,10 @@ struct Plant {
 };
 
 template <class Estimator>
-LateralState track(Estimator& estimator, Plant& plant, int samples, double noise, bool tell_disturbance) {
+DiskMotion track(Estimator& estimator, Plant& plant, int samples, double noise, bool tell_disturbance) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0, 1);
-  LateralState out;
+  DiskMotion out;
   Complex a{}, last{};
   for (int k = 0; k < samples; ++k) {
     EstimatorInput in;
@@ -107,7 +107,7 @@ LateralState track(Estimator& estimator, Plant& plant, int samples, double noise
 TEST(KalmanReference, FindsTheEccentricityItWasNotTold) {
   Plant plant;
   KalmanEstimator kf(plant.model, DisturbanceState::eccentricity, {}, {1e-6, 0.05, 1e-5, 3e-4}, kH);
-  const LateralState s = track(kf, plant, 3000, 1e-6, false);
+  const DiskMotion s = track(kf, plant, 3000, 1e-6, false);
   EXPECT_LT(std::abs(kf.disturbance_parameter() - plant.eps), 2e-6);
   EXPECT_LT(std::abs(s.z - plant.s.z), 1.5e-6);
   EXPECT_LT(std::abs(s.v - plant.s.v), 1e-3);
@@ -116,7 +116,7 @@ TEST(KalmanReference, FindsTheEccentricityItWasNotTold) {
 TEST(KalmanReference, OscillatorNeedsTheSpeedOnly) {
   Plant plant;
   KalmanEstimator kf(plant.model, DisturbanceState::oscillator, {}, {1e-6, 0.05, 0.5, 5}, kH);
-  const LateralState s = track(kf, plant, 3000, 1e-6, false);
+  const DiskMotion s = track(kf, plant, 3000, 1e-6, false);
   EXPECT_LT(std::abs(s.d - plant.s.d), 0.05 * std::abs(plant.s.d));
   EXPECT_LT(std::abs(s.v - plant.s.v), 1e-3);
 }
@@ -125,8 +125,8 @@ TEST(KalmanReference, TwoStatesWithAKnownUnbalanceBeatTheDifference) {
   Plant plant, same;
   KalmanEstimator kf(plant.model, DisturbanceState::none, plant.eps, {2e-6, 0.02, 0, 0}, kH);
   FilteredDifference difference(std::numeric_limits<double>::infinity(), kH);
-  const LateralState s = track(kf, plant, 2000, 2e-6, true);
-  const LateralState d = track(difference, same, 2000, 2e-6, true);
+  const DiskMotion s = track(kf, plant, 2000, 2e-6, true);
+  const DiskMotion d = track(difference, same, 2000, 2e-6, true);
   EXPECT_LT(std::abs(s.v - plant.s.v), 0.2 * std::abs(d.v - same.s.v));
 }
 
@@ -139,7 +139,7 @@ TEST(KalmanReference, SteadyGainSolvesTheRiccatiEquation) {
   EstimatorInput in;
   for (int k = 0; k < 5000; ++k) kf.step(in);
   in.z = 1e-6;  // innovation of a unit step reveals the gain
-  const LateralState s = kf.step(in);
+  const DiskMotion s = kf.step(in);
   const double k = plant.model.k1, c = plant.model.c, h = kH;
   const double f[2][2] = {{1 - 0.5 * k * h * h, h - 0.5 * c * h * h},
                           {-k * h * (1 - 0.5 * c * h), 1 - c * h + 0.5 * (c * c - k) * h * h}};
@@ -176,7 +176,7 @@ TEST(KalmanReference, CoastsThroughLostSamples) {
     in.forcing = plant.forcing();
     in.omega = plant.omega;
     if (k > 0) {
-      const LateralState s = kf.step(in);
+      const DiskMotion s = kf.step(in);
       EXPECT_LT(std::abs(s.z - plant.s.z), 30e-6);
     } else {
       in.a_second = 0.5 * unit_phasor(0.3 * 998);
@@ -188,7 +188,7 @@ TEST(KalmanReference, CoastsThroughLostSamples) {
 TEST(EsoReference, RotatingDisturbanceIsFoundAndPolesStandAtTheBandwidth) {
   Plant plant;
   ExtendedStateObserver eso(plant.model, 300, kH);
-  const LateralState s = track(eso, plant, 2000, 0, false);
+  const DiskMotion s = track(eso, plant, 2000, 0, false);
   EXPECT_LT(std::abs(s.d - plant.s.d), 0.02 * std::abs(plant.s.d));
   EXPECT_LT(std::abs(s.v - plant.s.v), 2e-3);
 
@@ -211,11 +211,11 @@ TEST(EsoReference, RotatingDisturbanceIsFoundAndPolesStandAtTheBandwidth) {
 TEST(PredictConvergence, MidpointStepIsOfOrderTwo) {
   // One step of length dt against many: local error falls with dt^3.
   const LateralModel model{5700, 1e7, 1.0, {60, 13}, {0.1, 0}};
-  const LateralState s{{1e-3, 5e-4}, {0.05, -0.1}, {1, 2}};
+  const DiskMotion s{{1e-3, 5e-4}, {0.05, -0.1}, {1, 2}};
   const auto error = [&](double dt) {
-    LateralState fine = s;
-    for (int i = 0; i < 400; ++i) fine = predict(model, fine, {0.5, 0}, 120, dt / 400);
-    return std::abs(predict(model, s, {0.5, 0}, 120, dt).v - fine.v);
+    DiskMotion fine = s;
+    for (int i = 0; i < 400; ++i) fine = predict_motion(model, fine, {0.5, 0}, 120, dt / 400);
+    return std::abs(predict_motion(model, s, {0.5, 0}, 120, dt).v - fine.v);
   };
   EXPECT_NEAR(std::log2(error(2e-3) / error(1e-3)), 3, 0.25);
 }

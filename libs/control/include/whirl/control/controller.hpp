@@ -15,8 +15,8 @@ namespace whirl {
 /// What happened inside the last step, for logging. SI; complex = x + i y.
 struct ControllerState {
   std::complex<double> measured;             ///< after gate, runout and offset, m
-  LateralState estimate;                     ///< at the time the sample was taken
-  LateralState effect;                       ///< what the law used: at the time of effect when predicting or advancing
+  DiskMotion estimate;                     ///< at the time the sample was taken
+  DiskMotion effect;                       ///< what the law used: at the time of effect when predicting or advancing
   std::complex<double> s;                    ///< sliding variables s_x + i s_y, m/s
   std::complex<double> requested;            ///< force before the limit, N
   std::complex<double> applied;              ///< force after the limit, N
@@ -73,7 +73,7 @@ class Controller {
 
  private:
   std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
-  LateralState at_effect(const LateralState& now, double omega) const noexcept;
+  DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
 
   ControllerSettings settings_;

@@ -24,7 +24,7 @@ struct EstimatorInput {
 class FilteredDifference {
  public:
   FilteredDifference(double cutoff_hz, double sample_time) noexcept;
-  LateralState step(const EstimatorInput& in) noexcept;
+  DiskMotion step(const EstimatorInput& in) noexcept;
   void reset() noexcept { started_ = false; v_ = {}; }
 
  private:
@@ -46,7 +46,7 @@ struct RobustDifferentiator {
 class LevantDifferentiator {
  public:
   LevantDifferentiator(double rate, double sample_time, bool implicit) noexcept;
-  LateralState step(const EstimatorInput& in) noexcept;
+  DiskMotion step(const EstimatorInput& in) noexcept;
   void reset() noexcept;
 
  private:
@@ -61,13 +61,13 @@ class LevantDifferentiator {
 class ExtendedStateObserver {
  public:
   ExtendedStateObserver(const LateralModel& model, double bandwidth, double sample_time) noexcept;
-  LateralState step(const EstimatorInput& in) noexcept;
+  DiskMotion step(const EstimatorInput& in) noexcept;
   void reset() noexcept { started_ = false; state_ = {}; }
 
  private:
   LateralModel model_;
   double h_, l1_, l2_, l3_;
-  LateralState state_;
+  DiskMotion state_;
   double last_omega_ = 0;
   bool started_ = false;
 };
@@ -93,7 +93,7 @@ class KalmanEstimator {
  public:
   KalmanEstimator(const LateralModel& model, DisturbanceState disturbance, std::complex<double> eps,
                   const KalmanOptions& options, double sample_time) noexcept;
-  LateralState step(const EstimatorInput& in) noexcept;
+  DiskMotion step(const EstimatorInput& in) noexcept;
   void reset() noexcept { started_ = false; }
   std::complex<double> disturbance_parameter() const noexcept { return theta_; }  ///< eps or q
 
@@ -107,7 +107,7 @@ class KalmanEstimator {
   std::complex<double> eps_;
   double h_;
   DisturbanceState kind_;
-  LateralState state_;
+  DiskMotion state_;
   std::complex<double> theta_, g_;  ///< third state and its regressor at the last sample
   double phase_ = 0;
   double p00_ = 0, p11_ = 0, p22_ = 0;               ///< covariance of (z, v, theta), Hermitian

@@ -36,14 +36,14 @@ inline std::complex<double> unbalance_per_metre(double beta, double omega, doubl
 }
 
 /// Position, velocity and disturbance acceleration of the disk.
-struct LateralState {
+struct DiskMotion {
   std::complex<double> z;  ///< m
   std::complex<double> v;  ///< m/s
   std::complex<double> d;  ///< m/s^2, synchronous: turns with the rotor
 };
 
 /// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns at omega.
-inline LateralState predict(const LateralModel& model, const LateralState& s, std::complex<double> a, double omega,
+inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a, double omega,
                             double dt) noexcept {
   const std::complex<double> half = unit_phasor(0.5 * omega * dt), d_mid = product(s.d, half);
   const std::complex<double> a0 = model.acceleration(s.z, s.v) + s.d + a;
