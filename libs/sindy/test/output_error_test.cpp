@@ -1,0 +1,122 @@
+#include "whirl/sindy/output_error_rotor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "../src/output_error_kernel.hpp"
+#include "rotor_synthetic.hpp"
+#include "whirl/sindy/weak_rotor.hpp"
+
+namespace whirl {
+namespace {
+
+using namespace testing;
+
+Eigen::VectorXcd half_forcing(const AngleSignal& a) {
+  Eigen::VectorXcd f(a.beta.size());
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    f[i] = std::polar(1.0, a.beta[i]) * Complex(a.omega[i] * a.omega[i], -a.alpha[i]);
+  }
+  return f;
+}
+
+TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
+  RotorModel m = rotor_a();
+  m.k1_conj = {30, -20};
+  m.c_conj = {0.1, 0.2};
+  const Sweep sweep{20, 5, 2, 0.3, 1e-3};
+  const Eigen::VectorXcd f = half_forcing(sweep.angle());
+  const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
+  const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), 1e-3, z0, v0);
+  const auto check = [&](int lane, auto&& changed, double step) {
+    const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
+    Eigen::VectorXcd found(d.size());
+    found.real() = s.dx.col(lane);
+    found.imag() = s.dy.col(lane);
+    EXPECT_LT((found - d).norm(), 1e-5 * d.norm()) << "lane " << lane;
+  };
+  const auto run = [&](const RotorModel& model, Complex a = 0, Complex b = 0) {
+    return detail::main_mode(model, model.eps, f, 1e-3, z0 + a, v0 + b);
+  };
+  const auto with = [&](auto&& edit) {
+    return [&, edit](double d) {
+      RotorModel changed = m;
+      edit(changed, d);
+      return run(changed);
+    };
+  };
+  check(detail::kK1, with([](RotorModel& r, double d) { r.k1 += d; }), 1e-2);
+  check(detail::kK2, with([](RotorModel& r, double d) { r.k2 += d; }), 1e3);
+  check(detail::kC, with([](RotorModel& r, double d) { r.c += d; }), 1e-4);
+  check(detail::kEpsRe, with([](RotorModel& r, double d) { r.eps += d; }), 1e-9);
+  check(detail::kEpsIm, with([](RotorModel& r, double d) { r.eps += Complex(0, d); }), 1e-9);
+  check(detail::kConjKRe, with([](RotorModel& r, double d) { r.k1_conj += d; }), 1e-2);
+  check(detail::kConjKIm, with([](RotorModel& r, double d) { r.k1_conj += Complex(0, d); }), 1e-2);
+  check(detail::kConjCRe, with([](RotorModel& r, double d) { r.c_conj += d; }), 1e-4);
+  check(detail::kConjCIm, with([](RotorModel& r, double d) { r.c_conj += Complex(0, d); }), 1e-4);
+  check(detail::kX0, [&](double d) { return run(m, d); }, 1e-8);
+  check(detail::kVy0, [&](double d) { return run(m, 0, Complex(0, d)); }, 1e-6);
+}
+
+TEST(OutputErrorKernelReference, StiffForcedModeFollowsItsSteadyState) {
+  // 310 Hz sampled at 1 kHz: w dt = 1.95, beyond any classical step; constant speed, so the answer is the steady state.
+  const Sweep sweep{30, 30, 1, 0, 1e-3};
+  const double w = kTurn * 310, zeta = 0.01, w0 = sweep.omega0();
+  const Eigen::VectorXcd q = detail::modal_response(w, zeta, half_forcing(sweep.angle()), 1e-3, w0);
+  for (Eigen::Index i = 0; i < q.size(); i += 97) {
+    const Complex steady = std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) / Complex(w * w - w0 * w0, 2 * zeta * w * w0);
+    EXPECT_LT(std::abs(q[i] - steady), 1e-4 * std::abs(steady));
+  }
+}
+
+TEST(OutputErrorReference, RotorAAtTwentyDecibels) {
+  const RotorModel truth = rotor_a();
+  const Eigen::VectorXcd clean = motion(truth, {});
+  ModelError rms{};
+  double seconds = 0;
+  const int seeds = 4;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    const std::vector<RotorRecord> records = {record(with_noise(clean, 20, seed), {})};
+    const WeakRotorFit weak = fit_weak_rotor(records);
+    const auto begin = std::chrono::steady_clock::now();
+    const OutputErrorFit fit = fit_output_error_rotor(records, weak.model);
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() / seeds;
+    ASSERT_EQ(fit.summary.status, Status::ok) << fit.summary.warnings[0];
+    EXPECT_NEAR(fit.summary.chi_square, 1, 0.06);
+    const ModelError e = model_error(fit.model, truth);
+    rms.k1 += e.k1 * e.k1 / seeds;
+    rms.k2 += e.k2 * e.k2 / seeds;
+    rms.c += e.c * e.c / seeds;
+    rms.e += e.e * e.e / seeds;
+    rms.phase += e.phase * e.phase / seeds;
+    EXPECT_LT(std::sqrt((fit.records[0].main + fit.records[0].beside - clean).squaredNorm() / 24000), 1e-6);
+    EXPECT_LT(fit.iterations, 7);
+  }
+  std::printf("output error: K1 %.4f K2 %.3f C %.3f e %.3f %% phase %.3f deg, %.1f ms\n", std::sqrt(rms.k1), std::sqrt(rms.k2),
+              std::sqrt(rms.c), std::sqrt(rms.e), std::sqrt(rms.phase), 1e3 * seconds);
+  EXPECT_LT(std::sqrt(rms.k1), 0.03);
+  EXPECT_LT(std::sqrt(rms.k2), 1.3);
+  EXPECT_LT(std::sqrt(rms.c), 0.15);
+  EXPECT_LT(std::sqrt(rms.e), 0.16);
+  EXPECT_LT(std::sqrt(rms.phase), 0.08);
+}
+
+TEST(OutputErrorReference, ConvergesFromAFarStart) {
+  const RotorModel truth = rotor_a();
+  const std::vector<RotorRecord> records = {record(with_noise(motion(truth, {}), 20, 9), {})};
+  for (const double sign : {-1.0, 1.0}) {
+    RotorModel start = truth;
+    start.k1 *= 1 + 0.08 * sign;
+    start.k2 *= 1 - 0.9 * sign;
+    start.c *= 1 + 0.5 * sign;
+    start.eps *= 1 - 0.4 * sign;
+    const OutputErrorFit fit = fit_output_error_rotor(records, start);
+    EXPECT_EQ(fit.summary.status, Status::ok);
+    EXPECT_NEAR(fit.model.k1 / truth.k1, 1, 1e-3);
+    EXPECT_NEAR(fit.summary.chi_square, 1, 0.06);
+  }
+}
+
+}  // namespace
+}  // namespace whirl
