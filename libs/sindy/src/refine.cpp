@@ -1,0 +1,177 @@
+#include "whirl/sindy/refine.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "sensitivity.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/sindy/simulate_model.hpp"
+
+namespace whirl {
+namespace {
+
+struct Place {
+  std::size_t equation, term;
+};
+
+/// Solves (N + mu diag N) step = g in columns scaled to unit diagonal.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& n, const Eigen::VectorXd& g, double mu, Eigen::MatrixXd* covariance) {
+  const Eigen::VectorXd scale =
+      n.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  Eigen::MatrixXd m = scale.asDiagonal() * n * scale.asDiagonal();
+  m.diagonal().array() += mu + 1e-13;
+  const Eigen::LDLT<Eigen::MatrixXd> factor(m);
+  if (covariance != nullptr) {
+    *covariance = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n.rows(), n.cols())) * scale.asDiagonal();
+  }
+  return scale.cwiseProduct(factor.solve(scale.cwiseProduct(g)));
+}
+
+}  // namespace
+
+Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
+                        const RefineOptions& options, const std::vector<Equation>& candidates) {
+  const CompiledModel compiled(model);
+  if (compiled.discrete()) throw Error("refinement on the free run is for differential equations, not maps");
+  const auto state_index = [&](const std::string& name) {
+    const auto at = std::find(compiled.states().begin(), compiled.states().end(), name);
+    if (at == compiled.states().end()) throw Error::in_field("output", name, "a state of the model");
+    return static_cast<Eigen::Index>(at - compiled.states().begin());
+  };
+  std::vector<Eigen::Index> outputs;
+  for (const std::string& name : options.outputs) outputs.push_back(state_index(name));
+  if (outputs.empty()) throw Error("refinement needs at least one measured state");
+  const Eigen::Index n_out = static_cast<Eigen::Index>(outputs.size());
+  for (const FreeRun& r : runs) {
+    const Eigen::Index rows = r.measured.rows();
+    if (rows < 2 || r.measured.cols() != n_out || r.start.size() != static_cast<Eigen::Index>(compiled.states().size()) ||
+        (!compiled.inputs().empty() && (r.inputs.rows() != 2 * rows - 1 ||
+                                        r.inputs.cols() != static_cast<Eigen::Index>(compiled.inputs().size())))) {
+      throw Error("a run for refinement has sizes that do not fit the model");
+    }
+  }
+  Eigen::VectorXd weight = Eigen::VectorXd::Ones(n_out);
+  if (options.output_sd.size() > 0) {
+    if (options.output_sd.size() != n_out) throw Error("one noise sd per output is needed");
+    weight = options.output_sd.cwiseInverse();
+  }
+
+  std::vector<detail::SensitiveTerm> terms;
+  std::vector<Place> places;
+  for (std::size_t e = 0; e < model.equations.size(); ++e) {
+    const std::string& lhs = model.equations[e].lhs;
+    const Eigen::Index state = state_index(lhs.substr(0, lhs.size() - 1));
+    for (std::size_t t = 0; t < model.equations[e].terms.size(); ++t) {
+      const EquationTerm& term = model.equations[e].terms[t];
+      terms.push_back({state, Expr::parse(term.function), term.coefficient.value, term.coefficient.sd != 0});
+      if (terms.back().free) places.push_back({e, t});
+    }
+  }
+  for (const std::string& s : compiled.states()) {  // X1' = X2 by convention
+    const bool has = std::any_of(model.equations.begin(), model.equations.end(),
+                                 [&](const Equation& e) { return e.lhs == s + "'"; });
+    if (!has) terms.push_back({state_index(s), Expr::symbol(s == "X1" ? "X2" : "X4"), 1, false});
+  }
+  detail::SensitivitySystem system(terms, compiled.states(), compiled.inputs());
+  const Eigen::Index p = system.parameters(), n = system.states();
+
+  Refined result;
+  result.model = model;
+  std::vector<FreeRun> trial = runs;
+  const auto sums_at = [&](detail::SensitivitySystem& s, const std::vector<FreeRun>& at, bool derivatives) {
+    return s.run(at, dt, outputs, weight, options.skip, options.free_start, derivatives);
+  };
+  detail::StepSums sums = sums_at(system, trial, true);
+  if (sums.diverged || sums.rows <= sums.gradient.size()) {
+    result.model.summary.warn("the free run of the starting model diverges: not refined");
+    return result;
+  }
+  const auto free_terms = [](detail::SensitivitySystem& s) {
+    std::vector<double*> theta;
+    for (detail::SensitiveTerm& t : s.terms()) {
+      if (t.free) theta.push_back(&t.theta);
+    }
+    return theta;
+  };
+  double mu = 1e-4;
+  for (result.iterations = 0; result.iterations < options.max_iterations && !result.converged; ++result.iterations) {
+    bool improved = false;
+    for (int attempt = 0; attempt < 12 && !improved; ++attempt) {
+      const Eigen::VectorXd step = damped_step(sums.normal, sums.gradient, mu, nullptr);
+      detail::SensitivitySystem next = system;
+      const std::vector<double*> theta = free_terms(next);
+      for (Eigen::Index j = 0; j < p; ++j) *theta[static_cast<std::size_t>(j)] += step[j];
+      std::vector<FreeRun> moved = trial;
+      if (options.free_start) {
+        for (std::size_t r = 0; r < moved.size(); ++r) {
+          moved[r].start += step.segment(p + n * static_cast<Eigen::Index>(r), n);
+        }
+      }
+      detail::StepSums after = sums_at(next, moved, true);
+      if (!after.diverged && after.cost <= sums.cost) {
+        result.converged = sums.cost - after.cost <= options.tolerance * sums.cost;
+        system = std::move(next);
+        trial = std::move(moved);
+        sums = std::move(after);
+        improved = true;
+        mu = std::max(mu * 0.1, 1e-12);
+      } else {
+        mu = std::max(mu * 10, 1e-10);
+      }
+    }
+    if (!improved) {
+      result.converged = true;  // no direction lowers the error any more
+      break;
+    }
+  }
+  const double freedom = static_cast<double>(sums.rows - sums.gradient.size());
+  const double variance = sums.cost / freedom;
+  Eigen::MatrixXd covariance;
+  damped_step(sums.normal, sums.gradient, 0, &covariance);
+  const std::vector<double*> theta = free_terms(system);
+  for (std::size_t j = 0; j < places.size(); ++j) {
+    const Eigen::Index i = static_cast<Eigen::Index>(j);
+    result.model.equations[places[j].equation].terms[places[j].term].coefficient =
+        Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, variance * covariance(i, i))));
+  }
+  for (const FreeRun& r : trial) result.starts.push_back(r.start);
+  result.rmse = std::sqrt(sums.cost / static_cast<double>(sums.rows));
+  result.model.summary.residual = result.rmse;
+  if (!result.converged) result.model.summary.warn("the refinement on the free run did not converge");
+
+  // Score test: sensitivities of the absent terms along the final trajectory, what the model explains projected out.
+  std::vector<detail::SensitiveTerm> extended = system.terms();
+  std::vector<std::pair<std::string, std::string>> labels;
+  for (const Equation& e : candidates) {
+    for (const EquationTerm& t : e.terms) {
+      extended.push_back({state_index(e.lhs.substr(0, e.lhs.size() - 1)), Expr::parse(t.function), 0, true});
+      labels.emplace_back(e.lhs, t.function);
+    }
+  }
+  if (labels.empty()) return result;
+  const std::size_t known = extended.size() - labels.size();
+  detail::SensitivitySystem wide(std::move(extended), compiled.states(), compiled.inputs());
+  const detail::StepSums all = sums_at(wide, trial, true);
+  std::vector<int> base, extra;  // positions among the unknowns of `wide`
+  int position = 0;
+  for (std::size_t k = 0; k < wide.terms().size(); ++k) {
+    if (wide.terms()[k].free) (k < known ? base : extra).push_back(position++);
+  }
+  for (Eigen::Index j = wide.parameters(); j < all.gradient.size(); ++j) base.push_back(static_cast<int>(j));
+  const Eigen::MatrixXd nbb = all.normal(base, base);
+  for (std::size_t k = 0; k < extra.size(); ++k) {
+    const int j = extra[k];
+    const Eigen::VectorXd coupling = all.normal(base, j);
+    const Eigen::VectorXd solved = damped_step(nbb, coupling, 0, nullptr);
+    const double left = all.normal(j, j) - coupling.dot(solved);
+    if (!(left > 1e-10 * all.normal(j, j))) continue;  // the model explains this column
+    const double gradient = all.gradient[j] - solved.dot(Eigen::VectorXd(all.gradient(base)));
+    result.scores.push_back({labels[k].first, labels[k].second, gradient * gradient / left / variance, gradient / left});
+  }
+  std::sort(result.scores.begin(), result.scores.end(),
+            [](const TermScore& a, const TermScore& b) { return a.score > b.score; });
+  return result;
+}
+
+}  // namespace whirl
