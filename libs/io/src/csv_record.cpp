@@ -71,7 +71,7 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
                                        t[i] == t[i - 1] ? " (too few digits? leave the time out and state the rate)" : ""));
     }
   }
-  const Unit& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
+  const UnitSuffix& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
   const double magnitude = std::max(std::abs(t[0]), std::abs(t[n - 1]));
   const double steps = static_cast<double>(n - 1);
   const double exact = 4 * std::numeric_limits<double>::epsilon() * magnitude;

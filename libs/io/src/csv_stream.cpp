@@ -212,13 +212,20 @@ struct CsvStream::State {
       add_column(i, to);
     }
     if (columns.empty()) fail("no columns");
-    for (const std::string& name : options.required) {
-      if (std::none_of(columns.begin(), columns.end(), [&](const CsvColumn& c) { return c.name == name; })) {
-        std::string present;
-        for (const CsvColumn& c : columns) present += (present.empty() ? "" : ", ") + shown(c.name);
-        fail(fmt::format("no column '{}' (with its unit, e.g. '{}_mm'); present: {}", name, name, present));
-      }
+    for (const std::string& wanted : options.required) require_column(split_unit(wanted));
+  }
+
+  void require_column(const NameWithUnit& wanted) const {
+    std::string present;
+    for (const CsvColumn& c : columns) {
+      present += (present.empty() ? "" : ", ") + shown(c.name);
+      if (c.name != wanted.name) continue;
+      if (!wanted.unit || wanted.unit->quantity == c.unit->quantity) return;
+      fail(fmt::format("column '{}' is a {}, must be a {}; allowed units: {}", shown(c.header), to_string(c.unit->quantity),
+                       to_string(wanted.unit->quantity), allowed_units(wanted.unit->quantity)));
     }
+    fail(fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name, wanted.name,
+                     wanted.unit ? wanted.unit->suffix : "mm", present));
   }
 
   void add_column(std::size_t i, const std::string& written) {

@@ -11,16 +11,16 @@ namespace {
 
 struct Output {
   std::string header;
-  const Unit* unit;
+  const UnitSuffix* unit;
   const double* samples;  // null: time
 };
 
-const Unit* chosen_unit(std::string_view name, Quantity quantity, const CsvWriteOptions& options) {
+const UnitSuffix* chosen_unit(std::string_view name, Quantity quantity, const CsvWriteOptions& options) {
   for (const std::string& wish : options.units) {
     const NameWithUnit w = split_unit(wish);
     if (!w.unit) throw Error("column " + unit_problem(wish));
     if (w.name != name) continue;
-    const Unit* unit = find_unit(w.unit->suffix, quantity);
+    const UnitSuffix* unit = find_unit(w.unit->suffix, quantity);
     if (!unit) {
       throw Error(fmt::format("{}: '{}' is a {}; allowed units: {}", wish, name, to_string(quantity),
                               allowed_units(quantity)));
@@ -61,7 +61,7 @@ void write_channels(const std::filesystem::path& path, const std::vector<Channel
       columns.push_back({name, &si_suffix(quantity), samples});
       return;
     }
-    const Unit* unit = chosen_unit(name, quantity, options);
+    const UnitSuffix* unit = chosen_unit(name, quantity, options);
     columns.push_back({fmt::format("{}_{}", name, unit->suffix), unit, samples});
   };
   if (time) add("t", Quantity::time, nullptr);

@@ -19,6 +19,7 @@ std::string quoted(const std::string& text) {
 
 std::string number_text(double v) {
   if (!std::isfinite(v)) return "null";
+  if (v == 0 && std::signbit(v)) return "-0.0";  // "-0" would be read as the integer 0
   char out[32];
   return {out, std::to_chars(out, out + sizeof out, v).ptr};
 }

@@ -127,11 +127,11 @@ struct Settings::State {
   }
 
   /// The entry `table.name_<unit>`, and the unit that gives `quantity`; null when absent.
-  std::pair<const Entry*, const Unit*> find(std::string_view table, std::string_view name, Quantity quantity) const {
-    std::pair<const Entry*, const Unit*> found{nullptr, nullptr};
+  std::pair<const Entry*, const UnitSuffix*> find(std::string_view table, std::string_view name, Quantity quantity) const {
+    std::pair<const Entry*, const UnitSuffix*> found{nullptr, nullptr};
     for (const Entry& e : entries) {
       if (e.table != table) continue;
-      const Unit* unit = nullptr;
+      const UnitSuffix* unit = nullptr;
       if (e.key == name) {
         if (quantity != Quantity::dimensionless) {
           fail(e, fmt::format("has no unit; write {}_{} (allowed units: {})", name, si_suffix(quantity).suffix,
@@ -295,7 +295,7 @@ bool Settings::assign(std::string_view table, std::string_view key, double& fiel
 }
 
 bool Settings::assign(std::string_view table, std::string_view key, double& field) const {
-  const Unit* unit = split_unit(key).unit;
+  const UnitSuffix* unit = split_unit(key).unit;
   double value = 0;
   if (!assign(table, key, value, 1)) return false;
   field = unit ? unit->to_si(value) : value;

@@ -21,72 +21,72 @@ constexpr double kInch = 0.0254;            // m
 
 // Submultiples divide by a power of ten, which rounds as the literal in SI does; a factor such as 1e-3 would not.
 constexpr std::array kUnits{
-    Unit{"s", Q::time},
-    Unit{"ms", Q::time, 1, 1e3},
-    Unit{"us", Q::time, 1, 1e6},
-    Unit{"min", Q::time, 60},
-    Unit{"m", Q::displacement},
-    Unit{"cm", Q::displacement, 1, 1e2},
-    Unit{"mm", Q::displacement, 1, 1e3},
-    Unit{"um", Q::displacement, 1, 1e6},
-    Unit{"nm", Q::displacement, 1, 1e9},
-    Unit{"in", Q::displacement, kInch},
-    Unit{"mil", Q::displacement, kInch, 1e3},
-    Unit{"m_s", Q::velocity},
-    Unit{"mm_s", Q::velocity, 1, 1e3},
-    Unit{"in_s", Q::velocity, kInch},
-    Unit{"m_s2", Q::acceleration},
-    Unit{"mm_s2", Q::acceleration, 1, 1e3},
-    Unit{"g", Q::acceleration, kGravity},
-    Unit{"N", Q::force},
-    Unit{"mN", Q::force, 1, 1e3},
-    Unit{"kN", Q::force, 1e3},
-    Unit{"lbf", Q::force, kPound},
-    Unit{"kgf", Q::force, kGravity},
-    Unit{"rad", Q::angle},
-    Unit{"deg", Q::angle, std::numbers::pi, 180},
-    Unit{"rev", Q::angle, kTurn},
-    Unit{"rad_s", Q::angular_velocity},
-    Unit{"rpm", Q::angular_velocity, kTurn, 60},
-    Unit{"deg_s", Q::angular_velocity, std::numbers::pi, 180},
-    Unit{"rad_s2", Q::angular_acceleration},
-    Unit{"rpm_s", Q::angular_acceleration, kTurn, 60},
-    Unit{"hz", Q::frequency},
-    Unit{"Hz", Q::frequency},
-    Unit{"kHz", Q::frequency, 1e3},
-    Unit{"V", Q::voltage},
-    Unit{"mV", Q::voltage, 1, 1e3},
-    Unit{"A", Q::current},
-    Unit{"mA", Q::current, 1, 1e3},
-    Unit{"Pa", Q::pressure},
-    Unit{"kPa", Q::pressure, 1e3},
-    Unit{"MPa", Q::pressure, 1e6},
-    Unit{"bar", Q::pressure, 1e5},
-    Unit{"kg", Q::mass},
-    Unit{"gram", Q::mass, 1, 1e3},
-    Unit{"K", Q::temperature},
-    Unit{"degC", Q::temperature, 1, 1, 273.15},
-    Unit{"strain", Q::strain},
-    Unit{"ustrain", Q::strain, 1, 1e6},
-    Unit{"1", Q::dimensionless},
-    Unit{"percent", Q::dimensionless, 1, 1e2},
-    Unit{"dB", Q::dimensionless, 1, 1, 0, true},
-    Unit{"Nm", Q::torque},
-    Unit{"mNm", Q::torque, 1, 1e3},
-    Unit{"N_m", Q::stiffness},
-    Unit{"N_mm", Q::stiffness, 1e3},
-    Unit{"kN_m", Q::stiffness, 1e3},
-    Unit{"N_m3", Q::cubic_stiffness},
-    Unit{"N_mm3", Q::cubic_stiffness, 1e9},
-    Unit{"Ns_m", Q::damping},
-    Unit{"kgm2", Q::moment_of_inertia},
-    Unit{"1_s", Q::rate},
-    Unit{"1_s2", Q::rate_squared},
-    Unit{"N_V", Q::force_constant},
+    UnitSuffix{"s", Q::time},
+    UnitSuffix{"ms", Q::time, 1, 1e3},
+    UnitSuffix{"us", Q::time, 1, 1e6},
+    UnitSuffix{"min", Q::time, 60},
+    UnitSuffix{"m", Q::displacement},
+    UnitSuffix{"cm", Q::displacement, 1, 1e2},
+    UnitSuffix{"mm", Q::displacement, 1, 1e3},
+    UnitSuffix{"um", Q::displacement, 1, 1e6},
+    UnitSuffix{"nm", Q::displacement, 1, 1e9},
+    UnitSuffix{"in", Q::displacement, kInch},
+    UnitSuffix{"mil", Q::displacement, kInch, 1e3},
+    UnitSuffix{"m_s", Q::velocity},
+    UnitSuffix{"mm_s", Q::velocity, 1, 1e3},
+    UnitSuffix{"in_s", Q::velocity, kInch},
+    UnitSuffix{"m_s2", Q::acceleration},
+    UnitSuffix{"mm_s2", Q::acceleration, 1, 1e3},
+    UnitSuffix{"g", Q::acceleration, kGravity},
+    UnitSuffix{"N", Q::force},
+    UnitSuffix{"mN", Q::force, 1, 1e3},
+    UnitSuffix{"kN", Q::force, 1e3},
+    UnitSuffix{"lbf", Q::force, kPound},
+    UnitSuffix{"kgf", Q::force, kGravity},
+    UnitSuffix{"rad", Q::angle},
+    UnitSuffix{"deg", Q::angle, std::numbers::pi, 180},
+    UnitSuffix{"rev", Q::angle, kTurn},
+    UnitSuffix{"rad_s", Q::angular_velocity},
+    UnitSuffix{"rpm", Q::angular_velocity, kTurn, 60},
+    UnitSuffix{"deg_s", Q::angular_velocity, std::numbers::pi, 180},
+    UnitSuffix{"rad_s2", Q::angular_acceleration},
+    UnitSuffix{"rpm_s", Q::angular_acceleration, kTurn, 60},
+    UnitSuffix{"hz", Q::frequency},
+    UnitSuffix{"Hz", Q::frequency},
+    UnitSuffix{"kHz", Q::frequency, 1e3},
+    UnitSuffix{"V", Q::voltage},
+    UnitSuffix{"mV", Q::voltage, 1, 1e3},
+    UnitSuffix{"A", Q::current},
+    UnitSuffix{"mA", Q::current, 1, 1e3},
+    UnitSuffix{"Pa", Q::pressure},
+    UnitSuffix{"kPa", Q::pressure, 1e3},
+    UnitSuffix{"MPa", Q::pressure, 1e6},
+    UnitSuffix{"bar", Q::pressure, 1e5},
+    UnitSuffix{"kg", Q::mass},
+    UnitSuffix{"gram", Q::mass, 1, 1e3},
+    UnitSuffix{"K", Q::temperature},
+    UnitSuffix{"degC", Q::temperature, 1, 1, 273.15},
+    UnitSuffix{"strain", Q::strain},
+    UnitSuffix{"ustrain", Q::strain, 1, 1e6},
+    UnitSuffix{"1", Q::dimensionless},
+    UnitSuffix{"percent", Q::dimensionless, 1, 1e2},
+    UnitSuffix{"dB", Q::dimensionless, 1, 1, 0, true},
+    UnitSuffix{"Nm", Q::torque},
+    UnitSuffix{"mNm", Q::torque, 1, 1e3},
+    UnitSuffix{"N_m", Q::stiffness},
+    UnitSuffix{"N_mm", Q::stiffness, 1e3},
+    UnitSuffix{"kN_m", Q::stiffness, 1e3},
+    UnitSuffix{"N_m3", Q::cubic_stiffness},
+    UnitSuffix{"N_mm3", Q::cubic_stiffness, 1e9},
+    UnitSuffix{"Ns_m", Q::damping},
+    UnitSuffix{"kgm2", Q::moment_of_inertia},
+    UnitSuffix{"1_s", Q::rate},
+    UnitSuffix{"1_s2", Q::rate_squared},
+    UnitSuffix{"N_V", Q::force_constant},
     // Second readings, found only when the quantity is asked for.
-    Unit{"hz", Q::angular_velocity, kTurn},
-    Unit{"Hz", Q::angular_velocity, kTurn},
-    Unit{"rpm", Q::frequency, 1, 60},
+    UnitSuffix{"hz", Q::angular_velocity, kTurn},
+    UnitSuffix{"Hz", Q::angular_velocity, kTurn},
+    UnitSuffix{"rpm", Q::frequency, 1, 60},
 };
 
 std::string lower(std::string_view text) {
@@ -97,31 +97,31 @@ std::string lower(std::string_view text) {
 
 }  // namespace
 
-double Unit::to_si(double value) const {
+double UnitSuffix::to_si(double value) const {
   if (decibel) return std::pow(10.0, value / 20);
   return value * multiply / divide + offset;
 }
 
-double Unit::from_si(double si) const {
+double UnitSuffix::from_si(double si) const {
   if (decibel) return 20 * std::log10(si);
   return (si - offset) * divide / multiply;
 }
 
-std::span<const Unit> all_units() { return kUnits; }
+std::span<const UnitSuffix> all_units() { return kUnits; }
 
-const Unit* find_unit(std::string_view suffix) {
-  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.suffix == suffix; });
+const UnitSuffix* find_unit(std::string_view suffix) {
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.suffix == suffix; });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
-const Unit* find_unit(std::string_view suffix, Quantity quantity) {
+const UnitSuffix* find_unit(std::string_view suffix, Quantity quantity) {
   const auto it = std::find_if(kUnits.begin(), kUnits.end(),
-                               [&](const Unit& u) { return u.suffix == suffix && u.quantity == quantity; });
+                               [&](const UnitSuffix& u) { return u.suffix == suffix && u.quantity == quantity; });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
-const Unit& si_suffix(Quantity quantity) {
-  return *std::find_if(kUnits.begin(), kUnits.end(), [&](const Unit& u) { return u.quantity == quantity; });
+const UnitSuffix& si_suffix(Quantity quantity) {
+  return *std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.quantity == quantity; });
 }
 
 NameWithUnit split_unit(std::string_view name) {
@@ -129,14 +129,14 @@ NameWithUnit split_unit(std::string_view name) {
     const std::string_view base = name.substr(0, at);
     const std::string_view suffix = name.substr(at + 1);
     const bool gram = suffix == "g" && base.find("mass") != std::string_view::npos;
-    if (const Unit* unit = find_unit(gram ? "gram" : suffix)) return {std::string(base), unit};
+    if (const UnitSuffix* unit = find_unit(gram ? "gram" : suffix)) return {std::string(base), unit};
   }
   return {std::string(name), nullptr};
 }
 
 std::string allowed_units() {
   std::string out;
-  for (const Unit& u : kUnits) {
+  for (const UnitSuffix& u : kUnits) {
     if (&u == find_unit(u.suffix)) out.append(out.empty() ? "" : " ").append(u.suffix);
   }
   return out;
@@ -144,7 +144,7 @@ std::string allowed_units() {
 
 std::string allowed_units(Quantity quantity) {
   std::string out;
-  for (const Unit& u : kUnits) {
+  for (const UnitSuffix& u : kUnits) {
     if (u.quantity == quantity) out.append(out.empty() ? "" : " ").append(u.suffix);
   }
   return out;
@@ -157,7 +157,7 @@ std::string unit_problem(std::string_view name) {
   }
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;
-  for (const Unit& u : kUnits) {
+  for (const UnitSuffix& u : kUnits) {
     if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
   }
   return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());

@@ -89,6 +89,9 @@ TEST(Csv, EveryDefectNamesFileLineColumnAndWhatIsAllowed) {
   EXPECT_THAT(error_of_csv("x_mm\n0\n1\n"), HasSubstr("no time column"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,2\n", {.required = {"y"}}),
               AllOf(HasSubstr("no column 'y'"), HasSubstr("present: t, x")));
+  EXPECT_EQ(error_of_csv("t_s,x_mm\n0,1\n1,2\n", {.required = {"x_um"}}), "no error");
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,2\n", {.required = {"x_N"}}),
+              HasSubstr("column 'x_mm' is a displacement, must be a force; allowed units: N mN"));
   EXPECT_THAT(error_of_csv("1,2\n3,4\n", {.rate = 1}), HasSubstr("no header"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,1\n", {.refuse_constant = true}), HasSubstr("channel 'x' is constant"));
   EXPECT_THAT(error_of_csv(""), HasSubstr("no header and no data"));

@@ -70,9 +70,9 @@ TEST(Units, TheLongestSuffixCounts) {
 
 TEST(UnitsProperty, EveryUnitInvertsAndEveryQuantityHasASiSuffix) {
   std::set<Quantity> seen;
-  for (const Unit& u : all_units()) {
+  for (const UnitSuffix& u : all_units()) {
     EXPECT_NEAR(u.from_si(u.to_si(0.37)), 0.37, 1e-12) << u.suffix;
-    const Unit& si = si_suffix(u.quantity);
+    const UnitSuffix& si = si_suffix(u.quantity);
     EXPECT_EQ(si.to_si(0.37), 0.37) << u.suffix;
     seen.insert(u.quantity);
   }

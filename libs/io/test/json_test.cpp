@@ -155,6 +155,11 @@ TEST(JsonProperty, DoublesSurviveARoundTripExactly) {
   }
 }
 
+TEST(Json, NegativeZeroKeepsItsSign) {
+  const Json back = parse_json(Json(-0.0).dump(), "x");
+  EXPECT_TRUE(std::signbit(JsonReader(back, "x").number()));
+}
+
 TEST(Json, TextWithBadEncodingIsStillWrittenAsValidJson) {
   const std::string text = Json(std::string("a\xff\n\"")).dump();
   EXPECT_NO_THROW(parse_json(text, "x"));

@@ -30,7 +30,8 @@ struct CsvOptions {
   /// Columns to read and how to call them: "x_mm" takes the column with that header; "V1:u_V" takes the column headed
   /// `V1` as u in volts; "2:y_V" the second column (files without a header need numbers). Empty: every column.
   std::vector<std::string> columns{};
-  std::vector<std::string> required{};  ///< names (without unit) that must be present
+  /// Names that must be present; one with a unit ("force_N") must be of that quantity, in whatever unit.
+  std::vector<std::string> required{};
   std::optional<char> decimal{};        ///< `.` or `,`; empty: found from the file
   /// Largest distance of a time stamp from the uniform grid, in steps; the rounding of the written time comes on top.
   double time_tolerance = 0.05;
@@ -42,7 +43,7 @@ struct CsvOptions {
 struct CsvColumn {
   std::string header;  ///< as in the file
   std::string name;    ///< without unit
-  const Unit* unit = nullptr;
+  const UnitSuffix* unit = nullptr;
 };
 
 /// A CSV file block by block, in constant memory, for files larger than memory. Values are in SI.

@@ -9,7 +9,7 @@ namespace whirl {
 
 /// A unit as it is written after the last underscores of a CSV column, flag or TOML key: `x_mm`, `speed_rpm`.
 /// An underscore inside the suffix means "per": `m_s2` is m/s^2, `N_m` is N/m (`Nm` is the torque N m).
-struct Unit {
+struct UnitSuffix {
   std::string_view suffix;
   Quantity quantity;
   double multiply = 1;  ///< SI value = value * multiply / divide + offset
@@ -25,18 +25,18 @@ struct Unit {
 ///
 /// `g` is the standard gravity 9.80665 m/s^2; grams are written `gram` (after a name that holds "mass" also `g`). `hz` and `rpm` serve both as frequency
 /// and as angular velocity; without a wish they are frequency (hz) and angular velocity (rpm).
-std::span<const Unit> all_units();
+std::span<const UnitSuffix> all_units();
 
 /// The unit written `suffix`, or null. With a quantity: the one that gives this quantity, or null.
-const Unit* find_unit(std::string_view suffix);
-const Unit* find_unit(std::string_view suffix, Quantity quantity);
+const UnitSuffix* find_unit(std::string_view suffix);
+const UnitSuffix* find_unit(std::string_view suffix, Quantity quantity);
 /// The SI unit of a quantity as a suffix, e.g. `m_s2`.
-const Unit& si_suffix(Quantity quantity);
+const UnitSuffix& si_suffix(Quantity quantity);
 
 /// `acc_m_s2` -> name "acc", unit m/s^2. The longest known suffix counts; `unit` is null when there is none.
 struct NameWithUnit {
   std::string name;
-  const Unit* unit = nullptr;
+  const UnitSuffix* unit = nullptr;
 };
 NameWithUnit split_unit(std::string_view name_with_suffix);
 
