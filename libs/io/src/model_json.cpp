@@ -103,15 +103,18 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 18> units{{
-      {"k1", "1/s^2"}, {"k2", "1/(m^2 s^2)"}, {"c", "1/s"}, {"e", "m"}, {"e_phase", "rad"},
-      {"k1_x", "1/s^2"}, {"k1_y", "1/s^2"}, {"k1_conj_re", "1/s^2"}, {"k1_conj_im", "1/s^2"},
-      {"c_x", "1/s"}, {"c_y", "1/s"}, {"c_conj_re", "1/s"}, {"c_conj_im", "1/s"},
-      {"offset_x", "m"}, {"offset_y", "m"}, {"gain", "1/kg"}, {"omega", "rad/s"}, {"zeta", "1"}}};
-  for (const auto& [key, unit] : units) {
-    if (key == name) return unit;
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 14> units{{
+      {"k1", "1/s^2"}, {"k2", "1/(m^2 s^2)"}, {"c", "1/s"}, {"e", "m"}, {"e_phase", "rad"}, {"k1_conj", "1/s^2"},
+      {"c_conj", "1/s"}, {"eps", "m"}, {"offset", "m"}, {"gain", "1/kg"}, {"omega", "rad/s"}, {"f0", "Hz"},
+      {"zeta", "1"}, {"rmse", "m"}}};
+  while (true) {
+    for (const auto& [key, unit] : units) {
+      if (key == name) return unit;
+    }
+    const std::size_t underscore = name.rfind('_');
+    if (underscore == std::string_view::npos) return {};
+    name = name.substr(0, underscore);
   }
-  return {};
 }
 
 Json to_json(const StiffnessLaw& law) {

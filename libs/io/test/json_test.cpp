@@ -77,6 +77,13 @@ TEST(ModelJson, IdentifiedModelRoundTripsAndHoldsTheContractKeys) {
   EXPECT_EQ(in.at("summary").at("chi_square").number(), 1.02);
 }
 
+TEST(ModelJson, ParametersHaveTheirUnit) {
+  EXPECT_EQ(parameter_unit("k2"), "1/(m^2 s^2)");
+  EXPECT_EQ(parameter_unit("e_phase_x"), "rad");
+  EXPECT_EQ(parameter_unit("e_x"), "m");
+  EXPECT_EQ(parameter_unit("unheard"), "");
+}
+
 TEST(ModelJson, TheOtherResultsRoundTrip) {
   const auto dir = std::filesystem::path(::testing::TempDir());
   StiffnessLaw law;

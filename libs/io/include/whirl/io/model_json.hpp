@@ -49,7 +49,8 @@ T load(const std::filesystem::path& path) {
   return from_json<T>(load_json(path), path.string());
 }
 
-/// SI unit of a rotor parameter by its name in `IdentifiedModel::parameters`: "k1" -> "1/s^2"; empty when not known.
+/// SI unit of a rotor parameter by its name in `IdentifiedModel::parameters`, with or without a suffix for the axis:
+/// "k1", "k1_x" -> "1/s^2"; empty when not known.
 std::string_view parameter_unit(std::string_view name);
 
 }  // namespace whirl
