@@ -15,17 +15,13 @@ struct Place {
   std::size_t equation, term;
 };
 
-/// Solves (N + mu diag N) step = g in columns scaled to unit diagonal.
-Eigen::VectorXd damped_step(const Eigen::MatrixXd& n, const Eigen::VectorXd& g, double mu, Eigen::MatrixXd* covariance) {
+/// Solves (N + mu diag N) step = g in columns scaled to unit diagonal; g may have several columns.
+Eigen::MatrixXd damped_solve(const Eigen::MatrixXd& n, const Eigen::MatrixXd& g, double mu) {
   const Eigen::VectorXd scale =
       n.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   Eigen::MatrixXd m = scale.asDiagonal() * n * scale.asDiagonal();
   m.diagonal().array() += mu + 1e-13;
-  const Eigen::LDLT<Eigen::MatrixXd> factor(m);
-  if (covariance != nullptr) {
-    *covariance = scale.asDiagonal() * factor.solve(Eigen::MatrixXd::Identity(n.rows(), n.cols())) * scale.asDiagonal();
-  }
-  return scale.cwiseProduct(factor.solve(scale.cwiseProduct(g)));
+  return scale.asDiagonal() * m.ldlt().solve(scale.asDiagonal() * g);
 }
 
 }  // namespace
@@ -98,7 +94,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   for (result.iterations = 0; result.iterations < options.max_iterations && !result.converged; ++result.iterations) {
     bool improved = false;
     for (int attempt = 0; attempt < 12 && !improved; ++attempt) {
-      const Eigen::VectorXd step = damped_step(sums.normal, sums.gradient, mu, nullptr);
+      const Eigen::VectorXd step = damped_solve(sums.normal, sums.gradient, mu);
       detail::SensitivitySystem next = system;
       const std::vector<double*> theta = free_terms(next);
       for (Eigen::Index j = 0; j < p; ++j) *theta[static_cast<std::size_t>(j)] += step[j];
@@ -127,8 +123,8 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   }
   const double freedom = static_cast<double>(sums.rows - sums.gradient.size());
   const double variance = sums.cost / freedom;
-  Eigen::MatrixXd covariance;
-  damped_step(sums.normal, sums.gradient, 0, &covariance);
+  const Eigen::MatrixXd covariance =
+      damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), p), 0);
   const std::vector<double*> theta = free_terms(system);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const Eigen::Index i = static_cast<Eigen::Index>(j);
@@ -159,12 +155,12 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
     if (wide.terms()[k].free) (k < known ? base : extra).push_back(position++);
   }
   for (Eigen::Index j = wide.parameters(); j < all.gradient.size(); ++j) base.push_back(static_cast<int>(j));
-  const Eigen::MatrixXd nbb = all.normal(base, base);
+  const Eigen::MatrixXd couplings = all.normal(base, extra);
+  const Eigen::MatrixXd explained = damped_solve(all.normal(base, base), couplings, 0);
   for (std::size_t k = 0; k < extra.size(); ++k) {
     const int j = extra[k];
-    const Eigen::VectorXd coupling = all.normal(base, j);
-    const Eigen::VectorXd solved = damped_step(nbb, coupling, 0, nullptr);
-    const double left = all.normal(j, j) - coupling.dot(solved);
+    const Eigen::VectorXd solved = explained.col(static_cast<Eigen::Index>(k));
+    const double left = all.normal(j, j) - couplings.col(static_cast<Eigen::Index>(k)).dot(solved);
     if (!(left > 1e-10 * all.normal(j, j))) continue;  // the model explains this column
     const double gradient = all.gradient[j] - solved.dot(Eigen::VectorXd(all.gradient(base)));
     result.scores.push_back({labels[k].first, labels[k].second, gradient * gradient / left / variance, gradient / left});

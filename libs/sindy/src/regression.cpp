@@ -85,8 +85,8 @@ std::size_t choose(const Path& path, const Scaled& s, Selection rule) {
     terms[k] = static_cast<int>(support_of(path.w[k]).size());
     const double mean_square = s.rss(path.w[k]);
     score[k] = by_cv                     ? curve.mean[static_cast<Eigen::Index>(k)]
-               : rule == Selection::aic ? aic(mean_square, s.rows, terms[k])
-                                         : bic(mean_square, s.rows, terms[k]);
+               : rule == Selection::aic ? aic(s, mean_square, terms[k])
+                                         : bic(s, mean_square, terms[k]);
   }
   std::size_t best = 0;
   for (std::size_t k = 1; k < n; ++k) {
@@ -217,6 +217,7 @@ void check(const Problem& problem, const SolveOptions& o) {
   require_range("ridge", o.ridge, 0, 1e12);
   require_range("sr3 nu", o.sr3_nu, 1e-12, 1e12);
   require_range("inclusion", o.inclusion, 0, 1);
+  require_range("noise floor", o.noise_floor, 0, 1);
   const GramBlock& t = problem.total;
   if (t.gram.rows() != t.terms() || t.gram.cols() != t.terms() || t.terms() < 1) {
     throw Error(fmt::format("Gram matrix {} x {} with {} moments: sizes must agree", t.gram.rows(), t.gram.cols(),
@@ -254,8 +255,8 @@ SparseFit solve(const Problem& problem, const SolveOptions& options) {
     p.terms = static_cast<int>(detail::support_of(path.w[k]).size());
     const double mean_square = s.rss(path.w[k]);
     p.rss = mean_square * energy;
-    p.bic = detail::bic(mean_square, s.rows, p.terms);
-    p.aic = detail::aic(mean_square, s.rows, p.terms);
+    p.bic = detail::bic(s, mean_square, p.terms);
+    p.aic = detail::aic(s, mean_square, p.terms);
     if (folds > 0) {
       p.cv_mean = curve.mean[static_cast<Eigen::Index>(k)] * s.y_rms * s.y_rms;
       p.cv_se = curve.se[static_cast<Eigen::Index>(k)] * s.y_rms * s.y_rms;
@@ -266,8 +267,8 @@ SparseFit solve(const Problem& problem, const SolveOptions& options) {
   fit.support = detail::support_of(w);
   const int k = static_cast<int>(fit.support.size());
   const double mean_square = s.rss(w);
-  fit.bic = detail::bic(mean_square, s.rows, k);
-  fit.aic = detail::aic(mean_square, s.rows, k);
+  fit.bic = detail::bic(s, mean_square, k);
+  fit.aic = detail::aic(s, mean_square, k);
   fit.residual_variance = mean_square * energy / std::max(1.0, problem.total.rows - k);
   fit.summary.residual = std::sqrt(mean_square);
   if (k == 0) {

@@ -14,6 +14,7 @@ Scaled scale(const GramBlock& block, const SolveOptions& options, double rows) {
   const Eigen::Index q = block.terms();
   Scaled s;
   s.rows = rows;
+  s.floor = options.noise_floor;
   s.y_rms = block.rows > 0 ? std::sqrt(block.energy / block.rows) : 0;
   s.sign = options.sign;
   if (!s.sign.empty() && s.sign.size() != static_cast<std::size_t>(q)) {
@@ -69,12 +70,12 @@ std::vector<int> all_terms(const Scaled& s) {
   return all;
 }
 
-double bic(double mean_square, double rows, int terms) {
+double bic(const Scaled& s, double mean_square, int terms) {
   // Below 1e-14 the residual of a Gram matrix is rounding, not information.
-  return rows * std::log(std::max(mean_square, 1e-14)) + terms * std::log(rows);
+  return s.rows * std::log(std::max(mean_square, 1e-14) + s.floor * s.floor) + terms * std::log(s.rows);
 }
-double aic(double mean_square, double rows, int terms) {
-  return rows * std::log(std::max(mean_square, 1e-14)) + 2.0 * terms;
+double aic(const Scaled& s, double mean_square, int terms) {
+  return s.rows * std::log(std::max(mean_square, 1e-14) + s.floor * s.floor) + 2.0 * terms;
 }
 
 namespace {

@@ -16,6 +16,7 @@ struct Scaled {
   std::vector<int> sign;        // per column
   double rows = 0;              // for criteria
   double y_rms = 0;
+  double floor = 0;             // error of the rows that no term can explain, share of the target
 
   Eigen::Index size() const { return c.size(); }
   double rss(const Eigen::VectorXd& w) const;  // mean squared residual, scaled target: in [0, 1] for least squares
@@ -31,8 +32,8 @@ std::vector<int> support_of(const Eigen::VectorXd& w);
 std::vector<int> all_terms(const Scaled& s);
 
 /// bic and aic for a mean squared residual (share of the target's) and a number of terms.
-double bic(double mean_square, double rows, int terms);
-double aic(double mean_square, double rows, int terms);
+double bic(const Scaled& s, double mean_square, int terms);
+double aic(const Scaled& s, double mean_square, int terms);
 
 struct Path {
   std::vector<double> parameter;

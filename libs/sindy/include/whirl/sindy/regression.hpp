@@ -38,6 +38,7 @@ struct SolveOptions {
   int drop_terms = 0;            ///< ensemble: library bagging, terms left out of each resample at random
   std::string base = "stlsq";    ///< ensemble: method of each resample
   std::uint64_t seed = 1;        ///< ensemble
+  double noise_floor = 0;        ///< bic, aic: rows carry an error of this share of rms(y) that no term can explain
   bool debias = false;           ///< lasso: least squares on the support found
   std::vector<int> keep = {};    ///< indices never penalised nor dropped, e.g. the constant (an offset of the sensor)
   std::vector<int> sign = {};    ///< per term: +1 means >= 0, -1 means <= 0, 0 free; empty: all free
