@@ -60,8 +60,9 @@ struct Stepper {
     gx[kConjCIm] = -vy;
     gy[kConjCIm] = -vx;
     for (Eigen::Index k = 0; k < profile.cols(); ++k) {
-      gx[kProfile + k] = profile(half, k).real();
-      gy[kProfile + k] = profile(half, k).imag();
+      const Complex d = profile(half, k);
+      gx[kProfile + k] = eps.real() * d.real() - eps.imag() * d.imag();
+      gy[kProfile + k] = eps.real() * d.imag() + eps.imag() * d.real();
     }
   }
 

@@ -391,11 +391,12 @@ class Problem {
   std::vector<Signals> signals_;
 };
 
-// Solves the damped, diagonally scaled normal equations; false when they are not positive definite.
+// Solves the damped, diagonally scaled normal equations; false when they are not positive definite. A parameter without
+// effect at this point stays (the pole of a mode whose participation is still zero).
 bool solve(const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double damping, Eigen::VectorXd& step) {
-  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
-  if (!(scale.minCoeff() > 0)) return false;
+  const Eigen::VectorXd scale = (normal.diagonal().array() > 0).select(normal.diagonal().cwiseSqrt(), 1.0);
   Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
+  scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
   scaled.diagonal().array() += damping;
   const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
   if (llt.info() != Eigen::Success) return false;
@@ -499,6 +500,10 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   fit.summary.residual = std::sqrt(cost / static_cast<double>(values));
   if (!converged) fit.summary.warn(fmt::format("output error did not converge in {} steps", fit.iterations));
 
+  if (!(normal.diagonal().minCoeff() > 0)) {
+    fit.summary.fail("the output-error equations are singular: some parameter does not act on these records");
+    return fit;
+  }
   const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
   const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);

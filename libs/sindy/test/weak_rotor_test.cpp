@@ -29,8 +29,6 @@ TEST(WeakRotorReference, RotorAAtTwentyDecibels) {
     chi += fit.summary.chi_square / seeds;
   }
   // Published study values: 0.014, 0.67, 0.05, 0.08 %, 0.04 degrees (rms over 8 seeds).
-  std::printf("weak: K1 %.4f K2 %.3f C %.3f e %.3f %% phase %.3f deg chi2 %.3f\n", std::sqrt(rms.k1), std::sqrt(rms.k2),
-              std::sqrt(rms.c), std::sqrt(rms.e), std::sqrt(rms.phase), chi);
   EXPECT_LT(std::sqrt(rms.k1), 0.03);
   EXPECT_LT(std::sqrt(rms.k2), 1.3);
   EXPECT_LT(std::sqrt(rms.c), 0.15);
