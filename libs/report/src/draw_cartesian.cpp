@@ -119,7 +119,7 @@ void draw_color_bar(Canvas& canvas, const PanelLayout& layout, const HeatMap& ma
   const Limits limits = color_limits(map);
   const Box bar{layout.plot.right() + 12, layout.plot.y, 12, layout.plot.height};
   // The bar runs over the limits in equal steps of colour whatever the scale.
-  const Limits unit_limits{0, 1, false};
+  const Limits unit_limits;
   const Eigen::MatrixXd ramp = Eigen::VectorXd::LinSpaced(128, 0, 1);
   canvas.raw(fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" href=\"{}\"/>\n",
                          px(bar.x), px(bar.y), px(bar.width), px(bar.height), png_data_uri(ramp, unit_limits, 1)));
@@ -233,6 +233,10 @@ void draw_labels(Canvas& canvas, const Mapping& map) {
   for (const Annotation& note : map.layout.panel.annotations) {
     const double x = map.x(note.x), y = map.y(note.y), half = text_width(note.text) / 2 + 6;
     if (!std::isfinite(x + y)) continue;
+    if (note.above) {
+      placer.place(canvas, note.text, {{x, y - 4}});
+      continue;
+    }
     placer.place(canvas, note.text,
                  {{x + half, y - 4}, {x - half, y - 4}, {x + half, y + 13}, {x - half, y + 13}, {x, y - 8}, {x, y + 17},
                   {x, y - 20}, {x + half, y - 18}, {x - half, y - 18}, {x, y - 8}});

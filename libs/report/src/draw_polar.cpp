@@ -21,6 +21,7 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     canvas.raw(fmt::format("<circle class=\"{}\" cx=\"{}\" cy=\"{}\" r=\"{}\"/>\n", css, px(centre.x()), px(centre.y()),
                            px(r)));
   };
+  LabelPlacer placer(plot);
   draw_legend(canvas, layout);
   circle(radius, "plot");
   const Ticks& rings = layout.y;
@@ -32,7 +33,10 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     const Eigen::Vector2d rim = at(angle, radius), text = at(angle, radius + 8);
     canvas.line(centre.x(), centre.y(), rim.x(), rim.y(), "grid");
     const double side = std::cos(angle);
-    canvas.text(text.x(), text.y() + 4, fmt::format("{}°", degrees),
+    const std::string label = fmt::format("{}°", degrees);
+    const double width = text_width(label);
+    placer.reserve({text.x() - (side > 0.1 ? 0 : side < -0.1 ? width : width / 2), text.y() - 6, width, 13});
+    canvas.text(text.x(), text.y() + 4, label,
                 side > 0.1 ? Anchor::start : side < -0.1 ? Anchor::end : Anchor::middle);
   }
   circle(radius, "frame");
@@ -41,7 +45,6 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     for (Eigen::Index i = 0; i < s.x.size(); ++i) points.col(i) = at(s.x(i), scaled(s.y(i)));
     draw_points(canvas, s, points);
   }
-  LabelPlacer placer(plot);
   for (std::size_t i = 0; i < rings.major.size(); ++i) {
     const double r = radius * layout.limits.y.fraction(rings.major[i]);
     if (r <= 0) continue;

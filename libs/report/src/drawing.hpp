@@ -37,6 +37,8 @@ class LabelPlacer {
   /// first one inside the area when none does.
   void place(Canvas& canvas, std::string_view text, const std::vector<Eigen::Vector2d>& candidates);
 
+  void reserve(const Box& box) { taken_.push_back(box); }
+
  private:
   Box area_;
   std::vector<Box> taken_;

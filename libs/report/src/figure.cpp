@@ -85,8 +85,8 @@ void Panel::horizontal(double at, std::string label, Style style) {
 void Panel::span(double low, double high, std::string label, int color) {
   spans.push_back({Direction::vertical, low, high, std::move(label), color});
 }
-void Panel::annotate(double at_x, double at_y, std::string text) {
-  annotations.push_back({at_x, at_y, std::move(text)});
+void Panel::annotate(double at_x, double at_y, std::string text, bool above) {
+  annotations.push_back({at_x, at_y, std::move(text), above});
 }
 
 Panel& Figure::panel(std::string panel_title, Axis x, Axis y) {

@@ -52,7 +52,7 @@ class Range {
       throw Error(fmt::format("figure: limits of {} are {:g} to {:g}: must ascend{}", what, low, high,
                               logarithmic ? " and be positive on a logarithmic axis" : ""));
     }
-    return {low, high, logarithmic};
+    return {low, high, logarithmic, axis_.unit.symbol == "°"};
   }
 
  private:
@@ -109,7 +109,7 @@ PanelLimits find_limits(const Panel& panel) {
   if (panel.kind == Panel::Kind::polar) {
     y.add(0.0);
     Axis radius = panel.y;
-    limits.x = {0, 1, false};
+    limits.x = {};
     limits.y = y.limits(false, name + ", radius");
     limits.y.low = 0;
     return limits;
@@ -130,6 +130,7 @@ Limits color_limits(const HeatMap& map) {
 
 Ticks ticks_of(const Limits& limits, double pixels, double pixels_per_tick) {
   const int most = std::max(2, static_cast<int>(pixels / pixels_per_tick));
+  if (limits.degrees) return degree_ticks(limits.low, limits.high, most + 1);
   return limits.logarithmic ? log_ticks(limits.low, limits.high, most) : linear_ticks(limits.low, limits.high, most);
 }
 

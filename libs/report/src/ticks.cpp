@@ -89,6 +89,21 @@ Ticks log_ticks(double low, double high, int most) {
   return ticks;
 }
 
+Ticks degree_ticks(double low, double high, int most) {
+  Ticks ticks;
+  double step = 0;
+  for (const double candidate : {5.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0}) {
+    step = candidate;
+    if ((high - low) / step + 1 <= most) break;
+  }
+  while ((high - low) / step + 1 > most) step *= 2;
+  for (double k = std::ceil(low / step - 1e-9); k <= std::floor(high / step + 1e-9); ++k) {
+    ticks.major.push_back(k * step);
+    ticks.labels.push_back(format_fixed(k * step, 0));
+  }
+  return high - low < 10 ? linear_ticks(low, high, most) : ticks;
+}
+
 void widen(double& low, double& high) {
   if (high > low) {
     const double margin = 0.05 * (high - low);

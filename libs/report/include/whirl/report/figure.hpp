@@ -72,7 +72,7 @@ struct ReferenceLine {
   Direction direction = Direction::vertical;
   double value = 0;   ///< SI
   std::string label;
-  Style style{.color = 7, .width = 1, .dash = Dash::dashed};
+  Style style{.color = 6, .width = 1, .dash = Dash::dashed};
 };
 
 /// A shaded range of x (vertical) or y (horizontal), e.g. a segment of a run.
@@ -87,6 +87,7 @@ struct Span {
 struct Annotation {
   double x = 0, y = 0;  ///< SI
   std::string text;
+  bool above = false;   ///< centred above the point (values over bars); otherwise beside it where there is room
 };
 
 /// One pair (or triple) of axes with its data.
@@ -123,7 +124,7 @@ struct Panel {
   void vertical(double x, std::string label, Style style = ReferenceLine{}.style);
   void horizontal(double y, std::string label, Style style = ReferenceLine{}.style);
   void span(double low, double high, std::string label, int color = 7);
-  void annotate(double x, double y, std::string text);
+  void annotate(double x, double y, std::string text, bool above = false);
 };
 
 /// Panels in a grid filled row by row, drawn together.

@@ -18,6 +18,8 @@ Ticks linear_ticks(double low, double high, int most);
 /// Decades inside [low, high] (0 < low < high), thinned to at most `most`; where fewer than two decades fit, 1-2-5
 /// steps. Minor ticks at 2..9 of each decade.
 Ticks log_ticks(double low, double high, int most);
+/// Ticks in degrees at steps of 5, 15, 30, 45, 90, 180 or multiples of 360.
+Ticks degree_ticks(double low, double high, int most);
 /// Limits widened by 5 % on each side; a single value gets a range around it.
 void widen(double& low, double& high);
 

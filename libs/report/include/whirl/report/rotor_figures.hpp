@@ -1,0 +1,119 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "whirl/core/modal_model.hpp"
+#include "whirl/core/recording.hpp"
+#include "whirl/core/stiffness_law.hpp"
+#include "whirl/report/figure.hpp"
+
+namespace whirl::report {
+
+/// The figures of a rotor's life, made from values of `core`. Each returns a Figure that the caller may still change
+/// (size, title, more lines). All vectors SI; speeds rad/s, shown in rpm.
+
+/// A recording under the name it has in the legend. The first run of a list is drawn grey behind the others: the open
+/// loop, or the reference.
+struct NamedRun {
+  std::string name;
+  const Recording& recording;
+};
+
+/// A part of a run.
+struct Segment {
+  std::string name;
+  double begin = 0, end = 0;  ///< s
+};
+
+/// One panel per channel over one time axis (paper Figs. 19, 21, 24), segments shaded. Every run needs every channel.
+Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::string>& channels,
+                   const std::vector<Segment>& segments = {});
+
+/// Channels "ux", "uy" in newtons with their limit (paper Figs. 20, 22); limit 0 draws none.
+Figure control_force(const std::vector<NamedRun>& runs, double limit, const std::vector<Segment>& segments = {});
+
+/// Path of the disk centre (channels "x", "y") between two times, equal scales. With a channel "beta", a dot at each full
+/// turn (keyphasor mark).
+Figure orbit(const std::vector<NamedRun>& runs, double begin, double end);
+
+/// Displacement `channel` against its rate, one panel per segment (paper Figs. 25-28). The rate is the channel
+/// "d<channel>" when the recording has it, otherwise the central difference of two samples, which a noisy record blurs.
+Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel, const std::vector<Segment>& segments);
+
+/// Path in (time, y, x): the funnel of paper Fig. 23.
+Figure funnel(const std::vector<NamedRun>& runs);
+
+/// A channel as measured and as the model runs free, with the difference below (paper Figs. 7-13). `model` has one value
+/// per sample of the recording (NaN: not simulated). The rms difference stands in the panel's title.
+Figure measured_and_model(const Recording& measured, const std::string& channel, const Eigen::VectorXd& model);
+
+/// Readings of a stiffness test with the fitted law (paper Fig. 4). With `force_sd` > 0 (scatter of a reading, N) the band
+/// that holds 95 % of readings.
+Figure force_deflection(const Eigen::VectorXd& deflection, const Eigen::VectorXd& force, const StiffnessLaw& law,
+                        double force_sd = 0);
+
+/// Magnitude, phase and, where known, coherence of one channel (paper Fig. 6). `reconstruction` is the fitted response on
+/// the same frequency axis or empty; modes are marked at their frequencies.
+Figure frequency_response(const FrequencyResponse& response, Eigen::Index channel,
+                          const Eigen::VectorXcd& reconstruction = {}, const std::vector<Mode>& modes = {});
+
+/// One pole of a stabilisation diagram.
+struct OrderPole {
+  int order = 0;
+  double frequency = 0;  ///< Hz
+  bool stable = false;
+};
+/// Poles by model order over the summed magnitude of all channels; chosen frequencies (Hz) are marked.
+Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderPole>& poles,
+                     const std::vector<double>& chosen = {});
+
+/// A spectrum under its name.
+struct SpectrumCurve {
+  std::string name;
+  Eigen::VectorXd frequency;  ///< Hz; also negative (backward whirl) in a full spectrum
+  Eigen::VectorXd amplitude;
+};
+/// One-sided spectra on a logarithmic amplitude axis; `marks` (name, Hz) as vertical lines.
+Figure spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind,
+                Quantity quantity = Quantity::displacement,
+                const std::vector<std::pair<std::string, double>>& marks = {});
+/// Full spectrum of an orbit: forward whirl at positive, backward at negative frequency.
+Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind);
+
+/// Amplitudes over time and frequency as a colour map in dB below the largest: row = frequency, column = time. `speed`
+/// (rad/s per column, may be empty) draws the 1X line.
+Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
+                 AmplitudeKind kind, const Eigen::VectorXd& speed = {});
+
+/// Amplitudes over rotor speed and frequency (interference diagram from records): orders 1X, 2X, 3X as lines, natural
+/// frequencies (Hz) as horizontal lines.
+Figure run_map(double speed_low, double speed_high, double frequency_high, const Eigen::MatrixXd& amplitude,
+               AmplitudeKind kind, const std::vector<double>& natural_frequencies = {});
+
+/// The synchronous vector of a run: x(t) = Re(Z exp(j beta)), amplitude peak.
+struct SynchronousCurve {
+  std::string name;
+  Eigen::VectorXd speed;  ///< rad/s
+  Eigen::VectorXcd vector;  ///< m peak; positive phase leads the mark
+};
+/// Bode plot: amplitude and phase lead of the 1X vector against rpm.
+Figure bode_1x(const std::vector<SynchronousCurve>& curves);
+/// Polar plot of the 1X vector, `labels` speeds written beside the first curve.
+Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels = 6);
+
+/// One row of a suppression table.
+struct Suppression {
+  std::string name;          ///< e.g. "through the natural frequency"
+  double open = 0;           ///< amplitude without control, m
+  double closed = 0;         ///< with control, m
+  double paper_percent = std::numeric_limits<double>::quiet_NaN();  ///< printed by the paper, or NaN
+};
+/// Amplitudes without and with control, and suppression 100 (1 - closed/open) beside the paper's value (Table 4).
+Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind);
+
+/// Distribution of times (latencies, periods), s, on a logarithmic count axis, with a limit (0: none).
+Figure latency_histogram(const Eigen::VectorXd& seconds, const std::string& what, double limit = 0);
+
+}  // namespace whirl::report

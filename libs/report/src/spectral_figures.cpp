@@ -1,0 +1,243 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/report/rotor_figures.hpp"
+
+namespace whirl::report {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+constexpr double kTurn = 2 * std::numbers::pi;
+const Unit kHertz{"Hz", 1};
+const Unit kRpm{"rpm", kTurn / 60};
+const Unit kDegree{"°", std::numbers::pi / 180};
+
+std::string_view short_name(AmplitudeKind kind) {
+  return kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
+}
+
+template <class Curve, class F>
+void require_curves(const std::vector<Curve>& curves, F&& sizes_agree) {
+  if (curves.empty()) throw Error("figure: no curve given");
+  for (const Curve& c : curves) {
+    if (!sizes_agree(c)) throw Error(fmt::format("figure: curve '{}' has vectors of different size", c.name));
+  }
+}
+
+Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Quantity quantity, std::string title) {
+  require_curves(curves, [](const SpectrumCurve& c) { return c.frequency.size() == c.amplitude.size(); });
+  double largest = 0;
+  for (const SpectrumCurve& c : curves) {
+    for (const double a : c.amplitude) largest = std::isfinite(a) ? std::max(largest, a) : largest;
+  }
+  Figure figure;
+  figure.title = std::move(title);
+  Panel& panel = figure.panel("", {"frequency", kHertz},
+                              {fmt::format("{}, {}", to_string(quantity), short_name(kind)),
+                               engineering_unit(quantity, largest), Scale::logarithmic});
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const int color = curves.size() > 1 && i == 0 ? 7 : static_cast<int>(curves.size() > 1 ? i - 1 : i) % 6;
+    panel.line(curves.size() > 1 ? curves[i].name : "", curves[i].frequency,
+               curves[i].amplitude.unaryExpr([](double a) { return a > 0 ? a : NAN; }), {.color = color, .width = 1});
+  }
+  // Below six decades there is rounding only.
+  double smallest = largest;
+  for (const SpectrumCurve& c : curves) {
+    for (const double a : c.amplitude) smallest = a > 0 ? std::min(smallest, a) : smallest;
+  }
+  if (largest > 0 && smallest < 1e-6 * largest) panel.y.low = 1e-6 * largest;
+  return figure;
+}
+
+/// Amplitudes in dB below the largest, cut at -80 dB.
+HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
+  double largest = 0;
+  for (Index j = 0; j < amplitude.cols(); ++j) {
+    for (Index i = 0; i < amplitude.rows(); ++i) {
+      if (std::isfinite(amplitude(i, j))) largest = std::max(largest, amplitude(i, j));
+    }
+  }
+  if (!(largest > 0)) throw Error("figure: amplitude map has no positive value");
+  HeatMap map;
+  map.values = amplitude.unaryExpr([&](double a) { return std::isnan(a) ? a : std::max(-80.0, 20 * std::log10(a / largest)); });
+  map.color = {"re " + format_amplitude(largest, kind), {"dB", 1}};
+  map.color.high = 0;
+  return map;
+}
+
+}  // namespace
+
+Figure spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Quantity quantity,
+                const std::vector<std::pair<std::string, double>>& marks) {
+  Figure figure = spectra(curves, kind, quantity, "Spectrum");
+  for (const auto& [name, frequency] : marks) figure.panels.front().vertical(frequency, name);
+  return figure;
+}
+
+Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind) {
+  Figure figure = spectra(curves, kind, Quantity::displacement, "Full spectrum");
+  figure.panels.front().x.label = "backward whirl ← frequency → forward whirl";
+  figure.panels.front().vertical(0, "");
+  return figure;
+}
+
+Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
+                 AmplitudeKind kind, const VectorXd& speed) {
+  if (speed.size() != 0 && speed.size() != amplitude.cols()) {
+    throw Error(fmt::format("figure: waterfall has {} columns but {} speeds: must be equal", amplitude.cols(), speed.size()));
+  }
+  Figure figure;
+  figure.title = "Waterfall";
+  Panel& panel = figure.panel("", {"time", {"s", 1}}, {"frequency", kHertz});
+  panel.height = 280;
+  HeatMap map = decibel_map(amplitude, kind);
+  map.x_low = time_begin;
+  map.x_high = time_end;
+  map.y_high = frequency_high;
+  panel.heat_maps.push_back(std::move(map));
+  if (speed.size() > 0) {
+    panel.y.low = 0;
+    panel.y.high = frequency_high;
+    panel.line("1X", VectorXd::LinSpaced(speed.size(), time_begin, time_end), speed / kTurn,
+               {.color = 1, .width = 1.2, .dash = Dash::dashed});
+  }
+  return figure;
+}
+
+Figure run_map(double speed_low, double speed_high, double frequency_high, const Eigen::MatrixXd& amplitude,
+               AmplitudeKind kind, const std::vector<double>& natural_frequencies) {
+  Figure figure;
+  figure.title = "Amplitude over speed and frequency";
+  Panel& panel = figure.panel("", {"rotor speed", kRpm}, {"frequency", kHertz});
+  panel.height = 320;
+  panel.y.low = 0;
+  panel.y.high = frequency_high;
+  HeatMap map = decibel_map(amplitude, kind);
+  map.x_low = speed_low;
+  map.x_high = speed_high;
+  map.y_high = frequency_high;
+  panel.heat_maps.push_back(std::move(map));
+  const Eigen::Vector2d ends(speed_low, speed_high);
+  constexpr int kColors[] = {1, 4, 5};
+  for (int order = 1; order <= 3; ++order) {
+    panel.line(fmt::format("{}X", order), ends, order * ends / kTurn,
+               {.color = kColors[order - 1], .width = 1.2, .dash = order == 1 ? Dash::solid : Dash::dashed});
+  }
+  for (const double f : natural_frequencies) {
+    panel.horizontal(f, format_number(f, 4) + " Hz", {.color = 3, .width = 1, .dash = Dash::dotted});
+  }
+  return figure;
+}
+
+Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
+  require_curves(curves, [](const SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+  double largest = 0;
+  for (const SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  Figure figure;
+  figure.title = "Bode plot of the 1X vector";
+  figure.shared_x = true;
+  const Axis x{"rotor speed", kRpm};
+  figure.panel("", x, {"1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
+  figure.panel("", x, {"phase lead", kDegree});
+  Panel& amplitude = figure.panels[0];
+  Panel& phase = figure.panels[1];
+  phase.height = 120;
+  amplitude.y.low = 0;
+  for (const SynchronousCurve& c : curves) {
+    amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
+    // Continuous from the first value on: through resonance the phase falls by half a turn.
+    VectorXd lead = c.vector.array().arg();
+    for (Index i = 1; i < lead.size(); ++i) lead(i) -= kTurn * std::round((lead(i) - lead(i - 1)) / kTurn);
+    phase.line("", c.speed, lead);
+  }
+  return figure;
+}
+
+Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
+  require_curves(curves, [](const SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+  double largest = 0;
+  for (const SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  Figure figure;
+  figure.title = "Polar plot of the 1X vector";
+  figure.width = 480;
+  Panel& panel = figure.panel("", {}, {"angle = phase lead; radius = 1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
+  panel.kind = Panel::Kind::polar;
+  panel.height = 380;
+  for (const SynchronousCurve& c : curves) {
+    panel.line(curves.size() > 1 ? c.name : "", c.vector.array().arg(), c.vector.cwiseAbs());
+  }
+  // Speeds at equal steps of the way along the curve, where the reader needs them.
+  const SynchronousCurve& first = curves.front();
+  VectorXd way = VectorXd::Zero(first.vector.size());
+  for (Index i = 1; i < way.size(); ++i) way(i) = way(i - 1) + std::abs(first.vector(i) - first.vector(i - 1));
+  for (int k = 0; k < labels && way.size() > 0; ++k) {
+    const double wanted = (k + 0.5) / labels * way(way.size() - 1);
+    const Index at = std::lower_bound(way.data(), way.data() + way.size() - 1, wanted) - way.data();
+    panel.annotate(std::arg(first.vector(at)), std::abs(first.vector(at)),
+                   fmt::format("{:.0f} rpm", first.speed(at) / kRpm.factor));
+    panel.scatter("", VectorXd::Constant(1, std::arg(first.vector(at))), VectorXd::Constant(1, std::abs(first.vector(at))),
+                  {.color = 0});
+  }
+  return figure;
+}
+
+Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind) {
+  if (rows.empty()) throw Error("figure: no suppression given");
+  const auto n = static_cast<Index>(rows.size());
+  VectorXd open(n), closed(n), percent(n), paper(n);
+  std::vector<std::string> names;
+  for (Index i = 0; i < n; ++i) {
+    const Suppression& row = rows[static_cast<std::size_t>(i)];
+    open(i) = row.open;
+    closed(i) = row.closed;
+    percent(i) = 100 * (1 - row.closed / row.open);
+    paper(i) = row.paper_percent;
+    names.push_back(row.name);
+  }
+  const VectorXd place = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
+  Figure figure;
+  figure.title = "Suppression";
+  Panel& amplitude = figure.panel("", {}, {fmt::format("amplitude, {}", short_name(kind)),
+                                           engineering_unit(Quantity::displacement, open.maxCoeff())});
+  amplitude.categories = names;
+  amplitude.height = 190;
+  amplitude.bars("without control", place, open, {.color = 7});
+  amplitude.bars("with control", place, closed, {.color = 0});
+  Panel& share = figure.panel("", {}, {"suppression", {"%", 1}});
+  share.categories = names;
+  share.height = 190;
+  share.y.high = 112;
+  share.bars("this run", place, percent, {.color = 0});
+  const bool any_paper = (paper.array() == paper.array()).any();
+  if (any_paper) share.bars("paper", place, paper, {.color = 4});
+  const double step = any_paper ? 0.185 : 0;
+  for (Index i = 0; i < n; ++i) {
+    if (std::isfinite(percent(i))) share.annotate(place(i) - step, std::max(0.0, percent(i)), format_fixed(percent(i), 1), true);
+    if (std::isfinite(paper(i))) share.annotate(place(i) + step, std::max(0.0, paper(i)), format_fixed(paper(i), 1), true);
+  }
+  return figure;
+}
+
+Figure latency_histogram(const VectorXd& seconds, const std::string& what, double limit) {
+  Figure figure;
+  figure.title = "Distribution of " + what;
+  const double size = seconds.size() > 0 ? seconds.cwiseAbs().maxCoeff() : 0;
+  Panel& panel = figure.panel("", {what, engineering_unit(Quantity::time, size)}, {"count", {}, Scale::logarithmic});
+  panel.height = 180;
+  Series& s = panel.histogram("", seconds, 80);
+  s.y = s.y.unaryExpr([](double count) { return count > 0 ? count : NAN; });
+  panel.y.low = 0.7;
+  if (limit > 0) {
+    panel.vertical(limit, "limit");
+    panel.x.high = std::max(1.05 * limit, s.x.maxCoeff() + 0.5 * (s.x(1) - s.x(0)));
+  }
+  return figure;
+}
+
+}  // namespace whirl::report
