@@ -1,0 +1,56 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "whirl/rig/virtual_rig.hpp"
+
+namespace whirl {
+
+/// One number per lane.
+template <int Lanes>
+struct alignas(64) LaneArray {
+  std::array<double, Lanes> v{};
+  double& operator[](int lane) { return v[static_cast<std::size_t>(lane)]; }
+  double operator[](int lane) const { return v[static_cast<std::size_t>(lane)]; }
+};
+
+/// `Lanes` copies of one rig side by side, for tuning and Monte Carlo over controllers: the same plant, profile and noise in
+/// every lane, another command in each. The arithmetic is that of VirtualRig, in vector registers; a lane gives what
+/// VirtualRig gives with the same seed and commands. No fault script. Instantiated for 8, 16 and 32 lanes.
+///
+/// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the lanes.
+template <int Lanes>
+class BatchRig {
+ public:
+  using Lane = LaneArray<Lanes>;
+  struct Reading {
+    double t = 0;
+    Lane x, y;                                 ///< m
+    double beta = 0, omega = 0, omega_dot = 0; ///< the same for all lanes
+  };
+
+  explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);
+  BatchRig(BatchRig&&) noexcept;
+  ~BatchRig();
+
+  const Reading& read() const noexcept;
+  void write(const Lane& ux, const Lane& uy) noexcept;  ///< N
+  void advance() noexcept;
+  bool done() const noexcept;
+  long tick() const noexcept;
+  /// True displacement of the disk centre, m: for the objective, not for the law.
+  const Lane& true_x() const noexcept;
+  const Lane& true_y() const noexcept;
+  void restart(std::uint64_t seed) noexcept;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+extern template class BatchRig<8>;
+extern template class BatchRig<16>;
+extern template class BatchRig<32>;
+
+}  // namespace whirl

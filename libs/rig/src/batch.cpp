@@ -1,0 +1,273 @@
+#include "whirl/rig/batch.hpp"
+
+#include <cmath>
+#include <cstring>
+
+#include "normal.hpp"
+#include "tables.hpp"
+
+namespace whirl {
+
+namespace {
+
+// The widest vector of this processor; inside this file only, so that the interface does not depend on it.
+#if defined(__AVX512F__)
+constexpr int kWidth = 8;
+#elif defined(__AVX__)
+constexpr int kWidth = 4;
+#else
+constexpr int kWidth = 2;
+#endif
+typedef double Vector __attribute__((vector_size(kWidth * sizeof(double))));
+
+inline Vector load(const double* p) {
+  Vector v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void store(double* p, Vector v) { std::memcpy(p, &v, sizeof v); }
+
+// To the nearest multiple of lsb; exact for |v / lsb| < 2^51.
+inline Vector quantised(Vector v, double lsb) {
+  constexpr double kRound = 0x1.8p52;
+  return ((v * (1 / lsb) + kRound) - kRound) * lsb;
+}
+inline Vector clamped(Vector v, double limit) {
+  const Vector high = Vector{} + limit, low = -high;
+  v = v > high ? high : v;
+  return v < low ? low : v;
+}
+
+constexpr std::size_t kHistory = 64;  // ticks of commands and readings kept
+
+}  // namespace
+
+template <int Lanes>
+struct BatchRig<Lanes>::State {
+  struct Mode {
+    Lane x, dx, y, dy;
+  };
+  struct Pair {
+    Lane x, y;
+  };
+
+  std::shared_ptr<const RigTables> tables;
+  Normal normal{0};
+  long ticks_done = 0, steps = 0, captured = 0;
+  Lane x, y, vx, vy;                  // rotor
+  Lane target_x, target_y;            // force the actuators tend to, N
+  Lane distance_x, distance_y;        // force minus target, N
+  Lane force0_x, force0_y;            // force at the last tick, N
+  std::vector<Mode> modes;
+  std::array<Pair, kHistory> commands{};
+  std::array<Pair, kHistory> readings{};
+  Reading reading;
+  double axis_cos = 1, axis_sin = 0;
+
+  explicit State(std::shared_ptr<const RigTables> t) : tables(std::move(t)), modes(tables->parameters.modes.size()) {
+    axis_cos = std::cos(tables->parameters.actuator.axis_rotation);
+    axis_sin = std::sin(tables->parameters.actuator.axis_rotation);
+  }
+
+  static constexpr std::size_t slot(long tick) { return static_cast<std::size_t>(tick) % kHistory; }
+
+  void restart(std::uint64_t seed) noexcept {
+    normal = Normal(seed);
+    ticks_done = steps = captured = 0;
+    const LateralState<double>& s = tables->start;
+    x.v.fill(s.x), y.v.fill(s.y), vx.v.fill(s.vx), vy.v.fill(s.vy);
+    target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      modes[i] = {};
+      modes[i].x.v.fill(tables->parameters.modes[i].initial);
+      modes[i].y = modes[i].x;
+    }
+    commands.fill({});
+    capture(0);
+    measure();
+  }
+
+  // Displacement by the modes `sub` steps after the last tick, added to x and y of one vector of lanes.
+  void add_modes(int lane, int sub, Vector& sx, Vector& sy) const noexcept {
+    const Vector fx = load(&force0_x.v[0] + lane), fy = load(&force0_y.v[0] + lane);
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      const double sign = tables->parameters.modes[i].sensor_sign;
+      const Vector qx = load(&modes[i].x.v[0] + lane), qy = load(&modes[i].y.v[0] + lane);
+      if (sub == 0) {
+        sx += sign * qx;
+        sy += sign * qy;
+        continue;
+      }
+      const ModeMap& m = tables->mode_maps[static_cast<std::size_t>(sub - 1)][i];
+      const Vector tx = load(&target_x.v[0] + lane), ty = load(&target_y.v[0] + lane);
+      sx += sign * (m.q_q * qx + m.q_dq * load(&modes[i].dx.v[0] + lane) + m.q_f * fx + m.q_c * tx);
+      sy += sign * (m.q_q * qy + m.q_dq * load(&modes[i].dy.v[0] + lane) + m.q_f * fy + m.q_c * ty);
+    }
+  }
+
+  void propagate_modes(int lane) noexcept {
+    const Vector fx = load(&force0_x.v[0] + lane), fy = load(&force0_y.v[0] + lane);
+    const std::vector<ModeMap>& maps = tables->mode_maps.back();
+    const Vector tx = load(&target_x.v[0] + lane), ty = load(&target_y.v[0] + lane);
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      const ModeMap& m = maps[i];
+      Mode& s = modes[i];
+      const Vector qx = load(&s.x.v[0] + lane), dx = load(&s.dx.v[0] + lane);
+      const Vector qy = load(&s.y.v[0] + lane), dy = load(&s.dy.v[0] + lane);
+      store(&s.x.v[0] + lane, m.q_q * qx + m.q_dq * dx + m.q_f * fx + m.q_c * tx);
+      store(&s.dx.v[0] + lane, m.dq_q * qx + m.dq_dq * dx + m.dq_f * fx + m.dq_c * tx);
+      store(&s.y.v[0] + lane, m.q_q * qy + m.q_dq * dy + m.q_f * fy + m.q_c * ty);
+      store(&s.dy.v[0] + lane, m.dq_q * qy + m.dq_dq * dy + m.dq_f * fy + m.dq_c * ty);
+    }
+  }
+
+  // Readings of all ticks whose sensor instant is now, `sub` steps after the last tick.
+  void capture(int sub) noexcept {
+    const RigTables& t = *tables;
+    const RigLaser& laser = t.parameters.laser;
+    const LateralInput<double> runout = t.runout[static_cast<std::size_t>(captured)];
+    const double nx = laser.noise > 0 ? laser.noise * normal() : 0, ny = laser.noise > 0 ? laser.noise * normal() : 0;
+    Pair& out = readings[slot(captured)];
+    for (int lane = 0; lane < Lanes; lane += kWidth) {
+      Vector sx = load(&x.v[0] + lane), sy = load(&y.v[0] + lane);
+      add_modes(lane, sub, sx, sy);
+      sx = clamped(sx + (runout.x + nx), 0.5 * laser.range);
+      sy = clamped(sy + (runout.y + ny), 0.5 * laser.range);
+      store(&out.x.v[0] + lane, t.sensor_lsb > 0 ? quantised(sx, t.sensor_lsb) : sx);
+      store(&out.y.v[0] + lane, t.sensor_lsb > 0 ? quantised(sy, t.sensor_lsb) : sy);
+    }
+    const std::size_t first = slot(captured++);
+    while (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) {
+      readings[slot(captured++)] = readings[first];
+    }
+  }
+
+  void measure() noexcept {
+    const AngleState& a = tables->measured_angle[static_cast<std::size_t>(ticks_done)];
+    const Pair& r = readings[slot(ticks_done)];
+    reading = {static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
+  }
+
+  void update_target() noexcept {
+    const RigTables& t = *tables;
+    const RigActuator& a = t.parameters.actuator;
+    const long delay = a.delay_samples + a.extra_delay_samples;
+    const Pair none{};
+    const Pair& c = ticks_done >= delay ? commands[slot(ticks_done - delay)] : none;
+    const double gain = 1 + a.gain_error, per_newton = 1 / a.force_per_volt;
+    for (int lane = 0; lane < Lanes; lane += kWidth) {
+      const auto force = [&](const Lane& command) {
+        Vector volts = load(&command.v[0] + lane) * per_newton;
+        volts = volts == volts ? volts : Vector{};  // NaN: no force
+        volts = clamped(volts, a.voltage_limit);
+        return (t.volt_lsb > 0 ? quantised(volts, t.volt_lsb) : volts) * a.force_per_volt;
+      };
+      const Vector u = force(c.x), v = force(c.y);
+      const Vector fx = load(&target_x.v[0] + lane) + load(&distance_x.v[0] + lane);
+      const Vector fy = load(&target_y.v[0] + lane) + load(&distance_y.v[0] + lane);
+      const Vector tx = gain * (axis_cos * u - axis_sin * v), ty = gain * (axis_sin * u + axis_cos * v);
+      const bool lag = t.lag_half_step > 0;
+      store(&force0_x.v[0] + lane, fx);
+      store(&force0_y.v[0] + lane, fy);
+      store(&target_x.v[0] + lane, tx);
+      store(&target_y.v[0] + lane, ty);
+      store(&distance_x.v[0] + lane, lag ? fx - tx : Vector{});
+      store(&distance_y.v[0] + lane, lag ? fy - ty : Vector{});
+    }
+  }
+
+  // One Runge-Kutta step of all lanes; f points at the forcing of its start.
+  void step(const LateralInput<double>* f) noexcept {
+    const RigTables& t = *tables;
+    const double r = t.lag_half_step, g = t.gain;
+    const LateralCoefficients<double>& c = t.coefficients;
+    const Vector zero{};
+    const LateralCoefficients<Vector> a{zero + c.kx, zero + c.ky, zero + c.kxy, zero + c.k2,
+                                        zero + c.cx, zero + c.cy, zero + c.cxy};
+    for (int lane = 0; lane < Lanes; lane += kWidth) {
+      Vector dx = load(&distance_x.v[0] + lane), dy = load(&distance_y.v[0] + lane);
+      const Vector tx = g * load(&target_x.v[0] + lane), ty = g * load(&target_y.v[0] + lane);
+      const auto input = [&](const LateralInput<double>& unbalance) {
+        return LateralInput<Vector>{unbalance.x + tx + g * dx, unbalance.y + ty + g * dy};
+      };
+      const LateralInput<Vector> in0 = input(f[0]);
+      dx *= r, dy *= r;
+      const LateralInput<Vector> in_mid = input(f[1]);
+      dx *= r, dy *= r;
+      const LateralInput<Vector> in1 = input(f[2]);
+      const LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane), load(&vy.v[0] + lane)};
+      const LateralState<Vector> next = lateral_step(a, s, in0, in_mid, in1, t.step);
+      store(&x.v[0] + lane, next.x);
+      store(&y.v[0] + lane, next.y);
+      store(&vx.v[0] + lane, next.vx);
+      store(&vy.v[0] + lane, next.vy);
+      store(&distance_x.v[0] + lane, dx);
+      store(&distance_y.v[0] + lane, dy);
+    }
+  }
+
+  void advance() noexcept {
+    const RigTables& t = *tables;
+    if (ticks_done >= t.ticks) return;
+    update_target();
+    const int n = t.parameters.timing.substeps;
+    const LateralInput<double>* f = &t.forcing[static_cast<std::size_t>(2 * steps)];
+    for (int i = 1; i <= n; ++i, f += 2) {
+      step(f);
+      ++steps;
+      if (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) capture(i);
+    }
+    for (int lane = 0; lane < Lanes; lane += kWidth) propagate_modes(lane);
+    ++ticks_done;
+    commands[slot(ticks_done)] = commands[slot(ticks_done - 1)];
+    measure();
+  }
+};
+
+template <int Lanes>
+BatchRig<Lanes>::BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed)
+    : state_(std::make_unique<State>(std::move(tables))) {
+  state_->restart(seed);
+}
+template <int Lanes>
+BatchRig<Lanes>::BatchRig(BatchRig&&) noexcept = default;
+template <int Lanes>
+BatchRig<Lanes>::~BatchRig() = default;
+template <int Lanes>
+const typename BatchRig<Lanes>::Reading& BatchRig<Lanes>::read() const noexcept {
+  return state_->reading;
+}
+template <int Lanes>
+void BatchRig<Lanes>::write(const Lane& ux, const Lane& uy) noexcept {
+  state_->commands[State::slot(state_->ticks_done)] = {ux, uy};
+}
+template <int Lanes>
+void BatchRig<Lanes>::advance() noexcept {
+  state_->advance();
+}
+template <int Lanes>
+bool BatchRig<Lanes>::done() const noexcept {
+  return state_->ticks_done >= state_->tables->ticks;
+}
+template <int Lanes>
+long BatchRig<Lanes>::tick() const noexcept {
+  return state_->ticks_done;
+}
+template <int Lanes>
+const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::true_x() const noexcept {
+  return state_->x;
+}
+template <int Lanes>
+const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::true_y() const noexcept {
+  return state_->y;
+}
+template <int Lanes>
+void BatchRig<Lanes>::restart(std::uint64_t seed) noexcept {
+  state_->restart(seed);
+}
+
+template class BatchRig<8>;
+template class BatchRig<16>;
+template class BatchRig<32>;
+
+}  // namespace whirl
