@@ -227,14 +227,17 @@ std::vector<std::string> design_warnings(const ControllerDesign& design) {
                                 values.at("boundary_layer"), limit, n));
     }
   }
-  if (has(values, "delta")) {
-    const double limit = std::min(
-        1e-2, regularisation_limit(h, values.at("surface_gain"), values.at("exponent"), values.at("length_scale"), n));
-    if (values.at("delta") < 0.999 * limit) {
-      out.push_back(fmt::format("delta {:.3g} m is below {:.3g} m: the singular term exceeds the sampled velocity gain "
-                                "limit near zero",
-                                values.at("delta"), limit));
+  if (has(values, "delta") && values.at("delta") > 0) {
+    const double r = values.at("exponent");
+    const double gain =
+        h * values.at("surface_gain") * r * std::pow(values.at("delta") / values.at("length_scale"), r - 1);
+    if (gain > 1.001 * smooth_gain_limit(n)) {
+      out.push_back(fmt::format("the terminal surface has the sampled velocity gain {:.3g} near zero, above {:.3g} it "
+                                "oscillates with {} samples of delay: lower surface_gain or raise delta",
+                                gain, smooth_gain_limit(n), n));
     }
+  } else if (has(values, "delta")) {
+    out.push_back("delta = 0: the singular term as printed is unbounded when the displacement crosses zero");
   }
   if (has(values, "tau") && values.at("tau") < 0.999 * h / smooth_gain_limit(n)) {
     out.push_back(fmt::format("tau {:.3g} s is below {:.3g} s: the projection oscillates with {} samples of delay",
