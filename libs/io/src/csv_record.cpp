@@ -8,14 +8,14 @@
 namespace whirl {
 namespace {
 
-constexpr Eigen::Index kBlockRows = 1 << 15;
+constexpr std::size_t kBlockValues = std::size_t{1} << 17;
 
 /// All columns of a stream. Blocks are kept per column and joined one column at a time, so that the peak is the numeric
 /// size plus one column.
 std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
   const std::size_t n = stream.columns().size();
   std::vector<std::vector<Eigen::VectorXd>> parts(n);
-  Eigen::MatrixXd block(kBlockRows, static_cast<Eigen::Index>(n));
+  Eigen::MatrixXd block(static_cast<Eigen::Index>(std::max(kBlockValues / n, std::size_t{16})), static_cast<Eigen::Index>(n));
   Eigen::Index total = 0;
   while (const Eigen::Index rows = stream.next(block)) {
     for (std::size_t c = 0; c < n; ++c) parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));

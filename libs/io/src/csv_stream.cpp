@@ -11,6 +11,7 @@ namespace whirl {
 namespace {
 
 constexpr std::size_t kBuffer = std::size_t{1} << 20;  // also the longest line
+constexpr std::size_t kMaxColumns = 4096;
 constexpr std::string_view kBlank = " \t";
 
 std::string_view trim(std::string_view text, std::string_view what = kBlank) {
@@ -101,7 +102,7 @@ struct CsvStream::State {
   bool exponent = false;
   bool decimal_known = false;
 
-  std::vector<char> buffer = std::vector<char>(kBuffer);
+  std::unique_ptr<char[]> buffer = std::make_unique_for_overwrite<char[]>(kBuffer);
   std::size_t begin = 0, end = 0;
   bool eof = false;
   bool blank_seen = false;
@@ -121,14 +122,14 @@ struct CsvStream::State {
   }
 
   void refill() {
-    std::memmove(buffer.data(), buffer.data() + begin, end - begin);
+    std::memmove(buffer.get(), buffer.get() + begin, end - begin);
     end -= begin;
     begin = 0;
-    if (end == buffer.size()) {
-      fail(fmt::format("longer than {} bytes: this is no CSV file", buffer.size()), line + 1);
+    if (end == kBuffer) {
+      fail(fmt::format("longer than {} bytes: this is no CSV file", kBuffer), line + 1);
     }
-    const std::size_t n = source.read(buffer.data() + end, buffer.size() - end);
-    if (n < buffer.size() - end) eof = true;
+    const std::size_t n = source.read(buffer.get() + end, kBuffer - end);
+    if (n < kBuffer - end) eof = true;
     end += n;
   }
 
@@ -136,14 +137,14 @@ struct CsvStream::State {
   bool get_line(std::string_view& out) {
     const char* newline = nullptr;
     while (true) {
-      newline = static_cast<const char*>(std::memchr(buffer.data() + begin, '\n', end - begin));
+      newline = static_cast<const char*>(std::memchr(buffer.get() + begin, '\n', end - begin));
       if (newline || eof) break;
       refill();
     }
     if (begin == end) return false;
-    const char* first = buffer.data() + begin;
-    const char* last = newline ? newline : buffer.data() + end;
-    begin = newline ? static_cast<std::size_t>(newline - buffer.data()) + 1 : end;
+    const char* first = buffer.get() + begin;
+    const char* last = newline ? newline : buffer.get() + end;
+    begin = newline ? static_cast<std::size_t>(newline - buffer.get()) + 1 : end;
     ++line;
     if (last > first && last[-1] == '\r') --last;
     out = {first, static_cast<std::size_t>(last - first)};
@@ -152,7 +153,7 @@ struct CsvStream::State {
 
   void read_header() {
     refill();
-    const std::string_view start(buffer.data(), end);
+    const std::string_view start(buffer.get(), end);
     if (start.substr(0, 3) == "\xef\xbb\xbf") {
       dialect.byte_order_mark = true;
       begin = 3;
@@ -162,7 +163,7 @@ struct CsvStream::State {
     std::string_view text;
     do {  // blank lines and comments may stand before the header
       if (!get_line(text)) fail("has no header and no data", 0);
-      dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.data() + end;
+      dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
     } while (trim(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
 
@@ -172,12 +173,13 @@ struct CsvStream::State {
       dialect.trailing_delimiter = true;
       fields.pop_back();
     }
+    if (fields.size() > kMaxColumns) fail(fmt::format("{} columns; at most {} are allowed", fields.size(), kMaxColumns));
     const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
     if (headless) {
       if (options.columns.empty()) {
         fail("no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state the columns");
       }
-      begin = static_cast<std::size_t>(text.data() - buffer.data());  // the line is data: read it again
+      begin = static_cast<std::size_t>(text.data() - buffer.get());  // the line is data: read it again
       --line;
     } else {
       for (const std::string_view f : fields) header.emplace_back(unquote(f));
@@ -256,7 +258,7 @@ struct CsvStream::State {
       }
       dialect.decimal = *options.decimal;
     } else if (dialect.delimiter != ',') {
-      const std::string_view ahead(buffer.data() + begin, end - begin);
+      const std::string_view ahead(buffer.get() + begin, end - begin);
       const std::size_t sign = ahead.find_first_of(".,");
       if (sign != std::string_view::npos) dialect.decimal = ahead[sign];
     }

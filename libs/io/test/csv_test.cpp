@@ -96,6 +96,7 @@ TEST(Csv, EveryDefectNamesFileLineColumnAndWhatIsAllowed) {
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,1\n", {.refuse_constant = true}), HasSubstr("channel 'x' is constant"));
   EXPECT_THAT(error_of_csv(""), HasSubstr("no header and no data"));
   EXPECT_THAT(error_of_csv(std::string("t_s,x\0_mm\n", 10)), HasSubstr("zero bytes"));
+  EXPECT_THAT(error_of_csv(std::string(5000, ',')), HasSubstr("5000 columns; at most 4096"));
   EXPECT_THAT(error_of_csv("\xff\xfet"), HasSubstr("UTF-16"));
   EXPECT_THAT(error_of_csv(std::string(3 << 20, '1')), HasSubstr("longer than"));
   EXPECT_THAT(error_of([] { read_csv("/nonexistent/a.csv"); }), HasSubstr("/nonexistent/a.csv: cannot be opened"));

@@ -1,0 +1,142 @@
+#include "whirl/rt/drivers/optoncdt.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::optoncdt {
+namespace {
+
+constexpr std::uint32_t kFullScale = 65520;
+constexpr std::uint32_t kRangeStart = 643, kRangeEnd = 64877;
+constexpr std::uint32_t kFirstErrorCode = 262072;
+
+}  // namespace
+
+std::array<std::uint8_t, 3> encode(Value v) noexcept {
+  return {static_cast<std::uint8_t>(v.raw & 0x3f), static_cast<std::uint8_t>(0x40 | (v.raw >> 6 & 0x3f)),
+          static_cast<std::uint8_t>((v.first ? 0x80 : 0xc0) | (v.raw >> 12 & 0x3f))};
+}
+
+std::string_view to_string(SensorError error) {
+  switch (error) {
+    case SensorError::none: return "none";
+    case SensorError::too_much_data: return "too much data for the baud rate";
+    case SensorError::no_peak: return "no peak";
+    case SensorError::peak_before_range: return "peak before the measuring range";
+    case SensorError::peak_behind_range: return "peak behind the measuring range";
+    case SensorError::not_calculable: return "value not calculable";
+    case SensorError::peak_too_large: return "peak too large";
+    case SensorError::laser_off: return "laser off";
+    case SensorError::unknown_code: return "unknown error code";
+    case SensorError::no_distance: return "no distance";
+  }
+  return "?";
+}
+
+Scale::Scale(double range, bool mastering) : range_(range), mastering_(mastering) {
+  const auto known = {0.01, 0.025, 0.05, 0.1, 0.2, 0.5};
+  if (std::none_of(known.begin(), known.end(), [&](double r) { return std::abs(range - r) < 1e-9; })) {
+    throw Error::in_field("laser range", fmt::format("{:g} m", range), "0.01, 0.025, 0.05, 0.1, 0.2 or 0.5 m");
+  }
+}
+
+Reading Scale::operator()(std::uint32_t raw) const noexcept {
+  Reading out;
+  if (raw >= kFirstErrorCode) {
+    switch (raw) {
+      case 262075: out.error = SensorError::too_much_data; break;
+      case 262076: out.error = SensorError::no_peak; break;
+      case 262077: out.error = SensorError::peak_before_range; break;
+      case 262078: out.error = SensorError::peak_behind_range; break;
+      case 262080: out.error = SensorError::not_calculable; break;
+      case 262081: out.error = SensorError::peak_too_large; break;
+      case 262082: out.error = SensorError::laser_off; break;
+      default: out.error = SensorError::unknown_code; break;
+    }
+  } else if (raw > kFullScale && !mastering_) {
+    out.error = SensorError::no_distance;
+  }
+  if (out.error != SensorError::none) {
+    out.distance = std::numeric_limits<double>::quiet_NaN();
+    return out;
+  }
+  out.distance = (raw * 1.02 / kFullScale - (mastering_ ? 0.51 : 0.01)) * range_;
+  // With mastering the raw value is relative to the master, so that it says nothing about the place in the range.
+  out.in_range = mastering_ || (raw >= kRangeStart && raw <= kRangeEnd);
+  return out;
+}
+
+double Scale::resolution() const noexcept { return 1.02 / kFullScale * range_; }
+
+double exposure(std::uint32_t raw) noexcept { return raw / 10.0 * 1e-6; }
+double intensity(std::uint32_t raw) noexcept { return raw / 65472.0; }
+double timestamp(std::uint32_t low, std::uint32_t high) noexcept {
+  return (65536.0 * (high & 0xffff) + (low & 0xffff)) / 100 * 1e-3;
+}
+
+bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
+  ++statistics_.bytes;
+  const unsigned flag = byte >> 6;
+  if (flag == 0) {  // L: the start of a value, whatever came before
+    if (have_ > 0) {
+      ++statistics_.resyncs;
+      statistics_.dropped += have_;
+    }
+    held_[0] = byte;
+    have_ = 1;
+    return false;
+  }
+  if (flag == 1 && have_ == 1) {
+    held_[1] = byte;
+    have_ = 2;
+    return false;
+  }
+  if (flag >= 2 && have_ == 2) {
+    value.raw = static_cast<std::uint32_t>(held_[0] & 0x3f) | static_cast<std::uint32_t>(held_[1] & 0x3f) << 6 |
+                static_cast<std::uint32_t>(byte & 0x3f) << 12;
+    value.first = flag == 2;
+    have_ = 0;
+    ++statistics_.values;
+    return true;
+  }
+  if (have_ > 0) ++statistics_.resyncs;
+  statistics_.dropped += have_ + 1u;
+  have_ = 0;
+  return false;
+}
+
+FrameDecoder::FrameDecoder(int values_per_frame) : expected_(values_per_frame) {
+  if (values_per_frame < 1 || values_per_frame > static_cast<int>(kMaxValues)) {
+    throw Error::in_field("values per frame", fmt::format("{}", values_per_frame), fmt::format("1 to {}", kMaxValues));
+  }
+}
+
+bool FrameDecoder::push(std::uint8_t byte, Frame& frame) noexcept {
+  Value value;
+  const std::uint64_t dropped = values_.statistics_.dropped;
+  const bool complete = values_.push(byte, value);
+  // Bytes were lost: what follows may belong to another frame.
+  if (values_.statistics_.dropped != dropped && have_ > 0) {
+    ++values_.statistics_.incomplete;
+    have_ = 0;
+  }
+  if (!complete) return false;
+  if (value.first) {
+    if (have_ > 0) ++values_.statistics_.incomplete;
+    have_ = 0;
+  } else if (have_ == 0) {  // the rest of a frame whose start was lost, or more values than configured
+    ++values_.statistics_.incomplete;
+    return false;
+  }
+  current_.raw[static_cast<std::size_t>(have_++)] = value.raw;
+  if (have_ < expected_) return false;
+  have_ = 0;
+  frame = current_;
+  ++values_.statistics_.frames;
+  return true;
+}
+
+}  // namespace whirl::optoncdt
