@@ -38,6 +38,9 @@ ParameterInfo paper_delta() {
 }
 
 std::vector<MethodInfo> make_laws() {
+  const ParameterInfo slow{"speed_min", "rad/s", "no adaptation below this speed", 10, 0, 1e6, 0, 0};
+  const ParameterInfo per_turn{"adaptation", "1", "mu, part of the correction made per turn", 0.3, 0, 2, 0.02, 1};
+  const ParameterInfo per_time{"adaptation", "1/s", "mu of the update", 3, 0, 1e4, 0.3, 100};
   const ParameterInfo rate{"twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
   const ParameterInfo limit{"twisting_limit", "m/s^2", "bound of the integral part", 10, 1e-3, 1e3, 0, 0};
   return {
@@ -78,6 +81,9 @@ std::vector<MethodInfo> make_laws() {
        {kSurface, {"barrier_width", "m/s", "e: |s| is kept below", 0.1, 1e-6, 1e3, 0.01, 1},
         {"barrier_gain", "m/s^2", "K0", 1, 1e-6, 1e3, 0.05, 20},
         {"gain_max", "m/s^2", "largest gain", 10, 1e-3, 1e3, 0, 0}}},
+      {"pd_influence", "PD with 1x influence coefficients", "once per turn", {kKp, kKd, per_turn, slow}},
+      {"pd_fxlms", "PD with filtered-x LMS at 1x", "quadrature form", {kKp, kKd, per_time, slow}},
+      {"pd_notch", "PD with a generalised notch at 1x", "Herzog 1996", {kKp, kKd, per_time, slow}},
   };
 }
 

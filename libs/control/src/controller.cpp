@@ -16,7 +16,12 @@ Controller::Controller(const ControllerSettings& settings, const AnyEstimator& e
 
 void Controller::reset() noexcept {
   std::visit([](auto& e) { e.reset(); }, estimator_);
-  std::visit([](auto& l) { l.x.reset(), l.y.reset(); }, law_);
+  std::visit(
+      [](auto& l) {
+        l.x.reset(), l.y.reset();
+        if constexpr (requires { l.synchronous; }) l.synchronous.reset();
+      },
+      law_);
   gate_.reset();
   history_.fill({});
   head_ = 0;
@@ -88,8 +93,16 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
   const auto [ax, ay] = std::visit(
       [&](auto& l) noexcept {
-        return std::pair{l.x.step({e.z.real(), e.v.real(), f.real(), d.real()}),
-                         l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag()})};
+        AxisOutput x = l.x.step({e.z.real(), e.v.real(), f.real(), d.real()});
+        AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag()});
+        if constexpr (requires { l.synchronous; }) {
+          const double ahead = m.omega * (settings_.delay + 0.5 * settings_.sample_time);
+          const std::complex<double> a = l.synchronous.step(in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)),
+                                                            fresh && !state_.saturated);
+          x.a += a.real();
+          y.a += a.imag();
+        }
+        return std::pair{x, y};
       },
       law_);
   state_.s = {ax.s, ay.s};

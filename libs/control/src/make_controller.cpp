@@ -63,6 +63,15 @@ AnyLaw make_law(const ControllerDesign& d, const Values& v) {
         lqr_gains(d.model.k1, d.model.c, h, v.at("position_scale"), v.at("velocity_scale"), v.at("control_scale"));
     return both(Pd{g.kp, g.kd});
   }
+  if (d.law.starts_with("pd_")) {
+    using Method = SynchronousCanceller::Method;
+    const Method method = d.law == "pd_influence" ? Method::influence : d.law == "pd_fxlms" ? Method::fxlms : Method::notch;
+    const double delay = v.at("predict") > 0 ? 0 : d.delay + 0.5 * h;
+    const Pd pd{v.at("kp"), v.at("kd")};
+    return SynchronousPd{pd, pd,
+                         SynchronousCanceller(method, v.at("adaptation"), pd.kp, pd.kd, LateralModel::from(d.model), delay, h,
+                                              v.at("speed_min"))};
+  }
   return make_sliding(d.law, v, h);
 }
 

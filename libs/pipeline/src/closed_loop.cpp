@@ -13,8 +13,7 @@
 namespace whirl {
 namespace {
 
-constexpr double kLimitCycle = 30e-6;    // m rms at standstill
-constexpr double kSaturatedLimit = 0.3;  // fraction of ticks
+constexpr double kLimitCycle = 30e-6;  // m rms at standstill
 
 /// Columns of the log, in the order of the header.
 constexpr std::array<std::pair<const char*, Quantity>, 18> kColumns{{
@@ -114,7 +113,8 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.total_variation = variation / (n / rig_.timing.rate);
   out.saturated = static_cast<double>(saturated) / n;
   out.held = controller.state().held_total;
-  out.stable = k == ticks && out.trip == Fault::none && out.standstill_rms <= kLimitCycle && out.saturated <= kSaturatedLimit;
+  out.stable = k == ticks && out.trip == Fault::none && out.standstill_rms <= kLimitCycle &&
+               out.saturated <= options_.saturation_limit;
 
   if (log != nullptr) {
     *log = {};

@@ -29,7 +29,7 @@ struct Variable {
   }
 };
 
-bool model_based_law(const std::string& law) { return law != "pd" && law != "pid" && law != "lqr"; }
+bool model_based_law(const std::string& law) { return !law.starts_with("pd") && law != "pid" && law != "lqr"; }
 
 double switching_gain_of(const std::map<std::string, double>& values) {
   const auto it = values.find("switching_gain");

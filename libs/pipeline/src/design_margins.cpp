@@ -81,8 +81,8 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
     return scenario_plant(nominal, model, h, seed).run(trial).stable;
   };
   double low = 1, high = 1;
-  while (high < 8 && gain_stable(high * 1.5)) low = high *= 1.5;
-  margins["gain_margin"] = high >= 8 ? high : largest_stable(low, high * 1.5, 3, gain_stable);
+  while (high < 5 && gain_stable(high * 1.5)) low = high *= 1.5;
+  margins["gain_margin"] = high >= 5 ? high : largest_stable(low, high * 1.5, 3, gain_stable);
 
   // Stiffness at its lower bound.
   const double left = (1 - options.stiffness_uncertainty) + static_control_stiffness(trial) / model.k1;

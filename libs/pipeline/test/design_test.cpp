@@ -6,6 +6,7 @@
 
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/rig/records.hpp"
 
 namespace whirl {
 namespace {
@@ -83,6 +84,24 @@ TEST(DesignE2e, EccentricityObserverReachesTheStretchTargets) {
   const ClosedLoopMetrics lost = ClosedLoopPlant(rig, run).run(d);
   EXPECT_EQ(lost.held, 50);
   EXPECT_LE(lost.closed.all, 0.06e-3);
+}
+
+TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
+  // Slow roll at a twentieth of the critical speed, then the same machine with 5 g: below the runout of 20 um.
+  RigParameters slow;
+  slow.profile = SpeedProfile::run_down(3.5, 9, 0);
+  slow.profile.omega_end = 2.5;
+  const RigParameters rig;
+  DesignOptions o = options_for(rig, "pd", "kfe", 1);
+  o.runout = estimate_runout(record_open_loop(slow).measured);
+  o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
+  const ControllerDesign with = untuned_design(*identified(rig).rotor, o);
+  EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
+  const ClosedLoopPlant plant(rig);
+  const double removed = plant.run(with).closed.all;
+  o.runout.reset();
+  EXPECT_LE(removed, 0.015e-3);
+  EXPECT_LT(removed, 0.8 * plant.run(untuned_design(*identified(rig).rotor, o)).closed.all);
 }
 
 TEST(DesignProperty, SameResultForAnyNumberOfThreads) {

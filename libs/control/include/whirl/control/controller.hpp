@@ -7,6 +7,7 @@
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
 #include "whirl/control/runout.hpp"
+#include "whirl/control/synchronous.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
@@ -27,11 +28,17 @@ struct ControllerState {
 
 using AnyEstimator =
     std::variant<FilteredDifference, LevantDifferentiator, ExtendedStateObserver, KalmanEstimator>;
+/// PD per axis plus a canceller of the synchronous motion.
+struct SynchronousPd {
+  Pd x, y;
+  SynchronousCanceller synchronous;
+};
+
 using AnyLaw =
     std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, LateralLaw<NonsingularTerminalSmc>,
                  LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>, LateralLaw<ImplicitSmc>,
                  LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>, LateralLaw<AdaptiveSmc>,
-                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>>;
+                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>, SynchronousPd>;
 
 /// Settings around estimator and law, all numbers checked.
 struct ControllerSettings {

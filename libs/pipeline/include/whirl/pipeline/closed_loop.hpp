@@ -28,7 +28,7 @@ struct ClosedLoopMetrics {
   long held = 0;              ///< samples lost and bridged
   Fault trip = Fault::none;
   double survived = 1;        ///< fraction of the run before divergence or trip
-  /// No divergence, no trip, no standing limit cycle or offset (rms above 30 um at standstill), saturated below 30 %.
+  /// No divergence, no trip, no standing limit cycle or offset (rms above 30 um at standstill), not saturated too often.
   bool stable = true;
 };
 
@@ -37,6 +37,7 @@ struct ClosedLoopOptions {
   SafetyLimits safety;     ///< of the loop; the force limit of the design acts in any case
   SegmentBounds bounds;
   double skip = 0.5;       ///< start transient left out of the peaks, s
+  double saturation_limit = 0.3;  ///< fraction of saturated ticks above which a run counts as unstable
 };
 
 /// One plant for many runs: angle tables and open-loop peaks are computed once and shared. Const members may be called from
