@@ -38,7 +38,7 @@ int main() {
       return e == nullptr ? std::nan("") : 100 * (e->value / t - 1);
     };
     const Estimate* rmse = m.parameter("rmse_x");
-    fmt::print("{:34} {:4.0f} dB seed {}: k1 {:8.3f} k2 {:8.2f} c {:8.3f} e {:8.3f} %, terms {:2} + {:2}, rmse x {:.4f} mm{}\n",
+    fmt::print("{:40} {:4.0f} dB seed {}: k1 {:8.3f} k2 {:8.2f} c {:8.3f} e {:8.3f} %, terms {:2} + {:2}, rmse x {:.4f} mm{}\n",
                name, snr, seed, error("k1", truth.k1), error("k2", truth.k2), error("c", truth.c),
                error("e", std::abs(truth.eps)), m.equations[1].terms.size(), m.equations[3].terms.size(),
                rmse != nullptr ? rmse->value * 1e3 : std::nan(""),
@@ -64,6 +64,14 @@ int main() {
       paper("equation 10 ms lasso bic", 10e-3, "lasso", Selection::bic, PaperFilter::equation);
       paper("equation 10 ms frols", 10e-3, "frols", Selection::bic, PaperFilter::equation);
       paper("equation 10 ms best subset", 10e-3, "best_subset", Selection::bic, PaperFilter::equation);
+      if (seed == 1) {
+        PaperOptions o;
+        o.filter = PaperFilter::equation;
+        o.filter_sd = 10e-3;
+        for (const IdentifiedModel& m : compare_regressors(rotor_record(r), o)) {
+          print(("  all regressors, equation: " + m.method).c_str(), snr, seed, m);
+        }
+      }
       print("consistent tied 10 ms", snr, seed, identify_consistent(r));
     }
   }

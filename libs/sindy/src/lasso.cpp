@@ -168,11 +168,12 @@ double lasso_alpha_max(const Scaled& s) {
 }
 
 std::vector<double> lasso_grid(double alpha_max, const SolveOptions& o) {
-  const double floor = o.path_floor > 0 ? o.path_floor : 1e-6;
+  const bool exact = o.method != "lasso_cd";
+  const double floor = o.path_floor > 0 ? o.path_floor : exact ? 1e-6 : 1e-4;
   std::vector<double> grid;
   const int n = std::max(o.path_points, 2);
   for (int i = 0; i < n; ++i) grid.push_back(alpha_max * std::pow(floor, static_cast<double>(i) / (n - 1)));
-  if (o.path_floor <= 0) grid.push_back(0);  // the exact path ends in least squares
+  if (exact && o.path_floor <= 0) grid.push_back(0);  // the exact path ends in least squares
   return grid;
 }
 
@@ -217,7 +218,7 @@ std::vector<Eigen::VectorXd> by_coordinate_descent(const Scaled& s, const std::v
         correlation -= change * s.g.col(j);
         largest = std::max(largest, std::abs(change));
       }
-      if (largest < 1e-12) break;
+      if (largest < 1e-11) break;
     }
     out.push_back(w);
   }

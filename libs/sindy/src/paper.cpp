@@ -190,6 +190,18 @@ IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& o
   return identify_paper(rotor_record(recording, options.record), options);
 }
 
+std::vector<IdentifiedModel> compare_regressors(const RotorRecord& record, const PaperOptions& options) {
+  std::vector<IdentifiedModel> models;
+  for (const std::string& method : regression_methods()) {
+    PaperOptions o = options;
+    o.solver.method = method;
+    o.solver.selection = Selection::automatic;
+    models.push_back(identify_paper(record, o));
+    models.back().method = method;
+  }
+  return models;
+}
+
 IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentOptions& options) {
   require_range("filter width", options.filter_sd, 0, 0.1, "s");
   require_usable(record);

@@ -42,6 +42,9 @@ struct PaperOptions {
 IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options = {});
 IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& options = {});
 
+/// The same chain with every method of `solve` in turn (`options.solver.method` is ignored): model.method names it.
+std::vector<IdentifiedModel> compare_regressors(const RotorRecord& record, const PaperOptions& options = {});
+
 struct ConsistentOptions {
   RotorRecordOptions record;
   double filter_sd = 10e-3;  ///< of the Gaussian on every column, s

@@ -28,7 +28,7 @@ struct SolveOptions {
   double ridge = 0;              ///< ridge on columns and target scaled to rms 1 (ols, ridge, stlsq), >= 0
   double lambda = -1;            ///< lasso and sqrt_lasso weight as a share of the smallest that empties the model; < 0: selected
   int path_points = 100;         ///< weights on the lasso path
-  double path_floor = 0;         ///< smallest weight as a share of the largest; 0: down to 1e-6, below by the exact path
+  double path_floor = 0;         ///< smallest weight as a share of the largest; 0: 1e-6 and then 0 (lasso), 1e-4 (lasso_cd)
   int folds = 5;                 ///< each of every folds-th contiguous time block, >= 2
   int max_terms = 0;             ///< largest model of frols, best_subset; 0: all
   double t_value = 4;            ///< backward: terms with a smaller |t| go
@@ -76,7 +76,8 @@ const std::vector<std::string>& regression_methods();
 /// - ridge        + ridge |D xi|^2 (Hoerl and Kennard 1970).
 /// - lasso        1/(2n) |y - Theta xi|^2 + alpha |D xi|_1, the squared form of paper eq. 19 (Tibshirani 1996), exact
 ///                piecewise linear path by homotopy (Osborne et al. 2000; Efron et al. 2004). Automatic: cv.
-/// - lasso_cd     the same by cyclic coordinate descent on the Gram matrix (Friedman et al. 2010).
+/// - lasso_cd     the same by cyclic coordinate descent on the Gram matrix (Friedman et al. 2010). Slow to converge on
+///                nearly dependent columns, so that its path ends early: prefer lasso.
 /// - sqrt_lasso   |y - Theta xi|_2 / sqrt n + lambda |D xi|_1, paper eq. 19 as printed; automatic lambda is the pivotal one
 ///                1.1 Phi^-1(1 - 0.05/(2q)) / sqrt n (Belloni et al. 2011), found on the exact path.
 /// - lspl         least squares on every support of the lasso path. Automatic: bic.

@@ -1,0 +1,56 @@
+#pragma once
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/recording.hpp"
+#include "whirl/sindy/regression.hpp"
+#include "whirl/sindy/simulate_model.hpp"
+
+namespace whirl {
+
+struct SindyOptions {
+  std::vector<std::string> states;   ///< measured channels whose equations are sought
+  std::vector<std::string> inputs;   ///< channels that drive them
+  int order = 1;                     ///< 2: the channels are displacements, x'' = f(x, x', u); velocities are not needed
+  bool discrete = false;             ///< maps: x[k+1] = f(x, u)
+  /// Candidate terms as text in states (and their rates, order 2), inputs and t; empty: all monomials up to degree 3
+  /// (2 when there are more than 3 variables).
+  std::vector<std::string> library;
+  std::map<std::string, std::vector<std::string>> library_of;  ///< own terms of one equation, by lhs, e.g. "v'"
+  std::vector<Equation> known;       ///< equations with given coefficients, kept as they are, e.g. x' = v
+  double window = 0;                 ///< half-width of the test functions, s; 0: from the record's own time scale
+  double t_value = 4;                ///< terms with a smaller |coefficient / sd| go
+  double least_share = 1e-3;         ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
+  bool refine = true;                ///< multiple-shooting refinement with pruning and score test; false: weak form only
+  SolveOptions solver = {.method = "best_subset"};  ///< of the weak form
+};
+
+/// Sparse identification of x' = f(x, u) with one setting for clean and noisy records.
+///
+/// 1. Noise sd of every channel from sixth differences; noise above 0.1 % is smoothed by a spline that leaves just that
+///    residual (only inside the candidate terms; the left-hand side stays raw).
+/// 2. Weak form, -int phi' x dt = sum xi int phi f(x) dt, phi = (1 - s^2)^6 (Messenger and Bortz 2021): no derivative of
+///    data. Half-width T = 1 / w_c, w_c = rms(x') / rms(x). Sparse regression of every equation by `solver`.
+/// 3. Output-error refinement of all equations together on free runs of about one period 2 pi / w_c with free starts
+///    (multiple shooting; chaos cannot grow over so short a run): unlike the columns of a regression, its residual is
+///    white when the model is right, so terms may be tested. Terms below `t_value` or `least_share` are dropped, absent
+///    candidates with a score of at least t_value^2 are added, until neither changes; then every other support on the
+///    regression's path that is no larger is tried in its place and kept when it lowers the criterion of the free runs.
+///
+/// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; `noise_sd` is the
+/// mean over channels; summary.chi_square is the refined residual variance over the estimated noise variance (NaN where
+/// the noise is below 1e-6 of the signal). Throws Error on unknown channels, or fewer than 50 usable samples.
+IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options);
+
+/// Rates (or next values) of the model's states at every sample of a record that has all states and inputs.
+Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record);
+/// Free run over the record from its first sample; inputs from its channels. The start is read from the states smoothed by
+/// a spline that leaves the noise; rates of an order-2 model are the spline's.
+ModelRun simulate(const IdentifiedModel& model, const Recording& record);
+/// 100 (1 - |y - y_model| / |y - mean y|) per measured state, free runs restarted every `horizon` seconds (0: never).
+Eigen::VectorXd fit_percent(const IdentifiedModel& model, const Recording& record, double horizon = 0);
+
+}  // namespace whirl

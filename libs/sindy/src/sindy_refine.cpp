@@ -1,0 +1,296 @@
+#include "sindy_refine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "whirl/signal/resample.hpp"
+#include "whirl/sindy/refine.hpp"
+#include "whirl/sindy/simulate_model.hpp"
+
+namespace whirl::detail {
+namespace {
+
+/// Free runs of about `length` samples covering the stretches; at most `most` samples in all, spread evenly.
+std::vector<FreeRun> cut_runs(const CompiledModel& model, const std::vector<Stretch>& stretches,
+                              const SindyOptions& options, Eigen::Index length, Eigen::Index most) {
+  std::vector<FreeRun> runs;
+  const std::size_t states = options.states.size();
+  for (const Stretch& s : stretches) {
+    const Eigen::Index n = s.samples();
+    Eigen::MatrixXd inputs(2 * n - 1, static_cast<Eigen::Index>(model.inputs().size()));
+    for (std::size_t k = 0; k < model.inputs().size(); ++k) {
+      const Eigen::Index column = static_cast<Eigen::Index>(k);
+      const auto at = std::find(options.inputs.begin(), options.inputs.end(), model.inputs()[k]);
+      if (at == options.inputs.end()) {
+        inputs.col(column).setLinSpaced(2 * n - 1, s.t0, s.t0 + s.dt * static_cast<double>(n - 1));
+      } else {
+        inputs.col(column) = upsample(s.inputs.col(static_cast<Eigen::Index>(at - options.inputs.begin())), 2);
+      }
+    }
+    const Eigen::Index pieces = std::max<Eigen::Index>(1, n / length);
+    for (Eigen::Index p = 0; p < pieces; ++p) {
+      const Eigen::Index first = p * n / pieces, count = (p + 1) * n / pieces - first;
+      FreeRun run;
+      run.start.resize(static_cast<Eigen::Index>(model.states().size()));
+      for (std::size_t k = 0; k < model.states().size(); ++k) {
+        // Order 2: displacements, then their rates (fit_sindy builds the model so).
+        const Eigen::Index column = static_cast<Eigen::Index>(k % states);
+        run.start[static_cast<Eigen::Index>(k)] = k < states ? s.smooth(first, column) : s.rate(first, column);
+      }
+      run.inputs = inputs.middleRows(2 * first, 2 * count - 1);
+      run.measured = s.raw.middleRows(first, count);
+      runs.push_back(std::move(run));
+    }
+  }
+  const std::size_t limit = std::max<std::size_t>(4, static_cast<std::size_t>(most / std::max<Eigen::Index>(1, length)));
+  if (runs.size() <= limit) return runs;
+  std::vector<FreeRun> spread;
+  for (std::size_t k = 0; k < limit; ++k) spread.push_back(std::move(runs[k * runs.size() / limit]));
+  return spread;
+}
+
+/// rms over the record of every candidate, and of the right-hand sides, for shares.
+class Shares {
+ public:
+  Shares(const Candidates& candidates, const std::vector<Stretch>& stretches, const SindyOptions& options)
+      : stretches_(stretches), options_(options), names_(library_names(options)) {
+    names_.push_back("t");
+    for (const auto& [lhs, terms] : candidates) {
+      for (const Expr& e : terms) size_.emplace(e.str(), 0.0);
+    }
+    std::vector<Expr> functions;
+    for (const auto& [text, size] : size_) functions.push_back(Expr::parse(text));
+    const Eigen::VectorXd rms = rms_of(functions);
+    Eigen::Index i = 0;
+    for (auto& [text, size] : size_) size = rms[i++];
+  }
+  double of(const std::string& function) const {
+    const auto at = size_.find(function);
+    return at == size_.end() ? 0 : at->second;
+  }
+  double of(const Equation& equation) const {
+    std::vector<Expr> terms;
+    for (const EquationTerm& t : equation.terms) terms.push_back(Expr(t.coefficient.value) * Expr::parse(t.function));
+    return rms_of({Expr::sum(terms)})[0];
+  }
+
+ private:
+  Eigen::VectorXd rms_of(const std::vector<Expr>& functions) const {
+    const Tape tape = compile(functions, names_);
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(functions.size()));
+    double rows = 0;
+    for (const Stretch& s : stretches_) {
+      sum += tape.evaluate(library_variables(s, options_)).colwise().squaredNorm().transpose();
+      rows += static_cast<double>(s.samples());
+    }
+    return (sum / rows).cwiseSqrt();
+  }
+  const std::vector<Stretch>& stretches_;
+  const SindyOptions& options_;
+  std::vector<std::string> names_;
+  std::map<std::string, double> size_;
+};
+
+struct Weak {
+  std::size_t equation, term;
+  double worth;  // below 1: to be dropped
+};
+
+/// Terms below the limits, least worth first.
+std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares, const SindyOptions& options) {
+  std::vector<Weak> weak;
+  for (std::size_t e = 0; e < model.equations.size(); ++e) {
+    const double total = shares.of(model.equations[e]);
+    for (std::size_t t = 0; t < model.equations[e].terms.size(); ++t) {
+      const EquationTerm& term = model.equations[e].terms[t];
+      const Estimate& c = term.coefficient;
+      if (c.sd == 0) continue;  // known
+      const double share = total > 0 ? std::abs(c.value) * shares.of(term.function) / total : 0;
+      const double worth = std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
+      if (!(worth >= 1)) weak.push_back({e, t, worth});
+    }
+  }
+  std::sort(weak.begin(), weak.end(), [](const Weak& a, const Weak& b) { return a.worth < b.worth; });
+  return weak;
+}
+
+void drop(IdentifiedModel& model, std::vector<Weak> weak) {
+  std::sort(weak.begin(), weak.end(), [](const Weak& a, const Weak& b) { return a.term > b.term; });
+  for (const Weak& w : weak) {
+    auto& terms = model.equations[w.equation].terms;
+    terms.erase(terms.begin() + static_cast<std::ptrdiff_t>(w.term));
+  }
+}
+
+std::vector<Equation> absent_terms(const IdentifiedModel& model, const Candidates& candidates) {
+  std::vector<Equation> out;
+  for (const Equation& e : model.equations) {
+    const auto at = candidates.find(e.lhs);
+    if (at == candidates.end()) continue;
+    Equation absent{e.lhs, {}};
+    for (const Expr& c : at->second) {
+      const std::string text = c.str();
+      const bool present = std::any_of(e.terms.begin(), e.terms.end(), [&](const EquationTerm& t) { return t.function == text; });
+      if (!present) absent.terms.push_back({text, {}, ""});
+    }
+    out.push_back(std::move(absent));
+  }
+  return out;
+}
+
+bool within(const Equation& small, const Equation& large) {
+  return std::all_of(small.terms.begin(), small.terms.end(), [&](const EquationTerm& a) {
+    return std::any_of(large.terms.begin(), large.terms.end(), [&](const EquationTerm& b) { return a.function == b.function; });
+  });
+}
+
+class Selector {
+ public:
+  Selector(const IdentifiedModel& model, const Candidates& candidates, const std::vector<Stretch>& stretches,
+           const Eigen::VectorXd& sd, double characteristic_rate, const SindyOptions& options)
+      : candidates_(candidates),
+        stretches_(stretches),
+        options_(options),
+        compiled_(model),
+        shares_(candidates, stretches, options),
+        dt_(stretches.front().dt) {
+    refine_.outputs = options.states;
+    refine_.output_sd = sd;
+    refine_.max_iterations = 20;
+    refine_.tolerance = 1e-5;
+    length_ = std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / characteristic_rate / dt_));
+    runs_ = cut_runs(compiled_, stretches, options, length_, kMostSamples);
+  }
+
+  /// Drops and adds terms until neither changes. False when the free runs of the model diverge.
+  bool settle(IdentifiedModel& model) {
+    std::set<std::string> rejected;
+    std::string added;
+    for (int round = 0; round < 60; ++round) {
+      const Refined refined = refine_free_run(model, runs_, dt_, refine_);
+      if (refined.starts.empty()) return false;
+      take_starts(refined);
+      model.equations = refined.model.equations;
+      variance_ = refined.rmse * refined.rmse;
+      std::vector<Weak> weak = weak_terms(model, shares_, options_);
+      if (!weak.empty()) {
+        for (const Weak& w : weak) {
+          const std::string name = model.equations[w.equation].lhs + model.equations[w.equation].terms[w.term].function;
+          if (name == added) rejected.insert(name);
+        }
+        weak.resize((weak.size() + 1) / 2);
+        drop(model, weak);
+        continue;
+      }
+      const Refined scored = refine_free_run(model, runs_, dt_, refine_, absent_terms(model, candidates_));
+      converged_ = scored.converged;
+      added = add_best(model, scored, rejected);
+      if (added.empty()) return true;
+    }
+    return true;
+  }
+
+  /// Shorter runs forgive a poor model. False when they are short already.
+  bool shorten() {
+    if (length_ <= 10) return false;
+    length_ /= 2;
+    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
+    return true;
+  }
+
+  /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls.
+  bool exchange(IdentifiedModel& model, const Equation& other) {
+    const auto at = std::find_if(model.equations.begin(), model.equations.end(),
+                                 [&](const Equation& e) { return e.lhs == other.lhs; });
+    // Every term of the present model is needed already: a part of it cannot do.
+    if (other.terms.size() > at->terms.size() || within(other, *at)) return false;
+    IdentifiedModel trial = model;
+    trial.equations[static_cast<std::size_t>(at - model.equations.begin())] = other;
+    RefineOptions few = refine_;
+    few.max_iterations = 6;
+    const Refined refined = refine_free_run(trial, runs_, dt_, few);
+    if (refined.starts.empty()) return false;
+    const double rows = samples();
+    const double now = rows * std::log(variance_) + std::log(rows) * static_cast<double>(at->terms.size());
+    const double then =
+        rows * std::log(refined.rmse * refined.rmse) + std::log(rows) * static_cast<double>(other.terms.size());
+    if (then >= now) return false;
+    take_starts(refined);
+    model.equations = refined.model.equations;
+    return true;
+  }
+
+  double variance() const { return variance_; }
+  bool converged() const { return converged_; }
+
+ private:
+  static constexpr Eigen::Index kMostSamples = 20000;
+
+  void take_starts(const Refined& refined) {
+    for (std::size_t k = 0; k < runs_.size(); ++k) runs_[k].start = refined.starts[k];
+  }
+  double samples() const {
+    Eigen::Index n = 0;
+    for (const FreeRun& r : runs_) n += r.measured.size();
+    return static_cast<double>(n);
+  }
+  /// Adds the absent term with the largest score and tells its name; empty when none is significant.
+  std::string add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) const {
+    for (const TermScore& s : scored.scores) {
+      if (s.score < options_.t_value * options_.t_value) break;
+      const auto equation = std::find_if(model.equations.begin(), model.equations.end(),
+                                         [&](const Equation& e) { return e.lhs == s.equation; });
+      const double total = shares_.of(*equation);
+      if (total > 0 && std::abs(s.coefficient) * shares_.of(s.function) < options_.least_share * total) continue;
+      if (rejected.contains(s.equation + s.function)) continue;
+      Estimate start;
+      start.value = s.coefficient;
+      equation->terms.push_back({s.function, start, ""});
+      return s.equation + s.function;
+    }
+    return "";
+  }
+
+  const Candidates& candidates_;
+  const std::vector<Stretch>& stretches_;
+  const SindyOptions& options_;
+  CompiledModel compiled_;
+  Shares shares_;
+  double dt_;
+  RefineOptions refine_;
+  Eigen::Index length_ = 0;
+  std::vector<FreeRun> runs_;
+  double variance_ = 0;
+  bool converged_ = false;
+};
+
+}  // namespace
+
+void refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
+                       const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
+                       const SindyOptions& options) {
+  Selector selector(model, candidates, stretches, sd, characteristic_rate, options);
+  const IdentifiedModel start = model;
+  while (!selector.settle(model)) {
+    model = start;
+    if (!selector.shorten()) {
+      model.summary.warn("free runs of the weak-form model diverge within 10 samples: not refined");
+      return;
+    }
+  }
+  for (const Equation& other : alternatives) {
+    const IdentifiedModel before = model;
+    if (selector.exchange(model, other) && !selector.settle(model)) {
+      model = before;
+      selector.settle(model);
+    }
+  }
+  if (!selector.converged()) model.summary.warn("the refinement on free runs did not converge");
+  // Weighted residuals have variance 1 when only the estimated noise is left.
+  model.summary.chi_square = selector.variance();
+  model.summary.residual = std::sqrt(selector.variance());
+}
+
+}  // namespace whirl::detail

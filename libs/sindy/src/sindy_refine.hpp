@@ -1,0 +1,21 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "integral_rows.hpp"
+#include "whirl/core/identified_model.hpp"
+#include "whirl/expr/expr.hpp"
+
+namespace whirl::detail {
+
+/// Candidate terms of the sought equations, by lhs.
+using Candidates = std::map<std::string, std::vector<Expr>>;
+
+/// Multiple-shooting refinement with pruning, score test and exchange of supports (step 3 of fit_sindy). `sd`: noise per
+/// state; `alternatives`: other right-hand sides that the regression found for an equation.
+void refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
+                       const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
+                       const SindyOptions& options);
+
+}  // namespace whirl::detail
