@@ -1,4 +1,5 @@
-// Reading CSV: against scanning the bytes once (memory bandwidth), against strtod and against bare from_chars per value.
+// Reading CSV: against scanning the bytes once (memory bandwidth), against strtod and against bare from_chars
+// per value.
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
@@ -23,7 +24,8 @@ const std::string& text(int digits) {
   if (out.empty()) {
     out = "t_s,x_m,y_m,beta_rad\n";
     for (int i = 0; i < kRows; ++i) {
-      const double t = i / 1000.0, x = 1e-3 * std::sin(75.3 * t), y = 1e-3 * std::cos(75.3 * t), beta = 188 * t;
+      const double t = i / 1000.0, x = 1e-3 * std::sin(75.3 * t), y = 1e-3 * std::cos(75.3 * t),
+                   beta = 188 * t;
       out += digits == 6 ? fmt::format("{:.3f},{:.6g},{:.6g},{:.6g}\n", t, x, y, beta)
                          : fmt::format("{},{},{},{}\n", t, x, y, beta);
     }
@@ -41,7 +43,11 @@ void scan_bytes(benchmark::State& state) {
   const std::string& bytes = text(static_cast<int>(state.range(0)));
   for (auto _ : state) {
     long lines = 0;
-    for (const char* p = bytes.data(); (p = static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(bytes.data() + bytes.size() - p)))); ++p) ++lines;
+    for (const char* p = bytes.data();
+         (p = static_cast<const char*>(
+              std::memchr(p, '\n', static_cast<std::size_t>(bytes.data() + bytes.size() - p))));
+         ++p)
+      ++lines;
     benchmark::DoNotOptimize(lines);
   }
   count(state, bytes);

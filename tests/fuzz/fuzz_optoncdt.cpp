@@ -1,4 +1,5 @@
-// Serial bytes of the laser: any bytes give only values of 18 bits, and an error code never becomes a distance.
+// Serial bytes of the laser: any bytes give only values of 18 bits, and an error code never becomes a
+// distance.
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -21,7 +22,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
     });
     const LineStatistics& s = decoder.statistics();
-    if (s.bytes != size || s.dropped + 3 * s.values > size || size - s.dropped - 3 * s.values > 2) std::abort();
+    if (s.bytes != size || s.dropped + 3 * s.values > size || size - s.dropped - 3 * s.values > 2)
+      std::abort();
   }
   return 0;
 }

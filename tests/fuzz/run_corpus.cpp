@@ -1,5 +1,6 @@
-// Runs a fuzz target without libFuzzer: every file of a folder as it is, then seeded random mutations of each.
-// Usage: fuzz_csv <folder> [seconds], 2 seconds when not stated. A failing input is written to crash.bin.
+// Runs a fuzz target without libFuzzer: every file of a folder as it is, then seeded random mutations of
+// each. Usage: fuzz_csv <folder> [seconds], 2 seconds when not stated. A failing input is written to
+// crash.bin.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -34,12 +35,55 @@ void run(std::string input) {
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current.data()), current.size());
 }
 
-/// One to eight edits: bytes changed, cut, doubled, exchanged with another input, or replaced by awkward pieces.
+/// One to eight edits: bytes changed, cut, doubled, exchanged with another input, or replaced by awkward
+/// pieces.
 std::string mutate(std::string s, const std::vector<std::string>& corpus, std::mt19937_64& random) {
-  static const std::vector<std::string> kPieces{
-      "nan", "inf", "-", "+", ".", ",", ";", "\t", "\"", "\n", "\r\n", "\n\n", "#", "_", ":", "e", "1e999", "1e-999", "0",
-      "-0", "9223372036854775808", "null", "{", "}", "[", "]", "[[", "]]", "=", "\\u0000", "\\", std::string(1, '\0'),
-      "\xff\xfe", "\xef\xbb\xbf", "\xc3\x28", "\x1f\x8b", "(", ")", "^", "*", "sin(", "1.5", "t_s", "x_mm", "1e", "0x1p3"};
+  static const std::vector<std::string> kPieces{"nan",
+                                                "inf",
+                                                "-",
+                                                "+",
+                                                ".",
+                                                ",",
+                                                ";",
+                                                "\t",
+                                                "\"",
+                                                "\n",
+                                                "\r\n",
+                                                "\n\n",
+                                                "#",
+                                                "_",
+                                                ":",
+                                                "e",
+                                                "1e999",
+                                                "1e-999",
+                                                "0",
+                                                "-0",
+                                                "9223372036854775808",
+                                                "null",
+                                                "{",
+                                                "}",
+                                                "[",
+                                                "]",
+                                                "[[",
+                                                "]]",
+                                                "=",
+                                                "\\u0000",
+                                                "\\",
+                                                std::string(1, '\0'),
+                                                "\xff\xfe",
+                                                "\xef\xbb\xbf",
+                                                "\xc3\x28",
+                                                "\x1f\x8b",
+                                                "(",
+                                                ")",
+                                                "^",
+                                                "*",
+                                                "sin(",
+                                                "1.5",
+                                                "t_s",
+                                                "x_mm",
+                                                "1e",
+                                                "0x1p3"};
   const auto below = [&](std::size_t n) { return n == 0 ? 0 : random() % n; };
   for (std::size_t edits = 1 + below(8); edits > 0; --edits) {
     const std::size_t at = below(s.size() + 1);
@@ -51,10 +95,18 @@ std::string mutate(std::string s, const std::vector<std::string>& corpus, std::m
       case 1:
         if (at < s.size()) s[at] = static_cast<char>(below(256));
         break;
-      case 2: s.erase(at, length); break;
-      case 3: s.insert(at, s.substr(at, length)); break;
-      case 4: s.insert(at, kPieces[below(kPieces.size())]); break;
-      case 5: s.replace(at, length, kPieces[below(kPieces.size())]); break;
+      case 2:
+        s.erase(at, length);
+        break;
+      case 3:
+        s.insert(at, s.substr(at, length));
+        break;
+      case 4:
+        s.insert(at, kPieces[below(kPieces.size())]);
+        break;
+      case 5:
+        s.replace(at, length, kPieces[below(kPieces.size())]);
+        break;
       case 6: {
         const std::string& other = corpus[below(corpus.size())];
         const std::size_t from = below(other.size() + 1);

@@ -10,19 +10,22 @@ namespace {
 
 constexpr std::size_t kBlockValues = std::size_t{1} << 17;
 
-/// All columns of a stream. Blocks are kept per column and joined one column at a time, so that the peak is the numeric
-/// size plus one column.
+/// All columns of a stream. Blocks are kept per column and joined one column at a time, so that the peak is
+/// the numeric size plus one column.
 std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
   const std::size_t n = stream.columns().size();
   std::vector<std::vector<Eigen::VectorXd>> parts(n);
-  Eigen::MatrixXd block(static_cast<Eigen::Index>(std::max(kBlockValues / n, std::size_t{16})), static_cast<Eigen::Index>(n));
+  Eigen::MatrixXd block(static_cast<Eigen::Index>(std::max(kBlockValues / n, std::size_t{16})),
+                        static_cast<Eigen::Index>(n));
   Eigen::Index total = 0;
   while (const Eigen::Index rows = stream.next(block)) {
-    for (std::size_t c = 0; c < n; ++c) parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));
+    for (std::size_t c = 0; c < n; ++c)
+      parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));
     total += rows;
   }
   if (total < min_samples) {
-    throw Error::in_file(stream.source(), 0, fmt::format("{} samples; at least {} are needed", total, min_samples));
+    throw Error::in_file(stream.source(), 0,
+                         fmt::format("{} samples; at least {} are needed", total, min_samples));
   }
   std::vector<Channel> out;
   for (std::size_t c = 0; c < n; ++c) {
@@ -44,12 +47,10 @@ std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
   return out;
 }
 
-double round_digits(double value, int digits) {
-  return std::stod(fmt::format("{:.{}e}", value, digits - 1));
-}
+double round_digits(double value, int digits) { return std::stod(fmt::format("{:.{}e}", value, digits - 1)); }
 
-/// The step, or the inverse of the rate, with the fewest digits that agrees with `dt` within `tolerance`; `dt` itself when
-/// none has at most 12 digits.
+/// The step, or the inverse of the rate, with the fewest digits that agrees with `dt` within `tolerance`;
+/// `dt` itself when none has at most 12 digits.
 double simplest_step(double dt, double tolerance) {
   for (int digits = 1; digits <= 12; ++digits) {
     const double step = round_digits(dt, digits);
@@ -61,14 +62,16 @@ double simplest_step(double dt, double tolerance) {
 }
 
 /// Step and start of a time column; throws unless it is a uniform grid.
-void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options, Recording& record) {
+void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options,
+                  Recording& record) {
   const Eigen::Index n = t.size();
   for (Eigen::Index i = 1; i < n; ++i) {
     if (!(t[i] > t[i - 1])) {
-      throw Error::in_file(stream.source(), stream.line_of(i),
-                           fmt::format("time {} s does not follow {} s of the line before; time must increase{}", t[i],
-                                       t[i - 1],
-                                       t[i] == t[i - 1] ? " (too few digits? leave the time out and state the rate)" : ""));
+      throw Error::in_file(
+          stream.source(), stream.line_of(i),
+          fmt::format("time {} s does not follow {} s of the line before; time must increase{}", t[i],
+                      t[i - 1],
+                      t[i] == t[i - 1] ? " (too few digits? leave the time out and state the rate)" : ""));
     }
   }
   const UnitSuffix& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
@@ -76,16 +79,19 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
   const double steps = static_cast<double>(n - 1);
   const double exact = 4 * std::numeric_limits<double>::epsilon() * magnitude;
   const double mean_step = (t[n - 1] - t[0]) / steps;
-  // Times written with few decimals are off the grid by up to one unit of the last place (theirs and that of t0). Where
-  // this is a large part of a step it could hide a missing sample, and the times must then be exact.
-  double rounding = stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
+  // Times written with few decimals are off the grid by up to one unit of the last place (theirs and that of
+  // t0). Where this is a large part of a step it could hide a missing sample, and the times must then be
+  // exact.
+  double rounding =
+      stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
   if (rounding > 0.25 * mean_step) rounding = 0;
   double dt = simplest_step(mean_step, exact / steps);
   if (dt == mean_step) dt = simplest_step(mean_step, (rounding + exact) / steps);
   if (options.rate) {
     if (!(std::abs(*options.rate * dt - 1) < 1e-3)) {
-      throw Error::in_file(stream.source(), 0,
-                           fmt::format("the rate given is {} Hz, but the time column has {:.9g} Hz", *options.rate, 1 / dt));
+      throw Error::in_file(
+          stream.source(), 0,
+          fmt::format("the rate given is {} Hz, but the time column has {:.9g} Hz", *options.rate, 1 / dt));
     }
     dt = 1 / *options.rate;
   }
@@ -97,11 +103,11 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
     if (worst == 0 || std::abs(t[i] - t[i - 1] - dt) > std::abs(t[worst] - t[worst - 1] - dt)) worst = i;
   }
   if (!good) {
-    throw Error::in_file(
-        stream.source(), stream.line_of(worst),
-        fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp must be within {} % of "
-                    "a step of a uniform grid",
-                    t[worst] - t[worst - 1], dt, 100 * options.time_tolerance));
+    throw Error::in_file(stream.source(), stream.line_of(worst),
+                         fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every "
+                                     "time stamp must be within {} % of "
+                                     "a step of a uniform grid",
+                                     t[worst] - t[worst - 1], dt, 100 * options.time_tolerance));
   }
   record.t0 = t[0];
   record.dt = dt;
@@ -122,13 +128,14 @@ Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* d
   } else {
     record.dt = 1 / *options.rate;
   }
-  if (record.channels.empty()) throw Error::in_file(record.source, stream.line_of(-1), "no channel beside the time");
+  if (record.channels.empty())
+    throw Error::in_file(record.source, stream.line_of(-1), "no channel beside the time");
   if (options.refuse_constant) {
     for (const Channel& c : record.channels) {
       if (c.samples.minCoeff() == c.samples.maxCoeff()) {
         throw Error::in_file(record.source, 0,
-                             fmt::format("channel '{}' is constant ({:g} {}); is the sensor connected?", c.name,
-                                         c.samples[0], si_unit(c.quantity)));
+                             fmt::format("channel '{}' is constant ({:g} {}); is the sensor connected?",
+                                         c.name, c.samples[0], si_unit(c.quantity)));
       }
     }
   }
@@ -160,7 +167,8 @@ Table parse_table(std::string_view bytes, std::string_view name, const CsvOption
 }
 
 const Channel* Table::find(std::string_view name) const {
-  const auto it = std::find_if(columns.begin(), columns.end(), [&](const Channel& c) { return c.name == name; });
+  const auto it =
+      std::find_if(columns.begin(), columns.end(), [&](const Channel& c) { return c.name == name; });
   return it == columns.end() ? nullptr : &*it;
 }
 

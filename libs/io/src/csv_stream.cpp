@@ -22,7 +22,8 @@ std::string_view trim(std::string_view text, std::string_view what = kBlank) {
 
 std::string_view unquote(std::string_view text) {
   text = trim(text, " ");
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim(text.substr(1, text.size() - 2));
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = trim(text.substr(1, text.size() - 2));
   return text;
 }
 
@@ -163,21 +164,28 @@ struct CsvStream::State {
     std::string_view text;
     do {  // blank lines and comments may stand before the header
       if (!get_line(text)) fail("has no header and no data", 0);
-      dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
+      dialect.carriage_return =
+          text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
     } while (trim(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
 
-    dialect.delimiter = text.find(';') != std::string_view::npos ? ';' : text.find('\t') != std::string_view::npos ? '\t' : ',';
+    dialect.delimiter = text.find(';') != std::string_view::npos    ? ';'
+                        : text.find('\t') != std::string_view::npos ? '\t'
+                                                                    : ',';
     std::vector<std::string_view> fields = split(text, dialect.delimiter);
     if (fields.size() > 1 && trim(fields.back()).empty()) {
       dialect.trailing_delimiter = true;
       fields.pop_back();
     }
-    if (fields.size() > kMaxColumns) fail(fmt::format("{} columns; at most {} are allowed", fields.size(), kMaxColumns));
-    const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
+    if (fields.size() > kMaxColumns)
+      fail(fmt::format("{} columns; at most {} are allowed", fields.size(), kMaxColumns));
+    const bool headless =
+        std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
     if (headless) {
       if (options.columns.empty()) {
-        fail("no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state the columns");
+        fail(
+            "no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state "
+            "the columns");
       }
       begin = static_cast<std::size_t>(text.data() - buffer.get());  // the line is data: read it again
       --line;
@@ -197,7 +205,8 @@ struct CsvStream::State {
       const std::size_t colon = spec.rfind(':');
       const std::string from = spec.substr(0, colon);
       const std::string to = colon == std::string::npos ? spec : spec.substr(colon + 1);
-      std::size_t i = static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
+      std::size_t i =
+          static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
       if (i == header.size()) {
         std::size_t number = 0;
         const auto [p, ec] = std::from_chars(from.data(), from.data() + from.size(), number);
@@ -223,8 +232,9 @@ struct CsvStream::State {
       present += (present.empty() ? "" : ", ") + shown(c.name);
       if (c.name != wanted.name) continue;
       if (!wanted.unit || wanted.unit->quantity == c.unit->quantity) return;
-      fail(fmt::format("column '{}' is a {}, must be a {}; allowed units: {}", shown(c.header), to_string(c.unit->quantity),
-                       to_string(wanted.unit->quantity), allowed_units(wanted.unit->quantity)));
+      fail(fmt::format("column '{}' is a {}, must be a {}; allowed units: {}", shown(c.header),
+                       to_string(c.unit->quantity), to_string(wanted.unit->quantity),
+                       allowed_units(wanted.unit->quantity)));
     }
     fail(fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name, wanted.name,
                      wanted.unit ? wanted.unit->suffix : "mm", present));
@@ -269,7 +279,8 @@ struct CsvStream::State {
     const auto bad = [&](std::string_view why) {
       fail(fmt::format("{}: '{}' {}", column_name(file_column), shown(text), why));
     };
-    if (text.empty()) fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
+    if (text.empty())
+      fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
     std::string copy(text);
     if (dialect.delimiter != ',') {
       const char other = dialect.decimal == ',' ? '.' : ',';
@@ -288,7 +299,8 @@ struct CsvStream::State {
   [[noreturn]] void ragged(std::string_view text) const {
     const std::size_t have = split(text, dialect.delimiter).size();
     const std::size_t want = target.size() + (dialect.trailing_delimiter ? 1 : 0);
-    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has", want,
+    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has",
+                     want,
                      dialect.delimiter == ',' && have == 2 * want && !dialect.trailing_delimiter
                          ? "; decimal commas need ';' between the values"
                          : ""));
@@ -354,7 +366,8 @@ int CsvStream::time_decimals() const { return state_->exponent ? -1 : state_->de
 Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
   State& s = *state_;
   if (block.cols() != static_cast<Eigen::Index>(s.columns.size())) {
-    throw Error(fmt::format("CsvStream::next: block has {} columns, the file {}", block.cols(), s.columns.size()));
+    throw Error(
+        fmt::format("CsvStream::next: block has {} columns, the file {}", block.cols(), s.columns.size()));
   }
   if (!s.decimal_known) s.find_decimal();
   Eigen::Index row = 0;

@@ -23,7 +23,8 @@ constexpr std::size_t kChunk = std::size_t{1} << 16;
 
 }  // namespace
 
-// zlib's gzread stops at damage without a word in some cases and cannot read memory; inflate reports every one.
+// zlib's gzread stops at damage without a word in some cases and cannot read memory; inflate reports every
+// one.
 struct ByteSource::State {
   std::string name;
   File file;
@@ -104,7 +105,8 @@ struct ByteSource::State {
       if (rc == Z_STREAM_END) {
         member_done = true;
       } else if (rc != Z_OK && rc != Z_BUF_ERROR) {
-        throw Error::in_file(name, 0, std::string("damaged gzip data: ") + (z.msg ? z.msg : "unknown reason"));
+        throw Error::in_file(name, 0,
+                             std::string("damaged gzip data: ") + (z.msg ? z.msg : "unknown reason"));
       }
     }
     return done;
@@ -114,9 +116,11 @@ struct ByteSource::State {
 ByteSource::ByteSource(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->name = path.string();
   std::error_code ec;
-  if (std::filesystem::is_directory(path, ec)) throw Error::in_file(state_->name, 0, "is a folder, not a file");
+  if (std::filesystem::is_directory(path, ec))
+    throw Error::in_file(state_->name, 0, "is a folder, not a file");
   state_->file.reset(std::fopen(path.c_str(), "rb"));
-  if (!state_->file) throw Error::in_file(state_->name, 0, std::string("cannot be opened: ") + std::strerror(errno));
+  if (!state_->file)
+    throw Error::in_file(state_->name, 0, std::string("cannot be opened: ") + std::strerror(errno));
   state_->start();
 }
 
@@ -145,14 +149,17 @@ std::string read_all(ByteSource source, std::size_t limit) {
     text.resize(old + kChunk);
     const std::size_t n = source.read(text.data() + old, kChunk);
     text.resize(old + n);
-    if (text.size() > limit) throw Error::in_file(source.name(), 0, fmt::format("larger than the limit of {} bytes", limit));
+    if (text.size() > limit)
+      throw Error::in_file(source.name(), 0, fmt::format("larger than the limit of {} bytes", limit));
     if (n < kChunk) return text;
   }
 }
 
 }  // namespace
 
-std::string read_text(const std::filesystem::path& path, std::size_t limit) { return read_all(ByteSource(path), limit); }
+std::string read_text(const std::filesystem::path& path, std::size_t limit) {
+  return read_all(ByteSource(path), limit);
+}
 std::string decompress(std::string_view bytes, std::string_view name, std::size_t limit) {
   return read_all(ByteSource(bytes, std::string(name)), limit);
 }

@@ -12,19 +12,22 @@ FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
   const Channel& freq = table.at("freq");
   if (freq.quantity != Quantity::frequency) {
     throw Error::in_file(table.source, table.first_line - 1,
-                         fmt::format("column 'freq' is a {}, must be a frequency; allowed units: {}", to_string(freq.quantity),
-                                     allowed_units(Quantity::frequency)));
+                         fmt::format("column 'freq' is a {}, must be a frequency; allowed units: {}",
+                                     to_string(freq.quantity), allowed_units(Quantity::frequency)));
   }
   FrequencyResponse frf;
   frf.kind = kind;
   frf.frequency = freq.samples;
   const Eigen::Index lines = freq.samples.size();
-  const double step = lines > 1 ? (freq.samples[lines - 1] - freq.samples[0]) / static_cast<double>(lines - 1) : 0;
+  const double step =
+      lines > 1 ? (freq.samples[lines - 1] - freq.samples[0]) / static_cast<double>(lines - 1) : 0;
   for (Eigen::Index i = 0; i < lines; ++i) {
-    if (!(step > 0) || std::abs(freq.samples[i] - freq.samples[0] - static_cast<double>(i) * step) > 0.05 * step) {
-      throw Error::in_file(table.source, table.first_line + i,
-                           fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz",
-                                       freq.samples[i], step));
+    if (!(step > 0) ||
+        std::abs(freq.samples[i] - freq.samples[0] - static_cast<double>(i) * step) > 0.05 * step) {
+      throw Error::in_file(
+          table.source, table.first_line + i,
+          fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz",
+                      freq.samples[i], step));
     }
   }
   std::size_t used = 1;
@@ -44,9 +47,10 @@ FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
     frf.channels.push_back(std::move(channel));
   }
   if (frf.channels.empty() || used != table.columns.size()) {
-    throw Error::in_file(table.source, table.first_line - 1,
-                         "a table of frequency responses has the columns freq_hz and, for each channel, name_re, name_im "
-                         "and perhaps name_coherence_1, and no others");
+    throw Error::in_file(
+        table.source, table.first_line - 1,
+        "a table of frequency responses has the columns freq_hz and, for each channel, name_re, name_im "
+        "and perhaps name_coherence_1, and no others");
   }
   return frf;
 }
@@ -60,7 +64,8 @@ FrequencyResponse read_frf_csv(const std::filesystem::path& path, FrfKind kind) 
 void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& frf) {
   std::set<std::string> names;
   for (const FrfChannel& c : frf.channels) {
-    if (!c.response.empty() && c.response.find_first_of(",;:#\"\t\r\n") == std::string::npos) names.insert(c.response);
+    if (!c.response.empty() && c.response.find_first_of(",;:#\"\t\r\n") == std::string::npos)
+      names.insert(c.response);
   }
   const bool keep = names.size() == frf.channels.size();
   Table table;
@@ -70,7 +75,8 @@ void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& f
     const std::string name = keep ? c.response : fmt::format("H{}", i + 1);
     table.columns.push_back({name + "_re", Quantity::dimensionless, c.value.real()});
     table.columns.push_back({name + "_im", Quantity::dimensionless, c.value.imag()});
-    if (c.coherence.size() > 0) table.columns.push_back({name + "_coherence", Quantity::dimensionless, c.coherence});
+    if (c.coherence.size() > 0)
+      table.columns.push_back({name + "_coherence", Quantity::dimensionless, c.coherence});
   }
   write_csv(path, table);
 }

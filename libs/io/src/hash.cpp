@@ -84,7 +84,8 @@ std::string Sha256::hex() {
     used_ = 0;
   }
   std::fill(buffer_.begin() + static_cast<std::ptrdiff_t>(used_), buffer_.begin() + 56, 0);
-  for (int i = 0; i < 8; ++i) buffer_[static_cast<std::size_t>(56 + i)] = static_cast<unsigned char>(bits >> (56 - 8 * i));
+  for (int i = 0; i < 8; ++i)
+    buffer_[static_cast<std::size_t>(56 + i)] = static_cast<unsigned char>(bits >> (56 - 8 * i));
   block(buffer_.data());
   std::string out;
   for (const std::uint32_t word : h_) out += fmt::format("{:08x}", word);

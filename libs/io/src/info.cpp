@@ -32,8 +32,8 @@ Runs equal_runs(const Eigen::VectorXd& x, Eigen::Index least, Accept accept) {
   return out;
 }
 
-/// Smallest non-zero difference of neighbours, and how many neighbours are equal away from the extremes (where a clipped
-/// signal rests).
+/// Smallest non-zero difference of neighbours, and how many neighbours are equal away from the extremes
+/// (where a clipped signal rests).
 struct Steps {
   double smallest = std::numeric_limits<double>::infinity();
   Eigen::Index equal = 0;
@@ -55,7 +55,8 @@ Steps neighbour_steps(const Eigen::VectorXd& x, double minimum, double maximum) 
 std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   if (x.size() < 16) return {0, 0};
   std::vector<double> jumps(static_cast<std::size_t>(x.size() - 1));
-  for (Eigen::Index i = 1; i < x.size(); ++i) jumps[static_cast<std::size_t>(i - 1)] = std::abs(x[i] - x[i - 1]);
+  for (Eigen::Index i = 1; i < x.size(); ++i)
+    jumps[static_cast<std::size_t>(i - 1)] = std::abs(x[i] - x[i - 1]);
   const auto middle = jumps.begin() + static_cast<std::ptrdiff_t>(jumps.size() / 2);
   std::nth_element(jumps.begin(), middle, jumps.end());
   const double limit = 20 * *middle;
@@ -77,36 +78,40 @@ std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, con
     out.push_back("constant: the sensor may not be connected");
     return out;
   }
-  const auto at = [&](Eigen::Index i) { return fmt::format("{:.6g} s", record.t0 + record.dt * static_cast<double>(i)); };
+  const auto at = [&](Eigen::Index i) {
+    return fmt::format("{:.6g} s", record.t0 + record.dt * static_cast<double>(i));
+  };
   const Steps steps = neighbour_steps(x, info.minimum, info.maximum);
   const double range = info.maximum - info.minimum;
   const bool held = static_cast<double>(steps.equal) > 0.2 * static_cast<double>(x.size());
   const double levels = range / steps.smallest;
-  if (levels < 64) out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
+  if (levels < 64)
+    out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
 
   for (const auto& [value, name] : {std::pair{info.maximum, "maximum"}, std::pair{info.minimum, "minimum"}}) {
     const Runs at_end = equal_runs(x, 3, [v = value](double s) { return s == v; });
     if (at_end.long_ones >= 3 && !held && levels >= 64) {
-      out.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
-                                si_unit(c.quantity), at_end.long_ones));
+      out.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name,
+                                value, si_unit(c.quantity), at_end.long_ones));
     }
   }
   // A hold is suspicious when it is much longer than quantisation explains.
   const Runs any = equal_runs(x, 10, [&](double s) { return s != info.minimum && s != info.maximum; });
   if (any.longest >= 10 && !held) {
-    out.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)", any.longest,
-                              at(any.longest_at)));
+    out.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)",
+                              any.longest, at(any.longest_at)));
   }
   if (held) {
-    out.push_back(fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
-                              100.0 * static_cast<double>(steps.equal) / static_cast<double>(x.size() - 1)));
+    out.push_back(
+        fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
+                    100.0 * static_cast<double>(steps.equal) / static_cast<double>(x.size() - 1)));
   }
   const bool oscillates = c.quantity == Quantity::displacement || c.quantity == Quantity::velocity ||
                           c.quantity == Quantity::acceleration || c.quantity == Quantity::force;
   const double alternating = std::sqrt(std::max(0.0, info.rms * info.rms - info.mean * info.mean));
   if (oscillates && std::abs(info.mean) > 3 * alternating) {
-    out.push_back(fmt::format("mean {:.4g} {} is {:.1f} times the alternating rms: remove the offset?", info.mean,
-                              si_unit(c.quantity), std::abs(info.mean) / alternating));
+    out.push_back(fmt::format("mean {:.4g} {} is {:.1f} times the alternating rms: remove the offset?",
+                              info.mean, si_unit(c.quantity), std::abs(info.mean) / alternating));
   }
   if (const auto [count, first] = spikes(x); count > 0 && !held) {
     out.push_back(fmt::format("{} single-sample spikes, the first at {}", count, at(first)));
@@ -136,13 +141,13 @@ RecordingInfo describe(const Recording& record) {
 }
 
 std::string to_string(const RecordingInfo& info) {
-  std::string out = fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source, info.channels.size(),
-                                info.samples, info.rate, info.duration);
-  out += fmt::format("{:<12} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "quantity", "unit", "min", "max",
-                     "mean", "rms");
+  std::string out = fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source,
+                                info.channels.size(), info.samples, info.rate, info.duration);
+  out += fmt::format("{:<12} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "quantity", "unit",
+                     "min", "max", "mean", "rms");
   for (const ChannelInfo& c : info.channels) {
-    out += fmt::format("{:<12} {:<22} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", c.name, to_string(c.quantity),
-                       si_unit(c.quantity), c.minimum, c.maximum, c.mean, c.rms);
+    out += fmt::format("{:<12} {:<22} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", c.name,
+                       to_string(c.quantity), si_unit(c.quantity), c.minimum, c.maximum, c.mean, c.rms);
   }
   for (const ChannelInfo& c : info.channels) {
     for (const std::string& f : c.findings) out += fmt::format("  ! {}: {}\n", c.name, f);

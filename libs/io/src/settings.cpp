@@ -26,8 +26,8 @@ struct Entry {
 };
 
 constexpr std::string_view type_name(const Value& v) {
-  constexpr std::string_view names[] = {"a number", "a number", "true or false", "text", "an array of numbers",
-                                        "an array of texts"};
+  constexpr std::string_view names[] = {
+      "a number", "a number", "true or false", "text", "an array of numbers", "an array of texts"};
   return names[v.index()];
 }
 
@@ -74,12 +74,14 @@ struct Settings::State {
         load(*inner, full);
       } else if (array && !array->empty() && array->is_homogeneous(toml::node_type::table)) {
         arrays.emplace_back(full, array->size());
-        for (std::size_t i = 0; i < array->size(); ++i) load(*(*array)[i].as_table(), fmt::format("{}[{}]", full, i));
+        for (std::size_t i = 0; i < array->size(); ++i)
+          load(*(*array)[i].as_table(), fmt::format("{}[{}]", full, i));
       } else {
         Entry e{path, key, {}, {}, line};
         std::ostringstream shown;
         if (const auto* d = node.as_floating_point()) {
-          shown << fmt::format("{}", d->get());  // the shortest text; the formatter of the library prints 17 digits
+          shown << fmt::format("{}",
+                               d->get());  // the shortest text; the formatter of the library prints 17 digits
         } else {
           shown << toml::toml_formatter{node};
         }
@@ -127,15 +129,16 @@ struct Settings::State {
   }
 
   /// The entry `table.name_<unit>`, and the unit that gives `quantity`; null when absent.
-  std::pair<const Entry*, const UnitSuffix*> find(std::string_view table, std::string_view name, Quantity quantity) const {
+  std::pair<const Entry*, const UnitSuffix*> find(std::string_view table, std::string_view name,
+                                                  Quantity quantity) const {
     std::pair<const Entry*, const UnitSuffix*> found{nullptr, nullptr};
     for (const Entry& e : entries) {
       if (e.table != table) continue;
       const UnitSuffix* unit = nullptr;
       if (e.key == name) {
         if (quantity != Quantity::dimensionless) {
-          fail(e, fmt::format("has no unit; write {}_{} (allowed units: {})", name, si_suffix(quantity).suffix,
-                              allowed_units(quantity)));
+          fail(e, fmt::format("has no unit; write {}_{} (allowed units: {})", name,
+                              si_suffix(quantity).suffix, allowed_units(quantity)));
         }
         unit = &si_suffix(quantity);
       } else {
@@ -143,7 +146,8 @@ struct Settings::State {
         if (!split.unit || split.name != name) continue;
         unit = find_unit(split.unit->suffix, quantity);
         if (!unit) {
-          fail(e, fmt::format("must be a {}; allowed units: {}", to_string(quantity), allowed_units(quantity)));
+          fail(e,
+               fmt::format("must be a {}; allowed units: {}", to_string(quantity), allowed_units(quantity)));
         }
       }
       if (found.first) fail(e, fmt::format("is given twice, see line {}", found.first->line));
@@ -184,7 +188,8 @@ Settings parse_settings(std::string_view text, std::string_view name) {
   try {
     state.load(toml::parse(text), "");
   } catch (const toml::parse_error& e) {
-    throw Error::in_file(name, static_cast<long>(e.source().begin.line), fmt::format("damaged TOML: {}", e.description()));
+    throw Error::in_file(name, static_cast<long>(e.source().begin.line),
+                         fmt::format("damaged TOML: {}", e.description()));
   }
   std::stable_sort(state.entries.begin(), state.entries.end(),
                    [](const Entry& a, const Entry& b) { return a.line < b.line; });
@@ -204,7 +209,8 @@ std::optional<double> Settings::find_number(std::string_view path, Quantity quan
   return unit->to_si(state_->number_of(*entry));
 }
 
-double Settings::number(std::string_view path, Quantity quantity, double fallback, double low, double high) const {
+double Settings::number(std::string_view path, Quantity quantity, double fallback, double low,
+                        double high) const {
   const auto value = find_number(path, quantity);
   if (!value) return fallback;
   if (!(*value >= low && *value <= high)) {
@@ -222,7 +228,8 @@ double Settings::require_number(std::string_view path, Quantity quantity, double
   return number(path, quantity, 0, low, high);
 }
 
-std::vector<double> Settings::numbers(std::string_view path, Quantity quantity, std::vector<double> fallback) const {
+std::vector<double> Settings::numbers(std::string_view path, Quantity quantity,
+                                      std::vector<double> fallback) const {
   const auto [table, name] = split_path(path);
   state_->learn(quantity == Quantity::dimensionless ? std::string(path)
                                                     : fmt::format("{}_{}", path, si_suffix(quantity).suffix));
@@ -267,9 +274,10 @@ std::vector<std::string> Settings::texts(std::string_view path, std::vector<std:
 
 bool Settings::has(std::string_view path) const {
   const auto [table, name] = split_path(path);
-  return std::any_of(state_->entries.begin(), state_->entries.end(), [&, t = table, n = name](const Entry& e) {
-    return e.table == t && (e.key == n || split_unit(e.key).name == n);
-  });
+  return std::any_of(state_->entries.begin(), state_->entries.end(),
+                     [&, t = table, n = name](const Entry& e) {
+                       return e.table == t && (e.key == n || split_unit(e.key).name == n);
+                     });
 }
 
 std::size_t Settings::count(std::string_view path) const {
@@ -314,7 +322,8 @@ bool Settings::assign(std::string_view table, std::string_view key, std::string&
   return v != nullptr;
 }
 
-bool Settings::assign_integer(std::string_view table, std::string_view key, long& field, long low, long high) const {
+bool Settings::assign_integer(std::string_view table, std::string_view key, long& field, long low,
+                              long high) const {
   const std::string path = join(table, key);
   const long* v = state_->typed<long>(path, "a whole number");
   if (!v) return false;
@@ -331,7 +340,8 @@ void Settings::finish() const {
       hint = fmt::format("did you mean '{}'?", near);
     } else {
       for (const std::string& key : state_->known) {
-        if (split_path(key).table == e.table) hint.append(hint.empty() ? "known here: " : ", ").append(split_path(key).name);
+        if (split_path(key).table == e.table)
+          hint.append(hint.empty() ? "known here: " : ", ").append(split_path(key).name);
       }
       if (hint.empty()) hint = fmt::format("there is no table [{}]", e.table);
     }

@@ -37,13 +37,15 @@ std::string written(const TomlEntry& e) {
   if (const auto* b = std::get_if<bool>(&e.value)) return *b ? "true" : "false";
   if (const auto* s = std::get_if<std::string>(&e.value)) return text(*s);
   std::string out = "[";
-  for (const double v : std::get<std::vector<double>>(e.value)) out.append(out.size() > 1 ? ", " : "").append(number(v, e.key));
+  for (const double v : std::get<std::vector<double>>(e.value))
+    out.append(out.size() > 1 ? ", " : "").append(number(v, e.key));
   return out + "]";
 }
 
 bool is_bare(std::string_view name, std::string_view more) {
   return !name.empty() && std::all_of(name.begin(), name.end(), [&](unsigned char c) {
-    return (c < 0x80 && std::isalnum(c)) || c == '_' || c == '-' || more.find(static_cast<char>(c)) != std::string_view::npos;
+    return (c < 0x80 && std::isalnum(c)) || c == '_' || c == '-' ||
+           more.find(static_cast<char>(c)) != std::string_view::npos;
   });
 }
 

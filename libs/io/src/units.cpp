@@ -19,7 +19,8 @@ constexpr double kGravity = 9.80665;        // m/s^2, standard (CGPM 1901)
 constexpr double kPound = 4.4482216152605;  // N per lbf: 0.45359237 kg times standard gravity
 constexpr double kInch = 0.0254;            // m
 
-// Submultiples divide by a power of ten, which rounds as the literal in SI does; a factor such as 1e-3 would not.
+// Submultiples divide by a power of ten, which rounds as the literal in SI does; a factor such as 1e-3 would
+// not.
 constexpr std::array kUnits{
     UnitSuffix{"s", Q::time},
     UnitSuffix{"ms", Q::time, 1, 1e3},
@@ -110,18 +111,21 @@ double UnitSuffix::from_si(double si) const {
 std::span<const UnitSuffix> all_units() { return kUnits; }
 
 const UnitSuffix* find_unit(std::string_view suffix) {
-  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.suffix == suffix; });
+  const auto it =
+      std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.suffix == suffix; });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
 const UnitSuffix* find_unit(std::string_view suffix, Quantity quantity) {
-  const auto it = std::find_if(kUnits.begin(), kUnits.end(),
-                               [&](const UnitSuffix& u) { return u.suffix == suffix && u.quantity == quantity; });
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) {
+    return u.suffix == suffix && u.quantity == quantity;
+  });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
 const UnitSuffix& si_suffix(Quantity quantity) {
-  return *std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.quantity == quantity; });
+  return *std::find_if(kUnits.begin(), kUnits.end(),
+                       [&](const UnitSuffix& u) { return u.quantity == quantity; });
 }
 
 NameWithUnit split_unit(std::string_view name) {
@@ -153,14 +157,16 @@ std::string allowed_units(Quantity quantity) {
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);
   if (at == std::string_view::npos) {
-    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_mm'; allowed units: {}", name, name, allowed_units());
+    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_mm'; allowed units: {}", name, name,
+                       allowed_units());
   }
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;
   for (const UnitSuffix& u : kUnits) {
     if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
   }
-  return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());
+  return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint,
+                     allowed_units());
 }
 
 std::string nearest(std::string_view word, std::span<const std::string> candidates) {

@@ -59,17 +59,25 @@ TEST(Settings, EveryRefusalNamesFileLineKeyAndWhatIsAllowed) {
   const Settings s = parse_settings(kText, "rig.toml");
   EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::mass, 0, 0, 1); }),
               AllOf(HasSubstr("rig.toml:4: rotor.mass_gram = 1500: must be between 0 and 1 kg")));
-  EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::force, 0); }), HasSubstr("must be a force; allowed units: N mN"));
-  EXPECT_THAT(error_of([&] { s.number("rotor.ratio", Quantity::time, 0); }), HasSubstr("has no unit; write ratio_s"));
-  EXPECT_THAT(error_of([&] { s.integer("rotor.ratio", 0); }), HasSubstr("rig.toml:6: rotor.ratio = 0.7: is a number, must be a whole number"));
+  EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::force, 0); }),
+              HasSubstr("must be a force; allowed units: N mN"));
+  EXPECT_THAT(error_of([&] { s.number("rotor.ratio", Quantity::time, 0); }),
+              HasSubstr("has no unit; write ratio_s"));
+  EXPECT_THAT(error_of([&] { s.integer("rotor.ratio", 0); }),
+              HasSubstr("rig.toml:6: rotor.ratio = 0.7: is a number, must be a whole number"));
   EXPECT_THAT(error_of([&] { s.integer("rotor.bits", 0, 1, 8); }), HasSubstr("must be between 1 and 8"));
-  EXPECT_THAT(error_of([&] { s.text("laser.axis", "", {"a", "b"}); }), HasSubstr("laser.axis = 'x': must be one of a, b"));
-  EXPECT_THAT(error_of([&] { s.require_number("rotor.stiffness", Quantity::stiffness); }), HasSubstr("no key 'rotor.stiffness_N_m'"));
+  EXPECT_THAT(error_of([&] {
+                s.text("laser.axis", "", {"a", "b"});
+              }),
+              HasSubstr("laser.axis = 'x': must be one of a, b"));
+  EXPECT_THAT(error_of([&] { s.require_number("rotor.stiffness", Quantity::stiffness); }),
+              HasSubstr("no key 'rotor.stiffness_N_m'"));
   EXPECT_THAT(error_of([] { parse_settings("a_s = 1\na_ms = 2", "b.toml").number("a", Quantity::time, 0); }),
               HasSubstr("b.toml:2: a_ms = 2: is given twice, see line 1"));
   EXPECT_THAT(error_of([] { parse_settings("a = \n", "b.toml"); }), HasSubstr("b.toml:1: damaged TOML"));
   EXPECT_THAT(error_of([] { parse_settings("a = nan", "b.toml"); }), HasSubstr("must be finite"));
-  EXPECT_THAT(error_of([] { parse_settings("a = 2020-01-01", "b.toml"); }), HasSubstr("b.toml:1: a = 2020-01-01: must be"));
+  EXPECT_THAT(error_of([] { parse_settings("a = 2020-01-01", "b.toml"); }),
+              HasSubstr("b.toml:1: a = 2020-01-01: must be"));
   EXPECT_THAT(error_of([] { parse_settings("a = [1, \"x\"]", "b.toml"); }), HasSubstr("array of numbers or"));
 }
 
@@ -77,8 +85,10 @@ TEST(Settings, UnknownKeysAreRefusedWithTheNearestName) {
   const Settings s = parse_settings("[rotor]\nmass_kg = 1\nspeeed_rpm = 3\n", "rig.toml");
   s.number("rotor.mass", Quantity::mass, 0);
   s.number("rotor.speed", Quantity::angular_velocity, 0);
-  EXPECT_EQ(error_of([&] { s.finish(); }), "rig.toml:3: unknown key 'rotor.speeed_rpm'; did you mean 'rotor.speed_rad_s'?");
-  EXPECT_THAT(error_of([] { parse_settings("[engine]\nfuel = 1\n", "rig.toml").finish(); }), HasSubstr("there is no table [engine]"));
+  EXPECT_EQ(error_of([&] { s.finish(); }),
+            "rig.toml:3: unknown key 'rotor.speeed_rpm'; did you mean 'rotor.speed_rad_s'?");
+  EXPECT_THAT(error_of([] { parse_settings("[engine]\nfuel = 1\n", "rig.toml").finish(); }),
+              HasSubstr("there is no table [engine]"));
 }
 
 struct Machine {
@@ -98,7 +108,8 @@ void visit_fields(Parameters& p, Visitor&& visit) {
 TEST(Settings, ApplyFillsVisitedFieldsInAnyUnitOfTheQuantity) {
   Machine m;
   const Settings s = parse_settings(
-      "[rotor]\nmass_g = 5\nripple_rpm = 60\n[laser]\nbits = 16\non = true\n[laser.1]\nrunout_mm = 0.02\n", "rig.toml");
+      "[rotor]\nmass_g = 5\nripple_rpm = 60\n[laser]\nbits = 16\non = true\n[laser.1]\nrunout_mm = 0.02\n",
+      "rig.toml");
   apply(s, m);
   s.finish();
   EXPECT_DOUBLE_EQ(m.mass, 5e-3);
@@ -111,7 +122,8 @@ TEST(Settings, ApplyFillsVisitedFieldsInAnyUnitOfTheQuantity) {
   EXPECT_TRUE(m.on);
   EXPECT_THAT(error_of([&] { apply(parse_settings("laser.bits = 5000000000", "a.toml"), m); }),
               HasSubstr("laser.bits = 5000000000: must be between -2147483648 and 2147483647"));
-  EXPECT_THAT(error_of([&] { apply(parse_settings("rotor.mass_mm = 1", "a.toml"), m); }), HasSubstr("must be a mass"));
+  EXPECT_THAT(error_of([&] { apply(parse_settings("rotor.mass_mm = 1", "a.toml"), m); }),
+              HasSubstr("must be a mass"));
 }
 
 TEST(Settings, WrittenTomlReadsBack) {

@@ -37,7 +37,8 @@ TEST(Optoncdt, BytesOfAValueCarryTheirPlace) {
   EXPECT_TRUE(v.first);
 }
 
-// Operating instructions ILD1420: one step is 0.156 um at a range of 10 mm; d = 0 and d = range at the ends of the range.
+// Operating instructions ILD1420: one step is 0.156 um at a range of 10 mm; d = 0 and d = range at the ends
+// of the range.
 TEST(OptoncdtReference, ScaleOfTheManual) {
   const Scale scale(0.010);
   EXPECT_NEAR(scale.resolution(), 0.156e-6, 0.001e-6);
@@ -144,7 +145,8 @@ TEST(OptoncdtProperty, EveryLostByteCostsAtMostItsNeighbours) {
     FrameDecoder d(1);
     const auto got = frames(d, cut);
     ASSERT_EQ(got.size(), sent.size() - 1) << lost;
-    for (std::size_t i = 0; i < got.size(); ++i) ASSERT_EQ(got[i].raw[0], sent[i < lost / 3 ? i : i + 1]) << lost;
+    for (std::size_t i = 0; i < got.size(); ++i)
+      ASSERT_EQ(got[i].raw[0], sent[i < lost / 3 ? i : i + 1]) << lost;
     // Two bytes of the damaged value are left; at the end of the line they still wait for the third.
     EXPECT_EQ(d.statistics().dropped, lost + 1 == line.size() ? 0u : 2u);
   }
@@ -158,7 +160,8 @@ TEST(OptoncdtProperty, TextInTheStreamNeverBecomesAValue) {
       text.push_back(static_cast<std::uint8_t>(e));
     }
   }
-  for (const char c : std::string_view("OUTPUT RS422\r\nE204 Received unsupported command\r\n->")) text.push_back(static_cast<std::uint8_t>(c));
+  for (const char c : std::string_view("OUTPUT RS422\r\nE204 Received unsupported command\r\n->"))
+    text.push_back(static_cast<std::uint8_t>(c));
   FrameDecoder d(1);
   EXPECT_TRUE(frames(d, text).empty());
   EXPECT_GT(d.statistics().resyncs, 0u);

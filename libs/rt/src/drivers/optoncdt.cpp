@@ -22,16 +22,26 @@ std::array<std::uint8_t, 3> encode(Value v) noexcept {
 
 std::string_view to_string(SensorError error) {
   switch (error) {
-    case SensorError::none: return "none";
-    case SensorError::too_much_data: return "too much data for the baud rate";
-    case SensorError::no_peak: return "no peak";
-    case SensorError::peak_before_range: return "peak before the measuring range";
-    case SensorError::peak_behind_range: return "peak behind the measuring range";
-    case SensorError::not_calculable: return "value not calculable";
-    case SensorError::peak_too_large: return "peak too large";
-    case SensorError::laser_off: return "laser off";
-    case SensorError::unknown_code: return "unknown error code";
-    case SensorError::no_distance: return "no distance";
+    case SensorError::none:
+      return "none";
+    case SensorError::too_much_data:
+      return "too much data for the baud rate";
+    case SensorError::no_peak:
+      return "no peak";
+    case SensorError::peak_before_range:
+      return "peak before the measuring range";
+    case SensorError::peak_behind_range:
+      return "peak behind the measuring range";
+    case SensorError::not_calculable:
+      return "value not calculable";
+    case SensorError::peak_too_large:
+      return "peak too large";
+    case SensorError::laser_off:
+      return "laser off";
+    case SensorError::unknown_code:
+      return "unknown error code";
+    case SensorError::no_distance:
+      return "no distance";
   }
   return "?";
 }
@@ -39,7 +49,8 @@ std::string_view to_string(SensorError error) {
 Scale::Scale(double range, bool mastering) : range_(range), mastering_(mastering) {
   const auto known = {0.01, 0.025, 0.05, 0.1, 0.2, 0.5};
   if (std::none_of(known.begin(), known.end(), [&](double r) { return std::abs(range - r) < 1e-9; })) {
-    throw Error::in_field("laser range", fmt::format("{:g} m", range), "0.01, 0.025, 0.05, 0.1, 0.2 or 0.5 m");
+    throw Error::in_field("laser range", fmt::format("{:g} m", range),
+                          "0.01, 0.025, 0.05, 0.1, 0.2 or 0.5 m");
   }
 }
 
@@ -47,14 +58,30 @@ Reading Scale::operator()(std::uint32_t raw) const noexcept {
   Reading out;
   if (raw >= kFirstErrorCode) {
     switch (raw) {
-      case 262075: out.error = SensorError::too_much_data; break;
-      case 262076: out.error = SensorError::no_peak; break;
-      case 262077: out.error = SensorError::peak_before_range; break;
-      case 262078: out.error = SensorError::peak_behind_range; break;
-      case 262080: out.error = SensorError::not_calculable; break;
-      case 262081: out.error = SensorError::peak_too_large; break;
-      case 262082: out.error = SensorError::laser_off; break;
-      default: out.error = SensorError::unknown_code; break;
+      case 262075:
+        out.error = SensorError::too_much_data;
+        break;
+      case 262076:
+        out.error = SensorError::no_peak;
+        break;
+      case 262077:
+        out.error = SensorError::peak_before_range;
+        break;
+      case 262078:
+        out.error = SensorError::peak_behind_range;
+        break;
+      case 262080:
+        out.error = SensorError::not_calculable;
+        break;
+      case 262081:
+        out.error = SensorError::peak_too_large;
+        break;
+      case 262082:
+        out.error = SensorError::laser_off;
+        break;
+      default:
+        out.error = SensorError::unknown_code;
+        break;
     }
   } else if (raw > kFullScale && !mastering_) {
     out.error = SensorError::no_distance;
@@ -64,7 +91,8 @@ Reading Scale::operator()(std::uint32_t raw) const noexcept {
     return out;
   }
   out.distance = (raw * 1.02 / kFullScale - (mastering_ ? 0.51 : 0.01)) * range_;
-  // With mastering the raw value is relative to the master, so that it says nothing about the place in the range.
+  // With mastering the raw value is relative to the master, so that it says nothing about the place in the
+  // range.
   out.in_range = mastering_ || (raw >= kRangeStart && raw <= kRangeEnd);
   return out;
 }
@@ -95,7 +123,8 @@ bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
     return false;
   }
   if (flag >= 2 && have_ == 2) {
-    value.raw = static_cast<std::uint32_t>(held_[0] & 0x3f) | static_cast<std::uint32_t>(held_[1] & 0x3f) << 6 |
+    value.raw = static_cast<std::uint32_t>(held_[0] & 0x3f) |
+                static_cast<std::uint32_t>(held_[1] & 0x3f) << 6 |
                 static_cast<std::uint32_t>(byte & 0x3f) << 12;
     value.first = flag == 2;
     have_ = 0;
@@ -110,7 +139,8 @@ bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
 
 FrameDecoder::FrameDecoder(int values_per_frame) : expected_(values_per_frame) {
   if (values_per_frame < 1 || values_per_frame > static_cast<int>(kMaxValues)) {
-    throw Error::in_field("values per frame", fmt::format("{}", values_per_frame), fmt::format("1 to {}", kMaxValues));
+    throw Error::in_field("values per frame", fmt::format("{}", values_per_frame),
+                          fmt::format("1 to {}", kMaxValues));
   }
 }
 

@@ -41,7 +41,8 @@ ssize_t read_until(int fd, void* to, std::size_t size, Clock::time_point deadlin
 
 int open_line(const SensorOptions& options) {
   const int fd = ::open(options.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0) throw Error::in_file(options.device, 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  if (fd < 0)
+    throw Error::in_file(options.device, 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
   termios2 t{};
   bool good = ::ioctl(fd, TCGETS2, &t) == 0;
   t.c_iflag = 0;
@@ -55,8 +56,9 @@ int open_line(const SensorOptions& options) {
   if (!good) {
     const int reason = errno;
     ::close(fd);
-    throw Error::in_file(options.device, 0,
-                         fmt::format("is no serial line with {} baud: {}", options.baud, std::strerror(reason)));
+    throw Error::in_file(
+        options.device, 0,
+        fmt::format("is no serial line with {} baud: {}", options.baud, std::strerror(reason)));
   }
   ::ioctl(fd, TCFLSH, TCIOFLUSH);
   return fd;
@@ -93,19 +95,21 @@ Sensor::~Sensor() {
 void Sensor::command(const std::string& text) {
   const std::string line = text + "\n";
   if (::write(fd_, line.data(), line.size()) != static_cast<ssize_t>(line.size())) {
-    throw Error::in_file(options_.device, 0, fmt::format("command '{}' cannot be sent: {}", text, std::strerror(errno)));
+    throw Error::in_file(options_.device, 0,
+                         fmt::format("command '{}' cannot be sent: {}", text, std::strerror(errno)));
   }
-  // The reply ends with the prompt. Frames still on their way cannot imitate it: in a frame a byte of class 00 is
-  // followed by one of class 01, and both characters of "->" are of class 00.
+  // The reply ends with the prompt. Frames still on their way cannot imitate it: in a frame a byte of class
+  // 00 is followed by one of class 01, and both characters of "->" are of class 00.
   std::string reply;
   const auto deadline = deadline_in(options_.timeout);
   while (reply.find("->") == std::string::npos) {
     std::array<char, 256> buffer;
     const ssize_t n = read_until(fd_, buffer.data(), buffer.size(), deadline);
     if (n <= 0) {
-      throw Error::in_file(options_.device, 0,
-                           fmt::format("no answer to '{}' within {:g} s; is the sensor connected and set to {} baud?", text,
-                                       options_.timeout, options_.baud));
+      throw Error::in_file(
+          options_.device, 0,
+          fmt::format("no answer to '{}' within {:g} s; is the sensor connected and set to {} baud?", text,
+                      options_.timeout, options_.baud));
     }
     reply.append(buffer.data(), static_cast<std::size_t>(n));
     if (reply.size() > (1u << 16)) reply.erase(0, 1u << 15);
@@ -113,11 +117,13 @@ void Sensor::command(const std::string& text) {
   // "Exxx text" refuses the command, "Wxxx text" warns; three digits cannot be part of a frame either.
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   for (std::size_t i = 0; i + 3 < reply.size(); ++i) {
-    if ((reply[i] != 'E' && reply[i] != 'W') || !is_digit(reply[i + 1]) || !is_digit(reply[i + 2]) || !is_digit(reply[i + 3])) {
+    if ((reply[i] != 'E' && reply[i] != 'W') || !is_digit(reply[i + 1]) || !is_digit(reply[i + 2]) ||
+        !is_digit(reply[i + 3])) {
       continue;
     }
     const std::string message = reply.substr(i, reply.find_first_of("\r\n-", i) - i);
-    if (reply[i] == 'E') throw Error::in_file(options_.device, 0, fmt::format("the sensor refused '{}': {}", text, message));
+    if (reply[i] == 'E')
+      throw Error::in_file(options_.device, 0, fmt::format("the sensor refused '{}': {}", text, message));
     warnings_.push_back(text + ": " + message);
   }
 }
@@ -128,9 +134,10 @@ void Sensor::wait_for_frames() {
   while (clean < kCleanFrames) {
     const ssize_t n = read_until(fd_, bytes_.data(), bytes_.size(), deadline);
     if (n <= 0) {
-      throw Error::in_file(options_.device, 0,
-                           fmt::format("{} clean frames within {:g} s after the start, {} are needed ({} bytes, {} dropped)",
-                                       clean, options_.timeout, kCleanFrames, statistics().bytes, statistics().dropped));
+      throw Error::in_file(
+          options_.device, 0,
+          fmt::format("{} clean frames within {:g} s after the start, {} are needed ({} bytes, {} dropped)",
+                      clean, options_.timeout, kCleanFrames, statistics().bytes, statistics().dropped));
     }
     end_ = static_cast<std::size_t>(n);
     for (begin_ = 0; begin_ < end_ && clean < kCleanFrames; ++begin_) {
@@ -164,9 +171,11 @@ std::size_t Sensor::read(std::span<Sample> out) noexcept {
     if (begin_ == end_) {
       const ssize_t n = ::read(fd_, bytes_.data(), bytes_.size());
       if (n <= 0) {
-        // Nothing there: with VMIN = 0 that is 0 or EAGAIN. A line that hung up says EIO, or 0 together with POLLHUP.
+        // Nothing there: with VMIN = 0 that is 0 or EAGAIN. A line that hung up says EIO, or 0 together with
+        // POLLHUP.
         pollfd p{fd_, POLLIN, 0};
-        if ((n < 0 && errno != EAGAIN && errno != EINTR) || (::poll(&p, 1, 0) > 0 && (p.revents & (POLLHUP | POLLERR)))) {
+        if ((n < 0 && errno != EAGAIN && errno != EINTR) ||
+            (::poll(&p, 1, 0) > 0 && (p.revents & (POLLHUP | POLLERR)))) {
           connected_ = false;
         }
         break;

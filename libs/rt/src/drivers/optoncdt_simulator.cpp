@@ -111,7 +111,8 @@ struct Simulator::State {
     const auto add = [&](Value v) {
       for (const std::uint8_t byte : encode(v)) {
         ++bytes_made;
-        if (options.lose_byte_every == 0 || bytes_made % options.lose_byte_every != 0) out += static_cast<char>(byte);
+        if (options.lose_byte_every == 0 || bytes_made % options.lose_byte_every != 0)
+          out += static_cast<char>(byte);
       }
     };
     for (; due_before < due; ++due_before) {

@@ -25,15 +25,18 @@ std::string to_string(const CsvDialect& dialect);
 
 /// Options of `read_csv`, `read_table` and `CsvStream`.
 struct CsvOptions {
-  /// Sample rate, Hz, for files without a time column (`--rate`). Given both, the time column must agree with it.
+  /// Sample rate, Hz, for files without a time column (`--rate`). Given both, the time column must agree with
+  /// it.
   std::optional<double> rate{};
-  /// Columns to read and how to call them: "x_mm" takes the column with that header; "V1:u_V" takes the column headed
-  /// `V1` as u in volts; "2:y_V" the second column (files without a header need numbers). Empty: every column.
+  /// Columns to read and how to call them: "x_mm" takes the column with that header; "V1:u_V" takes the
+  /// column headed `V1` as u in volts; "2:y_V" the second column (files without a header need numbers).
+  /// Empty: every column.
   std::vector<std::string> columns{};
   /// Names that must be present; one with a unit ("force_N") must be of that quantity, in whatever unit.
   std::vector<std::string> required{};
-  std::optional<char> decimal{};        ///< `.` or `,`; empty: found from the file
-  /// Largest distance of a time stamp from the uniform grid, in steps; the rounding of the written time comes on top.
+  std::optional<char> decimal{};  ///< `.` or `,`; empty: found from the file
+  /// Largest distance of a time stamp from the uniform grid, in steps; the rounding of the written time comes
+  /// on top.
   double time_tolerance = 0.05;
   Eigen::Index min_samples = 2;
   bool refuse_constant = false;  ///< a channel that never changes is an error
@@ -48,8 +51,9 @@ struct CsvColumn {
 
 /// A CSV file block by block, in constant memory, for files larger than memory. Values are in SI.
 ///
-/// Every problem is an Error that names file, line, column, the value and what is allowed: unknown unit, missing or
-/// duplicated column, a value that is empty, no number, NaN or infinite, ragged lines, empty lines inside the data.
+/// Every problem is an Error that names file, line, column, the value and what is allowed: unknown unit,
+/// missing or duplicated column, a value that is empty, no number, NaN or infinite, ragged lines, empty lines
+/// inside the data.
 class CsvStream {
  public:
   explicit CsvStream(const std::filesystem::path& path, const CsvOptions& options = {});
@@ -64,12 +68,13 @@ class CsvStream {
   const std::vector<CsvColumn>& columns() const;
   /// Line of row `row` of the file (row 0 is the first data line).
   long line_of(Eigen::Index row) const;
-  /// Fills the first rows of `block` (its row count is the most that is taken; one column per entry of `columns()`) and
-  /// returns their number; 0 at the end of the file.
+  /// Fills the first rows of `block` (its row count is the most that is taken; one column per entry of
+  /// `columns()`) and returns their number; 0 at the end of the file.
   Eigen::Index next(Eigen::Ref<Eigen::MatrixXd> block);
   /// Index of the time column (`t` or `time`) in `columns()`; -1 when there is none.
   int time_column() const;
-  /// Largest number of decimals written in the time column so far; -1 when a time was written with an exponent.
+  /// Largest number of decimals written in the time column so far; -1 when a time was written with an
+  /// exponent.
   int time_decimals() const;
 
  private:
@@ -77,15 +82,18 @@ class CsvStream {
   std::unique_ptr<State> state_;
 };
 
-/// Signals with a common uniform time from a CSV file whose header is `name_unit,...`, e.g. `t_s,x_mm,y_mm,beta_rad`.
-/// `t` or `time` is the time column. `.gz` is read directly. The record is in SI, its source the path.
-/// Errors: those of CsvStream, and a time that is not uniform, no time and no rate, too few samples.
-Recording read_csv(const std::filesystem::path& path, const CsvOptions& options = {}, CsvDialect* dialect = nullptr);
+/// Signals with a common uniform time from a CSV file whose header is `name_unit,...`, e.g.
+/// `t_s,x_mm,y_mm,beta_rad`. `t` or `time` is the time column. `.gz` is read directly. The record is in SI,
+/// its source the path. Errors: those of CsvStream, and a time that is not uniform, no time and no rate, too
+/// few samples.
+Recording read_csv(const std::filesystem::path& path, const CsvOptions& options = {},
+                   CsvDialect* dialect = nullptr);
 Recording parse_csv(std::string_view bytes, std::string_view name, const CsvOptions& options = {});
 
-/// Columns of numbers without a common time: force-deflection (`deflection_mm,force_N`), Bode (`rpm,amp_um,phase_deg`),
-/// frequency tables (`freq_hz,H1_re,H1_im`). A column headed `rpm` is called "speed", one headed `hz` "freq". Names ending
-/// in `_re` and `_im` hold complex parts and keep their name: as written, in the unit that the reader of the table knows.
+/// Columns of numbers without a common time: force-deflection (`deflection_mm,force_N`), Bode
+/// (`rpm,amp_um,phase_deg`), frequency tables (`freq_hz,H1_re,H1_im`). A column headed `rpm` is called
+/// "speed", one headed `hz` "freq". Names ending in `_re` and `_im` hold complex parts and keep their name:
+/// as written, in the unit that the reader of the table knows.
 struct Table {
   std::string source;
   std::vector<Channel> columns;
@@ -107,8 +115,10 @@ struct CsvWriteOptions {
   bool time = true;  ///< first column `t_s`
 };
 
-/// Writes the record with every digit needed to read the same doubles back (exactly so in SI). `.gz` compresses.
-void write_csv(const std::filesystem::path& path, const Recording& record, const CsvWriteOptions& options = {});
+/// Writes the record with every digit needed to read the same doubles back (exactly so in SI). `.gz`
+/// compresses.
+void write_csv(const std::filesystem::path& path, const Recording& record,
+               const CsvWriteOptions& options = {});
 void write_csv(const std::filesystem::path& path, const Table& table, const CsvWriteOptions& options = {});
 
 }  // namespace whirl

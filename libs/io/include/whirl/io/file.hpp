@@ -7,8 +7,9 @@
 
 namespace whirl {
 
-/// Bytes of a file or of memory in order, decompressed when they are gzip (recognised by content, not by name).
-/// Constant memory. Throws Error naming the source when it cannot be read or the gzip data are damaged or cut off.
+/// Bytes of a file or of memory in order, decompressed when they are gzip (recognised by content, not by
+/// name). Constant memory. Throws Error naming the source when it cannot be read or the gzip data are damaged
+/// or cut off.
 class ByteSource {
  public:
   explicit ByteSource(const std::filesystem::path& path);
@@ -31,10 +32,12 @@ class ByteSource {
 /// The whole file as text, decompressed. Throws Error when it is larger than `limit` bytes.
 std::string read_text(const std::filesystem::path& path, std::size_t limit = std::size_t{1} << 30);
 /// The same from memory.
-std::string decompress(std::string_view bytes, std::string_view name, std::size_t limit = std::size_t{1} << 30);
+std::string decompress(std::string_view bytes, std::string_view name,
+                       std::size_t limit = std::size_t{1} << 30);
 
-/// Writes bytes to a file, as gzip when its name ends in `.gz`. The file appears under its name only when `close()` has
-/// written everything; a writer destroyed before that leaves nothing. Throws Error naming the file.
+/// Writes bytes to a file, as gzip when its name ends in `.gz`. The file appears under its name only when
+/// `close()` has written everything; a writer destroyed before that leaves nothing. Throws Error naming the
+/// file.
 class ByteSink {
  public:
   explicit ByteSink(const std::filesystem::path& path);

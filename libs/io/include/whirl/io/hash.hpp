@@ -7,7 +7,8 @@
 
 namespace whirl {
 
-/// SHA-256 (FIPS 180-4). Written by hand: 60 lines instead of a cryptography library in every program that reads a file.
+/// SHA-256 (FIPS 180-4). Written by hand: 60 lines instead of a cryptography library in every program that
+/// reads a file.
 class Sha256 {
  public:
   void update(std::string_view bytes);

@@ -24,9 +24,9 @@ struct RecordingInfo {
   std::vector<ChannelInfo> channels;
 };
 
-/// Range, mean and rms of every channel, and findings: constant; clipped (the extreme value is held for several samples
-/// again and again); frozen (the same value for a long stretch in the middle of a changing signal); dominated by its
-/// mean; coarse quantisation; single-sample spikes.
+/// Range, mean and rms of every channel, and findings: constant; clipped (the extreme value is held for
+/// several samples again and again); frozen (the same value for a long stretch in the middle of a changing
+/// signal); dominated by its mean; coarse quantisation; single-sample spikes.
 RecordingInfo describe(const Recording& record);
 /// As a table for people.
 std::string to_string(const RecordingInfo& info);

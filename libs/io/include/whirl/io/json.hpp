@@ -16,8 +16,8 @@
 
 namespace whirl {
 
-/// A JSON value. Objects keep the order in which keys were added. Numbers are doubles and survive a round trip exactly;
-/// NaN and infinity are written as null.
+/// A JSON value. Objects keep the order in which keys were added. Numbers are doubles and survive a round
+/// trip exactly; NaN and infinity are written as null.
 class Json {
  public:
   using Array = std::vector<Json>;
@@ -61,27 +61,29 @@ class Json {
 /// Parses JSON text; throws Error with file, line and reason when it is damaged or nested deeper than 64.
 Json parse_json(std::string_view text, std::string_view source);
 
-/// A place in a JSON document: value, file and path, so that every refusal can say where. The document must outlive it.
+/// A place in a JSON document: value, file and path, so that every refusal can say where. The document must
+/// outlive it.
 class JsonReader {
  public:
   JsonReader(const Json& value, std::string source, std::string path = "$")
       : value_(&value), source_(std::move(source)), path_(std::move(path)) {}
 
-  /// Throws Error unless the document says `schema` "name/n" with n <= version; tells a newer version from a wrong file.
+  /// Throws Error unless the document says `schema` "name/n" with n <= version; tells a newer version from a
+  /// wrong file.
   void require_schema(std::string_view name, int version) const;
 
   bool has(std::string_view key) const;  ///< present and not null
   JsonReader at(std::string_view key) const;
-  std::vector<JsonReader> items() const;                                     ///< of an array
-  std::vector<std::pair<std::string, JsonReader>> members() const;           ///< of an object
-  double number() const;            ///< finite
-  double number_or_nan() const;     ///< null reads as NaN
+  std::vector<JsonReader> items() const;                            ///< of an array
+  std::vector<std::pair<std::string, JsonReader>> members() const;  ///< of an object
+  double number() const;                                            ///< finite
+  double number_or_nan() const;                                     ///< null reads as NaN
   long integer() const;
   bool flag() const;
   const std::string& text() const;
   std::vector<double> numbers() const;
   Eigen::VectorXd vector() const;
-  std::complex<double> complex() const;  ///< [re, im]
+  std::complex<double> complex() const;        ///< [re, im]
   Error error(std::string_view reason) const;  ///< "file: $.path: reason"
   const std::string& path() const { return path_; }
 

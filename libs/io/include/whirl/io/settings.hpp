@@ -18,8 +18,9 @@ namespace whirl {
 /// Settings from a TOML file, addressed by dotted path without unit: `[rotor] mass_kg = 1.5` is "rotor.mass".
 /// Entry i of an array of tables `[[fault]]` is "fault[0].start".
 ///
-/// A number with a dimension carries its unit in its key and is returned in SI. Every getter marks its key as known;
-/// `finish()` refuses what no getter asked for. Errors name file, line, key, value and what is allowed.
+/// A number with a dimension carries its unit in its key and is returned in SI. Every getter marks its key as
+/// known; `finish()` refuses what no getter asked for. Errors name file, line, key, value and what is
+/// allowed.
 class Settings {
  public:
   Settings();  ///< empty: every getter returns its fallback
@@ -48,21 +49,23 @@ class Settings {
   /// Number of tables in the array of tables `path`.
   std::size_t count(std::string_view path) const;
 
-  /// Sets `field` from the key "table.key" if it is present and returns whether it was. `key` carries the unit in which
-  /// the field is documented and field = value in that unit * `unit`; the file may use any other unit of the same
-  /// quantity (`mass_gram` for the key `mass_kg`).
+  /// Sets `field` from the key "table.key" if it is present and returns whether it was. `key` carries the
+  /// unit in which the field is documented and field = value in that unit * `unit`; the file may use any
+  /// other unit of the same quantity (`mass_gram` for the key `mass_kg`).
   bool assign(std::string_view table, std::string_view key, double& field, double unit) const;
-  /// The same for a field in the SI unit of the key's quantity (Hz for `_hz`; use `unit` for a field in rad/s).
+  /// The same for a field in the SI unit of the key's quantity (Hz for `_hz`; use `unit` for a field in
+  /// rad/s).
   bool assign(std::string_view table, std::string_view key, double& field) const;
   bool assign(std::string_view table, std::string_view key, bool& field, double = 1) const;
   bool assign(std::string_view table, std::string_view key, std::string& field, double = 1) const;
   template <class Integer>
-    requires std::is_integral_v<Integer>
+  requires std::is_integral_v<Integer>
   bool assign(std::string_view table, std::string_view key, Integer& field, double = 1) const {
     long value = static_cast<long>(field);
     if (!assign_integer(table, key, value, static_cast<long>(std::numeric_limits<Integer>::min()),
-                        sizeof(Integer) < sizeof(long) ? static_cast<long>(std::numeric_limits<Integer>::max())
-                                                       : std::numeric_limits<long>::max())) {
+                        sizeof(Integer) < sizeof(long)
+                            ? static_cast<long>(std::numeric_limits<Integer>::max())
+                            : std::numeric_limits<long>::max())) {
       return false;
     }
     field = static_cast<Integer>(value);
@@ -100,8 +103,8 @@ void apply(const Settings& settings, T& object) {
 
 /// One line of a TOML file to be written.
 struct TomlEntry {
-  std::string table;  ///< "" for the top level
-  std::string key;    ///< with unit suffix
+  std::string table;                                                         ///< "" for the top level
+  std::string key;                                                           ///< with unit suffix
   std::variant<double, long, bool, std::string, std::vector<double>> value;  ///< in the unit of the key
   std::string comment;
 };

@@ -23,8 +23,9 @@ struct UnitSuffix {
 
 /// All units, grouped by quantity; the first one of a quantity is its SI unit.
 ///
-/// `g` is the standard gravity 9.80665 m/s^2; grams are written `gram` (after a name that holds "mass" also `g`). `hz` and `rpm` serve both as frequency
-/// and as angular velocity; without a wish they are frequency (hz) and angular velocity (rpm).
+/// `g` is the standard gravity 9.80665 m/s^2; grams are written `gram` (after a name that holds "mass" also
+/// `g`). `hz` and `rpm` serve both as frequency and as angular velocity; without a wish they are frequency
+/// (hz) and angular velocity (rpm).
 std::span<const UnitSuffix> all_units();
 
 /// The unit written `suffix`, or null. With a quantity: the one that gives this quantity, or null.

@@ -4,15 +4,17 @@
 #include <span>
 #include <string_view>
 
-/// Serial protocol of the laser triangulation sensor optoNCDT ILD1420 (RS422, 8N1): bytes to distances. No device access and no
-/// clock here: the same code reads a serial line, a log file and a simulator. Nothing allocates or throws after construction.
+/// Serial protocol of the laser triangulation sensor optoNCDT ILD1420 (RS422, 8N1): bytes to distances. No
+/// device access and no clock here: the same code reads a serial line, a log file and a simulator. Nothing
+/// allocates or throws after construction.
 ///
-/// A value is three bytes, lowest first; bits 7..6 say which byte it is (operating instructions ILD1420, data protocol):
+/// A value is three bytes, lowest first; bits 7..6 say which byte it is (operating instructions ILD1420, data
+/// protocol):
 ///
 ///     L 00 D5..D0     M 01 D11..D6     H 10 D17..D12 first value of a frame, 11 an additional value
 ///
-/// Distances have 16 bits (18 with mastering), error codes 18: always decode 18 bits. The low 16 bits of the error codes
-/// look like distances beyond the range.
+/// Distances have 16 bits (18 with mastering), error codes 18: always decode 18 bits. The low 16 bits of the
+/// error codes look like distances beyond the range.
 namespace whirl::optoncdt {
 
 constexpr std::uint32_t kValueMask = (1u << 18) - 1;
@@ -62,7 +64,7 @@ class Scale {
 };
 
 /// Additional values (OUTADD_RS422).
-double exposure(std::uint32_t raw) noexcept;   ///< s
+double exposure(std::uint32_t raw) noexcept;  ///< s
 /// 0..1. The printed formula is incomplete; 65472 as full scale is to be confirmed on the sensor.
 double intensity(std::uint32_t raw) noexcept;
 double timestamp(std::uint32_t low, std::uint32_t high) noexcept;  ///< s, from the two 16-bit words
@@ -81,15 +83,15 @@ struct Frame {
 /// What happened on the line so far.
 struct LineStatistics {
   std::uint64_t bytes = 0;
-  std::uint64_t dropped = 0;     ///< bytes that belong to no value: noise, lost neighbours, ASCII replies
-  std::uint64_t resyncs = 0;     ///< times the byte order broke
+  std::uint64_t dropped = 0;  ///< bytes that belong to no value: noise, lost neighbours, ASCII replies
+  std::uint64_t resyncs = 0;  ///< times the byte order broke
   std::uint64_t values = 0;
   std::uint64_t frames = 0;      ///< complete ones
   std::uint64_t incomplete = 0;  ///< frames with too few or too many values: dropped
 };
 
-/// Bytes to values: accepts only the order L, M, H and drops bytes up to the next L when it breaks. ASCII text (bit 7 clear)
-/// never completes a value. The state is the object itself; copies continue independently.
+/// Bytes to values: accepts only the order L, M, H and drops bytes up to the next L when it breaks. ASCII
+/// text (bit 7 clear) never completes a value. The state is the object itself; copies continue independently.
 class ValueDecoder {
  public:
   /// True when `byte` completes a value, which is then in `value`.
@@ -105,8 +107,8 @@ class ValueDecoder {
 
 /// Bytes to frames of a fixed number of values.
 ///
-/// Limit of the protocol: without a counter among the values, bytes lost in such a way that the order L, M, H stays intact
-/// (from the middle of one value to the same place of another) are not seen.
+/// Limit of the protocol: without a counter among the values, bytes lost in such a way that the order L, M, H
+/// stays intact (from the middle of one value to the same place of another) are not seen.
 class FrameDecoder {
  public:
   /// `values_per_frame` 1 .. kMaxValues; throws Error otherwise.

@@ -24,15 +24,18 @@ struct SensorOptions {
 /// One measurement.
 struct Sample {
   Reading reading;
-  /// Number of the measurement since the start. With the counter lost frames are counted too; without it they are unknown.
+  /// Number of the measurement since the start. With the counter lost frames are counted too; without it they
+  /// are unknown.
   std::uint64_t index = 0;
 };
 
-/// Laser on a serial line. The constructor opens the line, stops the output, sets the rate, starts the output and demands
-/// eight frames in unbroken sequence; it throws Error naming the device, the command and the answer. Linux only.
+/// Laser on a serial line. The constructor opens the line, stops the output, sets the rate, starts the output
+/// and demands eight frames in unbroken sequence; it throws Error naming the device, the command and the
+/// answer. Linux only.
 ///
-/// Latency by the manual of the predecessor is three measuring cycles (0.75 ms at 4 kHz; not confirmed for the 1420). The
-/// arrival of bytes jitters: the time of a sample is index / measuring_rate, not the time of `read`.
+/// Latency by the manual of the predecessor is three measuring cycles (0.75 ms at 4 kHz; not confirmed for
+/// the 1420). The arrival of bytes jitters: the time of a sample is index / measuring_rate, not the time of
+/// `read`.
 class Sensor {
  public:
   explicit Sensor(const SensorOptions& options);
@@ -46,7 +49,9 @@ class Sensor {
   bool connected() const noexcept { return connected_; }
   const LineStatistics& statistics() const noexcept { return decoder_.statistics(); }
   std::uint64_t lost_frames() const noexcept { return lost_; }  ///< 0 without the counter
-  const std::vector<std::string>& warnings() const noexcept { return warnings_; }  ///< `W...` answers of the start-up
+  const std::vector<std::string>& warnings() const noexcept {
+    return warnings_;
+  }  ///< `W...` answers of the start-up
 
  private:
   void command(const std::string& text);

@@ -9,8 +9,8 @@
 
 namespace whirl::optoncdt {
 
-/// A laser on a pseudo-terminal, for tests and for trying the program without hardware: answers the commands of the
-/// start-up with prompts, streams frames at the measuring rate in real time, and can spoil the line.
+/// A laser on a pseudo-terminal, for tests and for trying the program without hardware: answers the commands
+/// of the start-up with prompts, streams frames at the measuring rate in real time, and can spoil the line.
 class Simulator {
  public:
   struct Options {
@@ -19,7 +19,8 @@ class Simulator {
     unsigned lose_byte_every = 0;  ///< leaves out every n-th byte of the frames; 0: none
     std::string refuse;            ///< a command starting so is answered with an error
     bool mute = false;             ///< never answers
-    bool streaming = true;         ///< already sends frames before the first command, as a sensor that was left running
+    bool streaming =
+        true;  ///< already sends frames before the first command, as a sensor that was left running
   };
   explicit Simulator(Options options);
   ~Simulator();
