@@ -18,8 +18,13 @@ struct ModeOptions {
 ///
 /// pLSCF start, automatic selection, Gauss-Newton by variable projection over the poles alone, then search of the residual
 /// for modes that were missed. Frequencies and damping are those of the structure: the decay of an exponential window is
-/// removed, and both values are reported in the summary. Their standard deviations assume independent line noise.
-/// A mode whose sharpness the lines cannot resolve, or that the data do not support, is dropped or warned about.
+/// removed (`damping_through_window` gives what was seen). Standard deviations come from the scatter about the model; where
+/// that scatter is structured over several lines they are widened accordingly. A mode that the data do not support is
+/// dropped; one narrower than a line, or whose ringing does not fit the record, is warned about. Modes up to 30 % outside
+/// the band may be present: they stand for what the residuals cannot, and their damping means little.
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options = {});
+
+/// Damping ratio of the mode as it appears behind an exponential window of this decay, 1/s.
+double damping_through_window(const Mode& mode, double window_decay);
 
 }  // namespace whirl

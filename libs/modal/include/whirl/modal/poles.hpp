@@ -18,11 +18,12 @@ enum class LineWeighting {
 struct PoleOptions {
   double band_low = 0;    ///< Hz; 0 = first line above 0 Hz
   double band_high = 0;   ///< Hz; 0 = last line
-  int min_order = 0;      ///< polynomial order per reference; 0 = half of max_order
-  int max_order = 0;      ///< 0 = chosen from the number of lines, at most 120
-  int order_step = 0;     ///< 0 = about 12 orders in all
+  int min_order = 0;      ///< poles per reference and band of the first order; 0 = a third of max_order
+  int max_order = 0;      ///< 0 = 32, less for short bands
+  int order_step = 0;     ///< 0 = about 10 orders in all
+  int bands = 0;          ///< equal bands solved apart (with overlapping lines); 0 = one per 2000 lines
   LineWeighting weighting = LineWeighting::automatic;
-  double max_damping = 0.15;          ///< larger damping is not taken for a pole
+  double max_damping = 0.10;          ///< larger damping is not taken for a pole
   double frequency_tolerance = 0.0025;  ///< relative change between orders of a stable pole; 0.25 % by default
   double damping_tolerance = 0.10;      ///< the same for damping
   double min_mac = 0.95;                ///< of the participation vectors; used with two or more references

@@ -14,6 +14,7 @@ struct ResidueOptions {
   bool lower_residual = true;  ///< L / s^2: modes below the band, rigid-body motion
   bool upper_residual = true;  ///< U: modes above the band
   bool upper_slope = true;     ///< U2 s^2: their next term, felt near the upper edge
+  bool complex_residuals = true;  ///< L, U, U2 complex: damped modes far outside, phase errors of the channels
 };
 
 /// Residues of given poles.
@@ -26,10 +27,12 @@ struct ResidueFit {
   double reconstruction_error = 0;  ///< the same over all channels
 };
 
-/// Least-squares frequency-domain fit of paper eq. 20 for fixed poles (which is then linear). `poles` in rad/s, Im > 0,
-/// as seen in the FRF (with the decay of an exponential window). With d = 0, 1, 2 for receptance, mobility, accelerance,
+/// Least-squares frequency-domain fit of paper eq. 20 for fixed poles (which is then linear). `poles` of the structure in
+/// rad/s, Im > 0. With d = 0, 1, 2 for receptance, mobility, accelerance, and L, U, U2 real,
 ///
-///   h(s) = s^d [ sum_k ( a_k/(s - p_k) + a_k* /(s - p_k*) ) + L/s^2 + U + U2 s^2 ],  s = j w,  L, U, U2 real.
+///   h(s) = s^d [ sum_k ( a_k/(s - p_k) + a_k* /(s - p_k*) ) + L/s^2 + U + U2 s^2 ],  s = sigma_w + j w.
+///
+/// An exponential window of decay sigma_w shows the response on that line of the s plane: nothing needs correcting after.
 ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<std::complex<double>>& poles,
                         const ResidueOptions& options = {});
 

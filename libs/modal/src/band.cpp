@@ -1,0 +1,182 @@
+#include "band.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+namespace {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Noise of each line as the fourth difference shows it: a resonance over many lines cancels, independent noise does not.
+// The binomial weights 1 4 6 4 1 have squares that sum to 70.
+Eigen::VectorXd line_scatter(const Eigen::VectorXcd& h) {
+  Eigen::VectorXd scatter = Eigen::VectorXd::Zero(h.size());
+  for (Eigen::Index i = 2; i + 2 < h.size(); ++i) {
+    scatter[i] = std::abs(h[i - 2] - 4.0 * h[i - 1] + 6.0 * h[i] - 4.0 * h[i + 1] + h[i + 2]) / std::sqrt(70.0);
+  }
+  return scatter;
+}
+
+// Exponent e of noise ~ |H|^e, from the lines where |H| is small and middling: about 0 for equal noise, 1 for proportional.
+// (The highest third holds the peaks, whose curvature a few lines wide would pass for noise.)
+double noise_exponent(const Eigen::MatrixXcd& h) {
+  double sum = 0;
+  double weight = 0;
+  for (Eigen::Index c = 0; c < h.cols(); ++c) {
+    const Eigen::VectorXd scatter = line_scatter(h.col(c));
+    std::vector<std::pair<double, double>> lines;
+    for (Eigen::Index i = 2; i + 2 < h.rows(); ++i) {
+      const double size = std::abs(h(i, c));
+      if (size > 0 && scatter[i] > 0) lines.emplace_back(std::log(size), std::log(scatter[i]));
+    }
+    if (lines.size() < 12) continue;
+    std::sort(lines.begin(), lines.end());
+    const std::size_t third = lines.size() / 3;
+    std::vector<double> size[2], noise[2];
+    for (std::size_t i = 0; i < third; ++i) {
+      size[0].push_back(lines[i].first);
+      noise[0].push_back(lines[i].second);
+      size[1].push_back(lines[third + i].first);
+      noise[1].push_back(lines[third + i].second);
+    }
+    const double range = median(size[1]) - median(size[0]);
+    sum += range * (median(noise[1]) - median(noise[0]));
+    weight += range * range;
+  }
+  return weight > 0 ? sum / weight : 0;
+}
+
+}  // namespace
+
+Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting) {
+  const Eigen::Index all = frf.frequency.size();
+  if (all < 3 || frf.channels.empty()) throw Error("frequency response without lines or channels");
+  const double step = (frf.frequency[all - 1] - frf.frequency[0]) / static_cast<double>(all - 1);
+  for (Eigen::Index i = 0; i < all; ++i) {
+    if (!(std::abs(frf.frequency[i] - frf.frequency[0] - step * static_cast<double>(i)) < 1e-3 * step)) {
+      throw Error(fmt::format("frequency axis is not uniform at line {} ({:g} Hz)", i, frf.frequency[i]));
+    }
+  }
+  if (low < 0 || high < 0 || (high > 0 && high <= low)) {
+    throw Error(fmt::format("band {:g} to {:g} Hz: must be positive and ascending", low, high));
+  }
+  Eigen::Index first = 0;
+  while (first < all && (frf.frequency[first] < 0.5 * step || frf.frequency[first] < low - 1e-6 * step)) ++first;
+  Eigen::Index last = all - 1;
+  while (high > 0 && last > first && frf.frequency[last] > high + 1e-6 * step) --last;
+  const Eigen::Index n = last - first + 1;
+  if (n < 20) throw Error(fmt::format("band {:g} to {:g} Hz holds {} lines: must hold at least 20", low, high, n));
+
+  Band band;
+  band.power = static_cast<int>(frf.kind);
+  band.decay = frf.window_decay;
+  band.omega = 2 * std::numbers::pi * frf.frequency.segment(first, n);
+  band.low = frf.frequency[first];
+  band.high = frf.frequency[last];
+  const auto channels = static_cast<Eigen::Index>(frf.channels.size());
+  band.h.resize(n, channels);
+  bool has_variance = true;
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const FrfChannel& channel = frf.channels[static_cast<std::size_t>(c)];
+    if (channel.value.size() != all) {
+      throw Error(fmt::format("channel {}/{} has {} lines: must have the {} of the frequency axis", channel.response,
+                              channel.reference, channel.value.size(), all));
+    }
+    band.h.col(c) = channel.value.segment(first, n);
+    if (!band.h.col(c).allFinite()) {
+      throw Error(fmt::format("channel {}/{}: every line in the band must be finite", channel.response, channel.reference));
+    }
+    if (band.h.col(c).norm() == 0) {
+      throw Error(fmt::format("channel {}/{} is zero in the band", channel.response, channel.reference));
+    }
+    has_variance = has_variance && channel.variance.size() == all && channel.variance.segment(first, n).maxCoeff() > 0;
+  }
+  if (weighting == LineWeighting::variance && !has_variance) {
+    throw Error("weighting by variance: every channel must state its variance (two or more blows)");
+  }
+  if (weighting == LineWeighting::automatic) {
+    band.guessed_weight = !has_variance;
+    weighting = has_variance                    ? LineWeighting::variance
+                : noise_exponent(band.h) > 0.5 ? LineWeighting::proportional
+                                               : LineWeighting::flat;
+  }
+  band.common_weight = weighting == LineWeighting::flat;
+  band.weight.resize(n, channels);
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const Eigen::VectorXd size = band.h.col(c).cwiseAbs();
+    switch (weighting) {
+      case LineWeighting::variance: {
+        const Eigen::VectorXd variance = frf.channels[static_cast<std::size_t>(c)].variance.segment(first, n);
+        // A line whose few blows happened to agree must not own the fit.
+        const double floor = 0.1 * median({variance.data(), variance.data() + n});
+        band.weight.col(c) = variance.cwiseMax(std::max(floor, 1e-12 * size.squaredNorm() / static_cast<double>(n)))
+                                 .cwiseSqrt().cwiseInverse();
+        break;
+      }
+      case LineWeighting::proportional:
+        band.weight.col(c) = size.cwiseMax(0.02 * size.maxCoeff()).cwiseInverse();
+        break;
+      default:
+        band.weight.col(c).setConstant(std::sqrt(static_cast<double>(n)) / size.norm());
+    }
+  }
+  return band;
+}
+
+Band with_common_weight(const Band& band) {
+  Band common = band;
+  const Eigen::VectorXd scale = band.weight.colwise().mean().cwiseInverse();
+  const Eigen::MatrixXd relative = band.weight * scale.asDiagonal();
+  const Eigen::VectorXd noise = relative.cwiseInverse().cwiseAbs2().rowwise().mean().cwiseSqrt();
+  common.weight = noise.cwiseInverse() * scale.cwiseInverse().transpose();
+  common.common_weight = true;
+  return common;
+}
+
+Grid arrange_grid(const FrequencyResponse& frf) {
+  Grid grid;
+  const auto index = [](std::vector<std::string>& names, const std::string& name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) return static_cast<Eigen::Index>(found - names.begin());
+    names.push_back(name);
+    return static_cast<Eigen::Index>(names.size()) - 1;
+  };
+  const auto count = static_cast<Eigen::Index>(frf.channels.size());
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> cells;
+  for (const auto& channel : frf.channels) {
+    const Eigen::Index row = index(grid.outputs, channel.response);
+    cells.emplace_back(row, index(grid.references, channel.reference));
+  }
+  const auto rows = static_cast<Eigen::Index>(grid.outputs.size());
+  const auto columns = static_cast<Eigen::Index>(grid.references.size());
+  grid.channel = Eigen::MatrixXi::Constant(rows, columns, -1);
+  for (Eigen::Index c = 0; c < count; ++c) {
+    grid.channel(cells[static_cast<std::size_t>(c)].first, cells[static_cast<std::size_t>(c)].second) = static_cast<int>(c);
+  }
+  if (rows * columns == count && grid.channel.minCoeff() >= 0) {
+    // The matrix fraction may stand on either side: its size is that of the smaller set.
+    if (columns > rows) {
+      grid.channel = grid.channel.transpose().eval();
+      std::swap(grid.outputs, grid.references);
+    }
+    return grid;
+  }
+  grid.outputs.clear();
+  for (const auto& channel : frf.channels) grid.outputs.push_back(channel.response + "/" + channel.reference);
+  grid.references = {"all"};
+  grid.channel = Eigen::VectorXi::LinSpaced(count, 0, static_cast<int>(count) - 1);
+  return grid;
+}
+
+}  // namespace whirl

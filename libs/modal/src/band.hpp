@@ -1,0 +1,41 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "whirl/modal/poles.hpp"
+
+namespace whirl {
+
+/// The lines of a fit with their weights. Weights make the noise of every line and channel about equal.
+struct Band {
+  Eigen::VectorXd omega;   ///< rad/s, uniform, > 0
+  Eigen::MatrixXcd h;      ///< lines x channels
+  Eigen::MatrixXd weight;  ///< lines x channels
+  bool common_weight = false;  ///< all columns of `weight` are multiples of the first: one Gram matrix serves all
+  bool guessed_weight = false;  ///< flat or proportional was chosen by the scatter between lines
+  double decay = 0;        ///< of the exponential window, 1/s: the lines lie at s = decay + j omega
+  int power = 0;               ///< d: 0 receptance, 1 mobility, 2 accelerance
+  double low = 0, high = 0;    ///< Hz, first and last line
+
+  Eigen::Index lines() const { return h.rows(); }
+  Eigen::Index channels() const { return h.cols(); }
+  double line_width() const { return (high - low) / static_cast<double>(lines() - 1); }
+};
+
+/// Lines of the band (0 Hz excluded), checked; `low`, `high` in Hz as in PoleOptions.
+Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting);
+
+/// The same lines with one weight for all channels: rms over the channels of the noise they imply.
+Band with_common_weight(const Band& band);
+
+/// FRFs as a grid of outputs (rows of H) and references (columns).
+struct Grid {
+  std::vector<std::string> outputs, references;
+  Eigen::MatrixXi channel;  ///< outputs x references -> channel
+};
+/// References are taken jointly when every response was measured to each of them; else each channel is an output of its own.
+Grid arrange_grid(const FrequencyResponse& frf);
+
+}  // namespace whirl
