@@ -84,11 +84,12 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
   // exact.
   double rounding =
       stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
-  if (rounding > 0.25 * mean_step) rounding = 0;
+  // With the rate stated, the grid is known and a missing sample is off by a whole step.
+  if (rounding > (options.rate ? 0.9 : 0.25) * mean_step) rounding = 0;
   double dt = simplest_step(mean_step, exact / steps);
   if (dt == mean_step) dt = simplest_step(mean_step, (rounding + exact) / steps);
   if (options.rate) {
-    if (!(std::abs(*options.rate * dt - 1) < 1e-3)) {
+    if (!(std::abs(*options.rate * dt - 1) < 1e-3 + rounding / (steps * mean_step))) {
       throw Error::in_file(
           stream.source(), 0,
           fmt::format("the rate given is {} Hz, but the time column has {:.9g} Hz", *options.rate, 1 / dt));
@@ -103,11 +104,12 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
     if (worst == 0 || std::abs(t[i] - t[i - 1] - dt) > std::abs(t[worst] - t[worst - 1] - dt)) worst = i;
   }
   if (!good) {
-    throw Error::in_file(stream.source(), stream.line_of(worst),
-                         fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every "
-                                     "time stamp must be within {} % of "
-                                     "a step of a uniform grid",
-                                     t[worst] - t[worst - 1], dt, 100 * options.time_tolerance));
+    throw Error::in_file(
+        stream.source(), stream.line_of(worst),
+        fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp "
+                    "must be within {} % of a step of a uniform grid{}",
+                    t[worst] - t[worst - 1], dt, 100 * options.time_tolerance,
+                    options.rate ? "" : " (times rounded? state the rate)"));
   }
   record.t0 = t[0];
   record.dt = dt;

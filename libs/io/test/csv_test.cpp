@@ -128,6 +128,18 @@ TEST(Csv, FindsTheRateBehindRoundedTimes) {
   EXPECT_EQ(parse_csv(text, "a.csv").t0, 7e-3);
 }
 
+TEST(Csv, AStatedRateAllowsCoarselyRoundedTimesButNoMissingSample) {
+  std::string text = "t_ms,x_mm\n", holed = text;
+  for (int i = 0; i < 100; ++i) {
+    const std::string line = fmt::format("{:.0f},1\n", i * 1000 / 300.0);
+    text += line;
+    if (i != 50) holed += line;
+  }
+  EXPECT_THAT(error_of_csv(text), HasSubstr("times rounded? state the rate"));
+  EXPECT_EQ(parse_csv(text, "a.csv", {.rate = 300}).dt, 1 / 300.0);
+  EXPECT_THAT(error_of_csv(holed, {.rate = 300}), HasSubstr("a.csv"));
+}
+
 TEST(Csv, WriteAndReadGiveTheSameDoubles) {
   const std::filesystem::path dir(::testing::TempDir());
   Recording r;
