@@ -125,7 +125,7 @@ struct BatchRig<Lanes>::State {
   void capture(int sub) noexcept {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
-    const LateralInput<double> runout = t.runout[static_cast<std::size_t>(captured)];
+    const LateralInput<double> runout = t.angle->runout[static_cast<std::size_t>(captured)];
     const double nx = laser.noise > 0 ? laser.noise * normal() : 0, ny = laser.noise > 0 ? laser.noise * normal() : 0;
     Pair& out = readings[slot(captured)];
     for (int lane = 0; lane < Lanes; lane += kWidth) {
@@ -137,13 +137,13 @@ struct BatchRig<Lanes>::State {
       store(&out.y.v[0] + lane, t.sensor_lsb > 0 ? quantised(sy, t.sensor_lsb) : sy);
     }
     const std::size_t first = slot(captured++);
-    while (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) {
+    while (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
       readings[slot(captured++)] = readings[first];
     }
   }
 
   void measure() noexcept {
-    const AngleState& a = tables->measured_angle[static_cast<std::size_t>(ticks_done)];
+    const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(ticks_done)];
     const Pair& r = readings[slot(ticks_done)];
     reading = {static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
   }
@@ -179,7 +179,7 @@ struct BatchRig<Lanes>::State {
   // One Runge-Kutta step of all lanes; f points at the forcing of its start.
   void step(const LateralInput<double>* f) noexcept {
     const RigTables& t = *tables;
-    const double r = t.lag_half_step, g = t.gain;
+    const double r = t.lag_half_step, g = t.gain, er = t.eps_re, ei = t.eps_im;
     const LateralCoefficients<double>& c = t.coefficients;
     const Vector zero{};
     const LateralCoefficients<Vector> a{zero + c.kx, zero + c.ky, zero + c.kxy, zero + c.k2,
@@ -188,7 +188,8 @@ struct BatchRig<Lanes>::State {
       Vector dx = load(&distance_x.v[0] + lane), dy = load(&distance_y.v[0] + lane);
       const Vector tx = g * load(&target_x.v[0] + lane), ty = g * load(&target_y.v[0] + lane);
       const auto input = [&](const LateralInput<double>& unbalance) {
-        return LateralInput<Vector>{unbalance.x + tx + g * dx, unbalance.y + ty + g * dy};
+        return LateralInput<Vector>{er * unbalance.x - ei * unbalance.y + tx + g * dx,
+                                    er * unbalance.y + ei * unbalance.x + ty + g * dy};
       };
       const LateralInput<Vector> in0 = input(f[0]);
       dx *= r, dy *= r;
@@ -196,7 +197,7 @@ struct BatchRig<Lanes>::State {
       dx *= r, dy *= r;
       const LateralInput<Vector> in1 = input(f[2]);
       const LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane), load(&vy.v[0] + lane)};
-      const LateralState<Vector> next = lateral_step(a, s, in0, in_mid, in1, t.step);
+      const LateralState<Vector> next = lateral_step(a, s, in0, in_mid, in1, t.angle->step);
       store(&x.v[0] + lane, next.x);
       store(&y.v[0] + lane, next.y);
       store(&vx.v[0] + lane, next.vx);
@@ -208,14 +209,14 @@ struct BatchRig<Lanes>::State {
 
   void advance() noexcept {
     const RigTables& t = *tables;
-    if (ticks_done >= t.ticks) return;
+    if (ticks_done >= t.angle->ticks) return;
     update_target();
     const int n = t.parameters.timing.substeps;
-    const LateralInput<double>* f = &t.forcing[static_cast<std::size_t>(2 * steps)];
+    const LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
     for (int i = 1; i <= n; ++i, f += 2) {
       step(f);
       ++steps;
-      if (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) capture(i);
+      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) capture(i);
     }
     for (int lane = 0; lane < Lanes; lane += kWidth) propagate_modes(lane);
     ++ticks_done;
@@ -247,7 +248,7 @@ void BatchRig<Lanes>::advance() noexcept {
 }
 template <int Lanes>
 bool BatchRig<Lanes>::done() const noexcept {
-  return state_->ticks_done >= state_->tables->ticks;
+  return state_->ticks_done >= state_->tables->angle->ticks;
 }
 template <int Lanes>
 long BatchRig<Lanes>::tick() const noexcept {

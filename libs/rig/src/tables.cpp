@@ -65,11 +65,11 @@ class EncoderTracker {
 std::vector<AngleState> measured_angles(const RigParameters& p, const std::vector<AngleState>& truth) {
   std::vector<AngleState> out(truth.size());
   const double dt = 1 / p.timing.rate;
-  const SpeedProfile commanded = p.profile.without_ripple();
+  const AngleFunction commanded(p.profile.without_ripple());
   EncoderTracker tracker(p.encoder, dt, truth.front());
   for (std::size_t k = 0; k < out.size(); ++k) {
     if (p.encoder.profile_angle) {
-      out[k] = commanded.at(dt * static_cast<double>(k));
+      out[k] = commanded(dt * static_cast<double>(k));
     } else {
       out[k] = p.encoder.counts > 0 ? tracker.read(truth[k].beta) : truth[k];
     }
@@ -79,25 +79,16 @@ std::vector<AngleState> measured_angles(const RigParameters& p, const std::vecto
 
 }  // namespace
 
-RigTables::RigTables(const RigParameters& given) : parameters(given) {
-  const RigParameters& p = parameters;
-  p.check();
-  const RotorModel model = p.true_model();
+AngleTables::AngleTables(const RigParameters& p) {
   const int n = p.timing.substeps;
+  const AngleFunction profile(p.profile);
   ticks = std::lround(p.profile.duration() * p.timing.rate);
   step = 1 / (p.timing.rate * n);
-  coefficients = lateral_coefficients(model);
-  gain = model.gain;
-  lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTurn * p.actuator.bandwidth) : 0;
-
-  const AngleState first = p.profile.at(0);
-  const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
-  start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
 
   forcing.resize(static_cast<std::size_t>(2 * n * ticks + 1));
   for (std::size_t i = 0; i < forcing.size(); ++i) {
-    const AngleState a = p.profile.at(0.5 * step * static_cast<double>(i));
-    const std::complex<double> f = model.eps * unbalance_forcing(a.beta, a.omega, a.alpha);
+    const AngleState a = profile(0.5 * step * static_cast<double>(i));
+    const std::complex<double> f = unbalance_forcing(a.beta, a.omega, a.alpha);
     forcing[i] = {f.real(), f.imag()};
   }
 
@@ -105,16 +96,35 @@ RigTables::RigTables(const RigParameters& given) : parameters(given) {
   const long per_sample = p.laser.rate > 0 ? std::lround(1 / (p.laser.rate * step)) : 1;
   const long latency = static_cast<long>(std::ceil(p.laser.latency / step - 1e-9));
   for (long k = 0; k <= ticks; ++k) {
-    const double t = static_cast<double>(k) / p.timing.rate;
     const long newest = std::max(0L, k * n - latency) / per_sample * per_sample;
     sensor_step.push_back(newest);
-    const double beta = p.profile.at(static_cast<double>(newest) * step).beta;
+    const double beta = profile(static_cast<double>(newest) * step).beta;
     runout.push_back({surface_error(p.laser, beta), surface_error(p.laser, beta - kTurn / 4)});
-    true_angle.push_back(p.profile.at(t));
+    true_angle.push_back(profile(static_cast<double>(k) / p.timing.rate));
   }
   measured_angle = measured_angles(p, true_angle);
+}
 
-  for (int i = 1; i <= n; ++i) {
+RigTables::RigTables(const RigParameters& given, const RigTables* like) : parameters(given) {
+  const RigParameters& p = parameters;
+  p.check();
+  const bool same = like != nullptr && like->parameters.profile == p.profile && like->parameters.laser == p.laser &&
+                    like->parameters.encoder == p.encoder && like->parameters.timing == p.timing;
+  angle = same ? like->angle : std::make_shared<const AngleTables>(p);
+
+  const RotorModel model = p.true_model();
+  const double step = angle->step;
+  coefficients = lateral_coefficients(model);
+  eps_re = model.eps.real();
+  eps_im = model.eps.imag();
+  gain = model.gain;
+  lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTurn * p.actuator.bandwidth) : 0;
+
+  const AngleState first = p.profile.at(0);
+  const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
+  start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
+
+  for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();
     for (const RigMode& mode : p.modes) maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
   }
@@ -122,8 +132,9 @@ RigTables::RigTables(const RigParameters& given) : parameters(given) {
   volt_lsb = p.actuator.bits > 0 ? 2 * p.actuator.voltage_limit / std::ldexp(1.0, p.actuator.bits) : 0;
 }
 
-std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters) {
-  return std::make_shared<const RigTables>(parameters);
+std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters,
+                                                 const std::shared_ptr<const RigTables>& like) {
+  return std::make_shared<const RigTables>(parameters, like.get());
 }
 
 }  // namespace whirl

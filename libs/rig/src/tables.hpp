@@ -14,23 +14,31 @@ struct ModeMap {
   double dq_q, dq_dq, dq_f, dq_c;  ///< q' at the end
 };
 
-/// All of a rig that does not depend on the command or the noise.
-class RigTables {
- public:
-  explicit RigTables(const RigParameters& parameters);
+/// The part that depends on profile, laser, encoder and timing only.
+struct AngleTables {
+  explicit AngleTables(const RigParameters& parameters);
 
-  RigParameters parameters;
-  long ticks = 0;              ///< control ticks of the profile
-  double step = 0;             ///< Runge-Kutta step, s
-  LateralCoefficients<double> coefficients{};
-  double gain = 0;             ///< 1/m, 1/kg
-  double lag_half_step = 0;    ///< exp(-step / (2 tau)); 0 without lag
-  LateralState<double> start{};
-  std::vector<LateralInput<double>> forcing;  ///< eps F at every half step, m/s^2
+  long ticks = 0;    ///< control ticks of the profile
+  double step = 0;   ///< Runge-Kutta step, s
+  std::vector<LateralInput<double>> forcing;  ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
   std::vector<long> sensor_step;              ///< per tick: step whose end is the sensor instant read there
   std::vector<LateralInput<double>> runout;   ///< per tick: surface error at that instant, m
   std::vector<AngleState> measured_angle;     ///< per tick
   std::vector<AngleState> true_angle;         ///< per tick
+};
+
+/// All of a rig that does not depend on the command or the noise.
+class RigTables {
+ public:
+  RigTables(const RigParameters& parameters, const RigTables* like);
+
+  RigParameters parameters;
+  std::shared_ptr<const AngleTables> angle;
+  LateralCoefficients<double> coefficients{};
+  double eps_re = 0, eps_im = 0;  ///< eccentricity, m
+  double gain = 0;             ///< 1/m, 1/kg
+  double lag_half_step = 0;    ///< exp(-step / (2 tau)); 0 without lag
+  LateralState<double> start{};
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]
 
   double sensor_lsb = 0, volt_lsb = 0;  ///< 0 without converter

@@ -87,12 +87,12 @@ struct VirtualRig::State {
       y += t.parameters.modes[i].sensor_sign * at[i].y;
     }
     Reading reading;
-    const LateralInput<double> runout = t.runout[static_cast<std::size_t>(captured)];
+    const LateralInput<double> runout = t.angle->runout[static_cast<std::size_t>(captured)];
     const double noise = t.parameters.laser.noise;
     const double nx = noise > 0 ? noise * normal() : 0, ny = noise > 0 ? noise * normal() : 0;
     const bool x_valid = convert(x + runout.x + nx, reading.x), y_valid = convert(y + runout.y + ny, reading.y);
     reading.valid = x_valid && y_valid;
-    while (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) {
+    while (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
       readings[slot(captured++)] = reading;
     }
   }
@@ -100,7 +100,7 @@ struct VirtualRig::State {
   void measure() noexcept {
     const RigParameters& p = tables->parameters;
     const Reading& r = readings[slot(tick)];
-    const AngleState& a = tables->measured_angle[static_cast<std::size_t>(tick)];
+    const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(tick)];
     const Measurement last = measurement;
     measurement = {static_cast<double>(tick) / p.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha, r.valid};
     if (run.faults.empty()) return;
@@ -150,16 +150,17 @@ struct VirtualRig::State {
 
   void advance() noexcept {
     const RigTables& t = *tables;
-    if (tick >= t.ticks) return;
+    if (tick >= t.angle->ticks) return;
     update_target();
     const int n = t.parameters.timing.substeps;
     const LateralInput<double> force0 = force;
     // Actuator lag: distance to the target shrinks by a fixed factor per half step.
     double dx = force.x - target.x, dy = force.y - target.y;
-    const double r = t.lag_half_step, g = t.gain;
-    const LateralInput<double>* f = &t.forcing[static_cast<std::size_t>(2 * steps)];
+    const double r = t.lag_half_step, g = t.gain, er = t.eps_re, ei = t.eps_im;
+    const LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
     const auto input = [&](const LateralInput<double>& unbalance) {
-      return LateralInput<double>{unbalance.x + g * (target.x + dx), unbalance.y + g * (target.y + dy)};
+      return LateralInput<double>{er * unbalance.x - ei * unbalance.y + g * (target.x + dx),
+                                  er * unbalance.y + ei * unbalance.x + g * (target.y + dy)};
     };
     if (r == 0) dx = dy = 0;
     LateralInput<double> in0 = input(f[0]);
@@ -168,10 +169,10 @@ struct VirtualRig::State {
       const LateralInput<double> in_mid = input(f[1]);
       dx *= r, dy *= r;
       const LateralInput<double> in1 = input(f[2]);
-      rotor = lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.step);
+      rotor = lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
       in0 = in1;
       ++steps;
-      if (captured <= t.ticks && t.sensor_step[static_cast<std::size_t>(captured)] == steps) {
+      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
         propagate_modes(force0, i, modes, scratch);
         capture(scratch);
       }
@@ -195,10 +196,10 @@ VirtualRig::~VirtualRig() = default;
 Measurement VirtualRig::read() const noexcept { return state_->measurement; }
 void VirtualRig::write(const Command& c) noexcept { state_->commands[State::slot(state_->tick)] = {c.ux, c.uy}; }
 void VirtualRig::advance() noexcept { state_->advance(); }
-bool VirtualRig::done() const noexcept { return state_->tick >= state_->tables->ticks; }
+bool VirtualRig::done() const noexcept { return state_->tick >= state_->tables->angle->ticks; }
 double VirtualRig::time() const noexcept { return state_->measurement.t; }
 long VirtualRig::tick() const noexcept { return state_->tick; }
-long VirtualRig::ticks() const noexcept { return state_->tables->ticks; }
+long VirtualRig::ticks() const noexcept { return state_->tables->angle->ticks; }
 void VirtualRig::restart(std::uint64_t seed) noexcept { state_->restart(seed); }
 
 std::complex<double> RigTruth::z() const noexcept { return {rig_->state_->rotor.x, rig_->state_->rotor.y}; }
@@ -206,7 +207,7 @@ std::complex<double> RigTruth::dz() const noexcept { return {rig_->state_->rotor
 std::complex<double> RigTruth::force() const noexcept { return {rig_->state_->force.x, rig_->state_->force.y}; }
 std::complex<double> RigTruth::commanded() const noexcept { return {rig_->state_->applied.x, rig_->state_->applied.y}; }
 AngleState RigTruth::angle() const noexcept {
-  return rig_->state_->tables->true_angle[static_cast<std::size_t>(rig_->state_->tick)];
+  return rig_->state_->tables->angle->true_angle[static_cast<std::size_t>(rig_->state_->tick)];
 }
 bool RigTruth::finite() const noexcept {
   return std::isfinite(rig_->state_->rotor.x) && std::isfinite(rig_->state_->rotor.y);

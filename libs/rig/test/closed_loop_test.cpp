@@ -174,6 +174,22 @@ TEST(VirtualRigProperty, RestartRepeatsTheRun) {
   EXPECT_NE(rig.read().x, first[0]);
 }
 
+TEST(VirtualRigProperty, SharedAngleTablesGiveTheSameRun) {
+  const auto first = make_rig_tables(RigParameters{});
+  RigParameters other;
+  other.rotor.stiffness *= 0.7;
+  other.rotor.added_mass = 2e-3;
+  VirtualRig shared(make_rig_tables(other, first), {}), own(other);
+  other.profile.ripple = 0;  // another angle: must not be shared
+  VirtualRig smooth(make_rig_tables(other, first), {}), smooth_own(other);
+  for (int k = 0; k < 3000; ++k) {
+    ASSERT_EQ(shared.read().x, own.read().x);
+    ASSERT_EQ(smooth.read().x, smooth_own.read().x);
+    for (VirtualRig* rig : {&shared, &own, &smooth, &smooth_own}) rig->advance();
+  }
+  EXPECT_NE(smooth.read().beta, own.read().beta);
+}
+
 TEST(VirtualRig, EndsWithItsProfile) {
   RigParameters p = quiet_rig();
   p.profile.ramp_time = 0.25;

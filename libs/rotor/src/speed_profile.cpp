@@ -12,15 +12,6 @@ namespace whirl {
 
 namespace {
 
-// Angle turned from t = 0 to t by omega(t) = (w + a t)(1 + r sin(n t + p)), t <= piece length.
-double turned(double w, double a, double t, double r, double n, double p) {
-  const double smooth = w * t + 0.5 * a * t * t;
-  if (r == 0) return smooth;
-  const double ripple = (w * std::cos(p) - (w + a * t) * std::cos(n * t + p)) / n +
-                        a * (std::sin(n * t + p) - std::sin(p)) / (n * n);
-  return smooth + r * ripple;
-}
-
 AngleSignal empty_signal(double dt, Eigen::Index samples) {
   if (!(dt > 0)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "above 0");
   if (samples < 1) throw Error::in_field("samples", fmt::format("{}", samples), "at least 1");
@@ -35,29 +26,38 @@ AngleSignal empty_signal(double dt, Eigen::Index samples) {
 
 }  // namespace
 
-AngleState SpeedProfile::at(double t) const {
-  const double slope = (omega_end - omega_start) / ramp_time;
-  const double ramp_start = dwell_start, ramp_end = dwell_start + ramp_time;
-  double beta = beta_start;
-  double piece_start = 0, w = omega_start, a = 0;
-  const auto phase = [&](double time) { return ripple_omega * time + ripple_phase; };
-  if (t >= ramp_start) {
-    beta += turned(omega_start, 0, dwell_start, ripple, ripple_omega, phase(0));
-    piece_start = ramp_start;
-    a = slope;
+// Integral of (w + a s) r sin(n t + p) over t: r [-(w + a s) cos(n t + p) / n + a sin(n t + p) / n^2], s = t - start.
+AngleFunction::AngleFunction(const SpeedProfile& p)
+    : ripple_(p.ripple), ripple_omega_(p.ripple != 0 ? p.ripple_omega : 1), ripple_phase_(p.ripple_phase) {
+  const double ramp_end = p.dwell_start + p.ramp_time;
+  pieces_[0] = {0, p.omega_start, 0, 0};
+  pieces_[1] = {p.dwell_start, p.omega_start, (p.omega_end - p.omega_start) / p.ramp_time, 0};
+  pieces_[2] = {ramp_end, p.omega_end, 0, 0};
+  const auto primitive = [&](const Piece& piece, double t) {
+    const double s = t - piece.start, phase = ripple_omega_ * t + ripple_phase_;
+    return s * (piece.speed + 0.5 * piece.slope * s) +
+           ripple_ * (piece.slope * std::sin(phase) / ripple_omega_ - (piece.speed + piece.slope * s) * std::cos(phase)) /
+               ripple_omega_;
+  };
+  double angle = p.beta_start;
+  for (int i = 0; i < 3; ++i) {
+    if (i > 0) angle = pieces_[i - 1].offset + primitive(pieces_[i - 1], pieces_[i].start);
+    pieces_[i].offset = angle - primitive(pieces_[i], pieces_[i].start);
   }
-  if (t >= ramp_end) {
-    beta += turned(omega_start, slope, ramp_time, ripple, ripple_omega, phase(ramp_start));
-    piece_start = ramp_end;
-    w = omega_end;
-    a = 0;
-  }
-  const double s = t - piece_start;
-  const double linear = w + a * s;
-  const double sine = std::sin(phase(t)), cosine = std::cos(phase(t));
-  return {beta + turned(w, a, s, ripple, ripple_omega, phase(piece_start)), linear * (1 + ripple * sine),
-          a * (1 + ripple * sine) + linear * ripple * ripple_omega * cosine};
 }
+
+AngleState AngleFunction::operator()(double t) const {
+  const Piece& piece = t >= pieces_[2].start ? pieces_[2] : (t >= pieces_[1].start ? pieces_[1] : pieces_[0]);
+  const double s = t - piece.start, linear = piece.speed + piece.slope * s;
+  const double smooth = piece.offset + s * (piece.speed + 0.5 * piece.slope * s);
+  if (ripple_ == 0) return {smooth, linear, piece.slope};
+  const double phase = ripple_omega_ * t + ripple_phase_, sine = std::sin(phase), cosine = std::cos(phase);
+  return {smooth + ripple_ * (piece.slope * sine / ripple_omega_ - linear * cosine) / ripple_omega_,
+          linear * (1 + ripple_ * sine),
+          piece.slope * (1 + ripple_ * sine) + linear * ripple_ * ripple_omega_ * cosine};
+}
+
+AngleState SpeedProfile::at(double t) const { return AngleFunction(*this)(t); }
 
 SpeedProfile SpeedProfile::without_ripple() const {
   SpeedProfile p = *this;
@@ -98,8 +98,9 @@ AngleSignal angle_signal(const SpeedProfile& profile, double dt, Eigen::Index sa
   profile.check();
   if (samples == 0 && dt > 0) samples = std::lround(profile.duration() / dt);
   AngleSignal signal = empty_signal(dt, samples);
+  const AngleFunction angle(profile);
   for (Eigen::Index i = 0; i < signal.beta.size(); ++i) {
-    const AngleState a = profile.at(0.5 * dt * static_cast<double>(i));
+    const AngleState a = angle(0.5 * dt * static_cast<double>(i));
     signal.beta[i] = a.beta;
     signal.omega[i] = a.omega;
     signal.alpha[i] = a.alpha;

@@ -50,6 +50,8 @@ struct RigLaser {
   double runout_phase_1x = 0.4;  ///< rad
   double runout_phase_2x = 1.3;
   double runout_phase_3x = 2.1;
+
+  bool operator==(const RigLaser&) const = default;
 };
 
 /// Two actuators with amplifier and digital-analog converter.
@@ -71,11 +73,15 @@ struct RigEncoder {
   int counts = 1024;          ///< per turn; 0 = exact angle, speed and acceleration
   double bandwidth = 5;       ///< of the tracking loop, Hz
   bool profile_angle = false; ///< true: no encoder; angle computed from the commanded profile (without ripple)
+
+  bool operator==(const RigEncoder&) const = default;
 };
 
 struct RigTiming {
   double rate = 1000;  ///< control ticks per second, Hz
   int substeps = 4;    ///< Runge-Kutta steps per tick; must hold every sensor instant
+
+  bool operator==(const RigTiming&) const = default;
 };
 
 /// Everything that defines the virtual rig. SI, plain aggregate; defaults reproduce the paper's open-loop levels, read as

@@ -9,9 +9,12 @@
 
 namespace whirl {
 
-/// The prescribed angle of a rig, tabulated once and shared: many runs of one rig (tuning, Monte Carlo) use one table.
+/// What does not depend on commands and noise, computed once and shared by many runs: above all the prescribed angle.
+/// `like`: tables of another rig; their angle part (nearly all of the cost) is shared when profile, laser, encoder and
+/// timing are the same, as in a Monte Carlo study over rotors.
 class RigTables;
-std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters);
+std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters,
+                                                 const std::shared_ptr<const RigTables>& like = nullptr);
 
 /// The virtual test rig in closed loop: rotor, structure, sensors, converters, actuators, delay, faults.
 ///

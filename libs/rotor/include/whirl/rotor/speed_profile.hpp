@@ -37,8 +37,25 @@ struct SpeedProfile {
   /// Throws Error when a field is outside its range.
   void check() const;
 
+  bool operator==(const SpeedProfile&) const = default;
+
   static SpeedProfile run_down(double omega, double ramp_time, double standstill = 0);
   static SpeedProfile run_up(double omega, double ramp_time, double dwell = 0);
+};
+
+/// SpeedProfile::at for many instants: the constants of the pieces are computed once.
+class AngleFunction {
+ public:
+  explicit AngleFunction(const SpeedProfile& profile);
+  AngleState operator()(double t) const;
+
+ private:
+  /// omega_ramp = speed + slope (t - start) from `start` on; angle = offset + smooth part + ripple integral.
+  struct Piece {
+    double start, speed, slope, offset;
+  };
+  Piece pieces_[3];
+  double ripple_, ripple_omega_, ripple_phase_;
 };
 
 /// Samples 0, dt, 2 dt, ... of the profile with the true midpoints. `samples` = 0: the whole duration,
