@@ -84,7 +84,9 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
 struct Growth {
   OutputErrorOptions active;
   RotorModel start;
-  std::vector<ForcedMode> waiting;  ///< candidate modes not yet in the model
+  double delay = 0;
+  std::vector<ForcedMode> modes;    ///< candidates not yet in the model
+  std::vector<DecayingMode> decays;
 };
 
 Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
@@ -94,12 +96,18 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
     g.active.conj_damping = true;
   } else if (term.starts_with("runout")) {
     g.active.runout_harmonics = term.back() - '0';
+  } else if (term == "delay") {
+    g.active.delay = true;
   } else {
-    const auto k = static_cast<std::ptrdiff_t>(std::stoul(term.substr(5)) - 1);
-    g.start.modes.push_back(g.waiting[static_cast<std::size_t>(k)]);
-    g.waiting.erase(g.waiting.begin() + k);
+    const auto k = static_cast<std::ptrdiff_t>(std::stoul(term.substr(term.find(' ') + 1)) - 1);
+    if (term.starts_with("mode")) {
+      g.start.modes.push_back(g.modes[static_cast<std::size_t>(k)]);
+      g.modes.erase(g.modes.begin() + k);
+    } else {
+      g.active.decays.push_back(g.decays[static_cast<std::size_t>(k)]);
+      g.decays.erase(g.decays.begin() + k);
+    }
     g.active.poles = options.refine_poles;
-    g.active.free_modes = options.free_modes;
   }
   return g;
 }
@@ -160,11 +168,13 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     model.summary.fail(first.summary.warnings.back());
     return result;
   }
-  Growth growth{result.active, first.model, candidate_modes(options, std::sqrt(first.model.k1))};
+  Growth growth{result.active, first.model, 0, candidate_modes(options, std::sqrt(first.model.k1)), {}};
+  for (const ForcedMode& m : growth.modes) growth.decays.push_back({m.omega, m.zeta});
   std::vector<Complex> eps = first.eps;
   ScoreTestOptions score;
   score.half_width = options.half_width;
   score.runout_harmonics = options.runout_harmonics;
+  score.delay = options.delay;
   OutputErrorFit fit = fit_output_error_rotor(records, growth.start, growth.active, eps);
   for (;;) {
     if (fit.summary.status == Status::unusable) {
@@ -174,8 +184,11 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     result.fit = std::move(fit);
     result.active = growth.active;
     growth.start = result.fit.model;
+    growth.active.decays = result.fit.decays;
+    growth.delay = result.fit.delay;
     for (std::size_t r = 0; r < eps.size(); ++r) eps[r] = result.fit.records[r].eps;
-    score.modes = growth.waiting;
+    score.modes = growth.modes;
+    score.decays = growth.decays;
     const ScoreTest test = score_rotor_terms(records, result.fit, result.active, score);
     result.chi_square_weak = test.chi_square;
     model.summary.condition_number = test.condition_number;
@@ -185,7 +198,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     double best = INFINITY;
     for (const std::string& term : terms) {
       const Growth trial = with_term(before, term, options);
-      OutputErrorFit trial_fit = fit_output_error_rotor(records, trial.start, trial.active, eps);
+      OutputErrorFit trial_fit = fit_output_error_rotor(records, trial.start, trial.active, eps, trial.delay);
       const bool usable = trial_fit.summary.status != Status::unusable;
       if (term != terms.front() && !(usable && trial_fit.summary.chi_square < best)) continue;
       best = usable ? trial_fit.summary.chi_square : INFINITY;

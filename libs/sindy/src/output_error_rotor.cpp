@@ -15,7 +15,7 @@ namespace {
 using detail::Complex;
 constexpr Complex kI{0, 1};
 
-enum class Kind { lane, offset, participation, pole_w, pole_zeta, free_decay, runout };
+enum class Kind { lane, offset, participation, pole_w, pole_zeta, decay_w, decay_zeta, decay, runout };
 
 struct Parameter {
   std::string name;
@@ -30,18 +30,25 @@ struct Point {
   RotorModel model;
   std::vector<OutputErrorRecord> records;
   std::vector<Eigen::VectorXd> profile;
+  std::vector<DecayingMode> decays;
+  double delay = 0;
 };
 
 /// Signals that follow from the angle and the poles of one record.
 struct Signals {
   Eigen::VectorXcd forcing;  // half grid
   Eigen::MatrixXcd profile;  // d F / d correction on the half grid
-  std::vector<Eigen::VectorXcd> modal, modal_w, modal_zeta;  // q and its derivatives, with free decay in the derivatives
-  std::vector<Eigen::VectorXcd> decay, runout;
+  std::vector<Eigen::VectorXcd> modal, modal_w, modal_zeta;  // q and Gamma dq/dw, Gamma dq/dzeta
+  std::vector<Eigen::VectorXcd> decay, decay_w, decay_zeta;  // e^{p t}, e^{conj(p) t} and the derivatives of their sum
+  std::vector<Eigen::VectorXcd> runout;
 };
 
-void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correction, AngleSignal& angle) {
+void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correction, double delay, AngleSignal& angle) {
   angle = measured.angle;
+  if (delay != 0) {  // the angle when the displacement was taken
+    angle.beta -= delay * angle.omega - (0.5 * delay * delay) * angle.alpha;
+    angle.omega -= delay * angle.alpha;
+  }
   if (correction.size() == 0) return;
   const Eigen::Index n = angle.beta.size();
   const double horizon = 0.5 * measured.dt * static_cast<double>(n - 1);
@@ -61,10 +68,11 @@ void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correctio
   }
 }
 
-Eigen::VectorXcd half_grid_forcing(const AngleSignal& a, int profile_degree, Eigen::MatrixXcd& profile) {
+// F and its derivatives by the coefficients of the angle correction, then by the delay.
+Eigen::VectorXcd half_grid_forcing(const AngleSignal& a, int profile_degree, bool delay, Eigen::MatrixXcd& profile) {
   const Eigen::Index n = a.beta.size();
   Eigen::VectorXcd f(n);
-  profile.resize(n, profile_degree);
+  profile.resize(n, profile_degree + (delay ? 1 : 0));
   const double horizon = 0.5 * a.dt * static_cast<double>(n - 1);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double w = a.omega[i];
@@ -80,6 +88,8 @@ Eigen::VectorXcd half_grid_forcing(const AngleSignal& a, int profile_degree, Eig
       profile(i, k - 1) = kI * p * f[i] + e * Complex(2 * w * p1, -p2);
       if (k > 1) power *= u;
     }
+    // The third derivative of the angle is left out: it only turns the step, not the solution.
+    if (delay) profile(i, profile_degree) = -kI * w * f[i] - e * Complex(2 * w * a.alpha[i], 0);
   }
   return f;
 }
@@ -92,9 +102,15 @@ class Problem {
     if (options.rotor) add_lanes(-1, {{"k1", detail::kK1}, {"k2", detail::kK2}, {"c", detail::kC}});
     if (options.conj_stiffness) add_lanes(-1, {{"k1_conj_re", detail::kConjKRe}, {"k1_conj_im", detail::kConjKIm}});
     if (options.conj_damping) add_lanes(-1, {{"c_conj_re", detail::kConjCRe}, {"c_conj_im", detail::kConjCIm}});
+    if (options.delay) parameters_.push_back({"delay", Kind::lane, -1, detail::kProfile + options.profile_degree});
     for (int k = 0; options.poles && k < n_modes; ++k) {
       parameters_.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
       parameters_.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
+    }
+    const int n_decays = static_cast<int>(options.decays.size());
+    for (int k = 0; options.poles && k < n_decays; ++k) {
+      parameters_.push_back({fmt::format("w_decay{}", k + 1), Kind::decay_w, -1, k});
+      parameters_.push_back({fmt::format("zeta_decay{}", k + 1), Kind::decay_zeta, -1, k});
     }
     for (int r = 0; r < static_cast<int>(records.size()); ++r) {
       if (options.unbalance) add_lanes(r, {{"eps_re", detail::kEpsRe}, {"eps_im", detail::kEpsIm}});
@@ -106,8 +122,8 @@ class Problem {
       for (int k = 0; options.participation && k < n_modes; ++k) {
         add_complex(fmt::format("mode{}", k + 1), Kind::participation, r, k);
       }
-      for (int k = 0; options.free_modes && k < 2 * n_modes; ++k) {
-        add_complex(fmt::format("decay{}", k + 1), Kind::free_decay, r, k);
+      for (int k = 0; k < 2 * n_decays; ++k) {
+        add_complex(fmt::format("decay{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::decay, r, k);
       }
       for (int k = 0; k < 2 * options.runout_harmonics; ++k) {
         add_complex(fmt::format("runout{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::runout, r, k);
@@ -124,12 +140,16 @@ class Problem {
       OutputErrorRecord& record = p.records[r];
       Signals& s = signals_[r];
       const bool first = s.forcing.size() == 0;
-      if (first || options_.profile_degree > 0) {
-        correct_angle(measured_[r], p.profile[r], record.angle);
-        s.forcing = half_grid_forcing(record.angle, options_.profile_degree, s.profile);
+      const bool turning = options_.profile_degree > 0 || options_.delay;
+      if (first || turning) {
+        correct_angle(measured_[r], p.profile[r], p.delay, record.angle);
+        s.forcing = half_grid_forcing(record.angle, options_.profile_degree, options_.delay, s.profile);
         refresh_runout(record, s);
       }
-      if (first || options_.profile_degree > 0 || options_.poles) refresh_modes(p, r, s);
+      if (first || turning || options_.poles) {
+        refresh_modes(p, r, s);
+        refresh_decays(p, r, s);
+      }
     }
   }
 
@@ -155,7 +175,7 @@ class Problem {
       }
       record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
       for (std::size_t k = 0; k < s.modal.size(); ++k) record.beside += record.participation[k] * s.modal[k];
-      for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.free_decay[k] * s.decay[k];
+      for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
       for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
       const Eigen::Index n = m.size();
       Eigen::VectorXd residual(2 * n);
@@ -182,11 +202,13 @@ class Problem {
         case Kind::lane: move_lane(p, q, d); break;
         case Kind::offset: r->offset += dc; break;
         case Kind::participation: r->participation[k] += dc; break;
-        case Kind::free_decay: r->free_decay[k] += dc; break;
+        case Kind::decay: r->decay[k] += dc; break;
         case Kind::runout: r->runout[k] += dc; break;
         // Poles keep their sign: a step may not leave the stable half plane.
-        case Kind::pole_w: p.model.modes[k].omega = std::max(p.model.modes[k].omega + d, 0.5 * p.model.modes[k].omega); break;
-        case Kind::pole_zeta: p.model.modes[k].zeta = std::max(p.model.modes[k].zeta + d, 0.3 * p.model.modes[k].zeta); break;
+        case Kind::pole_w: p.model.modes[k].omega = bounded(p.model.modes[k].omega, d, INFINITY); break;
+        case Kind::pole_zeta: p.model.modes[k].zeta = bounded(p.model.modes[k].zeta, d, 0.9); break;
+        case Kind::decay_w: p.decays[k].omega = bounded(p.decays[k].omega, d, INFINITY); break;
+        case Kind::decay_zeta: p.decays[k].zeta = bounded(p.decays[k].zeta, d, 0.9); break;
       }
     }
   }
@@ -198,10 +220,12 @@ class Problem {
       case Kind::lane: return lane_value(p, q);
       case Kind::offset: return part(p.records[static_cast<std::size_t>(q.record)].offset);
       case Kind::participation: return part(p.records[static_cast<std::size_t>(q.record)].participation[k]);
-      case Kind::free_decay: return part(p.records[static_cast<std::size_t>(q.record)].free_decay[k]);
+      case Kind::decay: return part(p.records[static_cast<std::size_t>(q.record)].decay[k]);
       case Kind::runout: return part(p.records[static_cast<std::size_t>(q.record)].runout[k]);
       case Kind::pole_w: return p.model.modes[k].omega;
       case Kind::pole_zeta: return p.model.modes[k].zeta;
+      case Kind::decay_w: return p.decays[k].omega;
+      case Kind::decay_zeta: return p.decays[k].zeta;
     }
     return 0;
   }
@@ -233,6 +257,10 @@ class Problem {
   }
 
  private:
+  // Poles stay positive and stable; a step may shrink them by a third at most.
+  static double bounded(double value, double change, double most) {
+    return std::clamp(value + change, value / 1.5, most);
+  }
   static std::string name(const std::string& base, int record) {
     return record <= 0 ? base : fmt::format("{}_{}", base, record + 1);
   }
@@ -256,42 +284,44 @@ class Problem {
 
   void refresh_modes(const Point& p, std::size_t r, Signals& s) const {
     const OutputErrorRecord& record = p.records[r];
-    const double dt = measured_[r].dt, w0 = record.angle.omega[0];
     s.modal.clear();
     s.modal_w.clear();
     s.modal_zeta.clear();
-    s.decay.clear();
-    const auto decay = [&](double w, double zeta, bool conjugate) {
-      Complex pole(-zeta * w, w * std::sqrt(1 - zeta * zeta));
-      if (conjugate) pole = std::conj(pole);
-      const Complex ratio = std::exp(pole * dt);
-      Eigen::VectorXcd v(record.angle.samples());
-      Complex value = 1;
-      for (Complex& e : v) {
-        e = value;
-        value *= ratio;
-      }
-      return v;
-    };
     for (std::size_t k = 0; k < p.model.modes.size(); ++k) {
       const ForcedMode& m = p.model.modes[k];
-      const auto whole = [&](double w, double zeta) {
-        Eigen::VectorXcd v = record.participation[k] * detail::modal_response(w, zeta, s.forcing, dt, w0);
-        if (options_.free_modes) {
-          v += record.free_decay[2 * k] * decay(w, zeta, false) + record.free_decay[2 * k + 1] * decay(w, zeta, true);
-        }
-        return v;
+      const auto response = [&](double w, double zeta) {
+        return detail::modal_response(w, zeta, s.forcing, measured_[r].dt, record.angle.omega[0]);
       };
-      s.modal.push_back(detail::modal_response(m.omega, m.zeta, s.forcing, dt, w0));
-      if (options_.free_modes) {
-        s.decay.push_back(decay(m.omega, m.zeta, false));
-        s.decay.push_back(decay(m.omega, m.zeta, true));
+      s.modal.push_back(response(m.omega, m.zeta));
+      if (!options_.poles) continue;
+      const double dw = 1e-5 * m.omega, dz = 1e-3 * m.zeta;
+      const Complex gamma = record.participation[k];
+      s.modal_w.emplace_back(gamma * (response(m.omega + dw, m.zeta) - response(m.omega - dw, m.zeta)) / (2 * dw));
+      s.modal_zeta.emplace_back(gamma * (response(m.omega, m.zeta + dz) - response(m.omega, m.zeta - dz)) / (2 * dz));
+    }
+  }
+
+  void refresh_decays(const Point& p, std::size_t r, Signals& s) const {
+    const OutputErrorRecord& record = p.records[r];
+    const Eigen::Index n = measured_[r].size();
+    s.decay.clear();
+    s.decay_w.clear();
+    s.decay_zeta.clear();
+    for (std::size_t k = 0; k < p.decays.size(); ++k) {
+      const double w = p.decays[k].omega, zeta = p.decays[k].zeta, root = std::sqrt(1 - zeta * zeta);
+      const Complex pole(-zeta * w, w * root), by_w(-zeta, root), by_zeta(-w, -w * zeta / root);
+      Eigen::VectorXcd plus(n), slope_w(n), slope_zeta(n);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        const double t = measured_[r].dt * static_cast<double>(i);
+        plus[i] = std::exp(pole * t);
+        const Complex a = t * record.decay[2 * k] * plus[i], b = t * record.decay[2 * k + 1] * std::conj(plus[i]);
+        slope_w[i] = a * by_w + b * std::conj(by_w);
+        slope_zeta[i] = a * by_zeta + b * std::conj(by_zeta);
       }
-      if (options_.poles) {
-        const double dw = 1e-5 * m.omega, dz = 1e-3 * m.zeta;
-        s.modal_w.emplace_back((whole(m.omega + dw, m.zeta) - whole(m.omega - dw, m.zeta)) / (2 * dw));
-        s.modal_zeta.emplace_back((whole(m.omega, m.zeta + dz) - whole(m.omega, m.zeta - dz)) / (2 * dz));
-      }
+      s.decay.push_back(plus);
+      s.decay.emplace_back(plus.conjugate());
+      s.decay_w.push_back(std::move(slope_w));
+      s.decay_zeta.push_back(std::move(slope_zeta));
     }
   }
 
@@ -321,7 +351,9 @@ class Problem {
         case Kind::participation: g = &s.modal[k]; break;
         case Kind::pole_w: g = &s.modal_w[k]; break;
         case Kind::pole_zeta: g = &s.modal_zeta[k]; break;
-        case Kind::free_decay: g = &s.decay[k]; break;
+        case Kind::decay_w: g = &s.decay_w[k]; break;
+        case Kind::decay_zeta: g = &s.decay_zeta[k]; break;
+        case Kind::decay: g = &s.decay[k]; break;
         default: g = &s.runout[k]; break;
       }
       if (q.imaginary) {
@@ -350,7 +382,9 @@ class Problem {
       case detail::kK1: return p.model.k1;
       case detail::kK2: return p.model.k2;
       case detail::kC: return p.model.c;
-      default: return p.profile[static_cast<std::size_t>(q.record)][q.index - detail::kProfile];
+      default:
+        if (q.record < 0) return p.delay;
+        return p.profile[static_cast<std::size_t>(q.record)][q.index - detail::kProfile];
     }
   }
   // Complex number and part that a lane moves; null for the real lanes.
@@ -412,7 +446,8 @@ Eigen::Index OutputErrorFit::index(const std::string& name) const {
 }
 
 OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
-                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps) {
+                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
+                                      double start_delay) {
   if (records.empty()) throw Error("records: at least one is needed");
   require_range("profile_degree", options.profile_degree, 0, 6);
   require_range("runout_harmonics", options.runout_harmonics, 0, 10);
@@ -433,6 +468,8 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   Problem problem(records, options, start.modes.size());
   Point point;
   point.model = start;
+  point.decays = options.decays;
+  point.delay = start_delay;
   for (std::size_t r = 0; r < records.size(); ++r) {
     OutputErrorRecord o;
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
@@ -441,7 +478,7 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
       // Participations belong to start.eps; with another unbalance they scale with it.
       o.participation.push_back(start.eps == 0.0 ? m.participation : m.participation * (o.eps / start.eps));
     }
-    o.free_decay.assign(options.free_modes ? 2 * start.modes.size() : 0, 0);
+    o.decay.assign(2 * options.decays.size(), 0);
     o.runout.assign(2 * static_cast<std::size_t>(options.runout_harmonics), 0);
     point.records.push_back(std::move(o));
     point.profile.emplace_back(Eigen::VectorXd::Zero(options.profile_degree));
@@ -529,6 +566,8 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   for (std::size_t k = 0; k < fit.model.modes.size(); ++k) {
     fit.model.modes[k].participation = point.records[0].participation[k];
   }
+  fit.decays = point.decays;
+  fit.delay = point.delay;
   fit.records = std::move(point.records);
   return fit;
 }

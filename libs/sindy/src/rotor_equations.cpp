@@ -72,6 +72,14 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
   }
   p.emplace_back("offset_x", view["offset_re"]);
   p.emplace_back("offset_y", view["offset_im"]);
+  if (view.has("delay")) p.emplace_back("delay", view["delay"]);
+  for (std::size_t j = 0; j < fit.decays.size(); ++j) {
+    for (const auto& [part, name] : {std::pair("omega", "w"), std::pair("zeta", "zeta")}) {
+      const std::string key = fmt::format("{}_decay{}", name, j + 1);
+      const double v = *part == 'o' ? fit.decays[j].omega : fit.decays[j].zeta;
+      p.emplace_back(fmt::format("decay{}_{}", j + 1, part), view.has(key) ? view[key] : Estimate{v, NAN, NAN, NAN});
+    }
+  }
   for (std::size_t j = 0; j < fit.records[0].runout.size(); ++j) {
     for (const char* part : {"_re", "_im"}) {
       const std::string name = fmt::format("runout{}{}{}", j / 2 + 1, j % 2 == 0 ? "+" : "-", part);

@@ -82,6 +82,12 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
     r.summary.warnings = fit.summary.warnings;
     r.summary.status = fit.summary.status;
   }
+  if (options.sensor_delay != 0) {
+    const double d = options.sensor_delay;
+    require_range("sensor_delay", d, -0.1, 0.1, "s");
+    r.angle.beta -= d * r.angle.omega - (0.5 * d * d) * r.angle.alpha;
+    r.angle.omega -= d * r.angle.alpha;
+  }
   // Sixth differences of coarsely quantised or noise-free data vanish; a millionth of the signal keeps weights finite.
   r.noise_x = options.noise_sd > 0 ? options.noise_sd : std::max(noise_sd(x), 1e-6 * spread(x));
   r.noise_y = options.noise_sd > 0 ? options.noise_sd : std::max(noise_sd(y), 1e-6 * spread(y));

@@ -67,6 +67,12 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                              summary.chi_square,
                              std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))));
   }
+  if (result.active.delay) {
+    summary.warn(fmt::format("the displacement lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "
+                             "sensor delay, or check the angle",
+                             1e3 * result.fit.delay,
+                             result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)" : ""));
+  }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
   if (result.active.runout_harmonics == 0 && low > 0.25 * critical) {
     summary.warn(fmt::format("the records do not go below {:.1f} Hz: shaft runout cannot be told from the unbalance and is "

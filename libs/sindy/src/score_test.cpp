@@ -17,7 +17,6 @@ using detail::Complex;
 struct Candidate {
   std::string term;
   bool in_model;
-  bool real;  // real coefficient: one column
   Eigen::MatrixXd columns;
 };
 
@@ -102,37 +101,61 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     s.right.segment(s.top, n) = detail::stack(whitened(noisy.right).col(0));
 
     std::size_t next = 0;
-    const auto candidate = [&](const std::string& term, bool in_model, bool real, const Eigen::VectorXcd& column) {
-      if (r == 0) s.candidates.push_back({term, in_model, real, Eigen::MatrixXd::Zero(total, real ? 1 : 2)});
+    const auto candidate = [&](const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
+                               bool real = false) {
+      const Eigen::Index each = real ? 1 : 2;  // real unknowns for a complex column
+      const auto count = static_cast<Eigen::Index>(columns.size());
+      if (r == 0) s.candidates.push_back({term, in_model, Eigen::MatrixXd::Zero(total, each * count)});
       Eigen::MatrixXd& c = s.candidates[next++].columns;
-      const Eigen::VectorXcd v = whitened(column).col(0);
-      c.col(0).segment(s.top, n) = detail::stack(v);
-      if (!real) c.col(1).segment(s.top, n) = detail::stack(Complex(0, 1) * v);
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::VectorXcd v = whitened(columns[static_cast<std::size_t>(k)]).col(0);
+        c.col(each * k).segment(s.top, n) = detail::stack(v);
+        if (!real) c.col(each * k + 1).segment(s.top, n) = detail::stack(Complex(0, 1) * v);
+      }
     };
     const Eigen::VectorXcd& z = own.main;
     const Eigen::VectorXcd conj = z.conjugate();
     const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>();
-    if (!active.conj_stiffness) candidate("conj z", true, false, w.apply(0, conj));
-    if (!active.conj_damping) candidate("conj z'", true, false, w.apply(1, conj));
+    if (!active.conj_stiffness) candidate("conj z", true, {w.apply(0, conj)});
+    if (!active.conj_damping) candidate("conj z'", true, {w.apply(1, conj)});
     const Eigen::VectorXcd on_half_grid = half_grid_forcing(own.angle);
     for (std::size_t k = 0; k < options.modes.size(); ++k) {
       const ForcedMode& mode = options.modes[k];
       const Eigen::VectorXcd q = detail::modal_response(mode.omega, mode.zeta, on_half_grid, records[r].dt, own.angle.omega[0]);
-      candidate(fmt::format("mode {}", k + 1), true, false, w.rotor(own.eps * q, stiffness, m.c));
+      candidate(fmt::format("mode {}", k + 1), true, {w.rotor(own.eps * q, stiffness, m.c)});
+    }
+    for (std::size_t k = 0; k < options.decays.size(); ++k) {
+      const DecayingMode& mode = options.decays[k];
+      const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
+      Eigen::VectorXcd plus(z.size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) plus[i] = std::exp(pole * (records[r].dt * static_cast<double>(i)));
+      const Eigen::VectorXcd minus = plus.conjugate();
+      candidate(fmt::format("decay {}", k + 1), true, {w.rotor(plus, stiffness, m.c), w.rotor(minus, stiffness, m.c)});
+    }
+    if (options.delay && !active.delay) {
+      // d F / d delay: the forcing of an earlier angle.
+      Eigen::VectorXcd late(z.size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) {
+        const double speed = own.angle.omega[2 * i];
+        late[i] = own.eps * (Complex(0, -speed) * forcing[i] -
+                             std::polar(2 * speed * own.angle.alpha[2 * i], own.angle.beta[2 * i]));
+      }
+      candidate("delay", true, {w.apply(0, late)}, true);
     }
     for (int h = 1; h <= options.runout_harmonics; ++h) {
       if (h <= active.runout_harmonics) continue;
       Eigen::VectorXcd carrier(z.size());
       for (Eigen::Index i = 0; i < z.size(); ++i) carrier[i] = std::polar(1.0, h * own.angle.beta[2 * i]);
-      candidate(fmt::format("runout {}", h), true, false, w.rotor(carrier, stiffness, m.c));
+      candidate(fmt::format("runout {}", h), true,
+                {w.rotor(carrier, stiffness, m.c), w.rotor(carrier.conjugate(), stiffness, m.c)});
     }
-    candidate("|z|^4 z", false, true, w.apply(0, z.cwiseAbs2().cwiseAbs2().cast<Complex>().cwiseProduct(z)));
-    candidate("|z| z", false, true, w.apply(0, radius.cwiseProduct(z)));
-    candidate("|z|^2 conj z", false, false, w.apply(0, z.cwiseAbs2().cast<Complex>().cwiseProduct(conj)));
-    candidate("conj(z)^3", false, false, w.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj)));
-    candidate("z^2", false, false, w.apply(0, z.cwiseProduct(z)));
-    candidate("conj(z)^2", false, false, w.apply(0, conj.cwiseProduct(conj)));
-    candidate("|z|^2", false, false, w.apply(0, z.cwiseAbs2().cast<Complex>()));
+    candidate("|z|^4 z", false, {w.apply(0, z.cwiseAbs2().cwiseAbs2().cast<Complex>().cwiseProduct(z))}, true);
+    candidate("|z| z", false, {w.apply(0, radius.cwiseProduct(z))}, true);
+    candidate("|z|^2 conj z", false, {w.apply(0, z.cwiseAbs2().cast<Complex>().cwiseProduct(conj))});
+    candidate("conj(z)^3", false, {w.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
+    candidate("z^2", false, {w.apply(0, z.cwiseProduct(z))});
+    candidate("conj(z)^2", false, {w.apply(0, conj.cwiseProduct(conj))});
+    candidate("|z|^2", false, {w.apply(0, z.cwiseAbs2().cast<Complex>())});
     s.top += n;
   }
 
@@ -157,7 +180,9 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     if (!(left.norm() > 1e-6 * c.columns.norm())) continue;
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> own(left);
     const Eigen::VectorXd rotated = own.householderQ().adjoint() * residual;
-    const double score = rotated.head(own.rank()).squaredNorm() / variance;
+    // Quantiles of chi-square at four sigma: 16, 19, 25 for 1, 2, 4 degrees of freedom.
+    const double per_freedom = 1 + 0.18 * static_cast<double>(own.rank() - 1);
+    const double score = rotated.head(own.rank()).squaredNorm() / variance / per_freedom;
     test.candidates.push_back({c.term, score, c.in_model});
   }
   std::sort(test.candidates.begin(), test.candidates.end(),

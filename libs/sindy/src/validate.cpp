@@ -12,8 +12,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-// Probe runout among the parameters of the model, as readings along the angle.
-Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal& angle) {
+// Probe runout among the parameters of the model, as readings along the angle of an instant `delay` before.
+Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal& angle, double delay) {
   Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(angle.samples());
   for (int order = 1;; ++order) {
     const Estimate* present = model.parameter(fmt::format("runout{}+_re", order));
@@ -24,7 +24,9 @@ Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal
       };
       const Complex amplitude(part("re"), part("im"));
       const double turns = *direction == '+' ? order : -order;
-      for (Eigen::Index i = 0; i < sum.size(); ++i) sum[i] += amplitude * std::polar(1.0, turns * angle.beta[2 * i]);
+      for (Eigen::Index i = 0; i < sum.size(); ++i) {
+        sum[i] += amplitude * std::polar(1.0, turns * (angle.beta[2 * i] - delay * angle.omega[2 * i]));
+      }
     }
   }
 }
@@ -57,7 +59,9 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     record.summary.status == Status::unusable ? v.summary.fail(w) : v.summary.warn(w);
   }
   if (v.summary.status == Status::unusable) return v;
-  const Eigen::VectorXcd runout = runout_readings(model, record.angle);
+  const Estimate* found_delay = model.parameter("delay");
+  const double delay = found_delay != nullptr ? found_delay->value : 0.0;
+  const Eigen::VectorXcd runout = runout_readings(model, record.angle, delay);
   const Eigen::VectorXcd measured = record.z;
   record.z -= runout;
 
@@ -67,7 +71,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
   free.offset = options.refit_offset;
-  const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps});
+  const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
   if (fit.summary.status == Status::unusable) {
     v.summary.fail(fit.summary.warnings.back());
     return v;
@@ -101,7 +105,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   harder.eps = run.eps;
   harder.k2 *= 1 + options.fold_change;
   const Eigen::VectorXcd moved =
-      simulate_main_mode(harder, unbalance_forcing(record.angle), record.dt, {run.z0, run.dz0}).z;
+      simulate_main_mode(harder, unbalance_forcing(run.angle), record.dt, {run.z0, run.dz0}).z;
   v.fold_shift = std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size()));
   v.fold_sensitive = !(v.fold_shift < options.fold_limit);
   v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));

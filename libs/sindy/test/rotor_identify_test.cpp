@@ -120,6 +120,46 @@ TEST(IdentifyRotorReference, ModesOfAHammerTestBecomeStates) {
   EXPECT_LT(std::abs(e.e), 0.5);
 }
 
+/// What a probe adds to the motion and how late it is, with the true motion delayed by interpolation in the angle's time.
+TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
+  const RotorModel truth = rotor_a();
+  // A finer record, so that a delay of half a millisecond is a whole number of its samples.
+  Sweep fine;
+  fine.dt = 5e-4;
+  const Eigen::VectorXcd all = motion(truth, fine);
+  const AngleSignal angle = fine.angle();
+  const Sweep sweep;
+  Eigen::VectorXcd z(sweep.samples());
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    const Eigen::Index late = std::max<Eigen::Index>(0, 2 * i - 1);
+    const double b = angle.beta[2 * late];
+    z[i] = all[late] + 3e-5 * std::polar(1.0, b + 0.4) + Complex(1e-5 * std::cos(2 * b), 0);
+  }
+  const Recording data = recording(with_noise(z, 40, 4), sweep);
+  const auto check = [&](const RotorIdentification& r) {
+    const ModelError e = model_error(*r.model.rotor, truth);
+    EXPECT_LT(std::abs(e.k1), 0.02);
+    EXPECT_LT(std::abs(e.k2), 0.5);
+    EXPECT_LT(std::abs(e.c), 0.2);
+    EXPECT_LT(std::abs(e.e), 0.2);
+    EXPECT_LT(std::abs(e.phase), 0.3);
+    EXPECT_LT(r.chi_square_weak, 1.3);
+    EXPECT_EQ(r.active.runout_harmonics, 2);
+    EXPECT_NEAR(r.model.parameter("runout1+_re")->value, 3e-5 * std::cos(0.4), 1e-6);
+    EXPECT_NEAR(r.model.parameter("runout2-_re")->value, 0.5e-5, 1e-6);
+  };
+  RotorIdentification found = identify_rotor_detailed({rotor_record(data)});
+  check(found);
+  EXPECT_NEAR(found.fit.delay, 5e-4, 5e-5);
+  EXPECT_EQ(found.model.summary.status, Status::warning);  // a delay that was not given is always named
+  RotorRecordOptions options;
+  options.sensor_delay = 5e-4;
+  found = identify_rotor_detailed({rotor_record(data, options)});
+  check(found);
+  EXPECT_FALSE(found.active.delay);
+  EXPECT_EQ(found.model.summary.status, Status::ok);
+}
+
 Recording broken(const std::function<void(Recording&)>& change) {
   Recording r = recording(with_noise(motion(rotor_a(), {}), 20, 1), {});
   change(r);

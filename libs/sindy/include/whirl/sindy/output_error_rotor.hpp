@@ -10,6 +10,13 @@
 
 namespace whirl {
 
+/// A mode that decays freely from the start of each record, whatever set it going: amplitudes of e^{p t} and
+/// e^{conj(p) t}, p = -zeta w + i w sqrt(1 - zeta^2), belong to the record and do not predict another run.
+struct DecayingMode {
+  double omega = 0;  ///< undamped, rad/s
+  double zeta = 0;   ///< damping ratio, below 1
+};
+
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
 struct OutputErrorOptions {
   bool rotor = true;            ///< k1, k2, c
@@ -18,8 +25,10 @@ struct OutputErrorOptions {
   bool unbalance = true;        ///< eps, per record
   bool offset = true;           ///< sensor offset, per record
   bool participation = true;    ///< of the forced modes, per record, complex
-  bool poles = false;           ///< w and zeta of the forced modes
-  bool free_modes = false;      ///< free decay of the forced modes from the start of each record
+  std::vector<DecayingMode> decays;  ///< free decays beside the main mode
+  bool poles = false;           ///< w and zeta of the forced and decaying modes
+  /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
+  bool delay = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per record.
   int runout_harmonics = 0;
   /// Correction of the angle by a polynomial of this degree without constant term (the phase of eps takes the
@@ -35,9 +44,9 @@ struct OutputErrorRecord {
   std::complex<double> offset;   ///< sensor offset, m
   std::complex<double> z0, dz0;  ///< main mode at sample 0, m and m/s
   std::vector<std::complex<double>> participation;  ///< of each forced mode, m
-  std::vector<std::complex<double>> free_decay;     ///< amplitudes of e^{p t} and e^{conj(p) t} of each mode, m
+  std::vector<std::complex<double>> decay;          ///< amplitudes of e^{p t} and e^{conj(p) t} of each decay, m
   std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
-  AngleSignal angle;             ///< with the fitted correction
+  AngleSignal angle;             ///< with the fitted correction and delay
   Eigen::VectorXcd main;         ///< simulated main mode, m
   Eigen::VectorXcd beside;       ///< offset + modes + runout, m
   double rmse_x = 0, rmse_y = 0; ///< measured minus simulated, m rms
@@ -45,6 +54,8 @@ struct OutputErrorRecord {
 
 struct OutputErrorFit {
   RotorModel model;                 ///< eps, offset and participations of the first record
+  std::vector<DecayingMode> decays;
+  double delay = 0;                 ///< s
   std::vector<OutputErrorRecord> records;
   std::vector<std::string> names;   ///< of the estimated parameters; from the second record on with suffix _2, _3, ...
   Eigen::VectorXd values;
@@ -58,16 +69,16 @@ struct OutputErrorFit {
 
 /// Maximum-likelihood refinement: minimises sum |z_model(t_i) - z_i|^2 / sigma^2 over the trajectory of
 ///
-///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decay] [+ runout],
+///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout],
 ///
 /// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Gauss-Newton with forward sensitivities
 /// integrated together with the motion (RK4 on the sample grid, forcing on the half grid), Levenberg damping when a
 /// step fails; the linear parameters (offset, Gamma, decay, runout) are solved in every step with the others.
 /// `start` gives the rotor parameters and modes; eps per record may be given in `start_eps` (otherwise start.eps).
-/// Records share all but eps, initial state, offset, angle correction, Gamma, decay and runout. Status unusable when a
+/// Starting delay: `start_delay`. Records share all but eps, initial state, offset, angle correction, Gamma, decay and runout. Status unusable when a
 /// record is, the simulation diverges from the start or the equations are singular; warning when not converged.
 OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
                                       const OutputErrorOptions& options = {},
-                                      const std::vector<std::complex<double>>& start_eps = {});
+                                      const std::vector<std::complex<double>>& start_eps = {}, double start_delay = 0);
 
 }  // namespace whirl

@@ -15,6 +15,8 @@ struct RotorRecordOptions {
   std::string angle = "beta";       ///< encoder angle channel, rad; unused when `known_angle` is set
   AngleFitOptions angle_fit;
   std::optional<AngleSignal> known_angle;  ///< angle from pulses or a profile, same samples as the record
+  /// Known age of the displacement samples against the angle (sensor and filter latency), s; negative: the angle is older.
+  double sensor_delay = 0;
   double noise_sd = 0;              ///< displacement noise per axis, m rms; 0: estimated from sixth differences
 };
 
@@ -23,7 +25,7 @@ struct RotorRecord {
   std::string source;
   double dt = 0;            ///< s
   Eigen::VectorXcd z;       ///< x + i y, m
-  AngleSignal angle;
+  AngleSignal angle;        ///< when the displacement was taken
   double noise_x = 0, noise_y = 0;  ///< sd of the white noise per axis, m
   /// Unusable, with the reason, when no rotor can be identified from this record: fewer than 1000 samples or 5
   /// turns, a constant or vanishing displacement channel, x and y the same signal, a speed that hardly changes,

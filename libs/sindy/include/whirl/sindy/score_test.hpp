@@ -10,8 +10,10 @@ namespace whirl {
 
 /// Evidence for one term that the present model lacks.
 struct ScoreCandidate {
-  std::string term;        ///< "conj z", "conj z'", "mode 2", "runout 1", "|z|^4 z", ...
-  double score = 0;        ///< drop of the residual sum of squares by residual variance; 16 = 4 sigma
+  std::string term;        ///< "conj z", "conj z'", "mode 2", "decay 1", "runout 1", "delay", "|z|^4 z", ...
+  /// Drop of the residual sum of squares by the residual variance, divided by 1 + 0.18 (unknowns - 1), so that 16 is four
+  /// sigma for a term of one, two or four real unknowns.
+  double score = 0;
   bool in_model = false;   ///< RotorModel or OutputErrorOptions can take it up
 };
 
@@ -28,7 +30,9 @@ struct ScoreTest {
 struct ScoreTestOptions {
   double half_width = 0;          ///< of the test functions, s; 0: as WeakRotorOptions
   std::vector<ForcedMode> modes;  ///< candidates; participation is not used
-  int runout_harmonics = 2;       ///< candidates "runout 1" .. "runout n" beyond those already in the model
+  std::vector<DecayingMode> decays;  ///< candidates
+  bool delay = true;              ///< candidate: the displacement channels lag the angle
+  int runout_harmonics = 3;       ///< candidates "runout 1" .. "runout n" beyond those already in the model
 };
 
 /// Forward score test on whitened weak equations with instrumental variables: the columns of the terms already in the
@@ -37,8 +41,7 @@ struct ScoreTestOptions {
 ///
 ///   score = ||Q^+ r||^2 in the metric of Q, r the residual, divided by the residual variance
 ///
-/// `fit` must come from these records with `active` options. A complex candidate has two degrees of freedom. A column that
-/// the active terms span is skipped.
+/// `fit` must come from these records with `active` options. A column that the active terms span is skipped.
 ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit,
                             const OutputErrorOptions& active, const ScoreTestOptions& options = {});
 
