@@ -1,0 +1,46 @@
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "whirl/monitor/frame_source.hpp"
+
+namespace whirl::monitor {
+
+struct RecorderOptions {
+  std::filesystem::path folder;             ///< below which each record gets its own folder; empty: no recording
+  std::uintmax_t size_limit = 1'000'000'000;  ///< bytes of one record
+  std::uintmax_t free_space = 500'000'000;    ///< bytes that must stay free on the disk
+};
+
+/// Writes the full stream, every sample in SI, to run_NNN/record.csv with run_NNN/settings.json beside it. Lost samples
+/// are written as empty cells' value "nan" and counted. Stops by itself at the size limit or when the disk fills.
+class Recorder {
+ public:
+  explicit Recorder(RecorderOptions options) : options_(std::move(options)) {}
+  ~Recorder() { stop("program ended"); }
+
+  /// Throws Error when recording is off, a record runs already, or the folder cannot be written.
+  void start(const StreamInfo& info, const std::string& settings_json);
+  void write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& block);
+  void stop(const std::string& reason);
+
+  bool active() const { return file_.is_open(); }
+  const std::filesystem::path& folder() const { return run_; }  ///< of the running or last record
+  std::uint64_t samples() const { return samples_; }
+  std::uint64_t lost() const { return lost_; }                  ///< rows with a missing value
+  const std::string& stopped_because() const { return reason_; }
+
+ private:
+  RecorderOptions options_;
+  std::filesystem::path run_;
+  std::ofstream file_;
+  double rate_ = 0;
+  std::uintmax_t bytes_ = 0, checked_ = 0;
+  std::uint64_t samples_ = 0, lost_ = 0;
+  std::string reason_;
+};
+
+}  // namespace whirl::monitor

@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "whirl/monitor/hub.hpp"
+
+namespace whirl::monitor {
+
+struct ServerOptions {
+  std::string address = "127.0.0.1";  ///< loopback unless the user says otherwise
+  std::uint16_t port = 8765;          ///< 0: any free port
+  std::string token;                  ///< needed for every command; empty: no commands at all
+  std::size_t max_clients = 16;
+  std::size_t queue = 64;             ///< messages that wait for one client before the oldest is dropped
+};
+
+/// Serves the page and the stream from one thread. The hub must outlive the server.
+///
+/// GET / and its two files, WebSocket at /stream. A request whose Host is not this server's address, or whose Origin is
+/// another page, is refused (DNS rebinding, foreign pages). Clients read; a client that sends {"command": ..., "token": ...}
+/// with the right token controls. Slow or silent clients lose frames or their connection, never the hub's time.
+class Server {
+ public:
+  /// Binds at once; throws Error when the address cannot be used.
+  Server(Hub& hub, const ServerOptions& options);
+  ~Server();
+  void start();
+  void stop();
+  std::uint16_t port() const;
+  /// Address of the page with the token behind '#', which browsers do not send to servers.
+  std::string url() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// 128 random bits as hex, from the system's generator.
+std::string make_token();
+
+}  // namespace whirl::monitor

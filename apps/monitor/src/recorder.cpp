@@ -1,0 +1,80 @@
+#include "whirl/monitor/recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::monitor {
+namespace {
+
+/// Unit suffix of a CSV header, io's convention: "x_m", "beta_rad", "omega_rad/s".
+std::string header(const StreamInfo& info) {
+  std::string out = "t_s";
+  for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, si_unit(c.quantity));
+  return out + "\n";
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+  std::ofstream out(file, std::ios::binary);
+  out << text;
+  out.close();
+  if (!out) throw Error::in_file(file.string(), 0, "cannot be written");
+}
+
+}  // namespace
+
+void Recorder::start(const StreamInfo& info, const std::string& settings_json) {
+  if (options_.folder.empty()) throw Error("recording is off: start the monitor with a folder for records");
+  if (active()) throw Error(fmt::format("a record is running already: {}", run_.string()));
+  int number = 1;
+  std::error_code failed;
+  std::filesystem::create_directories(options_.folder, failed);
+  do {
+    run_ = options_.folder / fmt::format("run_{:03}", number++);
+  } while (!std::filesystem::create_directory(run_, failed) && !failed && number < 10000);
+  if (failed) throw Error::in_file(run_.string(), 0, "folder cannot be created: " + failed.message());
+  write_text(run_ / "settings.json", settings_json + "\n");
+  file_.open(run_ / "record.csv", std::ios::binary);
+  file_ << header(info);
+  if (!file_) {
+    file_.close();
+    throw Error::in_file((run_ / "record.csv").string(), 0, "cannot be written");
+  }
+  rate_ = info.rate;
+  bytes_ = checked_ = 0;
+  samples_ = lost_ = 0;
+  reason_.clear();
+}
+
+void Recorder::write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& block) {
+  if (!active()) return;
+  fmt::memory_buffer text;
+  for (Eigen::Index i = 0; i < block.rows(); ++i) {
+    fmt::format_to(std::back_inserter(text), "{:.9f}", t_first + static_cast<double>(i) / rate_);
+    for (Eigen::Index c = 0; c < block.cols(); ++c) fmt::format_to(std::back_inserter(text), ",{}", block(i, c));
+    text.push_back('\n');
+    if (!block.row(i).allFinite()) ++lost_;
+  }
+  file_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  bytes_ += text.size();
+  samples_ += static_cast<std::uint64_t>(block.rows());
+  if (!file_) return stop("writing failed");
+  if (bytes_ >= options_.size_limit) return stop("size limit reached");
+  // Asking the file system costs time: once per 4 MB.
+  if (bytes_ - checked_ > 4'000'000) {
+    checked_ = bytes_;
+    std::error_code failed;
+    const auto space = std::filesystem::space(run_, failed);
+    if (!failed && space.available < options_.free_space) stop("disk nearly full");
+  }
+}
+
+void Recorder::stop(const std::string& reason) {
+  if (!active()) return;
+  file_.close();
+  reason_ = reason;
+}
+
+}  // namespace whirl::monitor
