@@ -204,7 +204,7 @@ std::vector<Eigen::VectorXd> by_coordinate_descent(const Scaled& s, const std::v
   Eigen::VectorXd w = least_squares(s, s.keep);
   Eigen::VectorXd correlation = s.c - s.g * w;
   for (double alpha : grid) {
-    for (int sweep = 0; sweep < 20000; ++sweep) {
+    for (int sweep = 0; sweep < 5000; ++sweep) {
       double largest = 0;
       for (int j : all) {
         const std::size_t i = static_cast<std::size_t>(j);
@@ -218,7 +218,7 @@ std::vector<Eigen::VectorXd> by_coordinate_descent(const Scaled& s, const std::v
         correlation -= change * s.g.col(j);
         largest = std::max(largest, std::abs(change));
       }
-      if (largest < 1e-11) break;
+      if (largest < 1e-10) break;
     }
     out.push_back(w);
   }

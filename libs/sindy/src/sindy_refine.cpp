@@ -168,25 +168,33 @@ class Selector {
   bool settle(IdentifiedModel& model) {
     std::set<std::string> rejected;
     std::string added;
-    for (int round = 0; round < 60; ++round) {
-      const Refined refined = refine_free_run(model, runs_, dt_, refine_);
-      if (refined.starts.empty()) return false;
-      take_starts(refined);
-      model.equations = refined.model.equations;
-      variance_ = refined.rmse * refined.rmse;
+    // Terms that are far from needed show after a few steps; the last word has the converged model.
+    RefineOptions coarse = refine_;
+    coarse.max_iterations = 3;
+    coarse.tolerance = 1e-3;
+    const auto drop_weak = [&] {
       std::vector<Weak> weak = weak_terms(model, shares_, options_);
-      if (!weak.empty()) {
-        for (const Weak& w : weak) {
-          const std::string name = model.equations[w.equation].lhs + model.equations[w.equation].terms[w.term].function;
-          if (name == added) rejected.insert(name);
-        }
-        weak.resize((weak.size() + 1) / 2);
-        drop(model, weak);
-        continue;
+      if (weak.empty()) return false;
+      for (const Weak& w : weak) {
+        const std::string name = model.equations[w.equation].lhs + model.equations[w.equation].terms[w.term].function;
+        if (name == added) rejected.insert(name);
       }
-      const Refined scored = refine_free_run(model, runs_, dt_, refine_, absent_terms(model, candidates_));
-      converged_ = scored.converged;
-      added = add_best(model, scored, rejected);
+      weak.resize((weak.size() + 1) / 2);
+      drop(model, weak);
+      return true;
+    };
+    for (int round = 0; round < 80; ++round) {
+      const Refined quick = refine_free_run(model, runs_, dt_, coarse);
+      if (quick.starts.empty()) return false;
+      take(model, quick);
+      if (drop_weak()) continue;
+      const Refined refined = refine_free_run(model, runs_, dt_, refine_, absent_terms(model, candidates_));
+      if (refined.starts.empty()) return false;
+      take(model, refined);
+      variance_ = refined.rmse * refined.rmse;
+      converged_ = refined.converged;
+      if (drop_weak()) continue;
+      added = add_best(model, refined, rejected);
       if (added.empty()) return true;
     }
     return true;
@@ -217,8 +225,7 @@ class Selector {
     const double then =
         rows * std::log(refined.rmse * refined.rmse) + std::log(rows) * static_cast<double>(other.terms.size());
     if (then >= now) return false;
-    take_starts(refined);
-    model.equations = refined.model.equations;
+    take(model, refined);
     return true;
   }
 
@@ -228,7 +235,8 @@ class Selector {
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
 
-  void take_starts(const Refined& refined) {
+  void take(IdentifiedModel& model, const Refined& refined) {
+    model.equations = refined.model.equations;
     for (std::size_t k = 0; k < runs_.size(); ++k) runs_[k].start = refined.starts[k];
   }
   double samples() const {

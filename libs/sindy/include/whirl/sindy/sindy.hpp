@@ -23,7 +23,7 @@ struct SindyOptions {
   std::vector<Equation> known;       ///< equations with given coefficients, kept as they are, e.g. x' = v
   double window = 0;                 ///< half-width of the test functions, s; 0: from the record's own time scale
   double t_value = 4;                ///< terms with a smaller |coefficient / sd| go
-  double least_share = 1e-3;         ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
+  double least_share = 1e-4;         ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
   bool refine = true;                ///< multiple-shooting refinement with pruning and score test; false: weak form only
   SolveOptions solver = {.method = "best_subset"};  ///< of the weak form
 };
