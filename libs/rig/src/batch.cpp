@@ -125,14 +125,14 @@ struct BatchRig<Lanes>::State {
   void capture(int sub) noexcept {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
-    const LateralInput<double> runout = t.angle->runout[static_cast<std::size_t>(captured)];
+    const LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
     const double nx = laser.noise > 0 ? laser.noise * normal() : 0, ny = laser.noise > 0 ? laser.noise * normal() : 0;
     Pair& out = readings[slot(captured)];
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       Vector sx = load(&x.v[0] + lane), sy = load(&y.v[0] + lane);
       add_modes(lane, sub, sx, sy);
-      sx = clamped(sx + (runout.x + nx), 0.5 * laser.range);
-      sy = clamped(sy + (runout.y + ny), 0.5 * laser.range);
+      sx = clamped(sx + (added.x + nx), 0.5 * laser.range);
+      sy = clamped(sy + (added.y + ny), 0.5 * laser.range);
       store(&out.x.v[0] + lane, t.sensor_lsb > 0 ? quantised(sx, t.sensor_lsb) : sx);
       store(&out.y.v[0] + lane, t.sensor_lsb > 0 ? quantised(sy, t.sensor_lsb) : sy);
     }

@@ -93,6 +93,10 @@ RotorModel RigParameters::true_model() const {
   model.c_conj = rotor.damping * rotor.damping_split / m;
   model.eps = eccentricity();
   model.gain = 1 / m;
+  for (const RigMode& mode : modes) {
+    if (mode.unbalance_share == 0) continue;
+    model.modes.push_back({kTurn * mode.frequency, mode.damping_ratio, mode.sensor_sign * mode.unbalance_share * model.eps});
+  }
   return model;
 }
 

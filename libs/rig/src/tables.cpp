@@ -5,6 +5,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 
 #include "whirl/rotor/equations.hpp"
+#include "whirl/rotor/mode_step.hpp"
 #include "whirl/rotor/simulate.hpp"
 
 namespace whirl {
@@ -77,6 +78,27 @@ std::vector<AngleState> measured_angles(const RigParameters& p, const std::vecto
   return out;
 }
 
+// Adds the motion of one mode under the unbalance, from its steady state, at the sensor instants. Nothing acts back on the
+// rotor, so that it can be known beforehand.
+void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double omega0,
+                     std::vector<LateralInput<double>>& seen) {
+  using Complex = std::complex<double>;
+  const ModeStep step(mode.omega, mode.zeta, angle.step);
+  const auto force = [&](std::size_t half) { return Complex(angle.forcing[half].x, angle.forcing[half].y); };
+  Complex q = force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
+  Complex dq = Complex(0, omega0) * q;
+  std::size_t tick = 0;
+  for (std::size_t i = 0; tick < seen.size(); ++i) {
+    for (; tick < seen.size() && angle.sensor_step[tick] == static_cast<long>(i); ++tick) {
+      const Complex z = mode.participation * q;
+      seen[tick].x += z.real();
+      seen[tick].y += z.imag();
+    }
+    if (2 * i + 2 >= angle.forcing.size()) break;
+    step.advance<Complex>(q, dq, force(2 * i), force(2 * i + 1), force(2 * i + 2));
+  }
+}
+
 }  // namespace
 
 AngleTables::AngleTables(const RigParameters& p) {
@@ -124,6 +146,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
   start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
 
+  not_disk = angle->runout;
+  for (const ForcedMode& mode : model.modes) add_forced_mode(mode, *angle, first.omega, not_disk);
   for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();
     for (const RigMode& mode : p.modes) maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));

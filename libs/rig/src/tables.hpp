@@ -39,6 +39,7 @@ class RigTables {
   double gain = 0;             ///< 1/m, 1/kg
   double lag_half_step = 0;    ///< exp(-step / (2 tau)); 0 without lag
   LateralState<double> start{};
+  std::vector<LateralInput<double>> not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]
 
   double sensor_lsb = 0, volt_lsb = 0;  ///< 0 without converter

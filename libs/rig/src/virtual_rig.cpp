@@ -61,10 +61,11 @@ struct VirtualRig::State {
 
   static constexpr std::size_t slot(long tick_) { return static_cast<std::size_t>(tick_) % kHistory; }
 
+  // `axis` both: faults that have no axis.
   const ScriptedFault* active(RigFault kind, RigAxis axis) const noexcept {
     const double t = static_cast<double>(tick) / tables->parameters.timing.rate;
     for (const ScriptedFault& f : run.faults) {
-      if (f.kind == kind && t >= f.start && t < f.end && (f.axis == RigAxis::both || f.axis == axis)) return &f;
+      if (f.kind == kind && t >= f.start && t < f.end && (axis == RigAxis::both || f.axis == RigAxis::both || f.axis == axis)) return &f;
     }
     return nullptr;
   }
@@ -87,10 +88,10 @@ struct VirtualRig::State {
       y += t.parameters.modes[i].sensor_sign * at[i].y;
     }
     Reading reading;
-    const LateralInput<double> runout = t.angle->runout[static_cast<std::size_t>(captured)];
+    const LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
     const double noise = t.parameters.laser.noise;
     const double nx = noise > 0 ? noise * normal() : 0, ny = noise > 0 ? noise * normal() : 0;
-    const bool x_valid = convert(x + runout.x + nx, reading.x), y_valid = convert(y + runout.y + ny, reading.y);
+    const bool x_valid = convert(x + added.x + nx, reading.x), y_valid = convert(y + added.y + ny, reading.y);
     reading.valid = x_valid && y_valid;
     while (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
       readings[slot(captured++)] = reading;
@@ -104,6 +105,11 @@ struct VirtualRig::State {
     const Measurement last = measurement;
     measurement = {static_cast<double>(tick) / p.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha, r.valid};
     if (run.faults.empty()) return;
+    if (active(RigFault::encoder_stuck, RigAxis::both)) {
+      measurement.beta = last.beta;
+      measurement.omega = last.omega;
+      measurement.omega_dot = last.omega_dot;
+    }
     const double full_scale = 0.5 * p.laser.range;
     if (active(RigFault::sensor_stuck, RigAxis::x)) measurement.x = last.x;
     if (active(RigFault::sensor_stuck, RigAxis::y)) measurement.y = last.y;
@@ -126,7 +132,11 @@ struct VirtualRig::State {
       if (const ScriptedFault* f = active(RigFault::extra_delay, RigAxis::both)) delay += f->delay_samples;
     }
     const LateralInput<double> command = tick >= delay ? commands[slot(tick - delay)] : LateralInput<double>{};
-    const double u = to_volts(command.x) * a.force_per_volt, v = to_volts(command.y) * a.force_per_volt;
+    double u = to_volts(command.x) * a.force_per_volt, v = to_volts(command.y) * a.force_per_volt;
+    if (!run.faults.empty()) {
+      if (active(RigFault::actuator_loss, RigAxis::x)) u = 0;
+      if (active(RigFault::actuator_loss, RigAxis::y)) v = 0;
+    }
     const double c = axis_cos, s = axis_sin;
     applied = {u, v};
     target = {(1 + a.gain_error) * (c * u - s * v), (1 + a.gain_error) * (s * u + c * v)};

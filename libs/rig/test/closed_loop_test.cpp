@@ -158,6 +158,30 @@ TEST(VirtualRig, ScriptedDelayHoldsCommandsBack) {
   }
 }
 
+TEST(VirtualRig, LostActuatorGivesNoForceOnItsAxis) {
+  RigRun run_spec;
+  run_spec.faults = {{RigFault::actuator_loss, 0.05, 0.10, RigAxis::y}};
+  VirtualRig rig(quiet_rig(), run_spec);
+  const RigTruth truth(rig);
+  for (int k = 0; k < 150; ++k) {
+    run(rig, 1, {8, 8});
+    ASSERT_NEAR(truth.commanded().real(), k == 0 ? 0 : 8, 1e-3) << k;
+    ASSERT_NEAR(truth.commanded().imag(), k == 0 || (k >= 50 && k < 100) ? 0 : 8, 1e-3) << k;
+  }
+}
+
+TEST(VirtualRig, StuckEncoderRepeatsTheAngle) {
+  RigRun run_spec;
+  run_spec.faults = {{RigFault::encoder_stuck, 0.05, 0.10}};
+  VirtualRig rig(RigParameters{}, run_spec), whole(RigParameters{});
+  double last = 0;
+  for (int k = 0; k < 150; ++k, rig.advance(), whole.advance()) {
+    if (k < 50) last = rig.read().beta;
+    ASSERT_EQ(rig.read().beta, k >= 50 && k < 100 ? last : whole.read().beta) << k;
+    ASSERT_EQ(rig.read().x, whole.read().x);
+  }
+}
+
 TEST(VirtualRigProperty, RestartRepeatsTheRun) {
   VirtualRig rig(RigParameters{}, {.seed = 11});
   std::vector<double> first;

@@ -75,6 +75,20 @@ TEST(RigLevelsProperty, TrueMotionIsThatOfTheTrueModel) {
   EXPECT_NEAR((s.z.imag() - r.truth["y"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
 }
 
+TEST(RigLevelsReference, UnbalanceDrivesTheModesAsInTheTrueModel) {
+  // Three modes at 7.5, 21 and 33 Hz, two of them passed through, with exact sensors: the record is the model's response.
+  RigParameters p = RigParameters::ideal_rotor_b();
+  p.modes = {{7.5, 0.02, 0, 1, 0, 0.05}, {21, 0.01, 0, -1, 0, 0.03}, {33, 0.01, 0, 1, 0, 0.03}};
+  const OpenLoopRecord r = record_open_loop(p);
+  const AngleSignal angle = angle_signal(p.profile, 1e-3);
+  const RotorModel model = p.true_model();
+  ASSERT_EQ(model.modes.size(), 3u);
+  const Response s = simulate(model, angle, steady_whirl(model, angle.omega[0], angle.beta[0]), 4);
+  EXPECT_NEAR((s.z.real() - r.measured["x"]).cwiseAbs().maxCoeff(), 0, 1e-9);
+  EXPECT_NEAR((s.z.imag() - r.measured["y"]).cwiseAbs().maxCoeff(), 0, 1e-9);
+  EXPECT_GT((r.truth["x"] - r.measured["x"]).cwiseAbs().maxCoeff(), 50e-6);
+}
+
 TEST(OpenLoopProperty, SeedReproducesTheRecord) {
   const OpenLoopRecord a = record_open_loop({}, {.seed = 3}), b = record_open_loop({}, {.seed = 3}),
                        c = record_open_loop({}, {.seed = 4});

@@ -36,8 +36,8 @@ TEST(RigParameters, EveryFieldIsVisitedOnceWithItsUnit) {
   EXPECT_NEAR(found.at("profile.ripple_hz"), 0.7, 1e-12);
   EXPECT_NEAR(found.at("modes.2.frequency_hz"), 128, 1e-12);
   EXPECT_EQ(found.at("laser.bits"), 16);
-  // 12 rotor, 9 profile, 3 x 5 modes, 11 laser, 8 actuator, 3 encoder, 2 timing.
-  EXPECT_EQ(found.size(), 60u);
+  // 12 rotor, 9 profile, 3 x 6 modes, 11 laser, 8 actuator, 3 encoder, 2 timing.
+  EXPECT_EQ(found.size(), 63u);
 }
 
 TEST(RigParametersProperty, WritingBackAllFieldsRestoresTheRig) {
@@ -61,7 +61,7 @@ TEST(RigParametersProperty, ReadsConstParameters) {
   const RigParameters p;
   int count = 0;
   visit_fields(p, [&](std::string_view, const auto&, double) { ++count; });
-  EXPECT_EQ(count, 60);
+  EXPECT_EQ(count, 63);
 }
 
 TEST(RigParameters, ImpossibleSensorGridIsAnError) {

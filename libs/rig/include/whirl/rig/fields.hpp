@@ -43,6 +43,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
     visit(key("participation"), mode.participation, 1.0);
     visit(key("sensor_sign"), mode.sensor_sign, 1.0);
     visit(key("initial_um"), mode.initial, kUm);
+    visit(key("unbalance_share"), mode.unbalance_share, 1.0);
     ++number;
   }
   visit("laser.noise_um", p.laser.noise, kUm);

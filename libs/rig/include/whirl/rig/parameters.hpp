@@ -28,13 +28,15 @@ struct RigRotor {
 };
 
 /// A linear mode of the structure beside the rotor's own, the same on both axes: excited by its initial deflection (the
-/// e^{lambda t} terms of paper eq. 21) and by the actuators, seen by the sensors, not part of the disk motion.
+/// e^{lambda t} terms of paper eq. 21), by the actuators and, when asked for, by the unbalance; seen by the sensors, not part
+/// of the disk motion.
 struct RigMode {
   double frequency = 0;      ///< undamped, Hz
   double damping_ratio = 0;
   double participation = 0;  ///< acceleration per newton relative to the rotor's 1/m
   double sensor_sign = 1;    ///< shape at the sensor
   double initial = 0;        ///< deflection at t = 0, m
+  double unbalance_share = 0;  ///< acceleration by the unbalance relative to the rotor's eps F
 };
 
 /// Two laser displacement sensors, read by an analog-digital converter.
@@ -107,7 +109,8 @@ struct RigParameters {
 
   double natural_frequency() const;     ///< sqrt(K1 / m), rad/s
   std::complex<double> eccentricity() const;  ///< residual + added, m, in the rotor frame
-  /// The true lateral equations with the actuator gain 1/m (rotor frame of the sensors).
+  /// The true lateral equations with the actuator gain 1/m, and the modes that the unbalance drives as the sensors see
+  /// them.
   RotorModel true_model() const;
   /// The same record in the other direction: profile reversed in time.
   RigParameters run_up() const;
@@ -119,6 +122,8 @@ enum class RigFault : std::uint8_t {
   sensor_loss,   ///< laser signal at full scale, Measurement::valid = false
   sensor_stuck,  ///< laser repeats its last reading, valid = true
   extra_delay,   ///< commands act `delay_samples` ticks later
+  actuator_loss, ///< no force on the axis (of the actuator)
+  encoder_stuck, ///< angle, speed and acceleration repeat their last values
 };
 enum class RigAxis : std::uint8_t { both, x, y };
 
