@@ -74,7 +74,14 @@ double step_size(const Eigen::VectorXd& y) {
     const double m = (y[i] - y[i - 1]) / step;
     multiples += std::abs(m - std::round(m)) < 1e-2;
   }
-  return 100 * multiples >= 99 * (y.size() - 1) ? step : 0;
+  if (100 * multiples < 99 * (y.size() - 1)) return 0;
+  // A smooth sweep also has differences in multiples of one step; its third differences vanish, those of a counter do not.
+  double third = 0;
+  for (Eigen::Index i = 3; i < y.size(); ++i) {
+    const double d = y[i] - 3 * (y[i - 1] - y[i - 2]) - y[i - 3];
+    third += d * d;
+  }
+  return third > 0.01 * step * step * static_cast<double>(y.size()) ? step : 0;
 }
 
 }  // namespace

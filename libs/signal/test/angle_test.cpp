@@ -44,6 +44,14 @@ TEST(AngleReference, QuantisedAndWrappedEncoderOfARunDown) {
   }
 }
 
+TEST(AngleReference, ExactSweepIsNotTakenForACounter) {
+  const AngleSignal truth = run_down();
+  const AngleFit fit = angle_from_encoder(at_samples(truth.beta), kDt);
+  EXPECT_EQ(fit.resolution, 0);
+  EXPECT_LT(rms(fit.angle.beta - truth.beta), 1e-8);
+  EXPECT_EQ(fit.parameters, 3);
+}
+
 TEST(AngleReference, EncoderOfACoastDownWithSpeedRipple) {
   // Speed with drag and 0.4 % ripple at 1 Hz: no polynomial fits.
   const Eigen::Index n = 14000;

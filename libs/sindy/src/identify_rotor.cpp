@@ -112,6 +112,14 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
   return g;
 }
 
+/// Name for reports: modes and decays by their frequency.
+std::string label(const std::string& term, const Growth& g) {
+  if (!term.starts_with("mode") && !term.starts_with("decay")) return term;
+  const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
+  const double w = term.starts_with("mode") ? g.modes[k].omega : g.decays[k].omega;
+  return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
+}
+
 /// Candidates to try next: the best one that the model can take up. Near resonance conj z and conj z' look alike, so when
 /// both are significant the fit decides between them.
 std::vector<std::string> next_terms(const ScoreTest& test, double threshold) {
@@ -193,24 +201,28 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     result.chi_square_weak = test.chi_square;
     model.summary.condition_number = test.condition_number;
 
+    // Terms cannot mend a wrong angle or a record that is no rotor.
+    if (detail::unexplained_share(records, result.fit) > 0.4) break;
     const Growth before = growth;
     const std::vector<std::string> terms = next_terms(test, options.score_threshold);
-    double best = INFINITY;
+    std::string chosen;
     for (const std::string& term : terms) {
       const Growth trial = with_term(before, term, options);
       OutputErrorFit trial_fit = fit_output_error_rotor(records, trial.start, trial.active, eps, trial.delay);
-      const bool usable = trial_fit.summary.status != Status::unusable;
-      if (term != terms.front() && !(usable && trial_fit.summary.chi_square < best)) continue;
-      best = usable ? trial_fit.summary.chi_square : INFINITY;
+      if (trial_fit.summary.status == Status::unusable) continue;
+      if (!chosen.empty() && trial_fit.summary.chi_square >= fit.summary.chi_square) continue;
       fit = std::move(trial_fit);
       growth = trial;
-      if (term == terms.front()) {
-        result.added.push_back(term);
-      } else {
-        result.added.back() = term;
-      }
+      chosen = label(term, before);
     }
-    if (!terms.empty()) continue;
+    if (!chosen.empty()) {
+      result.added.push_back(chosen);
+      continue;
+    }
+    if (!terms.empty()) {
+      model.summary.warn(fmt::format("the records hold a term {}, but it cannot be estimated from them", label(terms[0], before)));
+      break;
+    }
     if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold && test.chi_square > 1.3) {
       model.summary.warn(fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model "
                                      "does not have",

@@ -16,6 +16,17 @@ double spread(const Eigen::VectorXd& v) {
   return std::sqrt((v.array() - v.mean()).square().mean());
 }
 
+// Longest stretch of equal samples at the largest or smallest value.
+Eigen::Index clipped_run(const Eigen::VectorXd& v) {
+  const double high = v.maxCoeff(), low = v.minCoeff();
+  Eigen::Index longest = 0, run = 0;
+  for (Eigen::Index i = 1; i < v.size(); ++i) {
+    run = v[i] == v[i - 1] && (v[i] == high || v[i] == low) ? run + 1 : 0;
+    longest = std::max(longest, run + 1);
+  }
+  return longest;
+}
+
 void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   Summary& s = r.summary;
   if (r.size() < 1000) s.fail(fmt::format("the record has {} samples; at least 1000 are needed", r.size()));
@@ -26,6 +37,8 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
       s.fail(fmt::format("channel {} is constant: the sensor sees no motion", name));
     } else if (sd < 1.2 * noise) {
       s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
+    } else if (const Eigen::Index run = clipped_run(*name == 'x' ? x : y); run >= 4) {
+      s.warn(fmt::format("channel {} stays at its extreme value for {} samples: the sensor range is too small", name, run));
     }
   }
   if (sx > 1e-12 && sy > 1e-12) {

@@ -8,27 +8,34 @@
 
 namespace whirl::detail {
 
+double unexplained_share(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
+  double excess = 0, motion = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const OutputErrorRecord& f = fit.records[r];
+    const double mean_square = f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y;
+    excess += static_cast<double>(records[r].size()) * std::max(0.0, mean_square - records[r].noise_variance());
+    motion += f.main.squaredNorm();
+  }
+  return std::sqrt(excess / motion);
+}
+
 void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
   constexpr double kHz = 1 / (2 * std::numbers::pi);
   const IdentifiedModel& model = result.model;
   const RotorModel& rotor = *model.rotor;
 
-  // Residual beyond the noise, as a share of the motion.
-  double squares = 0, excess = 0, motion = 0, samples = 0, peak = 0, low = INFINITY, high = 0;
+  double squares = 0, samples = 0, peak = 0, low = INFINITY, high = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
     const OutputErrorRecord& f = result.fit.records[r];
     const double n = static_cast<double>(records[r].size());
-    const double mean_square = f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y;
-    squares += n * mean_square;
-    excess += n * std::max(0.0, mean_square - records[r].noise_variance());
-    motion += f.main.squaredNorm();
+    squares += n * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
     samples += n;
     peak = std::max(peak, f.main.cwiseAbs().maxCoeff());
     low = std::min(low, records[r].speed_low() * kHz);
     high = std::max(high, records[r].speed_high() * kHz);
   }
   summary.residual = std::sqrt(squares / (2 * samples));
-  const double unexplained = std::sqrt(excess / motion);
+  const double unexplained = unexplained_share(records, result.fit);
   for (const std::string& w : result.fit.summary.warnings) summary.warn(w);
 
   const auto relative = [&](const char* name) {

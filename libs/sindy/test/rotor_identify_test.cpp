@@ -120,6 +120,66 @@ TEST(IdentifyRotorReference, ModesOfAHammerTestBecomeStates) {
   EXPECT_LT(std::abs(e.e), 0.5);
 }
 
+// Free coast-down with drag: the speed is no polynomial of the time, so beta'' is not constant.
+TEST(IdentifyRotorReference, CoastDownWithOncePerTurnPulses) {
+  const RotorModel truth = rotor_a();
+  const double w = 30 * kTurn, drag = 0.12, friction = 6;
+  const AngleLaw law = [=](double t) {
+    const double e = std::exp(-drag * t), f = friction / drag;
+    return std::array{(w + f) * (1 - e) / drag - f * t, (w + f) * e - f, -drag * (w + f) * e};
+  };
+  const Eigen::Index samples = 12000;
+  const Sweep grid;  // for the sample time; its angle channel is replaced below
+  const Recording data = recording(with_noise(motion(truth, law, 1e-3, samples), 20, 6), grid);
+  for (const double jitter : {1e-5, 1e-3}) {
+    std::mt19937_64 random(3);
+    std::normal_distribution<double> normal;
+    std::vector<double> pulses;
+    double turn = 0;
+    for (double t = 0; t < 12; t += 1e-5) {
+      if (law(t)[0] >= turn) {
+        pulses.push_back(t + jitter * normal(random));
+        turn += kTurn;
+      }
+    }
+    RotorIdentifyOptions options;
+    options.record.known_angle = angle_from_pulses(pulses, 1e-3, samples).angle;
+    const IdentifiedModel found = identify_rotor(data, options);
+    ASSERT_TRUE(found.rotor) << jitter;
+    const ModelError e = model_error(*found.rotor, truth);
+    EXPECT_LT(std::abs(e.k1), 0.1) << jitter;
+    EXPECT_LT(std::abs(e.k2), 3) << jitter;
+    EXPECT_LT(std::abs(e.c), 0.6) << jitter;
+    EXPECT_LT(std::abs(e.e), 0.5) << jitter;
+    EXPECT_LT(std::abs(e.phase), 1.0) << jitter;
+  }
+}
+
+TEST(IdentifyRotorReference, EncoderOfAFewLinesIsEnough) {
+  const RotorModel truth = rotor_a();
+  Recording data = recording(with_noise(motion(truth, {}), 20, 12), {});
+  for (const int lines : {256, 4096}) {
+    Recording counted = data;
+    const double step = kTurn / lines;
+    for (double& b : counted.channels[2].samples) b = step * std::floor(b / step) - kTurn * std::floor(b / kTurn);
+    RotorIdentifyOptions options;
+    options.record.angle_fit.count_offset = 0.5;
+    const IdentifiedModel found = identify_rotor(counted, options);
+    EXPECT_EQ(found.summary.status, Status::ok) << lines;
+    const ModelError e = model_error(*found.rotor, truth);
+    EXPECT_LT(std::abs(e.k2), 3) << lines;
+    EXPECT_LT(std::abs(e.phase), 0.3) << lines;
+  }
+}
+
+TEST(IdentifyRotor, ClippedSensorIsNamed) {
+  Recording data = recording(with_noise(motion(rotor_a(), {}), 30, 12), {});
+  for (double& x : data.channels[0].samples) x = std::min(x, 0.9e-3);
+  const IdentifiedModel found = identify_rotor(data);
+  EXPECT_NE(found.summary.status, Status::ok);
+  EXPECT_THAT(found.summary.warnings, ::testing::Contains(::testing::HasSubstr("range")));
+}
+
 /// What a probe adds to the motion and how late it is, with the true motion delayed by interpolation in the angle's time.
 TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
   const RotorModel truth = rotor_a();

@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -39,12 +41,15 @@ inline RotorModel rotor_a() {
 /// Eccentricity that `grams` add to rotor A.
 inline Complex added_mass(double grams) { return std::polar(1.7e-4 * grams / 5, 1.2); }
 
+/// Angle, speed and acceleration at a time: any closed form.
+using AngleLaw = std::function<std::array<double, 3>(double)>;
+
 /// Noise-free motion as the sensors see it, from steady whirl (speed not 0 at the start) or rest.
-inline Eigen::VectorXcd motion(const RotorModel& m, const Sweep& sweep) {
-  const double w0 = sweep.omega0(), alpha = sweep.alpha();
+inline Eigen::VectorXcd motion(const RotorModel& m, const AngleLaw& law, double dt, Eigen::Index samples) {
+  const double w0 = law(0)[1];
   const auto forcing = [&](double t) {
-    const double w = w0 + alpha * t, b = sweep.beta0 + t * (w0 + 0.5 * alpha * t);
-    return std::polar(1.0, b) * Complex(w * w, -alpha);
+    const auto [b, w, a] = law(t);
+    return std::polar(1.0, b) * Complex(w * w, -a);
   };
   using State = Eigen::VectorXcd;  // z, z', then q, q' of each mode
   const auto modes = static_cast<Eigen::Index>(m.modes.size());
@@ -73,15 +78,19 @@ inline Eigen::VectorXcd motion(const RotorModel& m, const Sweep& sweep) {
     }
     return d;
   };
-  Eigen::VectorXcd z(sweep.samples());
+  Eigen::VectorXcd z(samples);
   const int substeps = modes > 0 ? 10 : 4;
-  const double h = sweep.dt / substeps;
+  const double h = dt / substeps;
   for (Eigen::Index i = 0; i < z.size(); ++i) {
     z[i] = s[0] + m.offset;
     for (Eigen::Index k = 0; k < modes; ++k) z[i] += m.modes[static_cast<std::size_t>(k)].participation * s[2 + 2 * k];
-    for (int j = 0; j < substeps; ++j) s = rk4_step(f, sweep.dt * static_cast<double>(i) + j * h, s, h);
+    for (int j = 0; j < substeps; ++j) s = rk4_step(f, dt * static_cast<double>(i) + j * h, s, h);
   }
   return z;
+}
+inline Eigen::VectorXcd motion(const RotorModel& m, const Sweep& sweep) {
+  const double b0 = sweep.beta0, w0 = sweep.omega0(), a = sweep.alpha();
+  return motion(m, [=](double t) { return std::array{b0 + t * (w0 + 0.5 * a * t), w0 + a * t, a}; }, sweep.dt, sweep.samples());
 }
 
 /// White noise of `snr` dB below the standard deviation of each axis.

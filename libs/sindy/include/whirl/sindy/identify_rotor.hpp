@@ -36,7 +36,7 @@ struct RotorIdentification {
   IdentifiedModel model;
   OutputErrorFit fit;              ///< of the last refinement; records in the order given
   OutputErrorOptions active;       ///< terms that were estimated
-  std::vector<std::string> added;  ///< terms added by the score test, in order
+  std::vector<std::string> added;  ///< terms added by the score test, in order, e.g. "conj z", "mode 21.2 Hz"
   double chi_square_weak = 0;      ///< of the final model
 };
 
