@@ -31,7 +31,7 @@ SensitivitySystem::SensitivitySystem(std::vector<SensitiveTerm> terms, std::vect
   out_.resize(static_cast<Eigen::Index>(functions.size()));
   dx_.resize(n_);
   jacobian_.resize(n_, n_);
-  forcing_ = Eigen::MatrixXd::Zero(n_, p_);
+  forcing_ = Eigen::MatrixXd::Zero(p_, n_);
 }
 
 void SensitivitySystem::rate(const double* state, const double* input, bool derivatives) {
@@ -42,7 +42,7 @@ void SensitivitySystem::rate(const double* state, const double* input, bool deri
   for (std::size_t k = 0; k < terms_.size(); ++k) {
     const double f = out_[static_cast<Eigen::Index>(k)];
     dx_[terms_[k].state] += terms_[k].theta * f;
-    if (derivatives && column_[k] >= 0) forcing_(terms_[k].state, column_[k]) = f;
+    if (derivatives && column_[k] >= 0) forcing_(column_[k], terms_[k].state) = f;
   }
   if (!derivatives) return;
   jacobian_.setZero();
@@ -63,19 +63,26 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
     sums.normal = Eigen::MatrixXd::Zero(total, total);
     sums.gradient = Eigen::VectorXd::Zero(total);
   }
-  // Columns 0: state, then sensitivities to parameters, then to the start.
-  const Eigen::Index columns = derivatives ? 1 + local : 1;
-  Eigen::MatrixXd s(n_, columns), stage(n_, columns), k1(n_, columns), k2(n_, columns), k3(n_, columns), k4(n_, columns);
-  const auto slope = [&](const Eigen::MatrixXd& at, const double* input, Eigen::MatrixXd& k) {
+  // Sensitivities have one row per unknown and one column per state, so that the long dimension is contiguous.
+  Eigen::VectorXd x(n_), xs(n_), x1(n_), x2(n_), x3(n_), x4(n_);
+  const Eigen::Index width = derivatives ? local : 0;
+  Eigen::MatrixXd s(width, n_), stage(width, n_), s1(width, n_), s2(width, n_), s3(width, n_), s4(width, n_);
+  const auto slope = [&](const Eigen::VectorXd& at, const Eigen::MatrixXd& sens, const double* input, Eigen::VectorXd& kx,
+                         Eigen::MatrixXd& ks) {
     rate(at.data(), input, derivatives);
-    k.col(0) = dx_;
+    kx = dx_;
     if (!derivatives) return;
-    k.rightCols(local).noalias() = jacobian_.lazyProduct(at.rightCols(local));
-    k.middleCols(1, p_) += forcing_;
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      ks.col(i).setZero();
+      ks.col(i).head(p_) = forcing_.col(i);
+      for (Eigen::Index j = 0; j < n_; ++j) {
+        if (jacobian_(i, j) != 0) ks.col(i) += jacobian_(i, j) * sens.col(j);
+      }
+    }
   };
   constexpr Eigen::Index batch = 64;
-  Eigen::MatrixXd rows(batch * static_cast<Eigen::Index>(outputs.size()), local);
-  Eigen::VectorXd residuals(rows.rows());
+  Eigen::MatrixXd rows(local, batch * static_cast<Eigen::Index>(outputs.size()));
+  Eigen::VectorXd residuals(rows.cols());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const FreeRun& run = runs[r];
     const Eigen::Index samples = run.measured.rows();
@@ -83,43 +90,47 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
     const auto input = [&](Eigen::Index half) { return m_ > 0 ? inputs.col(half).data() : nullptr; };
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(local, local);
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(local);
+    x = run.start;
     s.setZero();
-    s.col(0) = run.start;
-    if (derivatives && free_start) s.rightCols(n_).setIdentity();
+    if (derivatives && free_start) s.bottomRows(n_).setIdentity();
     Eigen::Index filled = 0;
     const auto flush = [&] {
       if (!derivatives || filled == 0) return;
-      normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(filled).transpose());
-      gradient.noalias() += rows.topRows(filled).transpose() * residuals.head(filled);
+      normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
+      gradient.noalias() += rows.leftCols(filled) * residuals.head(filled);
       filled = 0;
     };
     for (Eigen::Index i = 0; i < samples; ++i) {
-      if (!s.col(0).allFinite() || s.col(0).cwiseAbs().maxCoeff() > 1e30) {
+      if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e30) {
         sums.diverged = true;
         return sums;
       }
       if (i >= skip) {
         for (std::size_t o = 0; o < outputs.size(); ++o) {
           const Eigen::Index column = static_cast<Eigen::Index>(o);
-          const double residual = (run.measured(i, column) - s(outputs[o], 0)) * weight[column];
+          const double residual = (run.measured(i, column) - x[outputs[o]]) * weight[column];
           if (!std::isfinite(residual)) continue;
           sums.cost += residual * residual;
           ++sums.rows;
           if (!derivatives) continue;
-          rows.row(filled) = weight[column] * s.row(outputs[o]).tail(local);
+          rows.col(filled) = weight[column] * s.col(outputs[o]);
           residuals[filled++] = residual;
         }
-        if (filled + static_cast<Eigen::Index>(outputs.size()) > rows.rows()) flush();
+        if (filled + static_cast<Eigen::Index>(outputs.size()) > rows.cols()) flush();
       }
       if (i + 1 == samples) break;
-      slope(s, input(2 * i), k1);
-      stage = s + 0.5 * dt * k1;
-      slope(stage, input(2 * i + 1), k2);
-      stage = s + 0.5 * dt * k2;
-      slope(stage, input(2 * i + 1), k3);
-      stage = s + dt * k3;
-      slope(stage, input(2 * i + 2), k4);
-      s += dt / 6 * (k1 + 2 * (k2 + k3) + k4);
+      slope(x, s, input(2 * i), x1, s1);
+      xs = x + 0.5 * dt * x1;
+      stage = s + 0.5 * dt * s1;
+      slope(xs, stage, input(2 * i + 1), x2, s2);
+      xs = x + 0.5 * dt * x2;
+      stage = s + 0.5 * dt * s2;
+      slope(xs, stage, input(2 * i + 1), x3, s3);
+      xs = x + dt * x3;
+      stage = s + dt * s3;
+      slope(xs, stage, input(2 * i + 2), x4, s4);
+      x += dt / 6 * (x1 + 2 * (x2 + x3) + x4);
+      s += dt / 6 * (s1 + 2 * (s2 + s3) + s4);
     }
     flush();
     if (!derivatives) continue;

@@ -217,9 +217,12 @@ class Selector {
     IdentifiedModel trial = model;
     trial.equations[static_cast<std::size_t>(at - model.equations.begin())] = other;
     RefineOptions few = refine_;
+    few.max_iterations = 2;
+    Refined refined = refine_free_run(trial, runs_, dt_, few);
+    // A hopeless support shows at once.
+    if (refined.starts.empty() || refined.rmse * refined.rmse > 4 * variance_) return false;
     few.max_iterations = 6;
-    const Refined refined = refine_free_run(trial, runs_, dt_, few);
-    if (refined.starts.empty()) return false;
+    refined = refine_free_run(refined.model, runs_, dt_, few);
     const double rows = samples();
     const double now = rows * std::log(variance_) + std::log(rows) * static_cast<double>(at->terms.size());
     const double then =
