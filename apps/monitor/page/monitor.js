@@ -31,10 +31,12 @@ function digits(value, n = 3) {
 }
 function ticks(low, high, most) {
   const raw = (high - low) / Math.max(1, most), power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= raw * 0.999999);
+  let step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= raw * 0.999999);
+  if (Math.floor(high / step) === Math.ceil(low / step)) step /= 2; // one tick alone is no scale
   const out = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) out.push(k * step);
-  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const mantissa = step / 10 ** Math.floor(Math.log10(step) + 1e-9);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (Math.abs(mantissa - 2.5) < 1e-6 ? 1 : 0));
   return out.map((v) => [v, v.toFixed(decimals).replace("-", "−")]);
 }
 
@@ -75,7 +77,7 @@ function axes(g, box, x, y, xTicks = true) {
     yTicks = [];
     for (let e = Math.ceil(Math.log10(y.low)); e <= Math.log10(y.high); ++e) yTicks.push([10 ** e, Math.abs(e) > 2 ? "1e" + e : String(10 ** e)]);
   } else {
-    yTicks = ticks(y.low, y.high, Math.max(2, box.h / 34));
+    yTicks = y.ticks || ticks(y.low, y.high, Math.max(3, box.h / 34));
   }
   for (const [v, text] of yTicks) {
     g.beginPath(); g.moveTo(box.x, fy(v)); g.lineTo(box.x + box.w, fy(v)); g.stroke();
@@ -235,6 +237,10 @@ function spectrumChannels() {
   const displacement = shownChannels().filter(([c]) => c.quantity === "displacement");
   return displacement.length ? displacement : shownChannels().slice(0, 2);
 }
+/** Lines of a spectrum up to the chosen part of its range. */
+function shownLines(n) {
+  return Math.max(8, Math.min(n, Math.ceil(n * Number(byId("range").value))));
+}
 function drawSpectrum() {
   const [g, w, h] = prepare(byId("spectrum"));
   if (!spectrum) return empty(g, w, h, "no block complete yet");
@@ -243,14 +249,14 @@ function drawSpectrum() {
   for (const [, i] of chosen) size = Math.max(size, largest(spectrum.data[i].subarray(1)));
   const [factor, unit] = unitFor(chosen[0][0].quantity, chosen[0][0].unit, size);
   const top = 10 ** Math.ceil(Math.log10((size || 1) / factor)), spacing = stream.spectrum.spacing_hz;
-  const box = { x: 62, y: 6, w: w - 76, h: h - 42 };
-  const [fx, fy] = axes(g, box, { low: 0, high: spacing * (spectrum.n - 1), label: "frequency [Hz]" },
+  const box = { x: 62, y: 6, w: w - 76, h: h - 42 }, lines = shownLines(spectrum.n);
+  const [fx, fy] = axes(g, box, { low: 0, high: spacing * (lines - 1), label: "frequency [Hz]" },
     { low: top * 1e-5, high: top, label: `amplitude, peak [${unit}]`, log: true });
   clipped(g, box, () => chosen.forEach(([, i], k) => {
     g.strokeStyle = seriesColor(k);
     g.lineWidth = 1.2;
     g.beginPath();
-    for (let line = 1; line < spectrum.n; ++line) {
+    for (let line = 1; line < lines; ++line) {
       const px = fx(line * spacing), py = fy(Math.max(spectrum.data[i][line] / factor, top * 1e-7));
       if (line > 1) g.lineTo(px, py); else g.moveTo(px, py);
     }
@@ -259,7 +265,7 @@ function drawSpectrum() {
   g.textAlign = "right";
   chosen.forEach(([c, i], k) => {
     let peak = 1;
-    for (let line = 1; line < spectrum.n; ++line) if (spectrum.data[i][line] > spectrum.data[i][peak]) peak = line;
+    for (let line = 1; line < lines; ++line) if (spectrum.data[i][line] > spectrum.data[i][peak]) peak = line;
     g.fillStyle = seriesColor(k);
     g.fillText(`${c.name}: ${digits(spectrum.data[i][peak] / factor)} ${unit} peak at ${digits(peak * spacing, 4)} Hz`, box.x + box.w - 6, box.y + 14 + 14 * k);
   });
@@ -297,14 +303,15 @@ function drawWaterfall() {
   if (!waterfall) return empty(g, w, h, "no block complete yet");
   const [channel] = spectrumChannels()[0];
   const box = { x: 62, y: 6, w: w - 76, h: h - 42 }, rows = waterfall.canvas.height;
+  const shown = shownLines(waterfall.canvas.width);
   const newest = waterfall.times[0], oldest = waterfall.times[waterfall.times.length - 1];
   const perRow = waterfall.times.length > 1 ? (newest - oldest) / (waterfall.times.length - 1) : 1;
-  axes(g, box, { low: 0, high: stream.spectrum.spacing_hz * (waterfall.canvas.width - 1), label: "frequency [Hz]" },
-    { low: newest - rows * perRow, high: newest, label: "time [s]" });
+  axes(g, box, { low: 0, high: stream.spectrum.spacing_hz * (shown - 1), label: "frequency [Hz]" },
+    { low: -rows * perRow, high: 0, label: "time before now [s]" });
   g.imageSmoothingEnabled = false;
-  g.drawImage(waterfall.canvas, box.x, box.y, box.w, box.h);
+  g.drawImage(waterfall.canvas, 0, 0, shown, rows, box.x, box.y, box.w, box.h);
   const [factor, unit] = unitFor(channel.quantity, channel.unit, waterfall.top);
-  byId("waterfall-state").textContent = `${channel.name}, 60 dB below ${digits(waterfall.top / factor)} ${unit} peak`;
+  byId("waterfall-state").textContent = `${channel.name}, averaged spectra, 60 dB below ${digits(waterfall.top / factor)} ${unit} peak`;
 }
 
 function drawBode() {
@@ -321,7 +328,7 @@ function drawBode() {
   const [factor, unit] = unitFor("displacement", "m", size);
   const upper = { x: 62, y: 6, w: w - 76, h: 0.6 * (h - 50) }, lower = { x: 62, y: upper.y + upper.h + 8, w: w - 76, h: 0.4 * (h - 50) };
   const [fx, fa] = axes(g, upper, { low, high }, { low: 0, high: 1.1 * size / factor, label: `1X [${unit}]` }, false);
-  const [, fp] = axes(g, lower, { low, high, label: "rotor speed [rpm]" }, { low: -180, high: 180, label: "phase [°]" });
+  const [, fp] = axes(g, lower, { low, high, label: "rotor speed [rpm]" }, { low: -180, high: 180, label: "phase [°]", ticks: [-180, -90, 0, 90, 180].map((v) => [v, String(v).replace("-", "−")]) });
   stream.tracked.forEach((_, k) => {
     g.fillStyle = seriesColor(k);
     for (const t of turns) {
@@ -454,5 +461,6 @@ if (token) {
   }
 }
 window.addEventListener("resize", () => { drawn = -1; });
+for (const id of ["range", "window"]) byId(id).onchange = () => { drawn = -1; };
 connect();
 draw();
