@@ -1,0 +1,360 @@
+#include <fmt/format.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "uff_text.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/uff.hpp"
+
+namespace whirl {
+namespace {
+
+bool is_delimiter(std::string_view line) { return trim(line) == "-1"; }
+
+struct BinaryForm {
+  bool binary = false;
+  bool little = true;
+  std::size_t bytes = 0;
+};
+
+// Text may be latin-1 or UTF-8; it is kept as UTF-8.
+std::string text_of(std::string_view raw) {
+  raw = trim(raw);
+  bool utf8 = true;
+  for (std::size_t i = 0; i < raw.size() && utf8; ++i) {
+    const auto c = static_cast<unsigned char>(raw[i]);
+    if (c < 0x80) continue;
+    const std::size_t more = c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC2 ? 1 : 0;
+    utf8 = more > 0 && i + more < raw.size();
+    for (std::size_t k = 1; utf8 && k <= more; ++k) utf8 = (static_cast<unsigned char>(raw[i + k]) & 0xC0) == 0x80;
+    i += more;
+  }
+  if (utf8) return std::string(raw);
+  std::string converted;
+  for (const char byte : raw) {
+    const auto c = static_cast<unsigned char>(byte);
+    if (c < 0x80) {
+      converted += byte;
+    } else {
+      converted += static_cast<char>(0xC0 | (c >> 6));
+      converted += static_cast<char>(0x80 | (c & 0x3F));
+    }
+  }
+  return converted;
+}
+
+class Reader {
+ public:
+  Reader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) { file_.source = name; }
+
+  UffFile read() {
+    while (!lines_.done()) {
+      if (!is_delimiter(lines_.next())) continue;  // text between blocks
+      if (lines_.done()) break;
+      read_block();
+    }
+    if (file_.units.size() > 1) warn("more than one unit system (dataset 164): the units of each value are not certain");
+    return std::move(file_);
+  }
+
+ private:
+  void warn(const std::string& message) { file_.warnings.push_back(message); }
+
+  // Next line of a block's fixed part.
+  std::string_view header_line(const char* what) {
+    if (lines_.done()) lines_.fail(fmt::format("file ends inside the {}", what));
+    return lines_.next();
+  }
+  // True at the end of the block (the delimiter is consumed) or of the file.
+  bool block_ends() {
+    if (lines_.done()) {
+      warn(fmt::format("line {}: the last block is not closed by -1", lines_.line()));
+      return true;
+    }
+    if (!is_delimiter(lines_.peek())) return false;
+    lines_.next();
+    return true;
+  }
+  void skip_block() {
+    while (!block_ends()) lines_.next();
+  }
+
+  void read_block() {
+    const std::string_view line = lines_.next();
+    std::string_view number = columns(line, 0, 6);
+    const bool binary = line.size() > 6 && (line[6] == 'b' || line[6] == 'B');
+    BinaryForm form;
+    if (binary) {
+      form.binary = true;
+      const long order = integer(lines_, line, 7, 6);
+      const long floats = integer(lines_, line, 13, 6);
+      if (order != 1 && order != 2) lines_.fail(fmt::format("byte order {}: must be 1 (little) or 2 (big endian)", order));
+      if (floats != 2) lines_.fail(fmt::format("floating-point format {}: only 2 (IEEE) can be read", floats));
+      form.little = order == 1;
+      const long bytes = integer(lines_, line, 31, 12);
+      if (bytes < 0) lines_.fail(fmt::format("{} bytes of data: must not be negative", bytes));
+      form.bytes = static_cast<std::size_t>(bytes);
+    }
+    if (is_delimiter(line)) return;  // empty block
+    const long dataset = integer(lines_, number, 0, 6);
+    if (binary && dataset != 58) lines_.fail(fmt::format("dataset {}b: only 58 may be binary", dataset));
+    switch (dataset) {
+      case 58: read_function(form); break;
+      case 55: read_shape(); break;
+      case 15: read_nodes(); break;
+      case 2411: read_nodes_double(); break;
+      case 2412: read_elements(); break;
+      case 82: read_trace(); break;
+      case 18: read_systems(); break;
+      case 151:
+        while (!block_ends()) file_.header.push_back(text_of(lines_.next()));
+        break;
+      case 164: read_units(); break;
+      default:
+        file_.skipped.push_back(static_cast<int>(dataset));
+        skip_block();
+    }
+  }
+
+  UffAxis axis() {
+    const std::string_view line = header_line("axes of a function");
+    return {static_cast<int>(integer(lines_, line, 0, 10)), text_of(columns(line, 26, 20)), text_of(columns(line, 47, 20))};
+  }
+
+  void read_function(const BinaryForm& form) {
+    UffFunction f;
+    for (auto& id : f.id) id = text_of(header_line("ID lines of a function"));
+    std::string_view line = header_line("header of a function");
+    f.type = static_cast<int>(integer(lines_, line, 0, 5));
+    f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), static_cast<int>(integer(lines_, line, 51, 4))};
+    f.reference = {text_of(columns(line, 56, 10)), integer(lines_, line, 66, 10), static_cast<int>(integer(lines_, line, 76, 4))};
+    line = header_line("header of a function");
+    const long ordinate = integer(lines_, line, 0, 10);
+    if (ordinate != 2 && ordinate != 4 && ordinate != 5 && ordinate != 6) {
+      lines_.fail(fmt::format("ordinate type {}: must be 2, 4, 5 or 6", ordinate));
+    }
+    f.complex = ordinate >= 5;
+    f.single = ordinate == 2 || ordinate == 5;
+    f.declared = integer(lines_, line, 10, 10);
+    if (f.declared < 0) lines_.fail(fmt::format("{} values: must not be negative", f.declared));
+    f.even = integer(lines_, line, 20, 10) != 0;
+    std::vector<double> steps;
+    append_numbers(lines_, line.size() > 30 ? line.substr(30) : std::string_view{}, steps);
+    if (steps.size() < 2) lines_.fail("abscissa minimum and increment are missing");
+    f.x0 = steps[0];
+    f.dx = steps[1];
+    f.abscissa = axis();
+    f.ordinate = axis();
+    f.denominator = axis();
+    f.z = axis();
+    const std::size_t per_value = (f.complex ? 2 : 1) + (f.even ? 0 : 1);
+    std::vector<double> numbers;
+    if (form.binary) {
+      numbers = binary_numbers(form, f, per_value);
+      // CR LF or nothing may stand before the closing -1; a wrong byte count leaves more.
+      while (!block_ends()) lines_.next();
+    } else {
+      const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
+      numbers.reserve(std::min(wanted, lines_.remaining() / 2 + 8));
+      bool ended = false;
+      while (numbers.size() < wanted && !(ended = block_ends())) append_numbers(lines_, lines_.next(), numbers);
+      if (!ended) skip_block();
+      if (numbers.size() > wanted) numbers.resize(wanted);
+    }
+    const auto count = static_cast<Eigen::Index>(numbers.size() / per_value);
+    if (count < f.declared) {
+      warn(fmt::format("line {}: function '{}' declares {} values, {} are present", lines_.line(), f.id[0], f.declared, count));
+    }
+    f.value.resize(count);
+    if (!f.even) f.x.resize(count);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const double* at = numbers.data() + static_cast<std::size_t>(i) * per_value;
+      if (!f.even) f.x[i] = *at++;
+      f.value[i] = {at[0], f.complex ? at[1] : 0.0};
+    }
+    file_.functions.push_back(std::move(f));
+  }
+
+  std::vector<double> binary_numbers(const BinaryForm& form, const UffFunction& f, std::size_t per_value) {
+    const std::size_t width = f.single ? 4 : 8;
+    const std::string_view raw = lines_.take(form.bytes);
+    const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
+    const std::size_t count = std::min(wanted, raw.size() / width);
+    if (form.bytes != wanted * width && raw.size() == form.bytes) {
+      warn(fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
+    }
+    std::vector<double> numbers(count);
+    const bool swap = form.little != (std::endian::native == std::endian::little);
+    for (std::size_t i = 0; i < count; ++i) {
+      char value[8];
+      std::memcpy(value, raw.data() + i * width, width);
+      if (swap) std::reverse(value, value + width);
+      if (f.single) {
+        float number = 0;
+        std::memcpy(&number, value, 4);
+        numbers[i] = number;
+      } else {
+        std::memcpy(&numbers[i], value, 8);
+      }
+      if (!std::isfinite(numbers[i])) lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", i + 1));
+    }
+    return numbers;
+  }
+
+  void read_shape() {
+    UffShape s;
+    for (auto& id : s.id) id = text_of(header_line("ID lines of a shape"));
+    std::string_view line = header_line("header of a shape");
+    s.analysis = static_cast<int>(integer(lines_, line, 10, 10));
+    s.characteristic = static_cast<int>(integer(lines_, line, 20, 10));
+    s.specific = static_cast<int>(integer(lines_, line, 30, 10));
+    const long data = integer(lines_, line, 40, 10);
+    if (data != 2 && data != 5) lines_.fail(fmt::format("data type {}: must be 2 (real) or 5 (complex)", data));
+    s.complex = data == 5;
+    const long per_node = integer(lines_, line, 50, 10);
+    if (per_node < 1 || per_node > 100) lines_.fail(fmt::format("{} values per node: must be 1 to 100", per_node));
+    line = header_line("header of a shape");
+    const long integers = integer(lines_, line, 0, 10), reals = integer(lines_, line, 10, 10);
+    if (integers < 0 || integers > 100 || reals < 0 || reals > 100) lines_.fail("counts of the header must be 0 to 100");
+    for (long i = 0; i < integers; ++i) {
+      const long column = (i + 2) % 8;
+      if (column == 0) line = header_line("header of a shape");
+      s.integers.push_back(integer(lines_, line, static_cast<std::size_t>(column) * 10, 10));
+    }
+    while (s.reals.size() < static_cast<std::size_t>(reals)) append_numbers(lines_, header_line("header of a shape"), s.reals);
+    s.reals.resize(static_cast<std::size_t>(reals));
+    const std::size_t width = static_cast<std::size_t>(per_node) * (s.complex ? 2 : 1);
+    std::vector<double> values;
+    while (!block_ends()) {
+      // The label alone on its line: some writers leave the ten columns.
+      const long node = integer(lines_, lines_.next(), 0, 80);
+      std::vector<double> row;
+      bool cut = false;
+      while (row.size() < width && !cut) {
+        cut = lines_.done() || is_delimiter(lines_.peek());
+        if (!cut) append_numbers(lines_, lines_.next(), row);
+      }
+      if (cut) {
+        warn(fmt::format("line {}: values of node {} are cut off", lines_.line(), node));
+        continue;
+      }
+      s.nodes.push_back(node);
+      values.insert(values.end(), row.begin(), row.begin() + static_cast<std::ptrdiff_t>(width));
+    }
+    s.value.resize(static_cast<Eigen::Index>(s.nodes.size()), per_node);
+    const double* at = values.data();
+    for (Eigen::Index n = 0; n < s.value.rows(); ++n) {
+      for (Eigen::Index k = 0; k < per_node; ++k, at += s.complex ? 2 : 1) s.value(n, k) = {at[0], s.complex ? at[1] : 0.0};
+    }
+    file_.shapes.push_back(std::move(s));
+  }
+
+  Eigen::Vector3d three_numbers(std::string_view text) {
+    std::vector<double> p;
+    append_numbers(lines_, text, p);
+    if (p.size() < 3) lines_.fail("three coordinates are expected");
+    return {p[0], p[1], p[2]};
+  }
+
+  void read_nodes() {
+    while (!block_ends()) {
+      const std::string_view line = lines_.next();
+      file_.nodes.push_back({integer(lines_, line, 0, 10), three_numbers(line.size() > 40 ? line.substr(40) : "")});
+    }
+  }
+
+  void read_nodes_double() {
+    while (!block_ends()) {
+      const long label = integer(lines_, lines_.next(), 0, 10);
+      file_.nodes.push_back({label, three_numbers(header_line("coordinates of a node"))});
+    }
+  }
+
+  void read_labels(std::size_t count, std::vector<long>& labels, const char* what) {
+    while (labels.size() < count) {
+      if (lines_.done() || is_delimiter(lines_.peek())) lines_.fail(fmt::format("{} lists {} of {} nodes", what, labels.size(), count));
+      const std::string_view line = lines_.next();
+      for (std::size_t k = 0; k < 8 && labels.size() < count && !columns(line, 10 * k, 10).empty(); ++k) {
+        labels.push_back(integer(lines_, line, 10 * k, 10));
+      }
+    }
+  }
+
+  void read_elements() {
+    while (!block_ends()) {
+      const std::string_view line = lines_.next();
+      UffElement element{integer(lines_, line, 0, 10), static_cast<int>(integer(lines_, line, 10, 10)), {}};
+      const long count = integer(lines_, line, 50, 10);
+      if (count < 0 || count > 10000) lines_.fail(fmt::format("element of {} nodes: must be 0 to 10000", count));
+      const bool beam = element.type == 11 || (element.type >= 21 && element.type <= 24);
+      if (beam) header_line("orientation of a beam element");
+      read_labels(static_cast<std::size_t>(count), element.nodes, "element");
+      file_.elements.push_back(std::move(element));
+    }
+  }
+
+  void read_trace() {
+    const std::string_view line = header_line("header of a trace line");
+    const long count = integer(lines_, line, 10, 10);
+    if (count < 0) lines_.fail(fmt::format("trace line of {} nodes: must not be negative", count));
+    UffTrace trace;
+    trace.id = text_of(header_line("name of a trace line"));
+    read_labels(static_cast<std::size_t>(count), trace.nodes, "trace line");
+    file_.traces.push_back(std::move(trace));
+    skip_block();
+  }
+
+  void read_systems() {
+    while (!block_ends()) {
+      const std::string_view line = lines_.next();
+      UffSystem system;
+      system.label = integer(lines_, line, 0, 10);
+      system.type = static_cast<int>(integer(lines_, line, 10, 10));
+      system.name = text_of(header_line("name of a coordinate system"));
+      std::vector<double> p;
+      while (p.size() < 9) append_numbers(lines_, header_line("axes of a coordinate system"), p);
+      system.origin = Eigen::Map<Eigen::Vector3d>(p.data());
+      system.x_point = Eigen::Map<Eigen::Vector3d>(p.data() + 3);
+      system.xz_point = Eigen::Map<Eigen::Vector3d>(p.data() + 6);
+      file_.systems.push_back(std::move(system));
+    }
+  }
+
+  void read_units() {
+    const std::string_view line = header_line("units");
+    UffUnits units;
+    units.code = static_cast<int>(integer(lines_, line, 0, 10));
+    units.description = text_of(columns(line, 10, 20));
+    std::vector<double> factors;
+    while (factors.size() < 4 && !lines_.done() && !is_delimiter(lines_.peek())) append_numbers(lines_, lines_.next(), factors);
+    if (factors.size() < 3) lines_.fail("length, force and temperature factors are expected");
+    units.length = factors[0];
+    units.force = factors[1];
+    units.temperature = factors[2];
+    if (factors.size() > 3) units.temperature_offset = factors[3];
+    file_.units.push_back(units);
+    skip_block();
+  }
+
+  TextLines lines_;
+  UffFile file_;
+};
+
+}  // namespace
+
+UffFile parse_uff(std::string_view bytes, std::string_view name) {
+  const std::string text = decompress(bytes, name);
+  UffFile file = Reader(text, name).read();
+  const bool empty = file.functions.empty() && file.shapes.empty() && file.nodes.empty() && file.traces.empty() &&
+                     file.elements.empty() && file.systems.empty() && file.units.empty() && file.header.empty() &&
+                     file.skipped.empty();
+  if (empty) throw Error::in_file(name, 0, "no dataset found: not a universal file");
+  return file;
+}
+
+UffFile read_uff(const std::filesystem::path& path) { return parse_uff(read_text(path), path.string()); }
+
+}  // namespace whirl
