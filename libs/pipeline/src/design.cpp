@@ -126,7 +126,30 @@ void run_search(Search& search) {
 
 }  // namespace
 
-ControllerDesign untuned_design(const RotorModel& model, const DesignOptions& options) {
+Runout identified_runout(const IdentifiedModel& model) {
+  Runout out;
+  for (std::size_t k = 0; k < Runout::kHarmonics; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      const std::string name = fmt::format("runout{}{}_", k + 1, sign > 0 ? '+' : '-');
+      const Estimate *re = model.parameter(name + "re"), *im = model.parameter(name + "im");
+      if (re == nullptr || im == nullptr) continue;
+      // (a + i b)(cos k beta + i sign sin k beta), x the real part, y the imaginary one.
+      out.x_cos[k] += re->value;
+      out.x_sin[k] -= sign * im->value;
+      out.y_cos[k] += im->value;
+      out.y_sin[k] += sign * re->value;
+    }
+  }
+  return out;
+}
+
+ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignOptions& options) {
+  if (!identified.rotor) {
+    throw Error(fmt::format("model identified by method {}: it is no rotor with stiffness, damping and unbalance, so no "
+                            "controller can be designed from it",
+                            identified.method));
+  }
+  const RotorModel& model = *identified.rotor;
   ControllerDesign d;
   d.law = options.law;
   d.estimator = options.estimator;
@@ -141,28 +164,24 @@ ControllerDesign untuned_design(const RotorModel& model, const DesignOptions& op
   const auto& e = options.estimator;
   const bool has_model = e == "kalman" || e == "kfe" || e == "kfo" || e == "eso";
   d.parameters["predict"] = has_model ? 1 : 0;
-  d.parameters["advance"] = options.law == "tsmc_paper" ? 0 : 1;  // eq. 43 as printed takes the angle of the tick
   if (options.law == "tsmc_paper") d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
-  if (options.runout) d.parameters.merge(runout_parameters(*options.runout));
+  const Runout runout = options.runout ? *options.runout : identified_runout(identified);
+  if (!runout.empty()) d.parameters.merge(runout_parameters(runout));
   for (const auto& [name, value] : options.fixed) d.parameters[name] = value;
   make_controller(d);  // throws for whatever is wrong
   return d;
 }
 
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options) {
-  if (!model.rotor) {
-    throw Error(fmt::format("model identified by method {}: it is no rotor with stiffness, damping and unbalance, so no "
-                            "controller can be designed from it",
-                            model.method));
-  }
   require_range("evaluations", options.evaluations, 1, 1e6);
   Search search;
   search.options = &options;
-  search.design = untuned_design(*model.rotor, options);
+  search.design = untuned_design(model, options);
   search.variables = variables_of(search.design, options);
   search.scenarios = tuning_scenarios(options.hardware, options.stiffness_uncertainty);
+  const Hardware hardware = tuning_hardware(search.design, options.hardware);
   for (const auto& s : search.scenarios) {
-    search.plants.push_back(scenario_plant(s, search.design.model, options.hardware, options.seed));
+    search.plants.push_back(scenario_plant(s, search.design.model, hardware, options.seed));
   }
   run_search(search);
 

@@ -55,7 +55,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   for (const std::string& warning : design_warnings(design)) design.summary.warn(warning);
 
   const RotorModel& model = design.model;
-  const Hardware& hardware = options.hardware;
+  const Hardware hardware = tuning_hardware(design, options.hardware);
   const auto scenarios = tuning_scenarios(hardware, options.stiffness_uncertainty);
   const TuningScenario& nominal = scenarios[0];
   const ControllerDesign trial = on_scenario(design, nominal);

@@ -37,9 +37,21 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
   return ClosedLoopPlant(p, options);
 }
 
+Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware) {
+  Hardware h = hardware;
+  const auto removed = [](const auto& p) { return p.first.starts_with("runout_") && p.second != 0; };
+  if (std::ranges::any_of(design.parameters, removed)) {
+    h.laser.runout_1x *= 0.1;
+    h.laser.runout_2x *= 0.1;
+    h.laser.runout_3x *= 0.1;
+  }
+  return h;
+}
+
 ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& s) {
   design.model.eps *= s.told_unbalance;
   design.model.offset = 0;
+  std::erase_if(design.parameters, [](const auto& p) { return p.first.starts_with("runout_"); });
   return design;
 }
 

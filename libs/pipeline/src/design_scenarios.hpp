@@ -24,7 +24,11 @@ std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double st
 ClosedLoopPlant scenario_plant(const TuningScenario& scenario, const RotorModel& model, const Hardware& hardware,
                                std::uint64_t seed);
 
-/// The design as it would run on that plant: told unbalance scaled, offset zero because the tuning plant has none.
+/// The hardware as the tuning plant has it: where the design removes a runout table, a tenth of the expected runout is left.
+Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware);
+
+/// The design as it would run on that plant: told unbalance scaled; no offset and no runout table, because the plant's sensors
+/// have another runout than the machine's.
 ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& scenario);
 
 /// Cost of one run, see `design`.

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
 #include "whirl/core/error.hpp"
 
@@ -143,8 +144,8 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   if (!(centre.gain > 0)) centre.gain = design.model.gain;
   if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
   const Root root = covariance_root(model);
-  ControllerDesign trial = design;
-  trial.model.offset = 0;  // the rotors drawn rest at zero
+  const ControllerDesign trial = on_scenario(design, {});  // the rotors drawn rest at zero, their runout is another one
+  const Hardware machine = tuning_hardware(design, hardware);
 
   MonteCarloResult out;
   out.samples.resize(static_cast<std::size_t>(options.samples));
@@ -170,7 +171,7 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
     const double scale = options.unbalance_sd * normal(random), turn = options.unbalance_sd * normal(random);
     m.eps *= std::complex<double>(1 + scale, turn);
     m.c = std::max(m.c, 0.0);
-    Hardware h = hardware;
+    Hardware h = machine;
     h.actuator.gain_error = std::max(-0.9, options.gain_sd * normal(random));
     h.actuator.axis_rotation = options.rotation_sd * normal(random);
     h.laser.runout_phase_1x = angle(random);

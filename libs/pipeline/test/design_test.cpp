@@ -95,13 +95,26 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
   DesignOptions o = options_for(rig, "pd", "kfe", 1);
   o.runout = estimate_runout(record_open_loop(slow).measured);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
-  const ControllerDesign with = untuned_design(*identified(rig).rotor, o);
+  const ControllerDesign with = untuned_design(identified(rig), o);
   EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
   const ClosedLoopPlant plant(rig);
   const double removed = plant.run(with).closed.all;
   o.runout.reset();
   EXPECT_LE(removed, 0.015e-3);
-  EXPECT_LT(removed, 0.8 * plant.run(untuned_design(*identified(rig).rotor, o)).closed.all);
+  EXPECT_LT(removed, 0.8 * plant.run(untuned_design(identified(rig), o)).closed.all);
+}
+
+TEST(DesignUnit, IdentifiedRunoutIsThatOfThePhasors) {
+  IdentifiedModel m;
+  const auto set = [&](const char* name, double value) { m.parameters.emplace_back(name, Estimate{value, 0, value, value}); };
+  set("runout1+_re", 11e-6), set("runout1+_im", 4e-6), set("runout2-_re", -2e-6), set("runout2-_im", 3e-6);
+  const Runout r = identified_runout(m);
+  for (double beta : {0.0, 0.7, 2.9}) {
+    const std::complex<double> expected = std::complex<double>(11e-6, 4e-6) * std::polar(1.0, beta) +
+                                          std::complex<double>(-2e-6, 3e-6) * std::polar(1.0, -2 * beta);
+    EXPECT_LT(std::abs(r.at(beta) - expected), 1e-15);
+  }
+  EXPECT_TRUE(identified_runout({}).empty());
 }
 
 TEST(DesignProperty, SameResultForAnyNumberOfThreads) {
@@ -138,7 +151,7 @@ TEST(DesignUnit, NegativeStiffnessIsNotCertified) {
   const RigParameters rig;
   DesignOptions o = options_for(rig, "lsmc", "kalman", 1);
   o.fixed = {{"cancel", 1}, {"surface_gain", 20}, {"switching_gain", 1}, {"boundary_layer", 0.05}};
-  ControllerDesign d = untuned_design(*identified(rig).rotor, o);
+  ControllerDesign d = untuned_design(identified(rig), o);
   assess(d, o);
   EXPECT_EQ(d.margins.at("certified"), 0);
   EXPECT_LT(d.margins.at("static_stiffness"), 0);
@@ -153,7 +166,7 @@ TEST(DesignUnit, Equation42IsEvaluated) {
   const RigParameters rig;
   DesignOptions o = options_for(rig, "tsmc", "kfe", 1);
   o.fixed = {{"switching_gain", 8}, {"boundary_layer", 0.3}, {"surface_gain", 40}};
-  ControllerDesign d = untuned_design(*identified(rig).rotor, o);
+  ControllerDesign d = untuned_design(identified(rig), o);
   assess(d, o);
   EXPECT_NEAR(d.margins.at("kappa"), 8 - d.margins.at("disturbance_bound"), 1e-12);
   EXPECT_GT(d.margins.at("kappa"), 0);

@@ -26,7 +26,7 @@ ControllerDesign good_design(const RigParameters& rig, const IdentifiedModel& mo
   o.estimator = "kfe";
   o.hardware = data_sheet(rig);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
-  return untuned_design(*model.rotor, o);
+  return untuned_design(model, o);
 }
 
 TEST(RobustnessE2e, WholeMatrixIsStable) {

@@ -52,7 +52,7 @@ struct DesignOptions {
   Hardware hardware;
   double gain = 0;                 ///< acceleration per newton, 1/kg; 0: the model's
   std::map<std::string, double> fixed;  ///< parameters given by hand: not tuned
-  std::optional<Runout> runout;    ///< slow-roll table to remove
+  std::optional<Runout> runout;    ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
   int evaluations = 160;           ///< of the objective, the same for every law: two thirds CRS2, the rest SBPLX
   std::uint64_t seed = 1;          ///< of the search and of the sensor noise while tuning
   int threads = 0;                 ///< scenarios in parallel; 0 = all cores. The result does not depend on it
@@ -75,8 +75,12 @@ struct DesignOptions {
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
 
+/// Sensor runout as far as the identification found it (parameters runout1+_re, ... of the model: amplitudes of
+/// e^{i k beta} and e^{-i k beta}); empty when it did not.
+Runout identified_runout(const IdentifiedModel& model);
+
 /// The design before tuning: names, model, hardware and fixed parameters with the catalogue's defaults.
-ControllerDesign untuned_design(const RotorModel& model, const DesignOptions& options);
+ControllerDesign untuned_design(const IdentifiedModel& model, const DesignOptions& options);
 
 /// Recomputes `margins` and `summary` for a design whose parameters were set by hand.
 void assess(ControllerDesign& design, const DesignOptions& options);
