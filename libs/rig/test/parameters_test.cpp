@@ -33,7 +33,7 @@ TEST(RigParameters, EveryFieldIsVisitedOnceWithItsUnit) {
   EXPECT_NEAR(found.at("laser.noise_um"), 0.7, 1e-12);
   EXPECT_NEAR(found.at("actuator.axis_rotation_deg"), 2, 1e-12);
   EXPECT_NEAR(found.at("profile.start_rpm"), 1797, 1);
-  EXPECT_NEAR(found.at("profile.ripple_hz"), 0.7, 1e-12);
+  EXPECT_NEAR(found.at("profile.ripple_frequency_rpm"), 42, 1e-9);
   EXPECT_NEAR(found.at("modes.2.frequency_hz"), 128, 1e-12);
   EXPECT_EQ(found.at("laser.bits"), 16);
   // 12 rotor, 9 profile, 3 x 6 modes, 11 laser, 8 actuator, 3 encoder, 2 timing.

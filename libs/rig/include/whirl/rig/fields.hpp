@@ -8,19 +8,19 @@
 namespace whirl {
 
 /// Calls visitor(key, field, unit) for every scalar of the rig, so that files can read and write it: `key` ends in the
-/// unit's suffix ("laser.noise_um"), the field is a double&, int& or bool& in SI, and file value * unit = SI value (unit
+/// unit's suffix ("laser.noise_um", "rotor.stiffness_N_m"), the field is a double&, int& or bool& in SI, and file value * unit = SI value (unit
 /// 1 for int and bool). Modes are visited as modes.1.*, modes.2.*, ...; their number does not change.
 template <class Parameters, class Visitor>
 void visit_fields(Parameters& p, Visitor&& visit) {
   constexpr double kUm = 1e-6, kMm = 1e-3, kMs = 1e-3, kGram = 1e-3, kPercent = 1e-2;
-  constexpr double kDeg = std::numbers::pi / 180, kTurns = 2 * std::numbers::pi, kRpm = kTurns / 60;
+  constexpr double kDeg = std::numbers::pi / 180, kRpm = std::numbers::pi / 30;
   visit("rotor.mass_kg", p.rotor.mass, 1.0);
-  visit("rotor.stiffness_n_per_m", p.rotor.stiffness, 1.0);
-  visit("rotor.cubic_n_per_m3", p.rotor.cubic, 1.0);
-  visit("rotor.damping_ns_per_m", p.rotor.damping, 1.0);
+  visit("rotor.stiffness_N_m", p.rotor.stiffness, 1.0);
+  visit("rotor.cubic_N_m3", p.rotor.cubic, 1.0);
+  visit("rotor.damping_Ns_m", p.rotor.damping, 1.0);
   visit("rotor.stiffness_split_percent", p.rotor.stiffness_split, kPercent);
   visit("rotor.damping_split_percent", p.rotor.damping_split, kPercent);
-  visit("rotor.cross_stiffness_n_per_m", p.rotor.cross_stiffness, 1.0);
+  visit("rotor.cross_stiffness_N_m", p.rotor.cross_stiffness, 1.0);
   visit("rotor.residual_eccentricity_um", p.rotor.residual_eccentricity, kUm);
   visit("rotor.residual_phase_rad", p.rotor.residual_phase, 1.0);
   visit("rotor.added_mass_g", p.rotor.added_mass, kGram);
@@ -32,7 +32,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("profile.ramp_s", p.profile.ramp_time, 1.0);
   visit("profile.dwell_end_s", p.profile.dwell_end, 1.0);
   visit("profile.ripple_percent", p.profile.ripple, kPercent);
-  visit("profile.ripple_hz", p.profile.ripple_omega, kTurns);
+  visit("profile.ripple_frequency_rpm", p.profile.ripple_omega, kRpm);
   visit("profile.ripple_phase_rad", p.profile.ripple_phase, 1.0);
   visit("profile.angle_start_rad", p.profile.beta_start, 1.0);
   int number = 1;
@@ -57,9 +57,9 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("laser.runout_phase_1x_rad", p.laser.runout_phase_1x, 1.0);
   visit("laser.runout_phase_2x_rad", p.laser.runout_phase_2x, 1.0);
   visit("laser.runout_phase_3x_rad", p.laser.runout_phase_3x, 1.0);
-  visit("actuator.voltage_limit_v", p.actuator.voltage_limit, 1.0);
+  visit("actuator.voltage_limit_V", p.actuator.voltage_limit, 1.0);
   visit("actuator.bits", p.actuator.bits, 1.0);
-  visit("actuator.force_n_per_v", p.actuator.force_per_volt, 1.0);
+  visit("actuator.force_N_V", p.actuator.force_per_volt, 1.0);
   visit("actuator.gain_error_percent", p.actuator.gain_error, kPercent);
   visit("actuator.axis_rotation_deg", p.actuator.axis_rotation, kDeg);
   visit("actuator.bandwidth_hz", p.actuator.bandwidth, 1.0);
