@@ -1,14 +1,29 @@
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <csignal>
 #include <iostream>
 #include <thread>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/units.hpp"
 #include "whirl/monitor/server.hpp"
 
 namespace {
 volatile std::sig_atomic_t stopped = 0;
+
+/// "x_mm=0.5" -> x, 0.5e-3.
+std::pair<std::string, double> read_limit(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const whirl::NameWithUnit name = whirl::split_unit(text.substr(0, equals));
+  double value = 0;
+  const char* begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
+  const char* end = text.data() + text.size();
+  if (name.unit == nullptr || begin == end || std::from_chars(begin, end, value).ptr != end) {
+    throw whirl::Error::in_field("--limit", text, "a channel with its unit and a number, e.g. x_mm=0.5");
+  }
+  return {name.name, name.unit->to_si(value)};
+}
 }
 
 int main(int argc, char** argv) {
@@ -30,10 +45,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--record-folder", record_folder, "allow recording into this folder");
   app.add_flag("--read-only", read_only, "no commands at all");
+  std::vector<std::string> limits;
+  app.add_option("--limit", limits, "largest value of a channel, with its unit, e.g. x_mm=0.5; crossings go to the log");
   CLI11_PARSE(app, argc, argv);
   try {
     if (rate > 0) csv.rate = rate;
     hub_options.recorder.folder = record_folder;
+    for (const std::string& text : limits) hub_options.limits.insert(read_limit(text));
     if (!read_only) server_options.token = whirl::monitor::make_token();
     whirl::monitor::Hub hub(
         std::make_unique<whirl::monitor::PlaybackSource>(whirl::read_csv(file, csv), speed, loop), hub_options);

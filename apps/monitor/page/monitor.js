@@ -143,6 +143,14 @@ function drawTime() {
     const [fx, fy] = axes(g, box, { low, high, label: "time [s]" }, { low: -limit, high: limit, label: `${channel.name} [${unit}]` },
       row === shown.length - 1);
     clipped(g, box, () => {
+      if (channel.limit) {
+        g.strokeStyle = colors.text;
+        g.setLineDash([6, 4]);
+        for (const v of [channel.limit, -channel.limit]) {
+          g.beginPath(); g.moveTo(box.x, fy(v / factor)); g.lineTo(box.x + box.w, fy(v / factor)); g.stroke();
+        }
+        g.setLineDash([]);
+      }
       g.strokeStyle = seriesColor(row);
       g.lineWidth = 1.2;
       g.beginPath();
@@ -160,9 +168,13 @@ function drawTime() {
       }
       g.stroke();
     });
+    const over = channel.limit && size > channel.limit ? "above limit: " : "";
+    const reading = `${over}${digits(size / factor)} ${unit} peak in window`, width = g.measureText(reading).width;
+    g.fillStyle = colors.panel;
+    g.fillRect(box.x + box.w - width - 10, box.y + 1, width + 9, 16);
     g.fillStyle = colors.text;
     g.textAlign = "right";
-    g.fillText(`${digits(size / factor)} ${unit} peak in window`, box.x + box.w - 6, box.y + 13);
+    g.fillText(reading, box.x + box.w - 6, box.y + 13);
   });
 }
 

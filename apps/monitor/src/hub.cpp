@@ -18,6 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using json = nlohmann::json;
 
+constexpr double kBackBelow = 1;  ///< s without an excess that end it
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Names come from files: bytes that are no UTF-8 are replaced, not thrown about.
@@ -91,6 +92,12 @@ Hub::Hub(std::unique_ptr<FrameSource> source, const HubOptions& options)
     if (channels[c].name == "beta") beta_ = static_cast<Index>(c);
     if (channels[c].quantity == Quantity::displacement) tracked_.push_back(static_cast<Index>(c));
   }
+  for (const auto& [channel, limit] : options.limits) {
+    const auto found = std::find_if(channels.begin(), channels.end(), [&](const ChannelInfo& c) { return c.name == channel; });
+    if (found == channels.end()) throw Error::in_field("limit", channel, "the name of a channel of the stream");
+    if (!(limit > 0)) throw Error::in_field("limit of " + channel, fmt::format("{:g}", limit), "positive");
+    watches_.push_back({found - channels.begin(), limit});
+  }
   if (beta_ >= 0 && !tracked_.empty()) synchronous_.emplace(static_cast<Index>(tracked_.size()), source_->info().rate);
 }
 
@@ -134,7 +141,9 @@ std::string Hub::description() const {
   const StreamInfo& info = source_->info();
   json channels = json::array();
   for (const ChannelInfo& c : info.channels) {
-    channels.push_back({{"name", c.name}, {"quantity", to_string(c.quantity)}, {"unit", si_unit(c.quantity)}});
+    json channel{{"name", c.name}, {"quantity", to_string(c.quantity)}, {"unit", si_unit(c.quantity)}};
+    if (const auto limit = options_.limits.find(c.name); limit != options_.limits.end()) channel["limit"] = limit->second;
+    channels.push_back(std::move(channel));
   }
   json tracked = json::array();
   for (const Index c : tracked_) tracked.push_back(info.channels[static_cast<std::size_t>(c)].name);
@@ -178,6 +187,7 @@ void Hub::publish_synchronous(double t_first, const Eigen::Ref<const MatrixXd>& 
   for (std::size_t k = 0; k < tracked_.size(); ++k) displacement.col(static_cast<Index>(k)) = rows.col(tracked_[k]);
   const auto turns = synchronous_->push(rows.col(beta_), displacement);
   if (turns.empty()) return;
+  speed_ = turns.back().speed;
   MatrixXd values(static_cast<Index>(turns.size()), 1 + 2 * displacement.cols());
   for (Index i = 0; i < values.rows(); ++i) {
     const auto& turn = turns[static_cast<std::size_t>(i)];
@@ -207,9 +217,32 @@ void Hub::step() {
     if (was_recording && !recorder_.active()) note("record stopped: " + recorder_.stopped_because());
     publish_samples(t_first, fresh);
     publish_synchronous(t_first, fresh);
+    watch_limits(t_first, fresh);
     if (spectrum_.push(fresh) > 0 && spectrum_.count() > 0) publish_frame(FrameKind::spectrum, 0, last_time_, spectrum_.amplitude());
   }
   if (steps_++ % std::max(1L, std::lround(options_.frame_rate / 2)) == 0 || !log_.empty()) publish_status();
+}
+
+void Hub::watch_limits(double t_first, const Eigen::Ref<const MatrixXd>& rows) {
+  const double rate = source_->info().rate;
+  const std::string speed = std::isfinite(speed_) ? fmt::format(" at {:.0f} rpm", speed_ * 30 / 3.141592653589793) : "";
+  for (Watch& w : watches_) {
+    const ChannelInfo& channel = source_->info().channels[static_cast<std::size_t>(w.channel)];
+    for (Index i = 0; i < rows.rows(); ++i) {
+      const double size = std::abs(rows(i, w.channel)), t = t_first + static_cast<double>(i) / rate;
+      if (size > w.limit) {
+        if (!w.over) note(fmt::format("{} above its limit {:g} {} since {:.3f} s{}", channel.name, w.limit, si_unit(channel.quantity), t, speed));
+        w.largest = w.over ? std::max(w.largest, size) : size;
+        w.over = true;
+        w.last_over = t;
+      } else if (w.over && t - w.last_over > kBackBelow) {
+        // A vibration passes zero twice per cycle: it is below its limit when it has stayed there for a while.
+        w.over = false;
+        note(fmt::format("{} below its limit again since {:.3f} s{}, largest {:.4g} {} peak", channel.name, w.last_over, speed, w.largest,
+                         si_unit(channel.quantity)));
+      }
+    }
+  }
 }
 
 void Hub::publish_status() {

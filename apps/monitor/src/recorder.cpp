@@ -5,14 +5,15 @@
 #include <iterator>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::monitor {
 namespace {
 
-/// Unit suffix of a CSV header, io's convention: "x_m", "beta_rad", "omega_rad/s".
+/// Header that read_csv understands: "x_m", "omega_rad_s".
 std::string header(const StreamInfo& info) {
   std::string out = "t_s";
-  for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, si_unit(c.quantity));
+  for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, si_suffix(c.quantity).suffix);
   return out + "\n";
 }
 

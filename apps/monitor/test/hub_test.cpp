@@ -3,12 +3,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <thread>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/csv.hpp"
 
 namespace whirl::monitor {
 namespace {
@@ -193,6 +196,9 @@ TEST(MonitorHub, RecordHoldsEverySample) {
   }
   EXPECT_EQ(rows, 1000);
   EXPECT_THAT(first, HasSubstr("0.100000000,"));
+  const Recording back = read_csv(folder / "run_001" / "record.csv");
+  EXPECT_NEAR(back.dt, 1e-3, 1e-12);
+  EXPECT_EQ(back["x"], whirl_record()["x"].segment(100, 1000));
   EXPECT_TRUE(std::filesystem::exists(folder / "run_001" / "settings.json"));
   std::filesystem::remove_all(folder);
 }
@@ -207,6 +213,80 @@ TEST(MonitorHub, RecordStopsAtItsSizeLimit) {
   const auto messages = bench.step(1);
   EXPECT_THAT(bench.last_status(messages)["log"].dump(), HasSubstr("size limit reached"));
   std::filesystem::remove_all(folder);
+}
+
+TEST(MonitorHub, LimitIsLoggedOnceWhenCrossed) {
+  HubOptions options;
+  options.limits = {{"x", 0.9e-3}, {"y", 2e-3}};
+  Bench bench(options);
+  std::vector<std::string> log;
+  for (int i = 0; i < 20; ++i) {
+    const json status = bench.last_status(bench.step(0.1));
+    if (status.is_object()) {
+      for (const auto& line : status["log"]) log.push_back(line.get<std::string>());
+    }
+  }
+  ASSERT_EQ(log.size(), 1U);
+  EXPECT_THAT(log[0], HasSubstr("x above its limit 0.0009 m since 0.000 s"));
+  options.limits = {{"absent", 1}};
+  EXPECT_THROW(Bench{options}, Error);
+}
+
+TEST(MonitorHub, LimitEndsAfterASecondBelow) {
+  SampleRing ring(1, 1 << 14);
+  HubOptions options;
+  options.limits = {{"u", 5}};
+  Hub hub(std::make_unique<RingSource>(StreamInfo{"loop", 1000, {{"u", Quantity::force}}}, ring), options);
+  auto client = std::make_shared<ClientQueue>(100);
+  hub.add(client);
+  for (std::uint64_t k = 0; k < 4000; ++k) {
+    const double u = k >= 1000 && k < 2000 ? 7 * std::sin(0.1 * static_cast<double>(k)) : 1;
+    ring.push(k, &u);
+  }
+  hub.step();
+  hub.step();
+  std::string log;
+  while (MessagePtr m = client->pop()) {
+    if (m->text && json::parse(m->data)["type"] == "status") log += json::parse(m->data)["log"].dump();
+  }
+  EXPECT_THAT(log, HasSubstr("u above its limit 5 N since 1."));
+  EXPECT_THAT(log, HasSubstr("largest 7 N peak"));
+}
+
+TEST(MonitorLoopRealtime, ViewAtThirtyFramesCostsTheLoopNoSample) {
+  SampleRing ring(8, 1 << 14);
+  StreamInfo info{"loop", 10'000, {}};
+  for (int c = 0; c < 8; ++c) info.channels.push_back({"x" + std::to_string(c), Quantity::displacement});
+  HubOptions options;
+  options.frame_rate = 30;
+  Hub hub(std::make_unique<RingSource>(info, ring), options);
+  auto reader = std::make_shared<ClientQueue>(10'000), blocked = std::make_shared<ClientQueue>(4);
+  hub.add(reader);
+  hub.add(blocked);
+  hub.start();
+  const auto start = std::chrono::steady_clock::now();
+  std::uint64_t tick = 0;
+  while (tick < 10'000) {  // one second, as many rows as are due
+    const double due = 10'000 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    for (; static_cast<double>(tick) < due && tick < 10'000; ++tick) {
+      const double row[8] = {static_cast<double>(tick)};
+      ring.push(tick, row);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  hub.stop();
+  EXPECT_EQ(ring.dropped(), 0U);
+  Index samples = 0;
+  while (MessagePtr m = reader->pop()) {
+    if (m->text) continue;
+    const FrameHeader h = decode_frame(m->data);
+    if (h.kind == FrameKind::samples) samples += h.n;
+    if (h.kind == FrameKind::decimated) samples += Index{h.n} << h.log2_group;
+  }
+  EXPECT_GE(samples, 10'000);
+  EXPECT_EQ(reader->dropped(), 0U);
+  EXPECT_GT(blocked->dropped(), 0U);
 }
 
 TEST(MonitorHub, RecordingIsOffWithoutAFolder) {

@@ -26,7 +26,7 @@ nav a{text-decoration:none}
 nav a:hover{text-decoration:underline}
 figure{margin:1.6rem 0}
 figure .drawing{overflow-x:auto}
-figure svg{display:block;width:100%;height:auto;max-width:820px}
+figure svg{display:block;max-width:100%;height:auto}
 figcaption,caption{color:var(--muted);font-size:.9rem;text-align:left;margin-top:.4rem;max-width:80ch}
 figcaption b{color:var(--text)}
 .table{margin:1.4rem 0;overflow-x:auto}

@@ -1,5 +1,7 @@
 #pragma once
 #include <atomic>
+#include <limits>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,6 +22,8 @@ struct HubOptions {
   Eigen::Index frame_groups = 512; ///< most values (or min/max pairs) per channel and frame
   SpectrumSettings spectrum;
   RecorderOptions recorder;
+  /// Largest |value| allowed per channel name, SI. Each crossing goes to the log once, with time and speed.
+  std::map<std::string, double> limits;
 };
 
 /// Takes samples from a source, makes frames of them and hands them to every client. Its own thread; the real-time loop
@@ -53,6 +57,7 @@ class Hub {
   void publish_samples(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& rows);
   void publish_synchronous(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& rows);
   void publish_status();
+  void watch_limits(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& rows);
   void execute(const std::string& json);
   void note(const std::string& line);
 
@@ -66,6 +71,14 @@ class Hub {
   std::optional<SynchronousTracker> synchronous_;
   Eigen::Index beta_ = -1;
   std::vector<Eigen::Index> tracked_;  ///< displacement channels
+  /// State of the limit of one channel.
+  struct Watch {
+    Eigen::Index channel = 0;
+    double limit = 0, last_over = 0, largest = 0;
+    bool over = false;
+  };
+  std::vector<Watch> watches_;
+  double speed_ = std::numeric_limits<double>::quiet_NaN();  ///< rad/s, of the last full turn
   Recorder recorder_;
   Eigen::MatrixXd block_;
   double last_time_ = 0;

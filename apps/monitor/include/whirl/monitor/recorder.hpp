@@ -15,8 +15,9 @@ struct RecorderOptions {
   std::uintmax_t free_space = 500'000'000;    ///< bytes that must stay free on the disk
 };
 
-/// Writes the full stream, every sample in SI, to run_NNN/record.csv with run_NNN/settings.json beside it. Lost samples
-/// are written as empty cells' value "nan" and counted. Stops by itself at the size limit or when the disk fills.
+/// Writes the full stream, every sample in SI, to run_NNN/record.csv (for read_csv) with run_NNN/settings.json beside it.
+/// Lost samples are written as "nan", which read_csv refuses with the line, and counted. Stops by itself at the size limit
+/// or when the disk fills.
 class Recorder {
  public:
   explicit Recorder(RecorderOptions options) : options_(std::move(options)) {}
