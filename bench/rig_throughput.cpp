@@ -1,5 +1,6 @@
-// Promises: at least 250 closed-loop runs of 14 s per second and core with everything modelled (sensors, converters, modes,
-// actuators, noise); at least 1000 (AVX-512) or 600 (AVX2) with the ideal rotor in lanes. Items are rig runs.
+// Promises: at least 250 closed-loop runs of 14 s per second and core with everything modelled (sensors,
+// converters, modes, actuators, noise); at least 1000 (AVX-512) or 600 (AVX2) with the ideal rotor in lanes.
+// Items are rig runs.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -68,7 +69,7 @@ void batch_run(benchmark::State& state, const RigParameters& parameters) {
   state.SetItemsProcessed(state.iterations() * Lanes);
 }
 
-#define RIG_RUN(name, ...) \
+#define RIG_RUN(name, ...)                        \
   void name(benchmark::State& s) { __VA_ARGS__; } \
   BENCHMARK(name)->Unit(benchmark::kMillisecond)
 RIG_RUN(FullRig4Substeps, scalar_run(s, full(4)));

@@ -54,17 +54,18 @@ struct BatchRig<Lanes>::State {
   std::shared_ptr<const RigTables> tables;
   Normal normal{0};
   long ticks_done = 0, steps = 0, captured = 0;
-  Lane x, y, vx, vy;                  // rotor
-  Lane target_x, target_y;            // force the actuators tend to, N
-  Lane distance_x, distance_y;        // force minus target, N
-  Lane force0_x, force0_y;            // force at the last tick, N
+  Lane x, y, vx, vy;            // rotor
+  Lane target_x, target_y;      // force the actuators tend to, N
+  Lane distance_x, distance_y;  // force minus target, N
+  Lane force0_x, force0_y;      // force at the last tick, N
   std::vector<Mode> modes;
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
   Reading reading;
   double axis_cos = 1, axis_sin = 0;
 
-  explicit State(std::shared_ptr<const RigTables> t) : tables(std::move(t)), modes(tables->parameters.modes.size()) {
+  explicit State(std::shared_ptr<const RigTables> t)
+      : tables(std::move(t)), modes(tables->parameters.modes.size()) {
     axis_cos = std::cos(tables->parameters.actuator.axis_rotation);
     axis_sin = std::sin(tables->parameters.actuator.axis_rotation);
   }
@@ -126,7 +127,8 @@ struct BatchRig<Lanes>::State {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
     const LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
-    const double nx = laser.noise > 0 ? laser.noise * normal() : 0, ny = laser.noise > 0 ? laser.noise * normal() : 0;
+    const double nx = laser.noise > 0 ? laser.noise * normal() : 0,
+                 ny = laser.noise > 0 ? laser.noise * normal() : 0;
     Pair& out = readings[slot(captured)];
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       Vector sx = load(&x.v[0] + lane), sy = load(&y.v[0] + lane);
@@ -145,7 +147,8 @@ struct BatchRig<Lanes>::State {
   void measure() noexcept {
     const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(ticks_done)];
     const Pair& r = readings[slot(ticks_done)];
-    reading = {static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
+    reading = {
+        static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
   }
 
   void update_target() noexcept {
@@ -196,7 +199,8 @@ struct BatchRig<Lanes>::State {
       const LateralInput<Vector> in_mid = input(f[1]);
       dx *= r, dy *= r;
       const LateralInput<Vector> in1 = input(f[2]);
-      const LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane), load(&vy.v[0] + lane)};
+      const LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane),
+                                   load(&vy.v[0] + lane)};
       const LateralState<Vector> next = lateral_step(a, s, in0, in_mid, in1, t.angle->step);
       store(&x.v[0] + lane, next.x);
       store(&y.v[0] + lane, next.y);
@@ -216,7 +220,8 @@ struct BatchRig<Lanes>::State {
     for (int i = 1; i <= n; ++i, f += 2) {
       step(f);
       ++steps;
-      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) capture(i);
+      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps)
+        capture(i);
     }
     for (int lane = 0; lane < Lanes; lane += kWidth) propagate_modes(lane);
     ++ticks_done;

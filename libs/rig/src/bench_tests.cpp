@@ -1,4 +1,5 @@
-// The two tests of the paper on the rotor at rest: lateral stiffness (section III-B) and modal hammer (section IV-B).
+// The two tests of the paper on the rotor at rest: lateral stiffness (section III-B) and modal hammer
+// (section IV-B).
 #include <fmt/format.h>
 
 #include <cmath>
@@ -42,7 +43,8 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
     const int step = i < o.points ? i : total - 1 - i;
     const double d = o.max_deflection * step / (o.points - 1);
     const std::complex<double> z = d * along;
-    const std::complex<double> spring = mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
+    const std::complex<double> spring =
+        mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
     const double force = (spring * std::conj(along)).real();
     table.force[i] = rounded(force + o.force_noise * normal(), o.force_resolution);
     table.deflection[i] = rounded(d + o.zero_offset, o.deflection_resolution);
@@ -77,7 +79,9 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   const Eigen::Index samples = std::lround(o.duration * o.rate);
   std::vector<Recording> records;
   for (int blow = 0; blow < o.blows; ++blow) {
-    const auto between = [&](double low, double high) { return low + (high - low) * 0.5 * (1 + normal.uniform()); };
+    const auto between = [&](double low, double high) {
+      return low + (high - low) * 0.5 * (1 + normal.uniform());
+    };
     const double peak = between(o.force_min, o.force_max), length = between(o.pulse_min, o.pulse_max);
     // The blow does not fall on a sample.
     const double start = o.pretrigger + between(0, 1) / o.rate;
@@ -103,14 +107,16 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
       }
       const auto noise = [&] { return o.converter_noise * normal(); };
       force[i] = digitise(pulse(t), o.hammer_volt_per_newton, o.hammer_range, o.bits, noise());
-      acc_x[i] = digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
-      acc_y[i] = digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      acc_x[i] =
+          digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      acc_y[i] =
+          digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
       for (int s = 0; s < kSubsteps; ++s) {
         const double now = t + s * step, mid = now + 0.5 * step, end = now + step;
         for (std::size_t k = 0; k < modes.size(); ++k) {
           const std::complex<double> gain = parameters.modes[k].participation / mass * along;
-          steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now), gain * pulse(mid),
-                                                 gain * pulse(end));
+          steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now),
+                                                 gain * pulse(mid), gain * pulse(end));
         }
         rotor = lateral_step(coefficients, rotor, input(now), input(mid), input(end), step);
       }

@@ -5,7 +5,8 @@
 
 namespace whirl {
 
-/// Standard normal numbers, the same on every platform (std::normal_distribution is not): polar method of Marsaglia.
+/// Standard normal numbers, the same on every platform (std::normal_distribution is not): polar method of
+/// Marsaglia.
 class Normal {
  public:
   explicit Normal(std::uint64_t seed) noexcept : random_(seed) {}
@@ -28,7 +29,9 @@ class Normal {
   }
 
   /// Uniform in [-1, 1).
-  double uniform() noexcept { return static_cast<double>(static_cast<std::int64_t>(random_()) >> 11) * 0x1p-52; }
+  double uniform() noexcept {
+    return static_cast<double>(static_cast<std::int64_t>(random_()) >> 11) * 0x1p-52;
+  }
 
  private:
   std::mt19937_64 random_;

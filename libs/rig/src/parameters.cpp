@@ -15,8 +15,14 @@ constexpr double kTurn = 2 * std::numbers::pi;
 void make_ideal(RigParameters& p) {
   p.modes.clear();
   p.rotor.stiffness_split = p.rotor.damping_split = p.rotor.cross_stiffness = 0;
-  p.laser = RigLaser{.noise = 0, .range = 1, .bits = 0, .rate = 0, .latency = 0,
-                     .runout_1x = 0, .runout_2x = 0, .runout_3x = 0};
+  p.laser = RigLaser{.noise = 0,
+                     .range = 1,
+                     .bits = 0,
+                     .rate = 0,
+                     .latency = 0,
+                     .runout_1x = 0,
+                     .runout_2x = 0,
+                     .runout_3x = 0};
   p.actuator.bits = 0;
   p.actuator.gain_error = p.actuator.axis_rotation = 0;
   p.actuator.bandwidth = 0;
@@ -95,7 +101,8 @@ RotorModel RigParameters::true_model() const {
   model.gain = 1 / m;
   for (const RigMode& mode : modes) {
     if (mode.unbalance_share == 0) continue;
-    model.modes.push_back({kTurn * mode.frequency, mode.damping_ratio, mode.sensor_sign * mode.unbalance_share * model.eps});
+    model.modes.push_back(
+        {kTurn * mode.frequency, mode.damping_ratio, mode.sensor_sign * mode.unbalance_share * model.eps});
   }
   return model;
 }
@@ -143,12 +150,14 @@ void RigParameters::check() const {
   positive("timing.rate", timing.rate, 1e6, "Hz");
   require_range("timing.substeps", timing.substeps, 1, 256);
 
-  // Sensor instants must be ends of Runge-Kutta steps: interpolating between them would be a sensor nobody sells.
+  // Sensor instants must be ends of Runge-Kutta steps: interpolating between them would be a sensor nobody
+  // sells.
   const double step_rate = timing.rate * timing.substeps;
   if (laser.rate > 0 && !whole(step_rate / laser.rate)) {
-    throw Error::in_field("timing.substeps", fmt::format("{}", timing.substeps),
-                          fmt::format("such that rate x substeps ({:g} Hz) is a multiple of laser.rate ({:g} Hz)", step_rate,
-                                      laser.rate));
+    throw Error::in_field(
+        "timing.substeps", fmt::format("{}", timing.substeps),
+        fmt::format("such that rate x substeps ({:g} Hz) is a multiple of laser.rate ({:g} Hz)", step_rate,
+                    laser.rate));
   }
   if (laser.rate == 0 && !whole(laser.latency * step_rate)) {
     throw Error::in_field("laser.latency", fmt::format("{:g} s", laser.latency),

@@ -39,7 +39,8 @@ double surface_error(const RigLaser& laser, double angle) {
          laser.runout_3x * std::cos(3 * angle + laser.runout_phase_3x);
 }
 
-// Encoder counts followed by a third-order tracking loop with three equal poles: no lag at constant acceleration.
+// Encoder counts followed by a third-order tracking loop with three equal poles: no lag at constant
+// acceleration.
 class EncoderTracker {
  public:
   EncoderTracker(const RigEncoder& encoder, double dt, const AngleState& start)
@@ -78,14 +79,15 @@ std::vector<AngleState> measured_angles(const RigParameters& p, const std::vecto
   return out;
 }
 
-// Adds the motion of one mode under the unbalance, from its steady state, at the sensor instants. Nothing acts back on the
-// rotor, so that it can be known beforehand.
+// Adds the motion of one mode under the unbalance, from its steady state, at the sensor instants. Nothing
+// acts back on the rotor, so that it can be known beforehand.
 void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double omega0,
                      std::vector<LateralInput<double>>& seen) {
   using Complex = std::complex<double>;
   const ModeStep step(mode.omega, mode.zeta, angle.step);
   const auto force = [&](std::size_t half) { return Complex(angle.forcing[half].x, angle.forcing[half].y); };
-  Complex q = force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
+  Complex q =
+      force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
   Complex dq = Complex(0, omega0) * q;
   std::size_t tick = 0;
   for (std::size_t i = 0; tick < seen.size(); ++i) {
@@ -130,8 +132,9 @@ AngleTables::AngleTables(const RigParameters& p) {
 RigTables::RigTables(const RigParameters& given, const RigTables* like) : parameters(given) {
   const RigParameters& p = parameters;
   p.check();
-  const bool same = like != nullptr && like->parameters.profile == p.profile && like->parameters.laser == p.laser &&
-                    like->parameters.encoder == p.encoder && like->parameters.timing == p.timing;
+  const bool same = like != nullptr && like->parameters.profile == p.profile &&
+                    like->parameters.laser == p.laser && like->parameters.encoder == p.encoder &&
+                    like->parameters.timing == p.timing;
   angle = same ? like->angle : std::make_shared<const AngleTables>(p);
 
   const RotorModel model = p.true_model();
@@ -150,7 +153,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   for (const ForcedMode& mode : model.modes) add_forced_mode(mode, *angle, first.omega, not_disk);
   for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();
-    for (const RigMode& mode : p.modes) maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
+    for (const RigMode& mode : p.modes)
+      maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
   }
   sensor_lsb = p.laser.bits > 0 ? p.laser.range / std::ldexp(1.0, p.laser.bits) : 0;
   volt_lsb = p.actuator.bits > 0 ? 2 * p.actuator.voltage_limit / std::ldexp(1.0, p.actuator.bits) : 0;

@@ -7,8 +7,8 @@
 
 namespace whirl {
 
-/// Exact propagation of one mode over part of a tick from (q, q', f, c): f the lagged force at the start of the tick,
-/// c the force it tends to, N.
+/// Exact propagation of one mode over part of a tick from (q, q', f, c): f the lagged force at the start of
+/// the tick, c the force it tends to, N.
 struct ModeMap {
   double q_q, q_dq, q_f, q_c;      ///< q at the end
   double dq_q, dq_dq, dq_f, dq_c;  ///< q' at the end
@@ -18,13 +18,14 @@ struct ModeMap {
 struct AngleTables {
   explicit AngleTables(const RigParameters& parameters);
 
-  long ticks = 0;    ///< control ticks of the profile
-  double step = 0;   ///< Runge-Kutta step, s
-  std::vector<LateralInput<double>> forcing;  ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
-  std::vector<long> sensor_step;              ///< per tick: step whose end is the sensor instant read there
-  std::vector<LateralInput<double>> runout;   ///< per tick: surface error at that instant, m
-  std::vector<AngleState> measured_angle;     ///< per tick
-  std::vector<AngleState> true_angle;         ///< per tick
+  long ticks = 0;   ///< control ticks of the profile
+  double step = 0;  ///< Runge-Kutta step, s
+  std::vector<LateralInput<double>>
+      forcing;                    ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
+  std::vector<long> sensor_step;  ///< per tick: step whose end is the sensor instant read there
+  std::vector<LateralInput<double>> runout;  ///< per tick: surface error at that instant, m
+  std::vector<AngleState> measured_angle;    ///< per tick
+  std::vector<AngleState> true_angle;        ///< per tick
 };
 
 /// All of a rig that does not depend on the command or the noise.
@@ -36,10 +37,11 @@ class RigTables {
   std::shared_ptr<const AngleTables> angle;
   LateralCoefficients<double> coefficients{};
   double eps_re = 0, eps_im = 0;  ///< eccentricity, m
-  double gain = 0;             ///< 1/m, 1/kg
-  double lag_half_step = 0;    ///< exp(-step / (2 tau)); 0 without lag
+  double gain = 0;                ///< 1/m, 1/kg
+  double lag_half_step = 0;       ///< exp(-step / (2 tau)); 0 without lag
   LateralState<double> start{};
-  std::vector<LateralInput<double>> not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
+  std::vector<LateralInput<double>>
+      not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]
 
   double sensor_lsb = 0, volt_lsb = 0;  ///< 0 without converter

@@ -21,8 +21,14 @@ TEST(StiffnessTestReference, CubicFitFindsTheShaft) {
   EXPECT_NEAR(k[0], 8500 * 1.02, 0.01 * 8500);
   EXPECT_NEAR(k[1], 1.5e7, 0.1 * 1.5e7);
   // Along y the shaft is softer; at 45 degrees the cross stiffness counts.
-  StiffnessTestOptions exact{.direction = M_PI / 2, .max_deflection = 1e-3, .points = 2, .unloading = false,
-                             .force_resolution = 0, .force_noise = 0, .deflection_resolution = 0, .zero_offset = 0};
+  StiffnessTestOptions exact{.direction = M_PI / 2,
+                             .max_deflection = 1e-3,
+                             .points = 2,
+                             .unloading = false,
+                             .force_resolution = 0,
+                             .force_noise = 0,
+                             .deflection_resolution = 0,
+                             .zero_offset = 0};
   EXPECT_NEAR(simulate_stiffness_test(p, exact).force[1], 8500 * 0.98e-3 + 1.5e7 * 1e-9, 1e-12);
   exact.direction = M_PI / 4;
   EXPECT_NEAR(simulate_stiffness_test(p, exact).force[1], 8540e-3 + 1.5e7 * 1e-9, 1e-12);
@@ -39,7 +45,8 @@ TEST(StiffnessTestProperty, ReadingsHaveTheResolutionOfTheInstruments) {
 
 std::complex<double> line(const Eigen::VectorXd& x, double dt, double frequency) {
   std::complex<double> sum = 0;
-  for (Eigen::Index i = 0; i < x.size(); ++i) sum += x[i] * std::polar(dt, -2 * M_PI * frequency * dt * static_cast<double>(i));
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    sum += x[i] * std::polar(dt, -2 * M_PI * frequency * dt * static_cast<double>(i));
   return sum;
 }
 

@@ -23,7 +23,8 @@ TEST(RigFromModalReference, FindsTheRigItsFrequencyResponseCameFrom) {
   ModalModel modal;
   const double f = truth.natural_frequency() / (2 * M_PI);
   modal.modes = {mode(f, 0.0066, 1.5), mode(1.02 * f, 0.0066, 60)};
-  for (const RigMode& m : truth.modes) modal.modes.push_back(mode(m.frequency, m.damping_ratio, m.sensor_sign * 1.5 / m.participation));
+  for (const RigMode& m : truth.modes)
+    modal.modes.push_back(mode(m.frequency, m.damping_ratio, m.sensor_sign * 1.5 / m.participation));
   const RigParameters p = rig_from_modal(modal);
   EXPECT_NEAR(p.rotor.mass, 1.5, 1e-9);
   EXPECT_NEAR(p.rotor.stiffness, 8500, 1e-6);

@@ -21,14 +21,16 @@ SegmentPeaks open_loop_peaks(const RigParameters& p) {
   return segment_peaks(r.truth["x"], segments(r.truth["omega"], p.natural_frequency()), 500);
 }
 
-// Paper Fig. 18 (balanced) and Table 4 (5 g), read as zero-to-peak millimetres; 2.5 g is a prediction of the calibrated rig.
+// Paper Fig. 18 (balanced) and Table 4 (5 g), read as zero-to-peak millimetres; 2.5 g is a prediction of the
+// calibrated rig.
 TEST(RigLevelsReference, PeaksOfThePaper) {
   EXPECT_NEAR(open_loop_peaks(with_added_mass(0)).all, 1.242e-3, 0.002e-3);
   EXPECT_NEAR(open_loop_peaks(with_added_mass(2.5)).all, 4.13e-3, 0.02e-3);
   const SegmentPeaks five = open_loop_peaks(with_added_mass(5));
   EXPECT_NEAR(five.all, 6.45e-3, 0.005e-3);
   const double table4[] = {0.41e-3, 2.25e-3, 6.45e-3, 2.59e-3};
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(five.segment[i] / table4[i], 1.0, 0.10) << "segment " << i + 1;
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(five.segment[i] / table4[i], 1.0, 0.10) << "segment " << i + 1;
 }
 
 TEST(RigLevelsReference, PeakToPeakReadingHalvesTheLevels) {
@@ -69,14 +71,16 @@ TEST(RigLevelsProperty, TrueMotionIsThatOfTheTrueModel) {
   const RigParameters p;
   const OpenLoopRecord r = record_open_loop(p);
   const AngleSignal angle = angle_signal(p.profile, 1e-3);
-  const Response s = simulate(p.true_model(), angle, steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
+  const Response s =
+      simulate(p.true_model(), angle, steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
   // Up to the jump of beta'' at the end of the ramp, where the refined angle of `simulate` is not smooth.
   EXPECT_NEAR((s.z.real() - r.truth["x"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
   EXPECT_NEAR((s.z.imag() - r.truth["y"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
 }
 
 TEST(RigLevelsReference, UnbalanceDrivesTheModesAsInTheTrueModel) {
-  // Three modes at 7.5, 21 and 33 Hz, two of them passed through, with exact sensors: the record is the model's response.
+  // Three modes at 7.5, 21 and 33 Hz, two of them passed through, with exact sensors: the record is the
+  // model's response.
   RigParameters p = RigParameters::ideal_rotor_b();
   p.modes = {{7.5, 0.02, 0, 1, 0, 0.05}, {21, 0.01, 0, -1, 0, 0.03}, {33, 0.01, 0, 1, 0, 0.03}};
   const OpenLoopRecord r = record_open_loop(p);
@@ -107,8 +111,8 @@ TEST(OpenLoopProperty, NoiseHasTheRatioAskedFor) {
 }
 
 TEST(OpenLoopReference, StandstillShowsNoiseAndQuantisationOnly) {
-  // Noise 0.7 um rms, step 0.38 um -> 0.71 um; shaft and structure ring down before the last 50 ms only in part, so look at
-  // differences of successive samples: sqrt(2) times as much.
+  // Noise 0.7 um rms, step 0.38 um -> 0.71 um; shaft and structure ring down before the last 50 ms only in
+  // part, so look at differences of successive samples: sqrt(2) times as much.
   RigParameters p;
   p.rotor.added_mass = p.rotor.residual_eccentricity = 0;
   const Eigen::VectorXd x = record_open_loop(p).measured["x"].tail(900);

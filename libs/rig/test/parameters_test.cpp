@@ -43,7 +43,9 @@ TEST(RigParameters, EveryFieldIsVisitedOnceWithItsUnit) {
 TEST(RigParametersProperty, WritingBackAllFieldsRestoresTheRig) {
   RigParameters p;
   std::map<std::string, double> values;
-  visit_fields(p, [&](std::string_view key, auto& field, double unit) { values[std::string(key)] = static_cast<double>(field) / unit; });
+  visit_fields(p, [&](std::string_view key, auto& field, double unit) {
+    values[std::string(key)] = static_cast<double>(field) / unit;
+  });
   RigParameters other = RigParameters::ideal_rotor_b();
   other.modes.resize(p.modes.size());
   visit_fields(other, [&](std::string_view key, auto& field, double unit) {

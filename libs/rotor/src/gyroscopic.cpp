@@ -1,4 +1,5 @@
-// g++ 12 reports its own AVX-512 header as reading an uninitialised value when Eigen multiplies complex numbers.
+// g++ 12 reports its own AVX-512 header as reading an uninitialised value when Eigen multiplies complex
+// numbers.
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #include "whirl/rotor/gyroscopic.hpp"
 
@@ -96,17 +97,20 @@ GyroscopicResponse simulate(const GyroscopicRotor& r, const AngleSignal& angle) 
   const auto rate = [&](double half_steps, const State& s) {
     const Eigen::Index i = base + std::lround(half_steps);
     const Complex f = forcing[i];
-    const Complex ddz = (r.mass * r.eps * f - r.damping * s[2] - (r.shaft.k11 + r.cubic * std::norm(s[0])) * s[0] -
-                         r.shaft.k12 * s[1]) / r.mass;
-    const Complex ddpsi = (d * r.chi * f + Complex(-r.tilt_damping, r.polar * angle.omega[i]) * s[3] - r.shaft.k12 * s[0] -
-                           r.shaft.k22 * s[1]) / r.diametral;
+    const Complex ddz = (r.mass * r.eps * f - r.damping * s[2] -
+                         (r.shaft.k11 + r.cubic * std::norm(s[0])) * s[0] - r.shaft.k12 * s[1]) /
+                        r.mass;
+    const Complex ddpsi = (d * r.chi * f + Complex(-r.tilt_damping, r.polar * angle.omega[i]) * s[3] -
+                           r.shaft.k12 * s[0] - r.shaft.k22 * s[1]) /
+                          r.diametral;
     return State(State(s[2], s[3], ddz, ddpsi) * (0.5 * angle.dt));
   };
   const Complex turn(0, angle.omega[0]), start = std::polar(1.0, angle.beta[0]);
   const Eigen::Vector2cd steady = steady_unbalance(r, angle.omega[0]);
   State s(steady[0] * start, steady[1] * start, turn * steady[0] * start, turn * steady[1] * start);
   const Eigen::Index n = angle.samples();
-  GyroscopicResponse out{angle.dt, Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n)};
+  GyroscopicResponse out{angle.dt, Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n),
+                         Eigen::VectorXcd(n)};
   for (Eigen::Index k = 0; k < n; ++k) {
     out.z[k] = s[0];
     out.psi[k] = s[1];

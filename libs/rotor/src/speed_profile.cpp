@@ -26,7 +26,8 @@ AngleSignal empty_signal(double dt, Eigen::Index samples) {
 
 }  // namespace
 
-// Integral of (w + a s) r sin(n t + p) over t: r [-(w + a s) cos(n t + p) / n + a sin(n t + p) / n^2], s = t - start.
+// Integral of (w + a s) r sin(n t + p) over t: r [-(w + a s) cos(n t + p) / n + a sin(n t + p) / n^2], s = t
+// - start.
 AngleFunction::AngleFunction(const SpeedProfile& p)
     : ripple_(p.ripple), ripple_omega_(p.ripple != 0 ? p.ripple_omega : 1), ripple_phase_(p.ripple_phase) {
   const double ramp_end = p.dwell_start + p.ramp_time;
@@ -36,7 +37,9 @@ AngleFunction::AngleFunction(const SpeedProfile& p)
   const auto primitive = [&](const Piece& piece, double t) {
     const double s = t - piece.start, phase = ripple_omega_ * t + ripple_phase_;
     return s * (piece.speed + 0.5 * piece.slope * s) +
-           ripple_ * (piece.slope * std::sin(phase) / ripple_omega_ - (piece.speed + piece.slope * s) * std::cos(phase)) /
+           ripple_ *
+               (piece.slope * std::sin(phase) / ripple_omega_ -
+                (piece.speed + piece.slope * s) * std::cos(phase)) /
                ripple_omega_;
   };
   double angle = p.beta_start;
@@ -110,11 +113,12 @@ AngleSignal angle_signal(const SpeedProfile& profile, double dt, Eigen::Index sa
 
 double TorqueModel::torque(double omega) const {
   if (omega == 0) return motor - std::clamp(motor, -coulomb, coulomb);
-  return motor - motor_slope * omega - std::copysign(coulomb, omega) - viscous * omega - drag * omega * std::abs(omega);
+  return motor - motor_slope * omega - std::copysign(coulomb, omega) - viscous * omega -
+         drag * omega * std::abs(omega);
 }
 
-AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
-                                Eigen::Index samples) {
+AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0,
+                                double dt, Eigen::Index samples) {
   if (!(inertia > 0)) throw Error::in_field("inertia", fmt::format("{:g} kg m^2", inertia), "above 0");
   AngleSignal signal = empty_signal(dt, samples);
   Eigen::Vector2d state(beta0, omega0);
@@ -125,7 +129,8 @@ AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, doubl
     signal.beta[i] = state[0];
     signal.omega[i] = state[1];
     signal.alpha[i] = torque.torque(state[1]) / inertia;
-    // Within the step that would reverse it Coulomb friction stops the rotor: constant deceleration to that instant.
+    // Within the step that would reverse it Coulomb friction stops the rotor: constant deceleration to that
+    // instant.
     const double last = state[1], alpha = signal.alpha[i];
     if (std::abs(torque.motor) <= torque.coulomb && last * (last + 0.5 * dt * alpha) <= 0) {
       state = Eigen::Vector2d(state[0] + (last != 0 ? -0.5 * last * last / alpha : 0), 0);

@@ -12,8 +12,8 @@ using Complex = std::complex<double>;
 // Smallest A >= 0 with A ((d + k A)^2 + g^2) = level: squared amplitude of an isotropic rotor.
 double smallest_amplitude2(double d, double k, double g, double level) {
   const auto excess = [&](double a) { return a * ((d + k * a) * (d + k * a) + g * g) - level; };
-  // The cubic turns where 3 k^2 A^2 + 4 d k A + d^2 + g^2 = 0; the smallest root is before its first maximum, if that
-  // is high enough, else behind the minimum.
+  // The cubic turns where 3 k^2 A^2 + 4 d k A + d^2 + g^2 = 0; the smallest root is before its first maximum,
+  // if that is high enough, else behind the minimum.
   double low = 0, high = 0;
   const double discriminant = d * d - 3 * g * g;
   if (k != 0 && discriminant > 0 && d * k < 0) {
@@ -37,11 +37,13 @@ double smallest_amplitude2(double d, double k, double g, double level) {
 
 // With z = Z_f e^{i b} + conj(W) e^{-i b}, harmonic balance gives
 //   (D + k2 (|Z_f|^2 + 2 |W|^2)) Z_f + (k1_conj + i Omega c_conj) W = eps Omega^2
-//   (conj(k1_conj) + i Omega conj(c_conj)) Z_f + (D + k2 (|W|^2 + 2 |Z_f|^2)) W = 0,  D = k1 - Omega^2 + i c Omega.
+//   (conj(k1_conj) + i Omega conj(c_conj)) Z_f + (D + k2 (|W|^2 + 2 |Z_f|^2)) W = 0,  D = k1 - Omega^2 + i c
+//   Omega.
 WhirlState steady_whirl(const RotorModel& m, double omega, double beta) {
   if (omega == 0) return {};
   const Complex d(m.k1 - omega * omega, m.c * omega), i_omega(0, omega), level = m.eps * omega * omega;
-  const Complex cf = m.k1_conj + i_omega * m.c_conj, cb = std::conj(m.k1_conj) + i_omega * std::conj(m.c_conj);
+  const Complex cf = m.k1_conj + i_omega * m.c_conj,
+                cb = std::conj(m.k1_conj) + i_omega * std::conj(m.c_conj);
   const double a2 = smallest_amplitude2(d.real(), m.k2, d.imag(), std::norm(level));
   Complex zf = level / (d + m.k2 * a2), w = 0;
   const auto residual = [&](const Eigen::Vector4d& u) {

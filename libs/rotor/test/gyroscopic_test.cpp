@@ -42,7 +42,8 @@ TEST(WhirlPolesReference, UncoupledTiltHasTheClosedForm) {
   r.shaft.k12 = 0;
   r.damping = r.tilt_damping = 0;
   const double omega = 300, root = std::sqrt(std::pow(r.polar * omega, 2) + 4 * r.diametral * r.shaft.k22);
-  const double forward = (r.polar * omega + root) / (2 * r.diametral), backward = (r.polar * omega - root) / (2 * r.diametral);
+  const double forward = (r.polar * omega + root) / (2 * r.diametral),
+               backward = (r.polar * omega - root) / (2 * r.diametral);
   const Eigen::Vector4cd p = whirl_poles(r, omega);
   const double lateral = std::sqrt(r.shaft.k11 / r.mass);
   for (double expected : {forward, backward, lateral, -lateral}) {

@@ -43,7 +43,8 @@ TEST(SimulateReference, JeffcottSteadyState) {
     EXPECT_NEAR(std::abs(s.z - expected * std::polar(1.0, 0.4)), 0, 1e-12);
     const AngleSignal angle = constant_speed(omega, 1e-3, 2000);
     const Response r = simulate(m, angle, steady_whirl(m, omega), 4);
-    EXPECT_NEAR(std::abs(r.z[1999] - expected * std::polar(1.0, angle.beta[3998])), 0, 1e-6 * std::abs(expected));
+    EXPECT_NEAR(std::abs(r.z[1999] - expected * std::polar(1.0, angle.beta[3998])), 0,
+                1e-6 * std::abs(expected));
   }
 }
 
@@ -52,7 +53,8 @@ TEST(SimulateReference, FreeDecay) {
   const Response r = simulate(jeffcott(w, zeta), constant_speed(0, 1e-3, 501), 1e-3, 0.0);
   for (Eigen::Index i : {100, 300, 500}) {
     const double t = 1e-3 * static_cast<double>(i);
-    const double expected = 1e-3 * std::exp(-zeta * w * t) * (std::cos(wd * t) + zeta * w / wd * std::sin(wd * t));
+    const double expected =
+        1e-3 * std::exp(-zeta * w * t) * (std::cos(wd * t) + zeta * w / wd * std::sin(wd * t));
     EXPECT_NEAR(r.z[i].real(), expected, 2e-9);
     EXPECT_EQ(r.z[i].imag(), 0);
   }
@@ -67,8 +69,8 @@ TEST(SimulateReference, CubicCircularOrbitTurnsAtTheAmplitudeDependentFrequency)
   EXPECT_NEAR(std::abs(out.z[1000] - std::polar(r, w)), 0, 1e-8);
 }
 
-double end_error(const RotorModel& m, const SpeedProfile& p, const WhirlState& start, Eigen::Index samples, int substeps,
-                 const WhirlState& truth) {
+double end_error(const RotorModel& m, const SpeedProfile& p, const WhirlState& start, Eigen::Index samples,
+                 int substeps, const WhirlState& truth) {
   const double dt = 4.0 / static_cast<double>(samples - 1);
   const Response r = simulate(m, angle_signal(p, dt, samples), start, substeps);
   return std::abs(r.z[samples - 1] - truth.z) + std::abs(r.dz[samples - 1] - truth.dz) / 75;
@@ -90,24 +92,34 @@ TEST(SimulateConvergence, OrderIsFourInStepAndInSubsteps) {
 }
 
 TEST(SimulateConvergence, DrivenRotorHasOrderFourAndBalancesEnergy) {
-  UnbalancedDisk d{.mass = 1.5, .inertia = 0.004, .stiffness = 8500, .cubic = 1.5e7, .eccentricity = 5e-3, .phase = 0.3};
+  UnbalancedDisk d{
+      .mass = 1.5, .inertia = 0.004, .stiffness = 8500, .cubic = 1.5e7, .eccentricity = 5e-3, .phase = 0.3};
   const DiskState start{.x = 1e-3, .omega = 150};
   const auto end = [&](int steps) {
     const DrivenResponse r = simulate_driven(d, {}, start, 1.0 / steps, steps + 1);
-    return DiskState{r.lateral.z[steps].real(), r.lateral.dz[steps].real(), r.lateral.z[steps].imag(),
-                     r.lateral.dz[steps].imag(), r.angle.beta[2 * steps], r.angle.omega[2 * steps]};
+    return DiskState{r.lateral.z[steps].real(),  r.lateral.dz[steps].real(), r.lateral.z[steps].imag(),
+                     r.lateral.dz[steps].imag(), r.angle.beta[2 * steps],    r.angle.omega[2 * steps]};
   };
   const DiskState truth = end(32000);
-  const auto error = [&](int steps) { return std::abs(end(steps).x - truth.x) + std::abs(end(steps).y - truth.y); };
+  const auto error = [&](int steps) {
+    return std::abs(end(steps).x - truth.x) + std::abs(end(steps).y - truth.y);
+  };
   EXPECT_NEAR(std::log2(error(1000) / error(2000)), 4.0, 0.1);
-  // No damping and no torque: energy is conserved although the unbalance feeds the lateral motion from the rotation.
+  // No damping and no torque: energy is conserved although the unbalance feeds the lateral motion from the
+  // rotation.
   EXPECT_NEAR(mechanical_energy(d, truth) / mechanical_energy(d, start), 1.0, 1e-10);
   EXPECT_GT(std::abs(truth.omega - 150), 0.01);
 }
 
 TEST(SimulateProperty, DrivenRotorMatchesPrescribedAngleOfItsOwnRotation) {
-  UnbalancedDisk d{.mass = 1.5, .inertia = 0.01, .stiffness = 8500, .cubic = 1.5e7, .damping_x = 1.6, .damping_y = 1.4,
-                   .eccentricity = 3e-4, .phase = 0.7};
+  UnbalancedDisk d{.mass = 1.5,
+                   .inertia = 0.01,
+                   .stiffness = 8500,
+                   .cubic = 1.5e7,
+                   .damping_x = 1.6,
+                   .damping_y = 1.4,
+                   .eccentricity = 3e-4,
+                   .phase = 0.7};
   TorqueModel torque{.coulomb = 0.05, .viscous = 1e-4, .drag = 1e-6};
   const DrivenResponse driven = simulate_driven(d, torque, {.omega = 150}, 1e-3, 8001);
   const Response prescribed = simulate(d.rotor_model(), driven.angle, 0.0, 0.0);
@@ -115,7 +127,12 @@ TEST(SimulateProperty, DrivenRotorMatchesPrescribedAngleOfItsOwnRotation) {
 }
 
 TEST(SimulateProperty, DrivenRotorComesToRest) {
-  UnbalancedDisk d{.mass = 1.5, .inertia = 0.01, .stiffness = 8500, .damping_x = 15, .damping_y = 15, .eccentricity = 1e-4};
+  UnbalancedDisk d{.mass = 1.5,
+                   .inertia = 0.01,
+                   .stiffness = 8500,
+                   .damping_x = 15,
+                   .damping_y = 15,
+                   .eccentricity = 1e-4};
   const DrivenResponse r = simulate_driven(d, {.coulomb = 0.1}, {.omega = 30}, 1e-3, 8001);
   EXPECT_EQ(r.angle.omega[16000], 0);
   EXPECT_NEAR(r.angle.beta[16000], 45, 0.5);
@@ -134,9 +151,9 @@ Peak run_down_peak(const RotorModel& m, double ramp_time) {
   return {radius, p.at(1e-3 * static_cast<double>(at)).omega / w};
 }
 
-// Rotor of 9.55 Hz, zeta 0.02, run down linearly from 2 w1 in 15 s; adaptive integrators of another package give a peak
-// radius of 1.6024 mm at 0.925 w1, and with K2 = 1e10 N/m^3 0.8527 mm at 1.24 w1. Eccentricity and mass are not known: one
-// is fitted to each radius; the speeds of the peaks are then free of fitting.
+// Rotor of 9.55 Hz, zeta 0.02, run down linearly from 2 w1 in 15 s; adaptive integrators of another package
+// give a peak radius of 1.6024 mm at 0.925 w1, and with K2 = 1e10 N/m^3 0.8527 mm at 1.24 w1. Eccentricity
+// and mass are not known: one is fitted to each radius; the speeds of the peaks are then free of fitting.
 TEST(SimulateReference, RunDownPeaksOfAnIndependentIntegration) {
   RotorModel m = jeffcott(2 * M_PI * 9.55, 0.02);
   const Peak linear = run_down_peak(m, 15);
@@ -155,7 +172,8 @@ TEST(SimulateReference, RunDownPeaksOfAnIndependentIntegration) {
   EXPECT_NEAR(cubic.speed_ratio, 1.24, 0.01);
 }
 
-// Two rotors whose peaks were found by an independent program (12 Hz, 25 % cubic force at 3 mm; 15 Hz, 21.5 % at 3.1 mm).
+// Two rotors whose peaks were found by an independent program (12 Hz, 25 % cubic force at 3 mm; 15 Hz, 21.5 %
+// at 3.1 mm).
 TEST(SimulateReference, PeaksOfTwoHardeningRotors) {
   const double w = 2 * M_PI * 12;
   RotorModel a = jeffcott(w, 0.02);
@@ -164,7 +182,8 @@ TEST(SimulateReference, PeaksOfTwoHardeningRotors) {
     a.eps = std::polar(8e-5, 0.7) + grams / 5 * std::polar(1.7e-4, 1.2);
     return simulate(a, angle_signal(p, 1e-3)).z.real().cwiseAbs().maxCoeff();
   };
-  const SpeedProfile down = SpeedProfile::run_down(2 * M_PI * 30, 12), up = SpeedProfile::run_up(2 * M_PI * 30, 12);
+  const SpeedProfile down = SpeedProfile::run_down(2 * M_PI * 30, 12),
+                     up = SpeedProfile::run_up(2 * M_PI * 30, 12);
   EXPECT_NEAR(peak(0, down), 1.19e-3, 5e-6);
   EXPECT_NEAR(peak(0, up), 1.38e-3, 5e-6);
   EXPECT_NEAR(peak(2.5, down), 2.23e-3, 6e-6);
@@ -193,7 +212,8 @@ TEST(SimulateReference, ForcedModeIsExactFarAboveTheSampleRate) {
     expected += mode.participation * omega * omega /
                 Complex(mode.omega * mode.omega - omega * omega, 2 * mode.zeta * mode.omega * omega);
   }
-  EXPECT_NEAR(std::abs(seen[2999] * std::polar(1.0, -angle.beta[5998]) - expected) / std::abs(expected), 0, 2e-4);
+  EXPECT_NEAR(std::abs(seen[2999] * std::polar(1.0, -angle.beta[5998]) - expected) / std::abs(expected), 0,
+              2e-4);
 }
 
 TEST(SimulateConvergence, ForcedModesHaveOrderFour) {
@@ -234,7 +254,9 @@ TEST(SteadyWhirlReference, HardeningRotorHasThreeAmplitudesAndTheSmallestIsTaken
   const double omega = 66;
   const double a2 = std::norm(steady_whirl(m, omega).z);
   const double d = 3600 - omega * omega, g = m.c * omega;
-  const auto excess = [&](double a) { return a * (std::pow(d + m.k2 * a, 2) + g * g) - std::pow(1e-4 * omega * omega, 2); };
+  const auto excess = [&](double a) {
+    return a * (std::pow(d + m.k2 * a, 2) + g * g) - std::pow(1e-4 * omega * omega, 2);
+  };
   EXPECT_NEAR(excess(a2) / std::pow(1e-4 * omega * omega, 2), 0, 1e-9);
   int roots_above = 0;  // sign changes of the cubic above the solution
   double last = excess(1.001 * a2);

@@ -15,19 +15,21 @@ struct alignas(64) LaneArray {
   double operator[](int lane) const { return v[static_cast<std::size_t>(lane)]; }
 };
 
-/// `Lanes` copies of one rig side by side, for tuning and Monte Carlo over controllers: the same plant, profile and noise in
-/// every lane, another command in each. The arithmetic is that of VirtualRig, in vector registers; a lane gives what
-/// VirtualRig gives with the same seed and commands. No fault script. Instantiated for 8, 16 and 32 lanes.
+/// `Lanes` copies of one rig side by side, for tuning and Monte Carlo over controllers: the same plant,
+/// profile and noise in every lane, another command in each. The arithmetic is that of VirtualRig, in vector
+/// registers; a lane gives what VirtualRig gives with the same seed and commands. No fault script.
+/// Instantiated for 8, 16 and 32 lanes.
 ///
-/// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the lanes.
+/// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
+/// lanes.
 template <int Lanes>
 class BatchRig {
  public:
   using Lane = LaneArray<Lanes>;
   struct Reading {
     double t = 0;
-    Lane x, y;                                 ///< m
-    double beta = 0, omega = 0, omega_dot = 0; ///< the same for all lanes
+    Lane x, y;                                  ///< m
+    double beta = 0, omega = 0, omega_dot = 0;  ///< the same for all lanes
   };
 
   explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);

@@ -7,9 +7,10 @@
 
 namespace whirl {
 
-/// Calls visitor(key, field, unit) for every scalar of the rig, so that files can read and write it: `key` ends in the
-/// unit's suffix ("laser.noise_um", "rotor.stiffness_N_m"), the field is a double&, int& or bool& in SI, and file value * unit = SI value (unit
-/// 1 for int and bool). Modes are visited as modes.1.*, modes.2.*, ...; their number does not change.
+/// Calls visitor(key, field, unit) for every scalar of the rig, so that files can read and write it: `key`
+/// ends in the unit's suffix ("laser.noise_um", "rotor.stiffness_N_m"), the field is a double&, int& or bool&
+/// in SI, and file value * unit = SI value (unit 1 for int and bool). Modes are visited as modes.1.*,
+/// modes.2.*, ...; their number does not change.
 template <class Parameters, class Visitor>
 void visit_fields(Parameters& p, Visitor&& visit) {
   constexpr double kUm = 1e-6, kMm = 1e-3, kMs = 1e-3, kGram = 1e-3, kPercent = 1e-2;

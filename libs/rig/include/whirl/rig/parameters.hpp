@@ -10,32 +10,32 @@
 
 namespace whirl {
 
-/// The true rotor. Defaults: 6 mm steel shaft, 11.98 Hz, damping ratio 0.66 %, cubic force 7 % of the linear one at
-/// 6.45 mm. Anisotropy is what a controller's isotropic model does not know.
+/// The true rotor. Defaults: 6 mm steel shaft, 11.98 Hz, damping ratio 0.66 %, cubic force 7 % of the linear
+/// one at 6.45 mm. Anisotropy is what a controller's isotropic model does not know.
 struct RigRotor {
-  double mass = 1.5;            ///< m, kg
-  double stiffness = 8500;      ///< K1, N/m
-  double cubic = 1.5e7;         ///< K2, N/m^3, radial
-  double damping = 1.5;         ///< C, N s/m
-  double stiffness_split = 0.02;  ///< K_x, K_y = K1 (1 +- split)
-  double damping_split = 0.10;    ///< C_x, C_y = C (1 +- split)
-  double cross_stiffness = 40;    ///< K_xy = K_yx, N/m
+  double mass = 1.5;                       ///< m, kg
+  double stiffness = 8500;                 ///< K1, N/m
+  double cubic = 1.5e7;                    ///< K2, N/m^3, radial
+  double damping = 1.5;                    ///< C, N s/m
+  double stiffness_split = 0.02;           ///< K_x, K_y = K1 (1 +- split)
+  double damping_split = 0.10;             ///< C_x, C_y = C (1 +- split)
+  double cross_stiffness = 40;             ///< K_xy = K_yx, N/m
   double residual_eccentricity = 51.3e-6;  ///< e0 of the balanced rotor, m
-  double residual_phase = 0.6;   ///< of e0, rad from the angle zero
-  double added_mass = 5e-3;      ///< screw in the disk, kg
-  double added_radius = 82.73e-3; ///< m
-  double added_phase = 0;        ///< rad from the angle zero
+  double residual_phase = 0.6;             ///< of e0, rad from the angle zero
+  double added_mass = 5e-3;                ///< screw in the disk, kg
+  double added_radius = 82.73e-3;          ///< m
+  double added_phase = 0;                  ///< rad from the angle zero
 };
 
-/// A linear mode of the structure beside the rotor's own, the same on both axes: excited by its initial deflection (the
-/// e^{lambda t} terms of paper eq. 21), by the actuators and, when asked for, by the unbalance; seen by the sensors, not part
-/// of the disk motion.
+/// A linear mode of the structure beside the rotor's own, the same on both axes: excited by its initial
+/// deflection (the e^{lambda t} terms of paper eq. 21), by the actuators and, when asked for, by the
+/// unbalance; seen by the sensors, not part of the disk motion.
 struct RigMode {
-  double frequency = 0;      ///< undamped, Hz
+  double frequency = 0;  ///< undamped, Hz
   double damping_ratio = 0;
-  double participation = 0;  ///< acceleration per newton relative to the rotor's 1/m
-  double sensor_sign = 1;    ///< shape at the sensor
-  double initial = 0;        ///< deflection at t = 0, m
+  double participation = 0;    ///< acceleration per newton relative to the rotor's 1/m
+  double sensor_sign = 1;      ///< shape at the sensor
+  double initial = 0;          ///< deflection at t = 0, m
   double unbalance_share = 0;  ///< acceleration by the unbalance relative to the rotor's eps F
 };
 
@@ -58,23 +58,24 @@ struct RigLaser {
 
 /// Two actuators with amplifier and digital-analog converter.
 struct RigActuator {
-  double voltage_limit = 10;       ///< +- V
-  int bits = 16;                   ///< converter resolution; 0 = none
-  double force_per_volt = 4;       ///< amplifier gain times force constant the user assumes, N/V
-  double gain_error = -0.04;       ///< true gain / assumed gain - 1
+  double voltage_limit = 10;  ///< +- V
+  int bits = 16;              ///< converter resolution; 0 = none
+  double force_per_volt = 4;  ///< amplifier gain times force constant the user assumes, N/V
+  double gain_error = -0.04;  ///< true gain / assumed gain - 1
   double axis_rotation = 2 * std::numbers::pi / 180;  ///< actuator axes against sensor axes, rad
-  double bandwidth = 200;          ///< first-order lag, Hz; 0 = none
-  int delay_samples = 1;           ///< computation: a command acts this many ticks after its measurement
-  int extra_delay_samples = 0;     ///< further delay, e.g. of a bus
+  double bandwidth = 200;                             ///< first-order lag, Hz; 0 = none
+  int delay_samples = 1;        ///< computation: a command acts this many ticks after its measurement
+  int extra_delay_samples = 0;  ///< further delay, e.g. of a bus
 
   double force_limit() const { return voltage_limit * force_per_volt; }  ///< N
 };
 
 /// Incremental encoder with a tracking loop for speed and acceleration.
 struct RigEncoder {
-  int counts = 1024;          ///< per turn; 0 = exact angle, speed and acceleration
-  double bandwidth = 5;       ///< of the tracking loop, Hz
-  bool profile_angle = false; ///< true: no encoder; angle computed from the commanded profile (without ripple)
+  int counts = 1024;     ///< per turn; 0 = exact angle, speed and acceleration
+  double bandwidth = 5;  ///< of the tracking loop, Hz
+  bool profile_angle =
+      false;  ///< true: no encoder; angle computed from the commanded profile (without ripple)
 
   bool operator==(const RigEncoder&) const = default;
 };
@@ -86,8 +87,9 @@ struct RigTiming {
   bool operator==(const RigTiming&) const = default;
 };
 
-/// Everything that defines the virtual rig. SI, plain aggregate; defaults reproduce the paper's open-loop levels, read as
-/// zero-to-peak (balanced 1.242 mm, Table 4 for 5 g). Not unique: many plausible rigs fit (docs: rig README).
+/// Everything that defines the virtual rig. SI, plain aggregate; defaults reproduce the paper's open-loop
+/// levels, read as zero-to-peak (balanced 1.242 mm, Table 4 for 5 g). Not unique: many plausible rigs fit
+/// (docs: rig README).
 struct RigParameters {
   RigRotor rotor;
   SpeedProfile profile = default_profile();
@@ -102,15 +104,15 @@ struct RigParameters {
   static std::vector<RigMode> default_modes();
   /// The other reading of the paper's levels: all of them peak-to-peak (half the unbalance).
   static RigParameters peak_to_peak_reading();
-  /// Identification tests: isotropic rotor, no modes, exact sensors and actuators. A: 12 Hz, zeta 2 %, 30 -> 0 Hz in
-  /// 12 s, 5 g added. B: 15 Hz, C/m = 7.5 1/s, 40 -> 0 Hz in 15 s, no added mass.
+  /// Identification tests: isotropic rotor, no modes, exact sensors and actuators. A: 12 Hz, zeta 2 %, 30 ->
+  /// 0 Hz in 12 s, 5 g added. B: 15 Hz, C/m = 7.5 1/s, 40 -> 0 Hz in 15 s, no added mass.
   static RigParameters ideal_rotor_a();
   static RigParameters ideal_rotor_b();
 
-  double natural_frequency() const;     ///< sqrt(K1 / m), rad/s
+  double natural_frequency() const;           ///< sqrt(K1 / m), rad/s
   std::complex<double> eccentricity() const;  ///< residual + added, m, in the rotor frame
-  /// The true lateral equations with the actuator gain 1/m, and the modes that the unbalance drives as the sensors see
-  /// them.
+  /// The true lateral equations with the actuator gain 1/m, and the modes that the unbalance drives as the
+  /// sensors see them.
   RotorModel true_model() const;
   /// The same record in the other direction: profile reversed in time.
   RigParameters run_up() const;
@@ -119,11 +121,11 @@ struct RigParameters {
 };
 
 enum class RigFault : std::uint8_t {
-  sensor_loss,   ///< laser signal at full scale, Measurement::valid = false
-  sensor_stuck,  ///< laser repeats its last reading, valid = true
-  extra_delay,   ///< commands act `delay_samples` ticks later
-  actuator_loss, ///< no force on the axis (of the actuator)
-  encoder_stuck, ///< angle, speed and acceleration repeat their last values
+  sensor_loss,    ///< laser signal at full scale, Measurement::valid = false
+  sensor_stuck,   ///< laser repeats its last reading, valid = true
+  extra_delay,    ///< commands act `delay_samples` ticks later
+  actuator_loss,  ///< no force on the axis (of the actuator)
+  encoder_stuck,  ///< angle, speed and acceleration repeat their last values
 };
 enum class RigAxis : std::uint8_t { both, x, y };
 
@@ -132,7 +134,7 @@ struct ScriptedFault {
   RigFault kind = RigFault::sensor_loss;
   double start = 0, end = 0;  ///< s
   RigAxis axis = RigAxis::both;
-  int delay_samples = 0;      ///< for extra_delay
+  int delay_samples = 0;  ///< for extra_delay
 };
 
 /// One experiment on the rig.

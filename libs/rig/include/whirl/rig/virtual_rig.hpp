@@ -9,21 +9,21 @@
 
 namespace whirl {
 
-/// What does not depend on commands and noise, computed once and shared by many runs: above all the prescribed angle.
-/// `like`: tables of another rig; their angle part (nearly all of the cost) is shared when profile, laser, encoder and
-/// timing are the same, as in a Monte Carlo study over rotors.
+/// What does not depend on commands and noise, computed once and shared by many runs: above all the
+/// prescribed angle. `like`: tables of another rig; their angle part (nearly all of the cost) is shared when
+/// profile, laser, encoder and timing are the same, as in a Monte Carlo study over rotors.
 class RigTables;
 std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters,
                                                  const std::shared_ptr<const RigTables>& like = nullptr);
 
 /// The virtual test rig in closed loop: rotor, structure, sensors, converters, actuators, delay, faults.
 ///
-/// Per control tick: `read()`, `write(command)`, `advance()`. What `read` gives is what real hardware would give; the
-/// true state is only in RigTruth, which controllers must not use. After construction nothing allocates or throws;
-/// two rigs with the same parameters and run give the same numbers.
+/// Per control tick: `read()`, `write(command)`, `advance()`. What `read` gives is what real hardware would
+/// give; the true state is only in RigTruth, which controllers must not use. After construction nothing
+/// allocates or throws; two rigs with the same parameters and run give the same numbers.
 ///
-/// The rotor is integrated by RK4 with steps that end on every control tick and sensor instant; actuators and extra
-/// modes are linear with held input and advanced exactly.
+/// The rotor is integrated by RK4 with steps that end on every control tick and sensor instant; actuators and
+/// extra modes are linear with held input and advanced exactly.
 class VirtualRig {
  public:
   explicit VirtualRig(const RigParameters& parameters, const RigRun& run = {});
@@ -32,13 +32,13 @@ class VirtualRig {
   VirtualRig& operator=(VirtualRig&&) noexcept;
   ~VirtualRig();
 
-  Measurement read() const noexcept;        ///< at the current tick
+  Measurement read() const noexcept;            ///< at the current tick
   void write(const Command& command) noexcept;  ///< forces asked for, N; kept until the next write
-  void advance() noexcept;                  ///< to the next tick
-  bool done() const noexcept;               ///< the profile has ended
-  double time() const noexcept;             ///< of the current tick, s
+  void advance() noexcept;                      ///< to the next tick
+  bool done() const noexcept;                   ///< the profile has ended
+  double time() const noexcept;                 ///< of the current tick, s
   long tick() const noexcept;
-  long ticks() const noexcept;              ///< of the whole profile
+  long ticks() const noexcept;  ///< of the whole profile
   /// Back to t = 0 with another noise seed.
   void restart(std::uint64_t seed) noexcept;
 
@@ -52,12 +52,13 @@ class VirtualRig {
 class RigTruth {
  public:
   explicit RigTruth(const VirtualRig& rig) : rig_(&rig) {}
-  std::complex<double> z() const noexcept;        ///< disk centre, m
-  std::complex<double> dz() const noexcept;       ///< m/s
-  std::complex<double> force() const noexcept;    ///< force acting now on the rotor, N
-  std::complex<double> commanded() const noexcept;  ///< force after converter and limit, before lag and gain error, N
+  std::complex<double> z() const noexcept;      ///< disk centre, m
+  std::complex<double> dz() const noexcept;     ///< m/s
+  std::complex<double> force() const noexcept;  ///< force acting now on the rotor, N
+  std::complex<double> commanded()
+      const noexcept;  ///< force after converter and limit, before lag and gain error, N
   AngleState angle() const noexcept;
-  bool finite() const noexcept;                   ///< false: the motion has diverged
+  bool finite() const noexcept;  ///< false: the motion has diverged
 
  private:
   const VirtualRig* rig_;

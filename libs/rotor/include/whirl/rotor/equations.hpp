@@ -7,15 +7,17 @@
 
 namespace whirl {
 
-/// F = e^{i beta} (beta'^2 - i beta''): acceleration of the centre of mass per metre of eccentricity, rad/s^2.
+/// F = e^{i beta} (beta'^2 - i beta''): acceleration of the centre of mass per metre of eccentricity,
+/// rad/s^2.
 std::complex<double> unbalance_forcing(double beta, double omega, double alpha);
 /// The same on the whole half-sample grid: entry 2 i at sample i, entry 2 i + 1 between.
 Eigen::VectorXcd unbalance_forcing(const AngleSignal& angle);
 
 /// Right-hand side of RotorModel without modes: z'' for given z, z', F and lateral force u (N).
 /// Written in real arithmetic, because the product of two std::complex tests for NaN.
-inline std::complex<double> lateral_acceleration(const RotorModel& m, std::complex<double> z, std::complex<double> dz,
-                                                 std::complex<double> forcing, std::complex<double> u = {}) noexcept {
+inline std::complex<double> lateral_acceleration(const RotorModel& m, std::complex<double> z,
+                                                 std::complex<double> dz, std::complex<double> forcing,
+                                                 std::complex<double> u = {}) noexcept {
   const double x = z.real(), y = z.imag(), vx = dz.real(), vy = dz.imag();
   const double k = m.k1 + m.k2 * (x * x + y * y);
   const double kr = m.k1_conj.real(), ki = m.k1_conj.imag(), cr = m.c_conj.real(), ci = m.c_conj.imag();
@@ -24,8 +26,8 @@ inline std::complex<double> lateral_acceleration(const RotorModel& m, std::compl
           -k * y - m.c * vy + kr * y - ki * x + cr * vy - ci * vx + er * fi + ei * fr + m.gain * u.imag()};
 }
 
-/// The rotor of paper section III as a body: a disk of mass m whose centre of mass G lies `eccentricity` from the shaft
-/// centre C at the angle beta + phase.
+/// The rotor of paper section III as a body: a disk of mass m whose centre of mass G lies `eccentricity` from
+/// the shaft centre C at the angle beta + phase.
 struct UnbalancedDisk {
   double mass = 1;          ///< m, kg
   double inertia = 1;       ///< J about C, kg m^2; J_bar = J - m e^2 about G
@@ -56,8 +58,8 @@ struct DiskAcceleration {
 ///   J_bar beta'' = tau + e (F_y cos b - F_x sin b)
 ///
 /// F = stiffness (eq. 13) + damping - control force u. Eq. 5 as printed leaves out the last bracket.
-DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskState& state, double ux, double uy,
-                                       double tau);
+DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskState& state, double ux,
+                                       double uy, double tau);
 
 /// Kinetic (eq. 2) plus elastic energy K1 rho^2 / 2 + K2 rho^4 / 4, J.
 double mechanical_energy(const UnbalancedDisk& disk, const DiskState& state);

@@ -28,21 +28,22 @@ struct WhirlState {
   std::complex<double> dz;  ///< m/s
 };
 
-/// Steady unbalance response at constant speed omega (rad/s) and angle beta: forward and backward whirl of first order
-/// by harmonic balance (third harmonics of the cubic dropped; exact for an isotropic rotor). Where the hardening rotor
-/// has three amplitudes it is the smallest, the one reached from far away. Zero at standstill.
+/// Steady unbalance response at constant speed omega (rad/s) and angle beta: forward and backward whirl of
+/// first order by harmonic balance (third harmonics of the cubic dropped; exact for an isotropic rotor).
+/// Where the hardening rotor has three amplitudes it is the smallest, the one reached from far away. Zero at
+/// standstill.
 WhirlState steady_whirl(const RotorModel& model, double omega, double beta = 0);
 
 /// Transient response to a prescribed rotor angle, Runge-Kutta of order 4, one or more steps per sample.
 ///
-/// `start` is the main mode at sample 0. Forced modes start in their steady state at the first speed and are advanced
-/// exactly for a forcing that is quadratic over each step, so that stiff modes (w h > 1) stay exact. With
-/// substeps = 1 the forcing is taken from the midpoints of `angle`; with more it is evaluated on the quintic
-/// through beta, beta' and beta''. `force` (N, complex ux + i uy), when not empty, holds one value per sample, kept
-/// constant until the next (zero-order hold); it needs model.gain.
-/// Throws Error when sizes do not match or dt <= 0. A diverging motion gives non-finite samples, not an exception.
-Response simulate(const RotorModel& model, const AngleSignal& angle, const WhirlState& start, int substeps = 1,
-                  const Eigen::VectorXcd& force = {});
+/// `start` is the main mode at sample 0. Forced modes start in their steady state at the first speed and are
+/// advanced exactly for a forcing that is quadratic over each step, so that stiff modes (w h > 1) stay exact.
+/// With substeps = 1 the forcing is taken from the midpoints of `angle`; with more it is evaluated on the
+/// quintic through beta, beta' and beta''. `force` (N, complex ux + i uy), when not empty, holds one value
+/// per sample, kept constant until the next (zero-order hold); it needs model.gain. Throws Error when sizes
+/// do not match or dt <= 0. A diverging motion gives non-finite samples, not an exception.
+Response simulate(const RotorModel& model, const AngleSignal& angle, const WhirlState& start,
+                  int substeps = 1, const Eigen::VectorXcd& force = {});
 inline Response simulate(const RotorModel& model, const AngleSignal& angle, std::complex<double> z0,
                          std::complex<double> dz0) {
   return simulate(model, angle, WhirlState{z0, dz0});
@@ -50,8 +51,8 @@ inline Response simulate(const RotorModel& model, const AngleSignal& angle, std:
 /// The same from steady whirl at the first speed.
 Response simulate(const RotorModel& model, const AngleSignal& angle);
 
-/// The inner kernel of simulate, for loops over many models with one angle: `forcing` from unbalance_forcing(angle),
-/// size 2 N - 1. One step per sample, no forced modes, no offset.
+/// The inner kernel of simulate, for loops over many models with one angle: `forcing` from
+/// unbalance_forcing(angle), size 2 N - 1. One step per sample, no forced modes, no offset.
 Response simulate_main_mode(const RotorModel& model, const Eigen::VectorXcd& forcing, double dt,
                             const WhirlState& start);
 

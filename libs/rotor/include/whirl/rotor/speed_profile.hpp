@@ -16,8 +16,9 @@ struct AngleState {
 ///
 ///   omega(t) = omega_ramp(t) (1 + ripple sin(ripple_omega t + ripple_phase)).
 ///
-/// The paper's speed controller holds beta'' constant (section VI); the ripple is its imperfection. The angle is the
-/// exact integral, not a quadrature. beta'' jumps at the two ends of the ramp: let them fall on samples.
+/// The paper's speed controller holds beta'' constant (section VI); the ripple is its imperfection. The angle
+/// is the exact integral, not a quadrature. beta'' jumps at the two ends of the ramp: let them fall on
+/// samples.
 struct SpeedProfile {
   double omega_start = 0;   ///< speed before the ramp, rad/s
   double omega_end = 0;     ///< speed after the ramp, rad/s
@@ -77,10 +78,10 @@ struct TorqueModel {
   double torque(double omega) const;  ///< N m
 };
 
-/// Angle of a rotor of inertia J_bar (about its centre of mass, kg m^2) turned by `torque`, without the reaction of the
-/// lateral motion (that is in simulate_driven). J_bar beta'' = tau, Runge-Kutta of order 4; stops for good
-/// when Coulomb friction holds it.
-AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
-                                Eigen::Index samples);
+/// Angle of a rotor of inertia J_bar (about its centre of mass, kg m^2) turned by `torque`, without the
+/// reaction of the lateral motion (that is in simulate_driven). J_bar beta'' = tau, Runge-Kutta of order 4;
+/// stops for good when Coulomb friction holds it.
+AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0,
+                                double dt, Eigen::Index samples);
 
 }  // namespace whirl
