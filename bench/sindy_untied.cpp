@@ -1,5 +1,5 @@
 // Full library of paper eq. 24 without ties, order 2, displacement and angle only: support and coefficients of rotor B found
-// by the general front end, and the same with a radial cubic in the library.
+// by the general front end, and the same with a radial cubic in the library. Arguments: seeds, "untied" or "radial".
 #include <fmt/format.h>
 
 #include <chrono>
@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <numbers>
 #include <random>
+#include <string>
 
 #include "whirl/rotor/simulate.hpp"
 #include "whirl/sindy/sindy.hpp"
@@ -25,6 +26,7 @@ int main(int argc, char** argv) {
   const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * pi * 40, 15.0), 1e-3);
   const Response clean = simulate(truth, angle);
   for (bool radial : {false, true}) {
+    if (argc > 2 && radial != (std::string(argv[2]) == "radial")) continue;
     for (double snr : {200.0, 40.0, 20.0}) {
       for (int seed = 1; seed <= seeds; ++seed) {
         Recording r = clean.recording();

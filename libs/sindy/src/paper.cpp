@@ -124,18 +124,22 @@ Eigen::VectorXd start_state(const RotorRecord& record, Eigen::Index first, const
   return (Eigen::VectorXd(4) << z.real(), dz.real(), z.imag(), dz.imag()).finished();
 }
 
-void require_usable(const RotorRecord& record) {
-  if (record.summary.status == Status::unusable) {
-    throw Error(fmt::format("{}: {}", record.source, record.summary.warnings.empty() ? "record not usable"
-                                                                                      : record.summary.warnings.back()));
-  }
+/// The record's verdict, when nothing can be identified from it.
+bool unusable(const RotorRecord& record, IdentifiedModel& model) {
+  for (const std::string& w : record.summary.warnings) model.summary.warn(w);
+  if (record.summary.status != Status::unusable) return false;
+  model.summary.status = Status::unusable;
+  model.states.clear();
+  model.equations.clear();
+  return true;
 }
 
 }  // namespace
 
 IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options) {
   require_range("filter width", options.filter_sd, 0, 0.1, "s");
-  require_usable(record);
+  IdentifiedModel model = rotor_shell(record, "paper");
+  if (unusable(record, model)) return model;
   std::vector<Expr> terms = options.library.empty() ? rotor_library() : parse_library(options.library);
   if (!options.poles.empty()) terms = union_library({terms, modal_library(options.poles)});
   std::vector<std::string> names;
@@ -159,7 +163,6 @@ IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& op
     first += reach;
   }
 
-  IdentifiedModel model = rotor_shell(record, "paper");
   constexpr int blocks = 50;
   GramAccumulator sums(theta.cols(), 2, std::max<Eigen::Index>(1, (theta.rows() + blocks - 1) / blocks));
   sums.add(theta, target);
@@ -204,7 +207,8 @@ std::vector<IdentifiedModel> compare_regressors(const RotorRecord& record, const
 
 IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentOptions& options) {
   require_range("filter width", options.filter_sd, 0, 0.1, "s");
-  require_usable(record);
+  IdentifiedModel model = rotor_shell(record, "consistent");
+  if (unusable(record, model)) return model;
   const CandidateLibrary library = tied_rotor_library(options.offset);
   const double sd = options.filter_sd / record.dt;
   const Derivatives d = differentiate_record(record, 0, false);
@@ -237,7 +241,6 @@ IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentO
   }
   const SparseFit fit = solve(stack(problems), {.method = "ols"});
 
-  IdentifiedModel model = rotor_shell(record, "consistent");
   for (Eigen::Index j = 0; j < unknowns; ++j) {
     const TiedGroup& group = library.groups[static_cast<std::size_t>(j)];
     for (const TiedEntry& e : group.entries) {

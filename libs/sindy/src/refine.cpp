@@ -123,13 +123,13 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   }
   const double freedom = static_cast<double>(sums.rows - sums.gradient.size());
   const double variance = sums.cost / freedom;
-  const Eigen::MatrixXd covariance =
-      damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), p), 0);
+  result.covariance =
+      variance * damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), p), 0).topRows(p);
   const std::vector<double*> theta = free_terms(system);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const Eigen::Index i = static_cast<Eigen::Index>(j);
     result.model.equations[places[j].equation].terms[places[j].term].coefficient =
-        Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, variance * covariance(i, i))));
+        Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, result.covariance(i, i))));
   }
   for (const FreeRun& r : trial) result.starts.push_back(r.start);
   result.rmse = std::sqrt(sums.cost / static_cast<double>(sums.rows));

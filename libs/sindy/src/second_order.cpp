@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 
+#include "channel_units.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/sindy/refine.hpp"
@@ -142,6 +143,7 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
     model.summary.residual = free_run_error(model, recording, output, options.skip);
     if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
     add_linear_parameters(model, output);
+    detail::set_coefficient_units(model, recording);
     return model;
   }
 
@@ -195,6 +197,7 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
                                     100 * options.holdout, error, output);
   add_linear_parameters(model, output);
+  detail::set_coefficient_units(model, recording);
   return model;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "channel_units.hpp"
 #include "integral_rows.hpp"
 #include "sindy_refine.hpp"
 #include "whirl/core/error.hpp"
@@ -181,7 +182,10 @@ IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOpti
     model.summary.condition_number = std::max(k == 0 ? 0 : model.summary.condition_number, fit.summary.condition_number);
     for (const std::string& w : fit.summary.warnings) model.summary.warn(lhs + ": " + w);
   }
-  if (options.discrete || !options.refine) return model;
+  if (options.discrete || !options.refine) {
+    detail::set_coefficient_units(model, records.front());
+    return model;
+  }
 
   // Below this share of the signal the integration error of the samples, not the noise, limits the fit.
   Eigen::VectorXd weight = sd;
@@ -195,6 +199,7 @@ IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOpti
     weight[column] = std::max(sd[column], floor);
   }
   detail::refine_and_select(model, candidates, alternatives, stretches, weight, rate, options);
+  detail::set_coefficient_units(model, records.front());
   if (!noisy) model.summary.chi_square = std::numeric_limits<double>::quiet_NaN();
   return model;
 }

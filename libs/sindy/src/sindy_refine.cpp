@@ -1,5 +1,6 @@
 #include "sindy_refine.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,6 +8,7 @@
 
 #include "whirl/signal/resample.hpp"
 #include "whirl/sindy/refine.hpp"
+#include "whirl/sindy/regression.hpp"
 #include "whirl/sindy/simulate_model.hpp"
 
 namespace whirl::detail {
@@ -195,7 +197,8 @@ class Selector {
       converged_ = refined.converged;
       if (drop_weak()) continue;
       added = add_best(model, refined, rejected);
-      if (added.empty()) return true;
+      if (!added.empty()) continue;
+      if (!drop_jointly(model, refined.covariance, rejected)) return true;
     }
     return true;
   }
@@ -247,6 +250,51 @@ class Selector {
     for (const FreeRun& r : runs_) n += r.measured.size();
     return static_cast<double>(n);
   }
+  /// Drops several terms at once when together they lower the error by less than t_value^2 each: nearly dependent terms
+  /// can each look significant beside the other. Exact on the quadratic approximation (Wald): a best-subset problem
+  /// whose Gram matrix is the information matrix.
+  bool drop_jointly(IdentifiedModel& model, const Eigen::MatrixXd& covariance, std::set<std::string>& rejected) const {
+    constexpr Eigen::Index most_terms = 40;
+    const Eigen::Index p = covariance.rows();
+    if (p < 2 || p > most_terms) return false;
+    std::vector<Weak> places;
+    Eigen::VectorXd theta(p);
+    for (std::size_t e = 0; e < model.equations.size(); ++e) {
+      for (std::size_t t = 0; t < model.equations[e].terms.size(); ++t) {
+        const Estimate& c = model.equations[e].terms[t].coefficient;
+        if (c.sd == 0) continue;
+        theta[static_cast<Eigen::Index>(places.size())] = c.value;
+        places.push_back({e, t, 0});
+      }
+    }
+    const Eigen::VectorXd unit = covariance.diagonal().cwiseSqrt();
+    const Eigen::MatrixXd correlation = unit.cwiseInverse().asDiagonal() * covariance * unit.cwiseInverse().asDiagonal();
+    Problem wald;
+    wald.total.gram = correlation.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
+    const Eigen::VectorXd t = theta.cwiseQuotient(unit);
+    wald.total.moment = wald.total.gram * t;
+    wald.total.energy = t.dot(wald.total.moment);
+    wald.total.rows = 1;
+    if (!wald.total.gram.allFinite() || !(wald.total.energy > 0)) return false;
+    wald.effective_rows = samples();
+    const SparseFit fit = solve(wald, {.method = "best_subset"});
+    const double price = options_.t_value * options_.t_value;
+    const PathPoint* best = nullptr;
+    for (const PathPoint& point : fit.path) {
+      if (best == nullptr || point.rss + price * point.terms < best->rss + price * best->terms) best = &point;
+    }
+    if (best == nullptr || best->terms >= p) return false;
+    std::vector<Weak> out;
+    for (Eigen::Index j = 0; j < p; ++j) {
+      if (best->xi[j] != 0) continue;
+      const Weak& w = places[static_cast<std::size_t>(j)];
+      out.push_back(w);
+      rejected.insert(model.equations[w.equation].lhs + model.equations[w.equation].terms[w.term].function);
+    }
+    drop(model, out);
+    return true;
+  }
+
   /// Adds the absent term with the largest score and tells its name; empty when none is significant.
   std::string add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) const {
     for (const TermScore& s : scored.scores) {

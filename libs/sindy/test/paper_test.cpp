@@ -141,6 +141,18 @@ TEST(PaperChain, ModalColumnsEnterAsDecayingPairs) {
   EXPECT_EQ(m.inputs, (std::vector<std::string>{"X5", "X6", "t"}));
 }
 
+TEST(PaperChain, UnusableRecordsSayWhy) {
+  Recording r;
+  r.dt = 1e-3;
+  r.add("x", Quantity::displacement, Eigen::VectorXd::Constant(2000, 1e-3));
+  r.add("y", Quantity::displacement, Eigen::VectorXd::Constant(2000, 1e-3));
+  r.add("beta", Quantity::angle, Eigen::VectorXd::LinSpaced(2000, 0, 300));
+  for (const IdentifiedModel& m : {identify_paper(r), identify_consistent(r)}) {
+    EXPECT_EQ(m.summary.status, Status::unusable);
+    EXPECT_FALSE(m.summary.warnings.empty());
+  }
+}
+
 TEST(SimulateModelConvergence, OrderFourOnALinearOscillatorWithMidpointInput) {
   IdentifiedModel m;
   m.states = {"x", "v"};

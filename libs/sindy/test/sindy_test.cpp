@@ -175,6 +175,48 @@ TEST(FitSindy, FreeRunFollowsTheRecord) {
   EXPECT_NEAR(rates(0, 1), -3 + 2, 1e-4);
 }
 
+TEST(FitSindy, HopelessRecordsGiveAnAnswerNotACrash) {
+  std::mt19937_64 engine(8);
+  std::normal_distribution<double> normal;
+  Recording r;
+  r.dt = 0.01;
+  Eigen::VectorXd x(300), y(300);
+  for (int i = 0; i < 300; ++i) x[i] = normal(engine), y[i] = normal(engine);
+  r.add("x", Quantity::dimensionless, x);
+  r.add("y", Quantity::dimensionless, y);
+  r.add("still", Quantity::dimensionless, Eigen::VectorXd::Constant(300, 2.0));
+  SindyOptions o;
+  o.states = {"x", "y"};
+  const IdentifiedModel noise = fit_sindy({r}, o);
+  for (const Equation& e : noise.equations) {
+    for (const EquationTerm& t : e.terms) EXPECT_TRUE(std::isfinite(t.coefficient.value));
+  }
+  o.states = {"x", "still"};
+  const IdentifiedModel still = fit_sindy({r}, o);
+  EXPECT_TRUE(support(still, "still'").empty());
+  o.states = {"still"};
+  EXPECT_THROW(fit_sindy({r}, o), Error);
+}
+
+TEST(FitSindy, CoefficientsCarryUnits) {
+  const testing::ZooSystem s = system("Duffing forced");
+  Recording r = testing::zoo_record(s, 0, 1);
+  r.channels[0].quantity = Quantity::displacement;
+  r.channels[2].quantity = Quantity::force;
+  SindyOptions o;
+  o.states = {"x"};
+  o.inputs = {"u"};
+  o.order = 2;
+  const IdentifiedModel m = fit_sindy({r}, o);
+  for (const EquationTerm& t : m.equations[1].terms) {
+    if (t.function == "x^3") {
+      EXPECT_EQ(t.unit, "1/(m^2 s^2)");
+    } else if (t.function == "u") {
+      EXPECT_EQ(t.unit, "1/kg");
+    }
+  }
+}
+
 TEST(FitSindy, BadInputIsToldByName) {
   const testing::ZooSystem s = system("linear");
   const Recording r = testing::zoo_record(s, 0, 1);

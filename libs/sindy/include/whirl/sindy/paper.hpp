@@ -38,7 +38,7 @@ struct PaperOptions {
 /// k2, c, e, e_phase (rad) as far as their terms were kept: averages of both axes, k2 = -(3 a + b)/4 over the terms
 /// a x^3 + b x y^2, the one combination that synchronous whirl shows; the same per axis with suffix _x, _y; rmse_x, rmse_y
 /// (m, free run against measured; absent when it diverges). Standard deviations are those of independent rows and do not
-/// contain the bias of one-sided filtering. The method's own bias at 20 dB is tens of percent: summary.trust says so.
+/// contain the bias of one-sided filtering. An unusable record gives an empty model with its reason. The method's own bias at 20 dB is tens of percent: summary.trust says so.
 IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options = {});
 IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& options = {});
 

@@ -36,6 +36,7 @@ struct TermScore {
 struct Refined {
   IdentifiedModel model;                ///< new coefficients with standard deviations
   std::vector<Eigen::VectorXd> starts;  ///< per run
+  Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms
   double rmse = 0;                      ///< of all outputs, weighted by output_sd
   int iterations = 0;
   bool converged = false;               ///< false also when the starting model diverges
