@@ -8,6 +8,9 @@
 
 namespace whirl::detail {
 
+namespace {
+
+// Residual beyond the noise over the motion of the main mode, both rms.
 double unexplained_share(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
   double excess = 0, motion = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
@@ -18,6 +21,8 @@ double unexplained_share(const std::vector<RotorRecord>& records, const OutputEr
   }
   return std::sqrt(excess / motion);
 }
+
+}  // namespace
 
 void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
   constexpr double kHz = 1 / (2 * std::numbers::pi);
@@ -43,7 +48,7 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
     return e.sd / std::abs(e.value);
   };
   const double critical = rotor.natural_frequency() * kHz;
-  if (!(unexplained < 0.3)) {
+  if (!(unexplained < 0.15)) {
     summary.fail(fmt::format("the model leaves {:.0f} % of the motion unexplained beyond the noise: wrong angle, wrong "
                              "channels or not a rotor on a cubic spring",
                              100 * unexplained));
@@ -73,6 +78,13 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
     summary.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits); all intervals are widened by {:.2g}",
                              summary.chi_square,
                              std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))));
+  }
+  for (const ForcedMode& m : rotor.modes) {
+    if (m.omega * kHz > high) {
+      summary.warn(fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
+                               "predict beyond that speed",
+                               m.omega * kHz, high));
+    }
   }
   if (result.active.delay) {
     summary.warn(fmt::format("the displacement lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "

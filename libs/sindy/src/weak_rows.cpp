@@ -37,49 +37,63 @@ WeakRows::WeakRows(const AngleSignal& angle, Eigen::Index half)
   }
 }
 
+// Sum over each window of (bend phi_tt + phi_t * slope + phi * level) e^{-i s beta} v, slope and level per sample; empty
+// weights are left out.
+void WeakRows::add_rows(bool backward, const Eigen::VectorXcd& v, bool bend, const Eigen::VectorXcd& slope,
+                        const Eigen::VectorXcd& level, Eigen::VectorXcd& into) const {
+  const Eigen::Index n = v.size(), length = phi_.size();
+  const Eigen::VectorXcd d = backward ? Eigen::VectorXcd(v.cwiseProduct(demodulate_.conjugate()))
+                                      : Eigen::VectorXcd(v.cwiseProduct(demodulate_));
+  struct Part {  // real and imaginary part apart, so that the products are real
+    const Eigen::VectorXd* window;
+    Eigen::MatrixX2d samples;
+  };
+  std::vector<Part> parts;
+  const auto add = [&](const Eigen::VectorXd& window, const Eigen::VectorXcd& weighted) {
+    Part& p = parts.emplace_back(Part{&window, Eigen::MatrixX2d(n, 2)});
+    p.samples.col(0) = weighted.real();
+    p.samples.col(1) = weighted.imag();
+  };
+  if (bend) add(phi_tt_, d);
+  if (slope.size() > 0) add(phi_t_, slope.cwiseProduct(d));
+  if (level.size() > 0) add(phi_, level.cwiseProduct(d));
+  for (Eigen::Index r = 0; r < size(); ++r) {
+    const Row& row = rows_[static_cast<std::size_t>(r)];
+    if (row.backward != backward) continue;
+    double re = 0, im = 0;
+    for (const Part& p : parts) {
+      re += p.window->dot(p.samples.col(0).segment(row.first, length));
+      im += p.window->dot(p.samples.col(1).segment(row.first, length));
+    }
+    into[r] = {re, im};
+  }
+}
+
 Eigen::VectorXcd WeakRows::apply(int k, const Eigen::VectorXcd& v) const {
   // psi_t = (phi_t - i s w phi) E,  psi_tt = (phi_tt - 2 i s w phi_t - (w^2 + i s w') phi) E,  E = e^{-i s beta}
-  using Samples = Eigen::MatrixX2d;  // real and imaginary part, so that the products are real
-  const Eigen::Index n = v.size();
   Eigen::VectorXcd result(size());
   for (const bool backward : {false, true}) {
-    const double s = backward ? -1 : 1;
-    const Eigen::VectorXcd d = backward ? Eigen::VectorXcd(v.cwiseProduct(demodulate_.conjugate()))
-                                        : Eigen::VectorXcd(v.cwiseProduct(demodulate_));
-    Samples with_phi(n, 2), with_t(n, 2);
-    const auto split = [](const Eigen::VectorXcd& from, Samples& to) {
-      to.col(0) = from.real();
-      to.col(1) = from.imag();
-    };
-    Samples plain(n, 2);
-    split(d, plain);
-    if (k >= 1) {
-      const Eigen::VectorXcd turned = (-kI * s) * omega_.cwiseProduct(d);
-      split(k == 1 ? turned : Eigen::VectorXcd(2.0 * turned), k == 1 ? with_phi : with_t);
-    }
-    if (k == 2) {
-      const Eigen::VectorXcd w = omega_.cwiseAbs2() + (kI * s) * alpha_;
-      split(-w.cwiseProduct(d), with_phi);
-    }
-    const Eigen::VectorXd& lead = k == 0 ? phi_ : (k == 1 ? phi_t_ : phi_tt_);
-    const Eigen::Index length = phi_.size();
-    for (Eigen::Index r = 0; r < size(); ++r) {
-      const Row& row = rows_[static_cast<std::size_t>(r)];
-      if (row.backward != backward) continue;
-      double sum[2];
-      for (int part = 0; part < 2; ++part) {
-        sum[part] = lead.dot(plain.col(part).segment(row.first, length));
-        if (k >= 1) sum[part] += phi_.dot(with_phi.col(part).segment(row.first, length));
-        if (k == 2) sum[part] += phi_t_.dot(with_t.col(part).segment(row.first, length));
-      }
-      result[r] = {sum[0], sum[1]};
+    const Complex turn = backward ? kI : -kI;  // -i s
+    const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(v.size());
+    if (k == 0) {
+      add_rows(backward, v, false, {}, ones, result);
+    } else if (k == 1) {
+      add_rows(backward, v, false, ones, turn * omega_, result);
+    } else {
+      add_rows(backward, v, true, 2.0 * turn * omega_, turn * alpha_ - omega_.cwiseAbs2(), result);
     }
   }
   return result;
 }
 
 Eigen::VectorXcd WeakRows::rotor(const Eigen::VectorXcd& v, const Eigen::VectorXd& stiffness, double c) const {
-  return apply(2, v) + apply(0, stiffness.cwiseProduct(v)) - c * apply(1, v);
+  Eigen::VectorXcd result(size());
+  for (const bool backward : {false, true}) {
+    const Complex turn = backward ? kI : -kI;
+    add_rows(backward, v, true, (2.0 * turn * omega_.array() - c).matrix(),
+             turn * (alpha_ - c * omega_) + stiffness - omega_.cwiseAbs2(), result);
+  }
+  return result;
 }
 
 BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, double c) const {

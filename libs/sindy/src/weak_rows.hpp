@@ -31,6 +31,9 @@ class WeakRows {
     Eigen::Index first;  ///< first sample of the window
     bool backward;
   };
+  void add_rows(bool backward, const Eigen::VectorXcd& v, bool bend, const Eigen::VectorXcd& slope,
+                const Eigen::VectorXcd& level, Eigen::VectorXcd& into) const;
+
   Eigen::Index half_ = 0, step_ = 0;
   double dt_ = 0;
   std::vector<Row> rows_;

@@ -220,6 +220,20 @@ TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
   EXPECT_EQ(found.model.summary.status, Status::ok);
 }
 
+TEST(IdentifyRotorReference, AModeNobodyListedIsFoundByItsFrequency) {
+  RotorModel truth = rotor_a();
+  truth.modes = {{kTurn * 21, 0.02, 0.03 * truth.eps}};
+  const RotorIdentification r = identify_rotor_detailed({record(with_noise(motion(truth, {}), 20, 3), {})});
+  ASSERT_EQ(r.model.rotor->modes.size(), 1U);
+  EXPECT_EQ(r.added.size(), 1U);
+  EXPECT_NEAR(r.model.rotor->modes[0].omega / kTurn, 21, 0.1);
+  EXPECT_NEAR(std::abs(r.model.rotor->modes[0].participation), 0.03 * std::abs(truth.eps), 0.003 * std::abs(truth.eps));
+  EXPECT_LT(r.chi_square_weak, 1.3);
+  const ModelError e = model_error(*r.model.rotor, truth);
+  EXPECT_LT(std::abs(e.k2), 3);
+  EXPECT_LT(std::abs(e.phase), 0.3);
+}
+
 Recording broken(const std::function<void(Recording&)>& change) {
   Recording r = recording(with_noise(motion(rotor_a(), {}), 20, 1), {});
   change(r);

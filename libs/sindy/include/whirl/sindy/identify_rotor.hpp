@@ -26,6 +26,9 @@ struct RotorIdentifyOptions {
   /// Hammer test: its modes beyond the main one are candidates, in output form, forced by the unbalance ("mode k") and
   /// decaying from the start of the record ("decay k").
   std::optional<ModalModel> modal;
+  /// Without a hammer test, or beyond it: when chi_square > 1.3, forced modes are searched from a quarter of the top speed to
+  /// 1.4 times it. As they are found by search they need three times the score threshold.
+  bool search_modes = true;
   bool refine_poles = true;      ///< w and zeta of added modes and decays are refined
   bool delay = true;             ///< candidate: displacement channels that lag the angle
   int runout_harmonics = 3;      ///< candidates: shaft runout at orders 1 .. n read by the probes, 0 to 4
