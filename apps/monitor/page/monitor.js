@@ -402,6 +402,8 @@ function describe(message) {
 function showStatus(message) {
   const items = [...message.items, ["frames dropped for this view", String(dropped)], ["frames missed", String(missed)]];
   if (message.recording) items.push(["recording", `${message.record_samples} samples, ${message.record_lost} lost, ${message.record_folder}`]);
+  const speed = parseFloat((message.items.find(([key]) => key === "speed") || ["", ""])[1]);
+  if (speed && document.activeElement !== byId("play-speed")) byId("play-speed").value = String(speed);
   sourceState = (message.items.find(([key]) => key === "state") || ["", ""])[1];
   byId("status").replaceChildren(...items.flatMap(([key, value]) => {
     const dt = document.createElement("dt"), dd = document.createElement("dd");

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "whirl/core/error.hpp"
+#include "whirl/report/format.hpp"
 
 namespace whirl::monitor {
 namespace {
@@ -231,15 +232,18 @@ void Hub::watch_limits(double t_first, const Eigen::Ref<const MatrixXd>& rows) {
     for (Index i = 0; i < rows.rows(); ++i) {
       const double size = std::abs(rows(i, w.channel)), t = t_first + static_cast<double>(i) / rate;
       if (size > w.limit) {
-        if (!w.over) note(fmt::format("{} above its limit {:g} {} since {:.3f} s{}", channel.name, w.limit, si_unit(channel.quantity), t, speed));
+        if (!w.over) {
+          note(fmt::format("{} above its limit of {} since {:.3f} s{}", channel.name,
+                           report::format_amplitude(w.limit, AmplitudeKind::peak, channel.quantity), t, speed));
+        }
         w.largest = w.over ? std::max(w.largest, size) : size;
         w.over = true;
         w.last_over = t;
       } else if (w.over && t - w.last_over > kBackBelow) {
         // A vibration passes zero twice per cycle: it is below its limit when it has stayed there for a while.
         w.over = false;
-        note(fmt::format("{} below its limit again since {:.3f} s{}, largest {:.4g} {} peak", channel.name, w.last_over, speed, w.largest,
-                         si_unit(channel.quantity)));
+        note(fmt::format("{} below its limit again since {:.3f} s{}, largest {}", channel.name, w.last_over, speed,
+                         report::format_amplitude(w.largest, AmplitudeKind::peak, channel.quantity)));
       }
     }
   }

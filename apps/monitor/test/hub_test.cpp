@@ -227,7 +227,7 @@ TEST(MonitorHub, LimitIsLoggedOnceWhenCrossed) {
     }
   }
   ASSERT_EQ(log.size(), 1U);
-  EXPECT_THAT(log[0], HasSubstr("x above its limit 0.0009 m since 0.000 s"));
+  EXPECT_THAT(log[0], HasSubstr("x above its limit of 0.900 mm peak since 0.000 s"));
   options.limits = {{"absent", 1}};
   EXPECT_THROW(Bench{options}, Error);
 }
@@ -249,8 +249,8 @@ TEST(MonitorHub, LimitEndsAfterASecondBelow) {
   while (MessagePtr m = client->pop()) {
     if (m->text && json::parse(m->data)["type"] == "status") log += json::parse(m->data)["log"].dump();
   }
-  EXPECT_THAT(log, HasSubstr("u above its limit 5 N since 1."));
-  EXPECT_THAT(log, HasSubstr("largest 7 N peak"));
+  EXPECT_THAT(log, HasSubstr("u above its limit of 5.00 N peak since 1."));
+  EXPECT_THAT(log, HasSubstr("largest 7.00 N peak"));
 }
 
 TEST(MonitorLoopRealtime, ViewAtThirtyFramesCostsTheLoopNoSample) {
