@@ -167,6 +167,12 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   if (options.law == "tsmc_paper") d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
   const Runout runout = options.runout ? *options.runout : identified_runout(identified);
   if (!runout.empty()) d.parameters.merge(runout_parameters(runout));
+  if (has_model && e != "eso") {
+    // The noise of the readings in quadrature with 1 um: runout harmonics and quantisation.
+    const RigLaser& laser = options.hardware.laser;
+    const double lsb = laser.bits > 0 ? laser.range / std::ldexp(1.0, laser.bits) : 0;
+    d.parameters["measurement_noise"] = std::hypot(laser.noise, 1e-6, lsb / std::sqrt(12.0));
+  }
   for (const auto& [name, value] : options.fixed) d.parameters[name] = value;
   make_controller(d);  // throws for whatever is wrong
   return d;
