@@ -211,6 +211,34 @@ class Selector {
     return true;
   }
 
+  /// Four times longer runs hold more information: fewer starts to estimate, slow and nearly dependent terms told apart.
+  /// Kept while the free run still follows (chaos and model error end it). False when it was not.
+  bool lengthen(IdentifiedModel& model) {
+    const bool whole = std::all_of(stretches_.begin(), stretches_.end(), [&](const Stretch& s) { return s.samples() < 2 * length_; });
+    if (whole) return false;
+    const Eigen::Index length = length_;
+    const double variance = variance_;
+    const bool converged = converged_;
+    const std::vector<FreeRun> runs = runs_;
+    IdentifiedModel trial = model;
+    length_ *= 4;
+    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
+    RefineOptions few = refine_;
+    few.max_iterations = 4;
+    const Refined probe = refine_free_run(trial, runs_, dt_, few);
+    const bool follows = !probe.starts.empty() && probe.rmse * probe.rmse <= 1.5 * variance;
+    if (follows) take(trial, probe);
+    if (follows && settle(trial) && converged_ && variance_ <= 1.2 * variance) {
+      model = std::move(trial);
+      return true;
+    }
+    length_ = length;
+    variance_ = variance;
+    converged_ = converged;
+    runs_ = runs;
+    return false;
+  }
+
   /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls.
   bool exchange(IdentifiedModel& model, const Equation& other) {
     const auto at = std::find_if(model.equations.begin(), model.equations.end(),
@@ -338,6 +366,8 @@ void refine_and_select(IdentifiedModel& model, const Candidates& candidates, con
       model.summary.warn("free runs of the weak-form model diverge within 10 samples: not refined");
       return;
     }
+  }
+  while (selector.lengthen(model)) {
   }
   for (const Equation& other : alternatives) {
     const IdentifiedModel before = model;

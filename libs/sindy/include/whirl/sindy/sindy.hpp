@@ -35,7 +35,7 @@ struct SindyOptions {
 /// 2. Weak form, -int phi' x dt = sum xi int phi f(x) dt, phi = (1 - s^2)^6 (Messenger and Bortz 2021): no derivative of
 ///    data. Half-width T = 1 / w_c, w_c = rms(x') / rms(x). Sparse regression of every equation by `solver`.
 /// 3. Output-error refinement of all equations together on free runs of about one period 2 pi / w_c with free starts
-///    (multiple shooting; chaos cannot grow over so short a run): unlike the columns of a regression, its residual is
+///    (multiple shooting; chaos cannot grow over so short a run), then on longer ones while these still follow: unlike the columns of a regression, its residual is
 ///    white when the model is right, so terms may be tested. Terms below `t_value` or `least_share` are dropped, absent
 ///    candidates with a score of at least t_value^2 are added, until neither changes; then every other support on the
 ///    regression's path that is no larger is tried in its place and kept when it lowers the criterion of the free runs.
