@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -36,7 +37,10 @@ double text_width(std::string_view text, double size) {
   return em * size;
 }
 
-std::string px(double value) { return tenths(std::lround(value * 10)); }
+std::string px(double value) {
+  // Far outside any drawing the place does not matter; lround needs a number that fits.
+  return tenths(std::lround(std::clamp(std::isnan(value) ? 0 : value, -1e6, 1e6) * 10));
+}
 
 std::string stroke(const Style& style) {
   std::string out = fmt::format("stroke-width=\"{}\"", px(style.width));

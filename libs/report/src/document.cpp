@@ -76,6 +76,9 @@ class HtmlWriter {
       out_ += fmt::format("<div class=\"equation\">{}<span class=\"number\">({})</span></div>\n",
                           to_mathml(equation, block.names), ++equations_);
     }
+    out_ += "<details><summary>LaTeX</summary><pre><code>\\begin{aligned}\n";
+    for (const Equation& equation : block.equations) out_ += escape_markup(to_latex(equation, block.names)) + " \\\\\n";
+    out_ += "\\end{aligned}</code></pre></details>\n";
   }
   void operator()(const KeyValues& block) { out_ += definition_list(block.items, "values"); }
   void operator()(const Callout& c) {

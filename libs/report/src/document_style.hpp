@@ -40,6 +40,7 @@ tbody th{font-weight:400}
 .note{color:var(--muted);font-size:.85rem;margin:.3rem 0}
 .equation{display:flex;align-items:center;gap:1rem;margin:1rem 0;overflow-x:auto}
 .equation math{flex:1;font-size:1.08rem}
+details{font-size:.85rem;color:var(--muted)}details pre{color:var(--text)}
 .equation .number{color:var(--muted)}
 math mtable.aligned mtd{text-align:left;padding:.12em .15em}
 math mtable.aligned mtd:first-child{text-align:right}
@@ -59,7 +60,7 @@ code{font-family:ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace}
 @page{margin:18mm 16mm}
 @media print{body{font-size:10.5pt}main{max-width:none;padding:0}
 figure,table,aside,.equation,pre{break-inside:avoid}h2,h3{break-after:avoid}figcaption{break-before:avoid}
-nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}}
+details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}}
 )css";
 
 }  // namespace whirl::report

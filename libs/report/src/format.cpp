@@ -83,15 +83,15 @@ std::string format_number(double value, int digits) {
   return format_fixed(value / std::pow(10.0, exponent), digits - 1) + power_of_ten(exponent);
 }
 
-std::string format_quantity(double si_value, Quantity quantity, int digits) {
-  const Unit unit = engineering_unit(quantity, std::abs(si_value));
-  const std::string number = format_number(si_value / unit.factor, digits);
+std::string format_quantity(double value, Quantity quantity, int digits) {
+  const Unit unit = engineering_unit(quantity, std::abs(value));
+  const std::string number = format_number(value / unit.factor, digits);
   return unit.symbol.empty() ? number : number + " " + unit.symbol;
 }
 
-std::string format_amplitude(double si_value, AmplitudeKind kind, Quantity quantity, int digits) {
+std::string format_amplitude(double value, AmplitudeKind kind, Quantity quantity, int digits) {
   const std::string_view name = kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
-  return fmt::format("{} {}", format_quantity(si_value, quantity, digits), name);
+  return fmt::format("{} {}", format_quantity(value, quantity, digits), name);
 }
 
 RoundedEstimate round_estimate(const Estimate& estimate) {

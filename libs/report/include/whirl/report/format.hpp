@@ -25,10 +25,10 @@ std::string format_number(double value, int digits = 4);
 /// `value` with `decimals` digits after the point and a true minus sign.
 std::string format_fixed(double value, int decimals);
 
-/// "12.3 µm", "2.10 kHz": SI value in its engineering unit.
-std::string format_quantity(double si_value, Quantity quantity, int digits = 3);
+/// "12.3 µm", "2.10 kHz": a value in SI in its engineering unit.
+std::string format_quantity(double value, Quantity quantity, int digits = 3);
 /// "3.25 mm peak", "6.45 mm p-p", "1.20 mm rms": an amplitude always names which it is.
-std::string format_amplitude(double si_value, AmplitudeKind kind, Quantity quantity = Quantity::displacement,
+std::string format_amplitude(double value, AmplitudeKind kind, Quantity quantity = Quantity::displacement,
                              int digits = 3);
 
 /// Value and standard deviation rounded together: the deviation keeps two significant digits when it starts with 1 or 2
