@@ -13,6 +13,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
+
 struct CandidateMode {
   ForcedMode mode;
   bool searched;  // not from the hammer test
@@ -82,9 +84,10 @@ std::string label(const std::string& term, const Growth& g) {
 
 /// Candidates to try next: the best one that the model can take up. Near resonance conj z and conj z' look alike, so when
 /// both are significant the fit decides between them.
-std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth, double threshold) {
+std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth, const std::vector<std::string>& refused,
+                                    double threshold) {
   for (const ScoreCandidate& c : test.candidates) {
-    if (!c.in_model || c.score < threshold) continue;
+    if (!c.in_model || c.score < threshold || std::find(refused.begin(), refused.end(), c.term) != refused.end()) continue;
     if (c.term.starts_with("mode") && c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) {
       continue;
     }
@@ -117,6 +120,9 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
   score.delay = options.delay;
 
   GrownRotor grown;
+  double values = 0;  // real readings
+  for (const RotorRecord& r : records) values += 2 * static_cast<double>(r.size());
+  std::vector<std::string> refused;
   std::vector<Complex> eps = start_eps;
   OutputErrorFit fit = fit_output_error_rotor(records, growth.start, growth.active, eps);
   for (;;) {
@@ -135,7 +141,7 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
     grown.condition_number = test.condition_number;
 
     const Growth before = growth;
-    const std::vector<std::string> terms = next_terms(test, growth, options.score_threshold);
+    const std::vector<std::string> terms = next_terms(test, growth, refused, options.score_threshold);
     std::string chosen;
     for (const std::string& term : terms) {
       const Growth trial = with_term(before, term, options);
@@ -146,15 +152,24 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
       growth = trial;
       chosen = label(term, before);
     }
-    if (!chosen.empty()) {
+    // The trajectory must confirm the weak equations: likelihood ratio on the same scale.
+    const double drop = chosen.empty() ? 0
+                                       : values * (grown.fit.summary.chi_square - fit.summary.chi_square) /
+                                             std::max(1.0, fit.summary.chi_square);
+    if (drop >= options.score_threshold) {
+      if (growth.start.modes.size() >= kMostSearched) std::erase_if(growth.modes, [](const auto& c) { return c.searched; });
       grown.added.push_back(chosen);
+      refused.clear();
       continue;
     }
+    growth = before;
     if (!terms.empty()) {
-      grown.warnings.push_back(
-          fmt::format("the records hold a term {}, but it cannot be estimated from them", label(terms[0], before)));
-    } else if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold &&
-               test.chi_square > 1.3) {
+      refused.insert(refused.end(), terms.begin(), terms.end());
+      fit = std::move(grown.fit);
+      continue;
+    }
+    if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold &&
+        test.chi_square > 1.3) {
       grown.warnings.push_back(fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model "
                                            "does not have",
                                            label(test.candidates.front().term, before), test.candidates.front().score,

@@ -21,7 +21,8 @@ struct GrownRotor {
 };
 
 /// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and all is
-/// refined and simulated again, until none reaches the threshold. `search_modes`: forced modes of any frequency are
+/// refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by a likelihood
+/// ratio of the same size is refused. `search_modes`: forced modes of any frequency are
 /// candidates beside those of the hammer test. When the first fit fails its summary says why.
 GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
                       const std::vector<std::complex<double>>& start_eps, const OutputErrorOptions& active,

@@ -92,6 +92,10 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                              1e3 * result.fit.delay,
                              result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)" : ""));
   }
+  if (result.active.profile_degree > 0 && summary.chi_square > 1.3) {
+    summary.warn(fmt::format("the angle is not the assumed profile corrected by a polynomial of degree {}: measure it",
+                             result.active.profile_degree));
+  }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
   if (result.active.runout_harmonics == 0 && low > 0.25 * critical) {
     summary.warn(fmt::format("the records do not go below {:.1f} Hz: shaft runout cannot be told from the unbalance and is "

@@ -49,7 +49,7 @@ struct RotorIdentification {
 /// 2. AngleSource::profile: search of the rate within +- profile_search by the weak residual;
 /// 3. output-error refinement with sensor offset, initial state and, for a profile, the angle correction;
 /// 4. score test (score_rotor_terms): the most significant term among conj z, conj z', modes, decays, runout and sensor delay is
-///    added while it reaches the threshold, each time refining and simulating again; significant terms that a RotorModel cannot
+///    added while it reaches the threshold and the trajectory confirms it, each time refining and simulating again; significant terms that a RotorModel cannot
 ///    hold are named in the warnings;
 /// 5. covariance scaled by max(1, chi_square): the weak residual is both the alarm and the scale.
 ///
