@@ -1,16 +1,10 @@
 #pragma once
-#include <map>
-#include <string>
 #include <vector>
 
-#include "integral_rows.hpp"
+#include "shooting_runs.hpp"
 #include "whirl/core/identified_model.hpp"
-#include "whirl/expr/expr.hpp"
 
 namespace whirl::detail {
-
-/// Candidate terms of the sought equations, by lhs.
-using Candidates = std::map<std::string, std::vector<Expr>>;
 
 /// Multiple-shooting refinement with pruning, score test and exchange of supports (step 3 of fit_sindy). `sd`: noise per
 /// state; `alternatives`: other right-hand sides that the regression found for an equation.
