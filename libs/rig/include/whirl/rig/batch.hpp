@@ -21,7 +21,7 @@ struct alignas(64) LaneArray {
 /// Instantiated for 8, 16 and 32 lanes.
 ///
 /// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
-/// lanes.
+/// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/rig_tsmc_lanes.cpp).
 template <int Lanes>
 class BatchRig {
  public:
