@@ -1,4 +1,5 @@
-// Built with -fno-builtin-malloc: g++ may remove an allocation whose result is unused, and then a broken guard would pass.
+// Built with -fno-builtin-malloc: g++ may remove an allocation whose result is unused, and then a broken
+// guard would pass.
 #include "whirl/testing/alloc_guard.hpp"
 
 #include <cstdlib>
@@ -8,7 +9,8 @@ namespace {
 thread_local std::size_t allocations = 0;
 }
 
-// The linker sends every call of malloc in the program to __wrap_malloc (option --wrap); __real_malloc is the library's.
+// The linker sends every call of malloc in the program to __wrap_malloc (option --wrap); __real_malloc is the
+// library's.
 extern "C" {
 void* __real_malloc(std::size_t);
 void* __real_calloc(std::size_t, std::size_t);
@@ -28,7 +30,8 @@ int __wrap_posix_memalign(void** p, std::size_t a, std::size_t n) {
 namespace {
 void* obtain(std::size_t n, std::size_t alignment = 0) {
   if (n == 0) n = 1;
-  void* p = alignment == 0 ? std::malloc(n) : std::aligned_alloc(alignment, (n + alignment - 1) / alignment * alignment);
+  void* p = alignment == 0 ? std::malloc(n)
+                           : std::aligned_alloc(alignment, (n + alignment - 1) / alignment * alignment);
   if (p == nullptr) throw std::bad_alloc();
   return p;
 }

@@ -7,7 +7,12 @@ namespace whirl {
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
                        const SampleGate& gate, const Runout& runout) noexcept
-    : settings_(settings), estimator_(estimator), law_(law), gate_(gate), runout_(runout), has_runout_(!runout.empty()) {
+    : settings_(settings),
+      estimator_(estimator),
+      law_(law),
+      gate_(gate),
+      runout_(runout),
+      has_runout_(!runout.empty()) {
   const double samples = settings.delay / settings.sample_time;
   whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
   fraction_ = std::max(0.0, samples - whole_delay_);
@@ -48,14 +53,15 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   const double h = settings_.sample_time;
   if (!settings_.predict) {
     DiskMotion s = now;
-    s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
+    s.d = product(
+        now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
     return s;
   }
   DiskMotion s = now;
   if (fraction_ > 0) s = predict_motion(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
   for (int i = whole_delay_; i >= 1; --i) s = predict_motion(settings_.model, s, past(i), omega, h);
-  // The force of this very step is not known yet: over half the hold the last one stands for it, turned with the rotor
-  // because most of it is synchronous.
+  // The force of this very step is not known yet: over half the hold the last one stands for it, turned with
+  // the rotor because most of it is synchronous.
   return predict_motion(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
 }
 
@@ -65,7 +71,8 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
     push({});
     return Expected<Command, Fault>::fault(reason);
   };
-  if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
+  if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot))
+    return fault(Fault::not_finite);
 
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;
@@ -97,8 +104,8 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
         AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag()});
         if constexpr (requires { l.synchronous; }) {
           const double ahead = m.omega * (settings_.delay + 0.5 * settings_.sample_time);
-          const std::complex<double> a = l.synchronous.step(in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)),
-                                                            fresh && !state_.saturated);
+          const std::complex<double> a = l.synchronous.step(
+              in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)), fresh && !state_.saturated);
           x.a += a.real();
           y.a += a.imag();
         }
@@ -107,7 +114,8 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
       law_);
   state_.s = {ax.s, ay.s};
   state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};
-  if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag())) return fault(Fault::not_finite);
+  if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag()))
+    return fault(Fault::not_finite);
 
   const double limit = settings_.force_limit;
   state_.applied = state_.requested;

@@ -61,7 +61,8 @@ DiskMotion LevantDifferentiator::step(const EstimatorInput& in) noexcept {
   return {in.z, {x_.explicit_step(in.z.real(), h_), y_.explicit_step(in.z.imag(), h_)}, in.d};
 }
 
-ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double bandwidth, double sample_time) noexcept
+ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double bandwidth,
+                                             double sample_time) noexcept
     : model_(model), h_(sample_time) {
   const double lam = std::exp(-bandwidth * h_);
   l1_ = 1 - lam * lam * lam;
@@ -71,7 +72,8 @@ ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double b
 
 namespace {
 /// Prediction over one interval with the two pieces of control.
-DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in, double h) {
+DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in,
+                            double h) {
   const DiskMotion first = in.split > 0 ? predict_motion(model, s, in.a_first, in.omega, in.split * h) : s;
   return predict_motion(model, first, in.a_second, in.omega, (1 - in.split) * h);
 }
@@ -93,15 +95,19 @@ DiskMotion ExtendedStateObserver::step(const EstimatorInput& in) noexcept {
   return state_;
 }
 
-KalmanEstimator::KalmanEstimator(const LateralModel& model, DisturbanceState disturbance, std::complex<double> eps,
-                                 const KalmanOptions& options, double sample_time) noexcept
+KalmanEstimator::KalmanEstimator(const LateralModel& model, DisturbanceState disturbance,
+                                 std::complex<double> eps, const KalmanOptions& options,
+                                 double sample_time) noexcept
     : model_(model), options_(options), eps_(eps), h_(sample_time), kind_(disturbance) {}
 
 std::complex<double> KalmanEstimator::regressor(const EstimatorInput& in) const noexcept {
   switch (kind_) {
-    case DisturbanceState::none: return {};
-    case DisturbanceState::eccentricity: return in.forcing;
-    case DisturbanceState::oscillator: return unit_phasor(phase_);
+    case DisturbanceState::none:
+      return {};
+    case DisturbanceState::eccentricity:
+      return in.forcing;
+    case DisturbanceState::oscillator:
+      return unit_phasor(phase_);
   }
   return {};
 }
@@ -124,7 +130,8 @@ void KalmanEstimator::predict_covariance(std::complex<double> g) noexcept {
   const std::complex<double> b0 = 0.5 * h * h * g, b1 = h * (1 - 0.5 * c * h) * g;
   const double f00 = 1 - 0.5 * k * h * h, f01 = h - 0.5 * c * h * h, f10 = -k * h * (1 - 0.5 * c * h),
                f11 = 1 - c * h + 0.5 * (c * c - k) * h * h;
-  // F P with F = [f00 f01 b0; f10 f11 b1; 0 0 1], then (F P) F^H; P is Hermitian, so the lower half is a copy.
+  // F P with F = [f00 f01 b0; f10 f11 b1; 0 0 1], then (F P) F^H; P is Hermitian, so the lower half is a
+  // copy.
   const std::complex<double> p01 = p01_, p02 = p02_, p12 = p12_;
   const double p00 = p00_, p11 = p11_, p22 = p22_;
   const std::complex<double> m00 = f00 * p00 + f01 * std::conj(p01) + product(b0, std::conj(p02));

@@ -4,9 +4,17 @@
 
 namespace whirl {
 
-SynchronousCanceller::SynchronousCanceller(Method method, double rate, double kp, double kd, const LateralModel& model,
-                                           double delay, double sample_time, double omega_min) noexcept
-    : method_(method), rate_(rate), kp_(kp), kd_(kd), k1_(model.k1), c_(model.c), delay_(delay), h_(sample_time),
+SynchronousCanceller::SynchronousCanceller(Method method, double rate, double kp, double kd,
+                                           const LateralModel& model, double delay, double sample_time,
+                                           double omega_min) noexcept
+    : method_(method),
+      rate_(rate),
+      kp_(kp),
+      kd_(kd),
+      k1_(model.k1),
+      c_(model.c),
+      delay_(delay),
+      h_(sample_time),
       omega_min_(omega_min) {}
 
 void SynchronousCanceller::reset() noexcept {

@@ -42,12 +42,13 @@ TerminalSmc terminal(double epsilon, double delta) {
   return {60, 0.9, epsilon, {0.6, delta, 1e-3, Regularisation::clamp}};
 }
 
-// Table of the notes, residual in um rms and variation in k mm/s^2 per s; one run and one tuning per law, so the bounds are wide:
-// they hold the ranking of mechanisms, not the digits.
+// Table of the notes, residual in um rms and variation in k mm/s^2 per s; one run and one tuning per law, so
+// the bounds are wide: they hold the ranking of mechanisms, not the digits.
 TEST(LawBenchmarkReference, OpenLoopLevel) { EXPECT_NEAR(run(Pd{}, false).residual, 2676e-6, 0.2 * 2676e-6); }
 
 TEST(LawBenchmarkReference, TerminalLawWithLayer) {
-  const Outcome thin = run(terminal(5e-3, 0.1e-6)), clamped = run(terminal(5e-3, 7.9e-6)), wide = run(terminal(20e-3, 7.9e-6));
+  const Outcome thin = run(terminal(5e-3, 0.1e-6)), clamped = run(terminal(5e-3, 7.9e-6)),
+                wide = run(terminal(20e-3, 7.9e-6));
   EXPECT_NEAR(thin.residual, 3.1e-6, 1e-6);
   EXPECT_NEAR(thin.variation, 32, 12);
   EXPECT_NEAR(clamped.residual, 3.6e-6, 1e-6);

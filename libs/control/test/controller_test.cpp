@@ -39,7 +39,8 @@ struct Plant {
   DiskMotion s{{2e-4, 0}, {0, 0.02}, {}};
   std::vector<Complex> forces, readings;
 
-  explicit Plant(const ControllerDesign& d) : model(LateralModel::from(d.model)), eps(d.model.eps), gain(d.model.gain) {}
+  explicit Plant(const ControllerDesign& d)
+      : model(LateralModel::from(d.model)), eps(d.model.eps), gain(d.model.gain) {}
   Measurement read() const {
     // 0.25 ms sensor delay: 20 substeps per sample, the reading five substeps old.
     const Complex z = readings.size() < 6 ? s.z : readings[readings.size() - 6];

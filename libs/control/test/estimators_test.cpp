@@ -31,8 +31,8 @@ double velocity_error(Estimator estimator, double noise, double f = 10) {
 }
 
 TEST(DifferentiatorReference, PublishedErrorsOnTheBenchmarkSignal) {
-  // docs: 0.5 mm at 10 Hz with 2 um noise, peak 31.4 mm/s: backward difference 2.83, noise free the implicit form 0.70 mm/s
-  // (half a sample of lag).
+  // docs: 0.5 mm at 10 Hz with 2 um noise, peak 31.4 mm/s: backward difference 2.83, noise free the implicit
+  // form 0.70 mm/s (half a sample of lag).
   const FilteredDifference difference(std::numeric_limits<double>::infinity(), kH);
   EXPECT_NEAR(velocity_error(difference, 2e-6), 2.9e-3, 0.2e-3);
   EXPECT_NEAR(velocity_error(difference, 0), 0.70e-3, 0.02e-3);

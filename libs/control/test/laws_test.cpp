@@ -10,19 +10,22 @@
 namespace whirl {
 namespace {
 
-/// x' = v, v' = a + D with the law evaluated at every step of a fine explicit integration (ideal, continuous control).
+/// x' = v, v' = a + D with the law evaluated at every step of a fine explicit integration (ideal, continuous
+/// control).
 struct Motion {
   double reach = -1, settle = -1, s_end = 0, x_end = 0;
 };
 template <class Law>
-Motion simulate(Law law, double x, double v, double disturbance, double duration, double dt, double tolerance) {
+Motion simulate(Law law, double x, double v, double disturbance, double duration, double dt,
+                double tolerance) {
   Motion run;
   double s_first = 0;
   const long n = std::lround(duration / dt);
   for (long i = 0; i < n; ++i) {
     const AxisOutput out = law.step({x, v, 0, 0});
     if (i == 0) s_first = out.s;
-    if (run.reach < 0 && (out.s * s_first <= 0 || std::abs(out.s) < 3e-5)) run.reach = static_cast<double>(i) * dt;
+    if (run.reach < 0 && (out.s * s_first <= 0 || std::abs(out.s) < 3e-5))
+      run.reach = static_cast<double>(i) * dt;
     if (std::abs(x) > tolerance) run.settle = static_cast<double>(i + 1) * dt;
     v += dt * (out.a + disturbance);
     x += dt * v;
@@ -171,7 +174,8 @@ TEST(TerminalPowerUnit, ZeroIsFiniteForEveryRegularisation) {
 }
 
 TEST(TerminalSmcReference, EquationAsPrintedInMillimetres) {
-  // Paper eq. 43 evaluated by hand in mm: x = 0.3 mm, v = 5 mm/s, C = 60, r = 7/9, rho = 3000 mm/s^2, eps = 100 mm/s.
+  // Paper eq. 43 evaluated by hand in mm: x = 0.3 mm, v = 5 mm/s, C = 60, r = 7/9, rho = 3000 mm/s^2, eps =
+  // 100 mm/s.
   TerminalSmc law;
   law.surface_gain = 60, law.switching_gain = 3, law.boundary_layer = 0.1;
   law.power = {7.0 / 9.0, 0, 1e-3, Regularisation::none};
@@ -202,7 +206,8 @@ TEST(ImplicitStepProperty, PowerEquationAgainstBisection) {
 }
 
 TEST(ImplicitStepProperty, SuperTwistingSolvesTheInclusion) {
-  // s+ = s + h u with u = -k1 sig(s+)^(1/2) + w+, w+ in w - h k2 Sgn(s+), no disturbance: root by bisection in s+.
+  // s+ = s + h u with u = -k1 sig(s+)^(1/2) + w+, w+ in w - h k2 Sgn(s+), no disturbance: root by bisection
+  // in s+.
   std::mt19937_64 random(2);
   std::uniform_real_distribution<double> state(-0.2, 0.2), memory(-3, 3);
   for (int i = 0; i < 2000; ++i) {
@@ -249,8 +254,8 @@ TEST(ImplicitStepProperty, TerminalSetPointReachesTheSurfaceInOneStep) {
 }
 
 TEST(SuperTwistingReference, RejectsARampWithinItsGains) {
-  // s' = u + phi, phi' = 0.9 L: the explicit form ends at s = 0; the implicit one, which knows of a disturbance one sample
-  // late, at exactly h phi. With phi' = 3 L neither does.
+  // s' = u + phi, phi' = 0.9 L: the explicit form ends at s = 0; the implicit one, which knows of a
+  // disturbance one sample late, at exactly h phi. With phi' = 3 L neither does.
   for (bool implicit : {false, true}) {
     for (double slope : {0.9, 3.0}) {
       SuperTwisting law{50, 1e9, 0};

@@ -17,21 +17,33 @@ constexpr double kLimitCycle = 30e-6;  // m rms at standstill
 
 /// Columns of the log, in the order of the header.
 constexpr std::array<std::pair<const char*, Quantity>, 18> kColumns{{
-    {"x_true", Quantity::displacement}, {"y_true", Quantity::displacement}, {"x", Quantity::displacement},
-    {"y", Quantity::displacement}, {"x_est", Quantity::displacement}, {"y_est", Quantity::displacement},
-    {"vx_est", Quantity::velocity}, {"vy_est", Quantity::velocity}, {"ux_requested", Quantity::force},
-    {"uy_requested", Quantity::force}, {"ux", Quantity::force}, {"uy", Quantity::force},
-    {"s_x", Quantity::velocity}, {"s_y", Quantity::velocity}, {"beta", Quantity::angle},
-    {"omega", Quantity::angular_velocity}, {"x_open", Quantity::displacement}, {"y_open", Quantity::displacement},
+    {"x_true", Quantity::displacement},
+    {"y_true", Quantity::displacement},
+    {"x", Quantity::displacement},
+    {"y", Quantity::displacement},
+    {"x_est", Quantity::displacement},
+    {"y_est", Quantity::displacement},
+    {"vx_est", Quantity::velocity},
+    {"vy_est", Quantity::velocity},
+    {"ux_requested", Quantity::force},
+    {"uy_requested", Quantity::force},
+    {"ux", Quantity::force},
+    {"uy", Quantity::force},
+    {"s_x", Quantity::velocity},
+    {"s_y", Quantity::velocity},
+    {"beta", Quantity::angle},
+    {"omega", Quantity::angular_velocity},
+    {"x_open", Quantity::displacement},
+    {"y_open", Quantity::displacement},
 }};
 
 struct Log {
   explicit Log(long rows) : table(rows, static_cast<Eigen::Index>(kColumns.size())) { table.setZero(); }
-  void row(long k, std::complex<double> z, std::complex<double> u, const Measurement& m, const ControllerState& c,
-           std::complex<double> open) {
-    table.row(k) << z.real(), z.imag(), m.x, m.y, c.estimate.z.real(), c.estimate.z.imag(), c.estimate.v.real(),
-        c.estimate.v.imag(), c.requested.real(), c.requested.imag(), u.real(), u.imag(), c.s.real(), c.s.imag(), m.beta,
-        m.omega, open.real(), open.imag();
+  void row(long k, std::complex<double> z, std::complex<double> u, const Measurement& m,
+           const ControllerState& c, std::complex<double> open) {
+    table.row(k) << z.real(), z.imag(), m.x, m.y, c.estimate.z.real(), c.estimate.z.imag(),
+        c.estimate.v.real(), c.estimate.v.imag(), c.requested.real(), c.requested.imag(), u.real(), u.imag(),
+        c.s.real(), c.s.imag(), m.beta, m.omega, open.real(), open.imag();
   }
   Eigen::MatrixXd table;
 };
@@ -55,7 +67,8 @@ ClosedLoopPlant::ClosedLoopPlant(const RigParameters& rig, const ClosedLoopOptio
   open_ = segment_peaks(x, segment_, std::lround(options.skip * rig.timing.rate));
 }
 
-ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log, std::uint64_t seed) const {
+ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log,
+                                       std::uint64_t seed) const {
   Controller controller = make_controller(design);
   RigRun experiment = options_.run;
   if (seed != 0) experiment.seed = seed;
@@ -90,7 +103,8 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
     }
     const CycleRecord cycle = loop.cycle();
     if (table) {
-      table->row(k, z, truth.commanded(), cycle.measurement, controller.state(), open_motion_[static_cast<std::size_t>(k)]);
+      table->row(k, z, truth.commanded(), cycle.measurement, controller.state(),
+                 open_motion_[static_cast<std::size_t>(k)]);
     }
     const double u = truth.commanded().real();
     square += u * u;

@@ -19,13 +19,15 @@ std::vector<ComparedMethod> default_methods() {
   }
   out.push_back({"pd", "lpf", false, {}});
   out.push_back({"tsmc_paper", "lpf", false, {}});
-  for (const char* estimator : {"red_implicit", "eso", "kalman", "kfo", "kfe"}) out.push_back({"tsmc", estimator, true, {}});
+  for (const char* estimator : {"red_implicit", "eso", "kalman", "kfo", "kfe"})
+    out.push_back({"tsmc", estimator, true, {}});
   for (const char* law : {"pd", "lsmc", "ftsmc", "sta_implicit"}) out.push_back({law, "kfe", true, {}});
   out.push_back({"pd", "kfo", true, {}});
   return out;
 }
 
-std::vector<ComparedResult> compare(const IdentifiedModel& model, const RigParameters& rig, const CompareOptions& options) {
+std::vector<ComparedResult> compare(const IdentifiedModel& model, const RigParameters& rig,
+                                    const CompareOptions& options) {
   ClosedLoopOptions run;
   run.run.seed = options.seeds.empty() ? 101 : options.seeds.front();
   const ClosedLoopPlant plant(rig, run);

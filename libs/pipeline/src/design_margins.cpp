@@ -23,7 +23,8 @@ double static_control_stiffness(const ControllerDesign& design) {
   Measurement m;
   m.x = design.model.offset.real();
   m.y = design.model.offset.imag();
-  // 1 mm: outside the boundary layer's and the terminal surface's steep inside, where buckling would start to grow.
+  // 1 mm: outside the boundary layer's and the terminal surface's steep inside, where buckling would start to
+  // grow.
   constexpr double kDeflection = 1e-3;
   std::array<double, 2> force{};
   for (int side = 0; side < 2; ++side) {
@@ -39,7 +40,8 @@ double static_control_stiffness(const ControllerDesign& design) {
 }
 
 /// Largest value of a grown quantity that stays stable, by bisection between a stable and an unstable one.
-double largest_stable(double stable, double unstable, int steps, const std::function<bool(double)>& is_stable) {
+double largest_stable(double stable, double unstable, int steps,
+                      const std::function<bool(double)>& is_stable) {
   for (int i = 0; i < steps; ++i) {
     const double middle = 0.5 * (stable + unstable);
     (is_stable(middle) ? stable : unstable) = middle;
@@ -94,9 +96,10 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;
   if (left <= 0) {
-    design.summary.warn(fmt::format("not certified: with the stiffness {:.0f} % lower the closed-loop stiffness is negative "
-                                    "({:.2f} of k1), the rotor would rest off centre; cancel less of it",
-                                    percent, left));
+    design.summary.warn(
+        fmt::format("not certified: with the stiffness {:.0f} % lower the closed-loop stiffness is negative "
+                    "({:.2f} of k1), the rotor would rest off centre; cancel less of it",
+                    percent, left));
   } else if (!soft_stable) {
     design.summary.warn(fmt::format("not certified: unstable with the stiffness {:.0f} % lower", percent));
   }
@@ -113,9 +116,10 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
     const double bound = margins["disturbance_bound"];
     margins["kappa"] = rho - bound;
     if (rho <= bound) {
-      design.summary.warn(fmt::format("eq. 42 is not met: switching gain {:.3g} m/s^2 against a disturbance bound of {:.3g} "
-                                      "m/s^2; the sliding mode is a linear feedback inside its layer here",
-                                      rho, bound));
+      design.summary.warn(
+          fmt::format("eq. 42 is not met: switching gain {:.3g} m/s^2 against a disturbance bound of {:.3g} "
+                      "m/s^2; the sliding mode is a linear feedback inside its layer here",
+                      rho, bound));
     }
     // Start of the record: whirl at the open-loop amplitude of the first segment.
     const double x0 = run.open.segment[0], c = values.at("surface_gain");
@@ -123,16 +127,18 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
     const double scale = values.count("length_scale") ? values.at("length_scale") : 1e-3;
     const double linear = values.count("linear_gain") ? values.at("linear_gain") : 0;
     const double s0 = top * x0 + linear * x0 + c * scale * std::pow(x0 / scale, r);
-    const double reach = reach_time(s0, rho, bound), slide = slide_time_fast_terminal(x0, linear, c, r, scale);
+    const double reach = reach_time(s0, rho, bound),
+                 slide = slide_time_fast_terminal(x0, linear, c, r, scale);
     if (std::isfinite(reach)) margins["reach_time_s"] = reach;
     if (r < 1 && std::isfinite(slide)) margins["slide_time_s"] = slide;
   }
   design.summary.residual = run.closed.all;
-  design.summary.trust = certified
-                             ? fmt::format("stable on the tuning plant with {} unknown samples of delay, gain up to {:.2g} "
-                                           "times and stiffness {:.0f} % lower; simulation only",
-                                           delay, margins["gain_margin"], percent)
-                             : "not certified: see the warnings";
+  design.summary.trust =
+      certified ? fmt::format(
+                      "stable on the tuning plant with {} unknown samples of delay, gain up to {:.2g} "
+                      "times and stiffness {:.0f} % lower; simulation only",
+                      delay, margins["gain_margin"], percent)
+                : "not certified: see the warnings";
 }
 
 }  // namespace whirl

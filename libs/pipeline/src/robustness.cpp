@@ -82,15 +82,16 @@ std::vector<Condition> conditions(const RigParameters& nominal) {
 
 using Root = std::array<std::array<double, 5>, 5>;
 
-/// Lower triangular L with L L^T = covariance (Cholesky of the correlations, which are all of order one while k2 and eps
-/// differ by twelve orders of magnitude); zero when no covariance is known. Eigen is not used: g++ 12 with AVX-512 warns
-/// inside its decompositions.
+/// Lower triangular L with L L^T = covariance (Cholesky of the correlations, which are all of order one while
+/// k2 and eps differ by twelve orders of magnitude); zero when no covariance is known. Eigen is not used: g++
+/// 12 with AVX-512 warns inside its decompositions.
 Root covariance_root(const IdentifiedModel& model) {
   const auto& c = model.rotor_covariance;
   Root root{};
   if (c.empty()) return root;
   if (c.size() != 25) {
-    throw Error(fmt::format("rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
+    throw Error(fmt::format(
+        "rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
   }
   std::array<double, 5> sd{};
   for (std::size_t i = 0; i < 5; ++i) sd[i] = c[6 * i] > 0 ? std::sqrt(c[6 * i]) : 1;
@@ -136,22 +137,23 @@ std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, co
   return out;
 }
 
-MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model, const Hardware& hardware,
-                             const MonteCarloOptions& options) {
+MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model,
+                             const Hardware& hardware, const MonteCarloOptions& options) {
   if (!model.rotor) throw Error("Monte Carlo: the model is no rotor");
   require_range("samples", options.samples, 1, 1e7);
   RotorModel centre = *model.rotor;
   if (!(centre.gain > 0)) centre.gain = design.model.gain;
   if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
   const Root root = covariance_root(model);
-  const ControllerDesign trial = on_scenario(design, {});  // the rotors drawn rest at zero, their runout is another one
+  const ControllerDesign trial =
+      on_scenario(design, {});  // the rotors drawn rest at zero, their runout is another one
   const Hardware machine = tuning_hardware(design, hardware);
 
   MonteCarloResult out;
   out.samples.resize(static_cast<std::size_t>(options.samples));
   parallel_for(options.samples, options.threads, [&](int i) {
-    std::seed_seq sequence{static_cast<std::uint32_t>(options.seed), static_cast<std::uint32_t>(options.seed >> 32),
-                           static_cast<std::uint32_t>(i)};
+    std::seed_seq sequence{static_cast<std::uint32_t>(options.seed),
+                           static_cast<std::uint32_t>(options.seed >> 32), static_cast<std::uint32_t>(i)};
     std::mt19937_64 random(sequence);
     std::normal_distribution<double> normal(0, 1);
     std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
@@ -180,7 +182,8 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
     ClosedLoopOptions run;
     run.run.seed = random();
     const ClosedLoopMetrics metrics = ClosedLoopPlant(tuning_plant(m, h), run).run(trial);
-    out.samples[static_cast<std::size_t>(i)] = {m, metrics.closed.all, metrics.suppression.all, metrics.stable};
+    out.samples[static_cast<std::size_t>(i)] = {m, metrics.closed.all, metrics.suppression.all,
+                                                metrics.stable};
   });
 
   std::vector<double> peaks;
@@ -195,7 +198,8 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   out.peak_worst = peaks.back();
   const double n = options.samples, p = stable / n, z = 1.6449;  // one-sided 95 %
   out.stable_fraction = p;
-  out.stable_low = (p + z * z / (2 * n) - z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n))) / (1 + z * z / n);
+  out.stable_low =
+      (p + z * z / (2 * n) - z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n))) / (1 + z * z / n);
   return out;
 }
 

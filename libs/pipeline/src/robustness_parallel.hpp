@@ -8,8 +8,8 @@
 
 namespace whirl {
 
-/// Calls work(i) for i in [0, n) on up to `threads` threads (0 = all cores). Results must go to slot i: the order of calls
-/// is not defined. The first exception is rethrown.
+/// Calls work(i) for i in [0, n) on up to `threads` threads (0 = all cores). Results must go to slot i: the
+/// order of calls is not defined. The first exception is rethrown.
 template <class Work>
 void parallel_for(int n, int threads, Work&& work) {
   const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));

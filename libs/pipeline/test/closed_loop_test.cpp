@@ -49,7 +49,8 @@ TEST(ClosedLoopUnit, LogAgreesWithTheMetrics) {
   run.log.check();
   EXPECT_EQ(run.log.size(), 14000);
   const Eigen::Index skip = 500;
-  EXPECT_DOUBLE_EQ(run.log["x_true"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.closed.all);
+  EXPECT_DOUBLE_EQ(run.log["x_true"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(),
+                   run.metrics.closed.all);
   EXPECT_DOUBLE_EQ(run.log["ux"].cwiseAbs().maxCoeff(), run.metrics.force_peak);
   EXPECT_NEAR(std::sqrt(run.log["ux"].squaredNorm() / 14000), run.metrics.force_rms, 1e-9);
   EXPECT_DOUBLE_EQ(run.log["x_open"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.open.all);

@@ -11,8 +11,8 @@
 namespace whirl {
 namespace {
 
-/// What an identification of the default rig gives: stiffness 1 % and cubic 10 % off, damping 30 % high, unbalance 4 % and
-/// 4 degrees off, anisotropy not seen.
+/// What an identification of the default rig gives: stiffness 1 % and cubic 10 % off, damping 30 % high,
+/// unbalance 4 % and 4 degrees off, anisotropy not seen.
 IdentifiedModel identified(const RigParameters& rig) {
   IdentifiedModel m;
   m.method = "stand-in";
@@ -87,7 +87,8 @@ TEST(DesignE2e, EccentricityObserverReachesTheStretchTargets) {
 }
 
 TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
-  // Slow roll at a twentieth of the critical speed, then the same machine with 5 g: below the runout of 20 um.
+  // Slow roll at a twentieth of the critical speed, then the same machine with 5 g: below the runout of 20
+  // um.
   RigParameters slow;
   slow.profile = SpeedProfile::run_down(3.5, 9, 0);
   slow.profile.omega_end = 2.5;
@@ -96,7 +97,8 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
   o.runout = estimate_runout(record_open_loop(slow).measured);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
   const ControllerDesign with = untuned_design(identified(rig), o);
-  EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
+  EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6,
+              1e-6);
   const ClosedLoopPlant plant(rig);
   const double removed = plant.run(with).closed.all;
   o.runout.reset();
@@ -106,7 +108,9 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
 
 TEST(DesignUnit, IdentifiedRunoutIsThatOfThePhasors) {
   IdentifiedModel m;
-  const auto set = [&](const char* name, double value) { m.parameters.emplace_back(name, Estimate{value, 0, value, value}); };
+  const auto set = [&](const char* name, double value) {
+    m.parameters.emplace_back(name, Estimate{value, 0, value, value});
+  };
   set("runout1+_re", 11e-6), set("runout1+_im", 4e-6), set("runout2-_re", -2e-6), set("runout2-_im", 3e-6);
   const Runout r = identified_runout(m);
   for (double beta : {0.0, 0.7, 2.9}) {
@@ -147,7 +151,8 @@ TEST(DesignUnit, FixedParametersAreNotTouched) {
 }
 
 TEST(DesignUnit, NegativeStiffnessIsNotCertified) {
-  // Cancelling all of a stiffness that is 30 % lower than believed, with too little feedback to make up for it.
+  // Cancelling all of a stiffness that is 30 % lower than believed, with too little feedback to make up for
+  // it.
   const RigParameters rig;
   DesignOptions o = options_for(rig, "lsmc", "kalman", 1);
   o.fixed = {{"cancel", 1}, {"surface_gain", 20}, {"switching_gain", 1}, {"boundary_layer", 0.05}};

@@ -34,7 +34,8 @@ TEST(RobustnessE2e, WholeMatrixIsStable) {
   const auto cases = robustness_matrix(good_design(rig, identified(rig)), rig, 5);
   EXPECT_EQ(cases.size(), 18u);
   for (const auto& c : cases) EXPECT_TRUE(c.metrics.stable) << c.name << " " << c.metrics.closed.all;
-  // The nominal run, and what the notes' best design kept under every condition but lack of force and a wrong angle.
+  // The nominal run, and what the notes' best design kept under every condition but lack of force and a wrong
+  // angle.
   EXPECT_LT(cases[0].metrics.closed.all, 0.02e-3);
   for (const auto& c : cases) {
     if (c.name != "force / 8" && c.name != "profile angle" && c.name != "modes x15") {

@@ -67,7 +67,8 @@ TEST_F(LoopRealtime, TripLatchesWithReasonAndTickUntilCleared) {
   EXPECT_EQ(loop.cycle().trip, Fault::displacement_limit);
   EXPECT_EQ(rig.written.ux, 0);
   rig.next.x = 0;
-  controller.next = Expected<Command, Fault>::fault(Fault::stale_sensor);  // a later fault does not replace the first
+  controller.next =
+      Expected<Command, Fault>::fault(Fault::stale_sensor);  // a later fault does not replace the first
   EXPECT_EQ(loop.cycle().trip, Fault::displacement_limit);
   EXPECT_EQ(loop.safety().trip_tick, 1);
   EXPECT_EQ(controller.steps, 2) << "a tripped loop asks the controller no more";
@@ -80,7 +81,8 @@ TEST_F(LoopRealtime, TripLatchesWithReasonAndTickUntilCleared) {
 TEST_F(LoopRealtime, EveryReasonGivesZero) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const SafetyLimits limits{.displacement = 1e-3, .stale = 2};
-  const auto reason = [&](const Measurement& m, const Expected<Command, Fault>& request, const SafetyState& state = {}) {
+  const auto reason = [&](const Measurement& m, const Expected<Command, Fault>& request,
+                          const SafetyState& state = {}) {
     const SafetyDecision d = decide(limits, state, m, request, 7);
     EXPECT_TRUE(d.state.trip == Fault::none || (d.command.ux == 0 && d.command.uy == 0));
     return d.state.trip;

@@ -4,8 +4,8 @@
 namespace whirl::testing {
 
 /// Counts heap allocations of the calling thread while it lives: operators new, and malloc, calloc, realloc,
-/// aligned_alloc, posix_memalign called from the program itself (not from inside shared libraries). The test program
-/// must link whirl_alloc_guard (testing/alloc_guard.cmake).
+/// aligned_alloc, posix_memalign called from the program itself (not from inside shared libraries). The test
+/// program must link whirl_alloc_guard (testing/alloc_guard.cmake).
 class AllocationGuard {
  public:
   AllocationGuard() noexcept;
@@ -19,8 +19,8 @@ class AllocationGuard {
   std::size_t start_;
 };
 
-/// Allocates with malloc and with new in a way the optimiser cannot remove: the positive control of the guard. Two
-/// allocations.
+/// Allocates with malloc and with new in a way the optimiser cannot remove: the positive control of the
+/// guard. Two allocations.
 void allocate_twice();
 
 }  // namespace whirl::testing

@@ -10,9 +10,9 @@ namespace whirl {
 /// One number of a law, estimator or of the controller around them. SI.
 struct ParameterInfo {
   std::string name, unit, meaning;
-  double fallback = 0;  ///< default; NaN: derived from the other parameters, see `meaning`
-  double low = 0, high = 0;              ///< admissible range, inclusive
-  double tune_low = 0, tune_high = 0;    ///< range of the automatic tuning (logarithmic); equal: not tuned
+  double fallback = 0;                 ///< default; NaN: derived from the other parameters, see `meaning`
+  double low = 0, high = 0;            ///< admissible range, inclusive
+  double tune_low = 0, tune_high = 0;  ///< range of the automatic tuning (logarithmic); equal: not tuned
 };
 
 /// A law or an estimator by name.
@@ -30,11 +30,12 @@ const std::vector<ParameterInfo>& common_parameters();
 const MethodInfo& law_info(std::string_view name);
 const MethodInfo& estimator_info(std::string_view name);
 
-/// Every parameter of the design with defaults filled in and derived ones computed, checked against its range and the
-/// conditions between parameters. Throws Error naming the parameter; unknown names are errors too.
+/// Every parameter of the design with defaults filled in and derived ones computed, checked against its range
+/// and the conditions between parameters. Throws Error naming the parameter; unknown names are errors too.
 std::map<std::string, double> resolve_parameters(const ControllerDesign& design);
 
-/// Advice that is no error: a boundary layer below the delay limit, a regularisation below its limit, and so on.
+/// Advice that is no error: a boundary layer below the delay limit, a regularisation below its limit, and so
+/// on.
 std::vector<std::string> design_warnings(const ControllerDesign& design);
 
 }  // namespace whirl

@@ -15,14 +15,14 @@ namespace whirl {
 
 /// What happened inside the last step, for logging. SI; complex = x + i y.
 struct ControllerState {
-  std::complex<double> measured;             ///< after gate, runout and offset, m
-  DiskMotion estimate;                     ///< at the time the sample was taken
-  DiskMotion effect;                       ///< what the law used: at the time of effect when predicting or advancing
-  std::complex<double> s;                    ///< sliding variables s_x + i s_y, m/s
-  std::complex<double> requested;            ///< force before the limit, N
-  std::complex<double> applied;              ///< force after the limit, N
-  bool saturated = false;                    ///< the limit acted in this step
-  bool held = false;                         ///< the sample was lost and the last good one held
+  std::complex<double> measured;   ///< after gate, runout and offset, m
+  DiskMotion estimate;             ///< at the time the sample was taken
+  DiskMotion effect;               ///< what the law used: at the time of effect when predicting or advancing
+  std::complex<double> s;          ///< sliding variables s_x + i s_y, m/s
+  std::complex<double> requested;  ///< force before the limit, N
+  std::complex<double> applied;    ///< force after the limit, N
+  bool saturated = false;          ///< the limit acted in this step
+  bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
 };
 
@@ -56,22 +56,23 @@ struct ControllerSettings {
   long stale_limit = 100;   ///< held samples in a row after which the step faults
 };
 
-/// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value. Copyable: a copy is
-/// an independent controller in the same state. The step is pure (state and measurement in, state and command out),
-/// never throws, never allocates.
+/// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value.
+/// Copyable: a copy is an independent controller in the same state. The step is pure (state and measurement
+/// in, state and command out), never throws, never allocates.
 class Controller {
  public:
   /// Longest loop delay in samples that the force history holds.
   static constexpr int kMaxDelay = 16;
 
-  Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law, const SampleGate& gate,
-             const Runout& runout) noexcept;
+  Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
+             const SampleGate& gate, const Runout& runout) noexcept;
 
   /// Faults: not_finite (angle, speed or result), stale_sensor (more than stale_limit lost samples in a row).
   /// A fault leaves the command at zero in the history; whether it latches is the loop's business.
   Expected<Command, Fault> step(const Measurement& m) noexcept;
 
-  /// The force that was really sent when the loop limited the command further (slew, trip): corrects the history.
+  /// The force that was really sent when the loop limited the command further (slew, trip): corrects the
+  /// history.
   void applied(const Command& command) noexcept;
 
   void reset() noexcept;
@@ -79,7 +80,8 @@ class Controller {
   const ControllerSettings& settings() const noexcept { return settings_; }
 
  private:
-  std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
+  std::complex<double> past(
+      int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
   DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
 
@@ -89,20 +91,21 @@ class Controller {
   SampleGate gate_;
   Runout runout_;
   bool has_runout_;
-  int whole_delay_;       ///< delay = (whole_delay_ + fraction_) h
+  int whole_delay_;  ///< delay = (whole_delay_ + fraction_) h
   double fraction_;
   std::array<std::complex<double>, kMaxDelay + 3> history_{};
   int head_ = 0;
   ControllerState state_;
 };
 
-/// Builds the controller a design describes. Throws Error for unknown names, parameters out of range, a law that needs the
-/// input gain when it is not known, delays longer than Controller::kMaxDelay samples.
+/// Builds the controller a design describes. Throws Error for unknown names, parameters out of range, a law
+/// that needs the input gain when it is not known, delays longer than Controller::kMaxDelay samples.
 Controller make_controller(const ControllerDesign& design);
 
-/// Gains [kp, kd] (1/s^2, 1/s) of the discrete linear-quadratic regulator of x'' = -k1 x - c x' + a, input held over h:
-/// minimises the sum of (x / x_scale)^2 + (v / v_scale)^2 + (a / a_scale)^2. With a pure input delay the optimal law is
-/// the same gain on the predicted state. Source: discrete Riccati equation, iterated to its fixed point.
+/// Gains [kp, kd] (1/s^2, 1/s) of the discrete linear-quadratic regulator of x'' = -k1 x - c x' + a, input
+/// held over h: minimises the sum of (x / x_scale)^2 + (v / v_scale)^2 + (a / a_scale)^2. With a pure input
+/// delay the optimal law is the same gain on the predicted state. Source: discrete Riccati equation, iterated
+/// to its fixed point.
 struct LqrGains {
   double kp = 0, kd = 0;
   double residual = 0;         ///< of the Riccati equation, relative

@@ -6,8 +6,9 @@
 
 namespace whirl {
 
-/// Plausibility gate for displacement readings: a lost, non-finite, out-of-range or jumping sample is replaced by the
-/// last good one and counted. The allowed jump grows with every held sample, so that the gate re-acquires by itself.
+/// Plausibility gate for displacement readings: a lost, non-finite, out-of-range or jumping sample is
+/// replaced by the last good one and counted. The allowed jump grows with every held sample, so that the gate
+/// re-acquires by itself.
 struct SampleGate {
   double range = 12.4e-3;     ///< |x|, |y| at or above this is a saturated sensor, m
   double jump = 2e-3;         ///< largest plausible change in one sample, m

@@ -6,21 +6,24 @@
 
 namespace whirl {
 
-/// The state part of a RotorModel as a fixed-size value for the real-time path; z = x + i y about the equilibrium.
+/// The state part of a RotorModel as a fixed-size value for the real-time path; z = x + i y about the
+/// equilibrium.
 struct LateralModel {
   double k1 = 0, k2 = 0, c = 0;
   std::complex<double> k1_conj, c_conj;
 
   static LateralModel from(const RotorModel& m) { return {m.k1, m.k2, m.c, m.k1_conj, m.c_conj}; }
 
-  /// Acceleration without control and unbalance. `stiffness` scales k1 and k1_conj: the part of the linear stiffness a
-  /// law cancels. Real arithmetic, because the product of two std::complex tests for NaN.
-  std::complex<double> acceleration(std::complex<double> z, std::complex<double> v, double stiffness = 1) const noexcept {
+  /// Acceleration without control and unbalance. `stiffness` scales k1 and k1_conj: the part of the linear
+  /// stiffness a law cancels. Real arithmetic, because the product of two std::complex tests for NaN.
+  std::complex<double> acceleration(std::complex<double> z, std::complex<double> v,
+                                    double stiffness = 1) const noexcept {
     const double x = z.real(), y = z.imag(), vx = v.real(), vy = v.imag();
     const double k = stiffness * k1 + k2 * (x * x + y * y);
     const double kr = stiffness * k1_conj.real(), ki = stiffness * k1_conj.imag();
     const double cr = c_conj.real(), ci = c_conj.imag();
-    return {-k * x - c * vx - kr * x - ki * y - cr * vx - ci * vy, -k * y - c * vy + kr * y - ki * x + cr * vy - ci * vx};
+    return {-k * x - c * vx - kr * x - ki * y - cr * vx - ci * vy,
+            -k * y - c * vy + kr * y - ki * x + cr * vy - ci * vx};
   }
 };
 
@@ -42,9 +45,10 @@ struct DiskMotion {
   std::complex<double> d;  ///< m/s^2, synchronous: turns with the rotor
 };
 
-/// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns at omega.
-inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a, double omega,
-                            double dt) noexcept {
+/// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns at
+/// omega.
+inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a,
+                                 double omega, double dt) noexcept {
   const std::complex<double> half = unit_phasor(0.5 * omega * dt), d_mid = product(s.d, half);
   const std::complex<double> a0 = model.acceleration(s.z, s.v) + s.d + a;
   const std::complex<double> z_mid = s.z + 0.5 * dt * s.v, v_mid = s.v + 0.5 * dt * a0;

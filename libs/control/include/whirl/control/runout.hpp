@@ -8,8 +8,9 @@
 
 namespace whirl {
 
-/// Sensor runout (form and electrical error of the surface the sensors look at) as a function of the rotor angle,
-/// per axis sum over k = 1..5 of cos_k cos(k beta) + sin_k sin(k beta). A table of 1x to 5x, fixed size.
+/// Sensor runout (form and electrical error of the surface the sensors look at) as a function of the rotor
+/// angle, per axis sum over k = 1..5 of cos_k cos(k beta) + sin_k sin(k beta). A table of 1x to 5x, fixed
+/// size.
 struct Runout {
   static constexpr int kHarmonics = 5;
   std::array<double, kHarmonics> x_cos{}, x_sin{}, y_cos{}, y_sin{};  ///< m
@@ -18,8 +19,8 @@ struct Runout {
   bool empty() const noexcept;
 };
 
-/// Least squares on a slow-roll record (channels x, y, beta; the rotor turns so slowly that its own response is
-/// negligible: Omega below a tenth of the natural frequency costs 1 % of e). Whole turns are not required.
+/// Least squares on a slow-roll record (channels x, y, beta; the rotor turns so slowly that its own response
+/// is negligible: Omega below a tenth of the natural frequency costs 1 % of e). Whole turns are not required.
 /// Throws Error when the record covers less than one turn.
 Runout estimate_runout(const Recording& slow_roll);
 

@@ -9,17 +9,20 @@ namespace whirl {
 struct CycleRecord {
   long tick = 0;
   Measurement measurement;
-  Expected<Command, Fault> request = Command{};  ///< by the controller; fault when it refused or the loop had tripped
+  Expected<Command, Fault> request =
+      Command{};  ///< by the controller; fault when it refused or the loop had tripped
   Command sent;
   Fault trip = Fault::none;
   bool limited = false;
 };
 
-/// The closed loop, the same in simulation and on hardware: wait -> read -> controller -> safety -> write -> advance.
+/// The closed loop, the same in simulation and on hardware: wait -> read -> controller -> safety -> write ->
+/// advance.
 ///
-/// Rig: `Measurement read()`, `void write(Command)`, `void advance()` (next tick; nothing on hardware). Controller:
-/// `Expected<Command, Fault> step(const Measurement&)`, `void applied(const Command&)`. Clock: `long wait()`. All noexcept;
-/// a cycle allocates nothing. A trip latches with its reason and tick: zero is sent from then on, and when the loop ends.
+/// Rig: `Measurement read()`, `void write(Command)`, `void advance()` (next tick; nothing on hardware).
+/// Controller: `Expected<Command, Fault> step(const Measurement&)`, `void applied(const Command&)`. Clock:
+/// `long wait()`. All noexcept; a cycle allocates nothing. A trip latches with its reason and tick: zero is
+/// sent from then on, and when the loop ends.
 template <class Rig, class Controller, class Clock>
 class Loop {
  public:
@@ -30,8 +33,8 @@ class Loop {
   Loop& operator=(const Loop&) = delete;
 
   CycleRecord cycle() noexcept {
-    static_assert(noexcept(rig_.read()) && noexcept(rig_.write(Command{})) && noexcept(rig_.advance()));
-    static_assert(noexcept(controller_.step(Measurement{})) && noexcept(clock_.wait()));
+    static_assert(noexcept(rig_.read())&& noexcept(rig_.write(Command{}))&& noexcept(rig_.advance()));
+    static_assert(noexcept(controller_.step(Measurement{}))&& noexcept(clock_.wait()));
     tick_ += 1 + clock_.wait();
     CycleRecord r;
     r.tick = tick_;

@@ -19,18 +19,18 @@ struct SafetyLimits {
 struct SafetyState {
   Fault trip = Fault::none;  ///< latched
   long trip_tick = -1;
-  long invalid = 0;          ///< invalid readings in a row
-  Command last;              ///< force sent last
+  long invalid = 0;  ///< invalid readings in a row
+  Command last;      ///< force sent last
 };
 
 struct SafetyDecision {
-  Command command;         ///< to send: the limited request, or zero when tripped
+  Command command;  ///< to send: the limited request, or zero when tripped
   SafetyState state;
-  bool limited = false;    ///< force or slew limit acted
+  bool limited = false;  ///< force or slew limit acted
 };
 
-/// One safety decision as a pure function of reading, request and memory. A trip latches: the command is zero from this tick
-/// on until the state is cleared by hand. Written so that NaN trips.
+/// One safety decision as a pure function of reading, request and memory. A trip latches: the command is zero
+/// from this tick on until the state is cleared by hand. Written so that NaN trips.
 inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& state, const Measurement& m,
                              const Expected<Command, Fault>& request, long tick) noexcept {
   SafetyDecision out{{}, state, false};
@@ -40,9 +40,11 @@ inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& stat
       !(std::abs(m.x) <= limits.displacement && std::abs(m.y) <= limits.displacement)) {
     reason = std::isnan(m.x) || std::isnan(m.y) ? Fault::not_finite : Fault::displacement_limit;
   }
-  if (reason == Fault::none && limits.stale > 0 && out.state.invalid > limits.stale) reason = Fault::stale_sensor;
+  if (reason == Fault::none && limits.stale > 0 && out.state.invalid > limits.stale)
+    reason = Fault::stale_sensor;
   if (reason == Fault::none && !request) reason = request.error();
-  if (reason == Fault::none && !(std::isfinite(request->ux) && std::isfinite(request->uy))) reason = Fault::not_finite;
+  if (reason == Fault::none && !(std::isfinite(request->ux) && std::isfinite(request->uy)))
+    reason = Fault::not_finite;
   if (reason != Fault::none) {
     if (state.trip == Fault::none) out.state.trip_tick = tick;
     out.state.trip = reason;
