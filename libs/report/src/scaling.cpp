@@ -26,7 +26,8 @@ class Range {
   }
   bool empty() const { return !(low_ <= high_); }
 
-  /// `zero_edge`: a range that starts at zero keeps its edge there (bars stand on the axis).
+  /// `tight`: no margin around the data (a time axis ends with its record). A range that starts at zero keeps its edge
+  /// there: bars stand on the axis.
   Limits limits(bool tight, std::string_view what) const {
     const bool logarithmic = axis_.scale == Scale::logarithmic;
     double low = low_, high = high_;
@@ -39,8 +40,9 @@ class Range {
       if (logarithmic) {
         double log_low = std::log10(low), log_high = std::log10(high);
         widen(log_low, log_high);
-        low = std::pow(10.0, log_low);
-        high = std::pow(10.0, log_high);
+        // Inside what a double holds, also after head room is added.
+        low = std::pow(10.0, std::max(log_low, -300.0));
+        high = std::pow(10.0, std::min(log_high, 300.0));
       } else {
         widen(low, high);
         if (stands_on_zero && high > 0) low = 0;
@@ -153,6 +155,9 @@ void check_panel(const Panel& panel) {
     if (range) require(s.low, "low");
     if (range) require(s.high, "high");
     if (panel.kind == Panel::Kind::projected) require(s.z, "z");
+  }
+  if (panel.kind == Panel::Kind::polar && panel.y.scale != Scale::linear) {
+    throw Error(fmt::format("figure: polar panel '{}' needs a linear radius", panel.title));
   }
   for (const HeatMap& map : panel.heat_maps) {
     if (map.values.size() == 0 || panel.x.scale != Scale::linear || panel.y.scale != Scale::linear) {

@@ -119,20 +119,29 @@ void add_head_room(PanelLayout& layout) {
   const double room = std::min(0.4 * panel.height, 14 * rows);
   Limits& y = layout.limits.y;
   const double share = room / (panel.height - room);
-  y.high = y.logarithmic ? y.high * std::pow(y.high / y.low, share) : y.high + (y.high - y.low) * share;
+  y.high = y.logarithmic ? std::min(1e305, y.high * std::pow(y.high / y.low, share)) : y.high + (y.high - y.low) * share;
 }
 
+/// Cartesian panels of one column get the same x limits. Throws Error when their scales differ.
 void join_x_limits(std::vector<PanelLayout>& layouts, std::size_t columns) {
   for (std::size_t c = 0; c < columns; ++c) {
-    double low = INFINITY, high = -INFINITY;
+    std::vector<PanelLayout*> column;
     for (std::size_t i = c; i < layouts.size(); i += columns) {
-      low = std::min(low, layouts[i].limits.x.low);
-      high = std::max(high, layouts[i].limits.x.high);
+      if (layouts[i].panel.kind == Panel::Kind::cartesian) column.push_back(&layouts[i]);
     }
-    for (std::size_t i = c; i < layouts.size(); i += columns) {
-      layouts[i].limits.x.low = low;
-      layouts[i].limits.x.high = high;
-      layouts[i].x_labels = i + columns >= layouts.size();
+    double low = INFINITY, high = -INFINITY;
+    for (const PanelLayout* layout : column) {
+      if (layout->limits.x.logarithmic != column.front()->limits.x.logarithmic) {
+        throw Error(fmt::format("figure: panels '{}' and '{}' share x: must have the same scale", column.front()->panel.title,
+                                layout->panel.title));
+      }
+      low = std::min(low, layout->limits.x.low);
+      high = std::max(high, layout->limits.x.high);
+    }
+    for (PanelLayout* layout : column) {
+      layout->limits.x.low = low;
+      layout->limits.x.high = high;
+      layout->x_labels = layout == column.back();
     }
   }
 }

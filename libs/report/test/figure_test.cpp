@@ -120,6 +120,11 @@ TEST(ReportFigure, ErrorsNameWhatIsWrong) {
   figure.panels[0].x.low = 3;
   figure.panels[0].x.high = 2;
   EXPECT_THAT(error_of(figure), HasSubstr("must ascend"));
+  figure = testing::long_trace();
+  figure.panels.push_back(figure.panels[0]);
+  figure.panels[1].x.scale = Scale::logarithmic;
+  figure.shared_x = true;
+  EXPECT_THAT(error_of(figure), HasSubstr("share x: must have the same scale"));
 }
 
 TEST(ReportFigure, HugeValuesStayDrawable) {

@@ -133,7 +133,7 @@ struct Figure {
   std::string description;  ///< what a person who cannot see the figure should know; the SVG's <desc>
   double width = 760;       ///< px
   int columns = 1;
-  bool shared_x = false;    ///< panels of one column have the same x: limits are joined, only the lowest has tick labels
+  bool shared_x = false;    ///< Cartesian panels of one column have the same x: limits are joined, only the lowest has tick labels
   std::vector<Panel> panels;
 
   /// Adds a panel; the reference holds until the next one is added.
