@@ -9,6 +9,9 @@
 namespace whirl::report {
 namespace {
 
+/// Far outside any drawing the place does not matter; lround needs a number that fits.
+long to_tenths(double px) { return std::lround(std::clamp(std::isnan(px) ? 0 : px, -1e6, 1e6) * 10); }
+
 std::string tenths(long value) {
   if (value % 10 == 0) return std::to_string(value / 10);
   const long whole = std::labs(value) / 10;
@@ -37,10 +40,7 @@ double text_width(std::string_view text, double size) {
   return em * size;
 }
 
-std::string px(double value) {
-  // Far outside any drawing the place does not matter; lround needs a number that fits.
-  return tenths(std::lround(std::clamp(std::isnan(value) ? 0 : value, -1e6, 1e6) * 10));
-}
+std::string px(double value) { return tenths(to_tenths(value)); }
 
 std::string stroke(const Style& style) {
   std::string out = fmt::format("stroke-width=\"{}\"", px(style.width));
@@ -51,15 +51,15 @@ std::string stroke(const Style& style) {
 }
 
 void Path::move(double x, double y) {
-  x_ = std::lround(x * 10);
-  y_ = std::lround(y * 10);
+  x_ = to_tenths(x);
+  y_ = to_tenths(y);
   data_ += 'M';
   append_pair(data_, x_, y_);
   moved_ = true;
 }
 
 void Path::line(double x, double y) {
-  const long to_x = std::lround(x * 10), to_y = std::lround(y * 10);
+  const long to_x = to_tenths(x), to_y = to_tenths(y);
   if (to_x == x_ && to_y == y_) return;
   if (moved_) data_ += 'l';
   std::string step;

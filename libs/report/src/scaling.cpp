@@ -156,6 +156,9 @@ void check_panel(const Panel& panel) {
     if (range) require(s.high, "high");
     if (panel.kind == Panel::Kind::projected) require(s.z, "z");
   }
+  if (panel.equal_aspect && (panel.x.scale != Scale::linear || panel.y.scale != Scale::linear)) {
+    throw Error(fmt::format("figure: panel '{}' with equal aspect needs linear axes", panel.title));
+  }
   if (panel.kind == Panel::Kind::polar && panel.y.scale != Scale::linear) {
     throw Error(fmt::format("figure: polar panel '{}' needs a linear radius", panel.title));
   }
