@@ -53,13 +53,13 @@ void add_rig(CLI::App& app, Session& session) {
       [o, &session] {
         RigRun run;
         run.seed = o->seed;
-        const OpenLoopRecord record = record_open_loop(o->parameters(), run, o->snr_db);
+        const OpenLoopRecord run_record = record_open_loop(o->parameters(), run, o->snr_db);
         CsvWriteOptions csv;
         csv.units = {"x_mm", "y_mm"};
-        write_csv(o->out, record.measured, csv);
-        if (!o->truth.empty()) write_csv(o->truth, record.truth, csv);
-        session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out, record.measured.size(),
-                                record.measured.rate(), 1e3 * record.measured["x"].cwiseAbs().maxCoeff()));
+        write_csv(o->out, run_record.measured, csv);
+        if (!o->truth.empty()) write_csv(o->truth, run_record.truth, csv);
+        session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out, run_record.measured.size(),
+                                run_record.measured.rate(), 1e3 * run_record.measured["x"].cwiseAbs().maxCoeff()));
       });
   add_common(record, o);
   record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->required();

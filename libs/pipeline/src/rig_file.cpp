@@ -21,10 +21,7 @@ RigParameters read_rig(const std::filesystem::path& path) {
   RigParameters parameters;
   if (path.empty()) return parameters;
   const Settings settings = read_settings(path);
-  visit_fields(parameters, [&](const std::string& full_key, auto& field, double) {
-    const auto [table, key] = split_key(full_key);
-    settings.assign(table, key, field);
-  });
+  apply(settings, parameters);
   settings.finish();
   try {
     parameters.check();

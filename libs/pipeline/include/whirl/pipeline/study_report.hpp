@@ -1,0 +1,15 @@
+#pragma once
+#include "whirl/pipeline/study.hpp"
+#include "whirl/report/document.hpp"
+#include "whirl/report/table.hpp"
+
+namespace whirl {
+
+/// The report of a study: figures and tables in the paper's order with the paper's numbers beside, the identified equations,
+/// the parameters beside the truth of the rig, and what agrees and what does not, computed from the study's own numbers.
+report::Document study_report(const Study& study);
+
+/// Parameters found on the ideal rotor at 20 dB: error against the truth per method, and whether the interval covers it.
+report::Table accuracy_table(const Study& study);
+
+}  // namespace whirl

@@ -1,0 +1,276 @@
+#include "whirl/pipeline/study.hpp"
+
+#include <algorithm>
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/modal/fit_modes.hpp"
+#include "whirl/modal/frf.hpp"
+#include "whirl/modal/stiffness.hpp"
+#include "whirl/pipeline/rig_file.hpp"
+#include "whirl/pipeline/run_json.hpp"
+#include "whirl/pipeline/validate_model.hpp"
+#include "whirl/sindy/identify_rotor.hpp"
+#include "whirl/sindy/paper.hpp"
+
+namespace whirl {
+namespace {
+
+// The study step by step; each writes its files and reports its progress.
+class StudyRunner {
+ public:
+  explicit StudyRunner(const StudyOptions& options) { study_.options = options; }
+
+  Study run() {
+    std::filesystem::create_directories(folder());
+    write_text(folder() / "rig.toml", rig_toml(options().rig));
+    stiffness_test();
+    hammer_test();
+    record_runs();
+    identify();
+    validate_models();
+    design_controllers();
+    close_loops();
+    step("done", 1);
+    return std::move(study_);
+  }
+
+ private:
+  const StudyOptions& options() const { return study_.options; }
+  const std::filesystem::path& folder() const { return study_.options.folder; }
+  void step(const std::string& what, double fraction) const {
+    if (options().progress) options().progress(what, fraction);
+  }
+  Provenance stamp(const std::vector<std::string>& inputs) const {
+    Provenance p;
+    p.version = version();
+    p.inputs = inputs;
+    p.options = options().command_line;
+    p.seed = options().seed;
+    return p;
+  }
+
+  void stiffness_test() {
+    step("stiffness test", 0);
+    StiffnessTestOptions test;
+    test.seed = options().seed;
+    study_.stiffness_table = simulate_stiffness_test(options().rig, test);
+    Table table;
+    table.columns = {{"deflection", Quantity::displacement, study_.stiffness_table.deflection},
+                     {"force", Quantity::force, study_.stiffness_table.force}};
+    CsvWriteOptions csv;
+    csv.units = {"deflection_mm"};
+    write_csv(folder() / "stiffness.csv", table, csv);
+    study_.stiffness = fit_stiffness(study_.stiffness_table.deflection, study_.stiffness_table.force);
+    study_.stiffness.provenance = stamp({"stiffness.csv"});
+    save(folder() / "stiffness.json", study_.stiffness);
+  }
+
+  void hammer_test() {
+    step("hammer test", 0.02);
+    HammerTestOptions test;
+    test.seed = options().seed;
+    const std::vector<Recording> blows = simulate_hammer_test(options().rig, test);
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < blows.size(); ++i) {
+      names.push_back(fmt::format("blow_{}.csv", i + 1));
+      write_csv(folder() / names.back(), blows[i]);
+    }
+    study_.frf = estimate_frf(blows);
+    study_.frf.provenance = stamp(names);
+    ModeOptions fit;
+    fit.poles.band_low = 5;
+    fit.poles.band_high = 400;
+    study_.modes = fit_modes(study_.frf, fit);
+    study_.modes.provenance = stamp(names);
+    save(folder() / "frf.json", study_.frf);
+    save(folder() / "modes.json", study_.modes);
+  }
+
+  void record_runs() {
+    step("run-up and run-down records", 0.06);
+    std::uint64_t seed = 1000 * options().seed;
+    for (const auto& [label, mass] : {std::pair{"balanced", 0.0}, std::pair{"2.5g", 2.5e-3}, std::pair{"5g", 5e-3}}) {
+      for (const bool run_up : {false, true}) {
+        for (const bool noisy : {false, true}) {
+          StudyRecord r;
+          r.name = fmt::format("{}_{}{}", run_up ? "runup" : "rundown", label, noisy ? "_20db" : "");
+          r.added_mass = mass;
+          r.run_up = run_up;
+          r.noisy = noisy;
+          RigParameters rig = options().rig;
+          rig.rotor.added_mass = mass;
+          RigRun run;
+          run.seed = ++seed;
+          r.record = record_open_loop(run_up ? rig.run_up() : rig, run,
+                                      noisy ? std::optional<double>(options().snr_db) : std::nullopt);
+          r.record.measured.source = r.name + ".csv";
+          CsvWriteOptions csv;
+          csv.units = {"x_mm", "y_mm"};
+          write_csv(folder() / (r.name + ".csv"), r.record.measured, csv);
+          study_.records.push_back(std::move(r));
+        }
+      }
+    }
+  }
+
+  void keep_model(const std::string& name, IdentifiedModel model, const std::string& input) {
+    model.provenance = stamp({input});
+    save(folder() / ("model_" + name + ".json"), model);
+    study_.models.emplace(name, std::move(model));
+  }
+
+  void identify() {
+    RotorIdentifyOptions weak;
+    weak.modal = study_.modes;
+    int done = 0;
+    for (const char* name : {"rundown_balanced", "rundown_2.5g", "rundown_5g", "rundown_balanced_20db",
+                             "rundown_5g_20db"}) {
+      step(fmt::format("identify {}", name), 0.1 + 0.03 * done++);
+      const Recording& record = study_.record(name).record.measured;
+      const std::string label = std::string(name).substr(8);
+      keep_model("weak_" + label, identify_rotor(record, weak), record.source);
+      keep_model("paper_" + label, identify_paper(record), record.source);
+    }
+    // Accuracy where the truth has the model's form: an isotropic rotor, white noise, nothing else.
+    step("identify the ideal rotor", 0.26);
+    RigParameters ideal = RigParameters::ideal_rotor_a();
+    ideal.rotor.added_mass = 0;
+    study_.ideal_truth = ideal.true_model();
+    RigRun run;
+    run.seed = 7 + options().seed;
+    StudyRecord r;
+    r.name = "ideal_rundown_20db";
+    r.noisy = true;
+    r.record = record_open_loop(ideal, run, options().snr_db);
+    r.record.measured.source = r.name + ".csv";
+    write_csv(folder() / (r.name + ".csv"), r.record.measured);
+    keep_model("weak_ideal", identify_rotor(r.record.measured), r.record.measured.source);
+    keep_model("paper_ideal", identify_paper(r.record.measured), r.record.measured.source);
+    keep_model("consistent_ideal", identify_consistent(r.record.measured), r.record.measured.source);
+    study_.records.push_back(std::move(r));
+    StudyRecord held_out;
+    held_out.name = "ideal_runup";
+    held_out.run_up = true;
+    ++run.seed;
+    held_out.record = record_open_loop(ideal.run_up(), run, options().snr_db);
+    held_out.record.measured.source = held_out.name;
+    study_.records.push_back(std::move(held_out));
+  }
+
+  void validate_one(const std::string& figure, const std::string& record, const std::string& method,
+                    const std::string& trained_on, UnbalanceSource unbalance = UnbalanceSource::identified) {
+    const StudyRecord& r = study_.record(record);
+    ValidateOptions validate_options;
+    validate_options.unbalance = unbalance;
+    validate_options.clean = r.record.truth;
+    StudyValidation row{figure, record, method, trained_on, record.find(trained_on) == std::string::npos || r.run_up, {}};
+    const std::string key = method + "_" + (trained_on.starts_with("ideal") ? "ideal" : trained_on.substr(8));
+    row.validation = validate_model(study_.models.at(key), r.record.measured, validate_options);
+    if (record == trained_on) row.held_out = false;
+    study_.validations.push_back(std::move(row));
+  }
+
+  void validate_models() {
+    step("validation", 0.3);
+    for (const std::string method : {"weak", "paper"}) {
+      validate_one("7", "runup_balanced", method, "rundown_balanced");
+      validate_one("8, 9a, 10a, 11", "rundown_balanced", method, "rundown_balanced");
+      validate_one("9b, 10b", "rundown_balanced_20db", method, "rundown_balanced_20db");
+      validate_one("12", "rundown_2.5g", method, "rundown_2.5g");
+      validate_one("13", "rundown_5g", method, "rundown_5g");
+      validate_one("-", "runup_5g", method, "rundown_5g");
+      validate_one("-", "ideal_runup", method, "ideal_rundown_20db");
+    }
+    validate_one("8", "rundown_balanced", "weak", "rundown_5g", UnbalanceSource::refitted);
+    validate_one("12", "rundown_2.5g", "weak", "rundown_5g", UnbalanceSource::refitted);
+    Json::Array rows;
+    for (const StudyValidation& v : study_.validations) {
+      rows.push_back(to_json(v.validation, v.record + ".csv").set("method", v.method).set("trained_on", v.trained_on));
+    }
+    save_json(folder() / "validation.json", start_document("whirl.validation", 1).set("runs", std::move(rows)));
+  }
+
+  // Everything below uses the identified models and the data sheets; the rig's parameters appear in `close_loops` only.
+  void design_controllers() {
+    struct Entry {
+      const char *name, *law, *estimator;
+      bool feedforward;
+    };
+    const Entry entries[] = {{"tsmc", "tsmc", "lpf", true}, {"pd", "pd", "lpf", false}, {"best", "lsmc", "kfe", true}};
+    int done = 0;
+    for (const Entry& entry : entries) {
+      DesignOptions d;
+      d.law = entry.law;
+      d.estimator = entry.estimator;
+      d.feedforward = entry.feedforward;
+      d.hardware = data_sheet(options().rig);
+      const IdentifiedModel& model = study_.models.at("weak_5g");
+      d.hardware.modes = structure_modes(study_.modes, model.rotor->natural_frequency());
+      // Mass from two tests: K1 of the stiffness test over K1/m of the run-down.
+      d.gain = model.rotor->k1 / study_.stiffness.k1.value;
+      d.evaluations = options().evaluations;
+      d.seed = 40 + options().seed;
+      const double start = 0.32 + 0.2 * done++;
+      d.progress = [&](const DesignProgress& p) {
+        if (p.evaluation % 10 == 0) {
+          step(fmt::format("design {} (best objective {:.4f})", entry.name, p.best),
+               start + 0.2 * static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
+        }
+      };
+      ControllerDesign result = design(model, d);
+      result.provenance = stamp({"model_weak_5g.json", "stiffness.json", "modes.json"});
+      save(folder() / fmt::format("controller_{}.json", entry.name), result);
+      study_.designs.emplace(entry.name, std::move(result));
+    }
+  }
+
+  void close_loop(const std::string& name, const std::string& law, ControllerDesign d, const RigParameters& rig) {
+    ClosedLoopOptions loop;
+    loop.run.seed = 500 + options().seed;
+    StudyRun run{name, law, run_closed_loop(d, rig, loop)};
+    run.run.log.source = name;
+    save_json(folder() / fmt::format("run_{}.json", name), to_json(run.run.metrics));
+    write_csv(folder() / fmt::format("run_{}.csv", name), run.run.log);
+    study_.runs.push_back(std::move(run));
+  }
+
+  void close_loops() {
+    step("closed loop", 0.93);
+    RigParameters rig = options().rig;
+    rig.rotor.added_mass = 5e-3;
+    for (const auto& [name, d] : study_.designs) close_loop("5g_" + name, name, d, rig);
+    rig.rotor.added_mass = 0;
+    for (auto [name, d] : study_.designs) {
+      d.model.eps = study_.models.at("weak_balanced").rotor->eps;  // the balanced rotor's own identification
+      close_loop("balanced_" + name, name, d, rig);
+    }
+    // Fig. 17: the closed loop as simulated on the identified model, against the measured open loop.
+    const IdentifiedModel& model = study_.models.at("weak_5g");
+    RotorModel rotor = *model.rotor;
+    rotor.gain = study_.designs.at("tsmc").model.gain;
+    close_loop("simulated_tsmc", "tsmc", study_.designs.at("tsmc"), tuning_plant(rotor, data_sheet(options().rig)));
+  }
+
+  Study study_;
+};
+
+}  // namespace
+
+const StudyRecord& Study::record(const std::string& name) const {
+  const auto it = std::find_if(records.begin(), records.end(), [&](const StudyRecord& r) { return r.name == name; });
+  if (it == records.end()) throw Error("no record named " + name);
+  return *it;
+}
+
+const StudyRun& Study::run(const std::string& name) const {
+  const auto it = std::find_if(runs.begin(), runs.end(), [&](const StudyRun& r) { return r.name == name; });
+  if (it == runs.end()) throw Error("no run named " + name);
+  return *it;
+}
+
+Study run_study(const StudyOptions& options) { return StudyRunner(options).run(); }
+
+}  // namespace whirl

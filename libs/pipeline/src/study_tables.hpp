@@ -1,0 +1,13 @@
+#pragma once
+#include "whirl/pipeline/study.hpp"
+#include "whirl/report/table.hpp"
+
+namespace whirl {
+
+// Tables of the study's report; `accuracy_table` is public (study_report.hpp).
+report::Table rig_parameter_table(const Study& study);
+report::Table validation_table(const Study& study);
+report::Table balanced_table(const Study& study);
+report::Table mode_table(const Study& study);
+
+}  // namespace whirl
