@@ -284,6 +284,37 @@ TEST(EnsembleProperty, InclusionSeparatesTrueFromFalseTerms) {
   EXPECT_EQ(fit.xi, again.xi);  // seeded
 }
 
+TEST(EnsembleProperty, LibraryBaggingCountsOnlyOfferedTerms) {
+  const Data d = sample_data(2000, 9, 1.0, 20);
+  const SparseFit fit =
+      solve(make_problem(d.theta, d.y), {.method = "ensemble", .threshold = 0.05, .resamples = 300, .drop_terms = 2});
+  for (int j : {1, 4, 6}) EXPECT_GE(fit.inclusion[j], 0.95) << j;
+  EXPECT_LE(fit.inclusion.maxCoeff(), 1.0);
+}
+
+TEST(SubsetProperty, ModelSizeLimitHolds) {
+  const Data d = sample_data(500, 9, 0.5, 21);
+  const Problem p = make_problem(d.theta, d.y);
+  for (const char* method : {"frols", "best_subset"}) {
+    const SparseFit fit = solve(p, {.method = method, .max_terms = 2});
+    EXPECT_EQ(fit.support.size(), 2u) << method;
+    EXPECT_EQ(fit.path.back().terms, 2) << method;
+  }
+}
+
+TEST(SelectionProperty, AicKeepsAtLeastTheTermsOfBicAndTheNoiseFloorStopsBoth) {
+  const Data d = sample_data(2000, 9, 0.02, 22);
+  Data biased = d;
+  biased.y += 0.003 * d.y.norm() / d.theta.col(0).norm() * d.theta.col(0);  // a small systematic error of the rows
+  const Problem p = make_problem(biased.theta, biased.y);
+  const SparseFit bic = solve(p, {.method = "best_subset"});
+  const SparseFit aic = solve(p, {.method = "best_subset", .selection = Selection::aic});
+  EXPECT_GE(aic.support.size(), bic.support.size());
+  EXPECT_NE(bic.xi[0], 0);
+  const SparseFit floored = solve(p, {.method = "best_subset", .noise_floor = 0.1});
+  EXPECT_EQ(floored.support, (std::vector<int>{1, 4, 6}));
+}
+
 TEST(CrossValidationProperty, OneStandardErrorRuleIsNoLargerThanTheMinimum) {
   const Data d = sample_data(1000, 9, 3.0, 16);
   const Problem p = make_problem(d.theta, d.y);
