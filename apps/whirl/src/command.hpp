@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -29,7 +30,11 @@ struct Session {
   /// Prints warnings, and sets exit code 1 when the status is `unusable`.
   void finish(const Summary& summary);
   /// One progress line on stderr, rewritten in place on a terminal; silent under --quiet.
-  void progress(const std::string& what, double fraction) const;
+  void progress(const std::string& what, double fraction);
+
+ private:
+  std::chrono::steady_clock::time_point last_progress_ = std::chrono::steady_clock::now();
+  bool progress_shown_ = false;
 };
 
 /// Adds a subcommand with its help: one line what it does, then the inputs with columns and units, then an example.

@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 
@@ -25,9 +26,17 @@ void Session::finish(const Summary& summary) {
   }
 }
 
-void Session::progress(const std::string& what, double fraction) const {
+void Session::progress(const std::string& what, double fraction) {
   if (quiet) return;
   const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto now = std::chrono::steady_clock::now();
+  // A log file gets a line a second at most; a job that takes less than a second says nothing.
+  if (now - last_progress_ < (terminal ? std::chrono::milliseconds(100) : std::chrono::seconds(1)) &&
+      (fraction < 1 || !progress_shown_)) {
+    return;
+  }
+  last_progress_ = now;
+  progress_shown_ = fraction < 1;
   fmt::print(stderr, "{}{} {:3.0f} %{}", terminal ? "\r\033[K" : "", what, 100 * fraction,
              terminal && fraction < 1 ? "" : "\n");
   std::fflush(stderr);

@@ -217,7 +217,7 @@ class StudyRunner {
       d.progress = [&](const DesignProgress& p) {
         if (p.evaluation % 10 == 0) {
           step(fmt::format("design {} (best objective {:.4f})", entry.name, p.best),
-               start + 0.2 * static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
+               start + 0.2 * std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
         }
       };
       ControllerDesign result = design(model, d);

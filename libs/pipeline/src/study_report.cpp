@@ -271,10 +271,12 @@ class Report {
     doc_.table(segment_table(s_.run("5g_best").run.metrics, "The same with the best design (" + s_.designs.at("best").law +
                              " with " + s_.designs.at("best").estimator + ")", true));
     doc_.figure(report::time_traces(both, {"x"}), "Paper Fig. 19: X displacement, open and closed loop, 5 g.");
-    const Recording ux = selected(closed, {{"ux", "ux"}}), uy = selected(closed, {{"uy", "uy"}});
-    doc_.figure(report::control_force({{"TSMC", ux}}, limit), "Paper Fig. 20: control force U_X of Fig. 19.");
+    report::Figure force_x = report::control_force({{"TSMC", closed}}, limit), force_y = force_x;
+    force_x.panels = {force_x.panels.at(0)};
+    force_y.panels = {force_y.panels.at(1)};
+    doc_.figure(force_x, "Paper Fig. 20: control force U_X of Fig. 19.");
     doc_.figure(report::time_traces(both, {"y"}), "Paper Fig. 21: Y displacement, open and closed loop, 5 g.");
-    doc_.figure(report::control_force({{"TSMC", uy}}, limit), "Paper Fig. 22: control force U_Y of Fig. 21.");
+    doc_.figure(force_y, "Paper Fig. 22: control force U_Y of Fig. 21.");
     doc_.figure(report::funnel(both), "Paper Fig. 23: path of the disk centre over time.");
     doc_.figure(report::time_traces(both, {"x"}, parts), "Paper Fig. 24: Fig. 19 with its four segments.");
     for (std::size_t i = 0; i < parts.size() && i < 4; ++i) {
