@@ -59,7 +59,7 @@ TEST(MonitorRingProperty, RowsArriveWholeAndInOrderBetweenThreads) {
   EXPECT_TRUE(whole);
   EXPECT_TRUE(ordered);
   EXPECT_EQ(received + ring.dropped(), kRows);
-  EXPECT_GT(received, 64U);
+  EXPECT_GE(received, 64U);  // the ring itself holds that many
 }
 
 }  // namespace

@@ -17,10 +17,12 @@ struct RecordOptions {
   std::vector<std::string> columns;
   double rate = 0;
   std::string rows;
+  std::vector<std::string> required;
 
   CsvOptions csv() const {
     CsvOptions options;
     options.columns = columns;
+    options.required = required;
     if (rate > 0) options.rate = rate;
     return options;
   }
@@ -57,7 +59,9 @@ std::string describe_model(const IdentifiedModel& model) {
   for (const auto& [name, value] : model.parameters) {
     text += fmt::format("{:18} {}\n", name, show(value, parameter_unit(name)));
   }
-  text += fmt::format("chi^2 = {:.3g} (1: the model explains the record down to its noise)", model.summary.chi_square);
+  if (std::isfinite(model.summary.chi_square)) {
+    text += fmt::format("chi^2 = {:.3g} (1: the model explains the record down to its noise)", model.summary.chi_square);
+  }
   return text;
 }
 
@@ -83,6 +87,8 @@ void add_identify(CLI::App& app, Session& session) {
       "chi^2 and a sentence on what the model may be trusted for.\n\n"
       "Example: whirl identify rundown.csv --out model.json",
       [o, &session] {
+        o->record.required = o->method == "second-order" ? std::vector{o->output, o->input}
+                                                         : std::vector<std::string>{"x", "y", "beta"};
         std::vector<Recording> records;
         for (const std::string& file : o->files) records.push_back(o->record.read(file));
         IdentifiedModel model;
@@ -157,8 +163,14 @@ void add_validate(CLI::App& app, Session& session) {
         const bool one_dof = !model.rotor && model.inputs.size() == 1 && model.states.size() == 2;
         report::Table table;
         table.caption = "Free-run error, rms";
-        table.columns = {{"record", "", report::Align::left}, {"x", one_dof ? "SI" : "mm"}, {"y", one_dof ? "SI" : "mm"},
-                         {"x clean", "mm"}, {"y clean", "mm"}, {"nrmse", "%"}, {"note", "", report::Align::left}};
+        table.columns = {{"record", "", report::Align::left}};
+        if (one_dof) {
+          table.columns.push_back({model.states[0], "SI"});
+        } else {
+          for (const char* name : {"x", "y", "x clean", "y clean"}) table.columns.push_back({name, "mm"});
+        }
+        table.columns.push_back({"nrmse", "%"});
+        table.columns.push_back({"note", "", report::Align::left});
         for (std::size_t i = 0; i < o->files.size(); ++i) {
           const Recording record = o->record.read(o->files[i]);
           Validation v;
@@ -177,10 +189,15 @@ void add_validate(CLI::App& app, Session& session) {
             v = validate_model(model, record, options);
           }
           const auto cell = [](double m) { return std::isfinite(m) ? fmt::format("{:.4f}", 1e3 * m) : "-"; };
-          const auto si = [](double m) { return fmt::format("{:.4g}", m); };
-          table.add({o->files[i], one_dof ? si(v.rmse_x) : cell(v.rmse_x), one_dof ? si(v.rmse_y) : cell(v.rmse_y),
-                     cell(v.clean_rmse_x), cell(v.clean_rmse_y), fmt::format("{:.2f}", 100 * v.nrmse),
-                     v.fold_sensitive ? "fold-sensitive" : std::string(to_string(v.summary.status))});
+          std::vector<std::string> row{o->files[i]};
+          if (one_dof) {
+            row.push_back(fmt::format("{:.4g}", v.rmse_x));
+          } else {
+            for (const double m : {v.rmse_x, v.rmse_y, v.clean_rmse_x, v.clean_rmse_y}) row.push_back(cell(m));
+          }
+          row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
+          row.push_back(v.fold_sensitive ? "fold-sensitive" : std::string(to_string(v.summary.status)));
+          table.add(std::move(row));
           for (const std::string& w : v.summary.warnings) all.warn(w);
           if (v.summary.status == Status::unusable) all.status = Status::unusable;
           runs.push_back(to_json(v, o->files[i]));

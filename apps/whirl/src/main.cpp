@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "command.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::app {
 
@@ -82,6 +83,16 @@ int run(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& e) {
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      std::vector<std::string> names;
+      for (const CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) names.push_back(sub->get_name());
+      const std::string near = nearest(argv[1], names);
+      fmt::print(stderr, "whirl: error: no subcommand '{}'{}; see whirl --help\n", argv[1],
+                 near.empty() ? "" : ", did you mean '" + near + "'?");
+      return 2;
+    }
+    return app.exit(e) == 0 ? 0 : 2;
   } catch (const CLI::ParseError& e) {
     const int code = app.exit(e);
     return code == 0 ? 0 : 2;

@@ -32,7 +32,7 @@ Json fit_json(const TransientRunupFit& fit) {
 
 void add_transient(CLI::App& app, Session& session) {
   struct Options {
-    std::string file, speed = "rpm", amplitude = "amp_1x", phase = "phase_1x";
+    std::string file, speed = "speed", amplitude = "amp_1x", phase = "phase_1x";
     TransientRunupOptions fit;
   };
   auto o = std::make_shared<Options>();
@@ -68,7 +68,7 @@ void add_transient(CLI::App& app, Session& session) {
       });
   sub->add_option("FILE", o->file, "1X vectors (CSV)")->required();
   sub->add_option("--modes", o->fit.modes, "1 or 2")->check(CLI::Range(1, 2))->capture_default_str();
-  sub->add_option("--speed-column", o->speed, "name of the speed column")->capture_default_str();
+  sub->add_option("--speed-column", o->speed, "name of the speed column; a column headed by a unit of speed alone (rpm) is called speed")->capture_default_str();
   sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column")->capture_default_str();
   sub->add_option("--phase-column", o->phase, "name of the phase column")->capture_default_str();
 }

@@ -195,7 +195,10 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   if (options.refine) {
     state = refine(band, poles, poles.size(), terms, options.max_iterations);
     for (int round = 0; round < kSearchRounds; ++round) {
-      if (drop_unsupported(band, state, terms, options)) state = refine(band, state.poles, state.started, terms, 3);
+      // Not before the first search: a strong mode that the diagram missed would pass for noise and hide all others.
+      if ((round > 0 || !options.search) && drop_unsupported(band, state, terms, options)) {
+        state = refine(band, state.poles, state.started, terms, 3);
+      }
       if (!options.search || static_cast<int>(state.poles.size()) >= options.max_modes) break;
       const auto candidates = search_residual(band, state.residual, options.search_gain);
       if (candidates.empty()) break;

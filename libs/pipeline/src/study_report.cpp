@@ -47,7 +47,8 @@ std::vector<report::Segment> segment_times(const Recording& log, double natural_
 Eigen::VectorXcd reconstruction(const FrequencyResponse& frf, const ModalModel& modes, Eigen::Index channel) {
   Eigen::VectorXcd h(frf.frequency.size());
   for (Eigen::Index i = 0; i < h.size(); ++i) {
-    const std::complex<double> s(0, 2 * std::numbers::pi * frf.frequency[i]);
+    // The exponential window adds its decay to s (FRF and modes agree only with it).
+    const std::complex<double> s(frf.window_decay, 2 * std::numbers::pi * frf.frequency[i]);
     if (frf.frequency[i] < modes.band_low || frf.frequency[i] > modes.band_high) {
       h[i] = {NAN, NAN};
       continue;

@@ -163,8 +163,11 @@ report::Table mode_table(const Study& study) {
       if (std::abs(f - mode.frequency.value) < std::abs(nearest - mode.frequency.value)) nearest = f;
     }
     table.add({fmt::format("{}", i + 1), format_estimate(mode.frequency, "Hz"),
-               format_estimate({100 * mode.damping.value, 100 * mode.damping.sd}), format_fixed(nearest, 2)});
+               format_estimate({100 * mode.damping.value, 100 * mode.damping.sd}),
+               std::abs(nearest - mode.frequency.value) < 0.05 * nearest ? format_fixed(nearest, 2) : "–"});
   }
+  table.notes = {"A line at three times the main mode is the third harmonic that the cubic stiffness makes in hard blows, not a "
+                 "mode of the rig (–)."};
   return table;
 }
 
