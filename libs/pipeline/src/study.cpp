@@ -126,15 +126,13 @@ class StudyRunner {
   }
 
   void identify() {
-    RotorIdentifyOptions weak;
-    weak.modal = study_.modes;
     int done = 0;
     for (const char* name : {"rundown_balanced", "rundown_2.5g", "rundown_5g", "rundown_balanced_20db",
                              "rundown_5g_20db"}) {
       step(fmt::format("identify {}", name), 0.1 + 0.03 * done++);
       const Recording& record = study_.record(name).record.measured;
       const std::string label = std::string(name).substr(8);
-      keep_model("weak_" + label, identify_rotor(record, weak), record.source);
+      keep_model("weak_" + label, identify_rotor(record), record.source);
       keep_model("paper_" + label, identify_paper(record), record.source);
     }
     // Accuracy where the truth has the model's form: an isotropic rotor, white noise, nothing else.
