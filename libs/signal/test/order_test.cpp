@@ -1,0 +1,151 @@
+#include "whirl/signal/order.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/signal/envelope.hpp"
+
+namespace {
+using Complex = std::complex<double>;
+constexpr double kPi = std::numbers::pi;
+
+// Run-up from 15 to 40 Hz in 6 s at 2 kHz.
+struct RunUp {
+  double dt = 5e-4;
+  Eigen::VectorXd angle;
+  RunUp() : angle(12000) {
+    for (Eigen::Index i = 0; i < angle.size(); ++i) {
+      const double t = static_cast<double>(i) * dt;
+      angle[i] = 0.4 + 2 * kPi * (15 * t + 0.5 * 25.0 / 6 * t * t);
+    }
+  }
+  double speed(double t) const { return 2 * kPi * (15 + 25.0 / 6 * t); }
+};
+
+// Amplitude and phase of a lightly damped resonance at 27 Hz.
+Complex response(double omega) {
+  const double w0 = 2 * kPi * 27;
+  return 1e-4 * omega * omega / Complex(w0 * w0 - omega * omega, 2 * 0.05 * w0 * omega);
+}
+
+TEST(OrderReference, VectorsOfAConstantOrderAreExactThroughARunUp) {
+  const RunUp run;
+  const Complex z1 = std::polar(3e-5, 0.7), z2 = std::polar(1e-5, -2.0);
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = 2e-4 + (z1 * std::polar(1.0, run.angle[i]) + z2 * std::polar(1.0, 2 * run.angle[i])).real();
+  }
+  const auto first = whirl::order_vectors(x, run.angle, run.dt);
+  const auto second = whirl::order_vectors(x, run.angle, run.dt, 2);
+  ASSERT_GT(first.value.size(), 150);
+  for (Eigen::Index k = 1; k + 1 < first.value.size(); ++k) {
+    EXPECT_LT(std::abs(first.value[k] - z1), 1e-3 * std::abs(z1)) << "revolution " << k;
+    EXPECT_LT(std::abs(second.value[k] - z2), 3e-3 * std::abs(z2)) << "revolution " << k;
+    EXPECT_NEAR(first.speed[k], run.speed(first.time[k]), 2e-3 * first.speed[k]);
+  }
+}
+
+TEST(OrderReference, VectorsFollowAResonanceWithinOnePercentAndOneDegree) {
+  const RunUp run;
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = (response(run.speed(static_cast<double>(i) * run.dt)) * std::polar(1.0, run.angle[i])).real();
+  }
+  const auto vectors = whirl::order_vectors(x, run.angle, run.dt);
+  for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k) {
+    const Complex exact = response(run.speed(vectors.time[k]));
+    EXPECT_NEAR(std::abs(vectors.value[k] / exact), 1, 0.01) << vectors.speed[k];
+    EXPECT_LT(std::abs(std::arg(vectors.value[k] / exact)), kPi / 180) << vectors.speed[k];
+  }
+}
+
+TEST(OrderReference, HalfOrderNeedsTwoTurns) {
+  const RunUp run;
+  const Complex z = std::polar(2e-5, 1.2);
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = (z * std::polar(1.0, 0.5 * run.angle[i])).real();
+  const auto vectors = whirl::order_vectors(x, run.angle, run.dt, 0.5, 2);
+  for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k) EXPECT_LT(std::abs(vectors.value[k] - z), 2e-3 * std::abs(z));
+  EXPECT_THROW(whirl::order_vectors(x, run.angle, run.dt, 0.5, 1), whirl::Error);
+}
+
+TEST(OrderReference, MapShowsEachOrderAtItsAmplitude) {
+  const RunUp run;
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 0.5 + 3 * std::cos(run.angle[i]) + 1.5 * std::cos(3 * run.angle[i] + 1);
+  const auto map = whirl::order_map(x, run.angle, run.dt, 5, 4);
+  ASSERT_EQ(map.order[4], 1);
+  for (Eigen::Index b = 1; b + 1 < map.speed.size(); ++b) {
+    EXPECT_NEAR(map.amplitude(0, b), 0.5, 0.005);
+    EXPECT_NEAR(map.amplitude(4, b), 3, 0.02);
+    EXPECT_NEAR(map.amplitude(12, b), 1.5, 0.02);
+    EXPECT_LT(map.amplitude(8, b), 0.02);
+  }
+}
+
+TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
+  const RunUp run;
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = (response(run.speed(static_cast<double>(i) * run.dt)) * std::polar(1.0, run.angle[i])).real();
+  }
+  const Eigen::MatrixXcd a = whirl::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 8});
+  for (Eigen::Index i = 800; i < x.size() - 800; ++i) {
+    const Complex exact = response(run.speed(static_cast<double>(i) * run.dt));
+    ASSERT_NEAR(std::abs(a(i, 0) / exact), 1, 0.01) << i;
+    ASSERT_LT(std::abs(std::arg(a(i, 0) / exact)), kPi / 180) << i;
+  }
+}
+
+TEST(OrderReference, VoldKalmanSeparatesCrossingOrders) {
+  // Order 1 of the rotor crosses a tone of fixed frequency at 27 Hz: "order" of a second shaft given by its own angle.
+  const RunUp run;
+  const Complex z1 = std::polar(2.0, 0.3), z3 = std::polar(0.5, -1.0);
+  Eigen::VectorXd x(run.angle.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    x[i] = (z1 * std::polar(1.0, run.angle[i]) + z3 * std::polar(1.0, 1.1 * run.angle[i])).real();
+  }
+  const Eigen::MatrixXcd a = whirl::track_orders(x, run.angle, run.dt, {1, 1.1}, {.bandwidth = 1.5});
+  for (Eigen::Index i = 3000; i < 9000; ++i) {
+    ASSERT_LT(std::abs(a(i, 0) - z1), 0.01 * std::abs(z1)) << i;
+    ASSERT_LT(std::abs(a(i, 1) - z3), 0.01 * std::abs(z3)) << i;
+  }
+}
+
+TEST(OrderReference, OrbitEllipseOfKnownWhirl) {
+  const Complex f = std::polar(3.0, 0.5), b = std::polar(1.0, -0.9);
+  // x + j y = f e^{j theta} + b e^{-j theta}.
+  const Complex x = f + std::conj(b), y = Complex(0, -1) * (f - std::conj(b));
+  const auto e = whirl::orbit_ellipse(x, y);
+  EXPECT_LT(std::abs(e.forward - f), 1e-12);
+  EXPECT_LT(std::abs(e.backward - b), 1e-12);
+  EXPECT_NEAR(e.semi_major, 4, 1e-12);
+  EXPECT_NEAR(e.semi_minor, 2, 1e-12);
+  EXPECT_NEAR(e.axis, (0.5 - 0.9) / 2, 1e-12);
+  EXPECT_NEAR(e.area, kPi * 8, 1e-12);
+}
+
+TEST(EnvelopeReference, AmplitudeModulationIsRecovered) {
+  const Eigen::Index n = 4000;
+  Eigen::VectorXd x(n), m(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i) / 1000;
+    m[i] = 1 + 0.4 * std::cos(2 * kPi * 2 * t);
+    x[i] = 7 + m[i] * std::cos(2 * kPi * 100 * t + 0.2);
+  }
+  EXPECT_LT((whirl::envelope(x) - m).cwiseAbs().maxCoeff(), 1e-6);
+  const Eigen::VectorXd odd = x.head(3999);
+  EXPECT_LT((whirl::analytic_signal(odd).real() - odd).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(Order, BadInputIsAnError) {
+  const RunUp run;
+  const Eigen::VectorXd x = Eigen::VectorXd::Ones(run.angle.size());
+  EXPECT_THROW(whirl::order_vectors(x.head(10), run.angle, run.dt), whirl::Error);
+  EXPECT_THROW(whirl::order_vectors(x, Eigen::VectorXd(-run.angle), run.dt), whirl::Error);
+  EXPECT_THROW(whirl::order_vectors(x.head(20), run.angle.head(20), run.dt), whirl::Error);
+  EXPECT_THROW(whirl::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 1e-3, .poles = 3}), whirl::Error);
+}
+}  // namespace
