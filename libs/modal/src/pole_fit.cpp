@@ -141,7 +141,7 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
     const MatrixXd inverse = factor.solve(MatrixXd::Identity(m, m));
 
     MatrixXd schur, psi_r;
-    if (with_jacobian) {
+    if (with_jacobian && n > 0) {
       const MatrixXd g12 = scale.asDiagonal() * normal.gram.topRightCorner(m, 2 * n);
       schur = normal.gram.bottomRightCorner(2 * n, 2 * n) - g12.transpose() * factor.solve(g12);
       psi_r = normal.data.bottomRows(2 * n) - normal.gram.bottomLeftCorner(2 * n, m) * x;
