@@ -99,8 +99,8 @@ TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
   }
 }
 
-TEST(OrderReference, VoldKalmanSeparatesCrossingOrders) {
-  // Order 1 of the rotor crosses a tone of fixed frequency at 27 Hz: "order" of a second shaft given by its own angle.
+TEST(OrderReference, VoldKalmanSeparatesNeighbouringOrders) {
+  // Two orders only a tenth apart, a beat of 1.5 to 4 Hz: found one by one they would leak into each other.
   const RunUp run;
   const Complex z1 = std::polar(2.0, 0.3), z3 = std::polar(0.5, -1.0);
   Eigen::VectorXd x(run.angle.size());
