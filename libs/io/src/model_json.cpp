@@ -266,6 +266,9 @@ Json to_json(const IdentifiedModel& model) {
       }
     }
   }
+  const std::size_t n = model.parameters.size();
+  const bool complete =
+      model.parameter_covariance.size() == n * n && parameters.get<Json::Object>()->size() == n;
   Json equations = Json::array();
   for (const Equation& e : model.equations) {
     Json terms = Json::array();
@@ -281,7 +284,9 @@ Json to_json(const IdentifiedModel& model) {
   out.set("method", model.method).set("parameters", std::move(parameters)).set("states", model.states);
   out.set("inputs", model.inputs).set("equations", std::move(equations));
   out.set("rotor", model.rotor ? rotor_json(*model.rotor) : Json())
-      .set("rotor_covariance", Json(model.rotor_covariance));
+      .set("rotor_covariance", Json(model.rotor_covariance))
+      .set("parameter_covariance",  // parameters added above have none
+           Json(complete ? model.parameter_covariance : std::vector<double>{}));
   out.set("sample_time_s", model.sample_time).set("noise_sd_m", model.noise_sd);
   finish(out, model.summary, model.provenance);
   return out;
@@ -323,6 +328,12 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   if (!model.rotor_covariance.empty() && model.rotor_covariance.size() != 25) {
     throw in.at("rotor_covariance")
         .error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));
+  }
+  if (in.has("parameter_covariance")) model.parameter_covariance = in.at("parameter_covariance").numbers();
+  const std::size_t n = model.parameters.size();
+  if (!model.parameter_covariance.empty() && model.parameter_covariance.size() != n * n) {
+    throw in.at("parameter_covariance")
+        .error(fmt::format("{} values, must be {} or none", model.parameter_covariance.size(), n * n));
   }
   model.sample_time = in.at("sample_time_s").number();
   model.noise_sd = in.at("noise_sd_m").number_or_nan();

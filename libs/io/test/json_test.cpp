@@ -81,6 +81,16 @@ TEST(ModelJson, IdentifiedModelRoundTripsAndHoldsTheContractKeys) {
   EXPECT_EQ(in.at("summary").at("chi_square").number(), 1.02);
 }
 
+TEST(ModelJson, CovarianceOfTheParametersRoundTripsAndMustFit) {
+  IdentifiedModel m = rotor_model();
+  m.rotor.reset();  // a rotor adds e and e_phase to the parameters, whose covariance is not known
+  m.parameter_covariance = {1, 2, 3, 2, 5, 6, 3, 6, 9};
+  Json document = parse_json(to_json(m).dump(), "m");
+  EXPECT_EQ(from_json<IdentifiedModel>(document, "m").parameter_covariance, m.parameter_covariance);
+  document.set("parameter_covariance", Json(std::vector<double>{1, 2}));
+  EXPECT_THROW((void)from_json<IdentifiedModel>(document, "m"), Error);
+}
+
 TEST(ModelJson, ParametersHaveTheirUnit) {
   EXPECT_EQ(parameter_unit("k2"), "1/(m^2 s^2)");
   EXPECT_EQ(parameter_unit("e_phase_x"), "rad");

@@ -36,6 +36,8 @@ struct IdentifiedModel {
   std::optional<RotorModel> rotor;      ///< the same as a rotor, when the model has that form
   /// Covariance of (k1, k2, c, eps_re, eps_im), row-major 5 x 5; empty when not known. Used to draw rotors for robustness.
   std::vector<double> rotor_covariance;
+  /// Covariance of `parameters` in their order, row-major; empty when not known.
+  std::vector<double> parameter_covariance;
   double sample_time = 0;               ///< of the training record, s
   double noise_sd = 0;                  ///< displacement noise estimated on the training record, m rms
   Summary summary;
