@@ -1,6 +1,6 @@
 #include "whirl/expr/library.hpp"
 
-#include <algorithm>
+#include <set>
 #include <unordered_set>
 
 #include "node.hpp"
@@ -106,48 +106,77 @@ std::optional<Unit> unit_of_rate(const std::string& lhs, const UnitMap& units) {
   return *inner / Unit::parse("s");
 }
 
-void set_variables(CandidateLibrary& library) {
-  std::vector<Expr> functions;
-  for (const TiedGroup& group : library.groups) {
-    for (const TiedEntry& entry : group.entries) functions.push_back(entry.function);
+}  // namespace
+
+TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient, std::string unit) {
+  TiedGroup group{std::move(name), {}, std::move(coefficient), std::move(unit)};
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const auto [factor, function] = split_coefficient(terms[i]);
+    if (factor != 0) group.entries.push_back({i, function, factor});
   }
-  std::vector<std::string>& names = library.variables;
-  for (const Expr& function : functions) {
-    for (std::string& name : variables(function)) names.push_back(std::move(name));
-  }
-  std::sort(names.begin(), names.end(), [](const auto& a, const auto& b) { return detail::compare_names(a, b) < 0; });
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return group;
 }
 
-}  // namespace
+CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups, std::vector<Expr> known) {
+  const std::set<std::string> distinct(lhs.begin(), lhs.end());
+  if (distinct.size() != lhs.size()) throw Error("library: an equation is named twice");
+  if (!known.empty() && known.size() != lhs.size()) {
+    throw Error(fmt::format("library: {} known parts for {} equations", known.size(), lhs.size()));
+  }
+  CandidateLibrary library{std::move(lhs), {}, std::move(groups), std::move(known)};
+  std::set<std::string, detail::NaturalOrder> names;
+  const auto use = [&names](const Expr& e) {
+    for (std::string& name : variables(e)) names.insert(std::move(name));
+  };
+  std::set<std::string> tied;
+  for (const TiedGroup& group : library.groups) {
+    if (group.entries.empty()) throw Error(fmt::format("library: group '{}' stands in no equation", group.name));
+    if (group.entries.size() > 1 && !tied.insert(group.name).second) {
+      throw Error(fmt::format("library: two groups are named '{}'", group.name));
+    }
+    for (const TiedEntry& entry : group.entries) {
+      if (entry.equation >= library.lhs.size()) throw Error(fmt::format("library: group '{}' has too many terms", group.name));
+      use(entry.function);
+    }
+  }
+  for (const Expr& e : library.known) use(e);
+  library.variables.assign(names.begin(), names.end());
+  return library;
+}
+
+std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::vector<Expr>& unknowns) {
+  if (unknowns.size() != library.groups.size()) {
+    throw Error(fmt::format("{} values for {} unknowns of the library", unknowns.size(), library.groups.size()));
+  }
+  std::vector<std::vector<Expr>> terms(library.lhs.size());
+  for (std::size_t i = 0; i < library.known.size(); ++i) terms[i].push_back(library.known[i]);
+  for (std::size_t g = 0; g < unknowns.size(); ++g) {
+    for (const TiedEntry& entry : library.groups[g].entries) {
+      terms[entry.equation].push_back(unknowns[g] * entry.factor * entry.function);
+    }
+  }
+  std::vector<Expr> sums;
+  for (std::vector<Expr>& t : terms) sums.push_back(Expr::sum(std::move(t)));
+  return sums;
+}
 
 CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
                                 const UnitMap& units) {
   if (lhs.size() != functions.size()) throw Error(fmt::format("library for {} equations given for {}", functions.size(), lhs.size()));
-  CandidateLibrary library;
-  library.lhs = lhs;
+  std::vector<TiedGroup> groups;
   for (std::size_t i = 0; i < lhs.size(); ++i) {
     const std::optional<Unit> unit = unit_of_rate(lhs[i], units);
     for (const Expr& function : functions[i]) {
-      library.groups.push_back({function.str(), {{i, function, 1.0}}, "", unit ? coefficient_unit(function, *unit, units) : ""});
+      groups.push_back({function.str(), {{i, function, 1.0}}, "", unit ? coefficient_unit(function, *unit, units) : ""});
     }
   }
-  set_variables(library);
-  return library;
+  return make_library(lhs, std::move(groups));
 }
 
 CandidateLibrary tied_rotor_library(bool offset, bool anisotropic, bool control) {
-  CandidateLibrary library;
-  library.lhs = {"X2'", "X4'"};
-  const auto add = [&](std::string name, const char* x, const char* y, std::string coefficient, std::string unit) {
-    library.groups.push_back({std::move(name), {}, std::move(coefficient), std::move(unit)});
-    const auto entry = [&](std::size_t equation, const char* text) {
-      // A sum stays one function; a single term gives its number to the factor.
-      const auto [factor, function] = split_coefficient(Expr::parse(text));
-      if (factor != 0) library.groups.back().entries.push_back({equation, function, factor});
-    };
-    entry(0, x);
-    entry(1, y);
+  std::vector<TiedGroup> groups;
+  const auto add = [&](const char* name, const char* x, const char* y, const char* coefficient, const char* unit) {
+    groups.push_back(tied_group(name, {Expr::parse(x), Expr::parse(y)}, coefficient, unit));
   };
   add("k1", "-X1", "-X3", "K1/m", "1/s^2");
   add("k2", "-X1*(X1^2 + X3^2)", "-X3*(X1^2 + X3^2)", "K2/m", "1/(m^2 s^2)");
@@ -165,8 +194,7 @@ CandidateLibrary tied_rotor_library(bool offset, bool anisotropic, bool control)
     add("d_re", "1", "0", "", "m/s^2");
     add("d_im", "0", "1", "", "m/s^2");
   }
-  set_variables(library);
-  return library;
+  return make_library({"X2'", "X4'"}, std::move(groups));
 }
 
 }  // namespace whirl

@@ -30,5 +30,8 @@ bool is_integer(const Expr& e);
 bool non_negative(const Expr& e);
 /// Natural order of names: X2 before X10.
 int compare_names(const std::string& a, const std::string& b);
+struct NaturalOrder {
+  bool operator()(const std::string& a, const std::string& b) const { return compare_names(a, b) < 0; }
+};
 
 }  // namespace whirl::detail

@@ -138,11 +138,7 @@ Expr expand(const Expr& e) {
 
 namespace {
 
-struct NaturalOrder {
-  bool operator()(const std::string& a, const std::string& b) const { return detail::compare_names(a, b) < 0; }
-};
-
-void collect(const Expr& e, std::set<std::string, NaturalOrder>& names) {
+void collect(const Expr& e, std::set<std::string, detail::NaturalOrder>& names) {
   if (e.kind() == Kind::symbol) names.insert(e.name());
   for (const Expr& arg : e.args()) collect(arg, names);
 }
@@ -150,7 +146,7 @@ void collect(const Expr& e, std::set<std::string, NaturalOrder>& names) {
 }  // namespace
 
 std::vector<std::string> variables(const Expr& e) {
-  std::set<std::string, NaturalOrder> names;
+  std::set<std::string, detail::NaturalOrder> names;
   collect(e, names);
   return {names.begin(), names.end()};
 }

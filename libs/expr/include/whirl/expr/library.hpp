@@ -43,12 +43,22 @@ struct TiedGroup {
   std::string unit;         ///< SI unit of the unknown; empty when not known
 };
 
-/// Candidate terms of all equations: lhs[i] = sum over groups of unknown * sum over entries with equation i.
+/// Candidate terms of all equations: lhs[i] = known[i] + sum over groups of unknown * sum over entries with equation i.
 struct CandidateLibrary {
   std::vector<std::string> lhs;        ///< e.g. {"X2'", "X4'"}
-  std::vector<std::string> variables;  ///< all names the functions use, natural order
+  std::vector<std::string> variables;  ///< all names the functions and `known` use, natural order
   std::vector<TiedGroup> groups;
+  std::vector<Expr> known;             ///< fixed part of each equation, one per lhs; empty: none
 };
+
+/// The unknown that multiplies terms[i] in equation i (0: it does not stand there). A sum stays one function; the number in
+/// front of a single term goes to the factor.
+TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient = "", std::string unit = "");
+/// Library of these groups. Throws Error when an equation is named twice, an entry names an equation that is not there, a group
+/// has no entry, two groups of more than one entry have one name, or `known` is neither empty nor one per equation.
+CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups, std::vector<Expr> known = {});
+/// known[i] + sum over groups of unknown[g] * factor * function in equation i.
+std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::vector<Expr>& unknowns);
 
 /// One group per equation and function: no ties. `functions[i]` are the candidates of equation i; units by `units`, the
 /// unit of lhs "v'" being that of v per second. Throws Error when the numbers of equations differ.
