@@ -16,7 +16,7 @@ namespace {
 constexpr double kDerived = std::numeric_limits<double>::quiet_NaN();
 
 const ParameterInfo kSurface{
-    "surface_gain", "1/s", "C of the sliding surface (length unit 1 mm)", 60, 0.1, 5000, 5, 300};
+    "surface_gain", "1/s", "C of the sliding surface (length unit 1 mm)", 60, 0.1, 5000, 5, 1000};
 const ParameterInfo kSwitching{
     "switching_gain", "m/s^2", "rho, must exceed the disturbance bound", 3, 1e-3, 1e3, 0.2, 20};
 const ParameterInfo kLayer{"boundary_layer",
@@ -40,7 +40,7 @@ const ParameterInfo kTau{
     "tau", "s", "time constant of the projection; default h (n+1)^(n+1)/n^n", kDerived, 1e-6, 1, 1e-3, 5e-2};
 const ParameterInfo kKp{"kp",  "1/s^2", "proportional gain; negative takes stiffness away", 0, -1e7, 1e7,
                         -6000, 12000};
-const ParameterInfo kKd{"kd", "1/s", "derivative gain", 60, 0, 1e5, 5, 300};
+const ParameterInfo kKd{"kd", "1/s", "derivative gain", 60, 0, 1e5, 5, 1000};
 
 ParameterInfo paper_delta() {
   ParameterInfo p = kDelta;
