@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "channel_units.hpp"
+#include "record_quality.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/sindy/refine.hpp"
@@ -97,6 +98,17 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
     library = {"1", output, output + "^2", output + "^3", rate, input};
   }
   const std::vector<Expr> terms = parse_library(library);
+  const Tape tape = compile(terms, {output, rate, input, "t"});
+
+  IdentifiedModel model;
+  model.method = "second_order";
+  model.states = {output, rate};
+  model.inputs = {input};
+  detail::check_signals({recording}, {output}, {input}, false, model.summary);
+  if (model.summary.status == Status::unusable) {
+    model.summary.trust = "Do not use this model.";
+    return model;
+  }
 
   const int k = options.oversample;
   const double dt = recording.dt / k;
@@ -109,7 +121,7 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   variables.col(1) = v.segment(2, n);
   variables.col(2) = fine_u.segment(4, n);
   for (Eigen::Index i = 0; i < n; ++i) variables(i, 3) = recording.t0 + dt * static_cast<double>(i + 4);
-  Eigen::MatrixXd theta = compile(terms, {output, rate, input, "t"}).evaluate(variables);
+  Eigen::MatrixXd theta = tape.evaluate(variables);
   Eigen::VectorXd target = a;
   const double sd = options.filter_sd / dt;
   if (sd > 0) {
@@ -125,10 +137,6 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   }
   const SparseFit fit = solve(make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
 
-  IdentifiedModel model;
-  model.method = "second_order";
-  model.states = {output, rate};
-  model.inputs = {input};
   Equation kinematic{rate, {{rate, {1, 0, 1, 1}, ""}}};
   Equation motion{rate + "'", {}};
   for (int j : fit.support) {

@@ -7,52 +7,16 @@
 #include <limits>
 
 #include "channel_units.hpp"
-#include "integral_rows.hpp"
+#include "record_quality.hpp"
+#include "sindy_prepare.hpp"
 #include "sindy_refine.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/expr/library.hpp"
-#include "whirl/signal/noise.hpp"
 
 namespace whirl {
 namespace {
 
-std::string lhs_of(const std::string& state, const SindyOptions& o) {
-  return o.discrete ? state + "[k+1]" : o.order == 2 ? state + "''" : state + "'";
-}
-
-const Equation* known_equation(const SindyOptions& o, const std::string& lhs) {
-  for (const Equation& e : o.known) {
-    if (e.lhs == lhs) return &e;
-  }
-  return nullptr;
-}
-
-detail::Candidates candidate_terms(const SindyOptions& o) {
-  detail::Candidates candidates;
-  const std::vector<std::string> names = detail::library_names(o);
-  const std::vector<Expr> common =
-      o.library.empty() ? polynomial_library(names, names.size() > 3 ? 2 : 3) : parse_library(o.library);
-  for (const std::string& state : o.states) {
-    const std::string lhs = lhs_of(state, o);
-    if (known_equation(o, lhs) != nullptr) continue;
-    const auto own = o.library_of.find(lhs);
-    candidates[lhs] = union_library({own == o.library_of.end() ? common : parse_library(own->second)});
-  }
-  for (const auto& [lhs, terms] : o.library_of) {
-    if (!candidates.contains(lhs)) {
-      throw Error::in_field("equation with its own library", lhs, "the left-hand side of a sought equation");
-    }
-  }
-  return candidates;
-}
-
-void check(const std::vector<Recording>& records, const SindyOptions& o) {
+void check(const std::vector<Recording>& records) {
   if (records.empty()) throw Error("no record to identify from");
-  if (o.states.empty()) throw Error("no state named to identify an equation of");
-  require_range("order", o.order, 1, 2);
-  if (o.discrete && o.order == 2) throw Error("a map has order 1: name delayed channels as inputs");
-  require_range("t value", o.t_value, 0, 1e6);
-  require_range("least share", o.least_share, 0, 1);
   for (const Recording& r : records) {
     if (std::abs(r.dt - records.front().dt) > 1e-9 * r.dt) {
       throw Error(fmt::format("{}: sample time {:g} s, {:g} s in the first record: must be equal", r.source, r.dt,
@@ -61,215 +25,162 @@ void check(const std::vector<Recording>& records, const SindyOptions& o) {
   }
 }
 
-/// Rows of the regression of all sought equations, one target per state.
-GramAccumulator accumulate(const std::vector<detail::Stretch>& stretches, const std::vector<Expr>& terms,
-                           const SindyOptions& o, Eigen::Index half) {
-  std::vector<std::string> names = detail::library_names(o);
-  names.push_back("t");
-  const Tape tape = compile(terms, names);
-  const Eigen::Index targets = static_cast<Eigen::Index>(o.states.size());
-  Eigen::Index rows = 0;
-  for (const detail::Stretch& s : stretches) rows += s.samples();
-  if (!o.discrete) rows /= std::max<Eigen::Index>(1, half / 3);
-  GramAccumulator sums(static_cast<Eigen::Index>(terms.size()), targets, std::max<Eigen::Index>(2, rows / 40));
-  for (const detail::Stretch& s : stretches) {
-    const Eigen::MatrixXd columns = tape.evaluate(detail::library_variables(s, o));
-    if (o.discrete) {
-      const Eigen::Index n = s.samples() - 1;
-      sums.add(columns.topRows(n), s.raw.bottomRows(n));
-    } else {
-      const detail::IntegralRows r = detail::integral_rows(s, columns, o.order, half);
-      sums.add(r.theta, r.target);
-    }
-    sums.end_block();
-  }
-  return sums;
+/// Model without equations that says why.
+IdentifiedModel unusable(const SindyOptions& options, Summary summary) {
+  IdentifiedModel model;
+  model.method = "sindy";
+  model.states = options.states;
+  model.inputs = options.inputs;
+  model.summary = std::move(summary);
+  model.summary.trust = "Do not use this model.";
+  return model;
 }
 
-Problem select_terms(const Problem& all, const std::vector<int>& terms) {
-  Problem p;
-  const auto pick = [&](const GramBlock& b) {
-    return GramBlock{b.gram(terms, terms), b.moment(terms), b.energy, b.rows};
-  };
-  p.total = pick(all.total);
-  for (const GramBlock& b : all.blocks) p.blocks.push_back(pick(b));
-  p.effective_rows = all.effective_rows;
-  return p;
+/// Range of every state in the records, for the statement of trust.
+std::string ranges(const detail::SindyData& data) {
+  std::vector<std::string> text;
+  for (std::size_t k = 0; k < data.options().states.size(); ++k) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const detail::Stretch& s : data.stretches()) {
+      low = std::min(low, s.smooth.col(static_cast<Eigen::Index>(k)).minCoeff());
+      high = std::max(high, s.smooth.col(static_cast<Eigen::Index>(k)).maxCoeff());
+    }
+    text.push_back(fmt::format("{} from {:.3g} to {:.3g}", data.options().states[k], low, high));
+  }
+  return fmt::format("{}", fmt::join(text, ", "));
+}
+
+/// Verdict on equations that stand by regression alone (maps, or without refinement): `summary.residual` is the share of
+/// the left-hand side that no term explains.
+void judge_regression(const detail::SindyData& data, IdentifiedModel& model) {
+  constexpr double kWarn = 0.1, kFail = 0.5;
+  Summary& s = model.summary;
+  if (!(s.residual < kFail)) {
+    s.fail(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms)", 100 * s.residual));
+  } else if (s.residual > kWarn) {
+    s.warn(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms): noise in the columns biases the "
+                       "coefficients",
+                       100 * s.residual));
+  }
+  s.trust = s.status == Status::unusable
+                ? "Do not use this model."
+                : fmt::format("Trust the {} for states seen in the records ({}), to {:.2g} % rms.",
+                              data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual);
+}
+
+/// Verdict after refinement. `horizon`: length of the free runs that the model follows, s.
+void judge_refined(const detail::SindyData& data, const Eigen::VectorXd& weight, bool noisy, double horizon,
+                   IdentifiedModel& model) {
+  Summary& s = model.summary;
+  double share = 0;  // mean square of weight / spread
+  for (Eigen::Index k = 0; k < weight.size(); ++k) {
+    double rows = 0, mean = 0, squares = 0;
+    for (const detail::Stretch& stretch : data.stretches()) {
+      rows += static_cast<double>(stretch.samples());
+      mean += stretch.raw.col(k).sum();
+    }
+    mean /= rows;
+    for (const detail::Stretch& stretch : data.stretches()) squares += (stretch.raw.col(k).array() - mean).square().sum();
+    share += weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
+  }
+  const double unexplained = std::sqrt(std::max(0.0, s.chi_square - 1) * share);
+  if (horizon <= 0) {
+    s.fail("free runs of the weak-form model diverge within 10 samples");
+  } else if (!(unexplained < 0.15)) {
+    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: a state, an input or "
+                       "a term is missing",
+                       horizon, 100 * unexplained));
+  } else if (noisy && s.chi_square > 1.3) {
+    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained", s.chi_square,
+                       100 * unexplained));
+  } else if (unexplained > 0.01) {
+    s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
+  }
+  double longest = 0;
+  for (const detail::Stretch& stretch : data.stretches()) {
+    longest = std::max(longest, stretch.dt * static_cast<double>(stretch.samples()));
+  }
+  if (data.rate() * longest < 6) {
+    s.warn(fmt::format("the longest record holds {:.2g} characteristic periods: slow terms are weakly determined",
+                       data.rate() * longest / 6.283185307179586));
+  }
+  if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
+  s.trust = s.status == Status::unusable
+                ? "Do not use this model."
+                : fmt::format("Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
+                              "extrapolation.",
+                              std::min(horizon, longest), ranges(data));
+}
+
+IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& like) {
+  const SindyOptions& options = data.options();
+  std::vector<Equation> alternatives;  // other supports on the path of the regression
+  IdentifiedModel model = detail::regress(data, options.solver, &alternatives);
+  const bool any_term = std::any_of(model.equations.begin(), model.equations.end(), [&](const Equation& e) {
+    return data.candidates().contains(e.lhs) && !e.terms.empty();
+  });
+  if (!data.candidates().empty() && !any_term) {
+    model.summary.fail("no candidate term explains any left-hand side");
+    model.summary.trust = "Do not use this model.";
+    return model;
+  }
+  if (options.discrete || !options.refine || data.candidates().empty()) {
+    detail::set_coefficient_units(model, like);
+    judge_regression(data, model);
+    return model;
+  }
+  // Below this share of the signal the integration error of the samples, not the noise, limits the fit.
+  Eigen::VectorXd weight = data.noise_sd();
+  bool noisy = true;
+  for (Eigen::Index k = 0; k < weight.size(); ++k) {
+    double energy = 0, rows = 0;
+    for (const detail::Stretch& s : data.stretches()) {
+      energy += s.raw.col(k).squaredNorm();
+      rows += static_cast<double>(s.samples());
+    }
+    const double floor = 1e-6 * std::sqrt(energy / rows);
+    noisy = noisy && weight[k] > floor;
+    weight[k] = std::max(weight[k], floor);
+  }
+  const double horizon = detail::refine_and_select(model, data.candidates(), alternatives, data.stretches(), weight,
+                                                   data.rate(), options);
+  detail::set_coefficient_units(model, like);
+  judge_refined(data, weight, noisy, horizon, model);
+  return model;
 }
 
 }  // namespace
 
 IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options) {
-  check(records, options);
-  const detail::Candidates candidates = candidate_terms(options);
-  std::vector<detail::Stretch> stretches = detail::finite_stretches(records, options);
-  Eigen::VectorXd sd = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(options.states.size()));
-  double rate = 0;
-  Eigen::Index half = 1, samples = 0;
-  for (detail::Stretch& s : stretches) samples += s.samples();
-  if (samples < 50) throw Error::in_field("usable samples", std::to_string(samples), "at least 50");
-  if (options.discrete) {
-    for (detail::Stretch& s : stretches) s.smooth = s.raw;
-  } else {
-    sd = detail::smooth_stretches(stretches);
-    rate = detail::characteristic_rate(stretches);
-    half = std::lround((options.window > 0 ? options.window : 1 / rate) / records.front().dt);
-  }
-
-  IdentifiedModel model;
-  model.method = "sindy";
-  model.states = options.states;
-  model.inputs = options.inputs;
-  model.sample_time = records.front().dt;
-  model.noise_sd = sd.mean();
-  model.provenance.version = std::string(version());
+  check(records);
+  detail::SindyData data(options);
+  Summary summary;
+  detail::check_signals(records, options.states, options.inputs, options.discrete, summary);
+  if (summary.status == Status::unusable) return unusable(options, std::move(summary));
+  data.add(records, std::numeric_limits<Eigen::Index>::max());
+  data.finish();
+  IdentifiedModel model = fit_prepared(data, records.front());
   for (const Recording& r : records) model.provenance.inputs.push_back(r.source);
-  if (options.order == 2) {
-    for (const std::string& s : options.states) {
-      model.states.push_back(s + "'");
-      model.equations.push_back({s + "'", {{s + "'", {1, 0, 1, 1}, ""}}});
-    }
-  }
-
-  std::vector<std::vector<Expr>> libraries;
-  for (const auto& [lhs, terms] : candidates) libraries.push_back(terms);
-  const std::vector<Expr> all = union_library(libraries);
-  for (const Expr& e : all) {
-    const std::vector<std::string> used = variables(e);
-    const bool has = std::find(model.inputs.begin(), model.inputs.end(), "t") != model.inputs.end();
-    if (!has && std::find(used.begin(), used.end(), "t") != used.end()) model.inputs.push_back("t");
-  }
-  if (all.empty()) {
-    model.equations.insert(model.equations.end(), options.known.begin(), options.known.end());
-    return model;
-  }
-  const GramAccumulator sums = accumulate(stretches, all, options, half);
-  std::vector<Equation> alternatives;  // other supports on the path of the regression
-  for (std::size_t k = 0; k < options.states.size(); ++k) {
-    const std::string lhs = lhs_of(options.states[k], options);
-    if (const Equation* known = known_equation(options, lhs)) {
-      model.equations.push_back(*known);
-      for (EquationTerm& t : model.equations.back().terms) t.coefficient.sd = 0;
-      continue;
-    }
-    const std::vector<Expr>& terms = candidates.at(lhs);
-    std::vector<int> index;
-    for (const Expr& e : terms) {
-      index.push_back(static_cast<int>(std::find(all.begin(), all.end(), e) - all.begin()));
-    }
-    Problem problem = select_terms(sums.problem(static_cast<Eigen::Index>(k)), index);
-    // Windows overlap three times their stride.
-    problem.effective_rows = options.discrete ? 0 : std::max(10.0, problem.total.rows / 3);
-    SolveOptions solver = options.solver;
-    if (solver.noise_floor == 0) solver.noise_floor = options.least_share;
-    if (solver.max_terms == 0 && terms.size() > 12) solver.max_terms = 12;
-    const SparseFit fit = solve(problem, solver);
-    Equation equation{lhs, {}};
-    for (int j : fit.support) {
-      equation.terms.push_back({terms[static_cast<std::size_t>(j)].str(), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});
-    }
-    for (const PathPoint& point : fit.path) {
-      if (point.terms == 0 || point.terms > 12) continue;
-      Equation other{lhs, {}};
-      for (Eigen::Index j = 0; j < point.xi.size(); ++j) {
-        Estimate guess;
-        guess.value = point.xi[j];
-        if (guess.value != 0) other.terms.push_back({terms[static_cast<std::size_t>(j)].str(), guess, ""});
-      }
-      alternatives.push_back(std::move(other));
-    }
-    model.equations.push_back(std::move(equation));
-    model.summary.condition_number = std::max(k == 0 ? 0 : model.summary.condition_number, fit.summary.condition_number);
-    for (const std::string& w : fit.summary.warnings) model.summary.warn(lhs + ": " + w);
-  }
-  if (options.discrete || !options.refine) {
-    detail::set_coefficient_units(model, records.front());
-    return model;
-  }
-
-  // Below this share of the signal the integration error of the samples, not the noise, limits the fit.
-  Eigen::VectorXd weight = sd;
-  bool noisy = true;
-  for (std::size_t k = 0; k < options.states.size(); ++k) {
-    const Eigen::Index column = static_cast<Eigen::Index>(k);
-    double energy = 0;
-    for (const detail::Stretch& s : stretches) energy += s.raw.col(column).squaredNorm();
-    const double floor = 1e-6 * std::sqrt(energy / static_cast<double>(samples));
-    noisy = noisy && sd[column] > floor;
-    weight[column] = std::max(sd[column], floor);
-  }
-  detail::refine_and_select(model, candidates, alternatives, stretches, weight, rate, options);
-  detail::set_coefficient_units(model, records.front());
-  if (!noisy) model.summary.chi_square = std::numeric_limits<double>::quiet_NaN();
   return model;
 }
 
-Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record) {
-  const CompiledModel compiled(model);
-  std::vector<std::string> names = compiled.states();
-  names.insert(names.end(), compiled.inputs().begin(), compiled.inputs().end());
-  Eigen::MatrixXd in(record.size(), static_cast<Eigen::Index>(names.size()));
-  for (std::size_t k = 0; k < names.size(); ++k) {
-    in.col(static_cast<Eigen::Index>(k)) = names[k] == "t" && !record.has("t") ? record.times() : record[names[k]];
-  }
-  return compiled.tape().evaluate(in);
-}
-
-namespace {
-/// States at every sample without most of the noise; a rate is that of the smoothed displacement.
-Eigen::MatrixXd smoothed_states(const CompiledModel& model, const Recording& r) {
-  Eigen::MatrixXd x(r.size(), static_cast<Eigen::Index>(model.states().size()));
-  for (std::size_t k = 0; k < model.states().size(); ++k) {
-    const std::string& name = model.states()[k];
-    const bool rate = !r.has(name) && name.ends_with("'");
-    const Channel* channel = r.find(rate ? name.substr(0, name.size() - 1) : name);
-    if (channel == nullptr) {
-      throw Error::in_field("state without a channel", name, "measured, or the rate of a measured displacement");
+IdentifiedModel fit_sindy_stream(const RecordingSource& next, const SindyOptions& options) {
+  detail::SindyData data(options);
+  Recording part, like;
+  while (next(part)) {
+    Summary summary;
+    if (data.samples() == 0) {
+      detail::check_signals({part}, options.states, options.inputs, options.discrete, summary);
+      if (summary.status == Status::unusable) return unusable(options, std::move(summary));
+      for (const Channel& c : part.channels) like.add(c.name, c.quantity, {});
+      like.source = part.source;
     }
-    const Eigen::Index column = static_cast<Eigen::Index>(k);
-    if (model.discrete() || r.size() < 16) {
-      x.col(column) = r[name];
-      continue;
-    }
-    const SmoothedSignal s = detail::without_noise(channel->samples, r.dt, noise_sd(channel->samples));
-    x.col(column) = rate ? s.first : s.value;
+    data.add({part}, 400000);
   }
-  return x;
-}
-}  // namespace
-
-ModelRun simulate(const IdentifiedModel& model, const Recording& record) {
-  const CompiledModel compiled(model);
-  return simulate(compiled, half_grid_inputs(compiled, record), smoothed_states(compiled, record).row(0), record.dt,
-                  record.size());
-}
-
-Eigen::VectorXd fit_percent(const IdentifiedModel& model, const Recording& record, double horizon) {
-  const CompiledModel compiled(model);
-  const Eigen::MatrixXd inputs = half_grid_inputs(compiled, record);
-  const Eigen::MatrixXd starts = smoothed_states(compiled, record);
-  const Eigen::Index n = record.size();
-  const Eigen::Index piece = horizon > 0 ? std::max<Eigen::Index>(2, std::lround(horizon / record.dt)) : n;
-  std::vector<std::string> measured;
-  for (const std::string& s : compiled.states()) {
-    if (record.has(s)) measured.push_back(s);
-  }
-  Eigen::VectorXd error = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(measured.size()));
-  for (Eigen::Index first = 0; first < n; first += piece) {
-    const Eigen::Index count = std::min(piece, n - first);
-    const ModelRun run = simulate(compiled, inputs.middleRows(2 * first, 2 * count - 1), starts.row(first), record.dt, count);
-    for (std::size_t k = 0; k < measured.size(); ++k) {
-      const Eigen::Index i = static_cast<Eigen::Index>(k);
-      error[i] += run.diverged ? std::numeric_limits<double>::infinity()
-                               : (run.state(measured[k]) - record[measured[k]].segment(first, count)).squaredNorm();
-    }
-  }
-  for (std::size_t k = 0; k < measured.size(); ++k) {
-    const Eigen::VectorXd& y = record[measured[k]];
-    const Eigen::Index i = static_cast<Eigen::Index>(k);
-    error[i] = 100 * (1 - std::sqrt(error[i]) / (y.array() - y.mean()).matrix().norm());
-  }
-  return error;
+  data.finish();
+  IdentifiedModel model = fit_prepared(data, like);
+  model.provenance.inputs = {like.source};
+  return model;
 }
 
 }  // namespace whirl

@@ -183,6 +183,7 @@ class Selector {
 
   double variance() const { return variance_; }
   bool converged() const { return converged_; }
+  double horizon() const { return dt_ * static_cast<double>(length_); }
 
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
@@ -273,7 +274,7 @@ class Selector {
 
 }  // namespace
 
-void refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
+double refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
                        const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
                        const SindyOptions& options) {
   Selector selector(model, candidates, stretches, sd, characteristic_rate, options);
@@ -281,8 +282,7 @@ void refine_and_select(IdentifiedModel& model, const Candidates& candidates, con
   while (!selector.settle(model)) {
     model = start;
     if (!selector.shorten()) {
-      model.summary.warn("free runs of the weak-form model diverge within 10 samples: not refined");
-      return;
+      return 0;
     }
   }
   while (selector.lengthen(model)) {
@@ -298,6 +298,7 @@ void refine_and_select(IdentifiedModel& model, const Candidates& candidates, con
   // Weighted residuals have variance 1 when only the estimated noise is left.
   model.summary.chi_square = selector.variance();
   model.summary.residual = std::sqrt(selector.variance());
+  return selector.horizon();
 }
 
 }  // namespace whirl::detail

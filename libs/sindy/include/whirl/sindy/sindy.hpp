@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -42,15 +43,35 @@ struct SindyOptions {
 ///
 /// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; `noise_sd` is the
 /// mean over channels; summary.chi_square is the refined residual variance over the estimated noise variance (NaN where
-/// the noise is below 1e-6 of the signal). Throws Error on unknown channels, or fewer than 50 usable samples.
+/// the noise is below 1e-6 of the signal). Status unusable with the reason, and no equations, when a channel is constant, the
+/// same as another one, mostly noise or of a size whose powers leave the range of doubles; unusable also when free runs of the
+/// model diverge or leave 15 % of the motion unexplained (maps and unrefined models: 50 % of a left-hand side).
+/// Throws Error on unknown channels, or fewer than 50 usable samples.
 IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options);
+
+/// Gives the next part of a long record; false at its end.
+using RecordingSource = std::function<bool(Recording& next)>;
+/// The same for records larger than memory, part by part (each at least 25 samples, parts of some 10^4 to 10^5 samples lose
+/// little at their ends). Held in memory: the sums over rows and at most 400000 samples, evenly spread, for the refinement.
+/// Time scale and channels are judged on the first part.
+IdentifiedModel fit_sindy_stream(const RecordingSource& next, const SindyOptions& options);
 
 /// Rates (or next values) of the model's states at every sample of a record that has all states and inputs.
 Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record);
 /// Free run over the record from its first sample; inputs from its channels. The start is read from the states smoothed by
 /// a spline that leaves the noise; rates of an order-2 model are the spline's.
 ModelRun simulate(const IdentifiedModel& model, const Recording& record);
-/// 100 (1 - |y - y_model| / |y - mean y|) per measured state, free runs restarted every `horizon` seconds (0: never).
-Eigen::VectorXd fit_percent(const IdentifiedModel& model, const Recording& record, double horizon = 0);
+
+/// Free run against measurement on one state, in its unit.
+struct StateScore {
+  std::string state;
+  double rmse = 0;   ///< rms; infinite when a run diverges
+  double nrmse = 0;  ///< rmse / rms(y - mean y): 0 perfect, 1 no better than the mean
+  double noise = 0;  ///< noise sd of the channel: the floor of rmse
+};
+/// Scores of every measured state, free runs restarted every `horizon` seconds from the smoothed states (0: never).
+std::vector<StateScore> score(const IdentifiedModel& model, const Recording& record, double horizon = 0);
+/// 2 pi rms(x - mean) / rms(x') of the fastest state, s: the horizon over which chaos hardly grows.
+double characteristic_period(const Recording& record, const std::vector<std::string>& states);
 
 }  // namespace whirl

@@ -1,0 +1,57 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "shooting_runs.hpp"
+#include "whirl/core/identified_model.hpp"
+#include "whirl/sindy/gram.hpp"
+#include "whirl/sindy/sindy.hpp"
+
+namespace whirl::detail {
+
+/// Records made ready for the regressions of fit_sindy. Batches may be added one after the other: the sums grow with the
+/// number of terms only, and of the samples a part is kept for the refinement.
+class SindyData {
+ public:
+  /// Throws Error for options that do not fit together.
+  explicit SindyData(const SindyOptions& options);
+  /// Adds records. Samples are kept while they number at most `most`; beyond, every second batch is let go.
+  void add(const std::vector<Recording>& records, Eigen::Index most);
+  /// Throws Error when there are fewer than 50 usable samples.
+  void finish();
+
+  const SindyOptions& options() const { return options_; }
+  const Candidates& candidates() const { return candidates_; }
+  const std::vector<Stretch>& stretches() const { return kept_; }
+  const Eigen::VectorXd& noise_sd() const { return sd_; }
+  /// rms(x') / rms(x - mean), rad/s, of the first batch; 0 for maps.
+  double rate() const { return rate_; }
+  Eigen::Index samples() const { return samples_; }
+  /// Regression problem of the equation of state k.
+  Problem problem(std::size_t state) const;
+
+ private:
+  void accumulate(const std::vector<Stretch>& stretches);
+
+  SindyOptions options_;
+  Candidates candidates_;
+  std::vector<Expr> all_;  // every candidate once
+  Tape tape_;
+  std::unique_ptr<GramAccumulator> sums_;
+  std::vector<Stretch> kept_;
+  std::vector<std::size_t> batch_of_;  // of kept_
+  std::size_t batches_ = 0, keep_every_ = 1;
+  Eigen::VectorXd sd_, energy_;
+  double rate_ = 0;
+  Eigen::Index half_ = 1, samples_ = 0;
+};
+
+std::string lhs_of(const std::string& state, const SindyOptions& options);
+
+/// Model in its states and inputs, equations by regression alone; `alternatives`: other right-hand sides found on the path.
+/// Summary: condition number, residual = largest rms residual of an equation by the rms of its left-hand side.
+IdentifiedModel regress(const SindyData& data, const SolveOptions& solver, std::vector<Equation>* alternatives = nullptr);
+
+}  // namespace whirl::detail
