@@ -14,7 +14,7 @@ void add_frf(CLI::App& app, Session& session) {
     std::vector<std::string> files;
     std::string out, estimator = "h1";
     FrfOptions frf;
-    double trigger_percent = 20, pre_trigger_ms = 2, window_end_percent = 100;
+    double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
@@ -62,7 +62,7 @@ void add_frf(CLI::App& app, Session& session) {
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
   sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");
-  sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger");
+  sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset");
   sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");
   sub->add_option("--window-end-percent", o->window_end_percent,
                   "exponential window: its value at the end; 100 = none. Modes are corrected for it");

@@ -191,6 +191,7 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   ModalModel model;
   // The search works with one weight for all channels (one Gram matrix); the last refinement with each channel's own.
   const Band band = full.common_weight ? full : with_common_weight(full);
+  const Band equal = full.common_weight ? Band{} : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
   Refined state{poles, {}, true};
   if (options.refine) {
     state = refine(band, poles, poles.size(), terms, options.max_iterations);
@@ -200,18 +201,23 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
         state = refine(band, state.poles, state.started, terms, 3);
       }
       if (!options.search || static_cast<int>(state.poles.size()) >= options.max_modes) break;
-      const auto candidates = search_residual(band, state.residual, options.search_gain);
-      if (candidates.empty()) break;
-      Poles more = state.poles;
-      for (const Complex candidate : candidates) {
-        if (static_cast<int>(more.size()) < options.max_modes) more.push_back(candidate);
+      // Where the measured variance follows the resonance, the weighted residual of a missing mode is flat across its peak:
+      // what no weighted search finds is looked for without weights.
+      bool gained = false;
+      for (const Band* weighted : {&band, equal.lines() > 0 ? &equal : nullptr}) {
+        if (weighted == nullptr || gained) continue;
+        Poles more = state.poles;
+        for (const Complex candidate : search_residual(*weighted, state.residual, options.search_gain)) {
+          if (static_cast<int>(more.size()) < options.max_modes) more.push_back(candidate);
+        }
+        if (more.size() == state.poles.size()) continue;
+        Refined next = refine(band, more, state.started, terms, options.max_iterations);
+        if (drop_unsupported(band, next, terms, options)) {
+          next = refine(band, next.poles, next.started, terms, options.max_iterations);
+        }
+        gained = (next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total());
+        if (next.fit.total() < state.fit.total()) state = std::move(next);
       }
-      Refined next = refine(band, more, state.started, terms, options.max_iterations);
-      if (drop_unsupported(band, next, terms, options)) {
-        next = refine(band, next.poles, next.started, terms, options.max_iterations);
-      }
-      const bool gained = next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total();
-      if (next.fit.total() < state.fit.total()) state = std::move(next);
       if (!gained) break;
     }
     state = refine(full, state.poles, state.started, terms, options.max_iterations);

@@ -141,13 +141,19 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   }
   if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
   const double dt = blows.front().dt;
+  const std::string force_name = force_channel(blows.front(), options).name;
+  // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only scales
+  // its residues, where a start long before the pulse would leave ripples over 1/(that time).
   Eigen::Index n = blows.front().size();
-  for (const auto& blow : blows) n = std::min(n, blow.size());
+  std::vector<Pulse> pulses;
+  for (const auto& blow : blows) {
+    pulses.push_back(find_pulse(blow[force_name]));
+    n = std::min(n, blow.size() - pulses.back().quiet);
+  }
   if (n < 16) throw Error(fmt::format("shortest blow has {} samples: must have at least 16", n));
 
   FrequencyResponse result;
   result.estimator = options.estimator;
-  const std::string force_name = force_channel(blows.front(), options).name;
   bool first_response = true;
   for (const auto& channel : blows.front().channels) {
     if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time) continue;
@@ -171,10 +177,10 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
                     std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
   std::vector<BlowReport> found;
-  for (const auto& blow : blows) {
-    const Eigen::VectorXd raw = blow[force_name].head(n);
-    const BlowCheck check = check_blow(raw, dt, options.converter_range);
-    const Pulse pulse = find_pulse(raw);
+  for (std::size_t b = 0; b < blows.size(); ++b) {
+    const Recording& blow = blows[b];
+    const Pulse& pulse = pulses[b];
+    const BlowCheck check = check_blow(blow[force_name], dt, options.converter_range);
     BlowReport report;
     report.time = blow.t0 + check.time;
     report.peak = check.peak;
@@ -182,7 +188,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
     report.force_overload = check.overload;
     report.second_hits = check.second_hits;
     for (const auto& channel : result.channels) {
-      if (is_overloaded(blow[channel.response].head(n))) report.overloaded_responses.push_back(channel.response);
+      if (is_overloaded(blow[channel.response])) report.overloaded_responses.push_back(channel.response);
     }
     const bool overloaded = check.overload || !report.overloaded_responses.empty();
     report.used = !(options.drop_overloads && overloaded) && !(options.drop_double_hits && !check.second_hits.empty());
@@ -202,13 +208,13 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
                                       report.time, pulse.quiet, pulse.quiet == 0 ? "; it was left in" : ""));
     }
     const auto without_dc = [&](const Eigen::VectorXd& x) {
-      Eigen::VectorXd y = x.head(n);
+      Eigen::VectorXd y = x.segment(pulse.quiet, n);
       if (pulse.quiet > 0) y.array() -= x.head(pulse.quiet).mean();
       return y;
     };
-    Eigen::VectorXd force = without_dc(raw).cwiseProduct(decay);
+    Eigen::VectorXd force = without_dc(blow[force_name]).cwiseProduct(decay);
     if (options.window_force) {
-      Eigen::Index end = pulse.last + 1 + pulse.width();
+      Eigen::Index end = pulse.last + 1 + pulse.width() - pulse.quiet;
       if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / dt);
       const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / dt));
       force = force.cwiseProduct(force_window(n, std::min(end, n), taper));
