@@ -1,0 +1,364 @@
+#include "whirl/lagrange/physical.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "whirl/core/error.hpp"
+#include "whirl/expr/tape.hpp"
+
+namespace whirl {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Relations c(p) = u with their derivatives, exact values put in.
+class Relations {
+ public:
+  Relations(const std::vector<Expr>& terms, const std::vector<std::string>& names) : rows_(static_cast<Index>(terms.size())), columns_(static_cast<Index>(names.size())) {
+    std::vector<Expr> all = terms;
+    for (const Expr& term : terms) {
+      for (const std::string& name : names) all.push_back(differentiate(term, name));
+    }
+    tape_ = compile(all, names);
+  }
+  void evaluate(const VectorXd& p, VectorXd& value, MatrixXd& jacobian) const {
+    VectorXd out(rows_ * (1 + columns_));
+    tape_.evaluate_point(p.data(), out.data());
+    value = out.head(rows_);
+    jacobian = out.tail(rows_ * columns_).reshaped<Eigen::RowMajor>(rows_, columns_);
+  }
+
+ private:
+  Index rows_, columns_;
+  Tape tape_;
+};
+
+struct Problem {
+  std::vector<std::string> names;      // of the parameters sought
+  std::vector<std::string> units;
+  std::vector<Expr> relations;         // one per observation, in `names`
+  VectorXd observed;
+  MatrixXd whitening;                  // L^-1 of the observations' covariance L L^T
+};
+
+struct Solution {
+  VectorXd p;
+  MatrixXd jacobian;   // of the relations
+  double chi_square = std::numeric_limits<double>::infinity();
+};
+
+bool is_angle(const Problem& problem, Index k) { return problem.units[static_cast<std::size_t>(k)] == "rad"; }
+
+/// Natural step of a parameter: its own size, one radian for an angle.
+double scale_of(const Problem& problem, const VectorXd& p, Index k) {
+  return is_angle(problem, k) || p[k] == 0 ? 1.0 : std::abs(p[k]);
+}
+
+/// Start: the logarithms of the products of powers among the relations form a linear system in log|p|; functions and sums
+/// in them are taken at the values that p already has.
+VectorXd start(const Problem& problem, VectorXd p) {
+  const Index n = p.size(), m = problem.observed.size();
+  MatrixXd a = MatrixXd::Zero(m, n);
+  VectorXd b = VectorXd::Zero(m);
+  std::map<std::string, double, std::less<>> values;
+  for (Index k = 0; k < n; ++k) values[problem.names[static_cast<std::size_t>(k)]] = p[k];
+  for (Index r = 0; r < m; ++r) {
+    const Expr& relation = problem.relations[static_cast<std::size_t>(r)];
+    double rest = 1;
+    for (const Expr& factor : relation.kind() == Expr::Kind::product ? relation.args() : std::vector<Expr>{relation}) {
+      const bool power = factor.kind() == Expr::Kind::power && factor.args()[0].kind() == Expr::Kind::symbol && factor.args()[1].is_number();
+      const Expr& base = power ? factor.args()[0] : factor;
+      const auto name = base.kind() == Expr::Kind::symbol ? std::find(problem.names.begin(), problem.names.end(), base.name()) : problem.names.end();
+      if (name == problem.names.end()) {
+        rest *= evaluate(factor, values);
+      } else {
+        a(r, name - problem.names.begin()) += power ? factor.args()[1].value() : 1.0;
+      }
+    }
+    const double ratio = std::abs(problem.observed[r] / rest);
+    if (ratio > 0 && std::isfinite(ratio)) {
+      b[r] = std::log(ratio);
+    } else {
+      a.row(r).setZero();
+    }
+  }
+  const VectorXd log = a.completeOrthogonalDecomposition().solve(b);
+  for (Index k = 0; k < n; ++k) {
+    if (!a.col(k).isZero()) p[k] = std::copysign(std::exp(std::clamp(log[k], -100.0, 100.0)), p[k]);
+  }
+  return p;
+}
+
+/// Levenberg-Marquardt in units of each parameter's own size.
+Solution minimise(const Problem& problem, const Relations& relations, VectorXd p) {
+  VectorXd value;
+  MatrixXd jacobian;
+  const auto residual = [&](const VectorXd& at) {
+    relations.evaluate(at, value, jacobian);
+    return VectorXd(problem.whitening * (value - problem.observed));
+  };
+  VectorXd r = residual(p);
+  double cost = r.squaredNorm(), damping = 1e-3;
+  for (int step = 0; step < 200 && std::isfinite(cost); ++step) {
+    VectorXd scale(p.size());
+    for (Index k = 0; k < p.size(); ++k) scale[k] = scale_of(problem, p, k);
+    const MatrixXd j = problem.whitening * jacobian * scale.asDiagonal();
+    const MatrixXd normal = j.transpose() * j;
+    const VectorXd gradient = j.transpose() * r;
+    const double largest = std::max(normal.diagonal().maxCoeff(), std::numeric_limits<double>::min());
+    bool moved = false;
+    for (int trial = 0; trial < 30 && !moved; ++trial) {
+      // Damping below relative to each diagonal entry would leave directions without any relation undamped.
+      const VectorXd damp = damping * (normal.diagonal().array() + 1e-12 * largest);
+      const VectorXd change = -MatrixXd(normal + MatrixXd(damp.asDiagonal())).ldlt().solve(gradient);
+      const VectorXd next = p + scale.cwiseProduct(change);
+      const VectorXd after = residual(next);
+      const double cost_after = after.squaredNorm();
+      if (std::isfinite(cost_after) && cost_after < cost) {
+        moved = cost - cost_after > 1e-14 * cost || change.norm() > 1e-12;
+        p = next;
+        r = after;
+        cost = cost_after;
+        damping = std::max(damping / 9, 1e-15);
+        if (!moved) break;
+      } else {
+        damping *= 4;
+      }
+    }
+    if (!moved) break;
+  }
+  relations.evaluate(p, value, jacobian);
+  return {p, jacobian, cost};
+}
+
+Solution solve(const Problem& problem, const Relations& relations) {
+  const Index n = static_cast<Index>(problem.names.size());
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  Solution best;
+  int best_negative = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    VectorXd p(n);
+    for (Index k = 0; k < n; ++k) {
+      p[k] = is_angle(problem, k) ? 3.1 * uniform(random) : std::exp(trial == 0 ? 0.0 : 2 * uniform(random));
+      // Positive numbers first, then any signs.
+      if (trial >= 20 && !is_angle(problem, k) && uniform(random) < 0) p[k] = -p[k];
+    }
+    const Solution found = minimise(problem, relations, start(problem, p));
+    int negative = 0;
+    for (Index k = 0; k < n; ++k) negative += !is_angle(problem, k) && found.p[k] < 0;
+    const bool equal = std::abs(found.chi_square - best.chi_square) <= 1e-6 * (1 + best.chi_square);
+    if (trial == 0 || (equal ? negative < best_negative : found.chi_square < best.chi_square)) {
+      best = found;
+      best_negative = negative;
+    }
+    if (trial >= 5 && trial < 20 && best_negative == 0 && best.chi_square < 1e-6) break;
+  }
+  for (Index k = 0; k < n; ++k) {
+    if (is_angle(problem, k)) best.p[k] = std::remainder(best.p[k], 2 * std::numbers::pi);
+  }
+  return best;
+}
+
+/// Inverse square root of the covariance. Exact or missing uncertainties count as 1e-7 of the value: they must not rule.
+MatrixXd whitening(const VectorXd& value, MatrixXd covariance) {
+  const double largest = value.cwiseAbs().maxCoeff();
+  for (Index i = 0; i < value.size(); ++i) {
+    if (std::isfinite(covariance(i, i)) && covariance(i, i) > 0) continue;
+    covariance.row(i).setZero();
+    covariance.col(i).setZero();
+    const double sd = 1e-7 * (value[i] == 0 ? largest : std::abs(value[i]));
+    covariance(i, i) = sd > 0 ? sd * sd : 1;
+  }
+  const VectorXd sd = covariance.diagonal().cwiseSqrt();
+  MatrixXd correlation = sd.cwiseInverse().asDiagonal() * covariance * sd.cwiseInverse().asDiagonal();
+  correlation.diagonal().array() += 1e-12;
+  const Eigen::LLT<MatrixXd> llt(correlation);
+  if (llt.info() != Eigen::Success) throw Error("the covariance of the unknowns is not positive definite");
+  return llt.matrixL().solve(MatrixXd(sd.cwiseInverse().asDiagonal()));
+}
+
+/// Null space of the relations in units of each parameter's own size, with one unit column per parameter that must be
+/// given: the earliest declared ones. Rows by parameter.
+MatrixXd null_space(const MatrixXd& scaled, std::vector<Index>& references) {
+  MatrixXd rows = scaled;
+  for (Index r = 0; r < rows.rows(); ++r) {
+    if (const double norm = rows.row(r).norm(); norm > 0) rows.row(r) /= norm;
+  }
+  const Eigen::JacobiSVD<MatrixXd> svd(rows, Eigen::ComputeFullV);
+  Index rank = 0;
+  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-8) ++rank;
+  MatrixXd basis = svd.matrixV().rightCols(scaled.cols() - rank);
+  Index column = 0;
+  for (Index p = 0; p < basis.rows() && column < basis.cols(); ++p) {
+    Index pivot = 0;
+    if (basis.row(p).tail(basis.cols() - column).cwiseAbs().maxCoeff(&pivot) < 1e-6) continue;
+    basis.col(column).swap(basis.col(column + pivot));
+    basis.col(column) /= basis(p, column);
+    for (Index c = 0; c < basis.cols(); ++c) {
+      if (c != column) basis.col(c) -= basis(p, c) * basis.col(column);
+    }
+    references.push_back(p);
+    ++column;
+  }
+  return basis;
+}
+
+/// The exponent as a small fraction; false when it is none.
+bool fraction(double& exponent) {
+  const double twelfths = std::round(12 * exponent);
+  if (std::abs(12 * exponent - twelfths) > 1e-4) return false;
+  exponent = twelfths / 12;
+  return true;
+}
+
+}  // namespace
+
+PhysicalParameters physical_parameters(const CandidateLibrary& library, const UnknownEstimates& fit,
+                                       const std::vector<PhysicalParameter>& parameters,
+                                       const std::vector<std::string>& report) {
+  const Index groups = static_cast<Index>(library.groups.size());
+  if (fit.value.size() != groups || fit.covariance.rows() != groups || fit.covariance.cols() != groups) {
+    throw Error(fmt::format("{} unknowns estimated, the library has {}", fit.value.size(), groups));
+  }
+  PhysicalParameters result;
+  for (const std::string& note : fit.notes) result.summary.warn(note);
+
+  Problem problem;
+  std::map<std::string, Expr, std::less<>> exact;
+  UnitMap units;
+  std::vector<Estimate> given;
+  std::vector<Index> given_index;
+  for (const PhysicalParameter& p : parameters) {
+    if (!p.unit.empty()) units[p.name] = Unit::parse(p.unit);
+    if (p.exact()) exact.emplace(p.name, Expr(p.value.value));
+  }
+  for (const TiedGroup& group : library.groups) {
+    if (group.coefficient.empty()) throw Error(fmt::format("group '{}' has no meaning in parameters", group.name));
+    problem.relations.push_back(substitute(Expr::parse(group.coefficient), exact));
+  }
+  for (const PhysicalParameter& p : parameters) {
+    const bool used = std::any_of(problem.relations.begin(), problem.relations.end(), [&](const Expr& e) {
+      const std::vector<std::string> names = variables(e);
+      return std::find(names.begin(), names.end(), p.name) != names.end();
+    });
+    if (p.exact() || !used) {
+      if (!p.known()) result.undetermined.push_back(p.name);
+      continue;
+    }
+    if (p.known()) {
+      given.push_back(p.value);
+      given_index.push_back(static_cast<Index>(problem.names.size()));
+    }
+    problem.names.push_back(p.name);
+    problem.units.push_back(p.unit);
+  }
+  const Index n = static_cast<Index>(problem.names.size()), rows = groups + static_cast<Index>(given.size());
+  problem.observed.resize(rows);
+  problem.observed.head(groups) = fit.value;
+  MatrixXd covariance = MatrixXd::Zero(rows, rows);
+  covariance.topLeftCorner(groups, groups) = fit.covariance;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const Index row = groups + static_cast<Index>(i);
+    problem.relations.push_back(Expr::symbol(problem.names[static_cast<std::size_t>(given_index[i])]));
+    problem.observed[row] = given[i].value;
+    covariance(row, row) = given[i].sd * given[i].sd;
+  }
+  if (!problem.observed.allFinite()) {
+    result.summary.fail("an unknown of the fit is not a number");
+    return result;
+  }
+  if (n == 0) return result;
+  problem.whitening = whitening(problem.observed, covariance);
+  const bool intervals = covariance.diagonal().allFinite() && (covariance.diagonal().array() > 0).any();
+
+  const Relations relations(problem.relations, problem.names);
+  const Solution solution = solve(problem, relations);
+  VectorXd scale(n);
+  for (Index k = 0; k < n; ++k) scale[k] = scale_of(problem, solution.p, k);
+  const MatrixXd scaled = problem.whitening * solution.jacobian * scale.asDiagonal();
+  std::vector<Index> references;
+  const MatrixXd null = null_space(scaled, references);
+  const Index rank = n - null.cols();
+  result.excess = static_cast<int>(rows - rank);
+  result.summary.residual = solution.chi_square;
+  // Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no solution.
+  const double bound = result.excess + 6 * std::sqrt(2.0 * result.excess) + 10;
+  if (!std::isfinite(solution.chi_square) || (result.excess == 0 && solution.chi_square > 1e-3)) {
+    result.summary.fail("no parameters give the unknowns of the fit");
+    return result;
+  }
+  if (result.excess > 0 && intervals && solution.chi_square > bound) {
+    result.summary.warn(fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
+                                    solution.chi_square, result.excess, result.excess > 1 ? "s" : ""));
+  }
+  // Pseudo-inverse: directions that the fit does not see get no variance here and are not reported.
+  Eigen::BDCSVD<MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  VectorXd inverse = VectorXd::Zero(svd.singularValues().size());
+  for (Index i = 0; i < std::min(rank, inverse.size()); ++i) inverse[i] = 1 / svd.singularValues()[i];
+  const MatrixXd spread = scale.asDiagonal() * svd.matrixV() * inverse.array().square().matrix().asDiagonal() *
+                          svd.matrixV().transpose() * scale.asDiagonal();
+
+  const auto quantity = [&](const std::string& name, const Expr& term) {
+    const Expr e = substitute(term, exact);
+    VectorXd value;
+    MatrixXd gradient;
+    Relations({e}, problem.names).evaluate(solution.p, value, gradient);
+    const double sd = std::sqrt(std::max(0.0, (gradient * spread * gradient.transpose())(0, 0)));
+    const std::optional<Unit> unit = unit_of(term, units);
+    return PhysicalQuantity{name, unit ? unit->str() : "",
+                            intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
+  };
+  const auto determined = [&](const Expr& e) {
+    VectorXd value;
+    MatrixXd gradient;
+    Relations({substitute(e, exact)}, problem.names).evaluate(solution.p, value, gradient);
+    const VectorXd slope = scale.cwiseProduct(gradient.row(0).transpose());
+    return null.cols() == 0 || (slope.transpose() * null).norm() < 1e-6 * (slope.norm() + 1e-300);
+  };
+  std::vector<Index> found;
+  for (Index k = 0; k < n; ++k) {
+    const std::string& name = problem.names[static_cast<std::size_t>(k)];
+    if (determined(Expr::symbol(name))) {
+      found.push_back(k);
+      result.parameters.push_back(quantity(name, Expr::symbol(name)));
+      continue;
+    }
+    result.undetermined.push_back(name);
+    Expr combination = Expr::symbol(name);
+    bool simple = std::find(references.begin(), references.end(), k) == references.end();
+    for (std::size_t r = 0; r < references.size() && simple; ++r) {
+      double exponent = null(k, static_cast<Index>(r));
+      simple = fraction(exponent);
+      combination = combination * pow(Expr::symbol(problem.names[static_cast<std::size_t>(references[r])]), -exponent);
+    }
+    if (simple && determined(combination)) result.combinations.push_back(quantity(combination.str(), combination));
+  }
+  result.covariance = spread(found, found);
+  for (const std::string& text : report) {
+    const Expr term = Expr::parse(text);
+    if (determined(term)) {
+      result.reported.push_back(quantity(text, term));
+    } else {
+      result.summary.warn(fmt::format("{} is not determined", text));
+    }
+  }
+  if (!result.undetermined.empty()) {
+    std::string list, ask;
+    for (const std::string& name : result.undetermined) list += (list.empty() ? "" : ", ") + name;
+    for (const Index r : references) ask += (ask.empty() ? "" : " and ") + problem.names[static_cast<std::size_t>(r)];
+    result.summary.warn(fmt::format("not determined by this fit: {}{}", list, ask.empty() ? "" : "; a value of " + ask + " would determine what hangs on it"));
+  }
+  if (!intervals) result.summary.warn("the fit states no uncertainties: no intervals");
+  return result;
+}
+
+}  // namespace whirl

@@ -1,0 +1,205 @@
+// Unknowns of a library out of an identified model.
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "whirl/core/error.hpp"
+#include "whirl/lagrange/physical.hpp"
+
+namespace whirl {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// A function without number in one equation, and a dense index for it.
+class Places {
+ public:
+  Eigen::Index index(std::size_t equation, const Expr& function, bool add) {
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (places_[i].first == equation && places_[i].second == function) return static_cast<Eigen::Index>(i);
+    }
+    if (!add) return -1;
+    places_.emplace_back(equation, function);
+    return static_cast<Eigen::Index>(places_.size()) - 1;
+  }
+  Eigen::Index size() const { return static_cast<Eigen::Index>(places_.size()); }
+  const Expr& function(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].second; }
+
+ private:
+  std::vector<std::pair<std::size_t, Expr>> places_;
+};
+
+/// number * function for every summand of the multiplied-out term.
+std::vector<std::pair<double, Expr>> monomials(const Expr& e) {
+  const Expr sum = expand(e);
+  std::vector<std::pair<double, Expr>> result;
+  if (sum.kind() != Expr::Kind::sum) {
+    if (!sum.is_number(0)) result.push_back(split_coefficient(sum));
+    return result;
+  }
+  for (const Expr& term : sum.args()) result.push_back(split_coefficient(term));
+  return result;
+}
+
+/// Coefficients that are one random number: the same size and sd in several equations of a tied fit.
+struct Variable {
+  Estimate coefficient;
+  Eigen::VectorXd column;  ///< of places, signs included
+};
+
+bool same(const Estimate& a, const Estimate& b) {
+  return std::abs(std::abs(a.value) - std::abs(b.value)) <= 1e-12 * std::abs(a.value) &&
+         (std::abs(a.sd - b.sd) <= 1e-9 * a.sd || (std::isnan(a.sd) && std::isnan(b.sd)));
+}
+
+Eigen::MatrixXd library_matrix(const CandidateLibrary& library, Places& places) {
+  std::vector<std::tuple<Eigen::Index, Eigen::Index, double>> entries;
+  for (std::size_t g = 0; g < library.groups.size(); ++g) {
+    for (const TiedEntry& entry : library.groups[g].entries) {
+      for (const auto& [number, function] : monomials(entry.function)) {
+        entries.emplace_back(places.index(entry.equation, function, true), g, entry.factor * number);
+      }
+    }
+  }
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(places.size(), static_cast<Eigen::Index>(library.groups.size()));
+  for (const auto& [place, group, number] : entries) a(place, group) += number;
+  return a;
+}
+
+UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLibrary& library) {
+  UnknownEstimates result;
+  Places places;
+  const Eigen::MatrixXd a = library_matrix(library, places);
+  std::vector<Variable> variables;
+  std::string extra;
+  for (std::size_t i = 0; i < library.lhs.size(); ++i) {
+    const Equation* equation = nullptr;
+    for (const Equation& e : model.equations) {
+      if (e.lhs == library.lhs[i]) equation = &e;
+    }
+    if (equation == nullptr) {
+      std::string found;
+      for (const Equation& e : model.equations) found += " " + e.lhs;
+      throw Error(fmt::format("the model has no equation for {} (it has{}): choose the names of the derivation to match, [names]",
+                              library.lhs[i], found));
+    }
+    for (const EquationTerm& term : equation->terms) {
+      Eigen::VectorXd column = Eigen::VectorXd::Zero(places.size());
+      bool inside = false;
+      for (const auto& [number, function] : monomials(Expr::parse(term.function))) {
+        const Eigen::Index place = places.index(i, function, false);
+        if (place >= 0) column[place] += number;
+        inside = inside || place >= 0;
+      }
+      if (!inside) {
+        extra += (extra.empty() ? "" : ", ") + term.function + " in " + library.lhs[i];
+        continue;
+      }
+      const double sign = term.coefficient.value < 0 ? -1 : 1;
+      auto it = std::find_if(variables.begin(), variables.end(), [&](const Variable& v) { return same(v.coefficient, term.coefficient); });
+      if (it == variables.end()) {
+        it = variables.insert(variables.end(), {term.coefficient, Eigen::VectorXd::Zero(places.size())});
+        it->coefficient.value = std::abs(it->coefficient.value);
+      }
+      it->column += sign * column;
+    }
+    if (library.known.empty()) continue;
+    for (const auto& [number, function] : monomials(library.known[i])) {
+      const Eigen::Index place = places.index(i, function, false);
+      if (place < 0) continue;
+      variables.push_back({{number, 0, number, number}, Eigen::VectorXd::Zero(places.size())});
+      variables.back().column[place] = -1;
+    }
+  }
+  if (!extra.empty()) result.notes.push_back("terms of the model that the derivation lacks: " + extra);
+
+  // a unknowns = sum of variable * column; each place weighted by what stands there.
+  Eigen::MatrixXd columns(places.size(), static_cast<Eigen::Index>(variables.size()));
+  Eigen::VectorXd value(columns.cols()), sd(columns.cols());
+  for (Eigen::Index v = 0; v < columns.cols(); ++v) {
+    columns.col(v) = variables[static_cast<std::size_t>(v)].column;
+    value[v] = variables[static_cast<std::size_t>(v)].coefficient.value;
+    sd[v] = variables[static_cast<std::size_t>(v)].coefficient.sd;
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
+  const Eigen::MatrixXd map = qr.solve(columns);
+  result.value = map * value;
+  const Eigen::VectorXd misfit = columns * value - a * result.value;
+  const Eigen::MatrixXd spread = columns - a * map;
+  for (Eigen::Index p = 0; p < misfit.size(); ++p) {
+    const double scale = (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
+    const double width = std::sqrt((spread.row(p).transpose().array() * sd.array()).square().sum());
+    if (std::abs(misfit[p]) > 1e-9 * scale && !(std::abs(misfit[p]) <= 4 * width)) {
+      throw Error(fmt::format("the model does not keep the ties of the derivation: the coefficient of {} is off by {:.3g}",
+                              places.function(p).str(), misfit[p]));
+    }
+  }
+  result.covariance = Eigen::MatrixXd::Zero(map.rows(), map.rows());
+  for (Eigen::Index g = 0; g < map.rows(); ++g) {  // NaN times zero is no uncertainty
+    for (Eigen::Index h = 0; h < map.rows(); ++h) {
+      double sum = 0;
+      for (Eigen::Index v = 0; v < map.cols(); ++v) {
+        if (std::abs(map(g, v) * map(h, v)) > 1e-12) sum += map(g, v) * map(h, v) * sd[v] * sd[v];
+      }
+      result.covariance(g, h) = sum;
+    }
+  }
+  return result;
+}
+
+/// The library's group that is the given one of the hand-written rotor library; -1: none.
+Eigen::Index find_group(const CandidateLibrary& library, const TiedGroup& wanted) {
+  for (std::size_t g = 0; g < library.groups.size(); ++g) {
+    const CandidateLibrary pair{library.lhs, {}, {library.groups[g], wanted}, {}};
+    bool equal = library.lhs == std::vector<std::string>{"X2'", "X4'"};
+    if (!equal) break;
+    for (const Expr& rest : right_hand_sides(pair, {Expr(1), Expr(-1)})) equal = equal && expand(rest).is_number(0);
+    if (equal) return static_cast<Eigen::Index>(g);
+  }
+  return -1;
+}
+
+}  // namespace
+
+UnknownEstimates unknown_estimates(const IdentifiedModel& model, const CandidateLibrary& library) {
+  const auto n = static_cast<Eigen::Index>(library.groups.size());
+  std::vector<std::size_t> by_name;
+  for (const TiedGroup& group : library.groups) {
+    for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+      if (model.parameters[p].first == group.name) by_name.push_back(p);
+    }
+  }
+  if (static_cast<Eigen::Index>(by_name.size()) == n) {
+    UnknownEstimates result{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, n), {}};
+    const std::size_t m = model.parameters.size();
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::size_t pi = by_name[static_cast<std::size_t>(i)];
+      const Estimate& e = model.parameters[pi].second;
+      result.value[i] = e.value;
+      result.covariance(i, i) = e.sd * e.sd;
+      if (model.parameter_covariance.size() != m * m) continue;
+      for (Eigen::Index j = 0; j < n; ++j) {
+        result.covariance(i, j) = model.parameter_covariance[pi * m + by_name[static_cast<std::size_t>(j)]];
+      }
+    }
+    if (n > 1 && model.parameter_covariance.empty()) result.notes.push_back("the model states no covariances: unknowns count as independent");
+    return result;
+  }
+  UnknownEstimates result = from_equations(model, library);
+  if (model.rotor_covariance.size() == 25) {
+    const CandidateLibrary rotor = tied_rotor_library(false);
+    for (std::size_t i = 0; i < 5; ++i) {
+      for (std::size_t j = 0; j < 5; ++j) {
+        const Eigen::Index a = find_group(library, rotor.groups[i]), b = find_group(library, rotor.groups[j]);
+        if (a >= 0 && b >= 0) result.covariance(a, b) = model.rotor_covariance[5 * i + j];
+      }
+    }
+  } else if (n > 1) {
+    result.notes.push_back("the model states no covariances: unknowns count as independent");
+  }
+  return result;
+}
+
+}  // namespace whirl
