@@ -1,0 +1,152 @@
+/*@banner@*/
+#ifndef WHIRL_H
+#define WHIRL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef /*@real@*/ whirl_real;
+
+/* Longest loop delay in samples that the force history holds. */
+#define WHIRL_MAX_DELAY 16
+#define WHIRL_HISTORY (WHIRL_MAX_DELAY + 3)
+
+/* Numbers of the controller. Change them before whirl_init, or later through whirl_set_params. The number in front is what
+   both return when that field is out of its range. */
+typedef struct {
+/*@parameters@*/
+} whirl_params;
+
+/* One sample. */
+typedef struct {
+  whirl_real x;         /* m, measured displacement of the disk centre */
+  whirl_real y;         /* m */
+  whirl_real beta;      /* rad, rotor angle at the tick/*@angle@*/ */
+  whirl_real omega;     /* rad/s, rotor speed */
+  whirl_real omega_dot; /* rad/s^2, rotor acceleration */
+  bool valid;           /* false: the displacement sample is lost */
+} whirl_input;
+
+typedef struct {
+  whirl_real ux;           /* N, force to apply, inside the limit; 0 unless the step returned WHIRL_OK */
+  whirl_real uy;           /* N */
+  whirl_real requested_ux; /* N, before the limit */
+  whirl_real requested_uy; /* N */
+  whirl_real s_x;          /* m/s, sliding variable; 0 for laws without one */
+  whirl_real s_y;          /* m/s */
+  whirl_real x;            /* m, estimate at the time of the sample */
+  whirl_real y;            /* m */
+  whirl_real vx;           /* m/s */
+  whirl_real vy;           /* m/s */
+  bool saturated;          /* the limit acted in this step */
+  bool held;               /* the sample was lost or not plausible, the last good one held */
+} whirl_output;
+
+typedef enum {
+  WHIRL_OK = 0,
+  WHIRL_NOT_FINITE = 1,   /* angle, speed or result NaN or infinite */
+  WHIRL_STALE_SENSOR = 2, /* more than stale_limit samples lost in a row */
+  WHIRL_NOT_READY = 3     /* whirl_init was not called or refused its parameters */
+} whirl_status;
+
+typedef struct {
+  whirl_real re;
+  whirl_real im;
+} whirl_complex;
+
+/* Position, velocity and disturbance acceleration of the disk; complex = x + i y. */
+typedef struct {
+  whirl_complex z; /* m */
+  whirl_complex v; /* m/s */
+  whirl_complex d; /* m/s^2, turns with the rotor */
+} whirl_motion;
+
+/* Memory of the controller; nothing in it is meant to be read or written from outside. */
+typedef struct {
+  whirl_params params;
+  bool ready;
+  /* derived from the parameters */
+  int32_t whole_delay; /* delay = (whole_delay + fraction) sample_time */
+  whirl_real fraction;
+#if HAS_LPF
+  whirl_real pole;
+#endif
+#if HAS_ESO
+  whirl_real l1, l2, l3;
+#endif
+  /* force history as accelerations, m/s^2 */
+  whirl_complex history[WHIRL_HISTORY];
+  int32_t head;
+  /* gate */
+  whirl_complex good;
+  uint32_t held;
+  bool first;
+  bool saturated;
+  /* estimator */
+  bool started;
+#if HAS_LPF
+  whirl_complex last;
+  whirl_complex v;
+#endif
+#if HAS_RED
+  whirl_complex red_x;
+  whirl_complex red_w;
+#endif
+#if HAS_ESO || HAS_KALMAN
+  whirl_motion motion;
+#endif
+#if HAS_KALMAN
+  whirl_real p00, p11; /* covariance, Hermitian */
+  whirl_complex p01;
+#endif
+#if HAS_THIRD
+  whirl_real p22;
+  whirl_complex p02, p12;
+  whirl_complex theta; /* /*@theta@*/ */
+  whirl_complex g;     /* its regressor at the last sample */
+#endif
+#if HAS_OSCILLATOR
+  whirl_real phase; /* rad */
+#endif
+  /* law, one value per axis */
+#if HAS_AXIS_MEMORY
+  whirl_real memory[2]; /* /*@memory@*/ */
+#endif
+#if HAS_SYNCHRONOUS
+  whirl_complex q; /* m, eccentricity that the synchronous force stands for */
+#endif
+#if HAS_INFLUENCE
+  whirl_complex sum;
+  whirl_real turn_start; /* rad */
+  uint32_t count;
+#endif
+} whirl_state;
+
+/* The designed numbers. */
+void whirl_default_params(whirl_params *params);
+
+/* Checks and stores the parameters and resets the memory. Returns 0, or the number of the first field out of range; the
+   step then answers WHIRL_NOT_READY. */
+int32_t whirl_init(whirl_state *state, const whirl_params *params);
+
+/* New parameters while running: memory kept. Returns 0, or the number of the first field out of range, nothing changed. */
+int32_t whirl_set_params(whirl_state *state, const whirl_params *params);
+
+/* Memory as after whirl_init. */
+void whirl_reset(whirl_state *state);
+
+/* One sample period: call every sample_time seconds. */
+whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output *out);
+
+/* The force that was really sent, N, when the host limited the command further. */
+void whirl_applied(whirl_state *state, whirl_real ux, whirl_real uy);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
