@@ -28,6 +28,18 @@ Eigen::VectorXd line_scatter(const Eigen::VectorXcd& h) {
   return scatter;
 }
 
+// Whether that scatter is curvature of smooth, noise-free data: then the sixth difference (weights 1 6 15 20 15 6 1, squares
+// summing to 924) is far smaller still, where for independent noise it would be as large.
+bool is_smooth(const Eigen::VectorXcd& h, const Eigen::VectorXd& scatter) {
+  std::vector<double> fourth, sixth;
+  for (Eigen::Index i = 3; i + 3 < h.size(); ++i) {
+    fourth.push_back(scatter[i]);
+    sixth.push_back(std::abs(h[i - 3] - 6.0 * h[i - 2] + 15.0 * h[i - 1] - 20.0 * h[i] + 15.0 * h[i + 1] - 6.0 * h[i + 2] +
+                             h[i + 3]) / std::sqrt(924.0));
+  }
+  return median(sixth) < 0.3 * median(fourth);
+}
+
 // Exponent e of noise ~ |H|^e, from the lines where |H| is small and middling: about 0 for equal noise, 1 for proportional.
 // (The highest third holds the peaks, whose curvature a few lines wide would pass for noise.)
 double noise_exponent(const Eigen::MatrixXcd& h) {
@@ -35,6 +47,7 @@ double noise_exponent(const Eigen::MatrixXcd& h) {
   double weight = 0;
   for (Eigen::Index c = 0; c < h.cols(); ++c) {
     const Eigen::VectorXd scatter = line_scatter(h.col(c));
+    if (is_smooth(h.col(c), scatter)) continue;
     std::vector<std::pair<double, double>> lines;
     for (Eigen::Index i = 2; i + 2 < h.rows(); ++i) {
       const double size = std::abs(h(i, c));

@@ -82,32 +82,54 @@ Poles moved(const Poles& poles, const VectorXd& step, const Band& band) {
   return result;
 }
 
-// Gauss-Newton with Levenberg damping. Stops when a step would gain less than 0.03 of one noise variance per pole.
+// True when a step would move no pole inside the band by more than a small part of its standard deviation. (Poles outside
+// stand for what the residuals cannot; they may creep along a flat valley for long.)
+bool is_small(const Band& band, const Poles& poles, const MatrixXd& inverse, const VectorXd& step, double variance) {
+  for (std::size_t k = 0; k < poles.size(); ++k) {
+    const double f = frequency_of(poles[k]);
+    if (f < band.low || f > band.high) continue;
+    for (const Index i : {2 * static_cast<Index>(k), 2 * static_cast<Index>(k) + 1}) {
+      if (step[i] * step[i] > 0.05 * 0.05 * variance * inverse(i, i)) return false;
+    }
+  }
+  return true;
+}
+
+// Gauss-Newton with Levenberg damping, its factor by the ratio of real to predicted gain (Nielsen). Stops when a step would
+// gain less than 0.03 of one noise variance per pole, or would move nothing that matters.
 Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations) {
   Refined best{start, fit_poles(band, start, terms, true)};
   best.started = started;
-  double damping = 1e-4;
+  double damping = 1e-5, growth = 3;
   for (int iteration = 0; iteration < iterations && !best.converged && !best.poles.empty(); ++iteration) {
-    MatrixXd a = best.fit.jtj;
-    a.diagonal() += damping * best.fit.jtj.diagonal() + 1e-300 * VectorXd::Ones(a.rows());
-    const VectorXd step = a.ldlt().solve(best.fit.jtr);
+    const VectorXd scale = best.fit.jtj.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    MatrixXd a = scale.asDiagonal() * best.fit.jtj * scale.asDiagonal();
+    a.diagonal().array() += damping;
+    const Eigen::LDLT<MatrixXd> factor(a);
+    const VectorXd step = scale.asDiagonal() * factor.solve(scale.asDiagonal() * best.fit.jtr);
     if (!step.allFinite()) break;
     const double variance = noise_variance(band, best.poles, terms, best.fit);
     const double gain = step.dot(best.fit.jtr);
-    if (gain < 0.03 * variance * static_cast<double>(best.poles.size())) {
+    const MatrixXd inverse = scale.asDiagonal() * factor.solve(MatrixXd(scale.asDiagonal()));
+    if (gain < 0.03 * variance * static_cast<double>(best.poles.size()) ||
+        is_small(band, best.poles, inverse, step, variance)) {
       best.converged = true;
       break;
     }
+    const double predicted = gain + damping * step.cwiseQuotient(scale).squaredNorm();
     Refined next{moved(best.poles, step, band), {}};
     next.started = started;
     next.fit = fit_poles(band, next.poles, terms, true);
-    if (next.fit.total() < best.fit.total()) {
-      const bool stalled = next.fit.total() > best.fit.total() * (1 - 1e-10);
-      best = std::move(next);
-      best.converged = stalled;
-      damping = std::max(damping / 10, 1e-9);
+    const double real = best.fit.total() - next.fit.total();
+    if (real > 0) {
+      const double ratio = std::min(1.0, real / predicted);
+      damping = std::max(1e-12, damping * std::max(1.0 / 10, 1 - std::pow(2 * ratio - 1, 3)));
+      growth = 3;
+      best.poles = std::move(next.poles);
+      best.fit = std::move(next.fit);
     } else {
-      damping *= 30;
+      damping *= growth;
+      growth *= 3;
       if (damping > 1e6) best.converged = true;
     }
   }
@@ -175,6 +197,37 @@ void drop_splits(const Band& band, Refined& state, const ResidualTerms& terms, c
   }
 }
 
+// Adds poles that stand out in what the model leaves, as long as that helps. `equal`: the same lines without weights, empty
+// when `band` has none. Where the measured variance follows the resonance, the weighted residual of a missing mode is flat
+// across its peak: what no weighted search finds is looked for without weights. Returns true when the model changed.
+bool search(const Band& band, const Band& equal, Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
+  const auto attempt = [&](const Poles& candidates) {
+    Poles more = state.poles;
+    for (const Complex candidate : candidates) {
+      if (static_cast<int>(more.size()) < options.max_modes) more.push_back(candidate);
+    }
+    if (more.size() == state.poles.size()) return false;
+    Refined next = refine(band, more, state.started, terms, options.max_iterations);
+    for (int round = 0; round < 3 && drop_unsupported(band, next, terms, options); ++round) {
+      next = refine(band, next.poles, next.started, terms, options.max_iterations);
+    }
+    const bool gained = next.fit.total() < state.fit.total() && (next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total());
+    if (gained) state = std::move(next);
+    return gained;
+  };
+  for (int round = 0; round < kSearchRounds; ++round) {
+    bool gained = false;
+    for (const Band* weighted : {&band, &equal}) {
+      if (gained || weighted->lines() == 0) continue;
+      const Poles candidates = search_residual(*weighted, state.residual, options.search_gain);
+      // Together first; where they only stand in each other's way, the strongest alone.
+      gained = attempt(candidates) || (candidates.size() > 1 && attempt({candidates.front()}));
+    }
+    if (!gained) return round > 0;
+  }
+  return true;
+}
+
 }  // namespace
 
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
@@ -195,31 +248,9 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   Refined state{poles, {}, true};
   if (options.refine) {
     state = refine(band, poles, poles.size(), terms, options.max_iterations);
-    for (int round = 0; round < kSearchRounds; ++round) {
-      // Not before the first search: a strong mode that the diagram missed would pass for noise and hide all others.
-      if ((round > 0 || !options.search) && drop_unsupported(band, state, terms, options)) {
-        state = refine(band, state.poles, state.started, terms, 3);
-      }
-      if (!options.search || static_cast<int>(state.poles.size()) >= options.max_modes) break;
-      // Where the measured variance follows the resonance, the weighted residual of a missing mode is flat across its peak:
-      // what no weighted search finds is looked for without weights.
-      bool gained = false;
-      for (const Band* weighted : {&band, equal.lines() > 0 ? &equal : nullptr}) {
-        if (weighted == nullptr || gained) continue;
-        Poles more = state.poles;
-        for (const Complex candidate : search_residual(*weighted, state.residual, options.search_gain)) {
-          if (static_cast<int>(more.size()) < options.max_modes) more.push_back(candidate);
-        }
-        if (more.size() == state.poles.size()) continue;
-        Refined next = refine(band, more, state.started, terms, options.max_iterations);
-        if (drop_unsupported(band, next, terms, options)) {
-          next = refine(band, next.poles, next.started, terms, options.max_iterations);
-        }
-        gained = (next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total());
-        if (next.fit.total() < state.fit.total()) state = std::move(next);
-      }
-      if (!gained) break;
-    }
+    const bool found_more = options.search && search(band, equal, state, terms, options);
+    // Not before the first search: a strong mode that the diagram missed would pass for noise and hide all others.
+    if (!found_more && drop_unsupported(band, state, terms, options)) state = refine(band, state.poles, state.started, terms, 3);
     state = refine(full, state.poles, state.started, terms, options.max_iterations);
     drop_splits(full, state, terms, options);
     while (drop_unsupported(full, state, terms, options, state.correlated)) state = refine(full, state.poles, state.started, terms, 3);
@@ -271,6 +302,19 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
     if (2 * mode.damping.value * mode.frequency.value < full.line_width()) {
       model.summary.warn(fmt::format("mode at {:.5g} Hz is narrower than a line: its damping is limited by resolution",
                                      mode.frequency.value));
+    }
+  }
+  for (const Mode& mode : model.modes) {
+    for (const Mode& strong : model.modes) {
+      const double times = std::round(mode.frequency.value / strong.frequency.value);
+      const double distance = std::abs(mode.frequency.value - times * strong.frequency.value);
+      if ((times == 2 || times == 3) && distance < mode.damping.value * mode.frequency.value &&
+          mode.residues.norm() < 0.01 * strong.residues.norm()) {
+        model.summary.warn(fmt::format("mode at {:.5g} Hz lies at {:g} times the far stronger one at {:.5g} Hz: it may be the "
+                                       "distortion of a nonlinear stiffness, not a mode",
+                                       mode.frequency.value, times, strong.frequency.value));
+        break;
+      }
     }
   }
   if (!state.converged) model.summary.warn("refinement of the poles has not converged");

@@ -1,6 +1,13 @@
 // Variable projection. With columns Phi (pole pairs and residual terms) and their pole derivatives Psi, everything the
-// Gauss-Newton step needs follows from the Gram matrix of [Phi Psi] and its products with the data; the rows of the
-// problem are formed in slices that stay in the cache and are never stored.
+// Gauss-Newton step needs follows from the Gram matrix of [Phi Psi] and its products with the data.
+//
+// The Gram matrix of the pole columns costs O(poles x lines), not O(poles^2 x lines): on s = decay + j w the conjugate of
+// 1/(s - x) is -1/(s' - a), s' = j w, a = -x* (x, y shifted by the decay), and partial fractions split every product,
+//
+//   1/((s'-a)(s'-b)) = [1/(s'-a) - 1/(s'-b)]/(a-b),
+//
+// so that all entries follow from F_m(x) = sum_lines W |s|^2d/(s'-x)^m, m = 1, 2. Columns for which that difference would
+// cancel (poles far closer to the axis than to the nearest line) and the residual terms are summed as they are.
 #include "pole_fit.hpp"
 
 #include <Eigen/Dense>
@@ -11,116 +18,251 @@ namespace {
 
 using Eigen::ArrayXd;
 using Eigen::Index;
+using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
 constexpr Index kSlice = 256;  // lines
+constexpr Complex kJ(0, 1);
 
-// Complex columns as separate real and imaginary halves: rows [0, n) real, [n, 2n) imaginary.
-class Columns {
- public:
-  Columns(const Band& band, const Poles& poles, const ResidualTerms& terms, bool derivatives)
-      : band_(band), poles_(poles), terms_(terms), derivatives_(derivatives) {}
+// 1/(s'-p), 1/(s'-p*) and with derivatives their squares, as real and imaginary columns: re of all, then im of all.
+void fill_fractions(const Band& band, const std::vector<Complex>& shifted, Index first, Index n, bool squares,
+                    Eigen::Ref<MatrixXd> rows) {
+  const ArrayXd w = band.omega.segment(first, n).array();
+  const Index per_pole = squares ? 4 : 2, half = per_pole * static_cast<Index>(shifted.size());
+  for (std::size_t k = 0; k < shifted.size(); ++k) {
+    const Index column = per_pole * static_cast<Index>(k);
+    for (const int sign : {1, -1}) {
+      const double re = -shifted[k].real();
+      const ArrayXd d = w - sign * shifted[k].imag();
+      const ArrayXd inverse = (d.square() + re * re).inverse();
+      const Index at = column + (sign > 0 ? 0 : 1);
+      rows.col(at).head(n) = (re * inverse).matrix();
+      rows.col(half + at).head(n) = (-d * inverse).matrix();
+      if (!squares) continue;
+      const ArrayXd ur = rows.col(at).head(n).array(), ui = rows.col(half + at).head(n).array();
+      rows.col(at + 2).head(n) = (ur.square() - ui.square()).matrix();
+      rows.col(half + at + 2).head(n) = (2 * ur * ui).matrix();
+    }
+  }
+}
 
-  Index linear() const { return 2 * static_cast<Index>(poles_.size()) + terms_.count(); }
-  Index count() const { return linear() + (derivatives_ ? 2 * static_cast<Index>(poles_.size()) : 0); }
-
-  // Fills lines [first, first + n) into the top 2n rows of `rows`.
-  void fill(Index first, Index n, Eigen::Ref<MatrixXd> rows) const {
-    const ArrayXd w = band_.omega.segment(first, n).array();
+// Residual terms as complex columns, without s^d. Frequencies relative to the end of the band keep them comparable.
+MatrixXcd residual_terms(const Band& band, const ResidualTerms& terms, Index first, Index n) {
+  const double top = band.omega[band.lines() - 1];
+  MatrixXcd columns(n, Index{terms.lower} + Index{terms.upper} + Index{terms.slope});
+  for (Index i = 0; i < n; ++i) {
+    const Complex s = Complex(band.decay, band.omega[first + i]) / top;
     Index column = 0;
-    for (const Complex p : poles_) {
-      const double re = band_.decay - p.real();
-      const ArrayXd d1 = w - p.imag(), d2 = w + p.imag();
-      const ArrayXd n1 = (d1.square() + re * re).inverse(), n2 = (d2.square() + re * re).inverse();
-      // u = 1/(s - p), v = 1/(s - p*)
-      const ArrayXd ur = re * n1, ui = -d1 * n1, vr = re * n2, vi = -d2 * n2;
-      put(rows, column++, n, w, ur + vr, ui + vi);
-      put(rows, column++, n, w, vi - ui, ur - vr);  // j (u - v)
-      if (derivatives_) {
-        // Per half width of change, so that every column has the size of a pole term.
-        const double scale = half_width(p);
-        const ArrayXd u2r = scale * (ur.square() - ui.square()), u2i = 2 * scale * ur * ui;
-        const ArrayXd v2r = scale * (vr.square() - vi.square()), v2i = 2 * scale * vr * vi;
-        const Index derivative = linear() + column - 2;
-        put(rows, derivative, n, w, u2r + v2r, u2i + v2i);
-        put(rows, derivative + 1, n, w, v2i - u2i, u2r - v2r);
-      }
-    }
-    // Frequencies relative to the end of the band keep the residual columns comparable.
-    const double top = band_.omega[band_.lines() - 1];
-    const ArrayXd zero = ArrayXd::Zero(n);
-    const ArrayXd sr = (band_.decay * band_.decay - w.square()) / (top * top), si = 2 * band_.decay / (top * top) * w;
-    const ArrayXd norm = (sr.square() + si.square()).inverse();
-    const auto term = [&](const ArrayXd& re, const ArrayXd& im) {
-      put(rows, column++, n, w, re, im);
-      if (terms_.complex) put(rows, column++, n, w, -im, re);
-    };
-    if (terms_.lower) term(sr * norm, -si * norm);
-    if (terms_.upper) term(ArrayXd::Ones(n), zero);
-    if (terms_.slope) term(sr, si);
+    if (terms.lower) columns(i, column++) = 1.0 / (s * s);
+    if (terms.upper) columns(i, column++) = 1.0;
+    if (terms.slope) columns(i, column++) = s * s;
   }
+  return columns;
+}
 
-  // Half width of the peak as seen, rad/s.
-  double half_width(Complex p) const { return band_.decay - p.real(); }
-
- private:
-  // Multiplies by s^d, s = decay + j w, and stores.
-  void put(Eigen::Ref<MatrixXd> rows, Index column, Index n, const ArrayXd& w, const ArrayXd& re, const ArrayXd& im) const {
-    const double decay = band_.decay;
-    ArrayXd fr = re, fi = im;
-    for (int i = 0; i < band_.power; ++i) {
-      const ArrayXd next = decay * fr - w * fi;
-      fi = decay * fi + w * fr;
-      fr = next;
-    }
-    rows.col(column).head(n) = fr.matrix();
-    rows.col(column).segment(n, n) = fi.matrix();
+// s^d on lines [first, first + n).
+Eigen::VectorXcd motion_factor(const Band& band, Index first, Index n) {
+  Eigen::VectorXcd factor = Eigen::VectorXcd::Ones(n);
+  for (Index i = 0; i < n; ++i) {
+    for (int d = 0; d < band.power; ++d) factor[i] *= Complex(band.decay, band.omega[first + i]);
   }
-
-  const Band& band_;
-  const Poles& poles_;
-  const ResidualTerms& terms_;
-  bool derivatives_;
-};
+  return factor;
+}
 
 struct Normal {
-  MatrixXd gram;  ///< of all columns, lower triangle
+  MatrixXd gram;  ///< of all columns
   MatrixXd data;  ///< columns^T data, one column per channel of the group
 };
 
-// Normal equations of the channels [channel, channel + group) which share the weights of the first, up to a factor.
-Normal accumulate(const Band& band, const Columns& columns, Index channel, Index group) {
-  const Index k = columns.count();
-  Normal normal{MatrixXd::Zero(k, k), MatrixXd::Zero(k, group)};
-  MatrixXd rows(2 * kSlice, k);
-  MatrixXd data(2 * kSlice, group);
-  for (Index first = 0; first < band.lines(); first += kSlice) {
-    const Index n = std::min(kSlice, band.lines() - first);
-    columns.fill(first, n, rows);
-    VectorXd w(2 * n);
-    w << band.weight.col(channel).segment(first, n), band.weight.col(channel).segment(first, n);
-    rows.topRows(2 * n).array().colwise() *= w.array();
-    for (Index c = 0; c < group; ++c) {
-      const double factor = band.weight(first, channel + c) / band.weight(first, channel);
-      data.col(c).head(n) = factor * band.h.col(channel + c).segment(first, n).real();
-      data.col(c).segment(n, n) = factor * band.h.col(channel + c).segment(first, n).imag();
+// Real columns are Re and Im parts of c = sum of +-fractions; `Products` are sums over lines of W conj(fraction) y.
+class NormalEquations {
+ public:
+  NormalEquations(const Band& band, const Poles& poles, const ResidualTerms& terms, bool derivatives)
+      : band_(band), terms_(terms), derivatives_(derivatives), n_(static_cast<Index>(poles.size())),
+        per_pole_(derivatives ? 4 : 2) {
+    const double step = band.lines() > 1 ? band.omega[1] - band.omega[0] : 1;
+    for (Index k = 0; k < n_; ++k) {
+      const Complex p = poles[static_cast<std::size_t>(k)] - band.decay;
+      shifted_.push_back(p);
+      const Index nearest = std::clamp(static_cast<Index>(std::lround((p.imag() - band.omega[0]) / step)), Index{0}, band.lines() - 1);
+      if (std::abs(p.imag() - band.omega[nearest]) > 30 * -p.real()) direct_.push_back(k);
     }
-    data.topRows(2 * n).array().colwise() *= w.array();
-    normal.gram.selfadjointView<Eigen::Lower>().rankUpdate(rows.topRows(2 * n).transpose());
-    normal.data.noalias() += rows.topRows(2 * n).transpose() * data.topRows(2 * n);
+    terms_count_ = Index{terms.lower} + Index{terms.upper} + Index{terms.slope};
+    direct_count_ = terms_count_ + per_pole_ * static_cast<Index>(direct_.size());
   }
-  normal.gram.triangularView<Eigen::StrictlyUpper>() = normal.gram.transpose();
-  return normal;
-}
+
+  Index linear() const { return 2 * n_ + terms_.count(); }
+  double half_width(Index k) const { return -shifted_[static_cast<std::size_t>(k)].real(); }
+
+  // One Normal per group of channels: [c, c + group) share the weights of c, up to a factor.
+  std::vector<Normal> accumulate(Index group) const {
+    const Index groups = band_.channels() / group;
+    // Right-hand sides of one group: data of its channels, the summed-as-they-are columns, and the weights (real).
+    const Index sides = group + direct_count_ + 1;
+    const Index fractions = per_pole_ * n_;
+    MatrixXd rows(kSlice, 2 * fractions), y(kSlice, 2 * sides * groups);
+    MatrixXd products = MatrixXd::Zero(2 * fractions, 2 * sides * groups);
+    std::vector<MatrixXcd> direct(static_cast<std::size_t>(groups), MatrixXcd::Zero(direct_count_, group + direct_count_));
+    for (Index first = 0; first < band_.lines(); first += kSlice) {
+      const Index n = std::min(kSlice, band_.lines() - first);
+      fill_fractions(band_, shifted_, first, n, derivatives_, rows);
+      const Eigen::VectorXcd factor = motion_factor(band_, first, n);
+      MatrixXcd plain(n, direct_count_);
+      plain.leftCols(terms_count_) = residual_terms(band_, terms_, first, n);
+      for (std::size_t k = 0; k < direct_.size(); ++k) {
+        for (Index f = 0; f < per_pole_; ++f) {
+          const Index column = terms_count_ + per_pole_ * static_cast<Index>(k) + f;
+          plain.col(column).real() = rows.col(per_pole_ * direct_[k] + f).head(n);
+          plain.col(column).imag() = rows.col(fractions + per_pole_ * direct_[k] + f).head(n);
+        }
+      }
+      for (Index g = 0; g < groups; ++g) {
+        const VectorXd w2 = band_.weight.col(g * group).segment(first, n).cwiseAbs2();
+        const VectorXd strength = w2.cwiseProduct(factor.cwiseAbs2());
+        MatrixXcd side(n, group + direct_count_);
+        for (Index c = 0; c < group; ++c) {
+          const Index channel = g * group + c;
+          const double scale = band_.weight(first, channel) / band_.weight(first, g * group);
+          side.col(c) = scale * band_.h.col(channel).segment(first, n).cwiseProduct(factor.conjugate()).cwiseProduct(w2);
+        }
+        side.rightCols(direct_count_) = strength.asDiagonal() * plain;
+        direct[static_cast<std::size_t>(g)].noalias() += plain.adjoint() * side;
+        const Index at = 2 * sides * g;
+        y.block(0, at, n, sides - 1) = side.real();
+        y.col(at + sides - 1).head(n) = strength;
+        y.block(0, at + sides, n, sides - 1) = side.imag();
+        y.col(at + 2 * sides - 1).head(n).setZero();
+      }
+      products.noalias() += rows.topRows(n).transpose() * y.topRows(n);
+    }
+    std::vector<Normal> result;
+    for (Index g = 0; g < groups; ++g) {
+      const auto block = [&](Index imaginary_row, Index imaginary_side) {
+        return products.block(imaginary_row * fractions, 2 * sides * g + imaginary_side * sides, fractions, sides);
+      };
+      MatrixXcd p(fractions, sides);  // sum of conj(fraction) y
+      p.real() = block(0, 0) + block(1, 1);
+      p.imag() = block(0, 1) - block(1, 0);
+      result.push_back(assemble(p, direct[static_cast<std::size_t>(g)], group));
+    }
+    return result;
+  }
+
+ private:
+  // Complex products with conj(column) for the two real columns that a conjugate pair of fractions makes:
+  // re column u + v, im column j (u - v).
+  static void put_pair(Eigen::Ref<MatrixXd> to, Index row, const Eigen::RowVectorXcd& u, const Eigen::RowVectorXcd& v) {
+    to.row(row) = (u + v).real();
+    to.row(row + 1) = (u - v).imag();
+  }
+
+  Normal assemble(const MatrixXcd& p, const MatrixXcd& direct, Index group) const {
+    const Index pairs = derivatives_ ? 2 * n_ : n_;  // pole pairs, then derivative pairs
+    const Index tail = terms_.count(), m = linear();
+    Normal normal{MatrixXd::Zero(2 * pairs + tail, 2 * pairs + tail), MatrixXd(2 * pairs + tail, group)};
+    const auto row_of = [&](Index pair) { return pair < n_ ? 2 * pair : m + 2 * (pair - n_); };
+    const auto fraction_of = [&](Index pair) { return pair < n_ ? per_pole_ * pair : per_pole_ * (pair - n_) + 2; };
+    const auto scale_of = [&](Index pair) { return pair < n_ ? 1.0 : half_width(pair - n_); };  // per half width of change
+    const Index step = terms_.complex ? 2 : 1;
+
+    // Products with data and with the residual terms.
+    for (Index pair = 0; pair < pairs; ++pair) {
+      const Index f = fraction_of(pair), row = row_of(pair);
+      const Eigen::RowVectorXcd u = scale_of(pair) * p.row(f), v = scale_of(pair) * p.row(f + 1);
+      MatrixXd two(2, p.cols());
+      put_pair(two, 0, u, v);
+      normal.data.middleRows(row, 2) = two.leftCols(group);
+      MatrixXd turned(2, p.cols());  // with j y instead of y
+      put_pair(turned, 0, kJ * u, kJ * v);
+      for (Index t = 0; t < terms_count_; ++t) {
+        for (Index i = 0; i < step; ++i) {
+          const auto& source = i == 0 ? two : turned;
+          normal.gram.block<2, 1>(row, 2 * n_ + step * t + i) = source.col(group + t);
+          normal.gram.block<1, 2>(2 * n_ + step * t + i, row) = source.col(group + t).transpose();
+        }
+      }
+    }
+    for (Index t = 0; t < terms_count_; ++t) {
+      for (Index i = 0; i < step; ++i) {
+        const Complex turn = i == 0 ? Complex(1) : -kJ;  // conj(j)
+        normal.data.row(2 * n_ + step * t + i) = (turn * direct.row(t).head(group)).real();
+        for (Index other = 0; other < terms_count_; ++other) {
+          const Complex product = turn * direct(t, group + other);
+          normal.gram(2 * n_ + step * t + i, 2 * n_ + step * other) = product.real();
+          if (terms_.complex) normal.gram(2 * n_ + step * t + i, 2 * n_ + step * other + 1) = (kJ * product).real();
+        }
+      }
+    }
+
+    // Pole columns among each other, by partial fractions, or as summed.
+    std::vector<Index> direct_at(static_cast<std::size_t>(n_), -1);
+    for (std::size_t k = 0; k < direct_.size(); ++k) {
+      direct_at[static_cast<std::size_t>(direct_[k])] = terms_count_ + per_pole_ * static_cast<Index>(k);
+    }
+    const Eigen::VectorXcd f = p.col(p.cols() - 1).conjugate();  // F_m at the poles and their conjugates
+    for (Index k = 0; k < n_; ++k) {
+      for (Index l = 0; l <= k; ++l) {
+        MatrixXcd sums(per_pole_, per_pole_);  // of conj(fraction of k) fraction of l
+        const Index dk = direct_at[static_cast<std::size_t>(k)], dl = direct_at[static_cast<std::size_t>(l)];
+        if (dl >= 0) {
+          sums = p.block(per_pole_ * k, group + dl, per_pole_, per_pole_);
+        } else if (dk >= 0) {
+          sums = p.block(per_pole_ * l, group + dk, per_pole_, per_pole_).adjoint();
+        } else {
+          sums = split(k, l, f);
+        }
+        for (Index a = 0; a < per_pole_ / 2; ++a) {
+          for (Index b = 0; b < per_pole_ / 2; ++b) {
+            const Complex uu = sums(2 * a, 2 * b), uv = sums(2 * a, 2 * b + 1), vu = sums(2 * a + 1, 2 * b), vv = sums(2 * a + 1, 2 * b + 1);
+            Eigen::Matrix2d block;
+            block << (uu + uv + vu + vv).real(), (kJ * (uu - uv + vu - vv)).real(), (uu + uv - vu - vv).imag(),
+                (uu - uv - vu + vv).real();
+            block *= scale_of(k + a * n_) * scale_of(l + b * n_);
+            normal.gram.block<2, 2>(row_of(k + a * n_), row_of(l + b * n_)) = block;
+            normal.gram.block<2, 2>(row_of(l + b * n_), row_of(k + a * n_)) = block.transpose();
+          }
+        }
+      }
+    }
+    return normal;
+  }
+
+  MatrixXcd split(Index k, Index l, const Eigen::VectorXcd& f) const {
+    MatrixXcd sums(per_pole_, per_pole_);
+    for (Index i = 0; i < 2; ++i) {
+      for (Index j = 0; j < 2; ++j) {
+        const Complex pk = shifted_[static_cast<std::size_t>(k)], pl = shifted_[static_cast<std::size_t>(l)];
+        const Complex a = -(i == 0 ? std::conj(pk) : pk), b = j == 0 ? pl : std::conj(pl);
+        const Complex d = 1.0 / (a - b);
+        const Complex fa = -std::conj(f[per_pole_ * k + i]), fb = f[per_pole_ * l + j];
+        const Complex difference = (fa - fb) * d;
+        sums(i, j) = -difference;
+        if (!derivatives_) continue;
+        const Complex fa2 = std::conj(f[per_pole_ * k + i + 2]), fb2 = f[per_pole_ * l + j + 2];
+        sums(i, j + 2) = -(difference - fb2) * d;
+        sums(i + 2, j) = (fa2 - difference) * d;
+        sums(i + 2, j + 2) = (fa2 + fb2 - 2.0 * difference) * d * d;
+      }
+    }
+    return sums;
+  }
+
+  const Band& band_;
+  const ResidualTerms& terms_;
+  bool derivatives_;
+  Index n_, per_pole_, terms_count_ = 0, direct_count_ = 0;
+  std::vector<Complex> shifted_;
+  std::vector<Index> direct_;  ///< poles whose products are summed as they are
+};
 
 }  // namespace
 
 PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& terms, bool with_jacobian) {
-  const Columns columns(band, poles, terms, with_jacobian);
+  const NormalEquations equations(band, poles, terms, with_jacobian);
   const auto n = static_cast<Index>(poles.size());
-  const Index m = columns.linear();
+  const Index m = equations.linear();
   PoleFit fit;
   fit.residues.resize(m, band.channels());
   fit.cost.resize(band.channels());
@@ -130,8 +272,9 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
     fit.jtr = VectorXd::Zero(2 * n);
   }
   const Index group = band.common_weight ? band.channels() : 1;
+  const std::vector<Normal> normals = equations.accumulate(group);
   for (Index first = 0; first < band.channels(); first += group) {
-    const Normal normal = accumulate(band, columns, first, group);
+    const Normal& normal = normals[static_cast<std::size_t>(first / group)];
     // Columns scaled to unit length; the small ridge only matters when poles coincide.
     const VectorXd scale = normal.gram.diagonal().head(m).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
     MatrixXd g11 = scale.asDiagonal() * normal.gram.topLeftCorner(m, m) * scale.asDiagonal();
@@ -178,7 +321,7 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
     fit.jtj.triangularView<Eigen::StrictlyUpper>() = fit.jtj.transpose();
     // Back from half widths to rad/s.
     VectorXd unit(2 * n);
-    for (Index k = 0; k < n; ++k) unit.segment<2>(2 * k).setConstant(1 / columns.half_width(poles[static_cast<std::size_t>(k)]));
+    for (Index k = 0; k < n; ++k) unit.segment<2>(2 * k).setConstant(1 / equations.half_width(k));
     fit.jtj = unit.asDiagonal() * fit.jtj * unit.asDiagonal();
     fit.jtr = unit.asDiagonal() * fit.jtr;
   }
@@ -186,15 +329,36 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
 }
 
 Eigen::MatrixXcd residual_of(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit) {
-  const Columns columns(band, poles, terms, false);
-  Eigen::MatrixXcd residual = band.h;
-  MatrixXd rows(2 * kSlice, columns.count());
+  std::vector<Complex> shifted;
+  for (const Complex p : poles) shifted.push_back(p - band.decay);
+  const auto n = static_cast<Index>(poles.size());
+  const Index count = fit.residues.rows() - 2 * n, step = terms.complex ? 2 : 1;
+  MatrixXcd residual = band.h;
+  MatrixXd rows(kSlice, 4 * n);
+  // Of u and v: a + j b and its conjugate, a, b being two rows of the residues.
+  MatrixXd factors(4 * n, 2 * band.channels());
+  for (Index k = 0; k < n; ++k) {
+    for (Index c = 0; c < band.channels(); ++c) {
+      const double a = fit.residues(2 * k, c), b = fit.residues(2 * k + 1, c);
+      factors(2 * k, c) = factors(2 * k + 1, c) = a;
+      factors(2 * n + 2 * k, c) = -b, factors(2 * n + 2 * k + 1, c) = b;
+      factors(2 * k, band.channels() + c) = b, factors(2 * k + 1, band.channels() + c) = -b;
+      factors(2 * n + 2 * k, band.channels() + c) = factors(2 * n + 2 * k + 1, band.channels() + c) = a;
+    }
+  }
+  MatrixXcd tail(count / step, band.channels());
+  for (Index t = 0; t < tail.rows(); ++t) {
+    tail.row(t) = fit.residues.row(2 * n + step * t).cast<Complex>();
+    if (terms.complex) tail.row(t) += kJ * fit.residues.row(2 * n + step * t + 1);
+  }
   for (Index first = 0; first < band.lines(); first += kSlice) {
-    const Index n = std::min(kSlice, band.lines() - first);
-    columns.fill(first, n, rows);
-    const MatrixXd model = rows.topRows(2 * n) * fit.residues;
-    residual.middleRows(first, n).real() -= model.topRows(n);
-    residual.middleRows(first, n).imag() -= model.bottomRows(n);
+    const Index lines = std::min(kSlice, band.lines() - first);
+    fill_fractions(band, shifted, first, lines, false, rows);
+    const MatrixXd parts = rows.topRows(lines) * factors;
+    MatrixXcd model = residual_terms(band, terms, first, lines) * tail;
+    model.real() += parts.leftCols(band.channels());
+    model.imag() += parts.rightCols(band.channels());
+    residual.middleRows(first, lines) -= motion_factor(band, first, lines).asDiagonal() * model;
   }
   return residual;
 }

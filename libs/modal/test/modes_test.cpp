@@ -227,6 +227,41 @@ TEST(Modes, BadInputIsAnError) {
   EXPECT_THROW(whirl::mac(Eigen::VectorXcd::Ones(2), Eigen::VectorXcd::Ones(3)), whirl::Error);
 }
 
+TEST(ModesReference, NoiseFreeDataOf35ModesGiveNoOtherPoleInTheBand) {
+  auto options = whirl::testing::SyntheticOptions{};
+  options.noise = 0;
+  const auto data = make_synthetic(options);
+  const auto model = whirl::fit_modes(data.frf);
+  const auto s = score(data.poles, model);
+  EXPECT_EQ(s.both, 35);
+  EXPECT_EQ(s.extra, 0);
+  EXPECT_LT(model.reconstruction_error, 1e-4);
+}
+
+// Blows differ most where the structure rings most, so that weights by the measured variance all but hide a dominant pair.
+TEST(ModesProperty, DominantDoubletIsFoundWhenTheVarianceFollowsTheResonance) {
+  auto options = small(2);
+  options.responses = 2;
+  options.references = 1;
+  auto data = make_synthetic(options);
+  const std::vector<Complex> dominant = {{-0.45, 74.5}, {-0.55, 76.0}};
+  for (auto& channel : data.frf.channels) {
+    channel.variance.resize(channel.value.size());
+    for (Eigen::Index i = 0; i < channel.value.size(); ++i) {
+      const Complex s(0, 2 * std::numbers::pi * data.frf.frequency[i]);
+      Complex pair = 0;
+      for (const Complex p : dominant) pair += s * s / ((s - p) * (s - std::conj(p)));
+      const double sd = 2e-3 * std::abs(pair);
+      channel.value[i] += 30.0 * pair;
+      channel.variance[i] = std::norm(30 * sd) + 1e-6;
+    }
+  }
+  const auto model = whirl::fit_modes(data.frf);
+  for (const Complex p : dominant) {
+    EXPECT_NE(mode_near(model, std::abs(p) / (2 * std::numbers::pi)), nullptr) << p.imag();
+  }
+}
+
 TEST(Modes, NoiseAloneHasNoModes) {
   auto options = small(1);
   const auto data = make_synthetic(options);
