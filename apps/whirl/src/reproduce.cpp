@@ -32,6 +32,7 @@ void add_reproduce(CLI::App& app, Session& session) {
         report::write_html(study_report(study), page, true);
         session.say(report::to_text(segment_table(study.run("5g_tsmc").run.metrics, "5 g, TSMC (eq. 43)", true)));
         session.say(report::to_text(accuracy_table(study)));
+        session.say(feedforward_statement(study));
         session.say("report: " + page.string());
         session.result(Json::object().set("report", page.string()));
       });

@@ -200,7 +200,12 @@ class StudyRunner {
       const char *name, *law, *estimator;
       bool feedforward;
     };
-    const Entry entries[] = {{"tsmc", "tsmc", "lpf", true}, {"pd", "pd", "lpf", false}, {"best", "lsmc", "kfe", true}};
+    // The paper's two; each with the other's use of feedforward, to tell the law from the feedforward; the best known.
+    const Entry entries[] = {{"tsmc", "tsmc", "lpf", true},
+                             {"tsmc_no_feedforward", "tsmc", "lpf", false},
+                             {"pd", "pd", "lpf", false},
+                             {"pd_feedforward", "pd", "lpf", true},
+                             {"best", "lsmc", "kfe", true}};
     int done = 0;
     for (const Entry& entry : entries) {
       DesignOptions d;
@@ -214,11 +219,11 @@ class StudyRunner {
       d.gain = model.rotor->k1 / study_.stiffness.k1.value;
       d.evaluations = options().evaluations;
       d.seed = 40 + options().seed;
-      const double start = 0.32 + 0.2 * done++;
+      const double share = 0.6 / std::size(entries), start = 0.32 + share * done++;
       d.progress = [&](const DesignProgress& p) {
         if (p.evaluation % 10 == 0) {
           step(fmt::format("design {} (best objective {:.4f})", entry.name, p.best),
-               start + 0.2 * std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
+               start + share * std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
         }
       };
       ControllerDesign result = design(model, d);

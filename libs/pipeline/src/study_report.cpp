@@ -116,9 +116,8 @@ class Report {
     const double st = s_.run("balanced_tsmc").run.metrics.suppression.all;
     doc_.callout(std::abs(pd - 0.551) < 0.05 ? Callout::Kind::agrees : Callout::Kind::disagrees, "PD against TSMC (Fig. 18)",
                  fmt::format("With the same tuning budget PD suppresses the balanced rotor by {} % and TSMC by {} %; the paper has "
-                             "55.1 and 82.9 % with a PD tuned by hand. The advantage of TSMC comes from its unbalance "
-                             "feedforward.",
-                             format_fixed(100 * pd, 1), format_fixed(100 * st, 1)));
+                             "55.1 and 82.9 % with a PD tuned by hand. {}",
+                             format_fixed(100 * pd, 1), format_fixed(100 * st, 1), feedforward_statement(s_)));
     const auto worst = [&](const char* key) {
       double error = 0;
       for (const char* name : {"k1", "c", "e"}) {

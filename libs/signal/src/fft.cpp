@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <memory>
 #include <mutex>
 #include <tuple>
+#include <type_traits>
 
 #include "whirl/core/error.hpp"
 
@@ -18,14 +20,20 @@ fftw_complex* as_fftw(const std::complex<double>* p) {
   return reinterpret_cast<fftw_complex*>(const_cast<std::complex<double>*>(p));
 }
 
+struct DestroyPlan {
+  void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
+};
+using Plan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, DestroyPlan>;
+
 // FFTW may only plan in one thread at a time, but may execute one plan in many. Plans are kept for the life of the
 // program; FFTW_UNALIGNED lets every plan run on any Eigen buffer.
 fftw_plan plan_for(Transform transform, int n) {
   static std::mutex mutex;
-  static std::map<std::pair<Transform, int>, fftw_plan> plans;
+  static std::map<std::pair<Transform, int>, Plan> plans;
   const std::lock_guard lock(mutex);
-  fftw_plan& plan = plans[{transform, n}];
-  if (plan == nullptr) {
+  Plan& kept = plans[{transform, n}];
+  if (kept == nullptr) {
+    fftw_plan plan = nullptr;
     Eigen::VectorXcd a(n);
     Eigen::VectorXcd b(n);
     const unsigned flags = FFTW_ESTIMATE | FFTW_UNALIGNED;
@@ -45,8 +53,9 @@ fftw_plan plan_for(Transform transform, int n) {
         break;
     }
     if (plan == nullptr) throw Error(fmt::format("no Fourier transform of length {} could be planned", n));
+    kept.reset(plan);
   }
-  return plan;
+  return kept.get();
 }
 
 int checked_length(Eigen::Index n) {

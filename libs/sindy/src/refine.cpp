@@ -17,6 +17,7 @@ struct Place {
 
 /// Solves (N + mu diag N) step = g in columns scaled to unit diagonal; g may have several columns.
 Eigen::MatrixXd damped_solve(const Eigen::MatrixXd& n, const Eigen::MatrixXd& g, double mu) {
+  if (g.size() == 0) return g;  // no term is left in the model
   const Eigen::VectorXd scale =
       n.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   Eigen::MatrixXd m = scale.asDiagonal() * n * scale.asDiagonal();

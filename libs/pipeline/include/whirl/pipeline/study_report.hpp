@@ -1,4 +1,6 @@
 #pragma once
+#include <string>
+
 #include "whirl/pipeline/study.hpp"
 #include "whirl/report/document.hpp"
 #include "whirl/report/table.hpp"
@@ -11,5 +13,9 @@ report::Document study_report(const Study& study);
 
 /// Parameters found on the ideal rotor at 20 dB: error against the truth per method, and whether the interval covers it.
 report::Table accuracy_table(const Study& study);
+
+/// How much of the suppression at 5 g is the unbalance feedforward's and how much the law's: PD and TSMC, each tuned with and
+/// without it.
+std::string feedforward_statement(const Study& study);
 
 }  // namespace whirl
