@@ -185,7 +185,7 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   whirl_real ay;
   whirl_complex z;
   whirl_complex forcing;
-  whirl_complex d = whirl_make(R(0.0), R(0.0));
+  whirl_complex d;
   whirl_complex f;
   whirl_motion e;
   bool fresh;
@@ -213,6 +213,8 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   forcing = whirl_mul(whirl_phasor(beta), whirl_make(in->omega * in->omega, -in->omega_dot));
 #if HAS_FEEDFORWARD
   d = whirl_mul(whirl_make(p->eps_re, p->eps_im), forcing);
+#else
+  d = whirl_make(R(0.0), R(0.0));
 #endif
   e = whirl_estimate(state, z, fresh, forcing, d, in->omega);
   out->x = e.z.re;

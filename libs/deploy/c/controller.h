@@ -76,7 +76,9 @@ typedef struct {
   whirl_real pole;
 #endif
 #if HAS_ESO
-  whirl_real l1, l2, l3;
+  whirl_real l1;
+  whirl_real l2;
+  whirl_real l3;
 #endif
   /* force history as accelerations, m/s^2 */
   whirl_complex history[WHIRL_HISTORY];
@@ -100,12 +102,14 @@ typedef struct {
   whirl_motion motion;
 #endif
 #if HAS_KALMAN
-  whirl_real p00, p11; /* covariance, Hermitian */
+  whirl_real p00; /* covariance, Hermitian */
+  whirl_real p11;
   whirl_complex p01;
 #endif
 #if HAS_THIRD
   whirl_real p22;
-  whirl_complex p02, p12;
+  whirl_complex p02;
+  whirl_complex p12;
   whirl_complex theta; /* /*@theta@*/ */
   whirl_complex g;     /* its regressor at the last sample */
 #endif

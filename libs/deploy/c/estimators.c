@@ -90,7 +90,11 @@ static whirl_motion whirl_estimate(whirl_state *state, whirl_complex z, bool fre
 #if HAS_KALMAN
 /* Kalman filter in the complex coordinate: nonlinear prediction with the identified model and the force that really acted,
    linearised covariance P of /*@kalman@*/ (isotropic part). F P F^H + Q with F = [f00 f01 b0; f10 f11 b1; 0 0 1]. */
+#if HAS_THIRD
 static void whirl_predict_covariance(whirl_state *state, whirl_complex g) {
+#else
+static void whirl_predict_covariance(whirl_state *state) {
+#endif
   const whirl_params *const p = &state->params;
   const whirl_real h = p->sample_time;
   const whirl_real c = p->c;
@@ -129,7 +133,6 @@ static void whirl_predict_covariance(whirl_state *state, whirl_complex g) {
   state->p12 = m12;
   state->p22 += walk;
 #else
-  (void)g;
   state->p00 = (f00 * m00.re) + (f01 * m01.re) + (R(0.25) * h * h * q);
   state->p01 = whirl_add(whirl_scale(f10, m00), whirl_scale(f11, m01));
   state->p11 = (f10 * m10.re) + (f11 * m11.re) + q;
@@ -141,10 +144,10 @@ static whirl_motion whirl_estimate(whirl_state *state, whirl_complex z, bool fre
                                    whirl_real omega) {
   const whirl_params *const p = &state->params;
   const whirl_real r = p->measurement_noise * p->measurement_noise;
-  whirl_complex g_mean = whirl_make(R(0.0), R(0.0));
 #if HAS_THIRD
   (void)d;
-#else
+#endif
+#if HAS_NO_FORCING
   (void)forcing;
 #endif
   if (!state->started) {
@@ -162,7 +165,6 @@ static whirl_motion whirl_estimate(whirl_state *state, whirl_complex z, bool fre
     state->phase = R(0.0);
     state->theta = state->p01;
     state->g = whirl_make(R(1.0), R(0.0));
-    (void)forcing;
 #else
     state->theta = whirl_make(p->eps_re, p->eps_im);
     state->g = forcing;
@@ -171,16 +173,19 @@ static whirl_motion whirl_estimate(whirl_state *state, whirl_complex z, bool fre
     state->started = true;
   } else {
 #if HAS_THIRD
-    whirl_complex g_new = forcing;
 #if HAS_OSCILLATOR
+    whirl_complex g_new;
     state->phase = M(remainder)(state->phase + (omega * p->sample_time), R(6.283185307179586));
     g_new = whirl_phasor(state->phase);
+#else
+    const whirl_complex g_new = forcing;
 #endif
     /* The regressor half-way: the mean of the ends, exact to (omega h)^2 / 8 and used in the covariance only. */
-    g_mean = whirl_scale(R(0.5), whirl_add(state->g, g_new));
+    whirl_predict_covariance(state, whirl_scale(R(0.5), whirl_add(state->g, g_new)));
     state->g = g_new;
+#else
+    whirl_predict_covariance(state);
 #endif
-    whirl_predict_covariance(state, g_mean);
     state->motion = whirl_predict_interval(state, omega);
     if (fresh) {
       const whirl_real s = state->p00 + r;

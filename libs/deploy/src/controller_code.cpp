@@ -158,6 +158,7 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   if (d.estimator == "kalman" || d.estimator == "kfe" || d.estimator == "kfo") on.insert("KALMAN");
   if (d.estimator == "kfe" || d.estimator == "kfo") on.insert("THIRD");
   if (d.estimator == "kfo") on.insert("OSCILLATOR");
+  if (d.estimator == "kalman" || d.estimator == "kfo") on.insert("NO_FORCING");
   if (d.feedforward) on.insert("FEEDFORWARD");
   if (values.at("predict") > 0) {
     on.insert("PREDICT");

@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <regex>
+#include <set>
 
 #include "designs.hpp"
 #include "template.hpp"
@@ -131,6 +133,47 @@ int main(void) {
 )");
   const auto built = testing::shell(folder.path(), "cc " + std::string(testing::kStrictC99) + " main.c drive.c -lm && ./a.out");
   EXPECT_EQ(built.exit_code, 0) << built.text;
+}
+
+// docs/export.md lists the same rules.
+TEST(ControllerSourceExport, MisraCheckFindsOnlyTheListedDeviations) {
+  if (!testing::has_program("cppcheck")) GTEST_SKIP() << "cppcheck is not installed";
+  const testing::TemporaryFolder folder;
+  std::string files;
+  const std::pair<const char*, const char*> pairs[] = {{"tsmc", "kfe"}, {"sta_implicit", "eso"}, {"pd_influence", "red_implicit"},
+                                                       {"tsmc_implicit", "lpf"}, {"pid", "kfo"}};
+  for (const auto& [law, estimator] : pairs) {
+    const ControllerCode code = controller_code(testing::design_of(law, estimator), {law, false, ""});
+    write_all(folder, {code.header, code.source});
+    files += " " + code.source.name;
+  }
+  const auto plain = testing::shell(folder.path(), "cppcheck --quiet --std=c99 --enable=warning,style,performance,portability "
+                                                   "--suppress=missingIncludeSystem --error-exitcode=1" + files);
+  EXPECT_EQ(plain.exit_code, 0) << plain.text;
+  const auto misra = testing::shell(folder.path(), "cppcheck --quiet --std=c99 --addon=misra" + files);
+  if (misra.text.find("Did not find addon") != std::string::npos) GTEST_SKIP() << "the MISRA addon is not installed";
+  const std::regex rule("misra-c2012-([0-9.]+)");
+  std::set<std::string> found;
+  for (std::sregex_iterator it(misra.text.begin(), misra.text.end(), rule), none; it != none; ++it) found.insert((*it)[1]);
+  EXPECT_TRUE(found.contains("15.5")) << "the check did not run: " << misra.text;
+  for (const char* listed : {"8.7", "15.5"}) found.erase(listed);
+  EXPECT_TRUE(found.empty()) << misra.text;
+}
+
+// Another processor: the self-test of both precisions under an emulator.
+TEST(ControllerSourceExport, SelfTestPassesOnAarch64) {
+  if (!testing::has_program("aarch64-linux-gnu-gcc") || !testing::has_program("qemu-aarch64")) {
+    GTEST_SKIP() << "gcc-aarch64-linux-gnu or qemu-user is not installed";
+  }
+  const testing::TemporaryFolder folder;
+  for (const bool single : {false, true}) {
+    write_all(folder, export_c99(testing::design_of("tsmc", "kfe"), {"drive", single, ""}));
+    const auto run = testing::shell(folder.path(), "aarch64-linux-gnu-gcc -static " + std::string(testing::kStrictC99) +
+                                                       " drive.c drive_selftest.c -lm && qemu-aarch64 ./a.out");
+    EXPECT_EQ(run.exit_code, 0) << run.text;
+    EXPECT_NE(run.text.find("off by"), std::string::npos) << run.text;
+    fmt::print("{}", run.text);
+  }
 }
 
 }  // namespace
