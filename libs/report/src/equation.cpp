@@ -241,6 +241,13 @@ std::string term_text(std::string_view function, const NameMap& names) {
   return pretty_unit(print(Expr::parse(function), whirl::Notation::text, options));
 }
 
+namespace {
+/// A sum behind a coefficient needs parentheses.
+std::string factor(const std::string& text, const EquationTerm& term, const char* open, const char* close) {
+  return Expr::parse(term.function).kind() == Expr::Kind::sum ? open + text + close : text;
+}
+}  // namespace
+
 std::string to_mathml(const Equation& equation, const NameMap& names) {
   const std::string lhs = name_mathml(equation.lhs, names);
   std::vector<std::string> terms;
@@ -282,7 +289,9 @@ std::string to_latex(const Equation& equation, const NameMap& names) {
     out += negative(term) ? "- " : i > 0 ? "+ " : "";
     out += c.deviation.empty() ? c.value : "(" + c.value + " \\pm " + c.deviation + ")";
     if (c.exponent != 0) out += fmt::format(" \\times 10^{{{}}}", c.exponent);
-    if (!is_constant(term)) out += " \\, " + term_latex(term.function, names);
+    if (!is_constant(term)) {
+      out += " \\, " + factor(term_latex(term.function, names), term, "\\left(", "\\right)");
+    }
   }
   return equation.terms.empty() ? out + "0" : out;
 }
@@ -295,7 +304,7 @@ std::string to_text(const Equation& equation, const NameMap& names) {
     out += negative(term) ? " − " : i > 0 ? " + " : " ";
     out += c.deviation.empty() ? c.value : "(" + c.value + " ± " + c.deviation + ")";
     if (c.exponent != 0) out += power_of_ten(c.exponent);
-    if (!is_constant(term)) out += " " + term_text(term.function, names);
+    if (!is_constant(term)) out += " " + factor(term_text(term.function, names), term, "(", ")");
   }
   return equation.terms.empty() ? out + " 0" : out;
 }

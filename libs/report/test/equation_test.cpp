@@ -40,6 +40,9 @@ TEST(ReportEquation, CoefficientsCarrySignAndUncertainty) {
   pugi::xml_document document;
   EXPECT_TRUE(document.load_string(to_mathml(equation, rotor_names()).c_str()));
   EXPECT_EQ(to_text(Equation{"x'", {}}), "x\u0307 = 0");
+  const Equation tied{"y'", {{"a + b", {2, 0.1, 1.8, 2.2}, ""}}};
+  EXPECT_EQ(to_text(tied), "y\u0307 = (2.00 ± 0.10) (a + b)");
+  EXPECT_NE(to_latex(tied).find("\\left(a + b\\right)"), std::string::npos) << to_latex(tied);
 }
 
 TEST(ReportEquation, EveryKindOfTermIsWellFormed) {
