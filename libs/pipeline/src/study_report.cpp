@@ -205,18 +205,8 @@ class Report {
 
   void control() {
     doc_.section("Control");
-    for (const auto& [name, d] : s_.designs) {
-      std::vector<std::pair<std::string, std::string>> items{{"law", d.law}, {"estimator", d.estimator}};
-      for (const char* key : {"objective", "delay_margin_s", "gain_margin", "disturbance_bound", "kappa", "reach_time_s",
-                              "slide_time_s", "certified"}) {
-        if (const auto it = d.margins.find(key); it != d.margins.end()) {
-          items.emplace_back(key, report::format_number(it->second, 4));
-        }
-      }
-      doc_.subsection("Design: " + name);
-      doc_.key_values(items);
-      doc_.summary(d.summary, "Design " + name);
-    }
+    doc_.table(design_table(s_));
+    for (const auto& [name, d] : s_.designs) doc_.summary(d.summary, "Design " + design_label(d));
     const Recording& simulated = s_.run("simulated_tsmc").run.log;
     const Recording measured_open = s_.record("rundown_5g").record.measured;
     const Recording simulated_closed = closed_loop(simulated);

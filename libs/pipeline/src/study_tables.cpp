@@ -134,8 +134,7 @@ report::Table balanced_table(const Study& study) {
     if (r.name == "balanced_tsmc") paper = "82.9";
     if (r.name == "5g_tsmc") paper = "92.7";
     const ControllerDesign& d = study.designs.at(r.law);
-    table.add({fmt::format("{}, {} with {}{}", r.name.starts_with("5g") ? "5 g" : "balanced", d.law, d.estimator,
-                           d.feedforward ? "" : ", no feedforward"),
+    table.add({fmt::format("{}, {}", r.name.starts_with("5g") ? "5 g" : "balanced", design_label(d)),
                format_fixed(1e3 * m.open.all, 3), format_fixed(1e3 * m.closed.all, 4),
                format_fixed(100 * m.suppression.all, 1), paper, format_fixed(m.force_rms, 2), format_fixed(m.force_peak, 1),
                format_fixed(m.total_variation, 0), format_fixed(1e6 * m.standstill_rms, 1)});
@@ -156,6 +155,30 @@ std::string feedforward_statement(const Study& study) {
       format_fixed(1e3 * pd, 3), format_fixed(1e3 * pd_with, 3), format_fixed(1e3 * tsmc, 3), format_fixed(1e3 * tsmc_without, 3),
       format_fixed(pd / pd_with, 1), format_fixed(tsmc_without / tsmc, 1), format_fixed(pd_with / tsmc, 1),
       format_fixed(pd / tsmc_without, 1));
+}
+
+std::string design_label(const ControllerDesign& design) {
+  return fmt::format("{} with {}{}", design.law, design.estimator, design.feedforward ? "" : ", no feedforward");
+}
+
+report::Table design_table(const Study& study) {
+  report::Table table;
+  table.caption = "Designs, all tuned on the identified model with the same budget";
+  table.columns = {{"law and estimator", "", Align::left}, {"objective", ""}, {"unknown delay survived", "ms"}, {"gain margin", ""},
+                   {"disturbance bound", "m/s²"}, {"κ of eq. 42", "m/s²"}, {"reaching", "s"}, {"sliding", "s"}, {"certified", ""}};
+  for (const auto& [name, d] : study.designs) {
+    const auto margin = [&](const char* key, double scale, int digits) {
+      const auto it = d.margins.find(key);
+      return it == d.margins.end() ? std::string("–") : format_fixed(scale * it->second, digits);
+    };
+    const auto certified = d.margins.find("certified");
+    table.add({design_label(d), margin("objective", 1, 4), margin("delay_margin_s", 1e3, 1), margin("gain_margin", 1, 2),
+               margin("disturbance_bound", 1, 2), margin("kappa", 1, 2), margin("reach_time_s", 1, 3), margin("slide_time_s", 1, 3),
+               certified != d.margins.end() && certified->second > 0 ? "yes" : "no"});
+  }
+  table.notes = {"Objective: mean over the tuning scenarios of closed over open peak, with total variation and instability penalties. "
+                 "κ < 0: the switching gain is smaller than the disturbance bound, eq. 42 is not met."};
+  return table;
 }
 
 report::Table mode_table(const Study& study) {

@@ -9,5 +9,9 @@ report::Table rig_parameter_table(const Study& study);
 report::Table validation_table(const Study& study);
 report::Table balanced_table(const Study& study);
 report::Table mode_table(const Study& study);
+report::Table design_table(const Study& study);
+
+// "tsmc with lpf, no feedforward"
+std::string design_label(const ControllerDesign& design);
 
 }  // namespace whirl
