@@ -46,6 +46,7 @@ void add_info(CLI::App& app, Session& session);
 void add_stiffness(CLI::App& app, Session& session);
 void add_frf(CLI::App& app, Session& session);
 void add_modes(CLI::App& app, Session& session);
+void add_derive(CLI::App& app, Session& session);
 void add_identify(CLI::App& app, Session& session);
 void add_validate(CLI::App& app, Session& session);
 void add_design(CLI::App& app, Session& session);

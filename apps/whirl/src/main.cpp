@@ -73,6 +73,7 @@ int run(int argc, char** argv) {
   add_stiffness(app, session);
   add_frf(app, session);
   add_modes(app, session);
+  add_derive(app, session);
   add_identify(app, session);
   add_validate(app, session);
   add_design(app, session);

@@ -1,5 +1,6 @@
 #include "whirl/expr/unit.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -94,6 +95,13 @@ Unit Unit::parse(std::string_view text) {
   }
   if (group || (divided && !value)) throw fail(at, group ? "')'" : "a unit after '/'");
   return result;
+}
+
+bool Unit::is_si() const {
+  static constexpr std::string_view base[] = {"kg", "m", "s", "A", "K", "V"};
+  return std::all_of(powers_.begin(), powers_.end(), [](const auto& power) {
+    return std::find(std::begin(base), std::end(base), power.first) != std::end(base);
+  });
 }
 
 std::string Unit::str() const {

@@ -280,6 +280,14 @@ bool Settings::has(std::string_view path) const {
                      });
 }
 
+std::vector<std::string> Settings::keys(std::string_view path) const {
+  std::vector<std::string> result;
+  for (const Entry& e : state_->entries) {
+    if (e.table == path) result.push_back(e.key);
+  }
+  return result;
+}
+
 std::size_t Settings::count(std::string_view path) const {
   for (const auto& [name, size] : state_->arrays) {
     if (name == path) return size;

@@ -142,5 +142,11 @@ TEST(Settings, WrittenTomlReadsBack) {
   EXPECT_THROW(to_toml({{"a", "b c", 1.0, ""}}), Error);
 }
 
+TEST(Settings, KeysOfATableComeInTheOrderOfTheFile) {
+  const Settings s = parse_settings("[names]\n\"x'\" = \"X2\"\nb = \"X5\"\na = \"X1\"\n[other]\nc = 1\n", "s.toml");
+  EXPECT_EQ(s.keys("names"), (std::vector<std::string>{"x'", "b", "a"}));
+  EXPECT_TRUE(s.keys("none").empty());
+}
+
 }  // namespace
 }  // namespace whirl

@@ -313,9 +313,13 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
     MatrixXd gradient;
     Relations({e}, problem.names).evaluate(solution.p, value, gradient);
     const double sd = std::sqrt(std::max(0.0, (gradient * spread * gradient.transpose())(0, 0)));
+    const auto itself = std::find(problem.names.begin(), problem.names.end(), name);
     const std::optional<Unit> unit = unit_of(term, units);
-    return PhysicalQuantity{name, unit ? unit->str() : "",
-                            intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
+    // An angle's own text: in products rad is the number one.
+    const std::string text = itself != problem.names.end() ? problem.units[static_cast<std::size_t>(itself - problem.names.begin())]
+                             : unit                         ? unit->str()
+                                                            : "";
+    return PhysicalQuantity{name, text, intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
   };
   const auto determined = [&](const Expr& e) {
     VectorXd value;

@@ -26,6 +26,7 @@ class Places {
   }
   Eigen::Index size() const { return static_cast<Eigen::Index>(places_.size()); }
   const Expr& function(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].second; }
+  std::size_t equation(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].first; }
 
  private:
   std::vector<std::pair<std::size_t, Expr>> places_;
@@ -132,7 +133,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     const double scale = (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
     const double width = std::sqrt((spread.row(p).transpose().array() * sd.array()).square().sum());
     if (std::abs(misfit[p]) > 1e-9 * scale && !(std::abs(misfit[p]) <= 4 * width)) {
-      throw Error(fmt::format("the model does not keep the ties of the derivation: the coefficient of {} is off by {:.3g}",
+      throw Error(fmt::format("the model does not keep the ties of the derivation: in {} the coefficient of {} is off by {:.3g}; the "
+                              "machine is less symmetric than the energies say: give it more parameters", library.lhs[places.equation(p)],
                               places.function(p).str(), misfit[p]));
     }
   }

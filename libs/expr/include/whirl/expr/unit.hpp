@@ -18,6 +18,8 @@ class Unit {
   /// "m/s^2", "1/(m^2 s^2)"; "1" when dimensionless.
   std::string str() const;
   bool dimensionless() const { return powers_.empty(); }
+  /// Made of kg, m, s, A, K and V only: no "mm", no "lbf".
+  bool is_si() const;
   Unit power(double exponent) const;
   friend Unit operator*(const Unit& a, const Unit& b);
   friend Unit operator/(const Unit& a, const Unit& b);

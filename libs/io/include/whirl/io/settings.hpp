@@ -46,6 +46,8 @@ class Settings {
   std::vector<std::string> texts(std::string_view path, std::vector<std::string> fallback) const;
 
   bool has(std::string_view path) const;
+  /// Keys of the table `path` as written, in the order of the file.
+  std::vector<std::string> keys(std::string_view path) const;
   /// Number of tables in the array of tables `path`.
   std::size_t count(std::string_view path) const;
 

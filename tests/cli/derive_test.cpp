@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "program.hpp"
+#include "whirl/io/library_toml.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+std::string example(const std::string& name) { return std::string(WHIRL_SOURCE_DIR) + "/examples/05_derive/" + name; }
+
+TEST(DeriveE2e, EveryExampleGivesEquationsLatexAndALibraryThatReadsBack) {
+  const Folder folder;
+  int files = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(example(""))) {
+    if (entry.path().extension() != ".toml") continue;
+    ++files;
+    const std::string file = entry.path().string();
+    const Outcome printed = folder.whirl("derive " + file + " --out library.toml --json");
+    ASSERT_EQ(printed.exit_code, 0) << file << printed.err;
+    const Json document = parse_json(printed.out, "stdout");
+    const CandidateLibrary library = read_library(folder / "library.toml");
+    EXPECT_EQ(library.groups.size(), document.find("library")->find("groups")->get<Json::Array>()->size()) << file;
+    EXPECT_FALSE(*document.find("implicit")->get<bool>()) << file;
+    const Outcome latex = folder.whirl("derive " + file + " --latex");
+    EXPECT_EQ(latex.out.find("\\begin{aligned}"), 0u) << file;
+    EXPECT_NE(folder.whirl("derive " + file).out.find("Library: "), std::string::npos);
+  }
+  EXPECT_GE(files, 8);
+}
+
+// The file of the paper's torque law: the functions over all equations are the 17 of eq. 24.
+TEST(DeriveE2e, PaperFileGivesTheFunctionsOfEquationTwentyFour) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("derive " + example("paper_eq24.toml") + " --out l.toml").exit_code, 0);
+  const CandidateLibrary library = read_library(folder / "l.toml");
+  std::vector<Expr> functions;
+  for (const TiedGroup& group : library.groups) {
+    for (const TiedEntry& e : group.entries) {
+      const std::vector<Expr> terms = e.function.kind() == Expr::Kind::sum ? e.function.args() : std::vector<Expr>{e.function};
+      functions.insert(functions.end(), terms.begin(), terms.end());
+    }
+  }
+  functions = union_library({functions});
+  EXPECT_EQ(functions.size(), 17u);
+  EXPECT_EQ(union_library({rotor_library(), functions}).size(), 17u);
+}
+
+// The derived library of the measured-angle rotor is the hand-written one, up to names and order.
+TEST(DeriveE2e, RotorFileGivesTheFiveTiedUnknowns) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("derive " + example("rotor.toml") + " --out l.toml").exit_code, 0);
+  const CandidateLibrary library = read_library(folder / "l.toml"), hand = tied_rotor_library(false);
+  EXPECT_EQ(library.lhs, hand.lhs);
+  EXPECT_EQ(library.groups.size(), hand.groups.size());
+  for (const TiedGroup& group : hand.groups) {
+    const bool found = std::any_of(library.groups.begin(), library.groups.end(), [&](const TiedGroup& g) {
+      if (g.unit != group.unit || Expr::parse(g.coefficient) != Expr::parse(group.coefficient)) return false;
+      const CandidateLibrary pair{hand.lhs, {}, {g, group}, {}};
+      for (const Expr& rest : right_hand_sides(pair, {Expr(1), Expr(-1)})) {
+        if (!expand(rest).is_number(0)) return false;
+      }
+      return true;
+    });
+    EXPECT_TRUE(found) << group.name;
+  }
+}
+
+// Record, fit, derivation, parameters: the rig's own numbers come back inside a few standard deviations of the weighed mass.
+TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv --quiet").exit_code, 0);
+  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  const Outcome found = folder.whirl("derive " + example("anisotropic.toml") + " --model model.json --json");
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const Json document = parse_json(found.out, "stdout");
+  const JsonReader in(document, "stdout");
+  const auto check = [&](const char* list, const char* name, double truth) {
+    const Estimate e = read_estimate(in.at(list).at(name));
+    EXPECT_NEAR(e.value, truth, 4 * e.sd + 0.002 * std::abs(truth)) << name;
+    EXPECT_LT(e.sd, 0.01 * std::abs(truth)) << name;
+  };
+  check("parameters", "K1", 8500);
+  check("parameters", "K2", 1.5e7);
+  check("parameters", "C", 1.5);
+  // The balanced rotor's unbalance and the screw's: mass times eccentricity, mass times radius.
+  check("reported", "m*e", std::abs(std::polar(1.5 * 51.3e-6, 0.6) + 5e-3 * 82.73e-3));
+  // The isotropic derivation does not fit this machine, and says so.
+  const Outcome isotropic = folder.whirl("derive " + example("rotor.toml") + " --model model.json");
+  EXPECT_EQ(isotropic.exit_code, 2);
+  EXPECT_NE(isotropic.err.find("less symmetric"), std::string::npos) << isotropic.err;
+}
+
+TEST(DeriveE2e, FaultsNameFileAndReason) {
+  const Folder folder;
+  const auto fault = [&](const std::string& text) {
+    folder.write("s.toml", text);
+    const Outcome outcome = folder.whirl("derive s.toml");
+    EXPECT_EQ(outcome.exit_code, 2) << text;
+    EXPECT_EQ(outcome.err.find("whirl: error: s.toml"), 0u) << outcome.err;
+    return outcome.err;
+  };
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\n").find("'m' is not declared"), std::string::npos);
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\n[parameters]\nm = \"2 lbs\"\n").find("s.toml:4"), std::string::npos);
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetc = \"m*x'^2/2\"\n").find("kinetc"), std::string::npos);
+  EXPECT_NE(fault("kinetic = \"1\"\n").find("at least one"), std::string::npos);
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/(2\"\n[parameters]\nm = \"kg\"").find("kinetic energy"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace whirl::testing
