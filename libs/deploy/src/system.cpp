@@ -1,0 +1,179 @@
+#include "whirl/deploy/system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "whirl/core/error.hpp"
+#include "whirl/expr/unit.hpp"
+#include "whirl/sindy/simulate_model.hpp"
+
+namespace whirl {
+namespace {
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+/// A term rebuilt with `change` applied to its functions, innermost first.
+template <class Change>
+Expr rewrite(const Expr& e, const Change& change) {
+  if (e.kind() == Expr::Kind::number || e.kind() == Expr::Kind::symbol) return e;
+  std::vector<Expr> args;
+  for (const Expr& a : e.args()) args.push_back(rewrite(a, change));
+  switch (e.kind()) {
+    case Expr::Kind::power: return pow(args[0], args[1]);
+    case Expr::Kind::product: return Expr::product(args);
+    case Expr::Kind::sum: return Expr::sum(args);
+    default: return change(e.function(), args);
+  }
+}
+
+std::vector<Expr> find_events(const std::vector<Expr>& terms) {
+  std::vector<Expr> events;
+  for (const Expr& term : terms) {
+    rewrite(term, [&](Function f, const std::vector<Expr>& args) {
+      if (f == Function::sgn && std::find(events.begin(), events.end(), args[0]) == events.end()) events.push_back(args[0]);
+      return Expr::call(f, args);
+    });
+  }
+  return events;
+}
+
+ModelSystem rotor_system(const RotorModel& m) {
+  ModelSystem s;
+  s.title = "identified rotor in the complex coordinate, z'' = -k1 z - k2 |z|^2 z - c z' + eps F + gain u";
+  const auto parameter = [&](const char* name, const char* unit, const char* meaning, double value) {
+    s.parameters.push_back({name, unit, meaning, value, -kInf, kInf});
+  };
+  parameter("k1", "1/s^2", "linear stiffness per mass", m.k1);
+  parameter("k2", "1/(m^2 s^2)", "cubic stiffness per mass", m.k2);
+  parameter("c", "1/s", "damping per mass", m.c);
+  parameter("k1_conj_re", "1/s^2", "anisotropic stiffness (kx - ky)/2", m.k1_conj.real());
+  parameter("k1_conj_im", "1/s^2", "coupling stiffness", m.k1_conj.imag());
+  parameter("c_conj_re", "1/s", "anisotropic damping", m.c_conj.real());
+  parameter("c_conj_im", "1/s", "coupling damping", m.c_conj.imag());
+  parameter("eps_re", "m", "unbalance e cos(phase)", m.eps.real());
+  parameter("eps_im", "m", "unbalance e sin(phase)", m.eps.imag());
+  parameter("offset_x", "m", "equilibrium seen by the sensors", m.offset.real());
+  parameter("offset_y", "m", "equilibrium seen by the sensors", m.offset.imag());
+  parameter("gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing", m.gain);
+  s.states = {{"x", "m", "displacement of the disk"}, {"vx", "m/s", "velocity"},
+              {"y", "m", "displacement of the disk"}, {"vy", "m/s", "velocity"}};
+  s.inputs = {{"beta", "rad", "rotor angle"}, {"omega", "rad/s", "rotor speed"}, {"alpha", "rad/s^2", "rotor acceleration"},
+              {"ux", "N", "actuator force"}, {"uy", "N", "actuator force"}};
+  s.outputs = {{"x_sensor", "m", "displacement the sensors see"}, {"y_sensor", "m", "displacement the sensors see"}};
+  const Expr fx = Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"), fy = Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
+  const std::map<std::string, Expr, std::less<>> forcing{{"fx", fx}, {"fy", fy}};
+  const auto term = [&](const char* text) { return substitute(Expr::parse(text), forcing); };
+  s.rates = {term("vx"),
+             term("-(k1 + k2*(x^2 + y^2))*x - c*vx - k1_conj_re*x - k1_conj_im*y - c_conj_re*vx - c_conj_im*vy + eps_re*fx - "
+                  "eps_im*fy + gain*ux"),
+             term("vy"),
+             term("-(k1 + k2*(x^2 + y^2))*y - c*vy + k1_conj_re*y - k1_conj_im*x + c_conj_re*vy - c_conj_im*vx + eps_re*fy + "
+                  "eps_im*fx + gain*uy")};
+  Expr out_x = Expr::parse("x + offset_x"), out_y = Expr::parse("y + offset_y");
+  for (std::size_t i = 1; i <= m.modes.size(); ++i) {
+    const ForcedMode& mode = m.modes[i - 1];
+    const auto name = [&](const char* stem) { return fmt::format("{}{}", stem, i); };
+    const auto symbol = [&](const char* stem) { return Expr::symbol(name(stem)); };
+    s.parameters.push_back({name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega, -kInf, kInf});
+    s.parameters.push_back({name("mode_zeta"), "1", "its damping ratio", mode.zeta, -kInf, kInf});
+    s.parameters.push_back({name("mode_re"), "m", "its share in the displacement", mode.participation.real(), -kInf, kInf});
+    s.parameters.push_back({name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInf, kInf});
+    for (const char* part : {"x", "y"}) {
+      const std::string q = name("q") + part, dq = name("dq") + part;
+      s.states.push_back({q, "1", "coordinate of a further mode"});
+      s.states.push_back({dq, "1/s", "its rate"});
+      const Expr w = symbol("mode_omega");
+      s.rates.push_back(Expr::symbol(dq));
+      s.rates.push_back((*part == 'x' ? fx : fy) - Expr(2) * symbol("mode_zeta") * w * Expr::symbol(dq) -
+                        pow(w, Expr(2)) * Expr::symbol(q));
+    }
+    const Expr qx = Expr::symbol(name("q") + "x"), qy = Expr::symbol(name("q") + "y");
+    out_x = out_x + symbol("mode_re") * qx - symbol("mode_im") * qy;
+    out_y = out_y + symbol("mode_re") * qy + symbol("mode_im") * qx;
+  }
+  s.output_terms = {out_x, out_y};
+  return s;
+}
+
+std::string unit_text(const std::string& name) {
+  const auto found = rotor_units().find(name);
+  return found == rotor_units().end() ? "1" : found->second.str();
+}
+
+const char* meaning_of(const std::string& name) {
+  static const std::map<std::string, const char*> known{
+      {"X1", "displacement x"}, {"X2", "velocity of x"},  {"X3", "displacement y"}, {"X4", "velocity of y"},
+      {"X5", "rotor angle"},    {"X6", "rotor speed"},    {"X7", "rotor acceleration"},
+      {"ux", "actuator force"}, {"uy", "actuator force"}};
+  const auto found = known.find(name);
+  return found == known.end() ? "quantity of the model" : found->second;
+}
+
+ModelSystem equation_system(const IdentifiedModel& model) {
+  const CompiledModel compiled(model);  // states, inputs and their order; refuses what is no system of equations
+  ModelSystem s;
+  s.title = fmt::format("identified equations (method {})", model.method);
+  s.discrete = compiled.discrete();
+  for (const std::string& name : compiled.states()) s.states.push_back({name, unit_text(name), meaning_of(name)});
+  for (const std::string& name : compiled.inputs()) {
+    if (name != "t") s.inputs.push_back({name, unit_text(name), meaning_of(name)});
+  }
+  for (const auto& list : {s.states, s.inputs}) {
+    for (const SystemVariable& v : list) {
+      if (v.name.find('\'') != std::string::npos) throw Error("the name " + v.name + " cannot be exported: it holds a prime");
+    }
+  }
+  std::size_t number = 0;
+  for (const std::string& state : compiled.states()) {
+    ++number;
+    const auto equation = std::find_if(model.equations.begin(), model.equations.end(), [&](const Equation& e) {
+      return e.lhs == state + "'" || e.lhs == state + "[k+1]";
+    });
+    if (equation == model.equations.end()) {  // X1' = X2, X3' = X4
+      s.rates.push_back(Expr::symbol(state == "X1" ? "X2" : "X4"));
+      continue;
+    }
+    std::vector<Expr> terms;
+    for (std::size_t j = 0; j < equation->terms.size(); ++j) {
+      const EquationTerm& term = equation->terms[j];
+      const std::string name = fmt::format("xi_{}_{}", number, j + 1);
+      s.parameters.push_back({name, term.unit.empty() ? "1" : term.unit,
+                              fmt::format("{}: coefficient of {}", equation->lhs, term.function), term.coefficient.value, -kInf,
+                              kInf});
+      terms.push_back(Expr::symbol(name) * Expr::parse(term.function));
+    }
+    s.rates.push_back(Expr::sum(terms));
+  }
+  for (const SystemVariable& v : s.states) {
+    s.outputs.push_back({v.name + "_out", v.unit, v.meaning});
+    s.output_terms.push_back(Expr::symbol(v.name));
+  }
+  return s;
+}
+
+}  // namespace
+
+Expr with_frozen_signs(const Expr& e, const std::vector<Expr>& events) {
+  return rewrite(e, [&](Function f, const std::vector<Expr>& args) {
+    if (f == Function::sgn) {
+      // `args` have their own signs frozen already, so compare with the frozen form of each event.
+      for (std::size_t i = 0; i < events.size(); ++i) {
+        if (args[0] == events[i] || args[0] == with_frozen_signs(events[i], events)) return Expr::symbol(fmt::format("sign_{}", i + 1));
+      }
+    }
+    return Expr::call(f, args);
+  });
+}
+
+ModelSystem model_system(const IdentifiedModel& model) {
+  ModelSystem s = model.rotor ? rotor_system(*model.rotor) : equation_system(model);
+  s.sample_time = model.sample_time > 0 ? model.sample_time : 1e-3;
+  s.events = find_events(s.rates);
+  return s;
+}
+
+}  // namespace whirl
