@@ -7,6 +7,7 @@
 #include <random>
 
 #include "whirl/rotor/simulate.hpp"
+#include "whirl/sindy/compare.hpp"
 #include "whirl/sindy/paper.hpp"
 
 using namespace whirl;
@@ -68,8 +69,8 @@ int main() {
         PaperOptions o;
         o.filter = PaperFilter::equation;
         o.filter_sd = 10e-3;
-        for (const IdentifiedModel& m : compare_regressors(rotor_record(r), o)) {
-          print(("  all regressors, equation: " + m.method).c_str(), snr, seed, m);
+        for (const ComparedFit& fit : compare_regressors(rotor_record(r), o)) {
+          print(("  all regressors, equation: " + fit.method).c_str(), snr, seed, fit.model);
         }
       }
       print("consistent tied 10 ms", snr, seed, identify_consistent(r));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 
+#include "compare_all.hpp"
 #include "paper_parameters.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -103,6 +104,8 @@ void simulate_training(IdentifiedModel& model, const RotorRecord& record, Eigen:
   e.value = rmse_y;
   model.parameters.emplace_back("rmse_y", e);
   model.summary.residual = std::hypot(rmse_x, rmse_y) / std::sqrt(2.0);
+  model.summary.chi_square =
+      0.5 * (std::pow(rmse_x / record.noise_x, 2) + std::pow(rmse_y / record.noise_y, 2));
 }
 
 /// State at sample `first`: where the rotor turns at least once in 100 samples from the fit of 1, e^{i beta}, e^{-i beta}
@@ -136,56 +139,83 @@ bool unusable(const RotorRecord& record, IdentifiedModel& model) {
 
 }  // namespace
 
-IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options) {
-  require_range("filter width", options.filter_sd, 0, 0.1, "s");
-  IdentifiedModel model = rotor_shell(record, "paper");
-  if (unusable(record, model)) return model;
-  std::vector<Expr> terms = options.library.empty() ? rotor_library() : parse_library(options.library);
-  if (!options.poles.empty()) terms = union_library({terms, modal_library(options.poles)});
+namespace {
+
+/// The chain up to the regression: everything that does not depend on the method of `solve`.
+struct PaperRegression {
+  std::vector<Expr> terms;
   std::vector<std::string> names;
-  for (const Expr& e : terms) names.push_back(e.str());
+  Problem problem[2];  // x'', y''
+  Eigen::Index first = 0;
+  Eigen::VectorXd start;
+};
+
+PaperRegression prepare(const RotorRecord& record, const PaperOptions& options) {
+  require_range("filter width", options.filter_sd, 0, 0.1, "s");
+  PaperRegression r;
+  r.terms = options.library.empty() ? rotor_library() : parse_library(options.library);
+  if (!options.poles.empty()) r.terms = union_library({r.terms, modal_library(options.poles)});
+  for (const Expr& e : r.terms) r.names.push_back(e.str());
 
   const double sd = options.filter_sd / record.dt;
   const bool whole_equation = options.filter == PaperFilter::equation;
   const bool again = options.filter == PaperFilter::data_and_derivative;
   const Derivatives d = differentiate_record(record, whole_equation ? 0 : sd, again);
-  Eigen::MatrixXd theta = compile(terms, kVariables).evaluate(d.variables);
+  Eigen::MatrixXd theta = compile(r.terms, kVariables).evaluate(d.variables);
   Eigen::MatrixXd target = d.target;
-  Eigen::Index first = d.first;
-  Eigen::VectorXd start = d.variables.row(0).head(4);
+  r.first = d.first;
+  r.start = d.variables.row(0).head(4);
   if (whole_equation) {
     const Eigen::Index reach = gaussian_reach(sd);
     const Eigen::Index inside = theta.rows() - 2 * reach;
     if (inside < 16) throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
     theta = gaussian_filter_columns(theta, sd).middleRows(reach, inside).eval();
     target = gaussian_filter_columns(target, sd).middleRows(reach, inside).eval();
-    start = gaussian_filter_columns(d.variables.leftCols(4), sd).row(reach);
-    first += reach;
+    r.start = gaussian_filter_columns(d.variables.leftCols(4), sd).row(reach);
+    r.first += reach;
   }
-
   constexpr int blocks = 50;
   GramAccumulator sums(theta.cols(), 2, std::max<Eigen::Index>(1, (theta.rows() + blocks - 1) / blocks));
   sums.add(theta, target);
+  for (int axis = 0; axis < 2; ++axis) r.problem[axis] = sums.problem(axis, r.names);
+  return r;
+}
+
+/// Sparse regression per axis; summary.residual is the larger rms residual by the rms of its left-hand side.
+IdentifiedModel regress(const RotorRecord& record, const PaperRegression& r, const SolveOptions& solver) {
+  IdentifiedModel model = rotor_shell(record, "paper");
+  for (const std::string& w : record.summary.warnings) model.summary.warn(w);
+  model.summary.condition_number = model.summary.residual = 0;
   for (int axis = 0; axis < 2; ++axis) {
-    const SparseFit fit = solve(sums.problem(axis, names), options.solver);
+    const SparseFit fit = solve(r.problem[axis], solver);
     Equation& equation = model.equations[static_cast<std::size_t>(2 * axis + 1)];
     for (int j : fit.support) {
-      const Expr& term = terms[static_cast<std::size_t>(j)];
-      equation.terms.push_back({names[static_cast<std::size_t>(j)], Estimate::from_sd(fit.xi[j], fit.sd[j]),
+      const Expr& term = r.terms[static_cast<std::size_t>(j)];
+      equation.terms.push_back({r.names[static_cast<std::size_t>(j)], Estimate::from_sd(fit.xi[j], fit.sd[j]),
                                 coefficient_unit(term, Unit::parse("m/s^2"), rotor_units())});
     }
-    model.summary.condition_number =
-        std::max(axis == 0 ? 0 : model.summary.condition_number, fit.summary.condition_number);
+    model.summary.condition_number = std::fmax(model.summary.condition_number, fit.summary.condition_number);
+    model.summary.residual = std::fmax(model.summary.residual, fit.summary.residual);
     for (const std::string& w : fit.summary.warnings) model.summary.warn(equation.lhs + ": " + w);
   }
   set_inputs(model);
   detail::add_rotor_parameters(model);
-  simulate_training(model, record, first, start_state(record, first, start));
+  return model;
+}
+
+}  // namespace
+
+IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options) {
+  IdentifiedModel model = rotor_shell(record, "paper");
+  if (unusable(record, model)) return model;
+  const PaperRegression r = prepare(record, options);
+  model = regress(record, r, options.solver);
+  simulate_training(model, record, r.first, start_state(record, r.first, r.start));
   model.summary.trust =
       "Reproduction of the published chain: a small error of the training run does not validate the coefficients, which "
       "one-sided filtering biases by tens of percent; use the weak form for a model.";
   model.provenance.options = fmt::format("filter_sd={:g} solver={} terms={}", options.filter_sd, options.solver.method,
-                                         terms.size());
+                                         r.terms.size());
   return model;
 }
 
@@ -193,16 +223,12 @@ IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& o
   return identify_paper(rotor_record(recording, options.record), options);
 }
 
-std::vector<IdentifiedModel> compare_regressors(const RotorRecord& record, const PaperOptions& options) {
-  std::vector<IdentifiedModel> models;
-  for (const std::string& method : regression_methods()) {
-    PaperOptions o = options;
-    o.solver.method = method;
-    o.solver.selection = Selection::automatic;
-    models.push_back(identify_paper(record, o));
-    models.back().method = method;
-  }
-  return models;
+std::vector<ComparedFit> compare_regressors(const RotorRecord& record, const PaperOptions& options) {
+  IdentifiedModel model;
+  if (unusable(record, model)) throw Error(model.summary.warnings.back());
+  const PaperRegression r = prepare(record, options);
+  return detail::compare_all(r.terms.size(), options.solver,
+                             [&](const SolveOptions& solver) { return regress(record, r, solver); });
 }
 
 IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentOptions& options) {

@@ -11,6 +11,7 @@
 #include "record_quality.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
+#include "whirl/sindy/evidence.hpp"
 #include "whirl/sindy/refine.hpp"
 #include "whirl/sindy/simulate_model.hpp"
 #include "whirl/signal/derivative.hpp"
@@ -21,13 +22,6 @@ namespace whirl {
 namespace {
 
 constexpr Eigen::Index kEnd = 20;  // samples at each end that carry the end effect of the resampling
-
-Recording part(const Recording& r, Eigen::Index first, Eigen::Index count) {
-  Recording p = r;
-  p.t0 = r.t0 + r.dt * static_cast<double>(first);
-  for (Channel& c : p.channels) c.samples = c.samples.segment(first, count).eval();
-  return p;
-}
 
 FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output) {
   const Eigen::VectorXd& y = r[output];
@@ -161,7 +155,7 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
                   rate + "*abs(" + rate + ")", "sgn(" + rate + ")", input + "*" + output};
   }
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
-  const Recording train = part(recording, 0, split), held = part(recording, split, recording.size() - split);
+  const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
   const auto absent = [&](const IdentifiedModel& m) {
     Equation e{rate + "'", {}};
     for (const std::string& text : candidates) {

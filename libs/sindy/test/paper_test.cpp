@@ -1,3 +1,4 @@
+#include "whirl/sindy/compare.hpp"
 #include "whirl/sindy/paper.hpp"
 
 #include <gtest/gtest.h>
@@ -121,10 +122,14 @@ TEST(PaperChain, EveryRegressorGivesAModelOfTheSameRecord) {
   o.filter = PaperFilter::equation;
   o.filter_sd = 10e-3;
   o.solver.threshold = 0.01;
-  const std::vector<IdentifiedModel> models = compare_regressors(rotor_record(run_down(rotor_a(), 40, 4)), o);
-  ASSERT_EQ(models.size(), regression_methods().size());
-  for (const IdentifiedModel& m : models) {
-    EXPECT_FALSE(m.equations[1].terms.empty()) << m.method;
+  const std::vector<ComparedFit> fits = compare_regressors(rotor_record(run_down(rotor_a(), 40, 4)), o);
+  ASSERT_EQ(fits.size(), regression_methods().size());
+  for (const ComparedFit& fit : fits) {
+    const IdentifiedModel& m = fit.model;
+    ASSERT_EQ(m.equations.size(), 4u) << fit.method;
+    EXPECT_FALSE(m.equations[1].terms.empty()) << fit.method;
+    EXPECT_EQ(fit.terms, static_cast<int>(m.equations[1].terms.size() + m.equations[3].terms.size()));
+    EXPECT_LT(m.summary.residual, 0.7) << fit.method;
     // The soft threshold of sr3_l1 is a lasso of weight 2 %: too much for the stiffness terms of this library.
     if (m.method != "sr3_l1") {
       EXPECT_NE(m.parameter("k1"), nullptr) << m.method;

@@ -56,8 +56,12 @@ using RecordingSource = std::function<bool(Recording& next)>;
 /// Time scale and channels are judged on the first part.
 IdentifiedModel fit_sindy_stream(const RecordingSource& next, const SindyOptions& options);
 
-/// Rates (or next values) of the model's states at every sample of a record that has all states and inputs.
+/// Rates (or next values) of the model's states at every sample of a record that has all inputs and displacements: states as
+/// measured; a state x' without a channel as `smoothed_states` gives it.
 Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record);
+/// States of the model at every sample of a record (maps: as measured), smoothed by a spline that leaves the noise; a state
+/// x' without a channel is the rate of channel x.
+Eigen::MatrixXd smoothed_states(const CompiledModel& model, const Recording& record);
 /// Free run over the record from its first sample; inputs from its channels. The start is read from the states smoothed by
 /// a spline that leaves the noise; rates of an order-2 model are the spline's.
 ModelRun simulate(const IdentifiedModel& model, const Recording& record);
@@ -69,7 +73,8 @@ struct StateScore {
   double nrmse = 0;  ///< rmse / rms(y - mean y): 0 perfect, 1 no better than the mean
   double noise = 0;  ///< noise sd of the channel: the floor of rmse
 };
-/// Scores of every measured state, free runs restarted every `horizon` seconds from the smoothed states (0: never).
+/// Scores of every measured state, free runs restarted every `horizon` seconds (0: never). A run of a differential equation
+/// starts where its first characteristic period fits best, a map from the measured values.
 std::vector<StateScore> score(const IdentifiedModel& model, const Recording& record, double horizon = 0);
 /// 2 pi rms(x - mean) / rms(x') of the fastest state, s: the horizon over which chaos hardly grows.
 double characteristic_period(const Recording& record, const std::vector<std::string>& states);

@@ -1,0 +1,133 @@
+#include "identify_evidence.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/pipeline/validate_model.hpp"
+
+namespace whirl::app {
+namespace {
+
+HeldOut hold_out(const HoldoutSplit& split, bool rotor, const ValidateOptions& options, const Identify& identify) {
+  HeldOut held;
+  held.what = split.what;
+  try {
+    const IdentifiedModel model = identify(split.train);
+    if (model.summary.status == Status::unusable) {
+      held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
+      return held;
+    }
+    return predict_held_out(model, split.test, split.what, rotor, options);
+  } catch (const Error& e) {
+    held.reason = e.what();
+    return held;
+  }
+}
+
+std::string show(const std::vector<StateScore>& scores) {
+  std::vector<std::string> parts;
+  for (const StateScore& s : scores) {
+    parts.push_back(std::isfinite(s.rmse) ? fmt::format("{} {:.3g} ({:.2g} %, noise {:.3g})", s.state, s.rmse, 100 * s.nrmse,
+                                                        s.noise)
+                                          : fmt::format("{} diverges", s.state));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+Json scores_json(const std::vector<StateScore>& scores) {
+  Json list = Json::array();
+  for (const StateScore& s : scores) {
+    Json entry = Json::object();
+    entry.set("state", s.state).set("rmse", s.rmse).set("nrmse", s.nrmse).set("noise", s.noise);
+    list.push(std::move(entry));
+  }
+  return list;
+}
+
+}  // namespace
+
+std::string show_error(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "diverges"; }
+
+HeldOut predict_held_out(const IdentifiedModel& model, const Recording& test, std::string what, bool rotor,
+                         const ValidateOptions& options) {
+  HeldOut held;
+  held.what = std::move(what);
+  try {
+    if (rotor) {
+      const Validation v = validate_model(model, test, options);
+      if (v.summary.status == Status::unusable && std::isfinite(v.rmse_x)) {
+        held.reason = v.summary.warnings.back();
+        return held;
+      }
+      const Eigen::VectorXd &x = test["x"], &y = test["y"];
+      const auto spread = [](const Eigen::VectorXd& a) { return std::sqrt((a.array() - a.mean()).square().mean()); };
+      held.scores = {{"x", v.rmse_x, v.rmse_x / spread(x), v.noise_x}, {"y", v.rmse_y, v.rmse_y / spread(y), v.noise_y}};
+      return held;
+    }
+    held.scores = score(model, test);
+    const CompiledModel compiled(model);
+    std::vector<std::string> states;
+    for (const StateScore& s : held.scores) states.push_back(s.state);
+    held.horizon = compiled.discrete() ? 10 * test.dt : characteristic_period(test, states);
+    held.near = score(model, test, held.horizon);
+  } catch (const Error& e) {
+    held.reason = e.what();
+  }
+  return held;
+}
+
+HeldOut hold_out_rotor(const std::vector<Recording>& records, double share, const Identify& identify) {
+  ValidateOptions options;
+  if (records.size() > 1) options.unbalance = UnbalanceSource::refitted;
+  return hold_out(split_holdout(records, share, {"x", "y"}), true, options, identify);
+}
+
+HeldOut hold_out_general(const std::vector<Recording>& records, double share, const Identify& identify) {
+  return hold_out(split_holdout(records, share), false, {}, identify);
+}
+
+std::string describe(const Evidence& evidence, const Summary& summary) {
+  std::string text;
+  text += std::isfinite(summary.chi_square)
+              ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n", summary.chi_square)
+              : std::string("chi^2             not known (noise cannot be told from this record, or no free run was fitted)\n");
+  if (std::isfinite(summary.condition_number)) text += fmt::format("condition number  {:.3g}\n", summary.condition_number);
+  if (evidence.collinear.empty()) {
+    text += "collinear         no group of terms (all condition indices below 30)\n";
+  }
+  for (const CollinearGroup& g : evidence.collinear) {
+    text += fmt::format("collinear         {}{}: hard to tell apart on these records (condition index {:.3g})\n",
+                        g.equation.empty() ? "" : g.equation + ": ", fmt::join(g.terms, ", "), g.condition_index);
+  }
+  const HeldOut& h = evidence.held_out;
+  if (!h.reason.empty()) {
+    text += fmt::format("held out          {}: no prediction, {}\n", h.what, h.reason);
+  } else if (!h.scores.empty()) {
+    text += fmt::format("held out          {}, predicted by a model of the rest; free-run error, rms:\n", h.what);
+    if (h.horizon > 0) text += fmt::format("  restarted every {:.3g} s: {}\n", h.horizon, show(h.near));
+    text += fmt::format("  one free run: {}\n", show(h.scores));
+  }
+  return text;
+}
+
+Json to_json(const Evidence& evidence) {
+  Json groups = Json::array();
+  for (const CollinearGroup& g : evidence.collinear) {
+    Json entry = Json::object();
+    entry.set("equation", g.equation).set("terms", g.terms).set("condition_index", g.condition_index);
+    groups.push(std::move(entry));
+  }
+  const HeldOut& h = evidence.held_out;
+  Json held = Json::object();
+  held.set("what", h.what).set("free_run", scores_json(h.scores)).set("horizon_s", h.horizon);
+  held.set("free_run_horizon", scores_json(h.near)).set("reason", h.reason);
+  Json out = Json::object();
+  out.set("held_out", std::move(held)).set("collinear", std::move(groups));
+  return out;
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,50 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "record_options.hpp"
+#include "whirl/sindy/identify_rotor.hpp"
+#include "whirl/sindy/paper.hpp"
+#include "whirl/sindy/second_order.hpp"
+#include "whirl/sindy/sindy.hpp"
+
+namespace whirl::app {
+
+/// Everything that can be said on the command line of `whirl identify`.
+struct IdentifyOptions {
+  std::vector<std::string> files;
+  std::string out, method, modes, angle = "measured", output = "y", input = "u";
+  double filter_ms = 0;
+  RecordOptions record;
+
+  // sindy
+  std::vector<std::string> states, inputs, known;
+  std::string library, term_list;
+  int order = 1, degree = 0, fourier = 0;
+  bool discrete = false, time = false, no_refine = false, stream = false;
+  double window = 0, term_t_value = 4;
+
+  // regression
+  std::string regressor, selection = "automatic";
+  SolveOptions solve;
+
+  bool compare = false, no_holdout = false;
+  double holdout = 0.3;
+
+  void add_to(CLI::App* sub);
+  /// weak, unless another method is named or flags of sindy are given.
+  std::string chosen_method() const;
+  bool rotor() const { return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent"; }
+  /// Channels that the record must have.
+  std::vector<std::string> required() const;
+
+  SolveOptions solver(const SolveOptions& defaults) const;
+  RotorIdentifyOptions weak() const;
+  PaperOptions paper() const;
+  ConsistentOptions consistent() const;
+  SecondOrderOptions second_order() const;
+  /// States default to all channels of `like` that are no inputs.
+  SindyOptions sindy(const Recording& like) const;
+};
+
+}  // namespace whirl::app

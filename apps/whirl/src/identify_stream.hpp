@@ -1,0 +1,11 @@
+#pragma once
+#include "command.hpp"
+#include "identify_evidence.hpp"
+#include "identify_options.hpp"
+
+namespace whirl::app {
+
+/// `whirl identify --stream`: --method sindy on one file of any length, its last part held out for the evidence.
+IdentifiedModel identify_stream(const IdentifyOptions& options, Session& session, Evidence& evidence);
+
+}  // namespace whirl::app

@@ -1,0 +1,260 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <sstream>
+
+#include "program.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/core/integrate.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+/// Forced Duffing oscillator x'' = -x - x^3 - 0.3 x' + u, noise 1 %.
+Recording duffing(Eigen::Index n = 3000, std::uint64_t seed = 1) {
+  Recording r;
+  r.dt = 0.02;
+  const auto force = [](double t) { return 2 * std::cos(1.2 * t) + std::cos(0.7 * t + 1); };
+  const auto rate = [&](double t, const Eigen::Vector2d& s) {
+    return Eigen::Vector2d(s[1], -s[0] - std::pow(s[0], 3) - 0.3 * s[1] + force(t));
+  };
+  Eigen::VectorXd x(n), v(n), u(n);
+  Eigen::Vector2d s(0.1, 0);
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal(0, 0.01);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = r.dt * static_cast<double>(i);
+    x[i] = s[0] + normal(engine);
+    v[i] = s[1] + normal(engine);
+    u[i] = force(t);
+    s = rk4_step(rate, t, s, r.dt);
+  }
+  r.add("x", Quantity::dimensionless, x);
+  r.add("v", Quantity::dimensionless, v);
+  r.add("u", Quantity::dimensionless, u);
+  return r;
+}
+
+std::string lines_with(const std::string& text, const std::string& word) {
+  std::istringstream in(text);
+  std::string line, out;
+  while (std::getline(in, line)) {
+    if (line.find(word) != std::string::npos) out += line + "\n";
+  }
+  return out;
+}
+
+double coefficient(const IdentifiedModel& m, const std::string& lhs, const std::string& function) {
+  for (const Equation& e : m.equations) {
+    for (const EquationTerm& t : e.terms) {
+      if (e.lhs == lhs && t.function == function) return t.coefficient.value;
+    }
+  }
+  return NAN;
+}
+
+TEST(IdentifyGeneralE2e, StatesInputsAndDegreeGiveEquationsEvidenceAndAModelFile) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  const Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --degree 3 --out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  for (const char* word : {"x\u0307 = ", "v\u0307 = ", "95 % interval", "chi^2", "condition number", "collinear", "held out", "Trust"}) {
+    EXPECT_NE(o.out.find(word), std::string::npos) << word << "\n" << o.out;
+  }
+  const auto m = load<IdentifiedModel>(folder / "model.json");
+  ASSERT_EQ(m.equations.size(), 2u);
+  EXPECT_EQ(m.equations[0].terms.size(), 1u);
+  EXPECT_EQ(m.equations[1].terms.size(), 4u);
+  EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.01);
+  EXPECT_NEAR(m.summary.chi_square, 1, 0.2);
+  const Json file = load_json(folder / "model.json");
+  const Json* held = file.find("evidence")->find("held_out");
+  EXPECT_EQ(held->find("free_run")->get<Json::Array>()->size(), 2u);
+
+  write_csv(folder / "other.csv", duffing(2000, 9));
+  const Outcome check = folder.whirl("validate model.json other.csv --json");
+  ASSERT_EQ(check.exit_code, 0) << check.err;
+  const Json shown = parse_json(check.out, "stdout");
+  const Json& run = shown.find("runs")->get<Json::Array>()->front();
+  const Json& x = run.find("free_run")->get<Json::Array>()->front();
+  EXPECT_EQ(*x.find("state")->get<std::string>(), "x");
+  EXPECT_LT(*x.find("nrmse")->get<double>(), 0.03);
+}
+
+TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles) {
+  const Folder folder;
+  write_csv(folder / "a.csv", duffing(3000, 1));
+  write_csv(folder / "b.csv", duffing(2500, 2));
+  Outcome o = folder.whirl("identify a.csv b.csv --states x --inputs u --order 2 --out second.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NE(o.out.find("held out          b.csv"), std::string::npos) << o.out;
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
+
+  o = folder.whirl(
+      "identify a.csv --method sindy --states x,v --inputs u --known \"x' = v\" --terms 'x, v, u, x^3, max(x, v)' --no-holdout "
+      "--out known.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto known = load<IdentifiedModel>(folder / "known.json");
+  EXPECT_EQ(coefficient(known, "x'", "v"), 1);
+  EXPECT_EQ(known.equations[1].terms.size(), 4u);
+  EXPECT_EQ(o.out.find("held out"), std::string::npos);
+
+  // Henon 1976.
+  std::string text = "t_s,p_1,q_1\n";
+  double p = 0.1, q = 0.1;
+  for (int k = 0; k < 400; ++k) {
+    text += fmt::format("{},{:.17g},{:.17g}\n", k, p, q);
+    const double next = 1 - 1.4 * p * p + q;
+    q = 0.3 * p;
+    p = next;
+  }
+  folder.write("henon.csv", text);
+  o = folder.whirl("identify henon.csv --discrete --degree 2 --out map.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "map.json"), "p[k+1]", "p^2"), -1.4, 1e-6);
+
+  // Explicit time: x' = -x + 0.5 t.
+  text = "t_s,x_1\n";
+  for (int k = 0; k < 600; ++k) {
+    const double t = 0.01 * k;
+    text += fmt::format("{:.4f},{:.17g}\n", t, 0.5 * (t - 1) + 3 * std::exp(-t));
+  }
+  folder.write("ramp.csv", text);
+  o = folder.whirl("identify ramp.csv --time --degree 1 --method sindy --out ramp.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "ramp.json"), "x'", "t"), 0.5, 1e-4);
+}
+
+TEST(IdentifyGeneralE2e, EveryRegressorCanBeNamed) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  for (const char* flags : {"stlsq --threshold 0.05", "lasso --selection bic --debias", "sr3 --nu 0.5", "ensemble --resamples 20 --seed 3",
+                            "frols --max-terms 6", "backward --backward-t 6", "lasso --lambda 0.01", "ridge --ridge 1e-6"}) {
+    const Outcome o = folder.whirl(std::string("identify run.csv --states x,v --inputs u --no-refine --no-holdout --regressor ") + flags);
+    EXPECT_EQ(o.exit_code, 0) << flags << "\n" << o.err;
+    EXPECT_NE(o.out.find("x³"), std::string::npos) << flags << "\n" << o.out;
+  }
+  const Outcome wrong = folder.whirl("identify run.csv --method sindy --regressor omp");
+  EXPECT_EQ(wrong.exit_code, 2);
+}
+
+TEST(IdentifyCompareE2e, OneRowPerMethodForRotorsAndForAnySystem) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --compare");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  for (const char* row : {"ols", "lasso ", "sqrt_lasso", "lspl", "stlsq", "sr3", "ssr", "frols", "best_subset", "backward", "ensemble",
+                          "sindy (default)"}) {
+    EXPECT_EQ(lines_with(o.out, row).empty(), false) << row << "\n" << o.out;
+  }
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --snr-db 20 --out rotor.csv").exit_code, 0);
+  o = folder.whirl("identify rotor.csv --compare --json --out comparison.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const Json table = load_json(folder / "comparison.json");
+  const Json::Array& rows = *table.find("methods")->get<Json::Array>();
+  ASSERT_EQ(rows.size(), 16u);
+  double least = INFINITY;
+  std::string best;
+  for (const Json& row : rows) {
+    const Json::Array& scores = *row.find("held_out")->find("free_run")->get<Json::Array>();
+    ASSERT_EQ(scores.size(), 2u) << *row.find("method")->get<std::string>();
+    const double* error = scores.front().find("rmse")->get<double>();
+    if (error != nullptr && *error < least) {
+      least = *error;
+      best = *row.find("method")->get<std::string>();
+    }
+    EXPECT_GE(*row.find("seconds")->get<double>(), 0);
+  }
+  EXPECT_EQ(best, "weak (default)");
+}
+
+struct Spoiler {
+  const char* name;
+  std::function<void(Recording&)> spoil;
+  const char* reason;
+};
+Eigen::VectorXd& channel(Recording& r, const char* name) {
+  for (Channel& c : r.channels) {
+    if (c.name == name) return c.samples;
+  }
+  throw Error("no such channel");
+}
+/// 12345 stands for NaN, which the writer refuses.
+void write_spoilt(const Folder& folder, const std::string& file, const Recording& r) {
+  write_csv(folder / file, r);
+  std::string text = slurp(folder / file);
+  const auto at = text.find(",12345");
+  if (at != std::string::npos) text.replace(at, 6, ",nan");
+  folder.write(file, text);
+}
+void keep(Recording& r, Eigen::Index n) {
+  for (Channel& c : r.channels) c.samples = c.samples.head(n).eval();
+}
+
+TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out good.csv").exit_code, 0);
+  const Recording rotor = read_csv(folder / "good.csv");
+  const Spoiler of_rotor[] = {
+      {"constant", [](Recording& r) { channel(r, "y").setConstant(1e-4); }, "constant"},
+      {"equal", [](Recording& r) { channel(r, "y") = channel(r, "x"); }, "same signal"},
+      {"ten", [](Recording& r) { keep(r, 10); }, "samples"},
+      {"tiny", [](Recording& r) { channel(r, "x") *= 1e-300, channel(r, "y") *= 1e-300; }, "constant"},
+      {"zero", [](Recording& r) { channel(r, "x").setZero(), channel(r, "y").setZero(); }, "constant"},
+      {"turn", [](Recording& r) { keep(r, 34); }, "turn"},
+      {"nan", [](Recording& r) { channel(r, "x")[500] = 12345; }, "nan"},
+  };
+  for (const Spoiler& s : of_rotor) {
+    Recording r = rotor;
+    s.spoil(r);
+    const std::string file = std::string(s.name) + ".csv";
+    write_spoilt(folder, file, r);
+    for (const char* method : {"weak", "paper", "consistent"}) {
+      const Outcome o = folder.whirl("identify " + file + " --method " + method);
+      EXPECT_TRUE(o.exit_code == 1 || o.exit_code == 2) << s.name << " " << method << "\n" << o.out << o.err;
+      EXPECT_NE(o.err.find(s.reason), std::string::npos) << s.name << " " << method << "\n" << o.err;
+    }
+    const Outcome compare = folder.whirl("identify " + file + " --compare");
+    EXPECT_TRUE(compare.exit_code == 1 || compare.exit_code == 2) << s.name << "\n" << compare.out << compare.err;
+  }
+  const Spoiler of_any[] = {
+      {"state constant", [](Recording& r) { channel(r, "x").setConstant(2); }, "constant"},
+      {"input constant", [](Recording& r) { channel(r, "u").setConstant(2); }, "constant"},
+      {"equal columns", [](Recording& r) { channel(r, "v") = channel(r, "x"); }, "same signal"},
+      {"ten samples", [](Recording& r) { keep(r, 10); }, "samples"},
+      {"tiny values", [](Recording& r) { channel(r, "x") *= 1e-300; }, "range of numbers"},
+      {"all zero", [](Recording& r) { channel(r, "x").setZero(), channel(r, "v").setZero(); }, "zero"},
+      {"nan", [](Recording& r) { channel(r, "x")[500] = 12345; }, "nan"},
+  };
+  for (const Spoiler& s : of_any) {
+    Recording r = duffing();
+    s.spoil(r);
+    write_spoilt(folder, "spoilt.csv", r);
+    for (const char* flags : {"--states x,v --inputs u", "--states x,v --inputs u --no-refine", "--states x,v --inputs u --compare",
+                              "--method second-order --output x --input u"}) {
+      if (std::string(s.name) == "equal columns" && std::string(flags).find("second-order") != std::string::npos) continue;
+      const Outcome o = folder.whirl(std::string("identify spoilt.csv ") + flags);
+      EXPECT_TRUE(o.exit_code == 1 || o.exit_code == 2) << s.name << " " << flags << "\n" << o.out << o.err;
+      EXPECT_NE(o.err.find(s.reason), std::string::npos) << s.name << " " << flags << "\n" << o.err;
+    }
+  }
+}
+
+TEST(IdentifyStreamE2e, AFileReadInPartsGivesTheSameEquations) {
+  const Folder folder;
+  write_csv(folder / "long.csv", duffing(150000));
+  const Outcome o = folder.whirl("identify long.csv --states x,v --inputs u --stream --out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto m = load<IdentifiedModel>(folder / "model.json");
+  EXPECT_EQ(m.equations[0].terms.size(), 1u);
+  EXPECT_EQ(m.equations[1].terms.size(), 4u);
+  EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.005);
+  EXPECT_NE(o.out.find("held out          the last"), std::string::npos) << o.out;
+}
+
+}  // namespace
+}  // namespace whirl::testing
