@@ -72,8 +72,12 @@ TEST_F(LoopRealtime, TripLatchesWithReasonAndTickUntilCleared) {
   EXPECT_EQ(loop.cycle().trip, Fault::displacement_limit);
   EXPECT_EQ(loop.safety().trip_tick, 1);
   EXPECT_EQ(controller.steps, 2) << "a tripped loop asks the controller no more";
+  EXPECT_FALSE(loop.arm()) << "no way back before the trip is cleared";
   loop.clear();
   controller.next = Command{1, 1};
+  EXPECT_EQ(loop.cycle().trip, Fault::none);
+  EXPECT_EQ(rig.written.ux, 0) << "cleared is not armed";
+  EXPECT_TRUE(loop.arm());
   EXPECT_EQ(loop.cycle().trip, Fault::none);
   EXPECT_EQ(rig.written.ux, 1);
 }

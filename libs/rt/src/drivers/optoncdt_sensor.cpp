@@ -158,10 +158,10 @@ Sample Sensor::accept(const Frame& frame) noexcept {
     lost_ += gap;
     index_ += gap;
   }
-  counter_ = frame.raw[1];
+  counter_ = options_.counter ? frame.raw[1] : 0;
   if (started_) ++index_;
   started_ = true;
-  return {scale_(frame.raw[0]), index_};
+  return {scale_(frame.raw[0]), index_, frame.raw[0], counter_};
 }
 
 std::size_t Sensor::read(std::span<Sample> out) noexcept {

@@ -31,11 +31,13 @@ struct SafetyDecision {
 
 /// One safety decision as a pure function of reading, request and memory. A trip latches: the command is zero
 /// from this tick on until the state is cleared by hand. Written so that NaN trips.
+/// `outside`: a reason found by clock or rig (overrun, watchdog).
 inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& state, const Measurement& m,
-                             const Expected<Command, Fault>& request, long tick) noexcept {
+                             const Expected<Command, Fault>& request, long tick,
+                             Fault outside = Fault::none) noexcept {
   SafetyDecision out{{}, state, false};
   out.state.invalid = m.valid ? 0 : state.invalid + 1;
-  Fault reason = state.trip;
+  Fault reason = state.trip != Fault::none ? state.trip : outside;
   if (reason == Fault::none && m.valid && limits.displacement > 0 &&
       !(std::abs(m.x) <= limits.displacement && std::abs(m.y) <= limits.displacement)) {
     reason = std::isnan(m.x) || std::isnan(m.y) ? Fault::not_finite : Fault::displacement_limit;

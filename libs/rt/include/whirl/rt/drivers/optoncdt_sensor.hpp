@@ -27,6 +27,8 @@ struct Sample {
   /// Number of the measurement since the start. With the counter lost frames are counted too; without it they
   /// are unknown.
   std::uint64_t index = 0;
+  std::uint32_t raw = 0;      ///< as it came, 18 bits
+  std::uint32_t counter = 0;  ///< the sensor's own, 18 bits; 0 without
 };
 
 /// Laser on a serial line. The constructor opens the line, stops the output, sets the rate, starts the output
@@ -45,6 +47,8 @@ class Sensor {
 
   /// Takes what has arrived, oldest first, never waits; returns the number of samples. Allocates nothing.
   std::size_t read(std::span<Sample> out) noexcept;
+  /// To wait for with poll.
+  int descriptor() const noexcept { return fd_; }
   /// False after the line failed (unplugged); `read` then returns 0.
   bool connected() const noexcept { return connected_; }
   const LineStatistics& statistics() const noexcept { return decoder_.statistics(); }

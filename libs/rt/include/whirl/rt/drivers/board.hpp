@@ -1,0 +1,41 @@
+#pragma once
+#include <array>
+#include <cstdint>
+
+namespace whirl {
+
+/// What a converter board gives once per tick of its own clock.
+struct BoardReading {
+  std::uint32_t tick = 0;        ///< of the board's clock
+  double beta = 0;               ///< rotor angle, rad, continuous
+  double omega = 0;              ///< rad/s
+  double omega_dot = 0;          ///< rad/s^2
+  std::array<double, 4> analog{};  ///< inputs, V
+  std::uint32_t answered = 0;    ///< tick that the command acting now was computed from
+  bool output = false;           ///< outputs follow the commands
+  bool expired = false;          ///< the board's watchdog has set the outputs to zero; latched until a disarmed command
+  bool done = false;             ///< the experiment is over
+};
+
+/// What the outputs shall do.
+struct BoardCommand {
+  std::array<double, 2> volts{};
+  std::uint32_t answers = 0;  ///< tick of the reading it was computed from
+  bool armed = false;         ///< false: outputs at zero; clears an expired watchdog
+  bool start = false;         ///< start the experiment (virtual rig)
+};
+
+/// A converter board: UdpBoard, ComediBoard, QuanserBoard. Nothing here waits, throws or allocates. The board,
+/// not this program, must set its outputs to zero when commands stay away (its watchdog).
+class Board {
+ public:
+  virtual ~Board() = default;
+  /// The newest reading; false when nothing new has come.
+  virtual bool read(BoardReading& out) noexcept = 0;
+  virtual void write(const BoardCommand& command) noexcept = 0;
+  virtual bool connected() const noexcept = 0;
+  /// To wait for with poll; -1 when the board has no clock of its own and is asked at each tick.
+  virtual int descriptor() const noexcept { return -1; }
+};
+
+}  // namespace whirl

@@ -1,0 +1,55 @@
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "whirl/rt/drivers/board.hpp"
+
+namespace whirl {
+
+/// Board protocol over UDP (docs/formats.md): one datagram per tick and direction, little-endian, no state but
+/// the numbers in it, so that a lost one does no harm.
+namespace board {
+
+constexpr std::size_t kCommandSize = 32, kReadingSize = 72;
+/// A sequence number tells late and doubled datagrams.
+struct NumberedCommand {
+  BoardCommand command;
+  std::uint32_t number = 0;
+};
+void encode(const NumberedCommand& command, std::span<std::byte, kCommandSize> out) noexcept;
+void encode(const BoardReading& reading, std::span<std::byte, kReadingSize> out) noexcept;
+/// Nothing when size, magic word or a number (NaN, infinite) is wrong.
+std::optional<NumberedCommand> decode_command(std::span<const std::byte> bytes) noexcept;
+std::optional<BoardReading> decode_reading(std::span<const std::byte> bytes) noexcept;
+
+/// "127.0.0.1:47010" as host and port; throws Error otherwise.
+struct Address {
+  std::string host;
+  int port = 0;
+};
+Address parse_address(const std::string& text);
+
+}  // namespace board
+
+/// A board at the other end of a UDP connection. The constructor throws Error when the address is no address.
+class UdpBoard : public Board {
+ public:
+  explicit UdpBoard(const std::string& address);
+  ~UdpBoard() override;
+  UdpBoard(const UdpBoard&) = delete;
+  UdpBoard& operator=(const UdpBoard&) = delete;
+
+  bool read(BoardReading& out) noexcept override;
+  void write(const BoardCommand& command) noexcept override;
+  bool connected() const noexcept override { return connected_; }
+  int descriptor() const noexcept override { return fd_; }
+
+ private:
+  int fd_ = -1;
+  std::uint32_t number_ = 0;
+  bool connected_ = true;  ///< false when nobody listens there
+};
+
+}  // namespace whirl

@@ -1,0 +1,245 @@
+#include "whirl/rt/drivers/hardware_rig.hpp"
+
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/rt/realtime.hpp"
+
+namespace whirl {
+namespace {
+
+constexpr double kSmallestCurrent = 3.6e-3, kLargestCurrent = 20.4e-3;  // A, of a working 4..20 mA loop
+constexpr double kTurned = 0.1;  // rad the rotor turns before a standing angle is suspicious
+
+void check(const PositionInput& p, double rate) {
+  if (p.direction != 1 && p.direction != -1) throw Error::in_field("direction", fmt::format("{}", p.direction), "1 or -1");
+  require_range("gain", p.gain, 1e-3, 1e3);
+  if (p.laser.device.empty()) {
+    require_range("analog", p.analog, 0, 3);
+    require_range("shunt", p.shunt, 10, 1000, "ohm");
+  } else {
+    const double ratio = p.laser.measuring_rate / rate;
+    if (ratio < 1 - 1e-9 || std::abs(ratio - std::round(ratio)) > 1e-9) {
+      throw Error::in_field("laser rate", fmt::format("{:g} Hz", p.laser.measuring_rate),
+                            fmt::format("a multiple of the loop rate {:g} Hz", rate));
+    }
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(InputState state) {
+  switch (state) {
+    case InputState::good:
+      return "good";
+    case InputState::no_sample:
+      return "no sample";
+    case InputState::sensor_error:
+      return "sensor error";
+    case InputState::too_old:
+      return "too old";
+    case InputState::stuck:
+      return "stuck";
+    case InputState::current:
+      return "current out of 4..20 mA";
+  }
+  return "?";
+}
+
+HardwareRig::HardwareRig(const HardwareOptions& options, std::unique_ptr<Board> board)
+    : options_(options), board_(std::move(board)) {
+  require_range("sample_time", options.sample_time, 1e-5, 1, "s");
+  for (const ForceOutput& f : options.force) {
+    if (f.direction != 1 && f.direction != -1) throw Error::in_field("direction", fmt::format("{}", f.direction), "1 or -1");
+    require_range("force_per_volt", f.force_per_volt, 1e-6, 1e6, "N/V");
+    require_range("limit", f.limit, 0, 1000, "V");
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    PositionInput& p = options_.position[i];
+    check(p, 1 / options.sample_time);
+    if (p.laser.device.empty()) continue;
+    p.laser.counter = true;  // lost frames must not shift time
+    axes_[i].frames_per_tick = std::lround(p.laser.measuring_rate * options.sample_time);
+    axes_[i].sensor.emplace(p.laser);
+  }
+}
+
+HardwareRig::~HardwareRig() {
+  armed_ = false;
+  write({});
+}
+
+std::int64_t HardwareRig::Axis::frame_tick() const noexcept {
+  const std::int64_t frame = static_cast<std::int64_t>(newest.index) + phase;
+  return frame / frames_per_tick;
+}
+
+void HardwareRig::drain() noexcept {
+  for (Axis& a : axes_) {
+    if (!a.sensor) continue;
+    std::array<optoncdt::Sample, 64> block;
+    while (const std::size_t n = a.sensor->read(block)) {
+      for (std::size_t i = 0; i < n; ++i) {
+        a.repeated = a.seen && block[i].raw == a.newest.raw ? a.repeated + 1 : 0;
+        // Ticks end where the counter is a multiple of the frames per tick.
+        if (!a.seen) a.phase = static_cast<std::int64_t>(block[i].counter) - static_cast<std::int64_t>(block[i].index);
+        a.seen = true;
+        a.newest = block[i];
+      }
+    }
+  }
+  // After the lasers: a board reading never seems older than the frames that came with it.
+  const std::uint32_t before = reading_.tick;
+  if (board_->read(reading_)) {
+    board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before) : 0;
+    board_seen_ = board_fresh_ = true;
+  }
+}
+
+void HardwareRig::align() noexcept {
+  const bool by_board = board_->descriptor() >= 0;
+  const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
+  if (by_board ? !board_seen_ : !first.seen) return;
+  const std::int64_t now = by_board ? board_tick_ : first.frame_tick();
+  if (!by_board && !first.aligned) tick_ = now;
+  for (Axis& a : axes_) {
+    if (!a.sensor || !a.seen) continue;
+    // The frames of a tick arrive after its board reading; the smallest difference seen is the true one.
+    const std::int64_t offset = now - a.frame_tick();
+    a.offset = a.aligned ? std::min(a.offset, offset) : offset;
+    a.aligned = true;
+  }
+}
+
+bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
+  const auto reached = [&](bool counts, std::int64_t at) { return counts ? at >= tick : all; };
+  const bool b = reached(board_->descriptor() >= 0, board_seen_ ? board_tick_ : tick - 1);
+  const auto laser = [&](const Axis& a) {
+    return reached(a.sensor && a.sensor->connected() && (all || a.aligned), a.aligned ? a.tick() : tick - 1);
+  };
+  return all ? b && laser(axes_[0]) && laser(axes_[1]) : b || laser(axes_[0]) || laser(axes_[1]);
+}
+
+long HardwareRig::wait(std::int64_t timeout) noexcept {
+  const WallTime time;
+  std::int64_t deadline = time.now() + timeout;
+  bool some = false;
+  while (true) {
+    drain();
+    if (!armed_) align();
+    const std::int64_t now = time.now();
+    const bool by_board = board_->descriptor() >= 0;
+    // While the order of the samples is being learned, the board says what a tick is and everything that may still
+    // come is waited for.
+    if (!some && (armed_ || !by_board ? complete(tick_ + 1, false) : board_tick_ > tick_)) {
+      some = true;
+      deadline = std::min(deadline, now + static_cast<std::int64_t>(1e9 * options_.grace));
+    }
+    if ((armed_ && complete(tick_ + 1, true)) || now >= deadline) break;
+    std::array<pollfd, 3> fds;
+    nfds_t count = 0;
+    if (by_board && (!armed_ || board_tick_ <= tick_)) fds[count++] = {board_->descriptor(), POLLIN, 0};
+    for (const Axis& a : axes_) {
+      if (a.sensor && a.sensor->connected() && (!armed_ || !a.aligned || a.tick() <= tick_)) {
+        fds[count++] = {a.sensor->descriptor(), POLLIN, 0};
+      }
+    }
+    const timespec left{(deadline - now) / 1'000'000'000, (deadline - now) % 1'000'000'000};
+    ::ppoll(fds.data(), count, &left, nullptr);
+  }
+  waited_ = true;
+  std::int64_t newest = board_->descriptor() >= 0 && board_seen_ ? board_tick_ : tick_;
+  for (const Axis& a : axes_) {
+    if (a.sensor && a.aligned && (armed_ || board_->descriptor() < 0)) newest = std::max(newest, a.tick());
+  }
+  const std::int64_t advanced = newest - tick_;
+  if (advanced <= 0) return 0;
+  tick_ = newest;
+  return static_cast<long>(advanced);
+}
+
+InputState HardwareRig::examine(Axis& a, const PositionInput& input) noexcept {
+  const double sample_rate = a.sensor ? input.laser.measuring_rate : 1 / options_.sample_time;
+  if (!a.sensor) {
+    const double volts = reading_.analog[static_cast<std::size_t>(input.analog)];
+    const double current = volts / input.shunt;
+    a.repeated = volts == a.last_analog ? a.repeated + 1 : 0;
+    a.last_analog = volts;
+    a.distance = (current - 4e-3) / 16e-3 * input.laser.range;
+    if (!board_seen_) return InputState::no_sample;
+    if (!(current >= kSmallestCurrent && current <= kLargestCurrent)) return InputState::current;
+  } else {
+    if (!a.seen || !a.sensor->connected()) return InputState::no_sample;
+    a.distance = a.newest.reading.distance;
+    const std::int64_t behind = a.aligned ? tick_ - a.tick() : 0;
+    if (behind > 0) ++a.late;
+    if (static_cast<double>(behind) * options_.sample_time > options_.max_age) return InputState::too_old;
+    if (a.newest.reading.error != optoncdt::SensorError::none) return InputState::sensor_error;
+  }
+  if (options_.stuck > 0 && static_cast<double>(a.repeated) > options_.stuck * sample_rate) return InputState::stuck;
+  return InputState::good;
+}
+
+Measurement HardwareRig::read() noexcept {
+  if (!waited_) {  // the loop runs on a clock of its own: take what is there
+    drain();
+    if (!armed_) align();
+    tick_ = board_->descriptor() >= 0 ? std::max(tick_, board_tick_) : tick_ + 1;
+  }
+  waited_ = false;
+  board_silent_ = board_fresh_ ? 0 : board_silent_ + 1;
+  board_fresh_ = false;
+  Measurement m;
+  m.t = static_cast<double>(tick_ - start_) * options_.sample_time;
+  m.beta = reading_.beta;
+  m.omega = reading_.omega;
+  m.omega_dot = reading_.omega_dot;
+  angle_repeated_ = reading_.beta == last_beta_ ? angle_repeated_ + 1 : 0;
+  last_beta_ = reading_.beta;
+  std::array<double, 2> z;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const PositionInput& p = options_.position[i];
+    axes_[i].state = examine(axes_[i], p);
+    z[i] = p.direction * p.gain * (axes_[i].distance - p.offset);
+    if (axes_[i].state != InputState::good) {
+      m.valid = false;
+      if (!std::isfinite(z[i])) z[i] = 0;
+    }
+  }
+  m.x = z[0];
+  m.y = z[1];
+  return m;
+}
+
+void HardwareRig::write(const Command& force) noexcept {
+  BoardCommand c;
+  const std::array<double, 2> u{force.ux, force.uy};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ForceOutput& f = options_.force[i];
+    const double volts = f.direction * u[i] / f.force_per_volt + f.offset;
+    c.volts[i] = armed_ && std::isfinite(volts) ? std::clamp(volts, -f.limit, f.limit) : 0;
+  }
+  c.answers = reading_.tick;
+  c.armed = armed_;
+  c.start = armed_ || started_;
+  board_->write(c);
+}
+
+void HardwareRig::arm(bool armed) noexcept {
+  if (armed && !armed_) start_ = tick_ + 1;
+  armed_ = armed;
+}
+
+Fault HardwareRig::fault() const noexcept {
+  if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
+  if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
+  const double stood = static_cast<double>(angle_repeated_) * options_.sample_time;
+  if (options_.stuck > 0 && stood > options_.stuck && std::abs(reading_.omega) * stood > kTurned) return Fault::stale_sensor;
+  return Fault::none;
+}
+
+}  // namespace whirl
