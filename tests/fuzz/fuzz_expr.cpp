@@ -1,4 +1,4 @@
-// Symbolic terms: any text gives either a term whose printed form is read again, or an Error.
+// Symbolic terms: any text gives either a term whose printed form reads back to the same, or an Error.
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
@@ -24,8 +24,9 @@ bool only_errors(F&& f) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   only_errors([&] {
-    const std::string printed = whirl::Expr::parse(text).str();
-    if (!only_errors([&] { whirl::Expr::parse(printed); })) std::abort();
+    const whirl::Expr term = whirl::Expr::parse(text);
+    const std::string printed = term.str();
+    if (!only_errors([&] { if (!(whirl::Expr::parse(printed) == term)) std::abort(); })) std::abort();
   });
   only_errors([&] {
     const std::string printed = whirl::Unit::parse(text).str();

@@ -28,6 +28,8 @@ std::pair<Expr, Expr> base_exponent(const Expr& e);
 bool is_integer(const Expr& e);
 /// Never negative where it is defined.
 bool non_negative(const Expr& e);
+/// Value of the function; y only for min and max.
+double apply(Function function, double x, double y);
 /// Natural order of names: X2 before X10.
 int compare_names(const std::string& a, const std::string& b);
 struct NaturalOrder {

@@ -150,6 +150,42 @@ TEST(ExprProperty, TextRoundTripsAndKeepsTheValue) {
   EXPECT_GT(seen.size(), 1500u);
 }
 
+// Powers of powers and quotients of powers, which meet again only after printing.
+TEST(ExprProperty, WildTermsRoundTripAndKeepTheValue) {
+  std::mt19937_64 rng(21);
+  const std::map<std::string, double, std::less<>> at = {{"X1", 1.3}, {"X2", -0.7}, {"X3", 2.1}};
+  int read = 0, compared = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const testing::WildTerm term = testing::wild_term(rng, 2 + i % 4);
+    Expr e;
+    try {
+      e = P(term.text);
+    } catch (const Error&) {
+      continue;  // a constant part is undefined
+    }
+    ++read;
+    const Expr again = P(e.str());
+    EXPECT_EQ(e, again) << term.text << "\n  " << e.str() << "\n  " << again.str();
+    EXPECT_EQ(e.hash(), again.hash()) << term.text;
+    if (!(std::abs(term.value) > 1e-6)) continue;
+    ++compared;
+    EXPECT_NEAR(evaluate(e, at), term.value, 1e-7 * std::abs(term.value)) << term.text << "\n  " << e.str();
+  }
+  EXPECT_GT(read, 15000);
+  EXPECT_GT(compared, 10000);
+}
+
+TEST(ExprCanonical, PowersOfOneBaseMeetWhereverTheyStand) {
+  const Expr e = P("-(X1^2e-3*X2)/(1 + abs(X4))^exp(-2.5e-3*X2)/(1 + abs(X4))");
+  EXPECT_EQ(P(e.str()), e);
+  EXPECT_EQ(e, P("-X1^0.002*X2*(1 + abs(X4))^(-1 - exp(-0.0025*X2))"));
+  EXPECT_EQ(P("1/2^x/2^y"), P("2^(-x - y)"));
+  EXPECT_EQ(P("(x - y)*(y - x)"), P("-(x - y)^2"));
+  EXPECT_EQ(P("(x - y)/(y - x)"), P("-1"));
+  EXPECT_EQ(P("exp(x)^y*exp(x)"), P("exp(x*y)*exp(x)"));
+  EXPECT_FALSE(P("(x^y)^2") == P("x^(2*y)"));  // x may be negative
+}
+
 TEST(ExprProperty, OrderIsTotal) {
   std::mt19937_64 rng(8);
   std::vector<Expr> terms;
