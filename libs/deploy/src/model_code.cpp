@@ -5,6 +5,7 @@
 #include <optional>
 #include <random>
 
+#include "fmu_description.hpp"
 #include "template.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/system.hpp"
@@ -68,23 +69,27 @@ std::optional<std::size_t> input_index(const ModelSystem& s, std::string_view a,
   return std::nullopt;
 }
 
-std::string later_inputs(const ModelSystem& s) {
+/// C of each angle input after a time, empty for an input that is held: u[0] + (tau * ...).
+std::vector<std::string> later_terms(const ModelSystem& s, const std::string& u, const std::string& tau) {
   const auto beta = input_index(s, "beta", "X5"), omega = input_index(s, "omega", "X6"), alpha = input_index(s, "alpha", "X7");
+  std::vector<std::string> out(s.inputs.size());
+  if (omega && alpha) out[*omega] = fmt::format("{0}[{1}] + ({2} * {0}[{3}])", u, *omega, tau, *alpha);
+  if (beta && omega) {
+    out[*beta] = alpha ? fmt::format("{0}[{1}] + ({2} * ({0}[{3}] + (R(0.5) * {2} * {0}[{4}])))", u, *beta, tau, *omega, *alpha)
+                       : fmt::format("{0}[{1}] + ({2} * {0}[{3}])", u, *beta, tau, *omega);
+  }
+  return out;
+}
+
+std::string later_inputs(const ModelSystem& s) {
+  if (s.inputs.empty()) return "  (void)tau;\n  (void)u;\n  later[0] = R(0.0);";
   std::string out;
   bool uses_tau = false;
-  for (std::size_t i = 0; i < s.inputs.size(); ++i) {
-    out += fmt::format("{}  later[{}] = u[{}]", out.empty() ? "" : "\n", i, i);
-    if (beta == i && omega) {
-      out += alpha ? fmt::format(" + (tau * (u[{}] + (R(0.5) * tau * u[{}])))", *omega, *alpha)
-                   : fmt::format(" + (tau * u[{}])", *omega);
-      uses_tau = true;
-    } else if (omega == i && alpha) {
-      out += fmt::format(" + (tau * u[{}])", *alpha);
-      uses_tau = true;
-    }
-    out += ";";
+  const std::vector<std::string> terms = later_terms(s, "u", "tau");
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    uses_tau = uses_tau || !terms[i].empty();
+    out += fmt::format("{}  later[{}] = {};", out.empty() ? "" : "\n", i, terms[i].empty() ? fmt::format("u[{}]", i) : terms[i]);
   }
-  if (s.inputs.empty()) out = "  (void)u;\n  later[0] = R(0.0);";
   return (uses_tau ? "" : "  (void)tau;\n") + out;
 }
 
@@ -150,6 +155,15 @@ TemplateSettings settings_of(const ModelSystem& s, const CodeOptions& options) {
 }
 
 }  // namespace
+
+std::string angle_lines(const ModelSystem& system) {
+  std::string out;
+  const std::vector<std::string> terms = later_terms(system, "c->input", "age");
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    if (!terms[i].empty()) out += fmt::format("{}    u[{}] = {};", out.empty() ? "" : "\n", i, terms[i]);
+  }
+  return out.empty() ? "    (void)age;" : out;
+}
 
 ModelCode model_code(const ModelSystem& system, const CodeOptions& options) {
   const TemplateSettings t = settings_of(system, options);

@@ -1,0 +1,250 @@
+#include "whirl/deploy/fmu.hpp"
+
+#include <fmt/format.h>
+#include <zip.h>
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "fmu_description.hpp"
+#include "template.hpp"
+#include "whirl/control/catalogue.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/expr/unit.hpp"
+
+namespace whirl {
+namespace {
+
+/// FNV-1a over the text, from a given start: the token only has to differ where the content does.
+std::uint64_t hash(std::string_view text, std::uint64_t state) {
+  for (const char c : text) state = (state ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return state;
+}
+
+std::string token_of(const std::string& content) {
+  const std::uint64_t a = hash(content, 14695981039346656037ULL), b = hash(content, a ^ 0x9e3779b97f4a7c15ULL);
+  return fmt::format("{{{:08x}-{:04x}-{:04x}-{:04x}-{:012x}}}", a >> 32, (a >> 16) & 0xffff, a & 0xffff, b >> 48,
+                     b & 0xffffffffffffULL);
+}
+
+/// The list of variables with the enumeration of their value references for the C side.
+class Builder {
+ public:
+  explicit Builder(std::string title) {
+    description.title = std::move(title);
+    FmuVariable time{"time", "s", "independent variable", "independent", "continuous", ""};
+    description.variables.push_back(time);
+  }
+  /// Starts the block FIRST_<name> with the count <names>.
+  void block(const char* name, std::size_t count) {
+    layout += fmt::format("{}  FIRST_{} = {},\n  {}S = {}", layout.empty() ? "" : ",\n", name, description.variables.size(), name, count);
+  }
+  void constant(const char* name, std::size_t value) { layout += fmt::format(",\n  {} = {}", name, value); }
+  int add(FmuVariable v) {
+    description.variables.push_back(std::move(v));
+    return static_cast<int>(description.variables.size()) - 1;
+  }
+  /// Parameters: addresses `prefix`name, tunable except `fixed`. Returns the reference of `fixed`.
+  int parameters(const std::vector<CodeParameter>& all, const std::string& fixed) {
+    int reference = -1;
+    for (const CodeParameter& p : all) {
+      const bool is_fixed = p.name == fixed;
+      const int r = add({p.name, p.unit, p.meaning, "parameter", is_fixed ? "fixed" : "tunable", number_text(p.value),
+                         FmuVariable::Type::real, -1, std::isinf(p.low) ? 0 : p.low, std::isinf(p.high) ? 0 : p.high});
+      if (is_fixed) reference = r;
+      pointers += fmt::format("{}    case {}U:\n      return &c->{}{};", pointers.empty() ? "" : "\n", r,
+                              p.name == "inner_step" ? "" : "params.", p.name);
+    }
+    return reference;
+  }
+
+  FmuDescription description;
+  std::string layout, pointers;
+};
+
+FmuVariable real(const std::string& name, const std::string& unit, const std::string& meaning, const char* causality,
+                 const char* variability, const std::string& start) {
+  return {name, unit, meaning, causality, variability, start};
+}
+
+void require(const FmuOptions& o) {
+  if (o.version != 2 && o.version != 3) throw Error::in_field("fmi version", std::to_string(o.version), "2 or 3");
+  if (!o.co_simulation && !o.model_exchange) throw Error("an FMU needs co-simulation or model exchange");
+  if (o.code.single_precision) throw Error("an FMU has double precision: leave out --float");
+}
+
+std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings s, const SourceFile& header,
+                               const SourceFile& source) {
+  const std::string& id = o.code.prefix;
+  s.prefix = id;
+  s.slots["prefix"] = id;
+  s.slots["layout"] = b.layout;
+  s.slots["pointers"] = b.pointers;
+  s.slots["me"] = o.model_exchange ? "true" : "false";
+  s.slots["cs"] = o.co_simulation ? "true" : "false";
+  // The description without its token names every variable; with the source it is what the token stands for.
+  const std::string token = token_of(header.text + source.text + fmu_xml(b.description, o, ""));
+  s.slots["token"] = token;
+  const char* const version = o.version == 2 ? "fmi2" : "fmi3";
+  std::string code = fmt::format("/* {}: FMI {}.0 around {}.c. */\n", id, o.version, id);
+  code += fill_template(deploy_template("fmu_core.c"), s) + fill_template(deploy_template(std::string(version) + ".c"), s);
+  std::vector<SourceFile> files{{"modelDescription.xml", fmu_xml(b.description, o, token)},
+                                {"sources/" + header.name, header.text},
+                                {"sources/" + source.name, source.text},
+                                {"sources/" + id + "_fmu.c", drop_unused_functions(code)},
+                                {fmt::format("sources/{}.h", version), std::string(deploy_template(std::string(version) + ".h"))}};
+  if (o.version == 3) {
+    files.push_back({"sources/buildDescription.xml",
+                     fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
+                                 "  <BuildConfiguration modelIdentifier=\"{0}\">\n    <SourceFileSet language=\"C99\">\n"
+                                 "      <SourceFile name=\"{0}.c\"/>\n      <SourceFile name=\"{0}_fmu.c\"/>\n    </SourceFileSet>\n"
+                                 "  </BuildConfiguration>\n</fmiBuildDescription>\n",
+                                 id)});
+  }
+  return files;
+}
+
+}  // namespace
+
+std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options) {
+  FmuOptions o = options;
+  require(o);
+  if (!o.co_simulation) throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
+  o.model_exchange = false;
+  const ControllerCode code = controller_code(design, o.code);
+  Builder b(law_info(design.law).title + " with the estimator: " + estimator_info(design.estimator).title);
+  b.block("INPUT", 5);
+  b.add(real("x", "m", "measured displacement of the disk", "input", "discrete", "0"));
+  b.add(real("y", "m", "measured displacement of the disk", "input", "discrete", "0"));
+  b.add(real("beta", "rad", "rotor angle", "input", "discrete", "0"));
+  b.add(real("omega", "rad/s", "rotor speed", "input", "discrete", "0"));
+  b.add(real("omega_dot", "rad/s^2", "rotor acceleration", "input", "discrete", "0"));
+  b.block("OUTPUT", 10);
+  const std::pair<const char*, const char*> outputs[] = {
+      {"ux", "force to apply"}, {"uy", "force to apply"}, {"requested_ux", "force before the limit"},
+      {"requested_uy", "force before the limit"}, {"s_x", "sliding variable"}, {"s_y", "sliding variable"},
+      {"x_estimate", "displacement estimated"}, {"y_estimate", "displacement estimated"},
+      {"vx_estimate", "velocity estimated"}, {"vy_estimate", "velocity estimated"}};
+  for (const auto& [name, meaning] : outputs) {
+    const std::string_view n = name;
+    const char* const unit = n.find('u') == 0 || n.starts_with("req") ? "N" : n.starts_with("s_") || n[0] == 'v' ? "m/s" : "m";
+    b.add(real(name, unit, meaning, "output", "discrete", ""));
+  }
+  b.block("PARAMETER", code.parameters.size());
+  TemplateSettings s;
+  s.features = {"CONTROLLER"};
+  s.slots["fixed"] = std::to_string(b.parameters(code.parameters, "sample_time"));
+  s.slots["states"] = s.slots["indicators"] = "0U";
+  b.block("BOOLEAN", 3);
+  b.add({"valid", "", "the displacement sample is not lost", "input", "discrete", "true", FmuVariable::Type::boolean});
+  b.add({"saturated", "", "the force limit acted", "output", "discrete", "", FmuVariable::Type::boolean});
+  b.add({"held", "", "the sample was lost or not plausible", "output", "discrete", "", FmuVariable::Type::boolean});
+  b.constant("STATUS", b.description.variables.size());
+  b.add({"status", "", "0 fine, 1 not finite, 2 stale sensor: the force is then 0", "output", "discrete", "",
+         FmuVariable::Type::integer});
+  b.description.step = design.sample_time;
+  b.description.variable_step = false;
+  return finish(b, o, std::move(s), code.header, code.source);
+}
+
+std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options) {
+  require(options);
+  require_range("inner_step", options.inner_step, 1e-7, 1, "s");
+  const ModelSystem system = model_system(model);
+  if (system.discrete) throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
+  const ModelCode code = model_code(system, options.code);
+  Builder b(system.title);
+  b.block("INPUT", system.inputs.size());
+  for (const SystemVariable& v : system.inputs) b.add(real(v.name, v.unit, v.meaning, "input", "continuous", "0"));
+  b.block("STATE", system.states.size());
+  std::vector<int> states;
+  for (const SystemVariable& v : system.states) states.push_back(b.add(real(v.name, v.unit, v.meaning, "local", "continuous", "0")));
+  b.block("RATE", system.states.size());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const SystemVariable& v = system.states[i];
+    FmuVariable rate = real(fmt::format("der({})", v.name), v.unit == "1" ? "1/s" : (Unit::parse(v.unit) / Unit::parse("s")).str(),
+                            "derivative", "local", "continuous", "");
+    rate.derivative_of = states[i];
+    b.add(rate);
+  }
+  b.block("OUTPUT", system.outputs.size());
+  for (const SystemVariable& v : system.outputs) b.add(real(v.name, v.unit, v.meaning, "output", "continuous", ""));
+  std::vector<CodeParameter> parameters = system.parameters;
+  parameters.push_back({"inner_step", "s", "step of the integration in co-simulation", options.inner_step, 1e-7, 1});
+  b.block("PARAMETER", parameters.size());
+  TemplateSettings s;
+  s.features = {"PLANT"};
+  s.slots["fixed"] = std::to_string(b.parameters(parameters, "inner_step"));
+  s.slots["inner"] = number_text(options.inner_step, true);
+  s.slots["states"] = fmt::format("{}U", system.states.size());
+  s.slots["indicators"] = fmt::format("{}U", system.events.size());
+  if (!system.events.empty()) {
+    s.features.insert("EVENTS");
+    b.block("EVENT", system.events.size());
+    for (std::size_t i = 0; i < system.events.size(); ++i) {
+      FmuVariable v = real(fmt::format("event_{}", i + 1), "", "zero crossing of " + system.events[i].str(), "local", "continuous", "");
+      v.event = true;
+      b.add(v);
+    }
+  }
+  s.slots["aged"] = angle_lines(system);
+  b.description.step = options.inner_step;
+  return finish(b, options, std::move(s), code.header, code.source);
+}
+
+void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path) {
+  const std::string& id = options.code.prefix;
+  std::string folder = (std::filesystem::temp_directory_path() / "whirl-fmu-XXXXXX").string();
+  if (mkdtemp(folder.data()) == nullptr) throw Error("no temporary folder for the compiler: " + folder);
+  struct Remove {
+    std::string folder;
+    ~Remove() {
+      std::error_code ignored;
+      std::filesystem::remove_all(folder, ignored);
+    }
+  } const remove{folder};
+  for (const SourceFile& f : files) {
+    std::filesystem::create_directories((std::filesystem::path(folder) / f.name).parent_path());
+    std::ofstream(std::filesystem::path(folder) / f.name, std::ios::binary) << f.text;
+  }
+  const std::string command =
+      fmt::format("cd '{}/sources' && cc -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c {}_fmu.c -lm 2>../cc.log",
+                  folder, id, id, id);
+  if (std::system(command.c_str()) != 0) {
+    std::ifstream log(std::filesystem::path(folder) / "cc.log");
+    std::string first;
+    std::getline(log, first);
+    throw Error("the C compiler 'cc', which builds the binary of an FMU, did not succeed: " + first);
+  }
+  std::ifstream binary(std::filesystem::path(folder) / (id + ".so"), std::ios::binary);
+  std::ostringstream bytes;
+  bytes << binary.rdbuf();
+  std::vector<SourceFile> all = files;
+  all.push_back({fmt::format("binaries/{}/{}.so", options.version == 2 ? "linux64" : "x86_64-linux", id), bytes.str()});
+
+  int code = 0;
+  zip_t* const zip = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
+  if (zip == nullptr) throw Error(path.string() + ": cannot be written");
+  constexpr time_t kEpoch = 315532800 + 86400;  // 1980, the first year a ZIP file knows: the same bytes every time
+  for (const SourceFile& f : all) {
+    zip_source_t* const source = zip_source_buffer(zip, f.text.data(), f.text.size(), 0);
+    const zip_int64_t index = source == nullptr ? -1 : zip_file_add(zip, f.name.c_str(), source, ZIP_FL_ENC_UTF_8);
+    if (index < 0) {
+      const std::string why = zip_strerror(zip);
+      zip_source_free(source);
+      zip_discard(zip);
+      throw Error(fmt::format("{}: {}", path.string(), why));
+    }
+    zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), kEpoch, 0);
+  }
+  if (zip_close(zip) != 0) {
+    const std::string why = zip_strerror(zip);
+    zip_discard(zip);
+    throw Error(fmt::format("{}: {}", path.string(), why));
+  }
+}
+
+}  // namespace whirl

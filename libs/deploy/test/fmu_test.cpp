@@ -1,0 +1,450 @@
+#include "whirl/deploy/fmu.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <iterator>
+#include <set>
+#include <sstream>
+
+#include "designs.hpp"
+#include "importer.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rotor/equations.hpp"
+
+namespace whirl {
+namespace {
+
+using testing::Importer;
+
+/// Version of the standard.
+class FmuExport : public ::testing::TestWithParam<int> {
+ protected:
+  template <class T>
+  Importer import(const T& value, FmuOptions options = {}) {
+    options.version = GetParam();
+    options.code.prefix = "unit";
+    const auto path = folder.path() / "unit.fmu";
+    pack_fmu(fmu_files(value, options), options, path);
+    return {path, folder.path() / "unpacked"};
+  }
+  testing::TemporaryFolder folder;
+};
+INSTANTIATE_TEST_SUITE_P(Versions, FmuExport, ::testing::Values(2, 3), [](const auto& v) { return fmt::format("Fmi{}", v.param); });
+
+IdentifiedModel rotor_model() {
+  IdentifiedModel m;
+  m.rotor = testing::design_of("pd", "lpf").model;
+  m.rotor->k1_conj = {20, -15};
+  m.rotor->offset = {3e-6, -8e-6};
+  return m;
+}
+
+/// x'' = -k x - f sgn(x'), k = 400 1/s^2, f = 2 m/s^2.
+IdentifiedModel friction_oscillator() {
+  IdentifiedModel m;
+  m.method = "test";
+  m.states = {"X1", "X2"};
+  const auto term = [](const char* function, double value) { return EquationTerm{function, {value, 0, value, value}, ""}; };
+  m.equations = {{"X2'", {term("X1", -400), term("sgn(X2)", -2)}}};
+  return m;
+}
+
+/// Inputs of a rotor that runs down in front of sensors.
+Measurement reading(int k) {
+  const double t = 1e-3 * k, omega = 120 - 6 * t;
+  Measurement m;
+  m.beta = 120 * t - 3 * t * t;
+  m.omega = omega;
+  m.omega_dot = -6;
+  const double a = 2e-4 + 1e-3 / (1 + std::pow((omega - 75) / 4, 2));
+  m.x = a * std::cos(m.beta - 1) + 1e-6 * std::sin(377 * t);
+  m.y = a * std::sin(m.beta - 1);
+  m.valid = k % 97 != 0;
+  return m;
+}
+
+TEST_P(FmuExport, ControllerEqualsTheLibraryStepByStep) {
+  const ControllerDesign design = GetParam() == 2 ? testing::design_of("tsmc", "kfe") : testing::design_of("sta", "eso");
+  const Importer fmu = import(design);
+  void* const c = fmu.instantiate(false, fmu.token);
+  ASSERT_NE(c, nullptr);
+  ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
+  ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
+  Controller controller = make_controller(design);
+  double size = 0, error = 0;
+  for (int k = 0; k < 14000; ++k) {
+    const Measurement m = reading(k);
+    const double in[] = {m.x, m.y, m.beta, m.omega, m.omega_dot};
+    const char* names[] = {"x", "y", "beta", "omega", "omega_dot"};
+    for (int i = 0; i < 5; ++i) ASSERT_EQ(fmu.set(c, names[i], in[i]), 0);
+    fmu.set_boolean(c, "valid", m.valid);
+    ASSERT_EQ(fmu.step(c, 1e-3 * k, 1e-3), 0);
+    const auto out = controller.step(m);
+    ASSERT_TRUE(out);
+    size = std::max({size, std::abs(out->ux), std::abs(out->uy)});
+    error = std::max({error, std::abs(fmu.get(c, "ux") - out->ux), std::abs(fmu.get(c, "uy") - out->uy)});
+    EXPECT_EQ(fmu.get_boolean(c, "held"), !m.valid);
+  }
+  EXPECT_GT(size, 1);
+  EXPECT_LE(error, 1e-12 * size);
+  fmu.free(c);
+}
+
+TEST_P(FmuExport, ControllerRefusesWrongStepsOrdersAndParameters) {
+  const Importer fmu = import(testing::design_of("tsmc", "kfe"));
+  EXPECT_EQ(fmu.instantiate(false, "{wrong}"), nullptr);
+  EXPECT_EQ(fmu.instantiate(true, fmu.token), nullptr);
+  void* const c = fmu.instantiate(false, fmu.token);
+  EXPECT_NE(fmu.step(c, 0, 1e-3), 0) << "before the initialization";
+  EXPECT_EQ(fmu.set(c, "surface_gain", -1), 0);
+  EXPECT_EQ(fmu.enter_initialization(c, 0), 0);
+  EXPECT_NE(fmu.call("ExitInitializationMode", c), 0) << "a gain out of range";
+  EXPECT_EQ(fmu.call("Reset", c), 0);
+  EXPECT_EQ(fmu.get(c, "surface_gain"), 60);
+  EXPECT_EQ(fmu.enter_initialization(c, 0), 0);
+  EXPECT_EQ(fmu.call("ExitInitializationMode", c), 0);
+  EXPECT_NE(fmu.step(c, 0, 0.7e-3), 0) << "no multiple of the sample time";
+  EXPECT_EQ(fmu.step(c, 0, 2e-3), 0);
+  EXPECT_NE(fmu.set(c, "sample_time", 2e-3), 0) << "fixed";
+  EXPECT_NE(fmu.set(c, "ux", 1), 0) << "an output";
+  EXPECT_EQ(fmu.set(c, "surface_gain", 80), 0) << "tunable";
+  EXPECT_EQ(fmu.step(c, 2e-3, 1e-3), 0);
+  EXPECT_EQ(fmu.set(c, "x", NAN), 0);
+  EXPECT_EQ(fmu.step(c, 3e-3, 1e-3), 0);
+  EXPECT_TRUE(fmu.get_boolean(c, "held"));
+  fmu.free(c);
+}
+
+TEST_P(FmuExport, StatesAreSavedAndInstancesShareNothing) {
+  const Importer fmu = import(testing::design_of("sta", "kfe"));
+  const auto make = [&] {
+    void* const c = fmu.instantiate(false, fmu.token);
+    fmu.enter_initialization(c, 0);
+    fmu.call("ExitInitializationMode", c);
+    return c;
+  };
+  const auto run = [&](void* c, int from, int to) {
+    double u = 0;
+    for (int k = from; k < to; ++k) {
+      const Measurement m = reading(k);
+      fmu.set(c, "x", m.x), fmu.set(c, "y", m.y), fmu.set(c, "beta", m.beta), fmu.set(c, "omega", m.omega);
+      EXPECT_EQ(fmu.step(c, 1e-3 * k, 1e-3), 0);
+      u = fmu.get(c, "ux");
+    }
+    return u;
+  };
+  void *const a = make(), *const b = make();
+  const double reference = run(a, 0, 200);
+  run(b, 0, 100);
+  void *state = nullptr, *copy = nullptr;
+  const std::string s = fmu.three ? "FMUState" : "FMUstate";
+  EXPECT_EQ(fmu.function<int(void*, void**)>("Get" + s)(b, &state), 0);
+  std::size_t size = 0;
+  EXPECT_EQ(fmu.function<int(void*, void*, std::size_t*)>("Serialized" + s + "Size")(b, state, &size), 0);
+  std::vector<char> bytes(size);
+  EXPECT_EQ(fmu.function<int(void*, void*, char*, std::size_t)>("Serialize" + s)(b, state, bytes.data(), size), 0);
+  run(b, 5000, 5100);
+  EXPECT_EQ(fmu.function<int(void*, const char*, std::size_t, void**)>((fmu.three ? "Deserialize" : "DeSerialize") + s)(
+                b, bytes.data(), size, &copy),
+            0);
+  EXPECT_EQ(fmu.function<int(void*, void*)>("Set" + s)(b, copy), 0);
+  EXPECT_EQ(run(b, 100, 200), reference);
+  for (void** p : {&state, &copy}) EXPECT_EQ(fmu.function<int(void*, void**)>("Free" + s)(b, p), 0);
+  fmu.free(a);
+  fmu.free(b);
+}
+
+/// Acceleration of the library's rotor.
+std::array<double, 4> library_rate(const RotorModel& m, const std::array<double, 4>& x, const double* u) {
+  const std::complex<double> a =
+      lateral_acceleration(m, {x[0], x[2]}, {x[1], x[3]}, unbalance_forcing(u[0], u[1], u[2]), {u[3], u[4]});
+  return {x[1], a.real(), x[3], a.imag()};
+}
+
+template <class Rate>
+std::array<double, 4> rk4(const Rate& f, double t, const std::array<double, 4>& x, double h) {
+  const auto along = [&](const std::array<double, 4>& k, double s) {
+    std::array<double, 4> out = x;
+    for (std::size_t i = 0; i < 4; ++i) out[i] += s * k[i];
+    return out;
+  };
+  const auto k1 = f(t, x), k2 = f(t + h / 2, along(k1, h / 2)), k3 = f(t + h / 2, along(k2, h / 2)), k4 = f(t + h, along(k3, h));
+  std::array<double, 4> out = x;
+  for (std::size_t i = 0; i < 4; ++i) out[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
+  return out;
+}
+
+constexpr const char* kInputs[] = {"beta", "omega", "alpha", "ux", "uy"};
+
+/// Inputs of the run-down at time t with forces of time `held`.
+std::array<double, 5> plant_inputs(double t, double held) {
+  return {120 * t - 3 * t * t, 120 - 6 * t, -6, 5 * std::sin(70 * held), 3 * std::cos(60 * held)};
+}
+
+TEST_P(FmuExport, PlantInCoSimulationEqualsTheLibraryStepByStep) {
+  const IdentifiedModel model = rotor_model();
+  const Importer fmu = import(model);
+  void* const c = fmu.instantiate(false, fmu.token);
+  ASSERT_NE(c, nullptr);
+  EXPECT_EQ(fmu.set(c, "x", 1e-4), 0);
+  EXPECT_EQ(fmu.set(c, "vy", 0.01), 0);
+  ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
+  ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
+  EXPECT_NE(fmu.set(c, "x", 1), 0) << "a state during the run";
+  std::array<double, 4> x{1e-4, 0, 0, 0.01};
+  const char* states[] = {"x", "vx", "y", "vy"};
+  double size = 0, error = 0;
+  for (int k = 0; k < 14000; ++k) {
+    const double t = 1e-3 * k;
+    const auto u = plant_inputs(t, t);
+    for (int i = 0; i < 5; ++i) ASSERT_EQ(fmu.set(c, kInputs[i], u[static_cast<std::size_t>(i)]), 0);
+    ASSERT_EQ(fmu.step(c, t, 1e-3), 0);
+    x = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t, x, 1e-3);
+    for (std::size_t i = 0; i < 4; ++i) {
+      size = std::max(size, std::abs(x[i]));
+      error = std::max(error, std::abs(fmu.get(c, states[i]) - x[i]));
+    }
+    EXPECT_NEAR(fmu.get(c, "x_sensor"), fmu.get(c, "x") + 3e-6, 1e-18);
+  }
+  EXPECT_GT(size, 0.05);
+  EXPECT_LE(error, 1e-12 * size);
+  fmu.set(c, "ux", NAN);
+  const double before = fmu.get(c, "x");
+  EXPECT_NE(fmu.step(c, 14, 1e-3), 0);
+  EXPECT_EQ(fmu.get(c, "x"), before);
+  fmu.free(c);
+}
+
+TEST_P(FmuExport, PlantInModelExchangeEqualsTheLibraryStepByStep) {
+  const IdentifiedModel model = rotor_model();
+  const Importer fmu = import(model);
+  void* const c = fmu.instantiate(true, fmu.token);
+  ASSERT_NE(c, nullptr);
+  ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
+  ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
+  ASSERT_EQ(fmu.new_discrete_states(c), 0);
+  ASSERT_EQ(fmu.call("EnterContinuousTimeMode", c), 0);
+  std::array<double, 4> mine{1e-4, 0, 0, 0.01}, theirs = mine;
+  double size = 0, error = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double t = 1e-3 * k;
+    const auto rate = [&](double at, const std::array<double, 4>& s) {
+      const auto u = plant_inputs(at, t);
+      fmu.set_time(c, at);
+      for (int i = 0; i < 5; ++i) fmu.set(c, kInputs[i], u[static_cast<std::size_t>(i)]);
+      fmu.set_states(c, {s.begin(), s.end()});
+      const std::vector<double> dx = fmu.rates(c, 4);
+      return std::array<double, 4>{dx[0], dx[1], dx[2], dx[3]};
+    };
+    mine = rk4(rate, t, mine, 1e-3);
+    theirs = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t, theirs, 1e-3);
+    for (std::size_t i = 0; i < 4; ++i) {
+      size = std::max(size, std::abs(theirs[i]));
+      error = std::max(error, std::abs(mine[i] - theirs[i]));
+    }
+  }
+  EXPECT_LE(error, 1e-12 * size);
+  EXPECT_GT(size, 0.01);
+  fmu.free(c);
+}
+
+// An oscillator with Coulomb friction: every half swing is 2 f/k shorter, and it comes to rest inside |x| <= f/k.
+TEST_P(FmuExport, CoulombFrictionIsAStateEvent) {
+  const Importer fmu = import(friction_oscillator());
+  void* const c = fmu.instantiate(true, fmu.token);
+  ASSERT_NE(c, nullptr);
+  ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
+  std::vector<double> x{0.0525, 0};  // 5.25 units of 2 f/k = 0.01 m
+  fmu.set(c, "X1", x[0]);
+  ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
+  const auto enter = [&] {
+    ASSERT_EQ(fmu.new_discrete_states(c), 0);
+    ASSERT_EQ(fmu.call("EnterContinuousTimeMode", c), 0);
+  };
+  enter();
+  double t = 0;
+  const auto advance = [&](const std::vector<double>& from, double h) {
+    const auto rate = [&](const std::vector<double>& s) {
+      fmu.set_states(c, s);
+      return fmu.rates(c, 2);
+    };
+    const auto along = [&](const std::vector<double>& k, double s) { return std::vector<double>{from[0] + s * k[0], from[1] + s * k[1]}; };
+    const auto k1 = rate(from), k2 = rate(along(k1, h / 2)), k3 = rate(along(k2, h / 2)), k4 = rate(along(k3, h));
+    return std::vector<double>{from[0] + h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0]),
+                               from[1] + h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1])};
+  };
+  const auto indicator = [&](const std::vector<double>& s) {
+    fmu.set_states(c, s);
+    return fmu.vector(c, "GetEventIndicators", 1)[0];
+  };
+  std::vector<double> turns;
+  while (t < 1.2 && turns.size() < 5) {
+    const double before = indicator(x);
+    std::vector<double> next = advance(x, 1e-3);
+    double h = 1e-3;
+    const bool event = (indicator(next) > 0) != (before > 0);
+    if (event) {
+      double low = 0, high = h;
+      for (int i = 0; i < 60; ++i) {
+        h = 0.5 * (low + high);
+        next = advance(x, h);
+        ((indicator(next) > 0) != (before > 0) ? high : low) = h;
+      }
+      h = high;
+      next = advance(x, h);
+    }
+    x = next;
+    t += h;
+    fmu.set_time(c, t);
+    fmu.set_states(c, x);
+    if (event) {
+      if (t > 0.01) turns.push_back(std::abs(x[0]));
+      ASSERT_EQ(fmu.call("EnterEventMode", c), 0);
+      enter();
+      // At rest at a turning point the sign is 0: give it the side it leaves to.
+      x = advance(x, 1e-6);
+      t += 1e-6;
+      fmu.set_states(c, x);
+      ASSERT_EQ(fmu.call("EnterEventMode", c), 0);
+      enter();
+    }
+  }
+  ASSERT_EQ(turns.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(turns[i], 0.0525 - 0.01 * static_cast<double>(i + 1), 2e-7) << i;
+  EXPECT_LE(std::abs(x[0]), 2.0 / 400 + 1e-9);
+  fmu.free(c);
+}
+
+/// Every function of the standard, whether this FMU has a use for it or not; those of model exchange are left out of an FMI 2
+/// controller only.
+std::set<std::string> standard_functions(bool three, bool controller) {
+  const char* const text2 =
+      "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode "
+      "ExitInitializationMode Terminate Reset GetReal SetReal GetInteger SetInteger GetBoolean SetBoolean GetString SetString "
+      "GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate "
+      "GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus "
+      "GetIntegerStatus GetBooleanStatus GetStringStatus";
+  const char* const exchange2 =
+      " EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates "
+      "GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
+  std::string text3 =
+      "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution FreeInstance "
+      "EnterInitializationMode ExitInitializationMode EnterEventMode Terminate Reset GetNumberOfVariableDependencies "
+      "GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize SerializeFMUState "
+      "DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode "
+      "GetIntervalDecimal GetIntervalFraction GetShiftDecimal GetShiftFraction SetIntervalDecimal SetIntervalFraction "
+      "SetShiftDecimal SetShiftFraction EvaluateDiscreteStates UpdateDiscreteStates EnterContinuousTimeMode "
+      "CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives GetEventIndicators "
+      "GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates "
+      "EnterStepMode GetOutputDerivatives DoStep ActivateModelPartition";
+  for (const char* type : {"Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
+                           "Boolean", "String", "Binary", "Clock"}) {
+    text3 += fmt::format(" Get{0} Set{0}", type);
+  }
+  std::istringstream in(three ? text3 : controller ? std::string(text2) : std::string(text2) + exchange2);
+  std::set<std::string> out;
+  for (std::string name; in >> name;) out.insert((three ? "fmi3" : "fmi2") + name);
+  return out;
+}
+
+TEST_P(FmuExport, DescriptionHasTheStructureOfTheStandard) {
+  const bool three = GetParam() == 3;
+  for (const bool controller : {true, false}) {
+    const Importer fmu = controller ? import(testing::design_of("tsmc", "kfe")) : import(friction_oscillator());
+    EXPECT_EQ(fmu.root.attribute("modelName").value(), std::string("unit"));
+    EXPECT_EQ(bool(fmu.root.child("CoSimulation")), true);
+    EXPECT_EQ(bool(fmu.root.child("ModelExchange")), !controller);
+    std::set<std::string> units, names;
+    for (const pugi::xml_node u : fmu.root.child("UnitDefinitions").children("Unit")) units.insert(u.attribute("name").value());
+    std::vector<unsigned> references;
+    for (const pugi::xml_node v : fmu.variables) {
+      EXPECT_TRUE(names.insert(v.attribute("name").value()).second) << v.attribute("name").value();
+      references.push_back(v.attribute("valueReference").as_uint());
+      const pugi::xml_node typed = three ? v : v.first_child();
+      if (const auto unit = typed.attribute("unit")) {
+        EXPECT_TRUE(units.contains(unit.value())) << unit.value();
+      }
+      const std::string causality = v.attribute("causality").value();
+      if (causality == "input" || causality == "parameter") {
+        EXPECT_TRUE(typed.attribute("start")) << v.attribute("name").value();
+      }
+      if (causality != "independent") {
+        EXPECT_TRUE(v.attribute("description")) << v.attribute("name").value();
+      }
+      if (const auto d = typed.attribute("derivative")) {
+        const std::size_t at = three ? d.as_uint() : d.as_uint() - 1;
+        EXPECT_EQ("der(" + std::string(fmu.variables[at].attribute("name").value()) + ")", v.attribute("name").value());
+      }
+    }
+    EXPECT_EQ(std::set<unsigned>(references.begin(), references.end()).size(), references.size());
+    const pugi::xml_node structure = fmu.root.child("ModelStructure");
+    std::size_t outputs = 0, listed = 0;
+    for (const pugi::xml_node v : fmu.variables) outputs += std::string(v.attribute("causality").value()) == "output";
+    if (three) {
+      for (const pugi::xml_node o : structure.children("Output")) {
+        EXPECT_EQ(fmu.variables[o.attribute("valueReference").as_uint()].attribute("causality").value(), std::string("output"));
+        ++listed;
+      }
+      EXPECT_EQ(std::distance(structure.children("EventIndicator").begin(), structure.children("EventIndicator").end()), controller ? 0 : 1);
+    } else {
+      for (const pugi::xml_node o : structure.child("Outputs").children()) {
+        EXPECT_EQ(fmu.variables[o.attribute("index").as_uint() - 1].attribute("causality").value(), std::string("output"));
+        ++listed;
+      }
+      EXPECT_EQ(fmu.root.attribute("numberOfEventIndicators").as_int(), controller ? 0 : 1);
+      std::size_t unknowns = 0;
+      for ([[maybe_unused]] const pugi::xml_node u : structure.child("InitialUnknowns").children()) ++unknowns;
+      EXPECT_EQ(unknowns, outputs + (controller ? 0u : 2u));
+    }
+    EXPECT_EQ(listed, outputs);
+    EXPECT_EQ(fmu.names.front(), "modelDescription.xml");
+    for (const std::string& name : fmu.names) EXPECT_EQ(name.find('\\'), std::string::npos);
+
+    // The standard's functions and nothing else are visible.
+    const auto symbols = testing::shell(folder.path(), fmt::format("nm -D --defined-only unpacked/binaries/*/unit.so | awk '{{print $3}}'"));
+    std::istringstream lines(symbols.text);
+    const std::set<std::string> visible{std::istream_iterator<std::string>(lines), {}};
+    EXPECT_EQ(visible, standard_functions(three, controller));
+    if (testing::has_program("xmllint")) {
+      const auto lint = testing::shell(folder.path(), "find unpacked -name '*.xml' | xargs xmllint --noout");
+      EXPECT_EQ(lint.exit_code, 0) << lint.text;
+    }
+    std::filesystem::remove_all(folder.path() / "unpacked");
+  }
+}
+
+TEST_P(FmuExport, SourcesCompileStrictlyAndTheFileIsTheSameTwice) {
+  FmuOptions options;
+  options.version = GetParam();
+  options.code.prefix = "unit";
+  for (const auto& files : {fmu_files(testing::design_of("pid", "kfo"), options), fmu_files(friction_oscillator(), options)}) {
+    for (const SourceFile& f : files) folder.write(f.name, f.text);
+    const auto built = testing::shell(folder.path(), std::string("cd sources && cc ") + testing::kStrictC99 + " -fPIC -c unit.c unit_fmu.c");
+    EXPECT_EQ(built.exit_code, 0) << built.text;
+  }
+  const auto files = fmu_files(friction_oscillator(), options);
+  for (const char* name : {"a.fmu", "b.fmu"}) pack_fmu(files, options, folder.path() / name);
+  EXPECT_EQ(testing::shell(folder.path(), "cmp a.fmu b.fmu").exit_code, 0);
+}
+
+TEST(Fmu, RefusesWhatHasNoSuchForm) {
+  FmuOptions options;
+  options.version = 1;
+  EXPECT_THROW(fmu_files(testing::design_of("pd", "lpf"), options), Error);
+  options.version = 2;
+  options.co_simulation = false;
+  EXPECT_THROW(fmu_files(testing::design_of("pd", "lpf"), options), Error);
+  options = {};
+  options.code.single_precision = true;
+  EXPECT_THROW(fmu_files(testing::design_of("pd", "lpf"), options), Error);
+  IdentifiedModel map = friction_oscillator();
+  map.equations[0].lhs = "X2[k+1]";
+  map.equations.push_back({"X1[k+1]", map.equations[0].terms});
+  EXPECT_THROW(fmu_files(map, {}), Error);
+}
+
+}  // namespace
+}  // namespace whirl
