@@ -5,6 +5,7 @@
 #include <map>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 
 #include "node.hpp"
 #include "whirl/core/error.hpp"
@@ -16,6 +17,7 @@ using Kind = Expr::Kind;
 namespace {
 
 constexpr std::uint32_t kMaxSlots = 4096;
+constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr Eigen::Index kBlock = 256;
 
 /// Value numbering: every distinct operation on the same operands is emitted once.
@@ -23,8 +25,9 @@ class Emitter {
  public:
   using Op = Tape::Op;
 
-  explicit Emitter(const std::vector<std::string>& variables) : variables_(variables) {
+  Emitter(const std::vector<Expr>& terms, const std::vector<std::string>& variables) : variables_(variables) {
     for (std::size_t i = 0; i < variables.size(); ++i) index_.emplace(variables[i], static_cast<std::uint32_t>(i));
+    for (const Expr& term : terms) find_angles(term);
   }
 
   /// Constants are numbered after all are known, so operands are tagged until then.
@@ -85,7 +88,17 @@ class Emitter {
     static constexpr Op ops[] = {Op::abs, Op::sgn, Op::exp, Op::log, Op::sin, Op::cos, Op::tan, Op::tanh, Op::min, Op::max};
     const Op op = ops[static_cast<std::size_t>(e.function())];
     const Ref a = emit(e.args()[0]);
+    if ((op == Op::sin || op == Op::cos) && sines_.count(e.args()[0]) != 0 && cosines_.count(e.args()[0]) != 0) {
+      const Ref sine = line(Op::sin, a), cosine = line(Op::cos, a);  // neighbours: evaluated together
+      return op == Op::sin ? sine : cosine;
+    }
     return e.args().size() > 1 ? line(op, a, emit(e.args()[1])) : line(op, a);
+  }
+
+  void find_angles(const Expr& e) {
+    if (e.kind() == Kind::function && e.function() == Function::sin) sines_.insert(e.args()[0]);
+    if (e.kind() == Kind::function && e.function() == Function::cos) cosines_.insert(e.args()[0]);
+    for (const Expr& arg : e.args()) find_angles(arg);
   }
 
   Ref integer_power(Ref base, int n) {
@@ -140,6 +153,7 @@ class Emitter {
   const std::vector<std::string>& variables_;
   std::unordered_map<std::string, std::uint32_t> index_;
   std::unordered_map<Expr, Ref> done_;
+  std::unordered_set<Expr> sines_, cosines_;  // angles of the terms
   std::map<double, std::uint32_t> constant_index_;
   std::map<std::tuple<Op, Ref, Ref>, std::uint32_t> line_index_;
   std::vector<double> constants_;
@@ -191,10 +205,19 @@ void apply(Tape::Op op, const double* pa, const double* pb, double* pto, Eigen::
   }
 }
 
+/// Sine and cosine of one angle share the reduction of the angle; the compiler makes one call of the two.
+void sine_cosine(const double* angle, double* sine, double* cosine, Eigen::Index n) noexcept {
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double x = angle[i];
+    sine[i] = std::sin(x);
+    cosine[i] = std::cos(x);
+  }
+}
+
 }  // namespace
 
 Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables) {
-  Emitter emitter(variables);
+  Emitter emitter(terms, variables);
   std::vector<Emitter::Ref> results;
   for (const Expr& term : terms) results.push_back(emitter.emit(term));
   Tape tape;
@@ -216,15 +239,14 @@ Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& var
 void Tape::allocate() {
   const auto fixed = static_cast<std::uint32_t>(variables_.size() + constants_.size());
   const auto n = static_cast<std::uint32_t>(steps_.size());
-  constexpr std::uint32_t none = 0xffffffffu;
-  std::vector<std::uint32_t> last_use(n, 0), output(n, none);
+  std::vector<std::uint32_t> last_use(n, 0), output(n, kNone);
   for (std::uint32_t i = 0; i < n; ++i) {
     for (const std::uint32_t operand : {steps_[i].a, steps_[i].b}) {
       if (operand >= fixed) last_use[operand - fixed] = i;
     }
   }
   for (std::uint32_t k = 0; k < outputs_.size(); ++k) {
-    if (outputs_[k] >= fixed && output[outputs_[k] - fixed] == none) output[outputs_[k] - fixed] = k;
+    if (outputs_[k] >= fixed && output[outputs_[k] - fixed] == kNone) output[outputs_[k] - fixed] = k;
   }
   // Registers are numbered first; outputs follow them, so output slots are patched at the end.
   std::vector<std::uint32_t> slot(n), unused;
@@ -233,12 +255,12 @@ void Tape::allocate() {
     for (const std::uint32_t operand : {steps_[i].a, steps_[i].b}) {
       if (operand < fixed) continue;
       const std::uint32_t s = operand - fixed;
-      if (last_use[s] == i && output[s] == none && std::find(freed.begin(), freed.end(), slot[s]) == freed.end()) {
+      if (last_use[s] == i && output[s] == kNone && std::find(freed.begin(), freed.end(), slot[s]) == freed.end()) {
         freed.push_back(slot[s]);
       }
     }
     unused.insert(unused.end(), freed.begin(), freed.end());  // in place is fine: operations are element by element
-    if (output[i] != none) continue;
+    if (output[i] != kNone) continue;
     if (unused.empty()) {
       slot[i] = registers_++;
     } else {
@@ -251,10 +273,12 @@ void Tape::allocate() {
   const auto place = [&](std::uint32_t value) {
     if (value < fixed) return value;
     const std::uint32_t i = value - fixed;
-    return output[i] != none ? fixed + registers_ + output[i] : fixed + slot[i];
+    return output[i] != kNone ? fixed + registers_ + output[i] : fixed + slot[i];
   };
   for (std::uint32_t i = 0; i < n; ++i) {
-    code_.push_back({steps_[i].op, place(steps_[i].a), place(steps_[i].b), place(fixed + i)});
+    const bool pair = i + 1 < n && steps_[i].op == Op::sin && steps_[i + 1].op == Op::cos && steps_[i + 1].a == steps_[i].a;
+    code_.push_back({steps_[i].op, place(steps_[i].a), place(steps_[i].b), place(fixed + i), pair ? place(fixed + i + 1) : kNone});
+    if (pair) ++i;
   }
   for (std::uint32_t k = 0; k < outputs_.size(); ++k) {
     const std::uint32_t from = place(outputs_[k]), to = fixed + registers_ + k;
@@ -281,7 +305,13 @@ void Tape::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& variables, Eigen::R
     for (Eigen::Index k = 0; k < n_out; ++k) {
       slot[static_cast<std::size_t>(n_vars + scratch.cols() + k)] = out.data() + k * out.outerStride() + row;
     }
-    for (const Instruction& i : code_) apply(i.op, slot[i.a], slot[i.b], slot[i.to], n);
+    for (const Instruction& i : code_) {
+      if (i.cosine != kNone) {
+        sine_cosine(slot[i.a], slot[i.to], slot[i.cosine], n);
+      } else {
+        apply(i.op, slot[i.a], slot[i.b], slot[i.to], n);
+      }
+    }
     for (const Copy& c : copies_) std::copy_n(slot[c.from], n, slot[c.to]);
   }
 }
@@ -296,7 +326,13 @@ void Tape::evaluate_point(const double* in, double* out) const noexcept {
   double slot[kMaxSlots];
   std::copy_n(in, variables_.size(), slot);
   std::copy_n(constants_.data(), constants_.size(), slot + variables_.size());
-  for (const Instruction& i : code_) slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
+  for (const Instruction& i : code_) {
+    if (i.cosine != kNone) {
+      sine_cosine(slot + i.a, slot + i.to, slot + i.cosine, 1);
+    } else {
+      slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
+    }
+  }
   for (const Copy& c : copies_) slot[c.to] = slot[c.from];
   std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
 }

@@ -54,6 +54,7 @@ class Tape {
   struct Instruction {
     Op op;
     std::uint32_t a, b, to;  ///< slots: variables, constants, registers, outputs
+    std::uint32_t cosine;    ///< slot of the cosine of a sine's angle, computed with it
   };
   struct Copy {
     std::uint32_t from, to;
