@@ -1,0 +1,134 @@
+/* Simulink S-function around /*@prefix@*/.c. Build:  mex /*@prefix@*/_sfun.c /*@prefix@*/.c
+#if HAS_CONTROLLER
+   Input: x, y (m), beta (rad), omega (rad/s), omega_dot (rad/s^2), valid. Output: ux, uy (N), s_x, s_y (m/s),
+   x, y (m), vx, vy (m/s) estimated, status. Sample time /*@sample_time@*/ s. */
+#else
+   Input: /*@inputs@*/. Output: the states (/*@states@*/), then /*@outputs@*/. Continuous states start at 0. */
+#endif
+#define S_FUNCTION_NAME /*@prefix@*/_sfun
+#define S_FUNCTION_LEVEL 2
+
+#include "/*@prefix@*/.h"
+
+#include "simstruc.h"
+
+#if HAS_CONTROLLER
+#define INPUTS 6
+#define OUTPUTS 9
+#else
+#define INPUTS WHIRL_INPUTS
+#define OUTPUTS (WHIRL_STATES + WHIRL_OUTPUTS)
+#endif
+
+static void mdlInitializeSizes(SimStruct *S) {
+  ssSetNumSFcnParams(S, 0);
+#if HAS_CONTROLLER
+  ssSetNumContStates(S, 0);
+#else
+  ssSetNumContStates(S, WHIRL_STATES);
+#endif
+  ssSetNumDiscStates(S, 0);
+  if (!ssSetNumInputPorts(S, INPUTS > 0 ? 1 : 0)) {
+    return;
+  }
+  if (INPUTS > 0) {
+    ssSetInputPortWidth(S, 0, INPUTS);
+    ssSetInputPortRequiredContiguous(S, 0, 1);
+    ssSetInputPortDirectFeedThrough(S, 0, 1);
+  }
+  if (!ssSetNumOutputPorts(S, 1)) {
+    return;
+  }
+  ssSetOutputPortWidth(S, 0, OUTPUTS);
+  ssSetNumSampleTimes(S, 1);
+#if HAS_CONTROLLER
+  ssSetNumDWork(S, 1);
+  ssSetDWorkWidth(S, 0, (int)sizeof(whirl_state));
+  ssSetDWorkDataType(S, 0, SS_UINT8);
+#endif
+}
+
+static void mdlInitializeSampleTimes(SimStruct *S) {
+#if HAS_CONTROLLER
+  ssSetSampleTime(S, 0, /*@sample_time@*/);
+#else
+  ssSetSampleTime(S, 0, CONTINUOUS_SAMPLE_TIME);
+#endif
+  ssSetOffsetTime(S, 0, 0.0);
+}
+
+#define MDL_INITIALIZE_CONDITIONS
+static void mdlInitializeConditions(SimStruct *S) {
+#if HAS_CONTROLLER
+  whirl_params params;
+  whirl_default_params(&params);
+  (void)whirl_init((whirl_state *)ssGetDWork(S, 0), &params);
+#else
+  real_T *const x = ssGetContStates(S);
+  int i;
+  for (i = 0; i < WHIRL_STATES; i++) {
+    x[i] = 0.0;
+  }
+#endif
+}
+#if HAS_CONTROLLER
+
+static void mdlOutputs(SimStruct *S, int_T tid) {
+  const real_T *const in = ssGetInputPortRealSignal(S, 0);
+  real_T *const y = ssGetOutputPortRealSignal(S, 0);
+  whirl_input input;
+  whirl_output out;
+  whirl_status status;
+  (void)tid;
+  input.x = (whirl_real)in[0];
+  input.y = (whirl_real)in[1];
+  input.beta = (whirl_real)in[2];
+  input.omega = (whirl_real)in[3];
+  input.omega_dot = (whirl_real)in[4];
+  input.valid = (in[5] != 0.0);
+  status = whirl_step((whirl_state *)ssGetDWork(S, 0), &input, &out);
+  y[0] = (real_T)out.ux;
+  y[1] = (real_T)out.uy;
+  y[2] = (real_T)out.s_x;
+  y[3] = (real_T)out.s_y;
+  y[4] = (real_T)out.x;
+  y[5] = (real_T)out.y;
+  y[6] = (real_T)out.vx;
+  y[7] = (real_T)out.vy;
+  y[8] = (real_T)status;
+}
+#else
+
+static const real_T *inputs_of(SimStruct *S) {
+  static const real_T none[1] = {0.0};
+  return (INPUTS > 0) ? ssGetInputPortRealSignal(S, 0) : none;
+}
+
+static void mdlOutputs(SimStruct *S, int_T tid) {
+  const real_T *const x = ssGetContStates(S);
+  real_T *const y = ssGetOutputPortRealSignal(S, 0);
+  whirl_params params;
+  int i;
+  (void)tid;
+  whirl_default_params(&params);
+  for (i = 0; i < WHIRL_STATES; i++) {
+    y[i] = x[i];
+  }
+  whirl_outputs(&params, ssGetT(S), x, inputs_of(S), &y[WHIRL_STATES]);
+}
+
+#define MDL_DERIVATIVES
+static void mdlDerivatives(SimStruct *S) {
+  whirl_params params;
+  whirl_default_params(&params);
+  whirl_rates(&params, ssGetT(S), ssGetContStates(S), inputs_of(S), ssGetdX(S));
+}
+#endif
+
+static void mdlTerminate(SimStruct *S) { (void)S; }
+
+#ifdef MATLAB_MEX_FILE
+#include "simulink.c"
+#else
+#include "cg_sfun.h"
+#endif
