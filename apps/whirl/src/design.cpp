@@ -1,9 +1,9 @@
 #include "command.hpp"
+#include "plant_options.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pipeline/design.hpp"
 #include "whirl/pipeline/provenance.hpp"
-#include "whirl/pipeline/rig_file.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {
@@ -39,8 +39,8 @@ std::map<std::string, double> parse_fixed(const std::vector<std::string>& settin
 
 void add_design(CLI::App& app, Session& session) {
   struct Options {
-    std::string model, out, stiffness, modes, hardware;
-    double mass_kg = 0;
+    PlantOptions plant;
+    std::string out;
     DesignOptions design;
     bool no_feedforward = false, list = false;
     std::vector<std::string> set;
@@ -57,26 +57,12 @@ void add_design(CLI::App& app, Session& session) {
       "Example: whirl design model.json --stiffness stiffness.json --law tsmc --out controller.json",
       [o, &session] {
         if (o->list) return list_methods(session);
-        if (o->model.empty()) throw Error("design needs a model.json (or --list)");
-        const IdentifiedModel model = load<IdentifiedModel>(o->model);
+        if (o->plant.model.empty()) throw Error("design needs a model.json (or --list)");
         DesignOptions d = o->design;
         d.feedforward = !o->no_feedforward;
         d.fixed = parse_fixed(o->set);
-        d.hardware = data_sheet(read_rig(o->hardware));
-        std::vector<std::filesystem::path> inputs{o->model};
-        if (!o->stiffness.empty()) {
-          if (!model.rotor) throw Error(o->model + ": the model has no rotor parameters; identify with --method weak");
-          d.gain = model.rotor->k1 / load<StiffnessLaw>(o->stiffness).k1.value;
-          inputs.emplace_back(o->stiffness);
-        } else if (o->mass_kg > 0) {
-          d.gain = 1 / o->mass_kg;
-        } else if (!model.rotor || model.rotor->gain == 0) {
-          throw Error("design needs the rotor's mass: give --mass-kg or --stiffness");
-        }
-        if (!o->modes.empty() && model.rotor) {
-          d.hardware.modes = structure_modes(load<ModalModel>(o->modes), model.rotor->natural_frequency());
-          inputs.emplace_back(o->modes);
-        }
+        std::vector<std::filesystem::path> inputs;
+        const IdentifiedModel model = o->plant.load(d, inputs);
         d.progress = [&](const DesignProgress& p) {
           if (p.evaluation % 10 == 0 || p.evaluation == p.budget) {
             session.progress(fmt::format("tuning {}, best objective {:.4f}", d.law, p.best),
@@ -95,15 +81,12 @@ void add_design(CLI::App& app, Session& session) {
         session.result(to_json(result));
         session.finish(result.summary);
       });
-  sub->add_option("MODEL", o->model, "model.json");
+  sub->add_option("MODEL", o->plant.model, "model.json");
   sub->add_option("--out", o->out, "write controller.json");
   sub->add_option("--law", o->design.law, "control law; --list names all")->capture_default_str();
   sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->capture_default_str();
   sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
-  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk");
-  sub->add_option("--stiffness", o->stiffness, "stiffness.json of the pull test: gives the mass");
-  sub->add_option("--modes", o->modes, "modes.json of the hammer test: the tuning plant gets these modes");
-  sub->add_option("--hardware", o->hardware, "TOML with the data sheets; default: those of the virtual rig");
+  o->plant.add_to(sub);
   sub->add_option("--set", o->set, "fix a parameter instead of tuning it, NAME=NUMBER");
   sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")->capture_default_str();
   sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->capture_default_str();

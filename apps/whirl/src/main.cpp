@@ -78,6 +78,7 @@ int run(int argc, char** argv) {
   add_validate(app, session);
   add_design(app, session);
   add_run(app, session);
+  add_compare(app, session);
   add_transient(app, session);
   add_rig(app, session);
   add_reproduce(app, session);

@@ -56,11 +56,17 @@ ClosedLoopPlant::ClosedLoopPlant(const RigParameters& rig, const ClosedLoopOptio
   const RigTruth truth(open);
   const long ticks = open.ticks();
   Eigen::VectorXd omega(ticks), x(ticks);
+  const std::complex<double> unbalance = rig.rotor.mass * rig.eccentricity();
+  double last = 0;
   open_motion_.reserve(static_cast<std::size_t>(ticks));
   for (long k = 0; k < ticks; ++k) {
     omega(k) = truth.angle().omega;
     x(k) = truth.z().real();
     open_motion_.push_back(truth.z());
+    const AngleState a = truth.angle();
+    const double u = -product(unbalance, unbalance_per_metre(a.beta, a.omega, a.alpha)).real();
+    smooth_variation_ += std::abs(u - last) * rig.timing.rate / static_cast<double>(ticks);
+    last = u;
     open.advance();
   }
   segment_ = segments(omega, rig.natural_frequency(), options.bounds);
@@ -125,6 +131,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   if (still > 0) out.standstill_rms = std::sqrt(std::max(still_x, still_y) / static_cast<double>(still));
   out.force_rms = std::sqrt(square / n);
   out.total_variation = variation / (n / rig_.timing.rate);
+  out.excess_variation = out.total_variation - smooth_variation_;
   out.saturated = static_cast<double>(saturated) / n;
   out.held = controller.state().held_total;
   out.stable = k == ticks && out.trip == Fault::none && out.standstill_rms <= kLimitCycle &&

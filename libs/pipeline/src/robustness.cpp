@@ -77,6 +77,9 @@ std::vector<Condition> conditions(const RigParameters& nominal) {
                    r.faults.push_back({RigFault::sensor_loss, t, t + 0.05, RigAxis::both, 0});
                  }});
   all.push_back({"profile angle", [](P& p, D&, RigRun&) { p.encoder.profile_angle = true; }});
+  all.push_back({"speed ripple x5", [](P& p, D&, RigRun&) { p.profile.ripple *= 5; }});
+  all.push_back({"sensor noise x10", [](P& p, D&, RigRun&) { p.laser.noise *= 10; }});
+  all.push_back({"run-up", [](P& p, D&, RigRun&) { p = p.run_up(); }});
   return all;
 }
 

@@ -13,10 +13,6 @@ Json entry(const std::string& name, double open, double closed, double suppressi
   return Json::object().set("name", name).set("open_peak", open).set("closed_peak", closed).set("suppression", suppression);
 }
 
-// Paper Table 4: open loop and controlled, mm; kind of amplitude not named there.
-constexpr double kPaperOpen[5] = {0.41, 2.25, 6.45, 2.59, 6.45};
-constexpr double kPaperClosed[5] = {0.16, 0.20, 0.26, 0.47, 0.47};
-
 }  // namespace
 
 Json to_json(const ClosedLoopMetrics& m) {
@@ -30,7 +26,8 @@ Json to_json(const ClosedLoopMetrics& m) {
   document.set("amplitude", "peak");
   document.set("standstill_rms", m.standstill_rms);
   document.set("force_rms", m.force_rms).set("force_peak", m.force_peak);
-  document.set("total_variation", m.total_variation).set("saturated", m.saturated);
+  document.set("total_variation", m.total_variation).set("excess_variation", m.excess_variation);
+  document.set("saturated", m.saturated);
   document.set("held", m.held).set("stable", m.stable).set("trip", std::string(to_string(m.trip)));
   return document;
 }
@@ -55,8 +52,8 @@ report::Table segment_table(const ClosedLoopMetrics& m, const std::string& capti
                                  report::format_fixed(1e3 * closed, 3),
                                  report::format_fixed(100 * (1 - closed / open), 1)};
     if (with_paper) {
-      row.push_back(report::format_fixed(kPaperOpen[i], 2));
-      row.push_back(report::format_fixed(kPaperClosed[i], 2));
+      row.push_back(report::format_fixed(1e3 * kPaperOpen[i], 2));
+      row.push_back(report::format_fixed(1e3 * kPaperClosed[i], 2));
       row.push_back(report::format_fixed(100 * (1 - kPaperClosed[i] / kPaperOpen[i]), 1));
     }
     table.add(std::move(row));

@@ -25,6 +25,7 @@ struct ClosedLoopMetrics {
       0;  ///< rms of the worse axis while the shaft stands still at the end, m; 0 without standstill
   double force_rms = 0, force_peak = 0;  ///< N
   double total_variation = 0;            ///< of the force, N/s: sum |u[k] - u[k-1]| / duration
+  double excess_variation = 0;  ///< N/s above the smooth force that holds the disk still: chattering and detours
   double saturated = 0;                  ///< fraction of ticks at the force limit
   long held = 0;                         ///< samples lost and bridged
   Fault trip = Fault::none;
@@ -65,6 +66,7 @@ class ClosedLoopPlant {
   std::shared_ptr<const RigTables> tables_;
   std::vector<int> segment_;
   std::vector<std::complex<double>> open_motion_;
+  double smooth_variation_ = 0;  ///< of the force that cancels the unbalance exactly, N/s
   SegmentPeaks open_;
 };
 

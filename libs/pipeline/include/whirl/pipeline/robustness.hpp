@@ -18,7 +18,8 @@ struct RobustnessCase {
 /// The design, unchanged, on rigs that differ from the one it was made for: stiffness +-30 %, damping +-50 %,
 /// twice the unbalance, one to three samples of delay it is told and it is not told, structural modes 3 and
 /// 15 times as strong, actuators of half and an eighth of the force (told, as their data sheet is), 50 ms
-/// without sensor at the critical speed, angle from the speed profile instead of the encoder.
+/// without sensor at the critical speed, angle from the speed profile instead of the encoder, five times the speed-loop
+/// ripple, ten times the sensor noise, run-up instead of run-down.
 std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, const RigParameters& rig,
                                               std::uint64_t seed = 1, int threads = 0);
 

@@ -1,0 +1,61 @@
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+double number(const Json& json, const char* key) { return *json.find(key)->get<double>(); }
+
+// Identification to comparison by files: tables, page, controllers; the numbers of one method are those of `whirl run`.
+TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  const std::string arguments =
+      "compare model.json --mass-kg 1.5 --laws pd:lpf:no-feedforward tsmc_paper lsmc:kfe --evaluations 10 --seeds 2 --quiet ";
+  const Outcome outcome = folder.whirl(arguments + "--out cmp");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* text : {"paper, TSMC", "0.2120 (82.9 %)", "lsmc, kfe", "runout, not removed", "fails with", "best: "}) {
+    EXPECT_NE(outcome.out.find(text), std::string::npos) << text;
+  }
+  const std::string page = slurp(folder / "cmp/report.html");
+  for (const char* text : {"Fig. 18", "Table 4", "modes x15", "delay +2, untold", "<svg", "sensor noise"}) {
+    EXPECT_NE(page.find(text), std::string::npos) << text;
+  }
+
+  const Json comparison = load_json(folder / "cmp/comparison.json");
+  const Json::Array& methods = *comparison.find("methods")->get<Json::Array>();
+  ASSERT_EQ(methods.size(), 3u);
+  EXPECT_EQ(methods[0].find("matrix")->get<Json::Array>()->size(), 21u);
+  for (const Json& m : methods) EXPECT_GE(number(m, "peak_worst"), number(m, "peak_mean"));
+  EXPECT_LT(number(methods[2], "peak_mean"), number(methods[0], "peak_mean"));
+
+  const Outcome run = folder.whirl("run cmp/controller_lsmc_kfe.json --added-mass-g 5 --seed 101 --json");
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Json single = parse_json(run.out, "stdout");
+  const Json* compared = methods[2].find("run");
+  EXPECT_DOUBLE_EQ(number(*single.find("whole"), "closed_peak"), number(*compared->find("whole"), "closed_peak"));
+  EXPECT_DOUBLE_EQ(number(single, "excess_variation"), number(*compared, "excess_variation"));
+
+  // The number of threads changes nothing.
+  const Outcome threads = folder.whirl(arguments + "--threads 3 --out again");
+  EXPECT_EQ(slurp(folder / "again/controller_tsmc_paper_lpf.json"), slurp(folder / "cmp/controller_tsmc_paper_lpf.json"));
+  EXPECT_EQ(threads.exit_code, 0);
+}
+
+TEST(CompareE2e, UnknownMethodsAreNamed) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  for (const char* law : {"tsmcc", "tsmc:kfx", "tsmc:kfe:ff"}) {
+    const Outcome outcome = folder.whirl(std::string("compare model.json --mass-kg 1.5 --laws ") + law);
+    EXPECT_EQ(outcome.exit_code, 2) << law;
+    EXPECT_NE(outcome.err.find("must be"), std::string::npos) << outcome.err;
+  }
+  EXPECT_EQ(folder.whirl("compare model.json").exit_code, 2);  // no mass
+}
+
+}  // namespace
+}  // namespace whirl::testing
