@@ -10,6 +10,7 @@
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/equation.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/sindy/sindy_library.hpp"
 
 namespace whirl::app {
 namespace {
@@ -34,6 +35,9 @@ std::string describe_model(const IdentifiedModel& model) {
 IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Recording>& records) {
   const std::string method = o.chosen_method();
   if (method == "weak") return identify_rotor(records, o.weak());
+  if (method == "sindy" && !o.library.empty()) {
+    return fit_library(records, o.candidate_library(), o.sindy(records.front()));
+  }
   if (method == "sindy") return fit_sindy(records, o.sindy(records.front()));
   if (records.size() != 1) throw Error("--method " + method + " takes one record");
   if (method == "paper") return identify_paper(records.front(), o.paper());
@@ -44,7 +48,8 @@ IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Rec
 Evidence evidence_for(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model) {
   Evidence evidence;
   if (model.summary.status == Status::unusable) return evidence;
-  evidence.collinear = collinear_groups(model, records.front());
+  const Recording first = with_derivatives(records.front(), model.inputs);
+  evidence.collinear = collinear_groups(model, first);
   if (o.no_holdout) return evidence;
   const auto again = [&](const std::vector<Recording>& train) { return identify_records(o, train); };
   evidence.held_out =
@@ -107,12 +112,14 @@ void add_identify(CLI::App& app, Session& session) {
       "then output-error refinement; terms are added on evidence only. paper: Gaussian filter, 4th-order differences twice,\n"
       "library of eq. 24, LASSO with cross-validation. consistent: same filter on every column, five tied parameters.\n"
       "second-order: y'' = f(y, y', u) of one degree of freedom from channels --output and --input. sindy: any number of\n"
-      "states and inputs, weak form then refinement on free runs, one setting for clean and noisy records.\n"
+      "states and inputs, weak form then refinement on free runs, one setting for clean and noisy records; with --library the\n"
+      "terms, ties and known parts of library.toml (written by hand or by whirl derive).\n"
       "Output: equations with 95 % intervals (rotor: k1 1/s^2, k2 1/(m^2 s^2), c 1/s, e m, e_phase rad), chi^2, condition\n"
       "number, terms that cannot be told apart, free-run error on a part that was held out, and a sentence on what the model\n"
       "may be trusted for.\n\n"
       "Example: whirl identify rundown.csv --out model.json\n"
       "         whirl identify a.csv b.csv --method sindy --states x,v --inputs u --degree 3\n"
+      "         whirl identify rundown.csv --library rotor.toml\n"
       "         whirl identify rundown.csv --compare",
       [o, &session] { run_identify(*o, session); });
   o->add_to(sub);

@@ -65,6 +65,7 @@ Json row_json(const ComparedFit& fit, const HeldOut& held) {
 void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& records, Session& session) {
   const bool rotor = o.rotor();
   if (o.chosen_method() == "second-order") throw Error("--compare is for rotors and for --method sindy");
+  if (!o.library.empty()) throw Error("--compare takes its terms from --degree, --fourier and --terms, not from --library");
   if (rotor && records.size() != 1) throw Error("--compare takes one rotor record");
   const HoldoutSplit split = rotor ? split_holdout(records, o.holdout, {"x", "y"}) : split_holdout(records, o.holdout);
   std::vector<ComparedFit> fits;

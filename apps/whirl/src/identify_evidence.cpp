@@ -8,6 +8,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/pipeline/validate_model.hpp"
+#include "whirl/sindy/sindy_library.hpp"
 
 namespace whirl::app {
 namespace {
@@ -52,11 +53,12 @@ Json scores_json(const std::vector<StateScore>& scores) {
 
 std::string show_error(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "diverges"; }
 
-HeldOut predict_held_out(const IdentifiedModel& model, const Recording& test, std::string what, bool rotor,
+HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, std::string what, bool rotor,
                          const ValidateOptions& options) {
   HeldOut held;
   held.what = std::move(what);
   try {
+    const Recording test = rotor ? record : with_derivatives(record, model.inputs);
     if (rotor) {
       const Validation v = validate_model(model, test, options);
       if (v.summary.status == Status::unusable && std::isfinite(v.rmse_x)) {

@@ -7,6 +7,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
+#include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::app {
@@ -158,6 +159,12 @@ std::string IdentifyOptions::chosen_method() const {
   return general ? "sindy" : "weak";
 }
 
+CandidateLibrary IdentifyOptions::candidate_library() const {
+  std::vector<std::string> sought;
+  for (const std::string& s : states) sought.push_back(s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"));
+  return read_library(library, sought);
+}
+
 std::vector<std::string> IdentifyOptions::required() const {
   if (rotor()) return {"x", "y", "beta"};
   if (chosen_method() == "second-order") return {output, input};
@@ -229,6 +236,7 @@ SindyOptions IdentifyOptions::sindy(const Recording& like) const {
     }
   }
   for (const std::string& text : known) o.known.push_back(known_equation(text));
+  if (!library.empty()) return o;  // it says the rest
 
   std::vector<std::string> names = o.states;
   if (order == 2) {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "record_options.hpp"
+#include "whirl/expr/library.hpp"
 #include "whirl/sindy/identify_rotor.hpp"
 #include "whirl/sindy/paper.hpp"
 #include "whirl/sindy/second_order.hpp"
@@ -43,6 +44,8 @@ struct IdentifyOptions {
   PaperOptions paper() const;
   ConsistentOptions consistent() const;
   SecondOrderOptions second_order() const;
+  /// --library, its equations taken from --states where the file names none.
+  CandidateLibrary candidate_library() const;
   /// States default to all channels of `like` that are no inputs.
   SindyOptions sindy(const Recording& like) const;
 };

@@ -86,6 +86,7 @@ class Parts {
 IdentifiedModel identify_stream(const IdentifyOptions& o, Session& session, Evidence& evidence) {
   if (o.chosen_method() != "sindy") throw Error("--stream is for --method sindy");
   if (o.files.size() != 1) throw Error("--stream takes one file");
+  if (!o.library.empty() || o.compare) throw Error("--stream takes neither --library nor --compare");
   if (!o.record.rows.empty()) throw Error("--rows and --stream exclude each other");
   RecordOptions reader = o.record;
   reader.required = o.required();

@@ -5,7 +5,6 @@
 namespace whirl::detail {
 namespace {
 
-
 /// Linear lateral dynamics about the present motion: a = f(z, v) and its derivatives, in real numbers.
 struct Local {
   double ax, ay;                    // acceleration
@@ -84,6 +83,18 @@ struct Stepper {
     r.say = gy - l.kxy * s.sx - l.kyy * s.sy - l.cxy * s.sux - l.cyy * s.suy;
   }
 
+  /// State a time `step` from s, with velocity s.v + within * before.a on the way and acceleration latest.a.
+  static void stage(const State& s, double step, double within, const Rate& before, const Rate& latest, State& t) {
+    t.x = s.x + step * (s.vx + within * before.ax);
+    t.y = s.y + step * (s.vy + within * before.ay);
+    t.vx = s.vx + step * latest.ax;
+    t.vy = s.vy + step * latest.ay;
+    t.sx = s.sx + step * (s.sux + within * before.sax);
+    t.sy = s.sy + step * (s.suy + within * before.say);
+    t.sux = s.sux + step * latest.sax;
+    t.suy = s.suy + step * latest.say;
+  }
+
   void run(double dt, Complex z0, Complex dz0, Sensitivities& out) const {
     const Eigen::Index n = out.z.size();
     Array gx = Array::Zero(), gy = Array::Zero();
@@ -99,32 +110,11 @@ struct Stepper {
       if (i + 1 == n) break;
       // RK4 of z'' = a(z, z'): the velocities of the stages are known sums, so only accelerations are kept.
       rate(s, 2 * i, gx, gy, r1);
-      t.x = s.x + q * s.vx;
-      t.y = s.y + q * s.vy;
-      t.vx = s.vx + q * r1.ax;
-      t.vy = s.vy + q * r1.ay;
-      t.sx = s.sx + q * s.sux;
-      t.sy = s.sy + q * s.suy;
-      t.sux = s.sux + q * r1.sax;
-      t.suy = s.suy + q * r1.say;
+      stage(s, q, 0, r1, r1, t);
       rate(t, 2 * i + 1, gx, gy, r2);
-      t.x = s.x + q * (s.vx + q * r1.ax);
-      t.y = s.y + q * (s.vy + q * r1.ay);
-      t.vx = s.vx + q * r2.ax;
-      t.vy = s.vy + q * r2.ay;
-      t.sx = s.sx + q * (s.sux + q * r1.sax);
-      t.sy = s.sy + q * (s.suy + q * r1.say);
-      t.sux = s.sux + q * r2.sax;
-      t.suy = s.suy + q * r2.say;
+      stage(s, q, q, r1, r2, t);
       rate(t, 2 * i + 1, gx, gy, r3);
-      t.x = s.x + h * (s.vx + q * r2.ax);
-      t.y = s.y + h * (s.vy + q * r2.ay);
-      t.vx = s.vx + h * r3.ax;
-      t.vy = s.vy + h * r3.ay;
-      t.sx = s.sx + h * (s.sux + q * r2.sax);
-      t.sy = s.sy + h * (s.suy + q * r2.say);
-      t.sux = s.sux + h * r3.sax;
-      t.suy = s.suy + h * r3.say;
+      stage(s, h, q, r2, r3, t);
       rate(t, 2 * i + 2, gx, gy, r4);
       const double w = h / 6;
       s.x += h * (s.vx + w * (r1.ax + r2.ax + r3.ax));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
 
 namespace whirl::detail {
@@ -55,6 +56,16 @@ double correlation(const Signal& a, const Signal& b) {
 }
 
 }  // namespace
+
+void require_equal_steps(const std::vector<Recording>& records) {
+  if (records.empty()) throw Error("no record to identify from");
+  for (const Recording& r : records) {
+    if (std::abs(r.dt - records.front().dt) > 1e-9 * r.dt) {
+      throw Error(fmt::format("{}: sample time {:g} s, {:g} s in the first record: must be equal", r.source, r.dt,
+                              records.front().dt));
+    }
+  }
+}
 
 void check_signals(const std::vector<Recording>& records, const std::vector<std::string>& states,
                    const std::vector<std::string>& inputs, bool discrete, Summary& summary) {

@@ -25,6 +25,20 @@ Eigen::MatrixXd damped_solve(const Eigen::MatrixXd& n, const Eigen::MatrixXd& g,
   return scale.asDiagonal() * m.ldlt().solve(scale.asDiagonal() * g);
 }
 
+/// The sums in the tied unknowns: normal = M' N M, gradient = M' g, M = diag(ties, 1).
+void reduce(detail::StepSums& sums, const Eigen::MatrixXd& ties) {
+  const Eigen::Index p = ties.rows(), w = ties.cols(), rest = sums.gradient.size() - p;
+  Eigen::MatrixXd normal(w + rest, w + rest);
+  normal.topLeftCorner(w, w) = ties.transpose() * sums.normal.topLeftCorner(p, p) * ties;
+  normal.topRightCorner(w, rest) = ties.transpose() * sums.normal.topRightCorner(p, rest);
+  normal.bottomLeftCorner(rest, w) = normal.topRightCorner(w, rest).transpose();
+  normal.bottomRightCorner(rest, rest) = sums.normal.bottomRightCorner(rest, rest);
+  Eigen::VectorXd gradient(w + rest);
+  gradient << ties.transpose() * sums.gradient.head(p), sums.gradient.tail(rest);
+  sums.normal = std::move(normal);
+  sums.gradient = std::move(gradient);
+}
+
 }  // namespace
 
 Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
@@ -76,9 +90,16 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   Refined result;
   result.model = model;
   std::vector<FreeRun> trial = runs;
+  const bool tied = options.ties.size() > 0;
+  if (tied && (options.ties.rows() != p || !candidates.empty())) {
+    throw Error("ties need one row per estimated coefficient, and no candidates");
+  }
   const auto sums_at = [&](detail::SensitivitySystem& s, const std::vector<FreeRun>& at, bool derivatives) {
-    return s.run(at, dt, outputs, weight, options.skip, options.free_start, derivatives);
+    detail::StepSums all = s.run(at, dt, outputs, weight, options.skip, options.free_start, derivatives);
+    if (tied && derivatives) reduce(all, options.ties);
+    return all;
   };
+  const Eigen::Index unknowns = tied ? options.ties.cols() : p;
   detail::StepSums sums = sums_at(system, trial, true);
   if (sums.diverged || sums.rows <= sums.gradient.size()) {
     result.model.summary.warn("the free run of the starting model diverges: not refined");
@@ -98,11 +119,12 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
       const Eigen::VectorXd step = damped_solve(sums.normal, sums.gradient, mu);
       detail::SensitivitySystem next = system;
       const std::vector<double*> theta = free_terms(next);
-      for (Eigen::Index j = 0; j < p; ++j) *theta[static_cast<std::size_t>(j)] += step[j];
+      const Eigen::VectorXd change = tied ? Eigen::VectorXd(options.ties * step.head(unknowns)) : Eigen::VectorXd(step.head(p));
+      for (Eigen::Index j = 0; j < p; ++j) *theta[static_cast<std::size_t>(j)] += change[j];
       std::vector<FreeRun> moved = trial;
       if (options.free_start) {
         for (std::size_t r = 0; r < moved.size(); ++r) {
-          moved[r].start += step.segment(p + n * static_cast<Eigen::Index>(r), n);
+          moved[r].start += step.segment(unknowns + n * static_cast<Eigen::Index>(r), n);
         }
       }
       detail::StepSums after = sums_at(next, moved, true);
@@ -125,12 +147,13 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   const double freedom = static_cast<double>(sums.rows - sums.gradient.size());
   const double variance = sums.cost / freedom;
   result.covariance =
-      variance * damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), p), 0).topRows(p);
+      variance * damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), unknowns), 0).topRows(unknowns);
   const std::vector<double*> theta = free_terms(system);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const Eigen::Index i = static_cast<Eigen::Index>(j);
+    const double square = tied ? options.ties.row(i) * result.covariance * options.ties.row(i).transpose() : result.covariance(i, i);
     result.model.equations[places[j].equation].terms[places[j].term].coefficient =
-        Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, result.covariance(i, i))));
+        Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, square)));
   }
   for (const FreeRun& r : trial) result.starts.push_back(r.start);
   result.rmse = std::sqrt(sums.cost / static_cast<double>(sums.rows));

@@ -16,9 +16,11 @@ struct FreeRun {
 
 struct RefineOptions {
   std::vector<std::string> outputs;  ///< states measured, one per column of FreeRun::measured
-  Eigen::VectorXd output_sd;         ///< noise sd per output; empty: all equal
+  Eigen::VectorXd output_sd = {};    ///< noise sd per output; empty: all equal
   Eigen::Index skip = 0;             ///< samples at the start of every run that do not count
   bool free_start = true;            ///< estimate the start of every run
+  /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
+  Eigen::MatrixXd ties = {};
   int max_iterations = 30;
   double tolerance = 1e-7;           ///< stop when an iteration lowers the error by less than this share
 };
@@ -36,7 +38,8 @@ struct TermScore {
 struct Refined {
   IdentifiedModel model;                ///< new coefficients with standard deviations
   std::vector<Eigen::VectorXd> starts;  ///< per run
-  Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms
+  Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms; of the unknowns
+                                        ///< where there are ties
   double rmse = 0;                      ///< of all outputs, weighted by output_sd
   int iterations = 0;
   bool converged = false;               ///< false also when the starting model diverges
@@ -48,7 +51,7 @@ struct Refined {
 /// forward sensitivities, S' = (df/dx) S + df/dtheta, integrated with the states by the same RK4.
 /// Source: Ljung, System Identification, 1999, section 10.2; notation of the score test: Rao 1948.
 ///
-/// `candidates`: equations with terms to be scored at the solution (coefficients ignored). A run that diverges at the
+/// With ties the starting coefficients must obey them. `candidates` (without ties only): equations with terms to be scored at the solution (coefficients ignored). A run that diverges at the
 /// start values gives converged = false and the model unchanged. Throws Error when sizes or names do not fit.
 Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
                         const RefineOptions& options, const std::vector<Equation>& candidates = {});

@@ -1,0 +1,23 @@
+#pragma once
+#include <Eigen/Core>
+
+#include "sindy_prepare.hpp"
+
+namespace whirl::detail {
+
+/// Noise sd per state as weight of the refinement; below 1e-6 of the signal the integration error of the samples, not the
+/// noise, limits the fit, and `noisy` is false.
+struct OutputWeights {
+  Eigen::VectorXd sd;
+  bool noisy = true;
+};
+OutputWeights output_weights(const SindyData& data);
+
+/// Verdict on equations that stand by regression alone (maps, or without refinement): `summary.residual` is the share of
+/// the left-hand side that no term explains.
+void judge_regression(const SindyData& data, IdentifiedModel& model);
+
+/// Verdict after refinement. `horizon`: length of the free runs that the model follows, s.
+void judge_refined(const SindyData& data, const OutputWeights& weights, double horizon, IdentifiedModel& model);
+
+}  // namespace whirl::detail
