@@ -1,9 +1,5 @@
 // Result files: any text gives either a value that is written and read back unchanged, or an Error.
-#include <cstdint>
-#include <cstdlib>
-#include <string_view>
-
-#include "whirl/core/error.hpp"
+#include "harness.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace {
@@ -24,16 +20,14 @@ void read(const whirl::Json& document) {
 
 }  // namespace
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  try {
-    const whirl::Json document = whirl::parse_json({reinterpret_cast<const char*>(data), size}, "fuzz.json");
-    if (whirl::parse_json(document.dump(), "once").dump() != document.dump()) std::abort();
-    read<whirl::IdentifiedModel>(document);
-    read<whirl::ControllerDesign>(document);
-    read<whirl::ModalModel>(document);
-    read<whirl::FrequencyResponse>(document);
-    read<whirl::StiffnessLaw>(document);
-  } catch (const whirl::Error&) {
-  }
-  return 0;
+void whirl::fuzz::run(std::string_view bytes) {
+  only_errors([&] {
+    const Json document = parse_json(bytes, "fuzz.json");
+    require(parse_json(document.dump(), "once").dump() == document.dump());
+    read<IdentifiedModel>(document);
+    read<ControllerDesign>(document);
+    read<ModalModel>(document);
+    read<FrequencyResponse>(document);
+    read<StiffnessLaw>(document);
+  });
 }

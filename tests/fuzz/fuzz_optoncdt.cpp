@@ -1,13 +1,14 @@
 // Serial bytes of the laser: any bytes give only values of 18 bits, and an error code never becomes a
 // distance.
 #include <cmath>
-#include <cstdint>
-#include <cstdlib>
 
+#include "harness.hpp"
 #include "whirl/rt/drivers/optoncdt.hpp"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+void whirl::fuzz::run(std::string_view bytes) {
   using namespace whirl::optoncdt;
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  const std::size_t size = bytes.size();
   static const Scale scale(0.010), mastered(0.010, true);
   for (const int values : {1, 3}) {
     FrameDecoder decoder(values);
@@ -25,5 +26,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (s.bytes != size || s.dropped + 3 * s.values > size || size - s.dropped - 3 * s.values > 2)
       std::abort();
   }
-  return 0;
 }

@@ -1,27 +1,12 @@
-// TOML settings: any text gives either settings or an Error, from parsing and from every getter.
-#include <cstdint>
-#include <cstdlib>
-#include <string_view>
+// TOML settings, from parsing and from every getter.
+#include <string>
 
+#include "harness.hpp"
 #include "whirl/io/settings.hpp"
 
-namespace {
-
-template <class F>
-void only_errors(F&& f) {
-  try {
-    f();
-  } catch (const whirl::Error& e) {
-    if (std::string_view(e.what()).empty()) std::abort();
-  }
-}
-
-}  // namespace
-
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using whirl::Quantity;
+void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const auto s = whirl::parse_settings({reinterpret_cast<const char*>(data), size}, "fuzz.toml");
+    const auto s = parse_settings(bytes, "fuzz.toml");
     only_errors([&] { s.number("rotor.mass", Quantity::mass, 1, 0, 10); });
     only_errors([&] { s.number("rotor.ratio", Quantity::dimensionless, 1); });
     only_errors([&] { s.integer("laser.bits", 16, 1, 32); });
@@ -36,5 +21,4 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     only_errors([&] { s.assign("rotor", "speed_rpm", field, 1); });
     only_errors([&] { s.finish(); });
   });
-  return 0;
 }

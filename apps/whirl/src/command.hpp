@@ -43,6 +43,7 @@ CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, 
 
 // One function per subcommand.
 void add_info(CLI::App& app, Session& session);
+void add_convert(CLI::App& app, Session& session);
 void add_stiffness(CLI::App& app, Session& session);
 void add_frf(CLI::App& app, Session& session);
 void add_modes(CLI::App& app, Session& session);

@@ -3,6 +3,38 @@
 #include "whirl/io/info.hpp"
 
 namespace whirl::app {
+namespace {
+
+Json::Array texts(const std::vector<std::string>& lines) {
+  Json::Array out;
+  for (const std::string& line : lines) out.push_back(line);
+  return out;
+}
+
+Json to_json(const TableInfo& table) {
+  Json json = Json::object();
+  json.set("name", table.name);
+  json.set("abscissa", table.abscissa);
+  json.set("start", table.start);
+  json.set("step", table.step);
+  json.set("rows", static_cast<double>(table.rows));
+  Json::Array channels;
+  for (const ChannelInfo& c : table.channels) {
+    Json channel = Json::object();
+    channel.set("name", c.name);
+    channel.set("unit", c.unit);
+    channel.set("minimum", c.minimum);
+    channel.set("maximum", c.maximum);
+    channel.set("mean", c.mean);
+    channel.set("rms", c.rms);
+    channel.set("findings", texts(c.findings));
+    channels.push_back(std::move(channel));
+  }
+  json.set("channels", std::move(channels));
+  return json;
+}
+
+}  // namespace
 
 void add_info(CLI::App& app, Session& session) {
   struct Options {
@@ -11,38 +43,27 @@ void add_info(CLI::App& app, Session& session) {
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
-      app, session, "info", "What a record holds: channels, units, rate, duration, and what looks suspicious",
-      "Input: CSV record with a header of quantity_unit columns; .gz is read directly.\n\n"
+      app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
+      "Input: CSV with a header of quantity_unit columns, universal file (UFF 58, 58b, 55, 15, 82, ...), ATFX, MAT (v5, v7.3),\n"
+      "HDF5, WAV, LVM. The format is found from the content; CSV and UFF may be .gz.\n\n"
       "Example: whirl info rundown.csv",
       [o, &session] {
         CsvOptions csv;
         if (o->rate > 0) csv.rate = o->rate;
-        const RecordingInfo info = describe(read_csv(o->file, csv));
+        const FileInfo info = describe(read_signals(o->file, csv));
         session.say(to_string(info));
-        Json json = start_document("whirl.info", 1);
+        Json json = start_document("whirl.info", 2);
         json.set("source", info.source);
-        json.set("rate", info.rate);
-        json.set("duration", info.duration);
-        json.set("samples", static_cast<double>(info.samples));
-        Json::Array channels;
-        for (const ChannelInfo& c : info.channels) {
-          Json channel = Json::object();
-          channel.set("name", c.name);
-          channel.set("unit", std::string(si_unit(c.quantity)));
-          channel.set("minimum", c.minimum);
-          channel.set("maximum", c.maximum);
-          channel.set("mean", c.mean);
-          channel.set("rms", c.rms);
-          Json::Array findings;
-          for (const std::string& f : c.findings) findings.push_back(f);
-          channel.set("findings", std::move(findings));
-          channels.push_back(std::move(channel));
-        }
-        json.set("channels", std::move(channels));
+        json.set("format", info.format);
+        Json::Array tables;
+        for (const TableInfo& table : info.tables) tables.push_back(to_json(table));
+        json.set("tables", std::move(tables));
+        json.set("contents", texts(info.contents));
+        json.set("findings", texts(info.findings));
         session.result(json);
       });
-  sub->add_option("FILE", o->file, "record (CSV)")->required();
-  sub->add_option("--rate", o->rate, "sample rate in Hz, for files without a time column");
+  sub->add_option("FILE", o->file, "file of any of these formats")->required();
+  sub->add_option("--rate", o->rate, "sample rate in Hz, for CSV files without a time column");
 }
 
 }  // namespace whirl::app

@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   Session session;
   for (int i = 0; i < argc; ++i) session.command_line += (i ? " " : "") + std::string(argv[i]);
   add_info(app, session);
+  add_convert(app, session);
   add_stiffness(app, session);
   add_frf(app, session);
   add_modes(app, session);

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/signals.hpp"
 #include "whirl/sindy/evidence.hpp"
 
 namespace whirl::app {
@@ -18,7 +19,7 @@ CsvOptions RecordOptions::csv() const {
 }
 
 Recording RecordOptions::read(const std::string& file) const {
-  const Recording record = read_csv(file, csv());
+  const Recording record = read_recording(file, csv());
   if (rows.empty()) return record;
   long first = 0, last = 0;
   int used = 0;

@@ -19,7 +19,7 @@
 namespace whirl {
 namespace {
 
-constexpr Eigen::Index kMostImplicitRows = 10'000'000;
+constexpr Eigen::Index kMostImplicitRows = 100'000;
 
 // What the instances of one base type are called in this file.
 struct Element {
@@ -318,53 +318,39 @@ AtfxFile read_atfx(const std::filesystem::path& path) {
   });
 }
 
-Recording recording_from_atfx(const AtfxFile& file, long submatrix) {
-  const auto unit_of = [&](const AtfxColumn& column) -> const UnitSuffix& {
-    std::string label = column.unit;
-    std::erase_if(label, [](char c) { return c == '^' || c == ' ' || c == '(' || c == ')'; });
-    for (auto& c : label) c = c == '/' ? '_' : c;
-    if (label.empty() || label == "-") label = "1";
-    const UnitSuffix* unit = find_unit(label);
-    if (unit == nullptr) {
-      throw Error::in_file(file.source, 0, fmt::format("column '{}' has the unknown unit '{}' (allowed: {})", column.name,
-                                                       column.unit, allowed_units()));
-    }
-    return *unit;
-  };
-  const auto is_time = [&](const AtfxColumn& c) {
-    return c.text.empty() && !c.complex && c.size() > 1 && (submatrix == 0 || c.submatrix == submatrix) &&
-           (c.unit == "s" || c.unit == "ms") && c.independent;
-  };
-  const AtfxColumn* time = nullptr;
+SignalFile signals_from_atfx(const AtfxFile& file) {
+  SignalFile result;
+  result.source = file.source;
+  result.format = "ATFX";
+  result.findings = file.warnings;
+  std::map<long, const AtfxColumn*> axes;
   for (const auto& column : file.columns) {
-    if (!is_time(column)) continue;
-    if (time != nullptr && submatrix == 0) {
-      throw Error::in_file(file.source, 0, fmt::format("several tables with a time column ({}, {}): choose one", time->submatrix, column.submatrix));
-    }
-    if (time == nullptr) time = &column;
+    const UnitSuffix* unit = unit_from_label(column.unit);
+    const bool axis = column.independent && column.text.empty() && !column.complex && unit != nullptr &&
+                      (unit->quantity == Quantity::time || unit->quantity == Quantity::frequency);
+    if (axis) axes.emplace(column.submatrix, &column);
   }
-  if (time == nullptr) throw Error::in_file(file.source, 0, "no table with an independent time column in s or ms");
-  Recording recording;
-  recording.source = file.source;
-  const Eigen::Index n = time->size();
-  const UnitSuffix& time_unit = unit_of(*time);
-  recording.t0 = time_unit.to_si(time->value[0].real());
-  recording.dt = (time_unit.to_si(time->value[n - 1].real()) - recording.t0) / static_cast<double>(n - 1);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double expected = recording.t0 + recording.dt * static_cast<double>(i);
-    if (!(std::abs(time_unit.to_si(time->value[i].real()) - expected) <= 0.05 * recording.dt)) {
-      throw Error::in_file(file.source, 0, fmt::format("time column '{}' is not uniform at row {}", time->name, i + 1));
-    }
-  }
+  std::size_t texts = 0;
   for (const auto& column : file.columns) {
-    if (&column == time || column.submatrix != time->submatrix || !column.text.empty() || column.complex || column.size() != n) continue;
-    const UnitSuffix& unit = unit_of(column);
-    Eigen::VectorXd samples(n);
-    for (Eigen::Index i = 0; i < n; ++i) samples[i] = unit.to_si(column.value[i].real());
-    recording.add(column.name, unit.quantity, std::move(samples));
+    const auto axis = axes.find(column.submatrix);
+    if (!column.text.empty()) ++texts;
+    if (column.value.size() == 0 || (axis != axes.end() && axis->second == &column)) continue;
+    SignalTable table;
+    table.name = std::to_string(column.submatrix);
+    if (axis != axes.end() && axis->second->size() == column.size()) {
+      const UnitSuffix& unit = *unit_from_label(axis->second->unit);
+      set_abscissa(table, unit.quantity, axis->second->value.real().unaryExpr([&](double v) { return unit.to_si(v); }));
+    }
+    Signal signal = make_signal(column.name, column.unit.empty() ? "-" : column.unit, column.value.real());
+    if (column.complex) {
+      const double scale = signal.quantity ? unit_from_label(signal.unit)->to_si(1) : 1;
+      signal.imaginary = scale * column.value.imag();
+    }
+    if (!signal.quantity) result.findings.push_back(fmt::format("column '{}' has the unknown unit '{}'", column.name, column.unit));
+    add_signal(result, table, std::move(signal));
   }
-  recording.check();
-  return recording;
+  if (texts > 0) result.contents.push_back(fmt::format("{} columns of text", texts));
+  return result;
 }
 
 }  // namespace whirl

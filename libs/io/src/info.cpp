@@ -121,37 +121,102 @@ std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, con
 
 }  // namespace
 
+namespace {
+
+ChannelInfo statistics(const std::string& name, const Eigen::VectorXd& samples) {
+  ChannelInfo info;
+  info.name = name;
+  if (samples.size() == 0) return info;
+  info.minimum = samples.minCoeff();
+  info.maximum = samples.maxCoeff();
+  info.mean = samples.mean();
+  info.rms = std::sqrt(samples.squaredNorm() / static_cast<double>(samples.size()));
+  return info;
+}
+
+std::string channel_lines(const std::vector<ChannelInfo>& channels) {
+  std::size_t width = 12;
+  for (const ChannelInfo& c : channels) width = std::max(width, c.name.size());
+  std::string out = fmt::format("{:<{}} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", width, "quantity", "unit", "min",
+                                "max", "mean", "rms");
+  for (const ChannelInfo& c : channels) {
+    const std::string quantity = c.unit == si_unit(c.quantity) ? std::string(to_string(c.quantity)) : "not known";
+    out += fmt::format("{:<{}} {:<22} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", c.name, width, quantity,
+                       c.unit.empty() ? "-" : c.unit, c.minimum, c.maximum, c.mean, c.rms);
+  }
+  for (const ChannelInfo& c : channels) {
+    for (const std::string& f : c.findings) out += fmt::format("  ! {}: {}\n", c.name, f);
+  }
+  return out;
+}
+
+}  // namespace
+
 RecordingInfo describe(const Recording& record) {
   record.check();
   RecordingInfo info{record.source, record.rate(), record.duration(), static_cast<long>(record.size()), {}};
   for (const Channel& c : record.channels) {
-    ChannelInfo ci;
-    ci.name = c.name;
+    ChannelInfo ci = statistics(c.name, c.samples);
     ci.quantity = c.quantity;
-    if (c.samples.size() > 0) {
-      ci.minimum = c.samples.minCoeff();
-      ci.maximum = c.samples.maxCoeff();
-      ci.mean = c.samples.mean();
-      ci.rms = std::sqrt(c.samples.squaredNorm() / static_cast<double>(c.samples.size()));
-      ci.findings = findings(c, ci, record);
-    }
+    ci.unit = si_unit(c.quantity);
+    if (c.samples.size() > 0) ci.findings = findings(c, ci, record);
     info.channels.push_back(std::move(ci));
   }
   return info;
 }
 
+FileInfo describe(const SignalFile& file) {
+  FileInfo info{file.source, file.format, {}, file.contents, file.findings};
+  for (const SignalTable& table : file.tables) {
+    const bool time = table.abscissa == Quantity::time;
+    TableInfo ti{table.name, time ? "time" : table.abscissa ? "frequency" : "rows", table.start, table.step,
+                 static_cast<long>(table.rows()), {}};
+    if (table.x.size() > 0) info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
+    Recording axis;
+    axis.t0 = table.start;
+    axis.dt = table.step > 0 ? table.step : 1;
+    for (const Signal& signal : table.signals) {
+      const bool complex = signal.imaginary.size() > 0;
+      const Eigen::VectorXd shown = complex ? Eigen::VectorXd((signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt()) : signal.value;
+      ChannelInfo ci = statistics(signal.name, shown);
+      ci.quantity = signal.quantity.value_or(Quantity::dimensionless);
+      ci.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
+      if (!shown.allFinite()) {
+        ci.findings.push_back("values that are not finite");
+      } else if (time && !complex && shown.size() > 1) {
+        ci.findings = findings({signal.name, ci.quantity, shown}, ci, axis);
+      }
+      ti.channels.push_back(std::move(ci));
+    }
+    info.tables.push_back(std::move(ti));
+  }
+  return info;
+}
+
 std::string to_string(const RecordingInfo& info) {
-  std::string out = fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source,
-                                info.channels.size(), info.samples, info.rate, info.duration);
-  out += fmt::format("{:<12} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", "quantity", "unit",
-                     "min", "max", "mean", "rms");
-  for (const ChannelInfo& c : info.channels) {
-    out += fmt::format("{:<12} {:<22} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", c.name,
-                       to_string(c.quantity), si_unit(c.quantity), c.minimum, c.maximum, c.mean, c.rms);
+  return fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source, info.channels.size(), info.samples,
+                     info.rate, info.duration) +
+         channel_lines(info.channels);
+}
+
+std::string to_string(const FileInfo& info) {
+  std::string out = fmt::format("{}: {}\n", info.source, info.format);
+  for (const TableInfo& t : info.tables) {
+    const std::string title = t.name.empty() ? "" : t.name + ": ";
+    if (t.abscissa == "time" && t.step > 0) {
+      out += fmt::format("\n{}{} channels, {} samples, {:.9g} Hz, {:.6g} s\n", title, t.channels.size(), t.rows, 1 / t.step,
+                         t.step * static_cast<double>(t.rows));
+    } else if (t.step > 0) {
+      out += fmt::format("\n{}{} channels, {} lines from {:g} Hz in steps of {:g} Hz\n", title, t.channels.size(), t.rows, t.start, t.step);
+    } else {
+      out += fmt::format("\n{}{} channels, {} {}\n", title, t.channels.size(), t.rows,
+                         t.abscissa == "rows" ? "rows without an axis" : t.abscissa + " values that are not uniform");
+    }
+    out += channel_lines(t.channels);
   }
-  for (const ChannelInfo& c : info.channels) {
-    for (const std::string& f : c.findings) out += fmt::format("  ! {}: {}\n", c.name, f);
-  }
+  if (!info.contents.empty()) out += "\nalso:\n";
+  for (const std::string& c : info.contents) out += "  " + c + "\n";
+  for (const std::string& f : info.findings) out += "  ! " + f + "\n";
   return out;
 }
 

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 
-#include "signals_convert.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
@@ -16,48 +15,48 @@
 namespace whirl {
 namespace {
 
-enum class Format { csv, uff, atfx, mat, hdf5, wav, lvm };
-
 struct FormatName {
-  Format format;
+  FileFormat format;
   const char* words;
   std::vector<std::string_view> extensions;
 };
 const std::vector<FormatName>& formats() {
-  static const std::vector<FormatName> all = {{Format::csv, "CSV", {".csv", ".txt", ".tsv"}},
-                                              {Format::uff, "universal file", {".uff", ".unv"}},
-                                              {Format::atfx, "ATFX", {".atfx"}},
-                                              {Format::mat, "MAT", {".mat"}},
-                                              {Format::hdf5, "HDF5", {".h5", ".hdf5", ".mat"}},
-                                              {Format::wav, "WAV", {".wav"}},
-                                              {Format::lvm, "LVM", {".lvm"}}};
+  static const std::vector<FormatName> all = {{FileFormat::csv, "CSV", {".csv", ".txt", ".tsv"}},
+                                              {FileFormat::uff, "universal file", {".uff", ".unv"}},
+                                              {FileFormat::atfx, "ATFX", {".atfx"}},
+                                              {FileFormat::mat, "MAT", {".mat"}},
+                                              {FileFormat::hdf5, "HDF5", {".h5", ".hdf5", ".mat"}},
+                                              {FileFormat::wav, "WAV", {".wav"}},
+                                              {FileFormat::lvm, "LVM", {".lvm"}},
+                                              {FileFormat::json, "JSON", {".json"}}};
   return all;
 }
 
 // From the first bytes, whatever the name says.
-Format format_of(std::string_view head) {
+FileFormat format_of(std::string_view head) {
   constexpr std::string_view kHdf5("\x89HDF\r\n\x1a\n", 8);
-  if (head.starts_with(kHdf5) || head.starts_with("MATLAB 7.3")) return Format::hdf5;
-  if (head.starts_with("MATLAB 5.0")) return Format::mat;
+  if (head.starts_with(kHdf5) || head.starts_with("MATLAB 7.3")) return FileFormat::hdf5;
+  if (head.starts_with("MATLAB 5.0")) return FileFormat::mat;
   if (head.size() >= 12 && (head.starts_with("RIFF") || head.starts_with("RIFX") || head.starts_with("RF64")) &&
       head.substr(8, 4) == "WAVE") {
-    return Format::wav;
+    return FileFormat::wav;
   }
   if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
-  if (head.starts_with("LabVIEW Measurement")) return Format::lvm;
+  if (head.starts_with("LabVIEW Measurement")) return FileFormat::lvm;
   const std::size_t first = head.find_first_not_of(" \t\r\n");
-  if (first == std::string_view::npos) return Format::csv;
-  if (head.substr(first).starts_with("<?xml") || head.substr(first).starts_with("<atfx_file")) return Format::atfx;
+  if (first == std::string_view::npos) return FileFormat::csv;
+  if (head[first] == '{') return FileFormat::json;
+  if (head.substr(first).starts_with("<?xml") || head.substr(first).starts_with("<atfx_file")) return FileFormat::atfx;
   // Blocks of a universal file begin with -1 alone on a line, perhaps after some text.
   for (std::size_t at = 0; at < head.size();) {
     const std::size_t end = std::min(head.find('\n', at), head.size());
     std::string_view line = head.substr(at, end - at);
     while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back())) != 0) line.remove_suffix(1);
     while (!line.empty() && line.front() == ' ') line.remove_prefix(1);
-    if (line == "-1") return Format::uff;
+    if (line == "-1") return FileFormat::uff;
     at = end + 1;
   }
-  return Format::csv;
+  return FileFormat::csv;
 }
 
 SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions& options) {
@@ -126,24 +125,26 @@ Choice parse_choice(const std::string& text, const std::vector<const Signal*>& s
 
 }  // namespace
 
+FileFormat file_format(const std::filesystem::path& path) {
+  ByteSource source(path);
+  std::string head(4096, '\0');
+  head.resize(source.read(head.data(), head.size()));
+  return format_of(head);
+}
+
 SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& options) {
-  Format format = Format::csv;
-  {
-    ByteSource source(path);
-    std::string head(4096, '\0');
-    head.resize(source.read(head.data(), head.size()));
-    format = format_of(head);
-  }
+  const FileFormat format = file_format(path);
   SignalFile file;
   const std::string name = path.string();
   switch (format) {
-    case Format::csv: file = signals_from_csv(path, options); break;
-    case Format::uff: file = signals_from_uff(read_uff(path)); break;
-    case Format::atfx: file = signals_from_atfx(read_atfx(path)); break;
-    case Format::mat: file = parse_mat(read_text(path), name); break;
-    case Format::hdf5: file = parse_hdf5(read_text(path), name); break;
-    case Format::wav: file = parse_wav(read_text(path), name); break;
-    case Format::lvm: file = parse_lvm(read_text(path), name); break;
+    case FileFormat::csv: file = signals_from_csv(path, options); break;
+    case FileFormat::uff: file = signals_from_uff(read_uff(path)); break;
+    case FileFormat::atfx: file = signals_from_atfx(read_atfx(path)); break;
+    case FileFormat::mat: file = parse_mat(read_text(path), name); break;
+    case FileFormat::hdf5: file = parse_hdf5(read_text(path), name); break;
+    case FileFormat::wav: file = parse_wav(read_text(path), name); break;
+    case FileFormat::lvm: file = parse_lvm(read_text(path), name); break;
+    case FileFormat::json: throw Error::in_file(name, 1, "JSON holds results, not signals");
   }
   std::filesystem::path plain = path;
   if (plain.extension() == ".gz") plain.replace_extension();
@@ -253,10 +254,7 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
 }
 
 Recording read_recording(const std::filesystem::path& path, const CsvOptions& options) {
-  ByteSource source(path);
-  std::string head(4096, '\0');
-  head.resize(source.read(head.data(), head.size()));
-  return format_of(head) == Format::csv ? read_csv(path, options) : recording_of(read_signals(path, options), options);
+  return file_format(path) == FileFormat::csv ? read_csv(path, options) : recording_of(read_signals(path, options), options);
 }
 
 const UnitSuffix* unit_from_label(std::string_view label) {
@@ -291,6 +289,26 @@ Signal make_signal(std::string name, std::string_view unit_label, Eigen::VectorX
     signal.value = signal.value.unaryExpr([unit](double v) { return unit->to_si(v); }).eval();
   }
   return signal;
+}
+
+void add_signal(SignalFile& file, const SignalTable& like, Signal signal) {
+  if (!std::isfinite(like.start) || !std::isfinite(like.step) || like.step < 0) {
+    file.findings.push_back(fmt::format("channel '{}': an abscissa from {:g} in steps of {:g} makes no sense", signal.name, like.start, like.step));
+    SignalTable without = like;
+    without.start = without.step = 0;
+    add_signal(file, without, std::move(signal));
+    return;
+  }
+  for (SignalTable& table : file.tables) {
+    if (table.abscissa == like.abscissa && table.name == like.name && table.x.size() == 0 && like.x.size() == 0 &&
+        table.rows() == signal.value.size() && std::abs(table.step - like.step) <= 1e-9 * std::abs(like.step) &&
+        std::abs(table.start - like.start) <= 1e-3 * std::abs(like.step)) {
+      table.signals.push_back(std::move(signal));
+      return;
+    }
+  }
+  file.tables.push_back(like);
+  file.tables.back().signals = {std::move(signal)};
 }
 
 void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values) {

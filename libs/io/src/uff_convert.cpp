@@ -1,6 +1,7 @@
 // Between a universal file in its own units and the SI values of the toolkit.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 
@@ -10,24 +11,6 @@
 
 namespace whirl {
 namespace {
-
-std::string replaced(std::string text, std::string_view from, std::string_view to) {
-  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
-    text.replace(at, from.size(), to);
-  }
-  return text;
-}
-
-// "m/s^2", "m/s²", "(m/s2)", "m/s**2" as the suffix m_s2; null when the label is no known unit.
-const UnitSuffix* unit_of(std::string label) {
-  for (const auto& [from, to] : {std::pair<std::string_view, std::string_view>{"\xC2\xB2", "2"}, {"\xC2\xB5", "u"}, {"**", ""},
-                                 {"^", ""}, {"(", ""}, {")", ""}, {" ", ""}, {"/", "_"}}) {
-    label = replaced(label, from, to);
-  }
-  if (label == "sec") label = "s";
-  if (label == "G") label = "g";
-  return label.empty() ? nullptr : find_unit(label);
-}
 
 Quantity quantity_of(int type) {
   switch (type) {
@@ -46,7 +29,7 @@ bool is_blank(const std::string& unit) { return unit.empty() || unit == "NONE"; 
 bool states_si(const UffFile& file) { return file.units.size() == 1 && file.units[0].code == 1; }
 
 const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label, const std::string& what) {
-  if (const UnitSuffix* unit = unit_of(label)) return *unit;
+  if (const UnitSuffix* unit = unit_from_label(label)) return *unit;
   if (is_blank(label) && states_si(file) && quantity_of(axis.type) != Quantity::dimensionless) {
     return si_suffix(quantity_of(axis.type));
   }
@@ -87,34 +70,61 @@ UffPoint point_of(const std::string& name, long number) {
 
 }  // namespace
 
-Recording recording_from_uff(const UffFile& file, const std::string& unit) {
-  Recording recording;
-  recording.source = file.source;
+SignalFile signals_from_uff(const UffFile& file) {
+  static const char* const types[] = {"general", "time response", "auto spectrum", "cross spectrum", "frequency response",
+                                      "transmissibility", "coherence", "autocorrelation", "crosscorrelation", "power spectral density"};
+  SignalFile result;
+  result.source = file.source;
+  result.format = "universal file";
+  result.findings = file.warnings;
   for (const auto& f : file.functions) {
-    if (f.type != 1 && f.type != 0) continue;
-    if (f.complex || !f.even) {
-      throw Error::in_file(file.source, 0, fmt::format("time response '{}': must be real and evenly spaced", f.id[0]));
+    SignalTable table;
+    table.name = f.type >= 0 && f.type < 10 ? types[f.type] : fmt::format("function type {}", f.type);
+    const bool frequency = f.abscissa.type == 18 || (f.abscissa.type == 0 && f.type >= 2 && f.type != 7 && f.type != 8);
+    const Quantity over = frequency ? Quantity::frequency : Quantity::time;
+    const UnitSuffix* unit = unit_from_label(f.abscissa.unit);
+    const double scale = unit != nullptr && unit->quantity == over ? unit->to_si(1) : 1;
+    if (f.even) {
+      table.abscissa = over;
+      table.start = scale * f.x0;
+      table.step = scale * f.dx;
+    } else {
+      set_abscissa(table, over, scale * f.x);
     }
-    const std::string what = fmt::format("time response {} '{}'", recording.channels.size() + 1, f.ordinate.label);
-    const UnitSuffix* given = unit.empty() ? nullptr : find_unit(unit);
-    if (!unit.empty() && given == nullptr) throw Error::in_field("unit", unit, "one of " + allowed_units());
-    const UnitSuffix& from =
-        is_blank(f.ordinate.unit) && given != nullptr ? *given : motion_unit(file, f.ordinate, f.ordinate.unit, what);
-    if (recording.channels.empty()) {
-      recording.dt = f.dx;
-      recording.t0 = f.x0;
-    } else if (std::abs(f.dx - recording.dt) > 1e-6 * recording.dt || f.value.size() != recording.size()) {
-      throw Error::in_file(file.source, 0, fmt::format("{}: must have the time step and length of the first", what));
-    }
-    Eigen::VectorXd samples(f.value.size());
-    for (Eigen::Index i = 0; i < samples.size(); ++i) samples[i] = from.to_si(f.value[i].real());
     std::string name = f.response.node != 0 || f.response.direction != 0 ? point_name(f.response) : f.ordinate.label;
-    if (name.empty() || name == "NONE" || recording.has(name)) name += fmt::format("#{}", recording.channels.size() + 1);
-    recording.add(name, from.quantity, std::move(samples));
+    if (f.type != 0 && f.type != 1 && (f.reference.node != 0 || f.reference.direction != 0)) name += "/" + point_name(f.reference);
+    const std::size_t number = static_cast<std::size_t>(&f - file.functions.data()) + 1;
+    const auto used = [&](const SignalTable& t) {
+      return t.name == table.name && std::any_of(t.signals.begin(), t.signals.end(), [&](const Signal& s) { return s.name == name; });
+    };
+    if (name.empty() || name == "NONE" || std::any_of(result.tables.begin(), result.tables.end(), used)) name += fmt::format("#{}", number);
+    std::string label = is_blank(f.ordinate.unit) ? "" : f.ordinate.unit;
+    if (!is_blank(f.denominator.unit)) label += "/" + f.denominator.unit;
+    const Quantity stated = quantity_of(f.ordinate.type);
+    if (label.empty() && states_si(file) && stated != Quantity::dimensionless && f.type <= 1) label = si_unit(stated);
+    Signal signal{name, label, {}, f.value.real(), {}};
+    if (f.complex) signal.imaginary = f.value.imag();
+    const UnitSuffix* ordinate = unit_from_label(label);
+    if (ordinate != nullptr && f.type <= 1 && !f.complex) {
+      signal.quantity = ordinate->quantity;
+      signal.value = signal.value.unaryExpr([&](double v) { return ordinate->to_si(v); }).eval();
+    } else if (f.type <= 1) {
+      result.findings.push_back(fmt::format("channel '{}' has {}", name, label.empty() ? "no unit" : fmt::format("the unknown unit '{}'", label)));
+    }
+    add_signal(result, table, std::move(signal));
   }
-  if (recording.channels.empty()) throw Error::in_file(file.source, 0, "no time response (dataset 58, function type 1)");
-  recording.check();
-  return recording;
+  const auto note = [&](std::size_t count, const char* what) {
+    if (count > 0) result.contents.push_back(fmt::format("{} {}", count, what));
+  };
+  note(file.shapes.size(), "mode shapes (dataset 55)");
+  note(file.nodes.size(), "nodes");
+  note(file.traces.size(), "trace lines");
+  note(file.elements.size(), "elements");
+  note(file.systems.size(), "coordinate systems");
+  note(file.units.size(), "unit systems");
+  note(file.header.size(), "header lines");
+  for (const int skipped : file.skipped) result.contents.push_back(fmt::format("dataset {} (passed over)", skipped));
+  return result;
 }
 
 FrequencyResponse frf_from_uff(const UffFile& file) {
@@ -130,7 +140,7 @@ FrequencyResponse frf_from_uff(const UffFile& file) {
       if (motion.starts_with("(1/N)*")) {
         motion = motion.substr(6);
         force = "N";
-      } else if (const auto slash = motion.rfind('/'); slash != std::string::npos && unit_of(motion) == nullptr) {
+      } else if (const auto slash = motion.rfind('/'); slash != std::string::npos && unit_from_label(motion) == nullptr) {
         force = motion.substr(slash + 1);
         motion.resize(slash);
       }

@@ -63,6 +63,12 @@ class Reader {
  private:
   void warn(const std::string& message) { file_.warnings.push_back(message); }
 
+  // A code of the format: what does not fit an int is none.
+  int small(long value) const {
+    if (value < -99999999 || value > 999999999) lines_.fail(fmt::format("code {}: too large", value));
+    return static_cast<int>(value);
+  }
+
   // Next line of a block's fixed part.
   std::string_view header_line(const char* what) {
     if (lines_.done()) lines_.fail(fmt::format("file ends inside the {}", what));
@@ -121,16 +127,16 @@ class Reader {
 
   UffAxis axis() {
     const std::string_view line = header_line("axes of a function");
-    return {static_cast<int>(integer(lines_, line, 0, 10)), text_of(columns(line, 26, 20)), text_of(columns(line, 47, 20))};
+    return {small(integer(lines_, line, 0, 10)), text_of(columns(line, 26, 20)), text_of(columns(line, 47, 20))};
   }
 
   void read_function(const BinaryForm& form) {
     UffFunction f;
     for (auto& id : f.id) id = text_of(header_line("ID lines of a function"));
     std::string_view line = header_line("header of a function");
-    f.type = static_cast<int>(integer(lines_, line, 0, 5));
-    f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), static_cast<int>(integer(lines_, line, 51, 4))};
-    f.reference = {text_of(columns(line, 56, 10)), integer(lines_, line, 66, 10), static_cast<int>(integer(lines_, line, 76, 4))};
+    f.type = small(integer(lines_, line, 0, 5));
+    f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), small(integer(lines_, line, 51, 4))};
+    f.reference = {text_of(columns(line, 56, 10)), integer(lines_, line, 66, 10), small(integer(lines_, line, 76, 4))};
     line = header_line("header of a function");
     const long ordinate = integer(lines_, line, 0, 10);
     if (ordinate != 2 && ordinate != 4 && ordinate != 5 && ordinate != 6) {
@@ -208,9 +214,9 @@ class Reader {
     UffShape s;
     for (auto& id : s.id) id = text_of(header_line("ID lines of a shape"));
     std::string_view line = header_line("header of a shape");
-    s.analysis = static_cast<int>(integer(lines_, line, 10, 10));
-    s.characteristic = static_cast<int>(integer(lines_, line, 20, 10));
-    s.specific = static_cast<int>(integer(lines_, line, 30, 10));
+    s.analysis = small(integer(lines_, line, 10, 10));
+    s.characteristic = small(integer(lines_, line, 20, 10));
+    s.specific = small(integer(lines_, line, 30, 10));
     const long data = integer(lines_, line, 40, 10);
     if (data != 2 && data != 5) lines_.fail(fmt::format("data type {}: must be 2 (real) or 5 (complex)", data));
     s.complex = data == 5;
@@ -286,7 +292,7 @@ class Reader {
   void read_elements() {
     while (!block_ends()) {
       const std::string_view line = lines_.next();
-      UffElement element{integer(lines_, line, 0, 10), static_cast<int>(integer(lines_, line, 10, 10)), {}};
+      UffElement element{integer(lines_, line, 0, 10), small(integer(lines_, line, 10, 10)), {}};
       const long count = integer(lines_, line, 50, 10);
       if (count < 0 || count > 10000) lines_.fail(fmt::format("element of {} nodes: must be 0 to 10000", count));
       const bool beam = element.type == 11 || (element.type >= 21 && element.type <= 24);
@@ -312,7 +318,7 @@ class Reader {
       const std::string_view line = lines_.next();
       UffSystem system;
       system.label = integer(lines_, line, 0, 10);
-      system.type = static_cast<int>(integer(lines_, line, 10, 10));
+      system.type = small(integer(lines_, line, 10, 10));
       system.name = text_of(header_line("name of a coordinate system"));
       std::vector<double> p;
       while (p.size() < 9) append_numbers(lines_, header_line("axes of a coordinate system"), p);
@@ -326,7 +332,7 @@ class Reader {
   void read_units() {
     const std::string_view line = header_line("units");
     UffUnits units;
-    units.code = static_cast<int>(integer(lines_, line, 0, 10));
+    units.code = small(integer(lines_, line, 0, 10));
     units.description = text_of(columns(line, 10, 20));
     std::vector<double> factors;
     while (factors.size() < 4 && !lines_.done() && !is_delimiter(lines_.peek())) append_numbers(lines_, lines_.next(), factors);

@@ -23,6 +23,13 @@ std::string cut(std::string text, std::size_t width) {
   return text == "-1" ? "'-1'" : text;
 }
 
+// A text field of exactly `width` bytes: columns count bytes, not the characters that fmt pads.
+std::string field(const std::string& text, std::size_t width) {
+  std::string out = cut(text, width);
+  out.resize(width, ' ');
+  return out;
+}
+
 std::string id_line(const std::string& text) { return (text.empty() ? std::string("NONE") : cut(text, 80)) + "\n"; }
 
 // E13.5 and E20.12 with three-digit exponents where needed (the column grows by one then, never without a blank before).
@@ -37,8 +44,8 @@ void numbers(std::string& out, const std::vector<double>& values, bool single) {
 }
 
 std::string axis(const UffAxis& a) {
-  return fmt::format("{:10d}{:5d}{:5d}{:5d} {:<20} {:<20}\n", a.type, 0, 0, 0, cut(a.label.empty() ? "NONE" : a.label, 20),
-                     cut(a.unit.empty() ? "NONE" : a.unit, 20));
+  return fmt::format("{:10d}{:5d}{:5d}{:5d} {} {}\n", a.type, 0, 0, 0, field(a.label.empty() ? "NONE" : a.label, 20),
+                     field(a.unit.empty() ? "NONE" : a.unit, 20));
 }
 
 std::string block(int dataset, const std::string& body) { return fmt::format("    -1\n{:6d}\n{}    -1\n", dataset, body); }
@@ -46,8 +53,8 @@ std::string block(int dataset, const std::string& body) { return fmt::format("  
 std::string function_body(const UffFunction& f) {
   std::string out;
   for (const auto& id : f.id) out += id_line(id);
-  out += fmt::format("{:5d}{:10d}{:5d}{:10d} {:<10}{:10d}{:4d} {:<10}{:10d}{:4d}\n", f.type, 0, 0, 0, cut(f.response.name, 10),
-                     f.response.node, f.response.direction, cut(f.reference.name, 10), f.reference.node, f.reference.direction);
+  out += fmt::format("{:5d}{:10d}{:5d}{:10d} {}{:10d}{:4d} {}{:10d}{:4d}\n", f.type, 0, 0, 0, field(f.response.name, 10),
+                     f.response.node, f.response.direction, field(f.reference.name, 10), f.reference.node, f.reference.direction);
   const int ordinate = f.complex ? (f.single ? 5 : 6) : (f.single ? 2 : 4);
   out += fmt::format("{:10d}{:10d}{:10d}{:13.5E}{:13.5E}{:13.5E}\n", ordinate, f.value.size(), f.even ? 1 : 0, f.x0, f.dx, 0.0);
   out += axis(f.abscissa) + axis(f.ordinate) + axis(f.denominator) + axis(f.z);
@@ -95,7 +102,7 @@ std::string format_uff(const UffFile& file) {
     out += block(151, body);
   }
   for (const auto& u : file.units) {
-    std::string body = fmt::format("{:10d}{:<20}{:10d}\n", u.code, cut(u.description, 20), 2);
+    std::string body = fmt::format("{:10d}{}{:10d}\n", u.code, field(u.description, 20), 2);
     for (double factor : {u.length, u.force, u.temperature}) body += fmt::format("{:25.17E}", factor);
     out += block(164, body + fmt::format("\n{:25.17E}\n", u.temperature_offset));
   }

@@ -97,7 +97,7 @@ TEST(AtfxReference, BlockedBinaryParts) {
   EXPECT_EQ(column(file, "implicit_linear")->value[9].real(), 19);
   EXPECT_EQ(column(file, "implicit_constant")->value[9].real(), 1);
   EXPECT_EQ(column(file, "implicit_constant_string")->text.at(9), "const");
-  const auto recording = whirl::recording_from_atfx(file, 2);
+  const auto recording = whirl::recording_of(whirl::signals_from_atfx(file), {.rate = 1, .columns = {"s"}});
   EXPECT_EQ(recording.size(), 20);
   EXPECT_EQ(recording.dt, 1);
   EXPECT_EQ(recording["s"][3], 6);

@@ -39,7 +39,7 @@ TEST(UffReference, FourBinaryTimeRecords) {
     EXPECT_NEAR(file.functions[i].value.cwiseAbs().maxCoeff(), largest[i], 1e-5);
   }
   EXPECT_TRUE(file.warnings.empty());
-  const auto recording = whirl::recording_from_uff(file);
+  const auto recording = whirl::recording_of(whirl::signals_from_uff(file));
   EXPECT_EQ(recording.channels.size(), 4u);
   EXPECT_EQ(recording.channels[0].quantity, whirl::Quantity::acceleration);
   EXPECT_NEAR(recording.rate(), 3200, 1e-2);
@@ -130,7 +130,7 @@ TEST(UffReference, UnevenComplexPsd) {
 
 TEST(UffReference, ShortLastLineAndThreeDigitExponents) {
   WHIRL_READ_UFF(file, "time-history-not-all-columns-filled.uff");
-  const auto recording = whirl::recording_from_uff(file);
+  const auto recording = whirl::recording_of(whirl::signals_from_uff(file));
   EXPECT_EQ(recording.size(), 13);
   EXPECT_NEAR(recording.dt, 50e-6, 1e-12);
   EXPECT_NEAR(recording.channels[0].samples[12], -5.84096, 1e-9);
@@ -265,10 +265,10 @@ TEST(Uff, MissingUnitIsAskedForNotGuessed) {
   recording.dt = 0.01;
   recording.add("1:+X", whirl::Quantity::displacement, Eigen::VectorXd::LinSpaced(5, 0, 1));
   whirl::UffFile file = whirl::uff_from_recording(recording);
-  EXPECT_EQ(whirl::recording_from_uff(file)["1:+X"], recording["1:+X"]);
+  EXPECT_EQ(whirl::recording_of(whirl::signals_from_uff(file))["1:+X"], recording["1:+X"]);
   file.functions[0].ordinate.unit.clear();
   file.units.clear();
-  EXPECT_THROW(whirl::recording_from_uff(file), whirl::Error);
-  EXPECT_NEAR(whirl::recording_from_uff(file, "mm")["1:+X"][4], 1e-3, 1e-15);
+  EXPECT_THROW(whirl::recording_of(whirl::signals_from_uff(file)), whirl::Error);
+  EXPECT_NEAR(whirl::recording_of(whirl::signals_from_uff(file), {.columns = {"1:+X:x_mm"}})["x"][4], 1e-3, 1e-15);
 }
 }  // namespace

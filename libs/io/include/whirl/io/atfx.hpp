@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "whirl/core/recording.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl {
 
@@ -39,8 +39,8 @@ using AtfxComponents = std::function<std::string(const std::string&)>;
 AtfxFile read_atfx(const std::filesystem::path& path);
 AtfxFile parse_atfx(std::string_view bytes, std::string_view name, const AtfxComponents& components);
 
-/// One table of the file as a recording in SI: its time column gives the sample times. `submatrix` 0 = the only table that
-/// has one. Throws Error when units are unknown or the times are not uniform.
-Recording recording_from_atfx(const AtfxFile& file, long submatrix = 0);
+/// The numeric columns as signals, a table per submatrix, in SI where the unit is known. The independent column of a table
+/// is its abscissa when it is a time or a frequency.
+SignalFile signals_from_atfx(const AtfxFile& file);
 
 }  // namespace whirl

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "whirl/core/recording.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl {
 
@@ -10,6 +10,7 @@ namespace whirl {
 struct ChannelInfo {
   std::string name;
   Quantity quantity = Quantity::dimensionless;
+  std::string unit;                   ///< SI symbol, or what the file writes where that is no known unit
   double minimum = 0, maximum = 0, mean = 0;
   double rms = 0;                     ///< about zero
   std::vector<std::string> findings;  ///< suspicious things, one sentence each
@@ -28,7 +29,24 @@ struct RecordingInfo {
 /// several samples again and again); frozen (the same value for a long stretch in the middle of a changing
 /// signal); dominated by its mean; coarse quantisation; single-sample spikes.
 RecordingInfo describe(const Recording& record);
+
+/// What a file of any format holds, for `whirl info`. A table is a set of channels over one abscissa.
+struct TableInfo {
+  std::string name;
+  std::string abscissa;            ///< "time", "frequency" or "rows"
+  double start = 0, step = 0;      ///< SI; step 0 when not uniform or not stated
+  long rows = 0;
+  std::vector<ChannelInfo> channels;  ///< of complex values: of their magnitude
+};
+struct FileInfo {
+  std::string source, format;
+  std::vector<TableInfo> tables;
+  std::vector<std::string> contents, findings;
+};
+FileInfo describe(const SignalFile& file);
+
 /// As a table for people.
 std::string to_string(const RecordingInfo& info);
+std::string to_string(const FileInfo& info);
 
 }  // namespace whirl

@@ -40,6 +40,10 @@ struct SignalFile {
   std::vector<std::string> findings = {};  ///< what is suspicious, one sentence each
 };
 
+enum class FileFormat { csv, uff, atfx, mat, hdf5, wav, lvm, json };
+/// The format of a file by its first bytes, whatever its name says; what is none of the others is taken for CSV.
+FileFormat file_format(const std::filesystem::path& path);
+
 /// Reads any format: CSV, UFF, ATFX, MAT (v5 and v7.3), HDF5, WAV, LVM. The format is found from the first bytes, not from
 /// the name; a name that says otherwise is a finding. Of `options`, `rate` is used where the file states no time, and the
 /// rest for CSV alone. Throws Error naming the file and the line or byte.
@@ -72,6 +76,9 @@ const UnitSuffix* unit_from_label(std::string_view label);
 
 /// A signal converted to SI by its unit label, or, without one, by the unit behind its name (x_mm).
 Signal make_signal(std::string name, std::string_view unit_label, Eigen::VectorXd value);
+
+/// Adds a signal to the table of `file` that has the same abscissa and rows as `like`, or to a new one.
+void add_signal(SignalFile& file, const SignalTable& like, Signal signal);
 
 /// Sets start and step when the values (SI) lie within 5 % of a step of a uniform ascending grid, else `x`.
 void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values);

@@ -8,6 +8,7 @@
 
 #include "whirl/core/modal_model.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl {
 
@@ -103,9 +104,9 @@ UffFile parse_uff(std::string_view bytes, std::string_view name);
 void write_uff(const std::filesystem::path& path, const UffFile& file);
 std::string format_uff(const UffFile& file);
 
-/// The time responses of a file as one recording in SI. Units come from the axis of each function; where it names none,
-/// `unit` (a suffix as in `x_mm`) is used, and an Error asks for it when empty. All must share time step and length.
-Recording recording_from_uff(const UffFile& file, const std::string& unit = {});
+/// The functions of a file as signals, in SI where the axis of a function (or dataset 164) states the unit. Points are named
+/// "node:+X".
+SignalFile signals_from_uff(const UffFile& file);
 
 /// The frequency responses of a file in SI: motion per force by the axis types and units. Points are named "node:+X".
 FrequencyResponse frf_from_uff(const UffFile& file);

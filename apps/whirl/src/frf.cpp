@@ -1,8 +1,6 @@
 #include "command.hpp"
-#include "print.hpp"
-#include "whirl/io/csv.hpp"
+#include "record_options.hpp"
 #include "whirl/io/model_json.hpp"
-#include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/table.hpp"
@@ -14,13 +12,14 @@ void add_frf(CLI::App& app, Session& session) {
     std::vector<std::string> files;
     std::string out, estimator = "h1";
     FrfOptions frf;
+    RecordOptions record;
     double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows",
-      "Input: one or more CSV records with a force column (force_N, force_lbf) and one or more responses\n"
-      "(acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
+      "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and one or\n"
+      "more responses (acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
       "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
       [o, &session] {
@@ -31,7 +30,7 @@ void add_frf(CLI::App& app, Session& session) {
         options.pre_trigger = o->pre_trigger_ms * 1e-3;
         options.window_end = o->window_end_percent / 100;
         std::vector<Recording> records;
-        for (const std::string& file : o->files) records.push_back(read_csv(file));
+        for (const std::string& file : o->files) records.push_back(o->record.read(file));
         std::vector<BlowReport> blows;
         FrequencyResponse frf = estimate_frf(records, options, &blows);
         frf.provenance = provenance({o->files.begin(), o->files.end()}, session.command_line);
@@ -57,7 +56,7 @@ void add_frf(CLI::App& app, Session& session) {
         session.result(to_json(frf));
         session.finish(frf.summary);
       });
-  sub->add_option("FILES", o->files, "records of blows (CSV)")->required();
+  sub->add_option("FILES", o->files, "records of blows")->required();
   sub->add_option("--out", o->out, "write the frequency responses as JSON");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
   sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
@@ -66,49 +65,8 @@ void add_frf(CLI::App& app, Session& session) {
   sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");
   sub->add_option("--window-end-percent", o->window_end_percent,
                   "exponential window: its value at the end; 100 = none. Modes are corrected for it");
+  o->record.add_to(sub);
   sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave blows with a second hit out");
-}
-
-void add_modes(CLI::App& app, Session& session) {
-  struct Options {
-    std::string file, out;
-    ModeOptions modes;
-    double low = 0, high = 0;
-  };
-  auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
-      app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
-      "Input: JSON written by `whirl frf`.\n"
-      "Output: every mode with its frequency (Hz) and damping ratio (%), each with its standard deviation; residues and\n"
-      "residuals in the JSON.\n\n"
-      "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json",
-      [o, &session] {
-        const FrequencyResponse frf = load<FrequencyResponse>(o->file);
-        ModeOptions options = o->modes;
-        options.poles.band_low = o->low;
-        options.poles.band_high = o->high;
-        ModalModel modes = fit_modes(frf, options);
-        modes.provenance = provenance({o->file}, session.command_line);
-        if (!o->out.empty()) save(o->out, modes);
-        report::Table table;
-        table.caption = "Modes";
-        table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}};
-        for (std::size_t i = 0; i < modes.modes.size(); ++i) {
-          const Mode& m = modes.modes[i];
-          table.add({fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
-                     fmt::format("{:.2g}", m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
-                     fmt::format("{:.2g}", 100 * m.damping.sd)});
-        }
-        session.say(report::to_text(table));
-        session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz",
-                                100 * modes.reconstruction_error, modes.band_low, modes.band_high));
-        session.result(to_json(modes));
-        session.finish(modes.summary);
-      });
-  sub->add_option("FILE", o->file, "frequency responses (JSON)")->required();
-  sub->add_option("--out", o->out, "write the modes as JSON");
-  sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
-  sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
 }
 
 }  // namespace whirl::app

@@ -1,0 +1,87 @@
+#include "arrays.hpp"
+
+#include <fmt/format.h>
+
+#include <map>
+
+namespace whirl {
+namespace {
+
+struct Axes {
+  SignalTable time, frequency;
+  Eigen::Index times = -1, frequencies = -1;  ///< their lengths
+  double step = 0;
+};
+
+// Name without unit, lower case, for the words that mean an axis.
+std::string word_of(const NamedArray& array) {
+  const NameWithUnit split = split_unit(array.name);
+  std::string word = split.unit != nullptr && !split.name.empty() ? split.name : array.name;
+  for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return word;
+}
+
+bool is_vector(const NamedArray& array) {
+  return array.imaginary.size() == 0 && array.value.size() > 1 && (array.value.rows() == 1 || array.value.cols() == 1);
+}
+
+// True when the array is an axis of its group, which is then filled.
+bool take_axis(const NamedArray& array, Axes& axes, SignalFile& file) {
+  const std::string word = word_of(array);
+  const double scalar = array.value.size() == 1 ? array.value(0, 0) : 0;
+  if (scalar > 0 && (word == "dt" || word == "fs" || word == "rate")) {
+    const Signal s = make_signal(array.name, array.unit, Eigen::VectorXd::Constant(1, scalar));
+    axes.step = word == "dt" ? s.value[0] : 1 / s.value[0];
+    return true;
+  }
+  const bool time = word == "t" || word == "time", frequency = word == "freq" || word == "frequency";
+  if (!is_vector(array) || !(time || frequency)) return false;
+  const Eigen::Map<const Eigen::VectorXd> values(array.value.data(), array.value.size());
+  const Signal s = make_signal(array.name, array.unit, values);
+  const Quantity quantity = time ? Quantity::time : Quantity::frequency;
+  if (s.quantity && *s.quantity != quantity) return false;
+  if (!s.quantity) file.findings.push_back(fmt::format("'{}' has no unit: taken as {}", array.name, si_unit(quantity)));
+  set_abscissa(time ? axes.time : axes.frequency, quantity, s.value);
+  (time ? axes.times : axes.frequencies) = values.size();
+  return true;
+}
+
+}  // namespace
+
+void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
+  std::map<std::string, Axes> groups;
+  std::vector<bool> is_axis;
+  for (const NamedArray& array : arrays) is_axis.push_back(take_axis(array, groups[array.group], file));
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    const NamedArray& array = arrays[i];
+    if (is_axis[i]) continue;
+    if (array.value.size() < 2) {
+      if (array.value.size() == 1) file.contents.push_back(fmt::format("{} = {:g}", array.name, array.value(0, 0)));
+      continue;
+    }
+    const Axes& axes = groups[array.group];
+    const bool along_rows = array.value.rows() >= array.value.cols();
+    const Eigen::Index length = along_rows ? array.value.rows() : array.value.cols();
+    const Eigen::Index channels = along_rows ? array.value.cols() : array.value.rows();
+    SignalTable table;
+    if (length == axes.times) {
+      table = axes.time;
+    } else if (length == axes.frequencies) {
+      table = axes.frequency;
+    } else if (const double step = array.step > 0 ? array.step : axes.step; step > 0) {
+      table.abscissa = Quantity::time;
+      table.step = step;
+      table.start = array.start;
+    }
+    table.name = array.group;
+    for (Eigen::Index c = 0; c < channels; ++c) {
+      const auto part = [&](const Eigen::MatrixXd& m) { return along_rows ? Eigen::VectorXd(m.col(c)) : Eigen::VectorXd(m.row(c).transpose()); };
+      Signal signal = make_signal(array.name, array.unit, part(array.value));
+      if (channels > 1) signal.name += fmt::format("({})", c + 1);
+      if (array.imaginary.size() > 0) signal.imaginary = make_signal(array.name, array.unit, part(array.imaginary)).value;
+      add_signal(file, table, std::move(signal));
+    }
+  }
+}
+
+}  // namespace whirl

@@ -1,0 +1,191 @@
+// HDF5 and MAT v7.3 (which is HDF5 with the dimensions reversed) by the HDF5 library.
+#include <fmt/format.h>
+#include <hdf5.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "arrays.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+
+namespace whirl {
+namespace {
+
+/// An identifier of the library, closed at the end.
+class Id {
+ public:
+  Id(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Id() {
+    if (id_ >= 0) close_(id_);
+  }
+  Id(const Id&) = delete;
+  Id& operator=(const Id&) = delete;
+  operator hid_t() const { return id_; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+std::string text_attribute(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return {};
+  const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  const Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) return {};
+  if (H5Tis_variable_str(type) > 0) {
+    char* text = nullptr;
+    const Id memory(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(memory, H5T_VARIABLE);
+    H5Tset_cset(memory, H5Tget_cset(type));
+    if (H5Aread(attribute, memory, &text) < 0 || text == nullptr) return {};
+    std::string out(text);
+    H5free_memory(text);
+    return out;
+  }
+  const std::size_t size = H5Tget_size(type);
+  if (size > 4096) return {};
+  std::string out(size, '\0');
+  if (H5Aread(attribute, type, out.data()) < 0) return {};
+  return out.c_str();
+}
+
+double number_attribute(hid_t object, const char* name) {
+  if (H5Aexists(object, name) <= 0) return 0;
+  const Id attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose);
+  const Id type(H5Aget_type(attribute), H5Tclose), space(H5Aget_space(attribute), H5Sclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  double value = 0;
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER) || H5Sget_simple_extent_npoints(space) != 1) return 0;
+  return H5Aread(attribute, H5T_NATIVE_DOUBLE, &value) < 0 || !std::isfinite(value) ? 0 : value;
+}
+
+struct Visit {
+  hid_t file;
+  std::size_t bytes;  ///< of the file
+  SignalFile result;
+  std::vector<NamedArray> arrays;
+  std::string problem;  ///< to be thrown when the library has returned
+};
+
+void read_dataset(Visit& visit, const char* path) {
+  const Id data(H5Dopen2(visit.file, path, H5P_DEFAULT), H5Dclose);
+  if (data < 0) {
+    visit.problem = fmt::format("dataset '{}' cannot be opened", path);
+    return;
+  }
+  const Id type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 && H5Tget_member_class(type, 0) == H5T_FLOAT &&
+                       H5Tget_member_class(type, 1) == H5T_FLOAT;
+  const std::string matlab = text_attribute(data, "MATLAB_class");
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || matlab == "char") {
+    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path, kind == H5T_STRING || matlab == "char" ? "text" : "not numeric"));
+    return;
+  }
+  const int rank = H5Sget_simple_extent_ndims(space);
+  hsize_t sizes[H5S_MAX_RANK] = {};
+  if (rank < 0 || rank > 2 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {
+    visit.result.contents.push_back(fmt::format("'{}': {} dimensions (passed over)", path, rank));
+    return;
+  }
+  const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1, columns = rank > 1 ? static_cast<double>(sizes[1]) : 1;
+  // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
+  const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
+  if (rows * columns * static_cast<double>(H5Tget_size(type)) > 1100 * stored || rows * columns > 1e9) {
+    visit.problem = fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
+    return;
+  }
+  if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
+  NamedArray array;
+  const std::string full(path);
+  const std::size_t slash = full.rfind('/');
+  array.group = slash == std::string::npos ? "" : full.substr(0, slash);
+  array.name = slash == std::string::npos ? full : full.substr(slash + 1);
+  array.unit = text_attribute(data, "unit");
+  if (array.unit.empty()) array.unit = text_attribute(data, "units");
+  array.step = number_attribute(data, "dt");
+  if (const double rate = number_attribute(data, "fs"); array.step <= 0 && rate > 0) array.step = 1 / rate;
+  array.start = number_attribute(data, "t0");
+  // Stored row by row: read as the transpose.
+  const auto r = static_cast<Eigen::Index>(rows), c = static_cast<Eigen::Index>(columns);
+  const auto read = [&](hid_t memory, Eigen::MatrixXd& to) {
+    Eigen::MatrixXd transposed(c, r);
+    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, transposed.data()) < 0) {
+      visit.problem = fmt::format("dataset '{}' cannot be read: damaged", path);
+      return;
+    }
+    to = transposed.transpose();
+  };
+  if (complex) {
+    for (unsigned part : {0u, 1u}) {
+      char* member = H5Tget_member_name(type, part);
+      const Id memory(H5Tcreate(H5T_COMPOUND, sizeof(double)), H5Tclose);
+      H5Tinsert(memory, member, 0, H5T_NATIVE_DOUBLE);
+      H5free_memory(member);
+      read(memory, part == 0 ? array.value : array.imaginary);
+    }
+  } else {
+    read(H5T_NATIVE_DOUBLE, array.value);
+  }
+  if (visit.problem.empty()) visit.arrays.push_back(std::move(array));
+}
+
+herr_t visit_object(hid_t, const char* path, const H5O_info_t* info, void* user) {
+  Visit& visit = *static_cast<Visit*>(user);
+  if (std::string_view(path).starts_with("#refs#")) return 0;  // what MATLAB's cells point to
+  if (info->type == H5O_TYPE_DATASET) {
+    try {
+      read_dataset(visit, path);
+    } catch (const std::exception& e) {  // not through the C library
+      visit.problem = e.what();
+    }
+  }
+  return visit.problem.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to print
+  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fapl_core(access, 1 << 16, false);
+  H5Pset_file_image(access, const_cast<char*>(bytes.data()), bytes.size());
+  const Id file(bytes.empty() ? hid_t{-1} : H5Fopen("memory", H5F_ACC_RDONLY, access), H5Fclose);
+  if (file < 0) throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
+  Visit visit{file, bytes.size(), {}, {}, {}};
+  visit.result.source = name;
+  visit.result.format = bytes.starts_with("MATLAB 7.3") ? "MAT v7.3" : "HDF5";
+  const herr_t status = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, &visit);
+  if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
+  if (status < 0) throw Error::in_file(name, 0, "the tree of groups is damaged");
+  add_arrays(visit.result, visit.arrays);
+  return std::move(visit.result);
+}
+
+void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const Id file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+  if (file < 0) throw Error::in_file(path.string(), 0, "cannot be written");
+  bool good = true;
+  for (const Channel& channel : recording.channels) {
+    std::string name = channel.name;
+    for (char& c : name) c = c == '/' ? '_' : c;
+    const hsize_t size = static_cast<hsize_t>(channel.samples.size());
+    const Id space(H5Screate_simple(1, &size, nullptr), H5Sclose), scalar(H5Screate(H5S_SCALAR), H5Sclose);
+    const Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    good = good && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, channel.samples.data()) >= 0;
+    const std::string unit(si_unit(channel.quantity));
+    const Id text(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(text, unit.size() + 1);
+    const Id attribute(H5Acreate2(data, "unit", text, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    good = good && H5Awrite(attribute, text, unit.c_str()) >= 0;
+    for (const auto& [key, value] : {std::pair{"dt", recording.dt}, {"t0", recording.t0}}) {
+      const Id number(H5Acreate2(data, key, H5T_IEEE_F64LE, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+      good = good && H5Awrite(number, H5T_NATIVE_DOUBLE, &value) >= 0;
+    }
+  }
+  if (!good) throw Error::in_file(path.string(), 0, "cannot be written completely");
+}
+
+}  // namespace whirl

@@ -1,0 +1,249 @@
+// MAT-files of version 5, read and written by hand: the library for them trusts the sizes in the file, and a damaged file
+// makes it allocate or crash. Layout: The MathWorks, MAT-File Format (a 128 byte header, then tagged elements).
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+#include "arrays.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+
+namespace whirl {
+namespace {
+
+enum : std::uint32_t { kInt8 = 1, kUint8 = 2, kInt16 = 3, kUint16 = 4, kInt32 = 5, kUint32 = 6, kSingle = 7, kDouble = 9,
+                       kInt64 = 12, kUint64 = 13, kMatrix = 14, kCompressed = 15 };
+enum : unsigned { kCell = 1, kStruct = 2, kObject = 3, kChar = 4, kSparse = 5, kDoubleClass = 6, kUint64Class = 15 };
+constexpr std::size_t kMostInflated = std::size_t{1} << 30;
+
+struct Element {
+  std::uint32_t type = 0;
+  std::string_view data;
+  std::size_t at = 0;  ///< byte offset of the data in the file (of the compressed block, when inside one)
+};
+
+std::size_t width_of(std::uint32_t type) {
+  switch (type) {
+    case kInt8: case kUint8: return 1;
+    case kInt16: case kUint16: return 2;
+    case kInt32: case kUint32: case kSingle: return 4;
+    case kDouble: case kInt64: case kUint64: return 8;
+    default: return 0;
+  }
+}
+
+class Reader {
+ public:
+  Reader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
+    file_.source = name;
+    file_.format = "MAT v5";
+  }
+
+  SignalFile read() {
+    if (bytes_.size() < 128) fail(bytes_.size(), "file ends inside the header of 128 bytes");
+    const std::string_view order = bytes_.substr(126, 2);
+    if (order != "IM" && order != "MI") fail(126, "byte order mark: must be 'IM' or 'MI'");
+    swap_ = (order == "MI") == (std::endian::native == std::endian::little);
+    for (std::size_t at = 128; at < bytes_.size();) {
+      const Element element = next(bytes_, at, 0, false);
+      if (element.type == kCompressed) {
+        const std::string inflated = inflate_all(element);
+        std::size_t inner = 0;
+        const Element matrix = next(inflated, inner, element.at, false);
+        if (matrix.type == kMatrix) read_matrix(matrix);
+      } else if (element.type == kMatrix) {
+        read_matrix(element);
+      } else {
+        file_.contents.push_back(fmt::format("element of type {} (passed over)", element.type));
+      }
+    }
+    add_arrays(file_, arrays_);
+    return std::move(file_);
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t at, const std::string& message) const {
+    throw Error::in_file(file_.source, 0, fmt::format("byte {}: {}", at, message));
+  }
+
+  template <class T>
+  T get(std::string_view bytes, std::size_t at) const {
+    char raw[sizeof(T)];
+    std::memcpy(raw, bytes.data() + at, sizeof(T));
+    if (swap_) std::reverse(raw, raw + sizeof(T));
+    T value;
+    std::memcpy(&value, raw, sizeof(T));
+    return value;
+  }
+
+  // The element at `at`, which moves behind it. `base` is added to offsets in messages.
+  Element next(std::string_view bytes, std::size_t& at, std::size_t base, bool inside) const {
+    if (bytes.size() - at < 8) fail(base + at, "element cut off inside its tag");
+    const auto first = get<std::uint32_t>(bytes, at);
+    if (first >> 16 != 0) {  // small element: size and type in one word, data in the next
+      const std::size_t size = first >> 16;
+      if (size > 4) fail(base + at, fmt::format("small element of {} bytes: must be at most 4", size));
+      const Element element{first & 0xFFFF, bytes.substr(at + 4, size), base + at + 4};
+      at += 8;
+      return element;
+    }
+    std::size_t size = get<std::uint32_t>(bytes, at + 4);
+    const bool unpacked = !inside && base > 0;  // some writers state the size of a compressed variable with too much padding
+    if (unpacked) size = std::min(size, bytes.size() - at - 8);
+    if (size > bytes.size() - at - 8) {
+      fail(base + at, fmt::format("element of {} bytes, but {} are left", size, bytes.size() - at - 8));
+    }
+    const Element element{first, bytes.substr(at + 8, size), base + at + 8};
+    at += 8 + size;
+    if (first != kCompressed || inside) at = std::min(bytes.size(), (at + 7) / 8 * 8);
+    return element;
+  }
+
+  std::string inflate_all(const Element& element) const {
+    z_stream stream{};
+    if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
+    std::string out, piece(std::size_t{1} << 16, '\0');
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(element.data.data()));
+    stream.avail_in = static_cast<uInt>(element.data.size());
+    int status = Z_OK;
+    while (status == Z_OK && out.size() < kMostInflated) {
+      stream.next_out = reinterpret_cast<Bytef*>(piece.data());
+      stream.avail_out = static_cast<uInt>(piece.size());
+      status = inflate(&stream, Z_NO_FLUSH);
+      out.append(piece.data(), piece.size() - stream.avail_out);
+      if (stream.avail_in == 0 && stream.avail_out != 0) break;
+    }
+    inflateEnd(&stream);
+    if (status != Z_STREAM_END && status != Z_OK) fail(element.at, "compressed data are damaged");
+    if (out.size() >= kMostInflated) fail(element.at, "compressed variable of more than 1 GiB");
+    return out;
+  }
+
+  Eigen::MatrixXd numbers(const Element& element, Eigen::Index rows, Eigen::Index columns, const std::string& name) const {
+    const std::size_t width = width_of(element.type), count = static_cast<std::size_t>(rows * columns);
+    if (width == 0) fail(element.at, fmt::format("variable '{}': data type {} cannot be read", name, element.type));
+    if (element.data.size() < count * width) {
+      fail(element.at, fmt::format("variable '{}': {} values of {} bytes do not fit into {} bytes", name, count, width, element.data.size()));
+    }
+    Eigen::MatrixXd m(rows, columns);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t at = i * width;
+      double v = 0;
+      switch (element.type) {
+        case kInt8: v = get<std::int8_t>(element.data, at); break;
+        case kUint8: v = get<std::uint8_t>(element.data, at); break;
+        case kInt16: v = get<std::int16_t>(element.data, at); break;
+        case kUint16: v = get<std::uint16_t>(element.data, at); break;
+        case kInt32: v = get<std::int32_t>(element.data, at); break;
+        case kUint32: v = get<std::uint32_t>(element.data, at); break;
+        case kSingle: v = get<float>(element.data, at); break;
+        case kInt64: v = static_cast<double>(get<std::int64_t>(element.data, at)); break;
+        case kUint64: v = static_cast<double>(get<std::uint64_t>(element.data, at)); break;
+        default: v = get<double>(element.data, at);
+      }
+      m.data()[i] = v;
+    }
+    return m;
+  }
+
+  void read_matrix(const Element& matrix) {
+    std::size_t at = 0;
+    const auto part = [&] { return next(matrix.data, at, matrix.at, true); };
+    if (matrix.data.empty()) return;  // an empty matrix has no parts
+    const Element flags = part();
+    if (flags.type != kUint32 || flags.data.size() < 8) fail(flags.at, "array flags are expected");
+    const auto word = get<std::uint32_t>(flags.data, 0);
+    const unsigned kind = word & 0xFF;
+    const bool complex = (word & 0x800) != 0;
+    const Element sizes = part();
+    if (sizes.type != kInt32 || sizes.data.size() < 8) fail(sizes.at, "array dimensions are expected");
+    const Element label = part();
+    const std::string name(label.data);
+    if (kind == kCell || kind == kStruct || kind == kObject || kind == kSparse) {
+      file_.contents.push_back(fmt::format("'{}': {} (passed over)", name,
+                                           kind == kCell ? "cell array" : kind == kStruct ? "structure" : kind == kObject ? "object" : "sparse matrix"));
+      return;
+    }
+    // Dimensions beyond the second are taken together. Checked against the bytes before anything is allocated.
+    double rows = get<std::int32_t>(sizes.data, 0), columns = 1;
+    for (std::size_t d = 4; d + 4 <= sizes.data.size(); d += 4) columns *= get<std::int32_t>(sizes.data, d);
+    if (!(rows >= 0 && columns >= 0 && rows * columns <= static_cast<double>(matrix.data.size()))) {
+      fail(sizes.at, fmt::format("variable '{}': {:g} x {:g} values in {} bytes", name, rows, columns, matrix.data.size()));
+    }
+    if (kind == kChar || rows * columns == 0) {
+      file_.contents.push_back(fmt::format("'{}': {}", name, kind == kChar ? "text" : "empty"));
+      return;
+    }
+    if (kind < kDoubleClass || kind > kUint64Class) {
+      file_.contents.push_back(fmt::format("'{}': class {} (passed over)", name, kind));
+      return;
+    }
+    NamedArray array;
+    array.name = name;
+    array.value = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
+    if (complex) array.imaginary = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
+    arrays_.push_back(std::move(array));
+  }
+
+  std::string_view bytes_;
+  bool swap_ = false;
+  SignalFile file_;
+  std::vector<NamedArray> arrays_;
+};
+
+void put_u32(std::string& out, std::uint32_t value) { out.append(reinterpret_cast<const char*>(&value), 4); }
+
+void put_element(std::string& out, std::uint32_t type, std::string_view data) {
+  put_u32(out, type);
+  put_u32(out, static_cast<std::uint32_t>(data.size()));
+  out += data;
+  out.append((8 - data.size() % 8) % 8, '\0');
+}
+
+// A variable's name: letters, digits and underscores, starting with a letter, at most 63 of them.
+std::string identifier(std::string name) {
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
+  }
+  if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) name = "c" + name;
+  return name.substr(0, 63);
+}
+
+void put_column(std::string& out, const std::string& name, const Eigen::VectorXd& value) {
+  std::string matrix, flags, sizes;
+  put_u32(flags, kDoubleClass);
+  put_u32(flags, 0);
+  put_element(matrix, kUint32, flags);
+  put_u32(sizes, static_cast<std::uint32_t>(value.size()));
+  put_u32(sizes, 1);
+  put_element(matrix, kInt32, sizes);
+  put_element(matrix, kInt8, identifier(name));
+  put_element(matrix, kDouble, {reinterpret_cast<const char*>(value.data()), static_cast<std::size_t>(value.size()) * 8});
+  put_element(out, kMatrix, matrix);
+}
+
+}  // namespace
+
+SignalFile parse_mat(std::string_view bytes, std::string_view name) { return Reader(bytes, name).read(); }
+
+void write_mat(const std::filesystem::path& path, const Recording& recording) {
+  if (recording.size() > (Eigen::Index{1} << 28)) throw Error(fmt::format("{}: a MAT v5 variable holds up to 2 GiB", path.string()));
+  std::string out = "MATLAB 5.0 MAT-file, written by whirl";
+  out.resize(124, ' ');
+  const std::uint16_t version = 0x0100, order = 'M' << 8 | 'I';
+  out.append(reinterpret_cast<const char*>(&version), 2);
+  out.append(reinterpret_cast<const char*>(&order), 2);
+  put_column(out, "t_s", recording.times());
+  for (const Channel& channel : recording.channels) {
+    put_column(out, fmt::format("{}_{}", channel.name, si_suffix(channel.quantity).suffix), channel.samples);
+  }
+  write_text(path, out);
+}
+
+}  // namespace whirl

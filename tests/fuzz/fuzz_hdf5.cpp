@@ -1,0 +1,6 @@
+// HDF5 and MAT v7.3 files.
+#include "signal_checks.hpp"
+
+void whirl::fuzz::run(std::string_view bytes) {
+  only_errors([&] { check(parse_hdf5(bytes, "fuzz.hdf5"), bytes.size(), 1100); });
+}

@@ -1,0 +1,6 @@
+// LabVIEW measurement files.
+#include "signal_checks.hpp"
+
+void whirl::fuzz::run(std::string_view bytes) {
+  only_errors([&] { check(parse_lvm(bytes, "fuzz.lvm"), bytes.size(), 1); });
+}

@@ -1,0 +1,6 @@
+// MAT v5 files.
+#include "signal_checks.hpp"
+
+void whirl::fuzz::run(std::string_view bytes) {
+  only_errors([&] { check(parse_mat(bytes, "fuzz.mat"), bytes.size(), 1100); });
+}

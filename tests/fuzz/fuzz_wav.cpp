@@ -1,0 +1,6 @@
+// WAV files.
+#include "signal_checks.hpp"
+
+void whirl::fuzz::run(std::string_view bytes) {
+  only_errors([&] { check(parse_wav(bytes, "fuzz.wav"), bytes.size(), 2); });
+}
