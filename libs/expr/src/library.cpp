@@ -117,6 +117,14 @@ TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::stri
   return group;
 }
 
+std::vector<Expr> group_terms(const TiedGroup& group, std::size_t n) {
+  std::vector<Expr> terms(n);
+  for (const TiedEntry& entry : group.entries) {
+    terms.at(entry.equation) = terms[entry.equation] + Expr(entry.factor) * entry.function;
+  }
+  return terms;
+}
+
 CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups, std::vector<Expr> known) {
   const std::set<std::string> distinct(lhs.begin(), lhs.end());
   if (distinct.size() != lhs.size()) throw Error("library: an equation is named twice");

@@ -101,12 +101,8 @@ std::string to_toml(const CandidateLibrary& library, const std::vector<std::stri
       untied[first.equation].push_back(group.name);
       continue;
     }
-    std::vector<Expr> places(library.lhs.size());
-    for (const TiedEntry& entry : group.entries) {
-      places[entry.equation] = places[entry.equation] + Expr(entry.factor) * entry.function;
-    }
     std::vector<std::string> texts;
-    for (const Expr& place : places) texts.push_back(place.str());
+    for (const Expr& place : group_terms(group, library.lhs.size())) texts.push_back(place.str());
     tied += "\n[[group]]\nname = " + quoted(group.name) + "\n";
     if (!group.coefficient.empty()) tied += "coefficient = " + quoted(group.coefficient) + "\n";
     if (!group.unit.empty()) tied += "unit = " + quoted(group.unit) + "\n";

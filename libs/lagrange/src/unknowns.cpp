@@ -116,7 +116,7 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
   }
   if (!extra.empty()) result.notes.push_back("terms of the model that the derivation lacks: " + extra);
 
-  // a unknowns = sum of variable * column; each place weighted by what stands there.
+  // a unknowns = sum of variable * column; each place weighted by its own sd.
   Eigen::MatrixXd columns(places.size(), static_cast<Eigen::Index>(variables.size()));
   Eigen::VectorXd value(columns.cols()), sd(columns.cols());
   for (Eigen::Index v = 0; v < columns.cols(); ++v) {
@@ -124,8 +124,14 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     value[v] = variables[static_cast<std::size_t>(v)].coefficient.value;
     sd[v] = variables[static_cast<std::size_t>(v)].coefficient.sd;
   }
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(a);
-  const Eigen::MatrixXd map = qr.solve(columns);
+  Eigen::VectorXd weight(places.size());
+  for (Eigen::Index p = 0; p < weight.size(); ++p) {
+    const double variance = (columns.row(p).transpose().array() * sd.array()).square().sum();
+    const double floor = 1e-9 * (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
+    weight[p] = 1 / std::max({variance > 0 ? std::sqrt(variance) : 0.0, floor, std::numeric_limits<double>::min()});
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(weight.asDiagonal() * a);
+  const Eigen::MatrixXd map = qr.solve(Eigen::MatrixXd(weight.asDiagonal() * columns));
   result.value = map * value;
   const Eigen::VectorXd misfit = columns * value - a * result.value;
   const Eigen::MatrixXd spread = columns - a * map;

@@ -27,13 +27,9 @@ const TiedGroup& group(const LagrangeEquations& eq, const std::string& coefficie
 
 /// The terms of a group, one per equation.
 void expect_group(const LagrangeEquations& eq, const std::string& coefficient, const std::vector<const char*>& terms) {
-  const TiedGroup& g = group(eq, coefficient);
+  const std::vector<Expr> found = group_terms(group(eq, coefficient), terms.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    Expr found;
-    for (const TiedEntry& entry : g.entries) {
-      if (entry.equation == i) found = found + Expr(entry.factor) * entry.function;
-    }
-    EXPECT_EQ(expand(found - Expr::parse(terms[i])), Expr(0)) << coefficient << " in equation " << i << ": " << found.str();
+    EXPECT_EQ(expand(found[i] - Expr::parse(terms[i])), Expr(0)) << coefficient << " in equation " << i << ": " << found[i].str();
   }
 }
 
@@ -71,9 +67,7 @@ TEST(LagrangeReference, PrescribedAngleGivesTheTiedRotorLibrary) {
   ASSERT_EQ(eq.library.groups.size(), hand.groups.size());
   EXPECT_EQ(eq.library.lhs, hand.lhs);
   for (const TiedGroup& expected : hand.groups) {
-    std::vector<std::string> terms;
-    std::vector<Expr> sums(2);
-    for (const TiedEntry& entry : expected.entries) sums[entry.equation] = sums[entry.equation] + Expr(entry.factor) * entry.function;
+    const std::vector<Expr> sums = group_terms(expected, 2);
     const std::string x = sums[0].str(), y = sums[1].str();
     expect_group(eq, Expr::parse(expected.coefficient).str(), {x.c_str(), y.c_str()});
     EXPECT_EQ(group(eq, Expr::parse(expected.coefficient).str()).unit, expected.unit) << expected.name;

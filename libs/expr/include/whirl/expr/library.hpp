@@ -54,6 +54,8 @@ struct CandidateLibrary {
 /// The unknown that multiplies terms[i] in equation i (0: it does not stand there). A sum stays one function; the number in
 /// front of a single term goes to the factor.
 TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient = "", std::string unit = "");
+/// The reverse: what the group puts into each of n equations.
+std::vector<Expr> group_terms(const TiedGroup& group, std::size_t n);
 /// Library of these groups. Throws Error when an equation is named twice, an entry names an equation that is not there, a group
 /// has no entry, two groups of more than one entry have one name, or `known` is neither empty nor one per equation.
 CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups, std::vector<Expr> known = {});
