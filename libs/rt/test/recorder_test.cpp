@@ -1,0 +1,115 @@
+#include "whirl/rt/recorder.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+namespace {
+
+struct RecorderTest : ::testing::Test {
+  std::filesystem::path folder = std::filesystem::temp_directory_path() / ("whirl_recorder_" + std::to_string(::getpid()));
+  RecorderTest() { std::filesystem::create_directories(folder); }
+  ~RecorderTest() override { std::filesystem::remove_all(folder); }
+};
+
+LoopSample sample(long k) {
+  LoopSample s;
+  s.tick = k;
+  s.t = 1e-3 * static_cast<double>(k);
+  s.x = 1e-6 * static_cast<double>(k % 997);
+  s.uy_requested = -static_cast<double>(k);
+  s.flags = kValid | kArmed;
+  s.missed = static_cast<std::int32_t>(k % 3);
+  return s;
+}
+
+TEST_F(RecorderTest, WhatIsRecordedIsRead) {
+  const auto path = folder / "run.h5";
+  {
+    LoopRecorder recorder(path, {2e-3, {{"controller", std::string(100000, 'c')}, {"io", "[loop]"}}}, 0.01);
+    for (long k = 0; k < 5000; ++k) recorder.append(sample(k));
+    recorder.event({1234, 1.234, "trip: watchdog"});
+    EXPECT_EQ(recorder.rows(), 5000);
+  }
+  const LoopRecord r = read_loop_record(path);
+  EXPECT_TRUE(r.closed);
+  EXPECT_EQ(r.head.sample_time, 2e-3);
+  ASSERT_NE(r.text("controller"), nullptr);
+  EXPECT_EQ(r.text("controller")->size(), 100000u);
+  EXPECT_EQ(*r.text("io"), "[loop]");
+  EXPECT_EQ(r.text("none"), nullptr);
+  ASSERT_EQ(r.cycles.size(), 5000u);
+  for (long k = 0; k < 5000; ++k) {
+    const LoopSample &a = r.cycles[static_cast<std::size_t>(k)], b = sample(k);
+    ASSERT_EQ(a.tick, k);
+    ASSERT_EQ(a.x, b.x);
+    ASSERT_EQ(a.uy_requested, b.uy_requested);
+    ASSERT_EQ(a.flags, b.flags);
+    ASSERT_EQ(a.missed, b.missed);
+  }
+  ASSERT_EQ(r.events.size(), 2u);
+  EXPECT_EQ(r.events[0].text, "trip: watchdog");
+  EXPECT_EQ(r.events[0].tick, 1234);
+}
+
+TEST_F(RecorderTest, SomethingElseIsRefused) {
+  const auto path = folder / "text.h5";
+  std::ofstream(path) << "no HDF5";
+  EXPECT_THROW((void)read_loop_record(path), Error);
+  EXPECT_THROW((void)read_loop_record(folder / "missing.h5"), Error);
+  EXPECT_THROW(LoopRecorder(folder / "no" / "such" / "run.h5", {}), Error);
+}
+
+// The writer is killed at an instant nobody chose; bench/rt_recorder_kill does it a hundred times.
+TEST_F(RecorderTest, AKilledWriterLeavesAFileThatLacksAtMostTheLastFlush) {
+  std::mt19937_64 random(3);
+  for (int round = 0; round < 5; ++round) {
+    const auto path = folder / ("kill" + std::to_string(round) + ".h5");
+    int pipe_ends[2];
+    ASSERT_EQ(::pipe(pipe_ends), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      LoopRecorder recorder(path, {1e-3, {{"controller", "{}"}}}, 0.05);
+      // Every flushed row count is told; what is told must be there later.
+      for (long k = 0;; ++k) {
+        recorder.append(sample(k));
+        if (k % 50 == 49) {
+          recorder.flush();
+          const long rows = recorder.rows();
+          (void)!::write(pipe_ends[1], &rows, sizeof rows);
+          std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+      }
+    }
+    ::close(pipe_ends[1]);
+    long told = 0, rows = 0;
+    const auto one = [&] { return ::read(pipe_ends[0], &rows, sizeof rows) == sizeof rows; };
+    ASSERT_TRUE(one());
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 100000));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+    do told = rows;
+    while (one());
+    ::close(pipe_ends[0]);
+    const LoopRecord r = read_loop_record(path);
+    EXPECT_FALSE(r.closed);
+    ASSERT_GE(static_cast<long>(r.cycles.size()), told);
+    for (std::size_t k = 0; k < r.cycles.size(); ++k) {
+      ASSERT_EQ(r.cycles[k].tick, static_cast<long>(k));
+      ASSERT_EQ(r.cycles[k].uy_requested, -static_cast<double>(k));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace whirl
