@@ -5,6 +5,7 @@
 
 #include "normal.hpp"
 #include "tables.hpp"
+#include "whirl/core/error.hpp"
 
 namespace whirl {
 
@@ -51,8 +52,12 @@ struct BatchRig<Lanes>::State {
     Lane x, y;
   };
 
-  std::shared_ptr<const RigTables> tables;
-  Normal normal{0};
+  std::shared_ptr<const RigTables> tables;                       // of lane 0: all that the lanes share
+  std::array<std::shared_ptr<const RigTables>, Lanes> own;       // of every lane
+  bool one_plant = true;                                         // and one noise
+  std::vector<Normal> normals;                                   // one, or one per lane
+  LateralCoefficients<Lane> coefficients;
+  Lane eps_re, eps_im, actuator_gain, axis_cos, axis_sin;
   long ticks_done = 0, steps = 0, captured = 0;
   Lane x, y, vx, vy;            // rotor
   Lane target_x, target_y;      // force the actuators tend to, N
@@ -62,21 +67,40 @@ struct BatchRig<Lanes>::State {
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
   Reading reading;
-  double axis_cos = 1, axis_sin = 0;
 
-  explicit State(std::shared_ptr<const RigTables> t)
-      : tables(std::move(t)), modes(tables->parameters.modes.size()) {
-    axis_cos = std::cos(tables->parameters.actuator.axis_rotation);
-    axis_sin = std::sin(tables->parameters.actuator.axis_rotation);
+  State(const std::array<std::shared_ptr<const RigTables>, Lanes>& t, const std::array<std::uint64_t, Lanes>& seeds,
+        bool one)
+      : tables(t[0]), own(t), one_plant(one), modes(tables->parameters.modes.size()) {
+    for (int lane = 0; lane < Lanes; ++lane) {
+      const RigTables& r = *own[static_cast<std::size_t>(lane)];
+      if (r.angle != tables->angle || r.gain != tables->gain || r.mode_maps.size() != tables->mode_maps.size()) {
+        throw Error("batch of rigs: the lanes differ in profile, timing, encoder, laser rate or mass");
+      }
+      const LateralCoefficients<double>& c = r.coefficients;
+      coefficients.kx[lane] = c.kx, coefficients.ky[lane] = c.ky, coefficients.kxy[lane] = c.kxy;
+      coefficients.k2[lane] = c.k2;
+      coefficients.cx[lane] = c.cx, coefficients.cy[lane] = c.cy, coefficients.cxy[lane] = c.cxy;
+      eps_re[lane] = r.eps_re, eps_im[lane] = r.eps_im;
+      const RigActuator& a = r.parameters.actuator;
+      actuator_gain[lane] = 1 + a.gain_error;
+      axis_cos[lane] = std::cos(a.axis_rotation), axis_sin[lane] = std::sin(a.axis_rotation);
+    }
+    restart(seeds);
   }
 
   static constexpr std::size_t slot(long tick) { return static_cast<std::size_t>(tick) % kHistory; }
 
-  void restart(std::uint64_t seed) noexcept {
-    normal = Normal(seed);
+  void restart(const std::array<std::uint64_t, Lanes>& seeds) {
+    normals.clear();
+    for (std::uint64_t seed : seeds) {
+      normals.emplace_back(seed);
+      if (one_plant) break;
+    }
     ticks_done = steps = captured = 0;
-    const LateralState<double>& s = tables->start;
-    x.v.fill(s.x), y.v.fill(s.y), vx.v.fill(s.vx), vy.v.fill(s.vy);
+    for (int lane = 0; lane < Lanes; ++lane) {
+      const LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start;
+      x[lane] = s.x, y[lane] = s.y, vx[lane] = s.vx, vy[lane] = s.vy;
+    }
     target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};
     for (std::size_t i = 0; i < modes.size(); ++i) {
       modes[i] = {};
@@ -126,15 +150,30 @@ struct BatchRig<Lanes>::State {
   void capture(int sub) noexcept {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
-    const LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
-    const double nx = laser.noise > 0 ? laser.noise * normal() : 0,
-                 ny = laser.noise > 0 ? laser.noise * normal() : 0;
+    Pair added;  // runout, modes driven by the unbalance, noise
+    const auto of_lane = [&](int lane) -> LateralInput<double> {
+      const auto i = static_cast<std::size_t>(lane);
+      const LateralInput<double> surface = own[i]->not_disk[static_cast<std::size_t>(captured)];
+      if (!(laser.noise > 0)) return surface;
+      Normal& normal = normals[i];
+      const double nx = laser.noise * normal(), ny = laser.noise * normal();
+      return {surface.x + nx, surface.y + ny};
+    };
+    if (one_plant) {
+      const LateralInput<double> same = of_lane(0);
+      added.x.v.fill(same.x), added.y.v.fill(same.y);
+    } else {
+      for (int lane = 0; lane < Lanes; ++lane) {
+        const LateralInput<double> a = of_lane(lane);
+        added.x[lane] = a.x, added.y[lane] = a.y;
+      }
+    }
     Pair& out = readings[slot(captured)];
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       Vector sx = load(&x.v[0] + lane), sy = load(&y.v[0] + lane);
       add_modes(lane, sub, sx, sy);
-      sx = clamped(sx + (added.x + nx), 0.5 * laser.range);
-      sy = clamped(sy + (added.y + ny), 0.5 * laser.range);
+      sx = clamped(sx + load(&added.x.v[0] + lane), 0.5 * laser.range);
+      sy = clamped(sy + load(&added.y.v[0] + lane), 0.5 * laser.range);
       store(&out.x.v[0] + lane, t.sensor_lsb > 0 ? quantised(sx, t.sensor_lsb) : sx);
       store(&out.y.v[0] + lane, t.sensor_lsb > 0 ? quantised(sy, t.sensor_lsb) : sy);
     }
@@ -157,7 +196,7 @@ struct BatchRig<Lanes>::State {
     const long delay = a.delay_samples + a.extra_delay_samples;
     const Pair none{};
     const Pair& c = ticks_done >= delay ? commands[slot(ticks_done - delay)] : none;
-    const double gain = 1 + a.gain_error, per_newton = 1 / a.force_per_volt;
+    const double per_newton = 1 / a.force_per_volt;
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       const auto force = [&](const Lane& command) {
         Vector volts = load(&command.v[0] + lane) * per_newton;
@@ -168,7 +207,9 @@ struct BatchRig<Lanes>::State {
       const Vector u = force(c.x), v = force(c.y);
       const Vector fx = load(&target_x.v[0] + lane) + load(&distance_x.v[0] + lane);
       const Vector fy = load(&target_y.v[0] + lane) + load(&distance_y.v[0] + lane);
-      const Vector tx = gain * (axis_cos * u - axis_sin * v), ty = gain * (axis_sin * u + axis_cos * v);
+      const Vector gain = load(&actuator_gain.v[0] + lane);
+      const Vector cos = load(&axis_cos.v[0] + lane), sin = load(&axis_sin.v[0] + lane);
+      const Vector tx = gain * (cos * u - sin * v), ty = gain * (sin * u + cos * v);
       const bool lag = t.lag_half_step > 0;
       store(&force0_x.v[0] + lane, fx);
       store(&force0_y.v[0] + lane, fy);
@@ -182,12 +223,12 @@ struct BatchRig<Lanes>::State {
   // One Runge-Kutta step of all lanes; f points at the forcing of its start.
   void step(const LateralInput<double>* f) noexcept {
     const RigTables& t = *tables;
-    const double r = t.lag_half_step, g = t.gain, er = t.eps_re, ei = t.eps_im;
-    const LateralCoefficients<double>& c = t.coefficients;
-    const Vector zero{};
-    const LateralCoefficients<Vector> a{zero + c.kx, zero + c.ky, zero + c.kxy, zero + c.k2,
-                                        zero + c.cx, zero + c.cy, zero + c.cxy};
+    const double r = t.lag_half_step, g = t.gain;
+    const LateralCoefficients<Lane>& c = coefficients;
     for (int lane = 0; lane < Lanes; lane += kWidth) {
+      const auto of = [lane](const Lane& l) { return load(&l.v[0] + lane); };
+      const LateralCoefficients<Vector> a{of(c.kx), of(c.ky), of(c.kxy), of(c.k2), of(c.cx), of(c.cy), of(c.cxy)};
+      const Vector er = of(eps_re), ei = of(eps_im);
       Vector dx = load(&distance_x.v[0] + lane), dy = load(&distance_y.v[0] + lane);
       const Vector tx = g * load(&target_x.v[0] + lane), ty = g * load(&target_y.v[0] + lane);
       const auto input = [&](const LateralInput<double>& unbalance) {
@@ -232,9 +273,17 @@ struct BatchRig<Lanes>::State {
 
 template <int Lanes>
 BatchRig<Lanes>::BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed)
-    : state_(std::make_unique<State>(std::move(tables))) {
-  state_->restart(seed);
-}
+    : state_([&] {
+        std::array<std::shared_ptr<const RigTables>, Lanes> same;
+        std::array<std::uint64_t, Lanes> seeds;
+        same.fill(std::move(tables));
+        seeds.fill(seed);
+        return std::make_unique<State>(same, seeds, true);
+      }()) {}
+template <int Lanes>
+BatchRig<Lanes>::BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
+                          const std::array<std::uint64_t, Lanes>& seeds)
+    : state_(std::make_unique<State>(tables, seeds, false)) {}
 template <int Lanes>
 BatchRig<Lanes>::BatchRig(BatchRig&&) noexcept = default;
 template <int Lanes>
@@ -268,8 +317,10 @@ const typename BatchRig<Lanes>::Lane& BatchRig<Lanes>::true_y() const noexcept {
   return state_->y;
 }
 template <int Lanes>
-void BatchRig<Lanes>::restart(std::uint64_t seed) noexcept {
-  state_->restart(seed);
+void BatchRig<Lanes>::restart(std::uint64_t seed) {
+  std::array<std::uint64_t, Lanes> seeds;
+  for (std::size_t i = 0; i < Lanes; ++i) seeds[i] = seed + i;
+  state_->restart(seeds);
 }
 
 template class BatchRig<8>;

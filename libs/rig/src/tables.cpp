@@ -33,10 +33,13 @@ ModeMap mode_map(const RigMode& mode, double mass, double bandwidth, double time
   return {e(0, 0), e(0, 1), e(0, 2), e(0, 3), e(1, 0), e(1, 1), e(1, 2), e(1, 3)};
 }
 
-double surface_error(const RigLaser& laser, double angle) {
-  return laser.runout_1x * std::cos(angle + laser.runout_phase_1x) +
-         laser.runout_2x * std::cos(2 * angle + laser.runout_phase_2x) +
-         laser.runout_3x * std::cos(3 * angle + laser.runout_phase_3x);
+// Surface error under the x sensor and, a quarter turn behind, under the y sensor; `turn` is e^{i beta}.
+LateralInput<double> surface_error(const RigLaser& laser, std::complex<double> turn) {
+  const std::complex<double> a1 = std::polar(laser.runout_1x, laser.runout_phase_1x) * turn;
+  const std::complex<double> a2 = std::polar(laser.runout_2x, laser.runout_phase_2x) * turn * turn;
+  const std::complex<double> a3 = std::polar(laser.runout_3x, laser.runout_phase_3x) * turn * turn * turn;
+  // e^{-i k pi/2}: -i, -1, i.
+  return {a1.real() + a2.real() + a3.real(), a1.imag() - a2.real() - a3.imag()};
 }
 
 // Encoder counts followed by a third-order tracking loop with three equal poles: no lag at constant
@@ -122,8 +125,7 @@ AngleTables::AngleTables(const RigParameters& p) {
   for (long k = 0; k <= ticks; ++k) {
     const long newest = std::max(0L, k * n - latency) / per_sample * per_sample;
     sensor_step.push_back(newest);
-    const double beta = profile(static_cast<double>(newest) * step).beta;
-    runout.push_back({surface_error(p.laser, beta), surface_error(p.laser, beta - kTurn / 4)});
+    sensor_turn.push_back(std::polar(1.0, profile(static_cast<double>(newest) * step).beta));
     true_angle.push_back(profile(static_cast<double>(k) / p.timing.rate));
   }
   measured_angle = measured_angles(p, true_angle);
@@ -133,7 +135,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   const RigParameters& p = parameters;
   p.check();
   const bool same = like != nullptr && like->parameters.profile == p.profile &&
-                    like->parameters.laser == p.laser && like->parameters.encoder == p.encoder &&
+                    like->parameters.laser.rate == p.laser.rate &&
+                    like->parameters.laser.latency == p.laser.latency && like->parameters.encoder == p.encoder &&
                     like->parameters.timing == p.timing;
   angle = same ? like->angle : std::make_shared<const AngleTables>(p);
 
@@ -149,7 +152,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
   start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
 
-  not_disk = angle->runout;
+  not_disk.reserve(angle->sensor_turn.size());
+  for (const std::complex<double>& turn : angle->sensor_turn) not_disk.push_back(surface_error(p.laser, turn));
   for (const ForcedMode& mode : model.modes) add_forced_mode(mode, *angle, first.omega, not_disk);
   for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();

@@ -1,4 +1,5 @@
 #pragma once
+#include <complex>
 #include <vector>
 
 #include "whirl/rig/parameters.hpp"
@@ -14,7 +15,7 @@ struct ModeMap {
   double dq_q, dq_dq, dq_f, dq_c;  ///< q' at the end
 };
 
-/// The part that depends on profile, laser, encoder and timing only.
+/// The part that depends on profile, laser rate and latency, encoder and timing only.
 struct AngleTables {
   explicit AngleTables(const RigParameters& parameters);
 
@@ -23,7 +24,7 @@ struct AngleTables {
   std::vector<LateralInput<double>>
       forcing;                    ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
   std::vector<long> sensor_step;  ///< per tick: step whose end is the sensor instant read there
-  std::vector<LateralInput<double>> runout;  ///< per tick: surface error at that instant, m
+  std::vector<std::complex<double>> sensor_turn;  ///< per tick: e^{i beta} at that instant
   std::vector<AngleState> measured_angle;    ///< per tick
   std::vector<AngleState> true_angle;        ///< per tick
 };

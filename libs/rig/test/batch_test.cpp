@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "whirl/core/error.hpp"
+
 namespace whirl {
 namespace {
 
@@ -52,6 +54,53 @@ TEST(BatchRigProperty, LanesOfTheFullRigEqualTheScalarRig) {
 TEST(BatchRigProperty, LanesOfTheIdealRotorEqualTheScalarRig) {
   EXPECT_LT((worst_difference<32>(RigParameters::ideal_rotor_b(), 15000)), 1e-9);
   EXPECT_LT((worst_difference<8>(RigParameters::ideal_rotor_a().run_up(), 12000)), 1e-9);
+}
+
+// Another rotor, runout, actuator and noise in every lane.
+TEST(BatchRigProperty, LanesOfDifferentRigsEqualTheScalarRigs) {
+  std::array<std::shared_ptr<const RigTables>, 16> tables;
+  std::array<std::uint64_t, 16> seeds;
+  std::vector<VirtualRig> scalar;
+  for (std::size_t i = 0; i < 16; ++i) {
+    RigParameters p;
+    const double d = static_cast<double>(i);
+    p.rotor.stiffness *= 1 + 0.02 * d;
+    p.rotor.cubic *= 1 - 0.03 * d;
+    p.rotor.damping *= 1 + 0.1 * d;
+    p.rotor.added_phase = 0.3 * d;
+    p.laser.runout_phase_1x += d;
+    p.laser.runout_phase_3x -= d;
+    p.actuator.gain_error = 0.01 * d;
+    p.actuator.axis_rotation = 0.002 * d;
+    tables[i] = make_rig_tables(p, tables[0]);
+    seeds[i] = 7 + 3 * i;
+    scalar.emplace_back(make_rig_tables(p), RigRun{.seed = seeds[i]});
+  }
+  BatchRig<16> batch(tables, seeds);
+  LaneArray<16> last, ux, uy;
+  double worst = 0;
+  for (int k = 0; k < 14000; ++k) {
+    const auto m = batch.read();
+    for (int lane = 0; lane < 16; ++lane) {
+      VirtualRig& rig = scalar[static_cast<std::size_t>(lane)];
+      const Measurement now = rig.read();
+      worst = std::max({worst, std::abs(now.x - m.x[lane]), std::abs(now.y - m.y[lane]),
+                        std::abs(batch.true_x()[lane] - RigTruth(rig).z().real())});
+      ux[lane] = -9371.3 * (m.x[lane] - last[lane]);
+      uy[lane] = 0.7 * m.y[lane];
+      rig.write({ux[lane], uy[lane]});
+      rig.advance();
+    }
+    last = m.x;
+    batch.write(ux, uy);
+    batch.advance();
+  }
+  EXPECT_LT(worst, 1e-9);
+
+  RigParameters heavy;
+  heavy.rotor.mass *= 2;
+  tables[3] = make_rig_tables(heavy, tables[0]);
+  EXPECT_THROW(BatchRig<16>(tables, seeds), Error);
 }
 
 TEST(BatchRig, RestartRepeatsAndLimitsHold) {

@@ -15,10 +15,9 @@ struct alignas(64) LaneArray {
   double operator[](int lane) const { return v[static_cast<std::size_t>(lane)]; }
 };
 
-/// `Lanes` copies of one rig side by side, for tuning and Monte Carlo over controllers: the same plant,
-/// profile and noise in every lane, another command in each. The arithmetic is that of VirtualRig, in vector
-/// registers; a lane gives what VirtualRig gives with the same seed and commands. No fault script.
-/// Instantiated for 8, 16 and 32 lanes.
+/// `Lanes` rigs side by side: one plant under many controllers, or as many plants (Monte Carlo over rotors). The
+/// arithmetic is that of VirtualRig, in vector registers; a lane gives what VirtualRig gives with the same seed and
+/// commands, whatever the other lanes do and however many there are. No fault script. Instantiated for 8, 16 and 32 lanes.
 ///
 /// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
 /// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/rig_tsmc_lanes.cpp).
@@ -33,6 +32,11 @@ class BatchRig {
   };
 
   explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);
+  /// One rig and one noise seed per lane. The rigs may differ in the rotor (not its mass), in gain error and axes of the
+  /// actuators and in runout; all else is the first one's, and the tables must share their angle part (make_rig_tables,
+  /// `like`). Throws Error when they do not.
+  BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
+           const std::array<std::uint64_t, Lanes>& seeds);
   BatchRig(BatchRig&&) noexcept;
   ~BatchRig();
 
@@ -44,7 +48,7 @@ class BatchRig {
   /// True displacement of the disk centre, m: for the objective, not for the law.
   const Lane& true_x() const noexcept;
   const Lane& true_y() const noexcept;
-  void restart(std::uint64_t seed) noexcept;
+  void restart(std::uint64_t seed);  ///< lane i of different rigs takes seed + i; lanes of one rig share the noise
 
  private:
   struct State;
