@@ -67,10 +67,31 @@ ex Names::at(const std::string& name) const {
   throw Error(fmt::format("name '{}' is not declared; declared are{}", name, list));
 }
 
+namespace {
+
+/// Summands once every product and whole power of sums is multiplied out.
+double expanded_size(const Expr& e) {
+  double size = e.kind() == Expr::Kind::sum ? 0 : 1;
+  for (const Expr& arg : e.args()) {
+    const double part = expanded_size(arg);
+    if (e.kind() == Expr::Kind::sum) size += part;
+    else size *= part;
+  }
+  if (e.kind() == Expr::Kind::function && size <= 1000) return 1;  // an argument stays one factor
+  if (e.kind() != Expr::Kind::power || !e.args()[1].is_number()) return size;
+  // (k summands)^n has (k + n - 1 choose n).
+  const double k = expanded_size(e.args()[0]), n = std::abs(e.args()[1].value());
+  return std::exp(std::lgamma(k + n) - std::lgamma(n + 1) - std::lgamma(k));
+}
+
+}  // namespace
+
 ex Names::read(const std::string& text, const char* what) const {
   if (text.empty()) return 0;
   try {
-    return from(Expr::parse(text));
+    const Expr term = Expr::parse(text);
+    if (!(expanded_size(term) <= 20000)) throw Error("has more than 20000 summands when multiplied out");
+    return from(term);
   } catch (const Error& e) {
     throw Error(fmt::format("{} '{}': {}", what, text, e.what()));
   }
