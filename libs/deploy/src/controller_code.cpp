@@ -190,11 +190,11 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
 
 std::string banner(const ControllerDesign& d, const CodeOptions& options) {
   return fmt::format(
-      "/* {0}: {1}\n   with the estimator: {2}.\n\n   Made by whirl {3}{4}. SI units throughout. C99, no allocation, no input or "
-      "output,\n   no globals: all memory is in {5}_state, several instances may live side by side. Needs the functions\n   of "
-      "math.h; do not compile with -ffast-math, which removes the tests for NaN. */",
+      "/* {0}: {1}\n   with the estimator: {2}.\n\n   Made by whirl {3}{4}.\n   SI units throughout. C99, no allocation, no input or "
+      "output, no globals: all memory is in {5}_state, several\n   instances may live side by side. Needs the functions of math.h; do "
+      "not compile with -ffast-math, which removes the\n   tests for NaN. */",
       options.prefix, law_info(d.law).title, estimator_info(d.estimator).title, version(),
-      options.origin.empty() ? "" : " from " + options.origin, options.prefix);
+      options.origin.empty() ? "" : "\n   from " + options.origin, options.prefix);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "template.hpp"
 #include "whirl/control/catalogue.hpp"
@@ -29,6 +30,22 @@ std::string latex_number(double value) {
   return e == std::string::npos ? text : text.substr(0, e) + " \\cdot 10^{" + std::to_string(std::stoi(text.substr(e + 1))) + "}";
 }
 
+/// The rotor's names as its equations are written; other names as `expr` writes them.
+std::string latex_symbol(std::string_view name) {
+  static const std::map<std::string, const char*, std::less<>> known{
+      {"vx", "v_x"}, {"vy", "v_y"}, {"ux", "u_x"}, {"uy", "u_y"}, {"gain", "b"},
+      {"eps_re", "\\varepsilon_{\\mathrm{re}}"}, {"eps_im", "\\varepsilon_{\\mathrm{im}}"},
+      {"k1_conj_re", "\\bar{k}_{\\mathrm{re}}"}, {"k1_conj_im", "\\bar{k}_{\\mathrm{im}}"},
+      {"c_conj_re", "\\bar{c}_{\\mathrm{re}}"}, {"c_conj_im", "\\bar{c}_{\\mathrm{im}}"}};
+  if (const auto found = known.find(name); found != known.end()) return found->second;
+  if (name.starts_with("xi_")) {
+    std::string index(name.substr(3));
+    std::replace(index.begin(), index.end(), '_', ',');
+    return "\\xi_{" + index + "}";
+  }
+  return latex_name(name);
+}
+
 std::string latex_text(std::string text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '^') text.replace(i, 1, "\\^{}"), i += 3;
@@ -38,11 +55,11 @@ std::string latex_text(std::string text) {
   return text;
 }
 
-std::string latex_table(const std::vector<CodeParameter>& parameters) {
+std::string latex_table(const std::vector<CodeParameter>& parameters, bool as_symbols) {
   std::string out = "\\begin{tabular}{lrll}\n\\toprule\nparameter & value & unit & meaning \\\\\n\\midrule\n";
   for (const CodeParameter& p : parameters) {
     if (p.name.starts_with("runout_") && p.value == 0) continue;
-    out += fmt::format("{} & ${}$ & {} & {} \\\\\n", latex_text(p.name), latex_number(p.value), latex_text(p.unit), latex_text(p.meaning));
+    out += fmt::format("{} & ${}$ & {} & {} \\\\\n", as_symbols ? "$" + latex_symbol(p.name) + "$" : latex_text(p.name), latex_number(p.value), latex_text(p.unit), latex_text(p.meaning));
   }
   return out + "\\bottomrule\n\\end{tabular}\n";
 }
@@ -94,19 +111,21 @@ std::vector<SourceFile> export_latex(const ControllerDesign& design, const CodeO
   std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n", options.prefix, law_info(design.law).title, made_by(options));
   text += "Per axis $\\dot x = v$, $\\dot v = f + a + D$, force $u = a/b$ with $b = " + latex_number(design.model.gain) +
           "\\,\\mathrm{kg^{-1}}$, $\\mathrm{sig}(x)^r = |x|^r\\,\\mathrm{sgn}\\,x$:\n\\begin{gather*}\n" + rows + "\\end{gather*}\n";
-  return {{options.prefix + ".tex", text + latex_table(code.parameters)}};
+  return {{options.prefix + ".tex", text + latex_table(code.parameters, false)}};
 }
 
 std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOptions& options) {
   require_prefix(options.prefix);
   const ModelSystem s = model_system(model);
   std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n\\begin{{align*}}\n", options.prefix, s.title, made_by(options));
+  PrintOptions print_options;
+  print_options.name = latex_symbol;
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
-    const std::string name = latex_name(s.states[i].name);
-    text += fmt::format("  {} &= {}{}\n", s.discrete ? name + "^{+}" : "\\dot{" + name + "}", to_latex(s.rates[i]),
+    const std::string name = latex_symbol(s.states[i].name);
+    text += fmt::format("  {} &= {}{}\n", s.discrete ? name + "^{+}" : "\\dot{" + name + "}", print(s.rates[i], Notation::latex, print_options),
                         i + 1 < s.rates.size() ? " \\\\" : "");
   }
-  return {{options.prefix + ".tex", text + "\\end{align*}\n" + latex_table(s.parameters)}};
+  return {{options.prefix + ".tex", text + "\\end{align*}\n" + latex_table(s.parameters, true)}};
 }
 
 std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOptions& o) {

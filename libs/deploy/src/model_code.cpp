@@ -130,8 +130,8 @@ TemplateSettings settings_of(const ModelSystem& s, const CodeOptions& options) {
   slot["prefix"] = options.prefix;
   slot["real"] = options.single_precision ? "float" : "double";
   slot["banner"] = fmt::format(
-      "/* {}: {}\n{}\n\n   Made by whirl {}{}. SI units throughout. C99, no allocation, no input or output, no globals. */",
-      options.prefix, s.title, rate_comment(s), version(), options.origin.empty() ? "" : " from " + options.origin);
+      "/* {}: {}\n{}\n\n   Made by whirl {}{}.\n   SI units throughout. C99, no allocation, no input or output, no globals. */",
+      options.prefix, s.title, rate_comment(s), version(), options.origin.empty() ? "" : "\n   from " + options.origin);
   slot["parameters"] = "";
   slot["defaults"] = "";
   for (const CodeParameter& p : s.parameters) {
