@@ -54,6 +54,7 @@ void add_design(CLI::App& app, Session& session);
 void add_run(CLI::App& app, Session& session);
 void add_compare(CLI::App& app, Session& session);
 void add_transient(CLI::App& app, Session& session);
+void add_export(CLI::App& app, Session& session);
 void add_rig(CLI::App& app, Session& session);
 void add_reproduce(CLI::App& app, Session& session);
 

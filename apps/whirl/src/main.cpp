@@ -81,6 +81,7 @@ int run(int argc, char** argv) {
   add_run(app, session);
   add_compare(app, session);
   add_transient(app, session);
+  add_export(app, session);
   add_rig(app, session);
   add_reproduce(app, session);
 
