@@ -1,4 +1,5 @@
 #include "command.hpp"
+#include "rig_serve.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/pipeline/rig_file.hpp"
 #include "whirl/rig/records.hpp"
@@ -99,6 +100,7 @@ void add_rig(CLI::App& app, Session& session) {
       });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
+  add_rig_serve(*rig, session);
 }
 
 }  // namespace whirl::app

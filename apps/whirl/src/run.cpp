@@ -1,4 +1,5 @@
 #include "command.hpp"
+#include "run_io.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pipeline/provenance.hpp"
@@ -13,6 +14,7 @@ void add_run(CLI::App& app, Session& session) {
     std::optional<double> added_mass_g;
     ClosedLoopOptions loop;
     bool run_up = false;
+    RunIoOptions io;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
@@ -22,6 +24,7 @@ void add_run(CLI::App& app, Session& session) {
       "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every tick.\n\n"
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
       [o, &session] {
+        if (!o->io.io.empty()) return run_io(session, o->controller, o->io);
         const ControllerDesign design = load<ControllerDesign>(o->controller);
         RigParameters rig = read_rig(o->rig_file);
         if (o->added_mass_g) {
@@ -52,6 +55,7 @@ void add_run(CLI::App& app, Session& session) {
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->capture_default_str();
+  o->io.add_to(sub);
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables");
 }
 

@@ -137,7 +137,8 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
     // come is waited for.
     if (!some && (armed_ || !by_board ? complete(tick_ + 1, false) : board_tick_ > tick_)) {
       some = true;
-      deadline = std::min(deadline, now + static_cast<std::int64_t>(1e9 * options_.grace));
+      const double grace = armed_ ? options_.grace : std::min(options_.grace, 0.5 * options_.sample_time);
+      deadline = std::min(deadline, now + static_cast<std::int64_t>(1e9 * grace));
     }
     if ((armed_ && complete(tick_ + 1, true)) || now >= deadline) break;
     std::array<pollfd, 3> fds;
@@ -198,7 +199,7 @@ Measurement HardwareRig::read() noexcept {
   m.beta = reading_.beta;
   m.omega = reading_.omega;
   m.omega_dot = reading_.omega_dot;
-  angle_repeated_ = reading_.beta == last_beta_ ? angle_repeated_ + 1 : 0;
+  angle_repeated_ = armed_ && reading_.beta == last_beta_ ? angle_repeated_ + 1 : 0;
   last_beta_ = reading_.beta;
   std::array<double, 2> z;
   for (std::size_t i = 0; i < 2; ++i) {

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+
+#include "command.hpp"
+
+namespace whirl::app {
+
+/// Options of `whirl run` that belong to the loop on hardware.
+struct RunIoOptions {
+  std::string io, record;
+  double seconds = 0;
+  bool require_rt = false;
+
+  void add_to(CLI::App* sub);
+};
+/// The loop on the wall clock with the hardware of `options.io`.
+void run_io(Session& session, const std::string& controller, const RunIoOptions& options);
+
+}  // namespace whirl::app
