@@ -1,0 +1,246 @@
+#include "whirl/deploy/fmu_plant.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+#include <zip.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <pugixml.hpp>
+#include <vector>
+
+#include "fmi2.h"
+#include "fmi3.h"
+#include "whirl/core/error.hpp"
+
+namespace whirl {
+namespace {
+
+struct Folder {
+  std::string path = (std::filesystem::temp_directory_path() / "whirl-fmu-XXXXXX").string();
+  Folder() {
+    if (mkdtemp(path.data()) == nullptr) throw Error("no temporary folder: " + path);
+  }
+  ~Folder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+};
+
+void unpack(const std::filesystem::path& file, const std::string& folder) {
+  constexpr zip_uint64_t kLimit = 1u << 30;
+  zip_t* const zip = zip_open(file.c_str(), ZIP_RDONLY, nullptr);
+  if (zip == nullptr) throw Error::in_file(file.string(), 0, "no FMU: not a ZIP file, or it cannot be read");
+  const struct Close {
+    zip_t* zip;
+    ~Close() { zip_discard(zip); }
+  } close{zip};
+  zip_uint64_t total = 0;
+  for (zip_int64_t i = 0; i < zip_get_num_entries(zip, 0); ++i) {
+    zip_stat_t info;
+    const bool known = zip_stat_index(zip, static_cast<zip_uint64_t>(i), 0, &info) == 0;
+    const std::filesystem::path name = known ? info.name : "";
+    bool outside = !known || name.is_absolute();
+    for (const auto& part : name) outside = outside || part == "..";
+    total += known ? info.size : 0;
+    if (outside || total > kLimit) throw Error::in_file(file.string(), 0, "no FMU: an entry leaves its folder, or more than 1 GiB");
+    if (name.filename().empty()) continue;  // a folder
+    std::filesystem::create_directories((folder / name).parent_path());
+    std::string bytes(info.size, '\0');
+    zip_file_t* const entry = zip_fopen_index(zip, static_cast<zip_uint64_t>(i), 0);
+    const bool read = entry != nullptr && zip_fread(entry, bytes.data(), bytes.size()) == static_cast<zip_int64_t>(bytes.size());
+    if (entry != nullptr) zip_fclose(entry);
+    if (!read) throw Error::in_file(file.string(), 0, fmt::format("entry {} is damaged", name.string()));
+    std::ofstream(folder / name, std::ios::binary) << bytes;
+  }
+}
+
+// The messages of an FMU are not shown: a refused step is reported by the loop.
+void quiet2(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2String, ...) {}
+void quiet3(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String) {}
+const fmi2CallbackFunctions kCallbacks{quiet2, std::calloc, std::free, nullptr, nullptr};
+
+}  // namespace
+
+struct FmuPlant::State {
+  Folder folder;
+  void* library = nullptr;
+  void* component = nullptr;
+  bool three = false, failed = false;
+  FmuPlantOptions options;
+  AngleFunction angle{SpeedProfile{}};
+  long tick = 0;
+  unsigned x = 0, y = 0;
+  std::vector<unsigned> inputs;   ///< ux, uy, then those of the angle that there are
+  std::vector<double> values;     ///< of the inputs
+  std::vector<int> angle_of;      ///< 0 beta, 1 omega, 2 alpha for inputs[2...]
+  double reading[2] = {0, 0};
+
+  // Functions of the binary.
+  decltype(fmi2OK) (*set2)(void*, const unsigned*, std::size_t, const double*) = nullptr;
+  decltype(fmi2OK) (*get2)(void*, const unsigned*, std::size_t, double*) = nullptr;
+  decltype(fmi2OK) (*step2)(void*, double, double, int) = nullptr;
+  fmi3Status (*set3)(void*, const unsigned*, std::size_t, const double*, std::size_t) = nullptr;
+  fmi3Status (*get3)(void*, const unsigned*, std::size_t, double*, std::size_t) = nullptr;
+  fmi3Status (*step3)(void*, double, double, bool, bool*, bool*, bool*, double*) = nullptr;
+  void (*free_instance)(void*) = nullptr;
+
+  ~State() {
+    if (component != nullptr) free_instance(component);
+    if (library != nullptr) dlclose(library);
+  }
+
+  template <class Function>
+  void load(Function*& to, const char* name) const {
+    to = reinterpret_cast<Function*>(dlsym(library, name));
+    if (to == nullptr) throw Error(fmt::format("the binary of the FMU has no function {}", name));
+  }
+
+  void set_angle() noexcept {
+    const AngleState a = angle(options.sample_time * static_cast<double>(tick));
+    const double parts[] = {a.beta, a.omega, a.alpha};
+    for (std::size_t i = 0; i < angle_of.size(); ++i) values[i + 2] = parts[angle_of[i]];
+  }
+  bool set_inputs() noexcept {
+    return three ? set3(component, inputs.data(), inputs.size(), values.data(), values.size()) <= fmi3Warning
+                 : set2(component, inputs.data(), inputs.size(), values.data()) <= fmi2Warning;
+  }
+  void take_reading() noexcept {
+    const unsigned references[] = {x, y};
+    const bool ok = three ? get3(component, references, 2, reading, 2) <= fmi3Warning : get2(component, references, 2, reading) <= fmi2Warning;
+    failed = failed || !ok;
+  }
+};
+
+FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& options) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  options.profile.check();
+  require_range("sample_time", options.sample_time, 1e-6, 1, "s");
+  s.options = options;
+  s.angle = AngleFunction(options.profile);
+  unpack(fmu, s.folder.path);
+  const auto refuse = [&](const std::string& why) { return Error::in_file(fmu.string(), 0, why); };
+
+  pugi::xml_document xml;
+  if (!xml.load_file((s.folder.path + "/modelDescription.xml").c_str())) throw refuse("no FMU: modelDescription.xml is missing or damaged");
+  const pugi::xml_node root = xml.child("fmiModelDescription"), kind = root.child("CoSimulation");
+  const std::string version = root.attribute("fmiVersion").value();
+  if (version != "2.0" && !version.starts_with("3.")) throw refuse(fmt::format("fmiVersion '{}': must be 2.0 or 3.0", version));
+  s.three = version != "2.0";
+  if (!kind) throw refuse("the FMU has no co-simulation");
+  std::map<std::string, unsigned> reference;
+  for (const pugi::xml_node v : root.child("ModelVariables").children()) {
+    reference[v.attribute("name").value()] = v.attribute("valueReference").as_uint();
+  }
+  const auto find = [&](const std::string& role, std::initializer_list<const char*> usual) -> const unsigned* {
+    if (const auto given = options.names.find(role); given != options.names.end()) {
+      const auto found = reference.find(given->second);
+      if (found == reference.end()) throw refuse(fmt::format("no variable {} for {}", given->second, role));
+      return &found->second;
+    }
+    for (const char* name : usual) {
+      if (const auto found = reference.find(name); found != reference.end()) return &found->second;
+    }
+    return nullptr;
+  };
+  const auto need = [&](const std::string& role, std::initializer_list<const char*> usual) {
+    const unsigned* found = find(role, usual);
+    if (found == nullptr) throw refuse(fmt::format("no variable for {}: name it, e.g. {}=rotor.{}", role, role, role));
+    return *found;
+  };
+  for (const auto& [role, name] : options.names) {
+    if (role != "x" && role != "y" && role != "ux" && role != "uy" && role != "beta" && role != "omega" && role != "alpha") {
+      throw Error::in_field("role", role, "one of x, y, ux, uy, beta, omega, alpha");
+    }
+  }
+  s.x = need("x", {"x_sensor", "x"});
+  s.y = need("y", {"y_sensor", "y"});
+  s.inputs = {need("ux", {"ux"}), need("uy", {"uy"})};
+  constexpr const char* kAngle[] = {"beta", "omega", "alpha"};
+  for (int i = 0; i < 3; ++i) {
+    if (const unsigned* found = find(kAngle[i], {kAngle[i]})) {
+      s.inputs.push_back(*found);
+      s.angle_of.push_back(i);
+    }
+  }
+  s.values.assign(s.inputs.size(), 0.0);
+
+  const std::string id = kind.attribute("modelIdentifier").value();
+  const std::string binary = fmt::format("{}/binaries/{}/{}.so", s.folder.path, s.three ? "x86_64-linux" : "linux64", id);
+  s.library = dlopen(binary.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (s.library == nullptr) throw refuse("no binary for Linux on x86-64 that can be loaded");
+  const std::string resources = s.folder.path + "/resources";
+  const char* const token = root.attribute(s.three ? "instantiationToken" : "guid").value();
+  bool ready;
+  s.set_angle();
+  if (s.three) {
+    fmi3Instance (*instantiate)(fmi3String, fmi3String, fmi3String, bool, bool, bool, bool, const unsigned*, std::size_t, void*,
+                                fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
+    fmi3Status (*enter)(void*, bool, double, double, bool, double);
+    fmi3Status (*leave)(void*);
+    s.load(instantiate, "fmi3InstantiateCoSimulation"), s.load(enter, "fmi3EnterInitializationMode");
+    s.load(leave, "fmi3ExitInitializationMode"), s.load(s.free_instance, "fmi3FreeInstance");
+    s.load(s.set3, "fmi3SetFloat64"), s.load(s.get3, "fmi3GetFloat64"), s.load(s.step3, "fmi3DoStep");
+    s.component = instantiate("plant", token, (resources + "/").c_str(), false, false, false, false, nullptr, 0, nullptr, quiet3, nullptr);
+    ready = s.component != nullptr && enter(s.component, false, 0, 0, false, 0) <= fmi3Warning && s.set_inputs() &&
+            leave(s.component) <= fmi3Warning;
+  } else {
+    fmi2Component (*instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions*, int, int);
+    fmi2Status (*setup)(void*, int, double, double, int, double);
+    fmi2Status (*enter)(void*);
+    fmi2Status (*leave)(void*);
+    s.load(instantiate, "fmi2Instantiate"), s.load(setup, "fmi2SetupExperiment"), s.load(enter, "fmi2EnterInitializationMode");
+    s.load(leave, "fmi2ExitInitializationMode"), s.load(s.free_instance, "fmi2FreeInstance");
+    s.load(s.set2, "fmi2SetReal"), s.load(s.get2, "fmi2GetReal"), s.load(s.step2, "fmi2DoStep");
+    s.component = instantiate("plant", fmi2CoSimulation, token, ("file://" + resources).c_str(), &kCallbacks, 0, 0);
+    ready = s.component != nullptr && setup(s.component, 0, 0, 0, 0, 0) <= fmi2Warning && enter(s.component) <= fmi2Warning &&
+            s.set_inputs() && leave(s.component) <= fmi2Warning;
+  }
+  if (!ready) throw refuse("the FMU refused its initialization");
+  s.take_reading();
+  if (s.failed) throw refuse("the FMU gives no displacement");
+}
+
+FmuPlant::~FmuPlant() = default;
+
+Measurement FmuPlant::read() const noexcept {
+  const State& s = *state_;
+  Measurement m;
+  m.t = s.options.sample_time * static_cast<double>(s.tick);
+  const AngleState a = s.angle(m.t);
+  m.x = s.reading[0];
+  m.y = s.reading[1];
+  m.beta = a.beta;
+  m.omega = a.omega;
+  m.omega_dot = a.alpha;
+  m.valid = !s.failed;
+  return m;
+}
+
+void FmuPlant::write(const Command& command) noexcept {
+  state_->values[0] = command.ux;
+  state_->values[1] = command.uy;
+}
+
+void FmuPlant::advance() noexcept {
+  State& s = *state_;
+  const double h = s.options.sample_time, t = h * static_cast<double>(s.tick);
+  s.set_angle();
+  bool event = false, terminate = false, early = false;
+  double last = 0;
+  const bool ok = !s.failed && s.set_inputs() &&
+                  (s.three ? s.step3(s.component, t, h, true, &event, &terminate, &early, &last) <= fmi3Warning
+                           : s.step2(s.component, t, h, 1) <= fmi2Warning);
+  s.failed = !ok || terminate || early;
+  ++s.tick;
+  if (!s.failed) s.take_reading();
+}
+
+bool FmuPlant::failed() const noexcept { return state_->failed; }
+long FmuPlant::ticks() const noexcept { return std::lround(state_->options.profile.duration() / state_->options.sample_time); }
+int FmuPlant::version() const noexcept { return state_->three ? 3 : 2; }
+
+}  // namespace whirl
