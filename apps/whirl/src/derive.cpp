@@ -11,15 +11,6 @@
 namespace whirl::app {
 namespace {
 
-/// What a group puts into each equation.
-std::vector<Expr> places(const CandidateLibrary& library, const TiedGroup& group) {
-  std::vector<Expr> terms(library.lhs.size());
-  for (const TiedEntry& entry : group.entries) {
-    terms[entry.equation] = terms[entry.equation] + Expr(entry.factor) * entry.function;
-  }
-  return terms;
-}
-
 /// M q'' of one row.
 Expr inertia(const LagrangeEquations& eq, std::size_t row) {
   std::vector<Expr> terms;
@@ -40,7 +31,7 @@ std::string describe(const LagrangeFile& file, const LagrangeEquations& eq) {
                       library.lhs.size(), library.lhs.size() == 1 ? "" : "s");
   for (const TiedGroup& group : library.groups) {
     text += fmt::format("  {}{}\n", group.coefficient, group.unit.empty() ? "" : "  [" + group.unit + "]");
-    const std::vector<Expr> terms = places(library, group);
+    const std::vector<Expr> terms = group_terms(group, library.lhs.size());
     for (std::size_t i = 0; i < terms.size(); ++i) {
       if (!terms[i].is_number(0)) text += fmt::format("      {}: {}\n", library.lhs[i], terms[i].str());
     }
@@ -87,7 +78,7 @@ Json to_json(const LagrangeFile& file, const LagrangeEquations& eq) {
   Json groups = Json::array();
   for (const TiedGroup& group : eq.library.groups) {
     Json terms = Json::array();
-    for (const Expr& term : places(eq.library, group)) terms.push(term.str());
+    for (const Expr& term : group_terms(group, eq.library.lhs.size())) terms.push(term.str());
     groups.push(Json::object().set("name", group.name).set("coefficient", group.coefficient).set("unit", group.unit).set("terms", std::move(terms)));
   }
   Json known = Json::array();
