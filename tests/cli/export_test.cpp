@@ -66,6 +66,23 @@ TEST(ExportE2e, FmuAndTheOtherFormsAreWritten) {
   }
 }
 
+// The loop closed with an FMU as the plant: the same file that another tool would have made.
+TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
+  const Folder folder;
+  save_inputs(folder);
+  for (const char* version : {"2", "3"}) {
+    ASSERT_EQ(folder.whirl("export fmu model.json --mass-kg 1.5 --out . --prefix plant --fmi " + std::string(version)).exit_code, 0);
+    const Outcome run = folder.whirl("run controller.json --rig plant.fmu --log run.csv --json --quiet");
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    const Json json = parse_json(run.out, "stdout");
+    EXPECT_GT(*json.find("open_peak")->get<double>(), 1e-3);
+    EXPECT_GT(*json.find("suppression")->get<double>(), 0.9);
+    EXPECT_TRUE(std::filesystem::exists(folder / "run.csv"));
+  }
+  EXPECT_EQ(folder.whirl("run controller.json --rig plant.fmu --fmu-name x=nothing").exit_code, 2);
+  EXPECT_EQ(folder.whirl("run controller.json --rig model.json").exit_code, 2);
+}
+
 TEST(ExportE2e, WhatCannotBeExportedIsSaidInOneLine) {
   const Folder folder;
   save_inputs(folder);

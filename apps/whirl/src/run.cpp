@@ -1,4 +1,5 @@
 #include "command.hpp"
+#include "run_fmu.hpp"
 #include "run_io.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
@@ -15,6 +16,7 @@ void add_run(CLI::App& app, Session& session) {
     ClosedLoopOptions loop;
     bool run_up = false;
     RunIoOptions io;
+    RunFmuOptions fmu;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
@@ -32,6 +34,7 @@ void add_run(CLI::App& app, Session& session) {
           rig.rotor.added_mass = *o->added_mass_g * 1e-3;
         }
         if (o->run_up) rig = rig.run_up();
+        if (o->rig != "virtual") return run_fmu(session, o->controller, o->rig, rig.profile, o->log, o->fmu);
         const ClosedLoopRun run = run_closed_loop(design, rig, o->loop);
         if (!o->log.empty()) write_csv(o->log, run.log);
         const ClosedLoopMetrics& m = run.metrics;
@@ -50,7 +53,8 @@ void add_run(CLI::App& app, Session& session) {
         session.finish(summary);
       });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
-  sub->add_option("--rig", o->rig, "which rig; virtual")->check(CLI::IsMember({"virtual"}));
+  sub->add_option("--rig", o->rig, "which rig: virtual, or an FMU for co-simulation (see docs/export.md)")->check(CLI::IsMember({"virtual"}) | CLI::ExistingFile);
+  o->fmu.add_to(sub);
   sub->add_option("--rig-file", o->rig_file, "parameters of the virtual rig (TOML)");
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
