@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "command.hpp"
+#include "run_io.hpp"
 #include "whirl/io/units.hpp"
 
 namespace whirl::app {
@@ -79,6 +80,8 @@ int run(int argc, char** argv) {
   add_validate(app, session);
   add_design(app, session);
   add_run(app, session);
+  add_record(app, session);
+  add_replay(app, session);
   add_compare(app, session);
   add_transient(app, session);
   add_export(app, session);

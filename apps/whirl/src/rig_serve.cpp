@@ -46,6 +46,7 @@ void add_rig_serve(CLI::App& rig, Session& session) {
         write_text(o->io, io_toml(io));
         fmt::print(stderr, "whirl: laser x {}, laser y {}, board {}; settings in {}\n", io.hardware.position[0].laser.device,
                    io.hardware.position[1].laser.device, io.address, o->io);
+        const RealtimeThread realtime({});  // a machine is never late
         server.run([] { return stop_signal() != 0; });
         if (!o->log.empty() && server.ticks_done() > 1) write_csv(o->log, server.truth());
         const ClosedLoopMetrics m = server.metrics();

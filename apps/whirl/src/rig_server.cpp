@@ -117,7 +117,7 @@ IoSettings RigServer::io() const {
   io.address = address_;
   io.safety.displacement = 0.3 * options_.rig.laser.range;
   io.hardware.grace = 0.5 / io.rate;
-  if (options_.lockstep) io.hardware.grace = 0.2, io.watchdog = 1;
+  if (options_.lockstep) io.hardware.grace = 0.05, io.watchdog = 1;
   for (std::size_t i = 0; i < 2; ++i) {
     PositionInput& p = io.hardware.position[i];
     p.laser.device = axes_[i].line.device();

@@ -2,11 +2,13 @@
 
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "run_loop.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/rt/recorder.hpp"
 
 namespace whirl::app {
 namespace {
@@ -76,6 +78,7 @@ Json histogram_json(const Histogram& h) {
 
 void RunIoOptions::add_to(CLI::App* sub) {
   sub->add_option("--io", io, "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)");
+  sub->add_option("--record", record, "with --io: HDF5 recording of every cycle; readable also after a kill");
   sub->add_option("--seconds", seconds, "with --io: end after so long; 0: when the rig is done or a signal comes");
   sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property");
 }
@@ -94,10 +97,31 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
     if (!trial.refused().empty()) throw Error("--require-rt: " + trial.refused().front());
   }
   HardwareRig rig(io.hardware, io.board());
+  std::optional<LoopRecorder> recorder;
+  if (!o.record.empty()) {
+    recorder.emplace(o.record, RecordingHead{1 / io.rate,
+                                             {{"controller", read_text(controller_file)},
+                                              {"settings", read_text(o.io)},
+                                              {"command_line", session.command_line}}});
+  }
   Seen seen;
+  std::int32_t trip = 0;
   const LoopOutcome out = run_loop(
-      io, rig, &controller, o.seconds, [&](const LoopSample& s) { seen.take(s); },
+      io, rig, &controller, o.seconds,
+      [&](const LoopSample& s) {
+        seen.take(s);
+        if (!recorder) return;
+        recorder->append(s);
+        if (s.trip != trip) recorder->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
+        trip = s.trip;
+      },
       [&](const LoopOutcome& at_start) {
+        for (const std::string& text : at_start.granted) {
+          if (recorder) recorder->event({0, 0, "real time: " + text});
+        }
+        for (const std::string& text : at_start.refused) {
+          if (recorder) recorder->event({0, 0, "refused: " + text});
+        }
         for (const std::string& text : at_start.refused) fmt::print(stderr, "whirl: real time: {}\n", text);
       });
 

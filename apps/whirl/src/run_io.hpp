@@ -13,6 +13,10 @@ struct RunIoOptions {
 
   void add_to(CLI::App* sub);
 };
+/// `whirl record`: the loop disarmed, recorded. `whirl replay`: a recording through a controller.
+void add_record(CLI::App& app, Session& session);
+void add_replay(CLI::App& app, Session& session);
+
 /// The loop on the wall clock with the hardware of `options.io`.
 void run_io(Session& session, const std::string& controller, const RunIoOptions& options);
 

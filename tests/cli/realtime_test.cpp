@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "program.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/rig/parameters.hpp"
+#include "whirl/rt/recorder.hpp"
+
+namespace whirl::testing {
+namespace {
+
+/// What a designer knows of the default rig.
+ControllerDesign pd_design() {
+  const RigParameters rig;
+  ControllerDesign d;
+  d.law = "pd";
+  d.estimator = "lpf";
+  d.model.k1 = rig.rotor.stiffness / rig.rotor.mass;
+  d.model.c = rig.rotor.damping / rig.rotor.mass;
+  d.model.gain = 1 / rig.rotor.mass;
+  d.sample_time = 1 / rig.timing.rate;
+  d.force_limit = rig.actuator.force_limit();
+  d.feedforward = false;
+  return d;
+}
+
+/// `whirl rig serve` in the background of a folder; its settings are there when this object is.
+struct Served {
+  Served(const Folder& f, const std::string& arguments) : folder(f) {
+    std::filesystem::remove(folder / "io.toml");
+    std::filesystem::remove(folder / "serve.json");
+    const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+                                "' rig serve --io io.toml --json " + arguments +
+                                " >serve.part 2>serve.err </dev/null; mv serve.part serve.json; } & echo $! >serve.pid";
+    if (std::system(command.c_str()) != 0) std::abort();
+    wait_for("io.toml");
+  }
+  void wait_for(const char* name) const {
+    for (int i = 0; i < 1200 && !std::filesystem::exists(folder / name); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+  Json result() const {
+    wait_for("serve.json");
+    return load_json(folder / "serve.json");
+  }
+  const Folder& folder;
+};
+
+double at(const Json& json, const char* table, const char* key) { return JsonReader(json, table).at(table).at(key).number(); }
+std::string text(const Json& json, const char* key) { return JsonReader(json, key).at(key).text(); }
+
+// Three seconds through the resonance keep the test short.
+constexpr const char* kRig = "[profile]\nstart_rpm = 1200\nramp_s = 3\ndwell_end_s = 0.2\n";
+
+struct RealtimeE2e : ::testing::Test {
+  Folder folder;
+  RealtimeE2e() {
+    save(folder / "controller.json", pd_design());
+    folder.write("rig.toml", kRig);
+  }
+  // Closed loop through the wires; the summary of `whirl run`, the exit code in `code`.
+  Json run(const std::string& arguments = "") {
+    const Outcome o = folder.whirl("run controller.json --io io.toml --json " + arguments);
+    code = o.exit_code;
+    error = o.err;
+    return parse_json(o.out, "run");
+  }
+  int code = -1;
+  std::string error;
+};
+
+TEST_F(RealtimeE2e, ThroughPseudoTerminalsAndASecondProcessAsInOneProcess) {
+  const Outcome inside = folder.whirl("run controller.json --rig-file rig.toml --json");
+  const double expected = at(parse_json(inside.out, "inside"), "whole", "suppression");
+  ASSERT_GT(expected, 0.3);
+  const Served rig(folder, "--lockstep --rig rig.toml");
+  const Json log = run("--record run.h5");
+  EXPECT_EQ(code, 0) << error;
+  EXPECT_EQ(text(log, "trip"), "none");
+  EXPECT_NEAR(at(rig.result(), "whole", "suppression"), expected, 0.05 * expected);
+
+  // The recording gives the same forces again.
+  const LoopRecord record = read_loop_record(folder / "run.h5");
+  EXPECT_TRUE(record.closed);
+  EXPECT_GT(record.cycles.size(), 3000u);
+  const Outcome replayed = folder.whirl("replay run.h5 --json --out replay.csv");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  const Json replay = parse_json(replayed.out, "replay");
+  EXPECT_GT(JsonReader(replay, "replay").at("compared").number(), 3000);
+  EXPECT_LT(JsonReader(replay, "replay").at("force_difference_max").number(), 1e-9);
+  EXPECT_EQ(folder.whirl("replay run.h5 --estimator kalman").exit_code, 0);
+}
+
+struct FaultCase {
+  const char* name;
+  const char* fault;
+  const char* trip;
+};
+
+TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
+  const FaultCase cases[] = {
+      {"lost bytes", "kind = \"lost_bytes\"\nevery = 97\nstart_s = 0.5\nend_s = 2", "none"},
+      {"short error", "kind = \"error_code\"\naxis = \"x\"\nstart_s = 1\nend_s = 1.01", "none"},
+      {"long error", "kind = \"error_code\"\naxis = \"x\"\nstart_s = 1", "stale_sensor"},
+      {"dropout", "kind = \"dropout\"\nstart_s = 1", "stale_sensor"},
+      {"delay", "kind = \"delay\"\ndelay_ms = 30\nstart_s = 1", "stale_sensor"},
+      {"stuck", "kind = \"stuck\"\naxis = \"y\"\nstart_s = 1", "stale_sensor"},
+      {"encoder", "kind = \"encoder_stuck\"\nstart_s = 1", "stale_sensor"},
+      {"board", "kind = \"board_silent\"\nstart_s = 1", "watchdog"},
+  };
+  for (const FaultCase& c : cases) {
+    SCOPED_TRACE(c.name);
+    folder.write("faults.toml", std::string("[[fault]]\n") + c.fault + "\n");
+    const Served rig(folder, "--lockstep --rig rig.toml --faults faults.toml");
+    const Json log = run();
+    EXPECT_EQ(text(log, "trip"), c.trip) << error;
+    EXPECT_EQ(code, std::string(c.trip) == "none" ? 0 : 1);
+    const Json served = rig.result();
+    EXPECT_LE(at(served, "whole", "closed_peak"), at(served, "whole", "open_peak"));
+  }
+}
+
+TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
+  const Served rig(folder, "--rig rig.toml");
+  const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+                              "' run controller.json --io io.toml --record killed.h5 >/dev/null 2>&1 & } ; echo $! >run.pid";
+  ASSERT_EQ(std::system(command.c_str()), 0);
+  rig.wait_for("killed.h5");
+  // A recording can be read while it is written.
+  const auto rows = [&] { return read_loop_record(folder / "killed.h5").cycles.size(); };
+  for (int i = 0; i < 600 && rows() < 500; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  ::kill(std::stoi(slurp(folder / "run.pid")), SIGKILL);
+  const Json served = rig.result();
+  EXPECT_GE(JsonReader(served, "served").at("watchdog_expired").number(), 1);
+  EXPECT_LE(at(served, "whole", "closed_peak"), at(served, "whole", "open_peak"));
+  const LoopRecord record = read_loop_record(folder / "killed.h5");
+  EXPECT_FALSE(record.closed);
+}
+
+TEST_F(RealtimeE2e, RecordWithoutControl) {
+  const Served rig(folder, "--lockstep --rig rig.toml");
+  const Outcome o = folder.whirl("record --io io.toml --out open.h5");
+  EXPECT_EQ(o.exit_code, 0) << o.err;
+  const LoopRecord record = read_loop_record(folder / "open.h5");
+  EXPECT_GT(record.cycles.size(), 3000u);
+  EXPECT_EQ(folder.whirl("replay open.h5 --controller controller.json").exit_code, 0);
+}
+
+TEST_F(RealtimeE2e, WrongSettingsAreRefused) {
+  folder.write("typo.toml", "[loop]\nrate_hertz = 1000\n");
+  Outcome o = folder.whirl("run controller.json --io typo.toml");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_NE(o.err.find("typo.toml"), std::string::npos) << o.err;
+  folder.write("slow.toml", "[loop]\nrate_hz = 500\n[board]\naddress = \"127.0.0.1:9\"\n");
+  o = folder.whirl("run controller.json --io slow.toml");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_NE(o.err.find("1000 Hz"), std::string::npos) << o.err;
+  EXPECT_EQ(folder.whirl("replay controller.json").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace whirl::testing
