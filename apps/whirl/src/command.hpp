@@ -53,6 +53,7 @@ void add_validate(CLI::App& app, Session& session);
 void add_design(CLI::App& app, Session& session);
 void add_run(CLI::App& app, Session& session);
 void add_compare(CLI::App& app, Session& session);
+void add_robustness(CLI::App& app, Session& session);
 void add_transient(CLI::App& app, Session& session);
 void add_export(CLI::App& app, Session& session);
 void add_rig(CLI::App& app, Session& session);

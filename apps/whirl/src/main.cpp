@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
   add_record(app, session);
   add_replay(app, session);
   add_compare(app, session);
+  add_robustness(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);

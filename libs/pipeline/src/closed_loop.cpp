@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "run_judge.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rt/clock.hpp"
@@ -12,8 +13,6 @@
 
 namespace whirl {
 namespace {
-
-constexpr double kLimitCycle = 30e-6;  // m rms at standstill
 
 /// Columns of the log, in the order of the header.
 constexpr std::array<std::pair<const char*, Quantity>, 18> kColumns{{
@@ -84,58 +83,45 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   Loop loop(rig, controller, clock, options_.safety);
 
   const long ticks = rig.ticks();
-  const double diverged = 3 * open_.all + 5e-3;  // m, far outside anything a useful controller does
   Eigen::VectorXd x = Eigen::VectorXd::Zero(ticks);
   std::optional<Log> table;
   if (log != nullptr) table.emplace(ticks);
 
   ClosedLoopMetrics out;
   out.open = open_;
-  const long skip = std::lround(options_.skip * rig_.timing.rate);
-  double square = 0, variation = 0, last = 0, still_x = 0, still_y = 0;
-  long saturated = 0, still = 0, k = 0;
-  const long settle = std::lround(0.5 * rig_.timing.rate);
-  long since_stop = 0;
-  for (; k < ticks; ++k) {
+  RunJudge judge(open_.all, rig_.timing.rate, options_.skip, ticks);
+  double square = 0, variation = 0, last = 0;
+  for (long i = 0; i < ticks; ++i) {
     const std::complex<double> z = truth.z();
-    if (!truth.finite() || std::abs(z) > diverged) break;
-    x(k) = z.real();
-    if (k >= skip) out.radial_peak = std::max(out.radial_peak, std::abs(z));
-    since_stop = truth.angle().omega == 0 ? since_stop + 1 : 0;
-    if (since_stop > settle) {
-      still_x += z.real() * z.real();
-      still_y += z.imag() * z.imag();
-      ++still;
-    }
+    if (!judge.motion(z, truth.angle().omega)) break;
+    x(i) = z.real();
     const CycleRecord cycle = loop.cycle();
     if (table) {
-      table->row(k, z, truth.commanded(), cycle.measurement, controller.state(),
-                 open_motion_[static_cast<std::size_t>(k)]);
+      table->row(i, z, truth.commanded(), cycle.measurement, controller.state(),
+                 open_motion_[static_cast<std::size_t>(i)]);
     }
     const double u = truth.commanded().real();
     square += u * u;
     out.force_peak = std::max(out.force_peak, std::abs(u));
     variation += std::abs(u - last);
     last = u;
-    saturated += controller.state().saturated || cycle.limited;
-    if (cycle.trip != Fault::none && out.trip == Fault::none) {
-      out.trip = cycle.trip;
-      out.survived = static_cast<double>(k) / static_cast<double>(ticks);
-    }
+    judge.cycle(controller.state().saturated || cycle.limited, cycle.trip);
   }
-  if (k < ticks) out.survived = std::min(out.survived, static_cast<double>(k) / static_cast<double>(ticks));
+  const long k = judge.tick();
   const double n = static_cast<double>(std::max(k, 1L));
-  out.closed = segment_peaks(x, segment_, skip);
-  if (k < ticks) out.closed.all = std::max(out.closed.all, diverged);
+  out.closed = segment_peaks(x, segment_, judge.skip());
+  out.closed.all = judge.peak();
   out.suppression = suppression(open_, out.closed);
-  if (still > 0) out.standstill_rms = std::sqrt(std::max(still_x, still_y) / static_cast<double>(still));
+  out.radial_peak = judge.radial_peak();
+  out.standstill_rms = judge.standstill_rms();
   out.force_rms = std::sqrt(square / n);
   out.total_variation = variation / (n / rig_.timing.rate);
   out.excess_variation = out.total_variation - smooth_variation_;
-  out.saturated = static_cast<double>(saturated) / n;
+  out.saturated = judge.saturated();
   out.held = controller.state().held_total;
-  out.stable = k == ticks && out.trip == Fault::none && out.standstill_rms <= kLimitCycle &&
-               out.saturated <= options_.saturation_limit;
+  out.trip = judge.trip();
+  out.survived = judge.survived();
+  out.stable = judge.stable(options_.saturation_limit);
 
   if (log != nullptr) {
     *log = {};

@@ -3,15 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
-#include <numbers>
-#include <random>
 
-#include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
-#include "whirl/core/error.hpp"
 
 namespace whirl {
 namespace {
@@ -83,43 +78,6 @@ std::vector<Condition> conditions(const RigParameters& nominal) {
   return all;
 }
 
-using Root = std::array<std::array<double, 5>, 5>;
-
-/// Lower triangular L with L L^T = covariance (Cholesky of the correlations, which are all of order one while
-/// k2 and eps differ by twelve orders of magnitude); zero when no covariance is known. Eigen is not used: g++
-/// 12 with AVX-512 warns inside its decompositions.
-Root covariance_root(const IdentifiedModel& model) {
-  const auto& c = model.rotor_covariance;
-  Root root{};
-  if (c.empty()) return root;
-  if (c.size() != 25) {
-    throw Error(fmt::format(
-        "rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
-  }
-  std::array<double, 5> sd{};
-  for (std::size_t i = 0; i < 5; ++i) sd[i] = c[6 * i] > 0 ? std::sqrt(c[6 * i]) : 1;
-  bool definite = true;
-  for (std::size_t j = 0; j < 5; ++j) {
-    for (std::size_t i = j; i < 5; ++i) {
-      double left = c[5 * i + j] / (sd[i] * sd[j]);
-      for (std::size_t k = 0; k < j; ++k) left -= root[i][k] * root[j][k];
-      if (i == j) {
-        definite = definite && left > -1e-6;
-        root[j][j] = std::sqrt(std::max(left, 0.0));
-      } else if (root[j][j] > 1e-6) {
-        root[i][j] = left / root[j][j];
-      } else {
-        definite = definite && std::abs(left) < 1e-5;
-      }
-    }
-  }
-  if (!definite) throw Error("rotor_covariance of the model is not positive semi-definite");
-  for (std::size_t i = 0; i < 5; ++i) {
-    for (double& entry : root[i]) entry *= sd[i];
-  }
-  return root;
-}
-
 }  // namespace
 
 std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, const RigParameters& rig,
@@ -137,72 +95,6 @@ std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, co
     if (d.force_limit < design.force_limit) options.saturation_limit = 1;
     out[static_cast<std::size_t>(i)] = {c.name, ClosedLoopPlant(p, options).run(d)};
   });
-  return out;
-}
-
-MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model,
-                             const Hardware& hardware, const MonteCarloOptions& options) {
-  if (!model.rotor) throw Error("Monte Carlo: the model is no rotor");
-  require_range("samples", options.samples, 1, 1e7);
-  RotorModel centre = *model.rotor;
-  if (!(centre.gain > 0)) centre.gain = design.model.gain;
-  if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
-  const Root root = covariance_root(model);
-  const ControllerDesign trial =
-      on_scenario(design, {});  // the rotors drawn rest at zero, their runout is another one
-  const Hardware machine = tuning_hardware(design, hardware);
-
-  MonteCarloResult out;
-  out.samples.resize(static_cast<std::size_t>(options.samples));
-  parallel_for(options.samples, options.threads, [&](int i) {
-    std::seed_seq sequence{static_cast<std::uint32_t>(options.seed),
-                           static_cast<std::uint32_t>(options.seed >> 32), static_cast<std::uint32_t>(i)};
-    std::mt19937_64 random(sequence);
-    std::normal_distribution<double> normal(0, 1);
-    std::uniform_real_distribution<double> angle(0, 2 * std::numbers::pi);
-    RotorModel m = centre;
-    std::array<double, 5> unit{}, shift{};
-    for (double& u : unit) u = normal(random);
-    for (std::size_t r = 0; r < 5; ++r) {
-      for (std::size_t k = 0; k < 5; ++k) shift[r] += options.covariance_scale * root[r][k] * unit[k];
-    }
-    m.k1 += shift[0];
-    m.k2 += shift[1];
-    m.c += shift[2];
-    m.eps += std::complex<double>(shift[3], shift[4]);
-    // One after the other: the order of evaluation of function arguments is free, that of statements is not.
-    m.k1 *= std::max(0.1, 1 + options.stiffness_sd * normal(random));
-    m.c *= std::max(0.05, 1 + options.damping_sd * normal(random));
-    const double scale = options.unbalance_sd * normal(random), turn = options.unbalance_sd * normal(random);
-    m.eps *= std::complex<double>(1 + scale, turn);
-    m.c = std::max(m.c, 0.0);
-    Hardware h = machine;
-    h.actuator.gain_error = std::max(-0.9, options.gain_sd * normal(random));
-    h.actuator.axis_rotation = options.rotation_sd * normal(random);
-    h.laser.runout_phase_1x = angle(random);
-    h.laser.runout_phase_2x = angle(random);
-    h.laser.runout_phase_3x = angle(random);
-    ClosedLoopOptions run;
-    run.run.seed = random();
-    const ClosedLoopMetrics metrics = ClosedLoopPlant(tuning_plant(m, h), run).run(trial);
-    out.samples[static_cast<std::size_t>(i)] = {m, metrics.closed.all, metrics.suppression.all,
-                                                metrics.stable};
-  });
-
-  std::vector<double> peaks;
-  double stable = 0;
-  for (const auto& s : out.samples) peaks.push_back(s.peak), stable += s.stable;
-  std::ranges::sort(peaks);
-  const auto quantile = [&](double q) {
-    return peaks[static_cast<std::size_t>(std::lround(q * static_cast<double>(peaks.size() - 1)))];
-  };
-  out.peak_median = quantile(0.5);
-  out.peak_p95 = quantile(0.95);
-  out.peak_worst = peaks.back();
-  const double n = options.samples, p = stable / n, z = 1.6449;  // one-sided 95 %
-  out.stable_fraction = p;
-  out.stable_low =
-      (p + z * z / (2 * n) - z * std::sqrt(p * (1 - p) / n + z * z / (4 * n * n))) / (1 + z * z / n);
   return out;
 }
 

@@ -6,6 +6,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/pipeline/compare.hpp"
+#include "whirl/pipeline/monte_carlo.hpp"
 
 namespace whirl {
 namespace {
@@ -60,19 +61,74 @@ TEST(RobustnessProperty, MonteCarloDoesNotDependOnThreadsAndGrowsWithUncertainty
   o.threads = 4;
   const MonteCarloResult four = monte_carlo(d, model, data_sheet(rig), o);
   for (std::size_t i = 0; i < one.samples.size(); ++i) EXPECT_EQ(one.samples[i].peak, four.samples[i].peak);
-  EXPECT_EQ(one.stable_fraction, 1);
-  EXPECT_NEAR(one.stable_low, 12 / (12 + 1.6449 * 1.6449), 1e-9);
+  EXPECT_EQ(one.stable.count, 12);
+  // Clopper-Pearson for 12 of 12: 0.025^(1/12).
+  EXPECT_NEAR(one.stable.low, std::pow(0.025, 1.0 / 12), 1e-9);
+  EXPECT_EQ(one.stable.high, 1);
   EXPECT_LE(one.peak_median, one.peak_p95);
   EXPECT_LE(one.peak_p95, one.peak_worst);
   // The draws have the spread asked for and keep the correlation.
   double k1 = 0, product = 0;
-  for (const auto& s : one.samples) {
-    k1 += std::pow(s.model.k1 - model.rotor->k1, 2) / 12;
-    product += (s.model.k1 - model.rotor->k1) * (s.model.k2 - model.rotor->k2);
-  }
+  for (const auto& s : one.samples) k1 += std::pow(s.model.k1 - model.rotor->k1, 2) / 12;
   EXPECT_NEAR(std::sqrt(k1) / model.rotor->k1, 0.051, 0.035);
+  o.stiffness_sd = 0;
+  for (const auto& s : monte_carlo(d, model, data_sheet(rig), o).samples) {
+    product += (s.model.k1 - model.rotor->k1) * (s.model.k2 - model.rotor->k2) / 12;
+  }
+  EXPECT_NEAR(product / (sd[0] * sd[1]), -0.9, 0.8);
   o.seed = 2;
   EXPECT_NE(monte_carlo(d, model, data_sheet(rig), o).samples[0].peak, one.samples[0].peak);
+}
+
+// The interval is the exact one: at its ends the tail of the binomial distribution holds 2.5 %.
+TEST(ProportionReference, ClopperPearsonEndsHoldTheTails) {
+  for (const auto& [k, n] : {std::pair{0L, 20L}, {1L, 20L}, {7L, 20L}, {20L, 20L}, {3L, 1000L}}) {
+    const Proportion p = proportion(k, n);
+    const auto tail = [&, kk = k, nn = n](double q, bool upper) {
+      double sum = 0;
+      for (long i = upper ? kk : 0; i <= (upper ? nn : kk); ++i) {
+        const double x = static_cast<double>(i), m = static_cast<double>(nn);
+        sum += std::exp(std::lgamma(m + 1) - std::lgamma(x + 1) - std::lgamma(m - x + 1) + x * std::log(q) +
+                        (m - x) * std::log1p(-q));
+      }
+      return sum;
+    };
+    EXPECT_LE(p.low, p.value);
+    EXPECT_GE(p.high, p.value);
+    if (k > 0) { EXPECT_NEAR(tail(p.low, true), 0.025, 1e-9) << k; }
+    if (k < n) { EXPECT_NEAR(tail(p.high, false), 0.025, 1e-9) << k; }
+  }
+  EXPECT_NEAR(proportion(0, 20).high, 1 - std::pow(0.025, 1.0 / 20), 1e-12);
+}
+
+TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
+  const RigParameters rig;
+  IdentifiedModel model = identified(rig);
+  const ControllerDesign d = good_design(rig, model);
+  MonteCarloOptions o;
+  o.samples = 9;
+  o.lanes = 8;
+  o.limit = 20e-6;
+  const MonteCarloResult eight = monte_carlo(d, model, data_sheet(rig), o);
+  o.lanes = 16;
+  const MonteCarloResult sixteen = monte_carlo(d, model, data_sheet(rig), o);
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(eight.samples[i].peak, sixteen.samples[i].peak) << i;
+    EXPECT_EQ(eight.samples[i].open_peak, sixteen.samples[i].open_peak) << i;
+  }
+  // No tolerances: sample 0 is the tuning plant with other runout phases and noise, so that its open loop is that of the
+  // scalar rig.
+  o.stiffness_sd = o.damping_sd = o.unbalance_sd = o.gain_sd = o.rotation_sd = 0;
+  o.samples = 1;
+  const MonteCarloResult exact = monte_carlo(d, model, data_sheet(rig), o);
+  const ClosedLoopPlant plant(tuning_plant(*model.rotor, data_sheet(rig)));
+  EXPECT_NEAR(exact.samples[0].open_peak, plant.open().all, 1e-9);
+  EXPECT_NEAR(exact.samples[0].peak, plant.run(d).closed.all, 10e-6);  // other runout phases and noise
+  long exceeds = 0;
+  for (const auto& s : eight.samples) exceeds += s.peak > 20e-6 || !s.stable;
+  EXPECT_EQ(eight.exceeds.count, exceeds);
+  o.lanes = 4;
+  EXPECT_THROW(monte_carlo(d, model, data_sheet(rig), o), Error);
 }
 
 TEST(RobustnessUnit, BadCovarianceIsRefused) {

@@ -287,6 +287,8 @@ BatchRig<Lanes>::BatchRig(const std::array<std::shared_ptr<const RigTables>, Lan
 template <int Lanes>
 BatchRig<Lanes>::BatchRig(BatchRig&&) noexcept = default;
 template <int Lanes>
+BatchRig<Lanes>& BatchRig<Lanes>::operator=(BatchRig&&) noexcept = default;
+template <int Lanes>
 BatchRig<Lanes>::~BatchRig() = default;
 template <int Lanes>
 const typename BatchRig<Lanes>::Reading& BatchRig<Lanes>::read() const noexcept {

@@ -38,6 +38,7 @@ class BatchRig {
   BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
            const std::array<std::uint64_t, Lanes>& seeds);
   BatchRig(BatchRig&&) noexcept;
+  BatchRig& operator=(BatchRig&&) noexcept;
   ~BatchRig();
 
   const Reading& read() const noexcept;

@@ -1,0 +1,89 @@
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+/// A folder with a model, a controller designed on it, and one study to compare others with.
+class RobustnessE2e : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+    ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+    ASSERT_EQ(folder.whirl("design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 5 --out c.json --quiet")
+                  .exit_code,
+              0);
+    ASSERT_EQ(folder.whirl(study(40) + " --threads 1 --out one").exit_code, 0) << slurp(folder / "stderr.txt");
+    one = slurp(folder / "one/robustness.json");
+  }
+  static std::string study(int samples) {
+    return "robustness c.json model.json --mass-kg 1.5 --limit-mm 0.02 --quiet --samples " + std::to_string(samples);
+  }
+  int shell(const std::string& command) const {
+    return std::system(("cd '" + (folder / "").string() + "' && ( " + command + " ) >shell.txt 2>&1 </dev/null").c_str());
+  }
+  Folder folder;
+  std::string one;
+};
+
+TEST_F(RobustnessE2e, SameBytesForAnyLanesThreadsAndProcesses) {
+  ASSERT_FALSE(one.empty());
+  ASSERT_EQ(folder.whirl(study(40) + " --threads 3 --lanes 8 --out two").exit_code, 0);
+  EXPECT_EQ(slurp(folder / "two/robustness.json"), one);
+  ASSERT_EQ(folder.whirl(study(40) + " --lanes 32 --out three").exit_code, 0);
+  EXPECT_EQ(slurp(folder / "three/robustness.json"), one);
+
+  // As root in a container and with more processes than cores, mpirun wants to be told.
+  const std::string mpirun =
+      "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n ";
+  if (shell("mpirun --version") != 0) GTEST_SKIP() << "no mpirun here";
+  for (const char* ranks : {"1", "2", "3"}) {
+    const std::string out = std::string("mpi") + ranks;
+    const int status = shell(mpirun + ranks + " '" + WHIRL_PROGRAM + "' " + study(40) + " --threads 1 --lanes 8 --out " + out);
+    const std::string said = slurp(folder / "shell.txt");
+    if (said.find("built without MPI") != std::string::npos) GTEST_SKIP() << said;
+    ASSERT_EQ(status, 0) << said;
+    EXPECT_NE(said.find(std::string("with ") + ranks + " process"), std::string::npos) << said;
+    EXPECT_EQ(slurp(folder / (out + "/robustness.json")), one) << ranks;
+  }
+}
+
+TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
+  // Killed as soon as some samples are on disk.
+  shell(std::string("'") + WHIRL_PROGRAM + "' " + study(40) +
+        " --threads 1 --lanes 8 --checkpoint ck.txt --out killed & p=$!; "
+        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -9 $p; wait $p");
+  EXPECT_FALSE(std::filesystem::exists(folder / "killed/robustness.json"));
+  std::string held = slurp(folder / "ck.txt");
+  const auto lines = std::count(held.begin(), held.end(), '\n');
+  EXPECT_GT(lines, 8);
+  EXPECT_LT(lines, 41);
+  folder.write("ck.txt", held + "0x1.4p+3 0x1.6");  // a line cut short
+  const Outcome resumed = folder.whirl(study(40) + " --checkpoint ck.txt --out resumed");
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(slurp(folder / "resumed/robustness.json"), one);
+  held = slurp(folder / "ck.txt");
+  EXPECT_EQ(std::count(held.begin(), held.end(), '\n'), 41);
+
+  // A checkpoint of another study is refused, not mixed in.
+  const Outcome other = folder.whirl(study(41) + " --checkpoint ck.txt");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_NE(other.err.find("checkpoint of another study"), std::string::npos) << other.err;
+}
+
+TEST_F(RobustnessE2e, ReportsProbabilityWithItsInterval) {
+  const Json json = parse_json(one, "robustness.json");
+  const Json& exceeds = *json.find("exceeds");
+  const Json::Array& ci = *exceeds.find("ci95")->get<Json::Array>();
+  EXPECT_LE(*ci[0].get<double>(), *exceeds.find("value")->get<double>());
+  EXPECT_GE(*ci[1].get<double>(), *exceeds.find("value")->get<double>());
+  EXPECT_EQ(json.find("samples")->find("peak")->get<Json::Array>()->size(), 40u);
+  EXPECT_NE(slurp(folder / "one/report.html").find("<svg"), std::string::npos);
+  EXPECT_EQ(folder.whirl("robustness c.json model.json").exit_code, 2);  // no mass
+  EXPECT_EQ(folder.whirl(study(40) + " --lanes 7").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace whirl::testing
