@@ -12,6 +12,7 @@
 #include "whirl/rotor/simulate.hpp"
 #include "whirl/signal/derivative.hpp"
 #include "whirl/signal/filter.hpp"
+#include "whirl/sindy/identify_rotor.hpp"
 #include "whirl/sindy/paper.hpp"
 #include "whirl/sindy/regression.hpp"
 
@@ -167,12 +168,45 @@ void right_hand_side_one_state(benchmark::State& state) {
   }
 }
 
+/// Weak form, output error, score test and intervals of a 15 s run-down at 20 dB.
+void default_identification(benchmark::State& state) {
+  RotorModel m;
+  m.k1 = 8882.6;
+  m.k2 = 2e8;
+  m.c = 7.5;
+  m.eps = 3e-4;
+  const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
+  Recording r = simulate(m, angle).recording();
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  for (Channel& c : r.channels) {
+    const double sd = 0.1 * std::sqrt((c.samples.array() - c.samples.mean()).square().mean());
+    for (double& v : c.samples) v += sd * normal(engine);
+  }
+  Eigen::VectorXd beta(r.size());
+  for (Eigen::Index i = 0; i < r.size(); ++i) beta[i] = angle.beta[2 * i];
+  r.add("beta", Quantity::angle, beta);
+  for (auto _ : state) benchmark::DoNotOptimize(identify_rotor(r).rotor->k1);
+}
+/// The five-parameter rotor over 15 s.
+void simulate_rotor_fifteen_seconds(benchmark::State& state) {
+  RotorModel m;
+  m.k1 = 8882.6;
+  m.k2 = 2e8;
+  m.c = 7.5;
+  m.eps = 3e-4;
+  const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
+  for (auto _ : state) benchmark::DoNotOptimize(simulate(m, angle).z.data());
+}
+
 BENCHMARK(stlsq_six_equations)->Arg(17)->Arg(87)->Unit(benchmark::kMillisecond);
 BENCHMARK(lasso_path_cv_two_equations)->Arg(17)->Arg(87)->Unit(benchmark::kMillisecond);
 BENCHMARK(hundred_bootstraps)->Arg(17)->Arg(87)->Unit(benchmark::kMillisecond);
 BENCHMARK(best_subset_one_equation)->Unit(benchmark::kMillisecond);
 BENCHMARK(derivative_of_six_columns)->Unit(benchmark::kMillisecond);
 BENCHMARK(simulate_fifteen_seconds)->Unit(benchmark::kMillisecond);
+BENCHMARK(simulate_rotor_fifteen_seconds)->Unit(benchmark::kMillisecond);
+BENCHMARK(default_identification)->Unit(benchmark::kMillisecond);
 BENCHMARK(right_hand_side_one_state);
 BENCHMARK(million_rows)->Unit(benchmark::kMillisecond);
 }  // namespace

@@ -9,6 +9,54 @@
 #include "whirl/signal/resample.hpp"
 
 namespace whirl {
+namespace {
+
+/// Replaces what depends on inputs alone by new symbols, so that it need not be evaluated at every stage of every step.
+class Hoist {
+ public:
+  explicit Hoist(const std::vector<std::string>& states) : states_(states) {}
+
+  Expr operator()(const Expr& e) {
+    if (!uses_states(e)) return e.is_number() ? e : symbol_for(e);
+    if (e.kind() == Expr::Kind::symbol) return e;
+    std::vector<Expr> kept, alone;
+    const bool gathers = e.kind() == Expr::Kind::sum || e.kind() == Expr::Kind::product;
+    for (const Expr& part : e.args()) {
+      (gathers && !uses_states(part) ? alone : kept).push_back(gathers && !uses_states(part) ? part : (*this)(part));
+    }
+    switch (e.kind()) {
+      case Expr::Kind::sum:
+        if (!alone.empty()) kept.push_back((*this)(Expr::sum(alone)));
+        return Expr::sum(kept);
+      case Expr::Kind::product:
+        if (!alone.empty()) kept.push_back((*this)(Expr::product(alone)));
+        return Expr::product(kept);
+      case Expr::Kind::power: return pow(kept[0], kept[1]);
+      default: return Expr::call(e.function(), kept);
+    }
+  }
+
+  const std::vector<Expr>& signals() const { return signals_; }
+  static std::string name(std::size_t k) { return fmt::format("_signal{}", k); }
+
+ private:
+  bool uses_states(const Expr& e) const {
+    const std::vector<std::string> names = variables(e);
+    return std::any_of(names.begin(), names.end(),
+                       [&](const std::string& n) { return std::find(states_.begin(), states_.end(), n) != states_.end(); });
+  }
+  Expr symbol_for(const Expr& e) {
+    const auto at = std::find(signals_.begin(), signals_.end(), e);
+    const auto k = static_cast<std::size_t>(at - signals_.begin());
+    if (at == signals_.end()) signals_.push_back(e);
+    return Expr::symbol(name(k));
+  }
+
+  const std::vector<std::string>& states_;
+  std::vector<Expr> signals_;
+};
+
+}  // namespace
 
 CompiledModel::CompiledModel(const IdentifiedModel& model) {
   const auto equation_of = [&](const std::string& state) -> const Equation* {
@@ -54,6 +102,12 @@ CompiledModel::CompiledModel(const IdentifiedModel& model) {
   std::vector<std::string> all = states_;
   all.insert(all.end(), inputs_.begin(), inputs_.end());
   tape_ = compile(rates, all);
+  Hoist hoist(states_);
+  for (Expr& rate : rates) rate = hoist(rate);
+  signals_ = compile(hoist.signals(), inputs_);
+  std::vector<std::string> symbols = states_;
+  for (std::size_t k = 0; k < hoist.signals().size(); ++k) symbols.push_back(Hoist::name(k));
+  states_tape_ = compile(rates, symbols);
 }
 
 Eigen::VectorXd ModelRun::state(const std::string& name) const {
@@ -77,11 +131,15 @@ ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::Matr
   run.dt = dt;
   run.states = model.states();
   run.values = Eigen::MatrixXd::Constant(samples, n, std::numeric_limits<double>::quiet_NaN());
-  Eigen::VectorXd in(n + m), x = start, k1(n), k2(n), k3(n), k4(n);
+  // Row-major: every stage reads one row.
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Rows signals = m > 0 ? Rows(model.signals(inputs)) : Rows(2 * samples - 1, 0);
+  const Eigen::Index s = signals.cols();
+  Eigen::VectorXd in(n + s), x = start, k1(n), k2(n), k3(n), k4(n);
   const auto rate = [&](const Eigen::VectorXd& at, Eigen::Index row, Eigen::VectorXd& out) {
     in.head(n) = at;
-    if (m > 0) in.tail(m) = inputs.row(row);
-    model.rate(in.data(), out.data());
+    if (s > 0) in.tail(s) = signals.row(row);
+    model.rate_of(in.data(), out.data());
   };
   Eigen::VectorXd stage(n);
   for (Eigen::Index i = 0; i < samples; ++i) {

@@ -26,11 +26,18 @@ class CompiledModel {
   /// States then inputs in, derivatives (or next values) of the states out. No allocation.
   void rate(const double* states_and_inputs, double* out) const noexcept { tape_.evaluate_point(states_and_inputs, out); }
   const Tape& tape() const { return tape_; }
+  /// The same in two steps for long runs: `signals` are what the right-hand sides need of the inputs alone (cos(beta),
+  /// beta'^2 cos(beta), a whole forcing), one column each, evaluated at once for all rows of inputs; `rate_of` then takes states
+  /// and signals.
+  Eigen::MatrixXd signals(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const { return signals_.evaluate(inputs); }
+  void rate_of(const double* states_and_signals, double* out) const noexcept {
+    states_tape_.evaluate_point(states_and_signals, out);
+  }
 
  private:
   std::vector<std::string> states_, inputs_;
   bool discrete_ = false;
-  Tape tape_;
+  Tape tape_, signals_, states_tape_;
 };
 
 /// A free run of a model.
