@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "band.hpp"
+#include "classic_methods.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -17,10 +18,6 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
-
-struct Orders {
-  int low, high, step;
-};
 
 // Share of the unit circle that the band covers; the rest keeps first and last line apart.
 constexpr double kCoverage = 0.93;
@@ -164,11 +161,12 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
   const Index n = band.lines();
 
   // Long axes are cut into bands of some 2000 lines: fewer modes each, so lower orders and smaller eigenvalue problems.
-  const Index bands = options.bands > 0 ? options.bands : std::clamp<Index>(n / 2000, 1, 16);
+  const bool whole = options.method != PoleMethod::plscf;
+  const Index bands = whole ? 1 : options.bands > 0 ? options.bands : std::clamp<Index>(n / 2000, 1, 16);
   const Index core = n / bands;
   const Index overlap = bands > 1 ? core / 5 : 0;
   const int most = static_cast<int>(std::max<Index>(2, std::min<Index>(core / 8, 60)));
-  Orders orders{options.min_order, options.max_order > 0 ? options.max_order : std::min(most, 32), options.order_step};
+  Orders orders{options.min_order, options.max_order > 0 ? options.max_order : std::min(most, whole ? 60 : 32), options.order_step};
   if (options.max_order > 0 && 4 * static_cast<Index>(options.max_order) > core) {
     throw Error(fmt::format("max_order = {}: must be at most {} for {} lines", options.max_order, core / 4, core));
   }
@@ -179,7 +177,12 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
   StabilisationDiagram diagram;
   diagram.references = grid.references;
   for (int order = orders.low; order <= orders.high; order += orders.step) diagram.orders.push_back(order);
-  for (Index b = 0; b < bands; ++b) {
+  if (whole) {
+    diagram.poles = options.method == PoleMethod::lsce  ? lsce_poles(band, grid, orders, options.max_damping)
+                    : options.method == PoleMethod::era ? era_poles(band, grid, orders, options.max_damping)
+                                                        : rational_poles(band, grid, orders, options.max_damping);
+  }
+  for (Index b = 0; b < bands && !whole; ++b) {
     const Index first = std::max<Index>(0, b * core - overlap);
     const Index end = b + 1 == bands ? n : std::min(n, (b + 1) * core + overlap);
     const double low = b == 0 ? band.low : band.low + band.line_width() * static_cast<double>(b * core);

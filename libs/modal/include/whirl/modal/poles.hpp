@@ -15,7 +15,16 @@ enum class LineWeighting {
   proportional,  ///< 1 / max(|H|, 0.02 max|H|)
 };
 
+/// How the poles of each order are found.
+enum class PoleMethod {
+  plscf,  ///< poly-reference least-squares complex frequency: the default, for many modes and noise
+  lsce,   ///< (poly-reference) least-squares complex exponential: linear prediction of the impulse responses
+  era,    ///< eigensystem realisation algorithm: singular vectors of a Hankel matrix of impulse responses
+  rfp,    ///< rational fraction of orthogonal polynomials; one denominator for all FRFs, best for one FRF and few modes
+};
+
 struct PoleOptions {
+  PoleMethod method = PoleMethod::plscf;
   double band_low = 0;    ///< Hz; 0 = first line above 0 Hz
   double band_high = 0;   ///< Hz; 0 = last line
   int min_order = 0;      ///< poles per reference and band of the first order; 0 = a third of max_order
@@ -60,9 +69,11 @@ struct PoleCluster {
   double damping_spread = 0;       ///< median absolute deviation
 };
 
-/// Poly-reference least-squares complex frequency method (pLSCF), right matrix fraction, all orders from one
-/// factorisation (docs: modal). Poles with Re < 0, inside the band and below `max_damping`. The exponential window's decay
-/// is still in them. Throws Error when the band holds too few lines for the order.
+/// Poles of every order. pLSCF: right matrix fraction, all orders from one factorisation (Peeters et al., 2004). LSCE and ERA
+/// (Brown et al., 1979; Juang and Pappa, 1985) work on impulse responses of the band shifted to 0 Hz, RFP (Richardson and
+/// Formenti, 1982) on polynomials orthogonal over the lines (Arnoldi), whose roots need no powers of s; these three take
+/// the band as one. Poles with Re < 0, inside the band and below `max_damping`. The exponential window's decay is still in
+/// them. Throws Error when the band holds too few lines for the order.
 StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const PoleOptions& options = {});
 
 /// Groups the stable poles of a diagram (sets `cluster` there) and keeps the clusters present often enough.

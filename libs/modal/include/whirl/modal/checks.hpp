@@ -1,0 +1,41 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "whirl/core/modal_model.hpp"
+
+namespace whirl {
+
+/// How far the shape of a mode is from a real one.
+struct ModeComplexity {
+  double mpc = 1;  ///< modal phase collinearity, in [0, 1]: 1 for a shape whose points move in phase or antiphase
+  double mpd = 0;  ///< modal phase deviation, rad: mean distance from the best straight line, weighted by amplitude
+};
+/// MPC: ((l1 - l2)/(l1 + l2))^2 of the eigenvalues l of [Re Im]^T [Re Im] (Pappa et al., 1993).
+/// One component alone is always collinear.
+ModeComplexity mode_complexity(const Eigen::Ref<const Eigen::VectorXcd>& shape);
+
+/// Shapes of a modal model over its response points at one reference (or, with one response, over its references): one column
+/// per mode.
+struct ModeShapes {
+  std::vector<std::string> points;
+  Eigen::MatrixXcd value;  ///< points x modes, residues of receptance
+};
+ModeShapes mode_shapes(const ModalModel& model);
+
+/// H_ij against H_ji.
+struct Reciprocity {
+  std::string first, second;  ///< the two points
+  double difference = 0;      ///< norm(H_ij - H_ji) / norm(H_ij + H_ji) * 2
+};
+/// Every pair of points that were both hit and measured.
+std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf);
+
+/// Modes whose residue at a point driven and measured in one direction has the wrong sign: Im a < 0 there by passivity.
+struct DrivePoint {
+  std::string point;
+  std::vector<std::size_t> wrong_modes;  ///< indices into the model
+};
+std::vector<DrivePoint> check_drive_points(const ModalModel& model);
+
+}  // namespace whirl
