@@ -54,6 +54,8 @@ void add_design(CLI::App& app, Session& session);
 void add_run(CLI::App& app, Session& session);
 void add_compare(CLI::App& app, Session& session);
 void add_robustness(CLI::App& app, Session& session);
+void add_plot(CLI::App& app, Session& session);
+void add_report(CLI::App& app, Session& session);
 void add_transient(CLI::App& app, Session& session);
 void add_export(CLI::App& app, Session& session);
 void add_rig(CLI::App& app, Session& session);

@@ -84,6 +84,8 @@ int run(int argc, char** argv) {
   add_replay(app, session);
   add_compare(app, session);
   add_robustness(app, session);
+  add_plot(app, session);
+  add_report(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);

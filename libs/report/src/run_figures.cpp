@@ -27,12 +27,16 @@ Style style_of(std::size_t run, std::size_t runs, double width = 1.0) {
 
 double largest(const std::vector<NamedRun>& runs, const std::string& channel) {
   double value = 0;
-  for (const NamedRun& run : runs) value = std::max(value, run.recording[channel].cwiseAbs().maxCoeff());
+  for (const NamedRun& run : runs) {
+    if (run.recording.has(channel)) value = std::max(value, run.recording[channel].cwiseAbs().maxCoeff());
+  }
   return value;
 }
 
 Axis axis_of(const std::vector<NamedRun>& runs, const std::string& channel) {
-  const Channel& first = runs.front().recording.at(channel);
+  // Without the channel in any run, at() says so for the last.
+  const auto with = std::ranges::find_if(runs, [&](const NamedRun& run) { return run.recording.has(channel); });
+  const Channel& first = (with == runs.end() ? runs.back() : *with).recording.at(channel);
   return {fmt::format("{} {}", to_string(first.quantity), channel), engineering_unit(first.quantity, largest(runs, channel))};
 }
 
@@ -70,7 +74,7 @@ Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::str
     Panel& panel = figure.panel("", {"time", kSecond}, axis_of(runs, channel));
     for (std::size_t i = 0; i < runs.size(); ++i) {
       const Recording& r = runs[i].recording;
-      panel.line(runs.size() > 1 ? runs[i].name : "", r.times(), r[channel], style_of(i, runs.size()));
+      if (r.has(channel)) panel.line(runs.size() > 1 ? runs[i].name : "", r.times(), r[channel], style_of(i, runs.size()));
     }
     add_segments(panel, segments);
   }

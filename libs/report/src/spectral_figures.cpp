@@ -55,6 +55,13 @@ Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Qua
   return figure;
 }
 
+/// Phase without jumps, from the first value on: through resonance it falls by half a turn.
+VectorXd continuous_phase(const Eigen::VectorXcd& vector) {
+  VectorXd lead = vector.array().arg();
+  for (Index i = 1; i < lead.size(); ++i) lead(i) -= kTurn * std::round((lead(i) - lead(i - 1)) / kTurn);
+  return lead;
+}
+
 /// Amplitudes in dB below the largest, cut at -80 dB.
 HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
   double largest = 0;
@@ -88,24 +95,57 @@ Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kin
 }
 
 Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
-                 AmplitudeKind kind, const VectorXd& speed) {
+                 AmplitudeKind kind, const VectorXd& speed, double frequency_low) {
   if (speed.size() != 0 && speed.size() != amplitude.cols()) {
     throw Error(fmt::format("figure: waterfall has {} columns but {} speeds: must be equal", amplitude.cols(), speed.size()));
   }
   Figure figure;
-  figure.title = "Waterfall";
-  Panel& panel = figure.panel("", {"time", {"s", 1}}, {"frequency", kHertz});
-  panel.height = 280;
+  figure.title = frequency_low < 0 ? "Waterfall of full spectra" : "Waterfall";
+  Panel& panel = figure.panel("", {"time", {"s", 1}},
+                              {frequency_low < 0 ? "backward ← frequency → forward" : "frequency", kHertz});
+  panel.height = frequency_low < 0 ? 380 : 280;
   HeatMap map = decibel_map(amplitude, kind);
   map.x_low = time_begin;
   map.x_high = time_end;
+  map.y_low = frequency_low;
   map.y_high = frequency_high;
   panel.heat_maps.push_back(std::move(map));
   if (speed.size() > 0) {
-    panel.y.low = 0;
+    panel.y.low = frequency_low;
     panel.y.high = frequency_high;
-    panel.line("1X", VectorXd::LinSpaced(speed.size(), time_begin, time_end), speed / kTurn,
-               {.color = 1, .width = 1.2, .dash = Dash::dashed});
+    const VectorXd time = VectorXd::LinSpaced(speed.size(), time_begin, time_end);
+    for (const int order : {1, 2, -1, -2}) {
+      if (order < 0 && !(frequency_low < 0)) continue;
+      const VectorXd f = (order * speed / kTurn).unaryExpr([&](double v) {
+        return v < frequency_low || v > frequency_high ? NAN : v;
+      });
+      panel.line(order > 0 ? fmt::format("{}X", order) : "", time, f,
+                 {.color = std::abs(order) == 1 ? 1 : 4, .width = 1.2, .dash = Dash::dashed});
+    }
+  }
+  return figure;
+}
+
+Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
+  if (amplitude.cols() != speed.size() || amplitude.rows() != frequency.size() || speed.size() < 2) {
+    throw Error(fmt::format("figure: cascade of {} x {} amplitudes with {} frequencies and {} speeds: must agree, with two speeds or more",
+                            amplitude.rows(), amplitude.cols(), frequency.size(), speed.size()));
+  }
+  Figure figure;
+  figure.title = "Cascade";
+  Panel& panel = figure.panel("", {"frequency", kHertz}, {"rotor speed", kRpm});
+  panel.kind = Panel::Kind::projected;
+  panel.z = {fmt::format("amplitude, {}", short_name(kind)), engineering_unit(Quantity::displacement, amplitude.maxCoeff())};
+  panel.height = 420;
+  for (Index j = 0; j < speed.size(); ++j) {
+    panel.line3("", frequency, VectorXd::Constant(frequency.size(), speed[j]), amplitude.col(j), {.color = 0, .width = 0.7});
+  }
+  for (const int order : {1, 2}) {
+    const VectorXd f = (order * speed / kTurn).unaryExpr([&](double v) {
+      return v > frequency[frequency.size() - 1] ? NAN : v;
+    });
+    panel.line3(fmt::format("{}X", order), f, speed, VectorXd::Zero(speed.size()),
+                {.color = order == 1 ? 1 : 4, .width = 1.2, .dash = Dash::dashed});
   }
   return figure;
 }
@@ -151,10 +191,7 @@ Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
   amplitude.y.low = 0;
   for (const SynchronousCurve& c : curves) {
     amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
-    // Continuous from the first value on: through resonance the phase falls by half a turn.
-    VectorXd lead = c.vector.array().arg();
-    for (Index i = 1; i < lead.size(); ++i) lead(i) -= kTurn * std::round((lead(i) - lead(i - 1)) / kTurn);
-    phase.line("", c.speed, lead);
+    phase.line("", c.speed, continuous_phase(c.vector));
   }
   return figure;
 }
@@ -184,6 +221,31 @@ Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
     panel.scatter("", VectorXd::Constant(1, std::arg(first.vector(at))), VectorXd::Constant(1, std::abs(first.vector(at))),
                   {.color = 0});
   }
+  return figure;
+}
+
+Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vector<double>& orders,
+                    const Eigen::MatrixXcd& envelope, Quantity quantity) {
+  if (envelope.rows() != time.size() || speed.size() != time.size() ||
+      envelope.cols() != static_cast<Index>(orders.size()) || orders.empty()) {
+    throw Error("figure: order tracks need one row per time and speed and one column per order");
+  }
+  Figure figure;
+  figure.title = "Order tracks";
+  figure.shared_x = true;
+  const Axis t{"time", {"s", 1}};
+  figure.panel("", t, {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, envelope.cwiseAbs().maxCoeff())});
+  figure.panel("", t, {"phase lead", kDegree}).height = 120;
+  Panel& speeds = figure.panel("", t, {"rotor speed", kRpm});
+  speeds.height = 90;
+  speeds.line("", time, speed, {.color = 7});
+  for (std::size_t k = 0; k < orders.size(); ++k) {
+    const auto column = static_cast<Index>(k);
+    const int color = static_cast<int>(k) % 6;
+    figure.panels[0].line(fmt::format("{:g}X", orders[k]), time, envelope.col(column).cwiseAbs(), {.color = color});
+    figure.panels[1].line("", time, continuous_phase(envelope.col(column)), {.color = color, .width = 0.8});
+  }
+  figure.panels[0].y.low = 0;
   return figure;
 }
 

@@ -107,6 +107,52 @@ void draw_series(Dots& dots, const Panel& panel, const PanelLimits& limits, cons
   }
 }
 
+/// A polar panel with its points at (r cos, r sin), which a terminal can draw.
+Panel unrolled(const Panel& polar) {
+  Panel panel = polar;
+  panel.kind = Panel::Kind::cartesian;
+  double radius = 0;
+  for (Series& s : panel.series) {
+    const Eigen::VectorXd angle = s.x, r = s.y;
+    s.x = r.array() * angle.array().cos();
+    s.y = r.array() * angle.array().sin();
+    for (const double v : r) radius = std::isfinite(v) ? std::max(radius, v) : radius;
+  }
+  panel.annotations.clear();
+  panel.x = {"angle zero to the right", polar.y.unit, Scale::linear, -radius, radius};
+  panel.y = {polar.y.label, polar.y.unit, Scale::linear, -radius, radius};
+  return panel;
+}
+
+/// The heat map in shades, lightest for the smallest; several cells in one character show their largest.
+std::string shades(const HeatMap& map, const PanelLimits& limits, const Panel& panel, int row, int rows, int columns) {
+  static constexpr const char* kShades[] = {" ", "░", "▒", "▓", "█"};
+  const Limits color = color_limits(map);
+  const auto range = [](double low, double high, double first, double last, Index n) {
+    // Cells whose centre lies in [low, high]; the nearest one when none does.
+    const double step = n > 1 ? (last - first) / static_cast<double>(n - 1) : 1;
+    const auto from = static_cast<Index>(std::ceil((low - first) / step)), to = static_cast<Index>(std::floor((high - first) / step));
+    const Index near = std::lround((0.5 * (low + high) - first) / step);
+    return from > to ? std::pair{near, near} : std::pair{from, to};
+  };
+  const auto shown = [](const Limits& l, double fraction) { return l.low + fraction * (l.high - l.low); };
+  const auto [i0, i1] = range(shown(limits.y, 1 - (row + 1.0) / rows) * panel.y.unit.factor,
+                              shown(limits.y, 1 - static_cast<double>(row) / rows) * panel.y.unit.factor, map.y_low, map.y_high,
+                              map.values.rows());
+  std::string out;
+  for (int c = 0; c < columns; ++c) {
+    const auto [j0, j1] = range(shown(limits.x, static_cast<double>(c) / columns) * panel.x.unit.factor,
+                                shown(limits.x, (c + 1.0) / columns) * panel.x.unit.factor, map.x_low, map.x_high, map.values.cols());
+    double largest = NAN;
+    for (Index j = std::max<Index>(0, j0); j <= std::min(j1, map.values.cols() - 1); ++j) {
+      for (Index i = std::max<Index>(0, i0); i <= std::min(i1, map.values.rows() - 1); ++i) largest = std::fmax(largest, map.values(i, j));
+    }
+    const double f = color.fraction(largest / map.color.unit.factor);
+    out += std::isnan(f) ? " " : kShades[std::clamp(static_cast<int>(5 * f), 0, 4)];
+  }
+  return out;
+}
+
 std::string draw_panel(const Panel& panel, const TerminalOptions& options) {
   const PanelLimits limits = find_limits(panel);
   const Ticks y = ticks_of(limits.y, options.rows, 3.0);
@@ -117,8 +163,13 @@ std::string draw_panel(const Panel& panel, const TerminalOptions& options) {
 
   Dots dots(columns, options.rows);
   std::string legend;
+  if (!panel.heat_maps.empty()) {
+    const Limits color = color_limits(panel.heat_maps.front());
+    legend = fmt::format("░▒▓█ {:g} to {:g} {}", color.low, color.high, axis_text(panel.heat_maps.front().color, 0));
+  }
   int next = 0;
   for (const Series& s : panel.series) {
+    if (!panel.heat_maps.empty()) break;
     const int color = s.style.color == Style::kNext ? next++ % 6 : s.style.color;
     draw_series(dots, panel, limits, s, color);
     if (!s.name.empty()) legend += (legend.empty() ? "" : ", ") + s.name;
@@ -133,7 +184,10 @@ std::string draw_panel(const Panel& panel, const TerminalOptions& options) {
   }
   for (int r = 0; r < options.rows; ++r) {
     const std::string& label = row_labels[static_cast<std::size_t>(r)];
-    out += pad_left(label, margin) + (label.empty() ? "│" : "┤") + dots.row(r, options.color) + "\n";
+    out += pad_left(label, margin) + (label.empty() ? "│" : "┤") +
+           (panel.heat_maps.empty() ? dots.row(r, options.color)
+                                    : shades(panel.heat_maps.front(), limits, panel, r, options.rows, columns)) +
+           "\n";
   }
   std::string ruler(margin, ' '), numbers;
   ruler += "└";
@@ -161,10 +215,10 @@ std::string to_terminal(const Figure& figure, const TerminalOptions& options) {
   std::string out = figure.title.empty() ? "" : figure.title + "\n";
   for (const Panel& panel : figure.panels) {
     check_panel(panel);
-    if (panel.kind != Panel::Kind::cartesian || !panel.heat_maps.empty() || !panel.categories.empty()) {
+    if (panel.kind == Panel::Kind::projected || !panel.categories.empty()) {
       out += fmt::format("[panel '{}' is not drawn in a terminal]\n", panel.title);
     } else {
-      out += draw_panel(panel, options);
+      out += draw_panel(panel.kind == Panel::Kind::polar ? unrolled(panel) : panel, options);
     }
   }
   return out;

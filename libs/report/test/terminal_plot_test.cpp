@@ -50,9 +50,25 @@ TEST(ReportTerminalPlot, FitsTheTerminalAndKeepsThePeak) {
 
 TEST(ReportTerminalPlot, NamesWhatItLeavesOut) {
   const std::string text = to_terminal(testing::one_of_each(), {.color = true});
-  EXPECT_THAT(text, HasSubstr("[panel 'Waterfall' is not drawn in a terminal]"));
+  EXPECT_THAT(text, HasSubstr("[panel 'Projection' is not drawn in a terminal]"));
+  EXPECT_THAT(text, HasSubstr("[panel 'Bars' is not drawn in a terminal]"));
   EXPECT_THAT(text, HasSubstr("\x1b[34m"));
   EXPECT_THROW((void)to_terminal(testing::long_trace(), {.columns = 10}), Error);
+}
+
+TEST(ReportTerminalPlot, AHeatMapIsDrawnInShadesWhereItsValuesAre) {
+  Figure figure;
+  HeatMap map;
+  map.values = Eigen::MatrixXd::Zero(40, 40);
+  map.values.bottomRightCorner(20, 20).setOnes();  // the last rows are the highest y
+  map.x_high = map.y_high = 39;
+  figure.panel("", {"x", {}}, {"y", {}}).heat_maps.push_back(map);
+  const std::string text = to_terminal(figure, {.columns = 60, .rows = 8});
+  std::vector<std::string> rows;
+  for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) rows.push_back(text.substr(at, end - at));
+  std::vector<std::size_t> dark;
+  for (std::size_t r = 1; r < 9; ++r) dark.push_back(rows[r].find("█"));
+  for (std::size_t r = 0; r < 8; ++r) EXPECT_EQ(dark[r] != std::string::npos, r < 4) << r << "\n" << text;
 }
 
 }  // namespace

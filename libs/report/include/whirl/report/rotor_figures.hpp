@@ -27,7 +27,8 @@ struct Segment {
   double begin = 0, end = 0;  ///< s
 };
 
-/// One panel per channel over one time axis (paper Figs. 19, 21, 24), segments shaded. Every run needs every channel.
+/// One panel per channel over one time axis (paper Figs. 19, 21, 24), segments shaded. A run without the channel is left out
+/// of its panel; throws Error when no run has it.
 Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::string>& channels,
                    const std::vector<Segment>& segments = {});
 
@@ -83,9 +84,15 @@ Figure spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind,
 Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind);
 
 /// Amplitudes over time and frequency as a colour map in dB below the largest: row = frequency, column = time. `speed`
-/// (rad/s per column, may be empty) draws the 1X line.
+/// (rad/s per column, may be empty) draws the 1X and 2X lines. A negative `frequency_low` (Hz, first row) is a map of full
+/// spectra: backward whirl below zero.
 Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
-                 AmplitudeKind kind, const Eigen::VectorXd& speed = {});
+                 AmplitudeKind kind, const Eigen::VectorXd& speed = {}, double frequency_low = 0);
+
+/// Spectra one behind the other at their rotor speeds (one column of `amplitude` per entry of `speed`, rad/s), rows over
+/// `frequency` (Hz); 1X and 2X on the floor.
+Figure cascade(const Eigen::VectorXd& speed, const Eigen::VectorXd& frequency, const Eigen::MatrixXd& amplitude,
+               AmplitudeKind kind);
 
 /// Amplitudes over rotor speed and frequency (interference diagram from records): orders 1X, 2X, 3X as lines, natural
 /// frequencies (Hz) as horizontal lines.
@@ -102,6 +109,11 @@ struct SynchronousCurve {
 Figure bode_1x(const std::vector<SynchronousCurve>& curves);
 /// Polar plot of the 1X vector, `labels` speeds written beside the first curve.
 Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels = 6);
+
+/// Amplitude (peak) and phase lead of orders followed through a run, with the speed below: one column of `envelope` per
+/// order, one row per entry of `time` (s) and `speed` (rad/s).
+Figure order_tracks(const Eigen::VectorXd& time, const Eigen::VectorXd& speed, const std::vector<double>& orders,
+                    const Eigen::MatrixXcd& envelope, Quantity quantity = Quantity::displacement);
 
 /// One row of a suppression table.
 struct Suppression {

@@ -1,0 +1,18 @@
+#pragma once
+#include <string>
+#include <string_view>
+
+#include "whirl/pipeline/record_views.hpp"
+#include "whirl/pipeline/rotation.hpp"
+
+namespace whirl {
+
+std::string_view window_name(Window window);
+
+/// rotation_of; throws Error saying what is missing when there is none.
+Rotation required_rotation(const Recording& record);
+
+/// "waterfall", "full-waterfall", "cascade" or "run-map" of one channel (x and y where full).
+report::Figure map_view(const std::string& what, const Recording& record, const std::string& channel, const ViewOptions& options);
+
+}  // namespace whirl

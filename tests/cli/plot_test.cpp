@@ -1,0 +1,209 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <fstream>
+#include <map>
+#include <numbers>
+
+#include "program.hpp"
+#include "whirl/testing/data.hpp"
+
+namespace whirl::testing {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// Columns of a figure's CSV by header; empty cells at the end of shorter columns are left out.
+std::vector<std::pair<std::string, std::vector<double>>> columns_of(const std::filesystem::path& file) {
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> out(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"') {
+        quoted = !quoted;
+      } else if (c == ',' && !quoted) {
+        out.emplace_back();
+      } else {
+        out.back() += c;
+      }
+    }
+    return out;
+  };
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  std::vector<std::pair<std::string, std::vector<double>>> out;
+  for (const std::string& header : cells(line)) out.push_back({header, {}});
+  while (std::getline(in, line)) {
+    const auto row = cells(line);
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      if (!row[c].empty()) out[c].second.push_back(std::stod(row[c]));
+    }
+  }
+  return out;
+}
+
+/// The n-th column whose header holds all of `parts`.
+std::vector<double> column(const std::filesystem::path& file, const std::string& part, std::size_t n = 0) {
+  for (const auto& [header, values] : columns_of(file)) {
+    if (header.find(part) != std::string::npos && n-- == 0) return values;
+  }
+  ADD_FAILURE() << "no column with '" << part << "' in " << slurp(file).substr(0, 300);
+  return {};
+}
+
+/// A run-up from `low` to `high` Hz at 2 kHz with known vectors of x and y in mm: x = Re(X(f) e^{j theta} + X2 e^{2 j theta}).
+template <class X, class Y>
+std::string sweep(double low, double high, double seconds, X&& x_vector, Y&& y_vector, Complex second = 0) {
+  std::string text = "t_s,x_mm,y_mm,beta_rad\n";
+  const double rate = (high - low) / seconds;
+  for (int i = 0; i < static_cast<int>(2000 * seconds); ++i) {
+    const double t = i / 2000.0, f = low + rate * t, theta = 0.3 + kTurn * (low * t + rate * t * t / 2);
+    const Complex turn = std::polar(1.0, theta);
+    char line[160];
+    std::snprintf(line, sizeof line, "%.4f,%.12g,%.12g,%.12g\n", t, (x_vector(f) * turn + second * turn * turn).real(),
+                  (y_vector(f) * turn).real(), theta);
+    text += line;
+  }
+  return text;
+}
+
+Complex resonance(double f) { return 0.02 * f * f / Complex(25 * 25 - f * f, 2 * 0.05 * 25 * f); }
+
+TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOneDegree) {
+  const Folder folder;
+  folder.write("run.csv", sweep(10, 40, 8, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }, Complex(0.01, 0.02)));
+  ASSERT_EQ(folder.whirl("plot run.csv --what bode --out bode.csv").exit_code, 0);
+  const auto speed = column(folder / "bode.csv", "x: rotor speed"), amplitude = column(folder / "bode.csv", "x: 1X amplitude, peak [mm]");
+  const auto phase = column(folder / "bode.csv", "phase lead [");
+  ASSERT_GT(amplitude.size(), 150U);
+  for (std::size_t i = 1; i + 1 < amplitude.size(); ++i) {
+    const Complex exact = resonance(speed[i] / 60);
+    EXPECT_NEAR(amplitude[i] / std::abs(exact), 1, 0.01) << speed[i] << " rpm";
+    EXPECT_LT(std::abs(std::remainder(phase[i] - std::arg(exact) * 360 / kTurn, 360)), 1) << speed[i] << " rpm";
+  }
+  ASSERT_EQ(folder.whirl("plot run.csv --what orders --orders 1,2 --out orders.csv").exit_code, 0);
+  const auto time = column(folder / "orders.csv", "1X: time");
+  const auto first = column(folder / "orders.csv", "1X: displacement, peak [mm]"), second = column(folder / "orders.csv", "2X: displacement, peak [mm]");
+  const auto lead = column(folder / "orders.csv", "phase lead [");
+  ASSERT_GT(time.size(), 10000U);
+  for (std::size_t i = 1000; i + 1000 < time.size(); ++i) {
+    const Complex exact = resonance(10 + 30 * time[i] / 8);
+    ASSERT_NEAR(first[i] / std::abs(exact), 1, 0.01) << time[i];
+    ASSERT_LT(std::abs(std::remainder(lead[i] - std::arg(exact) * 360 / kTurn, 360)), 1) << time[i];
+    ASSERT_NEAR(second[i] / std::abs(Complex(0.01, 0.02)), 1, 0.02) << time[i];
+  }
+}
+
+TEST(PlotReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
+  const Folder folder;
+  // x + i y = 0.3 e^{j theta} + 0.1 e^{-j theta} mm.
+  folder.write("run.csv", sweep(20, 20, 4, [](double) { return Complex(0.4); }, [](double) { return Complex(0, -0.2); }));
+  ASSERT_EQ(folder.whirl("plot run.csv --what full-spectrum --out full.csv").exit_code, 0);
+  const auto f = column(folder / "full.csv", "frequency"), a = column(folder / "full.csv", "peak [");
+  const double unit = slurp(folder / "full.csv").find("peak [µm]") != std::string::npos ? 1e-3 : 1;
+  ASSERT_EQ(f.size(), a.size());
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    if (std::abs(f[i] - 20) < 1e-6) {
+      EXPECT_NEAR(unit * a[i], 0.3, 0.003);
+    }
+    if (std::abs(f[i] + 20) < 1e-6) {
+      EXPECT_NEAR(unit * a[i], 0.1, 0.001);
+    }
+    if (std::abs(std::abs(f[i]) - 20) > 2) {
+      EXPECT_LT(unit * a[i], 1e-4);
+    }
+  }
+}
+
+TEST(PlotReference, WaterfallShowsFirstAndSecondOrderOfASweepAtTheirAmplitude) {
+  const Folder folder;
+  folder.write("run.csv", sweep(15, 40, 20, [](double) { return Complex(0.2); }, [](double) { return Complex(0, -0.2); }, 0.05));
+  for (const char* what : {"waterfall", "full-waterfall"}) {
+    const bool full = std::string(what) == "full-waterfall";
+    ASSERT_EQ(folder.whirl(std::string("plot run.csv --what ") + what + " --out map.csv").exit_code, 0);
+    // The map's own columns come last.
+    const auto all = columns_of(folder / "map.csv");
+    const auto &time = all[all.size() - 3].second, &f = all[all.size() - 2].second, &db = all.back().second;
+    const std::string& header = all.back().first;
+    ASSERT_EQ(time.size(), db.size());
+    std::map<double, std::array<double, 3>> peaks;  // per time: 1X, 2X, -1X
+    for (std::size_t i = 0; i < time.size(); ++i) {
+      const double speed = 15 + 25 * time[i] / 20;
+      auto& [one, two, back] = peaks.try_emplace(time[i], std::array<double, 3>{}).first->second;
+      const double value = std::pow(10, db[i] / 20);
+      if (std::abs(f[i] - speed) < 5) one = std::max(one, value);
+      if (std::abs(f[i] - 2 * speed) < 5) two = std::max(two, value);
+      if (std::abs(f[i] + speed) < 5) back = std::max(back, value);
+    }
+    ASSERT_GT(peaks.size(), 100U);
+    for (const auto& [t, p] : peaks) {
+      EXPECT_NEAR(p[0], 1, 0.01) << what << " " << t;
+      // In x + i y half of the second order, which is in x alone, goes forward.
+      EXPECT_NEAR(p[1], full ? 0.125 : 0.25, full ? 0.00125 : 0.0025) << what << " " << t;
+      if (full) {
+        EXPECT_LT(p[2], 0.01) << t;
+      }
+    }
+    EXPECT_NE(header.find("0.200 mm peak"), std::string::npos) << header;
+  }
+}
+
+TEST(PlotReference, MeasuredRunUpShowsItsPeakAndBeats) {
+  const auto data = data_file("rk4_runup/runup_bode_1037_2110rpm.csv");
+  WHIRL_REQUIRE_DATA(data);
+  const Folder folder;
+  const Outcome bode = folder.whirl("plot '" + data.string() + "' --what bode --out bode.csv --out bode.svg");
+  ASSERT_EQ(bode.exit_code, 0) << bode.err;
+  const auto maxima = column(folder / "bode.csv", "maxima at");
+  constexpr double kExpected[] = {1665, 1770, 1837, 1889, 1926, 1968, 2002, 2037, 2071};
+  for (const double rpm : kExpected) {
+    EXPECT_TRUE(std::ranges::any_of(maxima, [&](double m) { return std::abs(m - rpm) < 4; })) << rpm;
+  }
+  EXPECT_EQ(folder.whirl("plot '" + data.string() + "' --what polar --out polar.svg").exit_code, 0);
+}
+
+TEST(PlotE2e, EveryViewOfARecordIsDrawnToFileAndTerminal) {
+  const Folder folder;
+  folder.write("run.csv", sweep(10, 40, 3, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }));
+  for (const char* what : {"traces", "orbit", "spectrum", "full-spectrum", "waterfall", "full-waterfall", "cascade", "run-map", "bode",
+                           "polar", "orders", "phase-plane", "funnel"}) {
+    const Outcome svg = folder.whirl(std::string("plot run.csv --what ") + what + " --out figure.svg");
+    EXPECT_EQ(svg.exit_code, 0) << what << svg.err;
+    EXPECT_NE(slurp(folder / "figure.svg").find("</svg>"), std::string::npos) << what;
+    const Outcome terminal = folder.whirl(std::string("plot run.csv --what ") + what);
+    EXPECT_EQ(terminal.exit_code, 0) << what << terminal.err;
+    EXPECT_GT(terminal.out.size(), 40U) << what;
+  }
+  if (std::system("command -v rsvg-convert >/dev/null") == 0) {
+    EXPECT_EQ(folder.whirl("plot run.csv --what waterfall --out figure.png").exit_code, 0);
+    EXPECT_EQ(slurp(folder / "figure.png").substr(1, 3), "PNG");
+  }
+}
+
+TEST(PlotE2e, WhatCannotBeDrawnIsSaid) {
+  const Folder folder;
+  folder.write("no_angle.csv", "t_s,x_mm\n0,1\n0.001,2\n0.002,1\n0.003,2\n0.004,1\n0.005,2\n0.006,1\n0.007,2\n0.008,1\n0.009,2\n"
+                               "0.010,1\n0.011,2\n0.012,1\n0.013,2\n0.014,1\n0.015,2\n0.016,1\n0.017,2\n");
+  const std::pair<const char*, const char*> calls[] = {
+      {"plot no_angle.csv --what bode", "no rotor angle"},
+      {"plot no_angle.csv --what wterfall", "did you mean 'waterfall'"},
+      {"plot no_angle.csv --what orbit", "y"},
+      {"plot no_angle.csv --out figure.gif", ".svg"},
+      {"plot no_angle.csv --out missing/figure.svg", "missing"},
+      {"plot no_angle.csv --from 3 --to 4", "between 3 and 4 s"},
+      {"plot absent.csv", "absent.csv"},
+  };
+  for (const auto& [arguments, message] : calls) {
+    const Outcome outcome = folder.whirl(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_NE(outcome.err.find(message), std::string::npos) << arguments << "\n" << outcome.err;
+  }
+}
+
+}  // namespace
+}  // namespace whirl::testing
