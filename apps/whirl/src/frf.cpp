@@ -3,14 +3,16 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/pipeline/provenance.hpp"
+#include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
 
 void add_frf(CLI::App& app, Session& session) {
   struct Options {
     std::vector<std::string> files;
-    std::string out, estimator = "h1";
+    std::string out, figure, estimator = "h1";
     FrfOptions frf;
     RecordOptions record;
     double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
@@ -53,11 +55,13 @@ void add_frf(CLI::App& app, Session& session) {
                                 frf.channels.size(), to_string(frf.kind), to_string(frf.estimator),
                                 frf.frequency.size(), frf.frequency.size() ? frf.frequency[0] : 0.0,
                                 frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0, frf.averages));
+        if (!o->figure.empty()) report::write_figure(report::frequency_response(frf, 0), o->figure);
         session.result(to_json(frf));
         session.finish(frf.summary);
       });
   sub->add_option("FILES", o->files, "records of blows")->required();
   sub->add_option("--out", o->out, "write the frequency responses as JSON");
+  sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
   sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");

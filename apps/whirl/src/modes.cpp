@@ -1,53 +1,127 @@
+#include <filesystem>
+
 #include "command.hpp"
 #include "responses.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/signals.hpp"
+#include "whirl/modal/checks.hpp"
+#include "whirl/modal/fdd.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/pipeline/provenance.hpp"
+#include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
+namespace {
+
+// The first FRF with its reconstruction when the name asks for it, else the stabilisation diagram.
+void draw(const std::string& file, const FrequencyResponse& frf, const ModalModel& modes, const PoleOptions& options) {
+  if (std::filesystem::path(file).filename().string().find("frf") != std::string::npos) {
+    report::write_figure(report::frequency_response(frf, 0, synthesise(modes, 0, frf.frequency, frf.kind, frf.window_decay), modes.modes), file);
+    return;
+  }
+  std::vector<report::OrderPole> poles;
+  for (const StabilisationPole& p : stabilisation_diagram(frf, options).poles) poles.push_back({p.order, p.frequency(), p.stable()});
+  std::vector<double> chosen;
+  for (const Mode& mode : modes.modes) chosen.push_back(mode.frequency.value);
+  report::write_figure(report::stabilisation(frf, poles, chosen), file);
+}
+
+// Modes from records of an unknown excitation.
+void ambient(const Recording& record, const FddOptions& options, Session& session) {
+  const AmbientModes found = decompose_ambient(record, options);
+  report::Table table;
+  table.caption = "Modes under ambient excitation";
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"damping", "%"}, {"MPC", ""}};
+  Json json = start_document("whirl.ambient_modes", 1);
+  Json::Array modes;
+  for (const AmbientMode& mode : found.modes) {
+    table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency), fmt::format("{:.3f}", 100 * mode.damping),
+               fmt::format("{:.3f}", mode_complexity(mode.shape).mpc)});
+    Json entry = Json::object();
+    entry.set("frequency", mode.frequency);
+    entry.set("damping", mode.damping);
+    modes.push_back(std::move(entry));
+  }
+  json.set("modes", std::move(modes));
+  session.say(report::to_text(table));
+  session.result(json);
+  session.finish(found.summary);
+}
+
+}  // namespace
 
 void add_modes(CLI::App& app, Session& session) {
   struct Options {
-    std::string file, out, kind;
+    std::string file, out, kind, method = "plscf";
+    std::vector<std::string> figures;
+    bool no_refine = false;
     ModeOptions modes;
     double low = 0, high = 0;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
-      "Input: JSON written by `whirl frf`, a universal file with frequency responses, or a CSV table of them with --kind.\n"
-      "Output: every mode with its frequency (Hz) and damping ratio (%), each with its standard deviation; residues and\n"
-      "residuals in the JSON.\n\n"
+      "Input: JSON written by `whirl frf`, a universal file with frequency responses, or a CSV table of them with --kind;\n"
+      "with --method fdd a record of responses (displacements or accelerations) to an unknown excitation.\n"
+      "Output: every mode with its frequency (Hz) and damping ratio (%), each with its standard deviation, and the phase\n"
+      "collinearity (MPC) of its shape; residues and residuals in the JSON.\n\n"
       "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json",
       [o, &session] {
+        if (o->method == "fdd") {
+          ambient(read_recording(o->file), {.band_low = o->low, .band_high = o->high}, session);
+          return;
+        }
         const std::optional<FrequencyResponse> found = read_responses(o->file, o->kind);
         if (!found) throw Error::in_file(o->file, 0, "holds no frequency responses: make them with `whirl frf`");
         const FrequencyResponse& frf = *found;
         ModeOptions options = o->modes;
+        options.poles.method = o->method == "lsce" ? PoleMethod::lsce : o->method == "era" ? PoleMethod::era
+                               : o->method == "rfp" ? PoleMethod::rfp : PoleMethod::plscf;
+        if (o->no_refine) options.refine = options.search = false;
         options.poles.band_low = o->low;
         options.poles.band_high = o->high;
         ModalModel modes = fit_modes(frf, options);
+        for (const Reciprocity& pair : check_reciprocity(frf)) {
+          if (pair.difference > 0.1) {
+            modes.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold", pair.first, pair.second,
+                                           pair.second, pair.first, 100 * pair.difference));
+          }
+        }
+        for (const DrivePoint& point : check_drive_points(modes)) {
+          if (!point.wrong_modes.empty()) {
+            modes.summary.warn(fmt::format("{} is hit and measured, but {} of its residues have the wrong sign: is the sensor turned round?",
+                                           point.point, point.wrong_modes.size()));
+          }
+        }
         modes.provenance = provenance({o->file}, session.command_line);
         if (!o->out.empty()) save(o->out, modes);
         report::Table table;
         table.caption = "Modes";
-        table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}};
+        table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
+        const ModeShapes shapes = mode_shapes(modes);
         for (std::size_t i = 0; i < modes.modes.size(); ++i) {
           const Mode& m = modes.modes[i];
           table.add({fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
                      fmt::format("{:.2g}", m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
-                     fmt::format("{:.2g}", 100 * m.damping.sd)});
+                     fmt::format("{:.2g}", 100 * m.damping.sd),
+                     shapes.points.size() < 2 ? "-" : fmt::format("{:.3f}", mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
         }
         session.say(report::to_text(table));
         session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz",
                                 100 * modes.reconstruction_error, modes.band_low, modes.band_high));
+        for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
         session.result(to_json(modes));
         session.finish(modes.summary);
       });
   sub->add_option("FILE", o->file, "frequency responses")->required();
   sub->add_option("--out", o->out, "write the modes as JSON");
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
+  sub->add_option("--method", o->method, "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record without the force")
+      ->check(CLI::IsMember({"plscf", "lsce", "era", "rfp", "fdd"}));
+  sub->add_flag("--no-refine", o->no_refine, "what the method alone gives: no Gauss-Newton, no search, no standard deviations");
+  sub->add_option("--figure", o->figures, "stabilisation diagram; a file whose name holds 'frf' shows the fit (.svg .png .pdf .csv)");
   sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
   sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
 }

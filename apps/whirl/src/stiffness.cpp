@@ -4,12 +4,14 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/modal/stiffness.hpp"
 #include "whirl/pipeline/provenance.hpp"
+#include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
 
 void add_stiffness(CLI::App& app, Session& session) {
   struct Options {
-    std::string file, out;
+    std::string file, out, figure;
     StiffnessOptions fit;
     bool zero_known = false;
   };
@@ -33,11 +35,13 @@ void add_stiffness(CLI::App& app, Session& session) {
                                 show(law.k1, "N/m"), show(law.k2, "N/m^3"), show(law.offset, "m"),
                                 law.cubic_p_value < 0.05 ? "significant" : "not significant", law.cubic_p_value));
         if (law.hysteresis > 0) session.say(fmt::format("largest hysteresis: {:.3g} N", law.hysteresis));
+        if (!o->figure.empty()) report::write_figure(report::force_deflection(table["deflection"], table["force"], law), o->figure);
         session.result(to_json(law));
         session.finish(law.summary);
       });
   sub->add_option("FILE", o->file, "force-deflection table (CSV)")->required();
   sub->add_option("--out", o->out, "write the law as JSON");
+  sub->add_option("--figure", o->figure, "draw the readings with the law (.svg .png .pdf .csv)");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");
 }
 
