@@ -190,7 +190,6 @@ void RigServer::wait_for_command() {
     ::poll(&p, 1, 10);
   }
   lockstep_lost_ = true;
-  next_ = WallTime{}.now();
 }
 
 void RigServer::measure(int sub) {
@@ -238,6 +237,7 @@ void RigServer::tick() {
   const double period = 1 / options_.rig.timing.rate;
   if (options_.lockstep && started_ && !lockstep_lost_ && !rig_.done()) {
     wait_for_command();
+    next_ = WallTime{}.now();
   } else {
     next_ += std::llround(1e9 * period);
     WallTime{}.sleep_until(next_);

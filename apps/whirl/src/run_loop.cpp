@@ -12,6 +12,8 @@
 namespace whirl::app {
 namespace {
 
+constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded
+
 /// Stands in when there is nothing to control.
 struct NoController {
   Expected<Command, Fault> step(const Measurement&) noexcept { return Command{}; }
@@ -68,7 +70,7 @@ void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, doub
   }
   for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
   const long last = seconds > 0 ? first + std::lround(seconds * io.rate) : std::numeric_limits<long>::max();
-  long after_trip = 0;
+  std::int64_t tripped = 0;  // when
   while (out.reason.empty()) {
     r = loop.cycle();
     LoopSample s = sample_of(r, clock.scheduled(), clock.started());
@@ -84,8 +86,8 @@ void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, doub
       if (!kControls) break;
       loop.stop();
     }
-    after_trip += r.trip != Fault::none;
-    if (rig.done() || r.tick >= last || static_cast<double>(after_trip) > 0.5 * io.rate) break;
+    if (out.trip != Fault::none && tripped == 0) tripped = clock.started();
+    if (rig.done() || r.tick >= last || (tripped > 0 && clock.started() - tripped > kAfterTrip)) break;
   }
   out.timing = clock.timing();
 }

@@ -236,6 +236,7 @@ void HardwareRig::arm(bool armed) noexcept {
 }
 
 Fault HardwareRig::fault() const noexcept {
+  if (reading_.done) return Fault::none;
   if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   const double stood = static_cast<double>(angle_repeated_) * options_.sample_time;
