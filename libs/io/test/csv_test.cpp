@@ -10,22 +10,15 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/testing/data.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using whirl::testing::error_of;
 
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 std::string error_of_csv(std::string_view text, const CsvOptions& options = {}) {
   return error_of([&] { parse_csv(text, "a.csv", options); });
 }

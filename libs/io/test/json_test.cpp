@@ -12,24 +12,16 @@
 
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using whirl::testing::error_of;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
 
 IdentifiedModel rotor_model() {
   IdentifiedModel m;

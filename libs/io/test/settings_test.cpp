@@ -5,21 +5,14 @@
 
 #include <numbers>
 
+#include "whirl/testing/error_of.hpp"
+
 namespace whirl {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
-}
+using whirl::testing::error_of;
 
 constexpr std::string_view kText = R"(
 title = "a rig"

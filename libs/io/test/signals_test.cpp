@@ -15,12 +15,14 @@
 #include "whirl/io/info.hpp"
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/data.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using whirl::testing::error_of;
 
 std::filesystem::path corpus(const std::string& file) { return std::filesystem::path(WHIRL_SOURCE_DIR) / "tests/fuzz/corpus" / file; }
 
@@ -49,16 +51,6 @@ Recording example() {
   record.add("force", Quantity::force, force);
   record.add("acc", Quantity::acceleration, acc);
   return record;
-}
-
-template <class F>
-std::string error_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "no error";
 }
 
 TEST(SignalsProperty, RecordsAreWrittenAndReadBackInEveryFormat) {
