@@ -71,7 +71,7 @@ TEST(BadInputE2e, ARecordThatCannotGiveARotorEndsWithCodeOneAndTheReason) {
 
 TEST(HelpE2e, EverySubcommandTeachesWithAnExample) {
   const Folder folder;
-  for (const char* command : {"info", "stiffness", "frf", "modes", "identify", "validate", "design", "run", "rig",
+  for (const char* command : {"info", "stiffness", "frf", "modes", "identify", "validate", "design", "run", "rig", "convert",
                               "reproduce"}) {
     const Outcome outcome = folder.whirl(std::string(command) + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
