@@ -1,8 +1,12 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
+#include <random>
 
 #include "program.hpp"
 #include "whirl/io/library_toml.hpp"
@@ -93,6 +97,55 @@ TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
   const Outcome isotropic = folder.whirl("derive " + example("rotor.toml") + " --model model.json");
   EXPECT_EQ(isotropic.exit_code, 2);
   EXPECT_NE(isotropic.err.find("less symmetric"), std::string::npos) << isotropic.err;
+}
+
+/// Two masses on springs driven by a multisine force, with 0.3 % noise: t_s, x1_m, x2_m, u_N.
+std::string two_mass_record(const std::array<double, 6>& p) {
+  const auto [m1, m2, k1, k2, c1, c2] = p;
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> phase(0, 6.28);
+  std::vector<double> phases(40);
+  for (double& x : phases) x = phase(random);
+  const auto force = [&](double t) {
+    double u = 0;
+    for (std::size_t k = 0; k < phases.size(); ++k) u += 0.5 * std::sin(6.283185307179586 * (0.5 + 0.25 * static_cast<double>(k)) * t + phases[k]);
+    return u;
+  };
+  using State = Eigen::Vector4d;  // x1, x1', x2, x2'
+  const auto rate = [&](double t, const State& s) {
+    const double link = k2 * (s[2] - s[0]) + c2 * (s[3] - s[1]);
+    return State(s[1], (link - k1 * s[0] - c1 * s[1]) / m1, s[3], (force(t) - link) / m2);
+  };
+  State s = State::Zero();
+  std::normal_distribution<double> normal;
+  const double dt = 1e-3;
+  std::string text = "t_s,x1_m,x2_m,u_N\n";
+  for (int i = 0; i < 12000; ++i) {
+    const double t = i * dt;
+    text += fmt::format("{},{},{},{}\n", t, s[0] + 5e-5 * normal(random), s[2] + 8e-5 * normal(random), force(t));
+    const State a = rate(t, s), b = rate(t + dt / 2, s + dt / 2 * a), c = rate(t + dt / 2, s + dt / 2 * b), d = rate(t + dt, s + dt * c);
+    s += dt / 6 * (a + 2 * b + 2 * c + d);
+  }
+  return text;
+}
+
+// Energies to library, record and library to model, model to the six parameters: the whole way by files.
+TEST(DeriveE2e, LibraryFitsARecordAndThePhysicalParametersComeBack) {
+  const Folder folder;
+  const std::array<double, 6> truth{1.2, 0.4, 900, 500, 1.5, 0.3};
+  folder.write("two.csv", two_mass_record(truth));
+  ASSERT_EQ(folder.whirl("derive " + example("two_mass.toml") + " --out library.toml").exit_code, 0);
+  const Outcome fitted = folder.whirl("identify two.csv --library library.toml --states x1,x2 --inputs u --order 2 --out model.json --quiet");
+  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  const Outcome found = folder.whirl("derive " + example("two_mass.toml") + " --model model.json --json");
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  const Json document = parse_json(found.out, "stdout");
+  const char* names[] = {"m1", "m2", "k1", "k2", "c1", "c2"};
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Estimate e = read_estimate(JsonReader(document, "stdout").at("parameters").at(names[i]));
+    EXPECT_NEAR(e.value, truth[i], 0.01 * truth[i]) << names[i];
+    EXPECT_NEAR(e.value, truth[i], 5 * e.sd) << names[i];
+  }
 }
 
 TEST(DeriveE2e, FaultsNameFileAndReason) {
