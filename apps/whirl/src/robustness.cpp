@@ -48,12 +48,12 @@ void add_robustness(CLI::App& app, Session& session) {
           if (!o->plant.hardware.empty()) study.key += sha256_file(o->plant.hardware);
           study.key += fmt::format(" mass {:a}", o->plant.mass_kg);
           const auto start = std::chrono::steady_clock::now();
-          long first = -1;  // done at the first report: what the checkpoint held is not counted as speed
+          long first = -1;  // what the checkpoint held does not count as speed
           double speed = 0;
           study.progress = [&](long done, long samples) {
             const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             if (first < 0) first = done;
-            speed = static_cast<double>(done) / s;
+            speed = static_cast<double>(done - first) / s;
             session.progress("robustness", static_cast<double>(done) / static_cast<double>(samples));
           };
           const MonteCarloResult result = monte_carlo(design, model, d.hardware, study, ranks);

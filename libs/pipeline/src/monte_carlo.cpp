@@ -172,6 +172,10 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   const auto lanes = static_cast<std::size_t>(options.lanes);
   const std::size_t mine = lanes * static_cast<std::size_t>(threads);
   const std::size_t round = mine * static_cast<std::size_t>(ranks.size);
+  const auto report = [&](std::size_t finished) {
+    if (options.progress) options.progress(static_cast<long>(n - left.size() + finished), options.samples);
+  };
+  if (ranks.rank == 0) report(0);
   for (std::size_t start = 0; start < left.size(); start += round) {
     const std::size_t first = std::min(left.size(), start + mine * static_cast<std::size_t>(ranks.rank));
     const std::size_t last = std::min(left.size(), first + mine);
@@ -196,9 +200,7 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
       out.samples[static_cast<std::size_t>(flat[i])] = sample_from(centre, &flat[i]);
     }
     if (checkpoint) checkpoint->append(flat);
-    if (options.progress) {
-      options.progress(static_cast<long>(n - left.size() + std::min(left.size(), start + round)), options.samples);
-    }
+    report(std::min(left.size(), start + round));
   }
   if (ranks.rank != 0) return out;
 

@@ -25,7 +25,7 @@ struct MonteCarloOptions {
   /// Finished samples are appended here, and a study that finds its own file goes on where it was stopped; empty: none.
   std::filesystem::path checkpoint;
   std::string key;  ///< what the study depends on beside these options, e.g. hashes of the input files
-  std::function<void(long done, long samples)> progress;
+  std::function<void(long done, long samples)> progress;  ///< first with what the checkpoint held
 };
 
 struct MonteCarloSample {
