@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "run_report_tables.hpp"
 #include "study_tables.hpp"
 #include "whirl/pipeline/run_json.hpp"
 #include "whirl/report/format.hpp"
@@ -29,19 +30,6 @@ Recording selected(const Recording& log, const std::vector<std::pair<std::string
 Recording open_loop(const Recording& log) { return selected(log, {{"x_open", "x"}, {"y_open", "y"}, {"beta", "beta"}}); }
 Recording closed_loop(const Recording& log) {
   return selected(log, {{"x_true", "x"}, {"y_true", "y"}, {"ux", "ux"}, {"uy", "uy"}, {"beta", "beta"}});
-}
-
-// Times at which the segments of Table 4 begin and end in a run-down.
-std::vector<report::Segment> segment_times(const Recording& log, double natural_frequency) {
-  const std::vector<int> segment = segments(log["omega"], natural_frequency);
-  std::vector<report::Segment> out;
-  for (std::size_t i = 0; i < segment.size(); ++i) {
-    const double t = log.t0 + log.dt * static_cast<double>(i);
-    const std::string name = fmt::format("{}", segment[i] + 1);
-    if (out.empty() || out.back().name != name) out.push_back({name, t, t});
-    out.back().end = t;
-  }
-  return out;
 }
 
 Eigen::VectorXcd reconstruction(const FrequencyResponse& frf, const ModalModel& modes, Eigen::Index channel) {

@@ -70,7 +70,7 @@ TEST_F(RecorderTest, SomethingElseIsRefused) {
   EXPECT_THROW(LoopRecorder(folder / "no" / "such" / "run.h5", {}), Error);
 }
 
-// The writer is killed at an instant nobody chose; bench/rt_recorder_kill does it a hundred times.
+// The writer is killed at an instant nobody chose; --gtest_repeat=20 does it a hundred times.
 TEST_F(RecorderTest, AKilledWriterLeavesAFileThatLacksAtMostTheLastFlush) {
   std::mt19937_64 random(3);
   for (int round = 0; round < 5; ++round) {
