@@ -45,6 +45,7 @@ void GramAccumulator::add(const Eigen::Ref<const Eigen::MatrixXd>& theta, const 
   constexpr Eigen::Index panel = 512;
   for (Eigen::Index at = 0; at < theta.rows();) {
     if (!open_) {
+      if (blocks_.size() >= kMostBlocks) merge_pairs();
       blocks_.push_back({Eigen::MatrixXd::Zero(k, k), 0});
       open_ = true;
     }
@@ -72,6 +73,20 @@ void GramAccumulator::add(const Eigen::Ref<const Eigen::MatrixXd>& theta, const 
 }
 
 void GramAccumulator::end_block() { open_ = false; }
+
+void GramAccumulator::merge_pairs() {
+  std::size_t out = 0;
+  for (std::size_t i = 0; i < blocks_.size(); i += 2, ++out) {
+    Sums sums = std::move(blocks_[i]);
+    if (i + 1 < blocks_.size()) {
+      sums.m += blocks_[i + 1].m;
+      sums.rows += blocks_[i + 1].rows;
+    }
+    blocks_[out] = std::move(sums);
+  }
+  blocks_.resize(out);
+  rows_per_block_ *= 2;
+}
 
 Problem GramAccumulator::problem(Eigen::Index target, std::vector<std::string> names) const {
   Problem p;

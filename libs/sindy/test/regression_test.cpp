@@ -371,5 +371,22 @@ TEST(Regression, DependentColumnsAreReported) {
   EXPECT_TRUE(lasso.xi.allFinite());
 }
 
+TEST(GramAccumulator, ManyBlocksAreMergedWithoutLosingRows) {
+  GramAccumulator sums(1, 1, 1);
+  double gram = 0, moment = 0;
+  for (int k = 0; k < 5000; ++k) {
+    const double x = std::cos(0.1 * k), y = 2 * x + std::sin(k);
+    sums.add(Eigen::MatrixXd::Constant(1, 1, x), Eigen::MatrixXd::Constant(1, 1, y));
+    gram += x * x;
+    moment += x * y;
+  }
+  const Problem p = sums.problem(0);
+  EXPECT_LE(p.blocks.size(), 1000u);
+  EXPECT_GE(p.blocks.size(), 400u);
+  EXPECT_NEAR(p.total.gram(0, 0), gram, 1e-9);
+  EXPECT_NEAR(p.total.moment[0], moment, 1e-9);
+  EXPECT_EQ(p.total.rows, 5000);
+}
+
 }  // namespace
 }  // namespace whirl

@@ -34,7 +34,8 @@ struct Problem {
 /// number of rows.
 class GramAccumulator {
  public:
-  /// q candidate terms, m targets; rows are cut into time blocks of `rows_per_block` (0: one block).
+  /// q candidate terms, m targets; rows are cut into time blocks of `rows_per_block` (0: one block). Beyond 1000 blocks
+  /// neighbours are merged and `rows_per_block` doubles, so that memory stays bounded.
   GramAccumulator(Eigen::Index terms, Eigen::Index targets, Eigen::Index rows_per_block = 0);
   /// Adds rows: theta is n x q, y is n x m. A row with a value that is not finite is left out.
   void add(const Eigen::Ref<const Eigen::MatrixXd>& theta, const Eigen::Ref<const Eigen::MatrixXd>& y);
@@ -49,6 +50,8 @@ class GramAccumulator {
     Eigen::MatrixXd m;  // [Theta Y]'[Theta Y], lower triangle
     Eigen::Index rows = 0;
   };
+  static constexpr std::size_t kMostBlocks = 1000;
+  void merge_pairs();
   Eigen::Index q_, targets_, rows_per_block_, total_rows_ = 0;
   std::vector<Sums> blocks_;
   bool open_ = false;
