@@ -129,6 +129,27 @@ TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles)
   EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "ramp.json"), "x'", "t"), 0.5, 1e-4);
 }
 
+TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  folder.write("library.toml",
+               "equations = [\"x'\", \"v'\"]\n"
+               "[terms]\n\"v'\" = [\"x\", \"x^2\", \"x^3\", \"u\", \"v^3\"]\n"
+               "[known]\n\"x'\" = \"v\"\n"
+               "[[group]]\nname = \"c\"\ncoefficient = \"C/m\"\nterms = [\"0\", \"-v\"]\n");
+  const Outcome o = folder.whirl("identify run.csv --library library.toml --out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto m = load<IdentifiedModel>(folder / "model.json");
+  ASSERT_NE(m.parameter("c"), nullptr);
+  EXPECT_NEAR(m.parameter("c")->value, 0.3, 0.003);
+  EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.01);
+  EXPECT_TRUE(std::isnan(coefficient(m, "v'", "x^2")));
+  EXPECT_EQ(coefficient(m, "x'", "v"), 1);
+  EXPECT_NE(o.out.find("held out"), std::string::npos);
+  folder.write("typo.toml", "equations = [\"x'\"]\ncomon = [\"x\"]\n");
+  EXPECT_EQ(folder.whirl("identify run.csv --library typo.toml").exit_code, 2);
+}
+
 TEST(IdentifyGeneralE2e, EveryRegressorCanBeNamed) {
   const Folder folder;
   write_csv(folder / "run.csv", duffing());
