@@ -18,10 +18,15 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
     const Outcome modes = folder.whirl("modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg");
     ASSERT_EQ(modes.exit_code, 0) << modes.err;
     const ModalModel model = load<ModalModel>(folder / "modes.json");
-    // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`.
-    for (const double f : {11.86, 12.10, 46.0, 128.0, 310.0}) {
+    // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`. The doublet is hardening:
+    // at the blow's millimetres 3/8 K2 A^2 / K1 raises it by tenths of a percent, more when the window weights the beginning.
+    for (const double f : {11.861, 12.100, 46.0, 128.0, 310.0}) {
+      const double above = f < 20 ? 0.0025 : 0.0005;
       bool found = false;
-      for (const Mode& mode : model.modes) found = found || std::abs(mode.frequency.value / f - 1) < 0.0015;
+      for (const Mode& mode : model.modes) {
+        const double error = mode.frequency.value / f - 1;
+        found = found || (error > -0.0005 && error < above);
+      }
       EXPECT_TRUE(found) << f << " Hz, window " << window << "\n" << modes.out;
     }
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg"}) EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
