@@ -78,15 +78,9 @@ class StudyRunner {
       names.push_back(fmt::format("blow_{}.csv", i + 1));
       write_csv(folder() / names.back(), blows[i]);
     }
-    FrfOptions average;
-    average.pre_trigger = 0.04;  // the records start 0.05 s before the blow
-    average.window_end = 0.01;   // the main mode rings longer than a record
-    study_.frf = estimate_frf(blows, average);
+    study_.frf = estimate_frf(blows);
     study_.frf.provenance = stamp(names);
-    ModeOptions fit;
-    fit.poles.band_low = 5;
-    fit.poles.band_high = 400;
-    study_.modes = fit_modes(study_.frf, fit);
+    study_.modes = fit_modes(study_.frf);
     study_.modes.provenance = stamp(names);
     save(folder() / "frf.json", study_.frf);
     save(folder() / "modes.json", study_.modes);
