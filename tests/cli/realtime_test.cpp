@@ -140,7 +140,8 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   ::kill(std::stoi(slurp(folder / "run.pid")), SIGKILL);
   const Json served = rig.result();
   EXPECT_GE(JsonReader(served, "served").at("watchdog_expired").number(), 1);
-  EXPECT_LE(at(served, "whole", "closed_peak"), at(served, "whole", "open_peak"));
+  // As after a trip: the free vibration of the release adds to the open-loop motion, and the instant is nobody's choice.
+  EXPECT_LE(at(served, "whole", "closed_peak"), 1.05 * at(served, "whole", "open_peak"));
   const LoopRecord record = read_loop_record(folder / "killed.h5");
   EXPECT_FALSE(record.closed);
 }
