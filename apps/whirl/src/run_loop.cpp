@@ -6,8 +6,10 @@
 #include <limits>
 #include <thread>
 
+#include "loop_samples.hpp"
 #include "stop_signal.hpp"
 #include "whirl/rt/loop.hpp"
+#include "whirl/rt/loop_control.hpp"
 
 namespace whirl::app {
 namespace {
@@ -18,45 +20,24 @@ constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded
 struct NoController {
   Expected<Command, Fault> step(const Measurement&) noexcept { return Command{}; }
   void applied(const Command&) noexcept {}
+  void reset() noexcept {}
 };
-
-LoopSample sample_of(const CycleRecord& r, std::int64_t scheduled, std::int64_t started) noexcept {
-  LoopSample s;
-  s.tick = r.tick;
-  s.t = r.measurement.t;
-  s.scheduled = 1e-9 * static_cast<double>(scheduled);
-  s.started = 1e-9 * static_cast<double>(started);
-  s.x = r.measurement.x, s.y = r.measurement.y;
-  s.beta = r.measurement.beta, s.omega = r.measurement.omega, s.omega_dot = r.measurement.omega_dot;
-  s.ux = r.sent.ux, s.uy = r.sent.uy;
-  s.flags = (r.measurement.valid ? kValid : 0) | (r.armed ? kArmed : 0) | (r.limited ? kLimited : 0);
-  s.trip = static_cast<std::int32_t>(r.trip);
-  s.missed = static_cast<std::int32_t>(r.missed);
-  return s;
-}
-
-void add_internals(LoopSample& s, const Controller& controller) noexcept {
-  const ControllerState& c = controller.state();
-  s.x_est = c.estimate.z.real(), s.y_est = c.estimate.z.imag();
-  s.vx_est = c.estimate.v.real(), s.vy_est = c.estimate.v.imag();
-  s.dx_est = c.estimate.d.real(), s.dy_est = c.estimate.d.imag();
-  s.s_x = c.s.real(), s.s_y = c.s.imag();
-  s.ux_requested = c.requested.real(), s.uy_requested = c.requested.imag();
-  s.flags |= (c.saturated ? kSaturated : 0) | (c.held ? kHeld : 0);
-}
-void add_internals(LoopSample&, const NoController&) noexcept {}
 
 /// What both threads know.
 struct Shared {
   RecordQueue<LoopSample> queue{1 << 14};
   std::atomic<bool> ready{false}, over{false}, abandon{false};
   LoopOutcome outcome;
+  LoopControl nobody;
+  LoopControl* control = &nobody;
+  bool attended() const { return control != &nobody; }  ///< somebody may clear a trip
 };
 
 template <class Law, class Clock>
 void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, double seconds, Shared& shared) noexcept {
   LoopOutcome& out = shared.outcome;
-  Loop loop(rig, law, clock, io.limits(), io.loop());
+  ControlledLaw controlled(law, *shared.control);
+  Loop loop(rig, controlled, clock, io.limits(), io.loop());
   constexpr bool kControls = std::is_same_v<Law, Controller>;
   CycleRecord r;
   for (int k = 0; k < io.settle && stop_signal() == 0; ++k) r = loop.cycle();
@@ -72,22 +53,25 @@ void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, doub
   const long last = seconds > 0 ? first + std::lround(seconds * io.rate) : std::numeric_limits<long>::max();
   std::int64_t tripped = 0;  // when
   while (out.reason.empty()) {
+    shared.control->apply(loop, [&]() noexcept { law.reset(); });
     r = loop.cycle();
     LoopSample s = sample_of(r, clock.scheduled(), clock.started());
-    add_internals(s, law);
+    if constexpr (kControls) add_internals(s, law);
     s.tick -= first;
     shared.queue.push(s);
-    if (r.trip != Fault::none && out.trip == Fault::none) {
+    if (r.trip != out.trip) {
       out.trip = r.trip;
-      out.trip_tick = s.tick;
+      tripped = r.trip != Fault::none ? clock.started() : 0;
+      if (tripped > 0) out.trip_tick = s.tick;
       for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
     }
-    if ((stop_signal() != 0 || shared.abandon) && out.trip == Fault::none) {
-      if (!kControls) break;
+    const bool asked_to_end = stop_signal() != 0 || shared.abandon;
+    if (asked_to_end && out.trip == Fault::none) {
+      if (!loop.armed()) break;
       loop.stop();
     }
-    if (out.trip != Fault::none && tripped == 0) tripped = clock.started();
-    if (rig.done() || r.tick >= last || (tripped > 0 && clock.started() - tripped > kAfterTrip)) break;
+    const bool recorded = tripped > 0 && clock.started() - tripped > kAfterTrip && (asked_to_end || !shared.attended());
+    if (rig.done() || r.tick >= last || recorded) break;
   }
   out.timing = clock.timing();
 }
@@ -100,10 +84,10 @@ void with_clock(const IoSettings& io, HardwareRig& rig, Law& law, double seconds
   shared.ready = true;
   WallTime time;
   if (io.clock == "wall") {
-    PacedClock clock(time, io.pace());
+    ControlledClock<PacedClock<WallTime>> clock(*shared.control, time, io.pace());
     cycles(io, rig, law, clock, seconds, shared);
   } else {
-    SampleClock clock(rig, time, io.pace(), io.watchdog_ns());
+    ControlledClock<SampleClock<HardwareRig, WallTime>> clock(*shared.control, rig, time, io.pace(), io.watchdog_ns());
     cycles(io, rig, law, clock, seconds, shared);
   }
 }
@@ -112,9 +96,10 @@ void with_clock(const IoSettings& io, HardwareRig& rig, Law& law, double seconds
 
 LoopOutcome run_loop(const IoSettings& io, HardwareRig& rig, Controller* controller, double seconds,
                      const std::function<void(const LoopSample&)>& take,
-                     const std::function<void(const LoopOutcome&)>& started) {
+                     const std::function<void(const LoopOutcome&)>& started, LoopControl* control) {
   catch_stop_signals();
   Shared shared;
+  if (control) shared.control = control;
   std::thread thread([&] {
     NoController none;
     if (controller) {
@@ -147,7 +132,8 @@ LoopOutcome run_loop(const IoSettings& io, HardwareRig& rig, Controller* control
   LoopOutcome& out = shared.outcome;
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {
-    out.reason = out.trip == Fault::requested ? "stopped by a signal"
+    out.reason = stop_signal() != 0           ? "stopped by a signal"
+                 : out.trip == Fault::requested ? "stopped by the user"
                  : out.trip != Fault::none    ? "trip: " + std::string(to_string(out.trip))
                  : rig.done()                 ? "the run is over"
                                               : "the time is over";

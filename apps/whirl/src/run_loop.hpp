@@ -5,6 +5,7 @@
 
 #include "io_file.hpp"
 #include "whirl/control/controller.hpp"
+#include "whirl/rt/loop_control.hpp"
 #include "whirl/rt/loop_sample.hpp"
 #include "whirl/rt/pace.hpp"
 #include "whirl/rt/record_queue.hpp"
@@ -25,9 +26,10 @@ struct LoopOutcome {
 
 /// One loop on hardware from start to end: settles disarmed, arms, runs in a thread of its own until `seconds`
 /// (0: no limit) are over, the rig is done, a signal came, or a tripped loop has been recorded for half a second.
-/// `take` gets every cycle, in the calling thread. Without a controller the loop stays disarmed.
+/// `take` gets every cycle, in the calling thread. Without a controller the loop stays disarmed. With `control` a trip
+/// does not end the run: somebody may clear it.
 LoopOutcome run_loop(const IoSettings& io, HardwareRig& rig, Controller* controller, double seconds,
                      const std::function<void(const LoopSample&)>& take,
-                     const std::function<void(const LoopOutcome&)>& started = {});
+                     const std::function<void(const LoopOutcome&)>& started = {}, LoopControl* control = nullptr);
 
 }  // namespace whirl::app
