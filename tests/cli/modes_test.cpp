@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "program.hpp"
@@ -15,7 +16,7 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
   for (const char* window : {"100", "1"}) {
     const Outcome frf = folder.whirl(std::string("frf blow_*.csv --out frf.json --figure frf.svg --window-end-percent ") + window);
     ASSERT_EQ(frf.exit_code, 0) << frf.err;
-    const Outcome modes = folder.whirl("modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg");
+    const Outcome modes = folder.whirl("modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg --figure shapes.svg");
     ASSERT_EQ(modes.exit_code, 0) << modes.err;
     const ModalModel model = load<ModalModel>(folder / "modes.json");
     // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`. The doublet is hardening:
@@ -29,8 +30,30 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
       }
       EXPECT_TRUE(found) << f << " Hz, window " << window << "\n" << modes.out;
     }
-    for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg"}) EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
+    for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"}) EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
   }
+}
+
+TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {
+  const Folder folder;
+  const auto hammer = [&](const std::string& rig, const std::string& name) {
+    EXPECT_EQ(folder.whirl("rig hammer " + rig + " --out " + name).exit_code, 0);
+    EXPECT_EQ(folder.whirl("frf " + name + "*.csv --out frf.json").exit_code, 0);
+    EXPECT_EQ(folder.whirl("modes frf.json --out " + name + ".json").exit_code, 0);
+    return load<ModalModel>(folder / (name + ".json"));
+  };
+  const ModalModel first = hammer("", "a");
+  ASSERT_EQ(folder.whirl("rig parameters --modes a.json --channel 1 > again.toml && echo written").exit_code, 0);
+  const ModalModel second = hammer("--rig again.toml", "b");
+  for (std::size_t k = 2; k < 5; ++k) {  // the modes above the pair, which keeps the split of the default rig
+    const Mode& expected = first.modes.at(k);
+    const auto nearest = std::min_element(second.modes.begin(), second.modes.end(), [&](const Mode& a, const Mode& b) {
+      return std::abs(a.frequency.value - expected.frequency.value) < std::abs(b.frequency.value - expected.frequency.value);
+    });
+    EXPECT_NEAR(nearest->frequency.value, expected.frequency.value, 5e-4 * expected.frequency.value);
+    EXPECT_NEAR(std::abs(nearest->residues[0]), std::abs(expected.residues[0]), 0.05 * std::abs(expected.residues[0]));
+  }
+  EXPECT_EQ(folder.whirl("rig parameters --modes a.json --channel 9").exit_code, 2);
 }
 
 }  // namespace

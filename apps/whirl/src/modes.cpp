@@ -15,9 +15,16 @@
 namespace whirl::app {
 namespace {
 
-// The first FRF with its reconstruction when the name asks for it, else the stabilisation diagram.
+// What the file's name asks for: the first FRF with its reconstruction, the shapes, else the stabilisation diagram.
 void draw(const std::string& file, const FrequencyResponse& frf, const ModalModel& modes, const PoleOptions& options) {
-  if (std::filesystem::path(file).filename().string().find("frf") != std::string::npos) {
+  const std::string name = std::filesystem::path(file).filename().string();
+  if (name.find("shape") != std::string::npos) {
+    const ModeShapes shapes = mode_shapes(modes);
+    if (shapes.points.size() < 2) throw Error(file + ": shapes need two or more points that were measured or hit");
+    report::write_figure(report::mode_shapes(shapes.points, shapes.value, modes.modes), file);
+    return;
+  }
+  if (name.find("frf") != std::string::npos) {
     report::write_figure(report::frequency_response(frf, 0, synthesise(modes, 0, frf.frequency, frf.kind, frf.window_decay), modes.modes), file);
     return;
   }
@@ -121,7 +128,7 @@ void add_modes(CLI::App& app, Session& session) {
   sub->add_option("--method", o->method, "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record without the force")
       ->check(CLI::IsMember({"plscf", "lsce", "era", "rfp", "fdd"}));
   sub->add_flag("--no-refine", o->no_refine, "what the method alone gives: no Gauss-Newton, no search, no standard deviations");
-  sub->add_option("--figure", o->figures, "stabilisation diagram; a file whose name holds 'frf' shows the fit (.svg .png .pdf .csv)");
+  sub->add_option("--figure", o->figures, "stabilisation diagram; a file whose name holds 'frf' shows the fit, one with 'shape' the mode shapes (.svg .png .pdf .csv)");
   sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
   sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
 }

@@ -1,14 +1,20 @@
+#include <numbers>
+
 #include "command.hpp"
 #include "rig_serve.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/model_json.hpp"
 #include "whirl/pipeline/rig_file.hpp"
+#include "whirl/rig/from_modal.hpp"
 #include "whirl/rig/records.hpp"
 
 namespace whirl::app {
 namespace {
 
 struct RigOptions {
-  std::string rig, out, truth;
+  std::string rig, out, truth, modes;
+  double angle_deg = 0;
+  int channel = 1;
   std::uint64_t seed = 1;
   std::optional<double> added_mass_g, snr_db;
   bool run_up = false;
@@ -41,10 +47,25 @@ void add_rig(CLI::App& app, Session& session) {
   auto o = std::make_shared<RigOptions>();
   CLI::App* parameters = add_command(
       *rig, session, "parameters", "Print the rig's parameters as TOML",
-      "Any of these keys may be set in a file for --rig; the unit stands in the key.\n\n"
-      "Example: whirl rig parameters > rig.toml",
-      [o] { fmt::print("{}", rig_toml(o->parameters())); });
+      "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure (mass,\n"
+      "stiffness, damping, further modes) is that of a hammer test with a drive point at the disk.\n\n"
+      "Example: whirl rig parameters > rig.toml\n"
+      "         whirl rig parameters --modes modes.json --channel 1 > rig.toml",
+      [o] {
+        RigParameters p = o->parameters();
+        if (!o->modes.empty()) {
+          const ModalModel modal = load<ModalModel>(o->modes);
+          const auto channels = static_cast<int>(modal.responses.size());
+          if (o->channel < 1 || o->channel > channels) {
+            throw Error::in_field("--channel", std::to_string(o->channel), fmt::format("1 to {}", channels));
+          }
+          p = rig_from_modal(modal, o->channel - 1, p);
+        }
+        fmt::print("{}", rig_toml(p));
+      });
   add_common(parameters, o);
+  parameters->add_option("--modes", o->modes, "modes.json of `whirl modes`: the measured structure");
+  parameters->add_option("--channel", o->channel, "its drive-point channel, from 1");
 
   CLI::App* record = add_command(
       *rig, session, "record", "Record a run without control",
@@ -76,6 +97,7 @@ void add_rig(CLI::App& app, Session& session) {
       [o, &session] {
         StiffnessTestOptions test;
         test.seed = o->seed;
+        test.direction = o->angle_deg * std::numbers::pi / 180;
         const StiffnessTable table = simulate_stiffness_test(o->parameters(), test);
         Table file;
         file.columns = {{"deflection", Quantity::displacement, table.deflection}, {"force", Quantity::force, table.force}};
@@ -86,6 +108,7 @@ void add_rig(CLI::App& app, Session& session) {
       });
   add_common(stiffness, o);
   stiffness->add_option("--out", o->out, "CSV file to write")->required();
+  stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y");
 
   CLI::App* hammer = add_command(
       *rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",

@@ -224,7 +224,13 @@ Json to_json(const ModalModel& model) {
   }
   Json out = start_document("whirl.modes", 1);
   out.set("modes", std::move(modes)).set("kind", to_string(model.kind));
+  Json channels = Json::array();
+  for (std::size_t c = 0; c < model.responses.size(); ++c) {
+    channels.push(Json::object().set("response", model.responses[c]).set("reference", model.references[c]));
+  }
+  out.set("channels", std::move(channels)).set("window_decay_1_s", model.window_decay);
   out.set("lower_residual", complex_parts(model.lower)).set("upper_residual", complex_parts(model.upper));
+  out.set("upper_residual_slope", complex_parts(model.upper_slope));
   out.set("band_hz", Json::array().push(model.band_low).push(model.band_high));
   out.set("reconstruction_error", model.reconstruction_error).set("noise_floor", model.noise_floor);
   finish(out, model.summary, model.provenance);
@@ -243,6 +249,14 @@ ModalModel from_json(const Json& document, std::string_view source) {
   model.kind = read_kind(in.at("kind"));
   model.lower = read_complex_parts(in.at("lower_residual"));
   model.upper = read_complex_parts(in.at("upper_residual"));
+  if (in.has("channels")) {  // older files name none
+    for (const JsonReader& channel : in.at("channels").items()) {
+      model.responses.push_back(channel.at("response").text());
+      model.references.push_back(channel.at("reference").text());
+    }
+    model.window_decay = in.at("window_decay_1_s").number();
+    model.upper_slope = read_complex_parts(in.at("upper_residual_slope"));
+  }
   const std::vector<double> band = in.at("band_hz").numbers();
   if (band.size() != 2) throw in.at("band_hz").error("must be [low, high]");
   model.band_low = band[0];

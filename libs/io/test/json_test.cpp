@@ -112,10 +112,14 @@ TEST(ModelJson, TheOtherResultsRoundTrip) {
   ModalModel modes;
   modes.modes = {
       {Estimate::from_sd(12, 0.1), Estimate::from_sd(0.01, 0.001), {-1, 75}, Eigen::VectorXcd::Random(2)}};
-  modes.lower = modes.upper = Eigen::VectorXcd::Random(2);
+  modes.lower = modes.upper = modes.upper_slope = Eigen::VectorXcd::Random(2);
+  modes.responses = {"3:+X", "4:+Y"};
+  modes.references = {"3:+X", "3:+X"};
+  modes.window_decay = 4.6;
   modes.band_high = 100;
   save(dir / "m.json", modes);
   EXPECT_EQ(to_json(load<ModalModel>(dir / "m.json")).dump(), to_json(modes).dump());
+  EXPECT_EQ(load<ModalModel>(dir / "m.json").responses, modes.responses);
 
   ControllerDesign design;
   design.law = "tsmc";

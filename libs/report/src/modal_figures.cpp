@@ -42,7 +42,7 @@ VectorXd magnitude(const VectorXcd& values) {
 
 void check_size(Index size, Index expected, std::string_view what) {
   if (size != expected) {
-    throw Error(fmt::format("figure: {} has {} values, the frequency axis {}: must be equal", what, size, expected));
+    throw Error(fmt::format("figure: {} has {} values, expected {}", what, size, expected));
   }
 }
 
@@ -119,6 +119,32 @@ Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderP
   magnitudes.line("", response.frequency, sum.unaryExpr([](double v) { return v > 0 ? v : NAN; }), {.color = 7});
   for (Panel& panel : figure.panels) {
     for (const double f : chosen) panel.vertical(f, "", {.color = 2, .width = 0.8, .dash = Dash::dotted});
+  }
+  return figure;
+}
+
+Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes, const std::vector<Mode>& modes) {
+  check_size(shapes.rows(), static_cast<Index>(points.size()), "mode shape");
+  check_size(shapes.cols(), static_cast<Index>(modes.size()), "number of mode shapes");
+  Figure figure;
+  figure.title = "Mode shapes";
+  figure.columns = std::clamp(static_cast<int>(24 / std::max<std::size_t>(points.size(), 1)), 1, 3);
+  const VectorXd x = VectorXd::LinSpaced(shapes.rows(), 0, static_cast<double>(shapes.rows() - 1));
+  for (Index k = 0; k < shapes.cols(); ++k) {
+    const VectorXcd raw = shapes.col(k);
+    // The sum of squares points along twice the direction of the best line.
+    VectorXcd shape = raw * std::polar(1.0, -0.5 * std::arg(raw.cwiseProduct(raw).sum()));
+    Index largest = 0;
+    if (shape.real().cwiseAbs().maxCoeff(&largest) > 0) shape /= shape(largest).real();
+    const Mode& mode = modes[static_cast<std::size_t>(k)];
+    Panel& panel = figure.panel(fmt::format("{} Hz, damping {} %", format_number(mode.frequency.value, 5), format_number(100 * mode.damping.value, 3)),
+                                {"", {}}, {"shape", {}});
+    panel.height = 110;
+    panel.categories = points;
+    panel.y.low = -1.1;
+    panel.y.high = 1.1;
+    panel.bars(k == 0 ? "in phase" : "", x, shape.real(), {.color = 0});
+    panel.bars(k == 0 ? "in quadrature" : "", x, shape.imag(), {.color = 1});
   }
   return figure;
 }

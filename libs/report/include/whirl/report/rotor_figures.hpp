@@ -70,6 +70,10 @@ struct OrderPole {
 Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderPole>& poles,
                      const std::vector<double>& chosen = {});
 
+/// One panel per mode: the shape (column of `shapes`, one row per entry of `points`) turned to its best real line and scaled to
+/// a largest value of 1, its parts in phase and in quadrature as bars. Frequency and damping from `modes`.
+Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes, const std::vector<Mode>& modes);
+
 /// A spectrum under its name.
 struct SpectrumCurve {
   std::string name;
