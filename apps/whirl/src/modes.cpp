@@ -1,3 +1,4 @@
+#include <cmath>
 #include <filesystem>
 
 #include "command.hpp"
@@ -108,11 +109,12 @@ void add_modes(CLI::App& app, Session& session) {
         table.caption = "Modes";
         table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
         const ModeShapes shapes = mode_shapes(modes);
+        const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
         for (std::size_t i = 0; i < modes.modes.size(); ++i) {
           const Mode& m = modes.modes[i];
           table.add({fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
-                     fmt::format("{:.2g}", m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
-                     fmt::format("{:.2g}", 100 * m.damping.sd),
+                     deviation(m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
+                     deviation(100 * m.damping.sd),
                      shapes.points.size() < 2 ? "-" : fmt::format("{:.3f}", mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
         }
         session.say(report::to_text(table));

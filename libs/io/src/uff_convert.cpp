@@ -38,7 +38,9 @@ const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const st
                                    is_blank(label) ? "no unit" : fmt::format("the unknown unit '{}'", label), allowed_units()));
 }
 
+// A point without direction is known by its name, where it has one.
 std::string point_name(const UffPoint& point) {
+  if (point.direction == 0 && !is_blank(point.name)) return point.name;
   static const char* const names[] = {"-RZ", "-RY", "-RX", "-Z", "-Y", "-X", "S", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ"};
   const int direction = point.direction >= -6 && point.direction <= 6 ? point.direction : 0;
   return fmt::format("{}:{}", point.node, names[direction + 6]);
@@ -92,6 +94,8 @@ SignalFile signals_from_uff(const UffFile& file) {
       set_abscissa(table, over, scale * f.x);
     }
     std::string name = f.response.node != 0 || f.response.direction != 0 ? point_name(f.response) : f.ordinate.label;
+    // The field of a point's name holds ten characters; the first line of the function may hold all of it.
+    if (name == f.response.name && f.id[0].starts_with(name)) name = f.id[0];
     if (f.type != 0 && f.type != 1 && (f.reference.node != 0 || f.reference.direction != 0)) name += "/" + point_name(f.reference);
     const std::size_t number = static_cast<std::size_t>(&f - file.functions.data()) + 1;
     const auto used = [&](const SignalTable& t) {
