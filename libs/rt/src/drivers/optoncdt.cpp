@@ -137,33 +137,54 @@ bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
   return false;
 }
 
-FrameDecoder::FrameDecoder(int values_per_frame) : expected_(values_per_frame) {
+FrameDecoder::FrameDecoder(int values_per_frame, int counter) : expected_(values_per_frame), counter_at_(counter) {
   if (values_per_frame < 1 || values_per_frame > static_cast<int>(kMaxValues)) {
     throw Error::in_field("values per frame", fmt::format("{}", values_per_frame),
                           fmt::format("1 to {}", kMaxValues));
   }
+  require_range("place of the counter", counter, -1, values_per_frame - 1);
+}
+
+bool FrameDecoder::follows(const Frame& frame) noexcept {
+  bool good = !gap_;
+  gap_ = false;
+  if (counter_at_ >= 0) {
+    const std::uint32_t count = frame.raw[static_cast<std::size_t>(counter_at_)];
+    good = good && counted_ && lost_between(counter_, count) == 0;
+    counter_ = count;
+    counted_ = true;
+  }
+  return good;
 }
 
 bool FrameDecoder::push(std::uint8_t byte, Frame& frame) noexcept {
   Value value;
   const std::uint64_t dropped = values_.statistics_.dropped;
   const bool complete = values_.push(byte, value);
-  // Bytes were lost: what follows may belong to another frame.
-  if (values_.statistics_.dropped != dropped && have_ > 0) {
+  const auto cut = [this] {
     ++values_.statistics_.incomplete;
     have_ = 0;
+    gap_ = true;
+  };
+  // Bytes were lost: what follows may belong to another frame.
+  if (values_.statistics_.dropped != dropped) {
+    gap_ = true;
+    if (have_ > 0) cut();
   }
   if (!complete) return false;
   if (value.first) {
-    if (have_ > 0) ++values_.statistics_.incomplete;
-    have_ = 0;
+    if (have_ > 0) cut();
   } else if (have_ == 0) {  // the rest of a frame whose start was lost, or more values than configured
-    ++values_.statistics_.incomplete;
+    cut();
     return false;
   }
   current_.raw[static_cast<std::size_t>(have_++)] = value.raw;
   if (have_ < expected_) return false;
   have_ = 0;
+  if (!follows(current_)) {
+    ++values_.statistics_.unconfirmed;
+    return false;
+  }
   frame = current_;
   ++values_.statistics_.frames;
   return true;

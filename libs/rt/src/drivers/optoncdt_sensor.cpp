@@ -67,7 +67,7 @@ int open_line(const SensorOptions& options) {
 }  // namespace
 
 Sensor::Sensor(const SensorOptions& options)
-    : options_(options), scale_(options.range, options.mastering), decoder_(options.counter ? 2 : 1) {
+    : options_(options), scale_(options.range, options.mastering), decoder_(options.counter ? 2 : 1, options.counter ? 1 : -1) {
   require_range("baud", options.baud, 9600, 1000000);
   require_range("measuring_rate", options.measuring_rate, 250, 8000, "Hz");
   require_range("timeout", options.timeout, 1e-3, 60, "s");
@@ -141,13 +141,14 @@ void Sensor::wait_for_frames() {
     }
     end_ = static_cast<std::size_t>(n);
     for (begin_ = 0; begin_ < end_ && clean < kCleanFrames; ++begin_) {
-      const std::uint64_t bad = statistics().dropped + statistics().incomplete;
+      const auto spoilt = [this] { return statistics().dropped + statistics().incomplete + statistics().unconfirmed; };
+      const std::uint64_t before = spoilt();
       Frame frame;
       if (decoder_.push(bytes_[begin_], frame)) {
         (void)accept(frame);
         ++clean;
       }
-      if (statistics().dropped + statistics().incomplete != bad) clean = 0;
+      if (spoilt() != before) clean = 0;
     }
   }
 }

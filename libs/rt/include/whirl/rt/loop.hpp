@@ -4,6 +4,7 @@
 
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
+#include "whirl/rt/release.hpp"
 #include "whirl/rt/safety.hpp"
 
 namespace whirl {
@@ -18,6 +19,7 @@ struct CycleRecord {
   Fault trip = Fault::none;
   bool limited = false;
   bool armed = false;
+  bool releasing = false;  ///< tripped, and the force fades
   long missed = 0;  ///< ticks left out before this one
 };
 
@@ -31,8 +33,14 @@ struct LoopOptions {
   bool armed = true;  ///< from the first cycle on
   DtPolicy dt = DtPolicy::nominal;
   long max_fill = 16;
-  double sample_time = 1e-3;  ///< h, s; used by DtPolicy::fill alone
+  double sample_time = 1e-3;  ///< h, s; used by DtPolicy::fill and by the release
+  long release = 0;           ///< ticks in which the force fades after a trip (SynchronousRelease); 0: zero at once
 };
+
+/// After which faults the force may fade. Not when the force itself may be what is wrong.
+constexpr bool may_release(Fault f) noexcept {
+  return f == Fault::stale_sensor || f == Fault::overrun || f == Fault::watchdog || f == Fault::requested;
+}
 
 /// The closed loop, the same in simulation and on hardware: wait -> read -> controller -> safety -> write ->
 /// advance.
@@ -43,13 +51,15 @@ struct LoopOptions {
 /// it may have `Fault fault()`. All noexcept; a cycle allocates nothing.
 ///
 /// Disarmed, the loop reads and sends zero; the controller is not asked. A trip disarms and latches with its
-/// reason and tick: zero is sent from then on, and when the loop ends. `clear()` then `arm()` start again.
+/// reason and tick: zero is sent from then on (with LoopOptions::release after the force has faded; at once when the
+/// displacement is too large, a number is not finite, another fault joins or the clock gets no samples), and when the
+/// loop ends. `clear()` then `arm()` start again.
 template <class Rig, class Controller, class Clock>
 class Loop {
  public:
   Loop(Rig& rig, Controller& controller, Clock& clock, const SafetyLimits& limits = {},
        const LoopOptions& options = {}) noexcept
-      : rig_(rig), controller_(controller), clock_(clock), limits_(limits), options_(options), armed_(options.armed) {
+      : rig_(rig), controller_(controller), clock_(clock), limits_(limits), options_(options), release_(options.sample_time), armed_(options.armed) {
     tell_rig();
   }
   ~Loop() {
@@ -70,13 +80,14 @@ class Loop {
     r.measurement = rig_.read();
     r.armed = armed_;
     SafetyDecision decision;
+    Fault clock_fault = Fault::none, found = Fault::none;
+    if constexpr (requires { clock_.fault(); }) found = clock_fault = clock_.fault();
+    if constexpr (requires { rig_.fault(); }) found = first(found, rig_.fault());
+    if (options_.release > 0) release_.follow(r.measurement, 1 + r.missed);
     if (armed_) {
-      Fault outside = requested_;
-      if constexpr (requires { clock_.fault(); }) outside = first(outside, clock_.fault());
-      if constexpr (requires { rig_.fault(); }) outside = first(outside, rig_.fault());
       fill(r.measurement, r.missed);
       r.request = controller_.step(r.measurement);
-      decision = decide(limits_, safety_, r.measurement, r.request, tick_, outside);
+      decision = decide(limits_, safety_, r.measurement, r.request, tick_, first(requested_, found));
     } else {
       if (safety_.trip != Fault::none) r.request = Expected<Command, Fault>::fault(safety_.trip);
       decision.state = safety_;
@@ -84,7 +95,15 @@ class Loop {
     }
     if (armed_ && decision.state.trip != Fault::none) {
       armed_ = false;
-      tell_rig();
+      fading_ = clock_fault != Fault::watchdog && may_release(decision.state.trip) ? options_.release : 0;
+      if (fading_ == 0) tell_rig();
+    } else if (options_.release > 0 && armed_ && r.measurement.valid) {
+      release_.learn(decision.command);
+    }
+    if (fading_ > 0) {
+      const bool alone = found == Fault::none || (found == decision.state.trip && clock_fault != Fault::watchdog);
+      decision.command = fade(r.missed, alone && displacement_fault(limits_, r.measurement) == Fault::none);
+      r.releasing = fading_ > 0;
     }
     rig_.write(decision.command);
     safety_ = decision.state;
@@ -109,20 +128,34 @@ class Loop {
   /// Zero force from the next cycle on, without a trip.
   void disarm() noexcept {
     armed_ = false;
+    fading_ = 0;
     tell_rig();
   }
   /// Clears a latched trip; the loop stays disarmed.
   void clear() noexcept {
+    if (safety_.trip != Fault::none) disarm();
     safety_ = {};
     requested_ = Fault::none;
   }
   bool armed() const noexcept { return armed_; }
+  bool releasing() const noexcept { return fading_ > 0; }
   const SafetyState& safety() const noexcept { return safety_; }
 
  private:
   static constexpr Fault first(Fault a, Fault b) noexcept { return a != Fault::none ? a : b; }
   void tell_rig() noexcept {
     if constexpr (requires { rig_.arm(true); }) rig_.arm(armed_);
+  }
+  // The force while it fades; its end disarms the rig.
+  Command fade(long missed, bool go_on) noexcept {
+    fading_ = go_on ? std::max(fading_ - 1 - missed, 0L) : 0;
+    if (fading_ == 0) {
+      tell_rig();
+      return {};
+    }
+    Command u = release_.force(static_cast<double>(fading_) / static_cast<double>(options_.release));
+    limit_force(limits_, u);
+    return u;
   }
   // The controller's own time over `missed` ticks: samples are lost, the angle goes on at its speed.
   void fill(const Measurement& now, long missed) noexcept {
@@ -144,9 +177,11 @@ class Loop {
   Clock& clock_;
   SafetyLimits limits_;
   LoopOptions options_;
+  SynchronousRelease release_;
   SafetyState safety_;
   Fault requested_ = Fault::none;
   bool armed_;
+  long fading_ = 0;  // ticks until the force is zero
   long tick_ = -1;
 };
 

@@ -21,6 +21,6 @@ struct LoopSample {
 };
 static_assert(std::is_trivially_copyable_v<LoopSample>);
 
-enum LoopFlag : std::int32_t { kValid = 1, kArmed = 2, kLimited = 4, kSaturated = 8, kHeld = 16 };
+enum LoopFlag : std::int32_t { kValid = 1, kArmed = 2, kLimited = 4, kSaturated = 8, kHeld = 16, kReleasing = 32 };
 
 }  // namespace whirl

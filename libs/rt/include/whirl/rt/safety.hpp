@@ -29,6 +29,21 @@ struct SafetyDecision {
   bool limited = false;  ///< force or slew limit acted
 };
 
+/// The trip that a reading alone demands. Written so that NaN trips.
+inline Fault displacement_fault(const SafetyLimits& limits, const Measurement& m) noexcept {
+  if (!m.valid || limits.displacement <= 0) return Fault::none;
+  if (std::abs(m.x) <= limits.displacement && std::abs(m.y) <= limits.displacement) return Fault::none;
+  return std::isnan(m.x) || std::isnan(m.y) ? Fault::not_finite : Fault::displacement_limit;
+}
+
+/// Clamps both forces; true when that changed one.
+inline bool limit_force(const SafetyLimits& limits, Command& u) noexcept {
+  if (limits.force <= 0) return false;
+  const Command asked = u;
+  u = {std::clamp(u.ux, -limits.force, limits.force), std::clamp(u.uy, -limits.force, limits.force)};
+  return u.ux != asked.ux || u.uy != asked.uy;
+}
+
 /// One safety decision as a pure function of reading, request and memory. A trip latches: the command is zero
 /// from this tick on until the state is cleared by hand. Written so that NaN trips.
 /// `outside`: a reason found by clock or rig (overrun, watchdog).
@@ -38,10 +53,7 @@ inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& stat
   SafetyDecision out{{}, state, false};
   out.state.invalid = m.valid ? 0 : state.invalid + 1;
   Fault reason = state.trip != Fault::none ? state.trip : outside;
-  if (reason == Fault::none && m.valid && limits.displacement > 0 &&
-      !(std::abs(m.x) <= limits.displacement && std::abs(m.y) <= limits.displacement)) {
-    reason = std::isnan(m.x) || std::isnan(m.y) ? Fault::not_finite : Fault::displacement_limit;
-  }
+  if (reason == Fault::none) reason = displacement_fault(limits, m);
   if (reason == Fault::none && limits.stale > 0 && out.state.invalid > limits.stale)
     reason = Fault::stale_sensor;
   if (reason == Fault::none && !request) reason = request.error();
@@ -53,13 +65,13 @@ inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& stat
     out.state.last = {};
     return out;
   }
-  const auto bound = [&](double u, double last) {
-    if (limits.force > 0) u = std::clamp(u, -limits.force, limits.force);
-    if (limits.slew > 0) u = std::clamp(u, last - limits.slew, last + limits.slew);
-    return u;
-  };
-  out.command = {bound(request->ux, state.last.ux), bound(request->uy, state.last.uy)};
-  out.limited = out.command.ux != request->ux || out.command.uy != request->uy;
+  out.command = *request;
+  out.limited = limit_force(limits, out.command);
+  if (limits.slew > 0) {
+    const auto near = [&](double u, double last) { return std::clamp(u, last - limits.slew, last + limits.slew); };
+    out.command = {near(out.command.ux, state.last.ux), near(out.command.uy, state.last.uy)};
+    out.limited = out.command.ux != request->ux || out.command.uy != request->uy;
+  }
   out.state.last = out.command;
   return out;
 }

@@ -86,8 +86,9 @@ struct LineStatistics {
   std::uint64_t dropped = 0;  ///< bytes that belong to no value: noise, lost neighbours, ASCII replies
   std::uint64_t resyncs = 0;  ///< times the byte order broke
   std::uint64_t values = 0;
-  std::uint64_t frames = 0;      ///< complete ones
-  std::uint64_t incomplete = 0;  ///< frames with too few or too many values: dropped
+  std::uint64_t frames = 0;       ///< accepted
+  std::uint64_t incomplete = 0;   ///< frames with too few or too many values: dropped
+  std::uint64_t unconfirmed = 0;  ///< complete frames that follow a gap in bytes or counter: not accepted
 };
 
 /// Bytes to values: accepts only the order L, M, H and drops bytes up to the next L when it breaks. ASCII
@@ -107,12 +108,17 @@ class ValueDecoder {
 
 /// Bytes to frames of a fixed number of values.
 ///
-/// Limit of the protocol: without a counter among the values, bytes lost in such a way that the order L, M, H
-/// stays intact (from the middle of one value to the same place of another) are not seen.
+/// Frames carry no check sum, and where bytes were lost or added the values around may be put together from two
+/// frames or from noise. Therefore a frame is accepted only when it follows its predecessor directly: no byte
+/// dropped between them and, with a counter among the values, its count one above. A gap costs one frame more.
+///
+/// Limits of the protocol: a byte changed into another of the same class is not seen; without a counter neither
+/// are bytes lost in such a way that the order L, M, H stays intact, nor a byte put in before the last.
 class FrameDecoder {
  public:
-  /// `values_per_frame` 1 .. kMaxValues; throws Error otherwise.
-  explicit FrameDecoder(int values_per_frame);
+  /// `values_per_frame` 1 .. kMaxValues; `counter`: which of the values counts the frames, -1 for none. Throws
+  /// Error otherwise.
+  explicit FrameDecoder(int values_per_frame, int counter = -1);
   /// True when `byte` completes a frame, which is then in `frame`.
   bool push(std::uint8_t byte, Frame& frame) noexcept;
   /// Calls `sink(const Frame&)` for every frame completed by `bytes`.
@@ -128,9 +134,13 @@ class FrameDecoder {
 
  private:
   ValueDecoder values_;
+  bool follows(const Frame& frame) noexcept;
   Frame current_;
-  int expected_;
-  int have_ = 0;  // values of the frame in progress
+  int expected_, counter_at_;
+  int have_ = 0;      // values of the frame in progress
+  bool gap_ = false;  // since the last complete frame
+  std::uint32_t counter_ = 0;
+  bool counted_ = false;
 };
 
 }  // namespace whirl::optoncdt
