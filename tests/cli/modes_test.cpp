@@ -53,6 +53,9 @@ TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {
     EXPECT_NEAR(nearest->frequency.value, expected.frequency.value, 5e-4 * expected.frequency.value);
     EXPECT_NEAR(std::abs(nearest->residues[0]), std::abs(expected.residues[0]), 0.05 * std::abs(expected.residues[0]));
   }
+  const Outcome against = folder.whirl("modes frf.json --compare a.json");
+  EXPECT_EQ(against.exit_code, 0) << against.err;
+  EXPECT_NE(against.out.find("Against a.json"), std::string::npos) << against.out;
   EXPECT_EQ(folder.whirl("rig parameters --modes a.json --channel 9").exit_code, 2);
 }
 

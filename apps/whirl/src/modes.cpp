@@ -58,11 +58,25 @@ void ambient(const Recording& record, const FddOptions& options, Session& sessio
   session.finish(found.summary);
 }
 
+// Against the modes of an earlier test, e.g. before a change of the machine.
+void compare(const ModalModel& modes, const std::string& file, Session& session) {
+  const ModalModel reference = load<ModalModel>(file);
+  report::Table table;
+  table.caption = "Against " + file;
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"there", "Hz"}, {"change", "%"}, {"MAC", ""}};
+  for (const ModeMatch& m : match_modes(reference, modes)) {
+    table.add({fmt::format("{}", m.second + 1), fmt::format("{:.4f}", modes.modes[m.second].frequency.value),
+               fmt::format("{:.4f}", reference.modes[m.first].frequency.value), fmt::format("{:.3f}", 100 * m.frequency_change),
+               fmt::format("{:.3f}", m.mac)});
+  }
+  session.say(report::to_text(table));
+}
+
 }  // namespace
 
 void add_modes(CLI::App& app, Session& session) {
   struct Options {
-    std::string file, out, kind, method = "plscf";
+    std::string file, out, kind, reference, method = "plscf";
     std::vector<std::string> figures;
     bool no_refine = false;
     ModeOptions modes;
@@ -118,8 +132,10 @@ void add_modes(CLI::App& app, Session& session) {
                      shapes.points.size() < 2 ? "-" : fmt::format("{:.3f}", mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
         }
         session.say(report::to_text(table));
-        session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz",
-                                100 * modes.reconstruction_error, modes.band_low, modes.band_high));
+        session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
+                                modes.band_low, modes.band_high,
+                                modes.noise_floor > 0 ? fmt::format("; scatter of the blows {:.2f} %", 100 * modes.noise_floor) : ""));
+        if (!o->reference.empty()) compare(modes, o->reference, session);
         for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
         session.result(to_json(modes));
         session.finish(modes.summary);
@@ -129,6 +145,7 @@ void add_modes(CLI::App& app, Session& session) {
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
   sub->add_option("--method", o->method, "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record without the force")
       ->check(CLI::IsMember({"plscf", "lsce", "era", "rfp", "fdd"}));
+  sub->add_option("--compare", o->reference, "modes.json of an earlier test over the same points: change of frequency and MAC");
   sub->add_flag("--no-refine", o->no_refine, "what the method alone gives: no Gauss-Newton, no search, no standard deviations");
   sub->add_option("--figure", o->figures, "stabilisation diagram; a file whose name holds 'frf' shows the fit, one with 'shape' the mode shapes (.svg .png .pdf .csv)");
   sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");

@@ -115,6 +115,11 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
     }
     has_variance = has_variance && channel.variance.size() == all && channel.variance.segment(first, n).maxCoeff() > 0;
   }
+  if (has_variance) {
+    double sum = 0;
+    for (const FrfChannel& channel : frf.channels) sum += channel.variance.segment(first, n).sum();
+    band.noise_floor = std::sqrt(2 * sum) / band.h.norm();  // the variance is that of |H|: half of the complex one
+  }
   if (weighting == LineWeighting::variance && !has_variance) {
     throw Error("weighting by variance: every channel must state its variance (two or more blows)");
   }

@@ -1,7 +1,13 @@
 #include "whirl/modal/checks.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/modal/poles.hpp"
 
 namespace whirl {
 
@@ -47,6 +53,31 @@ ModeShapes mode_shapes(const ModalModel& model) {
     }
   }
   return shapes;
+}
+
+std::vector<ModeMatch> match_modes(const ModalModel& first, const ModalModel& second) {
+  const ModeShapes a = mode_shapes(first), b = mode_shapes(second);
+  if (a.points.empty() || a.points != b.points) {
+    throw Error(fmt::format("modes over {} cannot be compared with modes over {}: must be the same points in the same order",
+                            a.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(a.points, ", ")),
+                            b.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(b.points, ", "))));
+  }
+  std::vector<ModeMatch> matches;
+  for (std::size_t i = 0; i < first.modes.size(); ++i) {
+    ModeMatch best;
+    double score = -1;
+    for (std::size_t k = 0; k < second.modes.size(); ++k) {
+      const double change = second.modes[k].frequency.value / first.modes[i].frequency.value - 1;
+      if (std::abs(change) > 0.2) continue;
+      const double alike = mac(a.value.col(static_cast<Eigen::Index>(i)), b.value.col(static_cast<Eigen::Index>(k)));
+      if (alike - std::abs(change) > score) {
+        score = alike - std::abs(change);
+        best = {i, k, change, alike};
+      }
+    }
+    if (score > -1) matches.push_back(best);
+  }
+  return matches;
 }
 
 std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf) {

@@ -288,6 +288,7 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   model.band_high = full.high;
   model.window_decay = full.decay;
   model.reconstruction_error = residues.reconstruction_error;
+  model.noise_floor = full.noise_floor;
   for (const auto& channel : frf.channels) {
     model.responses.push_back(channel.response);
     model.references.push_back(channel.reference);

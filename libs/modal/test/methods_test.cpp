@@ -82,6 +82,27 @@ TEST(ModesProperty, ReciprocityAndDrivePointsOfAPassiveStructureHold) {
   EXPECT_EQ(whirl::check_drive_points(model).at(0).wrong_modes.size(), model.modes.size());
 }
 
+TEST(ModesReference, ModesOfTwoTestsAreMatchedByShapeNotByOrder) {
+  const auto model = [](std::vector<double> hz, std::vector<Eigen::Vector2cd> shapes) {
+    whirl::ModalModel m;
+    m.responses = {"1:+X", "2:+X"};
+    m.references = {"1:+X", "1:+X"};
+    for (std::size_t k = 0; k < hz.size(); ++k) m.modes.push_back({{hz[k], 0, 0, 0}, {0.01, 0, 0, 0}, {}, shapes[k]});
+    return m;
+  };
+  const Eigen::Vector2cd in_phase(1, 0.6), against(Complex(0, 0.5), Complex(0, -0.9));
+  const whirl::ModalModel before = model({10, 10.2, 40}, {in_phase, against, in_phase});
+  whirl::ModalModel after = model({10.1, 10.3}, {2 * against, in_phase});
+  const auto matches = whirl::match_modes(before, after);
+  ASSERT_EQ(matches.size(), 2u) << "no mode near 40 Hz";
+  EXPECT_EQ(matches[0].second, 1u);
+  EXPECT_NEAR(matches[0].frequency_change, 0.03, 1e-12);
+  EXPECT_NEAR(matches[0].mac, 1, 1e-12);
+  EXPECT_EQ(matches[1].second, 0u);
+  after.responses[1] = "3:+X";
+  EXPECT_THROW(whirl::match_modes(before, after), whirl::Error);
+}
+
 TEST(ModesReference, AmbientRecordGivesFrequencyDampingAndShape) {
   // Two modes of two channels under white noise, exact discretisation.
   const double f[] = {7, 19}, zeta[] = {0.02, 0.012};

@@ -23,6 +23,16 @@ struct ModeShapes {
 };
 ModeShapes mode_shapes(const ModalModel& model);
 
+/// A mode of one model and the mode of another that it most resembles.
+struct ModeMatch {
+  std::size_t first = 0, second = 0;  ///< indices into the two models
+  double frequency_change = 0;        ///< of the second against the first, relative
+  double mac = 1;                     ///< of their shapes
+};
+/// For every mode of `first` the mode of `second` within 20 % of its frequency that has the largest MAC less the relative
+/// distance in frequency; modes without one are left out. Throws Error unless both hold shapes over the same points.
+std::vector<ModeMatch> match_modes(const ModalModel& first, const ModalModel& second);
+
 /// H_ij against H_ji.
 struct Reciprocity {
   std::string first, second;  ///< the two points
