@@ -22,9 +22,7 @@ TEST(StiffnessE2e, PullsInThreeDirectionsGiveTheStiffAxisOfTheRig) {
   const JsonReader in(document, "pulls.json");
   in.require_schema("whirl.anisotropic_stiffness", 1);
   const Estimate mean = read_estimate(in.at("mean")), amplitude = read_estimate(in.at("amplitude"));
-  // The dial is read at the same 25 places in every table: the rounding to its 10 um graduation does not average out.
-  const double graduation = 30;
-  EXPECT_NEAR(mean.value, 8500, 4 * mean.sd + graduation);
+  EXPECT_NEAR(mean.value, 8500, 4 * mean.sd);
   EXPECT_LT(mean.sd, 0.005 * 8500);
   EXPECT_NEAR(amplitude.value, std::hypot(170, 40), 4 * amplitude.sd);
   EXPECT_LT(in.at("p_value").number(), 0.01);

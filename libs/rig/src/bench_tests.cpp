@@ -41,7 +41,8 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
   StiffnessTable table{Eigen::VectorXd(total), Eigen::VectorXd(total)};
   for (int i = 0; i < total; ++i) {
     const int step = i < o.points ? i : total - 1 - i;
-    const double d = o.max_deflection * step / (o.points - 1);
+    // Set by hand to about a graduation: without that scatter the rounding of the dial would be the same in every table.
+    const double d = o.max_deflection * step / (o.points - 1) + 0.5 * o.deflection_resolution * normal();
     const std::complex<double> z = d * along;
     const std::complex<double> spring =
         mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
