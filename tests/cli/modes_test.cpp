@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "program.hpp"
 #include "whirl/core/modal_model.hpp"
@@ -32,6 +33,30 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
     }
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"}) EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
   }
+}
+
+// K = 8500 N/m (1 +- 0.2 %) over 1.5 kg, C = 1.5 N s/m (1 +- 10 %): 11.969 and 11.993 Hz, a seventh of their half-power width apart.
+TEST(ModesE2e, DoubletTwoTenthsOfAPercentApartIsResolvedFromTwoReferences) {
+  const Folder folder;
+  folder.write("split.toml", "[rotor]\nstiffness_split_percent = 0.2\ncross_stiffness_N_m = 0\ncubic_N_m3 = 0\n");
+  for (const std::string axis : {"x", "y"}) {
+    ASSERT_EQ(folder.whirl("rig hammer --rig split.toml --seed 3 --out hit_" + axis + (axis == "x" ? "" : " --angle-deg 90")).exit_code, 0);
+    const Outcome frf = folder.whirl("frf hit_" + axis + "*.csv --reference acc_" + axis + " --out " + axis + ".json");
+    ASSERT_EQ(frf.exit_code, 0) << frf.err;
+  }
+  const Outcome modes = folder.whirl("modes x.json y.json --band-high-hz 30 --out modes.json");
+  ASSERT_EQ(modes.exit_code, 0) << modes.err;
+  EXPECT_EQ(modes.err.find("reciprocity"), std::string::npos) << "the cross responses are noise: " << modes.err;
+  const ModalModel model = load<ModalModel>(folder / "modes.json");
+  ASSERT_EQ(model.modes.size(), 2u) << modes.out;
+  const double k[] = {8500 * 0.998, 8500 * 1.002}, c[] = {1.5 * 0.9, 1.5 * 1.1};
+  for (int i = 0; i < 2; ++i) {
+    const double omega = std::sqrt(k[i] / 1.5);
+    const Mode& mode = model.modes[static_cast<std::size_t>(i)];
+    EXPECT_NEAR(mode.frequency.value, omega / (2 * std::numbers::pi), 3e-4 * 12);
+    EXPECT_NEAR(mode.damping.value, c[i] / (2 * 1.5 * omega), 0.05 * 0.0066);
+  }
+  EXPECT_EQ(folder.whirl("modes x.json x.json").exit_code, 2) << "one point twice";
 }
 
 TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {

@@ -64,6 +64,7 @@ void add_frf(CLI::App& app, Session& session) {
   sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
   sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
+  sub->add_option("--reference", o->frf.reference, "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");
   sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset");
   sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");

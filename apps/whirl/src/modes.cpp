@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -8,6 +9,7 @@
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/fdd.hpp"
 #include "whirl/modal/fit_modes.hpp"
+#include "whirl/modal/frf.hpp"
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
@@ -76,7 +78,8 @@ void compare(const ModalModel& modes, const std::string& file, Session& session)
 
 void add_modes(CLI::App& app, Session& session) {
   struct Options {
-    std::string file, out, kind, reference, method = "plscf";
+    std::vector<std::string> files;
+    std::string out, kind, reference, method = "plscf";
     std::vector<std::string> figures;
     bool no_refine = false;
     ModeOptions modes;
@@ -89,15 +92,21 @@ void add_modes(CLI::App& app, Session& session) {
       "with --method fdd a record of responses (displacements or accelerations) to an unknown excitation.\n"
       "Output: every mode with its frequency (Hz) and damping ratio (%), each with its standard deviation, and the phase\n"
       "collinearity (MPC) of its shape; residues and residuals in the JSON.\n\n"
-      "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json",
+      "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json\n"
+      "         whirl modes hit_x.json hit_y.json --figure shapes.svg",
       [o, &session] {
         if (o->method == "fdd") {
-          ambient(read_recording(o->file), {.band_low = o->low, .band_high = o->high}, session);
+          if (o->files.size() > 1) throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
+          ambient(read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, session);
           return;
         }
-        const std::optional<FrequencyResponse> found = read_responses(o->file, o->kind);
-        if (!found) throw Error::in_file(o->file, 0, "holds no frequency responses: make them with `whirl frf`");
-        const FrequencyResponse& frf = *found;
+        std::vector<FrequencyResponse> parts;
+        for (const std::string& file : o->files) {
+          std::optional<FrequencyResponse> found = read_responses(file, o->kind);
+          if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+          parts.push_back(std::move(*found));
+        }
+        const FrequencyResponse frf = join_references(parts);
         ModeOptions options = o->modes;
         options.poles.method = o->method == "lsce" ? PoleMethod::lsce : o->method == "era" ? PoleMethod::era
                                : o->method == "rfp" ? PoleMethod::rfp : PoleMethod::plscf;
@@ -106,7 +115,7 @@ void add_modes(CLI::App& app, Session& session) {
         options.poles.band_high = o->high;
         ModalModel modes = fit_modes(frf, options);
         for (const Reciprocity& pair : check_reciprocity(frf)) {
-          if (pair.difference > 0.1) {
+          if (pair.difference > std::max(0.1, 3 * pair.noise)) {
             modes.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold", pair.first, pair.second,
                                            pair.second, pair.first, 100 * pair.difference));
           }
@@ -117,7 +126,7 @@ void add_modes(CLI::App& app, Session& session) {
                                            point.point, point.wrong_modes.size()));
           }
         }
-        modes.provenance = provenance({o->file}, session.command_line);
+        modes.provenance = provenance({o->files.begin(), o->files.end()}, session.command_line);
         if (!o->out.empty()) save(o->out, modes);
         report::Table table;
         table.caption = "Modes";
@@ -140,7 +149,7 @@ void add_modes(CLI::App& app, Session& session) {
         session.result(to_json(modes));
         session.finish(modes.summary);
       });
-  sub->add_option("FILE", o->file, "frequency responses")->required();
+  sub->add_option("FILES", o->files, "frequency responses; several files: one per point hit, made with `whirl frf --reference`")->required();
   sub->add_option("--out", o->out, "write the modes as JSON");
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
   sub->add_option("--method", o->method, "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record without the force")

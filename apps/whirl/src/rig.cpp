@@ -117,12 +117,14 @@ void add_rig(CLI::App& app, Session& session) {
       [o, &session] {
         HammerTestOptions test;
         test.seed = o->seed;
+        test.direction = o->angle_deg * std::numbers::pi / 180;
         const std::vector<Recording> blows = simulate_hammer_test(o->parameters(), test);
         for (std::size_t i = 0; i < blows.size(); ++i) write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
         session.say(fmt::format("{} blows written", blows.size()));
       });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
+  hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y");
   add_rig_serve(*rig, session);
 }
 

@@ -87,7 +87,11 @@ std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf) {
       const FrfChannel &first = frf.channels[a], &second = frf.channels[b];
       if (first.response != second.reference || first.reference != second.response || first.response == first.reference) continue;
       const double mean = (first.value + second.value).norm() / 2;
-      found.push_back({first.response, first.reference, mean > 0 ? (first.value - second.value).norm() / mean : 0});
+      if (!(mean > 0)) continue;
+      const bool stated = first.variance.size() == first.value.size() && second.variance.size() == second.value.size();
+      // A variance is that of the magnitude: half of the complex one.
+      const double noise = stated ? std::sqrt(2 * (first.variance.sum() + second.variance.sum())) : 0;
+      found.push_back({first.response, first.reference, (first.value - second.value).norm() / mean, noise / mean});
     }
   }
   return found;

@@ -286,6 +286,12 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
       channel.value.conservativeResize(lines);
       if (channel.coherence.size() > 0) channel.coherence.conservativeResize(lines);
       if (channel.variance.size() > 0) channel.variance.conservativeResize(lines);
+      for (const FrfChannel& other : joined.channels) {
+        if (other.response == channel.response && other.reference == channel.reference) {
+          throw Error(fmt::format("frequency responses to join: {} / {} stands in two of them: the points hit must have different names",
+                                  channel.response, channel.reference));
+        }
+      }
       joined.channels.push_back(std::move(channel));
     }
     for (const auto& warning : part.summary.warnings) joined.summary.warn(warning);

@@ -37,6 +37,7 @@ std::vector<ModeMatch> match_modes(const ModalModel& first, const ModalModel& se
 struct Reciprocity {
   std::string first, second;  ///< the two points
   double difference = 0;      ///< norm(H_ij - H_ji) / norm(H_ij + H_ji) * 2
+  double noise = 0;           ///< the difference that the variances stated explain (one standard deviation); 0 when unknown
 };
 /// Every pair of points that were both hit and measured.
 std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf);
