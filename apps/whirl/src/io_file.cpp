@@ -37,6 +37,7 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("safety.max_age_ms", io.hardware.max_age, kMs);
   visit("safety.stuck_ms", io.hardware.stuck, kMs);
   visit("safety.watchdog_ms", io.watchdog, kMs);
+  visit("safety.release_ms", io.release, kMs);
   visit("board.driver", io.driver, 1.0);
   visit("board.address", io.address, 1.0);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -78,6 +79,7 @@ LoopOptions IoSettings::loop() const {
   out.armed = false;
   out.dt = dt == "fill" ? DtPolicy::fill : DtPolicy::nominal;
   out.sample_time = 1 / rate;
+  out.release = std::lround(release * rate);
   return out;
 }
 
@@ -109,6 +111,7 @@ IoSettings read_io(const std::filesystem::path& path) {
     require_range("realtime.priority", io.realtime.priority, 0, 99);
     require_range("safety.stale_ms", 1e3 * io.stale, 1e3 / io.rate, 1e4, "ms");
     require_range("safety.watchdog_ms", 1e3 * io.watchdog, 1e3 / io.rate, 1e4, "ms");
+    require_range("safety.release_ms", 1e3 * io.release, 0, 6e4, "ms");
   } catch (const Error& e) {
     throw Error::in_file(path.string(), 0, e.what());
   }

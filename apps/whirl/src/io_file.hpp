@@ -21,6 +21,7 @@ struct IoSettings {
   SafetyLimits safety{.force = 0, .slew = 0, .displacement = 0, .stale = 0};
   double stale = 20e-3;     ///< s
   double watchdog = 50e-3;  ///< s without samples
+  double release = 3;       ///< s in which the force fades after a trip
   std::string driver = "udp", address;
   HardwareOptions hardware;
 

@@ -15,7 +15,8 @@ inline LoopSample sample_of(const CycleRecord& r, std::int64_t scheduled, std::i
   s.x = r.measurement.x, s.y = r.measurement.y;
   s.beta = r.measurement.beta, s.omega = r.measurement.omega, s.omega_dot = r.measurement.omega_dot;
   s.ux = r.sent.ux, s.uy = r.sent.uy;
-  s.flags = (r.measurement.valid ? kValid : 0) | (r.armed ? kArmed : 0) | (r.limited ? kLimited : 0);
+  s.flags = (r.measurement.valid ? kValid : 0) | (r.armed ? kArmed : 0) | (r.limited ? kLimited : 0) |
+            (r.releasing ? kReleasing : 0);
   s.trip = static_cast<std::int32_t>(r.trip);
   s.missed = static_cast<std::int32_t>(r.missed);
   return s;

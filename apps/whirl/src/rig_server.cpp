@@ -182,10 +182,12 @@ void RigServer::receive() {
 
 void RigServer::wait_for_command() {
   const std::int64_t until = WallTime{}.now() + std::int64_t{1'000'000} * kLockstepWait;
+  const bool heard = !active(LineFault::board_silent, 0);  // otherwise nothing can be answered: any command will do
+  const long before = commands_;
   while (WallTime{}.now() < until) {
     for (Axis& a : axes_) a.line.answer(), a.line.flush();
     receive();
-    if (static_cast<std::int32_t>(last_answers_ - board_tick_) >= 0) return;
+    if (heard ? static_cast<std::int32_t>(last_answers_ - board_tick_) >= 0 : commands_ > before) return;
     pollfd p{socket_, POLLIN, 0};
     ::poll(&p, 1, 10);
   }

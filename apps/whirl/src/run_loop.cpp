@@ -14,7 +14,7 @@
 namespace whirl::app {
 namespace {
 
-constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded
+constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded when the force is zero
 
 /// Stands in when there is nothing to control.
 struct NoController {
@@ -65,6 +65,7 @@ void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, doub
       if (tripped > 0) out.trip_tick = s.tick;
       for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
     }
+    if (r.releasing) tripped = clock.started();
     const bool asked_to_end = stop_signal() != 0 || shared.abandon;
     if (asked_to_end && out.trip == Fault::none) {
       if (!loop.armed()) break;

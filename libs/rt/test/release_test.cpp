@@ -140,20 +140,27 @@ TEST_F(ReleaseRealtime, AnotherFaultOrALargeMotionEndsTheFading) {
   }
 }
 
-/// A clock whose samples stay away.
-struct SilentClock {
+/// A clock whose samples stay away, or that brings a person's trip.
+struct FaultyClock {
   Fault reason = Fault::none;
   long wait() const noexcept { return 0; }
   Fault fault() const noexcept { return reason; }
 };
 
-TEST_F(ReleaseRealtime, WithoutATimeBaseThereIsNoFading) {
-  SilentClock silent;
-  Loop loop(rig, law, silent, limits, options);
-  for (int k = 0; k < 300; ++k) loop.cycle();
-  silent.reason = Fault::watchdog;
-  EXPECT_FALSE(loop.cycle().releasing);
-  EXPECT_FALSE(rig.armed);
+TEST_F(ReleaseRealtime, WithoutATimeBaseOrOnAPersonsTripThereIsNoFading) {
+  for (const Fault fault : {Fault::watchdog, Fault::requested}) {
+    for (const bool already : {false, true}) {
+      FaultyClock faulty;
+      Loop loop(rig, law, faulty, limits, options);
+      for (int k = 0; k < 300; ++k) loop.cycle();
+      if (already) loop.stop(Fault::stale_sensor);
+      EXPECT_EQ(loop.cycle().releasing, already);
+      faulty.reason = fault;
+      EXPECT_FALSE(loop.cycle().releasing);
+      EXPECT_FALSE(rig.armed);
+      EXPECT_EQ(rig.written.ux, 0);
+    }
+  }
 }
 
 TEST_F(ReleaseRealtime, ClearEndsTheFadingAndArmNeedsIt) {

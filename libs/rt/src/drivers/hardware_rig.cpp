@@ -116,11 +116,14 @@ void HardwareRig::align() noexcept {
 }
 
 bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
-  const auto reached = [&](bool counts, std::int64_t at) { return counts ? at >= tick : all; };
-  const bool b = reached(board_->descriptor() >= 0, board_seen_ ? board_tick_ : tick - 1);
-  const auto laser = [&](const Axis& a) {
-    return reached(a.sensor && a.sensor->connected() && (all || a.aligned), a.aligned ? a.tick() : tick - 1);
+  // What has had nothing valid to say for a while is not waited for.
+  const auto late = static_cast<std::int64_t>(options_.max_age / options_.sample_time) + 1;
+  const auto reached = [&](bool there, bool known, std::int64_t at) {
+    const bool counts = there && (all ? !known || at + late >= tick : known);
+    return counts ? known && at >= tick : all;
   };
+  const auto laser = [&](const Axis& a) { return reached(a.sensor && a.sensor->connected(), a.aligned, a.tick()); };
+  const bool b = reached(board_->descriptor() >= 0, board_seen_, board_tick_);
   return all ? b && laser(axes_[0]) && laser(axes_[1]) : b || laser(axes_[0]) || laser(axes_[1]);
 }
 
@@ -193,14 +196,18 @@ Measurement HardwareRig::read() noexcept {
   }
   waited_ = false;
   board_silent_ = board_fresh_ ? 0 : board_silent_ + 1;
+  if (!armed_ || reading_.beta != last_beta_) {
+    angle_repeated_ = 0;
+  } else if (board_fresh_) {
+    ++angle_repeated_;
+  }
+  last_beta_ = reading_.beta;
   board_fresh_ = false;
   Measurement m;
   m.t = static_cast<double>(tick_ - start_) * options_.sample_time;
   m.beta = reading_.beta;
   m.omega = reading_.omega;
   m.omega_dot = reading_.omega_dot;
-  angle_repeated_ = armed_ && reading_.beta == last_beta_ ? angle_repeated_ + 1 : 0;
-  last_beta_ = reading_.beta;
   std::array<double, 2> z;
   for (std::size_t i = 0; i < 2; ++i) {
     const PositionInput& p = options_.position[i];

@@ -52,8 +52,8 @@ constexpr bool may_release(Fault f) noexcept {
 ///
 /// Disarmed, the loop reads and sends zero; the controller is not asked. A trip disarms and latches with its
 /// reason and tick: zero is sent from then on (with LoopOptions::release after the force has faded; at once when the
-/// displacement is too large, a number is not finite, another fault joins or the clock gets no samples), and when the
-/// loop ends. `clear()` then `arm()` start again.
+/// displacement is too large, a number is not finite, another fault joins, the clock gets no samples or brings a
+/// person's trip), and when the loop ends. `clear()` then `arm()` start again.
 template <class Rig, class Controller, class Clock>
 class Loop {
  public:
@@ -83,6 +83,8 @@ class Loop {
     Fault clock_fault = Fault::none, found = Fault::none;
     if constexpr (requires { clock_.fault(); }) found = clock_fault = clock_.fault();
     if constexpr (requires { rig_.fault(); }) found = first(found, rig_.fault());
+    // No samples and so no time to fade in, or a person's trip.
+    const bool at_once = clock_fault == Fault::watchdog || clock_fault == Fault::requested;
     if (options_.release > 0) release_.follow(r.measurement, 1 + r.missed);
     if (armed_) {
       fill(r.measurement, r.missed);
@@ -95,13 +97,13 @@ class Loop {
     }
     if (armed_ && decision.state.trip != Fault::none) {
       armed_ = false;
-      fading_ = clock_fault != Fault::watchdog && may_release(decision.state.trip) ? options_.release : 0;
+      fading_ = !at_once && may_release(decision.state.trip) ? options_.release : 0;
       if (fading_ == 0) tell_rig();
     } else if (options_.release > 0 && armed_ && r.measurement.valid) {
       release_.learn(decision.command);
     }
     if (fading_ > 0) {
-      const bool alone = found == Fault::none || (found == decision.state.trip && clock_fault != Fault::watchdog);
+      const bool alone = !at_once && (found == Fault::none || found == decision.state.trip);
       decision.command = fade(r.missed, alone && displacement_fault(limits_, r.measurement) == Fault::none);
       r.releasing = fading_ > 0;
     }
