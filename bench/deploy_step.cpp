@@ -16,6 +16,7 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/deploy/code.hpp"
+#include "whirl/testing/designs.hpp"
 
 namespace {
 
@@ -77,24 +78,7 @@ double exported_ns(const ControllerDesign& d, const std::vector<Measurement>& re
 }  // namespace
 
 int main() {
-  ControllerDesign d;
-  d.model.k1 = 5700;
-  d.model.k2 = 1e7;
-  d.model.c = 1;
-  d.model.eps = {280e-6, 40e-6};
-  d.model.gain = 1 / 1.5;
-  d.delay = 2.05e-3;
-  d.force_limit = 40;
-  std::vector<Measurement> readings(20000);
-  for (std::size_t k = 0; k < readings.size(); ++k) {
-    const double t = 1e-3 * static_cast<double>(k);
-    Measurement& m = readings[k];
-    m.omega = 188 - 9 * t;
-    m.omega_dot = -9;
-    m.beta = std::remainder(188 * t - 4.5 * t * t, 2 * M_PI);
-    m.x = 1e-4 * std::cos(m.beta) + 1e-6 * std::sin(377 * t);
-    m.y = 1e-4 * std::sin(m.beta);
-  }
+  const std::vector<Measurement> readings = testing::run_down_readings();
   std::string folder = (std::filesystem::temp_directory_path() / "whirl-bench-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return 1;
   double worst = 0;
@@ -102,8 +86,7 @@ int main() {
   for (const auto& [law, estimator] : {std::pair("tsmc", "lpf"), std::pair("tsmc", "kfe"), std::pair("lsmc", "lpf"), std::pair("pd", "lpf"),
                                        std::pair("sta_implicit", "red_implicit"), std::pair("tsmc_implicit", "kfe"), std::pair("nftsmc", "eso"),
                                        std::pair("pd_notch", "kfo")}) {
-    d.law = law;
-    d.estimator = estimator;
+    const ControllerDesign d = testing::design_of(law, estimator);
     Controller controller = make_controller(d);
     const double library = time_of(readings, [&](const Measurement& m) { (void)controller.step(m); });
     long code = 0, stack = 0, ignored = 0;

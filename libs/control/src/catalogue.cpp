@@ -58,6 +58,13 @@ std::vector<MethodInfo> make_laws() {
   const ParameterInfo rate{
       "twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
   const ParameterInfo limit{"twisting_limit", "m/s^2", "bound of the integral part", 10, 1e-3, 1e3, 0, 0};
+  const std::vector<ParameterInfo> weights{
+      {"position_scale", "m", "displacement weighted as 1", 1e-3, 1e-9, 1e3, 1e-5, 1e-2},
+      {"velocity_scale", "m/s", "velocity weighted as 1", 0.05, 1e-9, 1e3, 1e-3, 1},
+      {"control_scale", "m/s^2", "control acceleration weighted as 1", 3, 1e-9, 1e6, 0, 0}};
+  std::vector<ParameterInfo> with_horizon = weights;
+  with_horizon.push_back(
+      {"horizon", "1", "samples ahead in which the limit is seen", 12, 1, BoundedRegulator::kMaxHorizon, 0, 0});
   return {
       {"tsmc_paper",
        "terminal sliding mode as printed (eq. 43)",
@@ -78,9 +85,11 @@ std::vector<MethodInfo> make_laws() {
       {"lqr",
        "linear-quadratic regulator",
        "discrete Riccati equation, predicted state",
-       {{"position_scale", "m", "displacement weighted as 1", 1e-3, 1e-9, 1e3, 1e-5, 1e-2},
-        {"velocity_scale", "m/s", "velocity weighted as 1", 0.05, 1e-9, 1e3, 1e-3, 1},
-        {"control_scale", "m/s^2", "control acceleration weighted as 1", 3, 1e-9, 1e6, 0, 0}}},
+       weights},
+      {"mpc",
+       "model predictive control with the force limit",
+       "quadratic program solved exactly in every step; Riccati terminal cost",
+       with_horizon},
       {"lsmc", "linear sliding mode", "s = v + C x", {kSurface, kSwitching, kLayer}},
       {"ntsmc",
        "nonsingular terminal sliding mode",

@@ -100,8 +100,8 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
   const auto [ax, ay] = std::visit(
       [&](auto& l) noexcept {
-        AxisOutput x = l.x.step({e.z.real(), e.v.real(), f.real(), d.real()});
-        AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag()});
+        AxisOutput x = l.x.step({e.z.real(), e.v.real(), f.real(), d.real(), -d.imag(), m.omega});
+        AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag(), d.real(), m.omega});
         if constexpr (requires { l.synchronous; }) {
           const double ahead = m.omega * (settings_.delay + 0.5 * settings_.sample_time);
           const std::complex<double> a = l.synchronous.step(
@@ -119,11 +119,14 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
 
   const double limit = settings_.force_limit;
   state_.applied = state_.requested;
+  state_.saturated = false;
   if (limit > 0) {
     state_.applied = {std::clamp(state_.requested.real(), -limit, limit),
                       std::clamp(state_.requested.imag(), -limit, limit)};
+    // A law that knows the limit asks for it up to rounding.
+    const double reached = (1 - 1e-12) * limit;
+    state_.saturated = std::abs(state_.applied.real()) >= reached || std::abs(state_.applied.imag()) >= reached;
   }
-  state_.saturated = state_.applied != state_.requested;
   push(settings_.gain * state_.applied);
   return Command{state_.applied.real(), state_.applied.imag()};
 }

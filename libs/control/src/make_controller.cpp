@@ -66,6 +66,17 @@ AnyLaw make_law(const ControllerDesign& d, const Values& v) {
                                  v.at("control_scale"));
     return both(Pd{g.kp, g.kd});
   }
+  if (d.law == "mpc") {
+    const auto axis = [&](double k1, double c) {
+      const LqrGains g = lqr_gains(k1, c, h, v.at("position_scale"), v.at("velocity_scale"), v.at("control_scale"));
+      const int horizon = static_cast<int>(v.at("horizon"));
+      return ModelPredictive{BoundedRegulator(sample_axis(k1, c, h), g.kp, g.kd, horizon), g.kp, g.kd,
+                             d.model.gain * d.force_limit, h};
+    };
+    const double split_k = d.model.k1_conj.real(), split_c = d.model.c_conj.real();
+    return LateralLaw<ModelPredictive>{axis(d.model.k1 + split_k, d.model.c + split_c),
+                                       axis(d.model.k1 - split_k, d.model.c - split_c)};
+  }
   if (d.law.starts_with("pd_")) {
     using Method = SynchronousCanceller::Method;
     const Method method = d.law == "pd_influence" ? Method::influence
@@ -151,17 +162,8 @@ Controller make_controller(const ControllerDesign& design) {
 }
 
 LqrGains lqr_gains(double k1, double c, double h, double x_scale, double v_scale, double a_scale) {
-  // Exact zero-order hold of x'' = -k1 x - c x' + a by the series of the 2 x 2 exponential.
-  double a00 = 1, a01 = 0, a10 = 0, a11 = 1, b0 = 0, b1 = 0;  // A and the integral of exp(F t) times B
-  double t00 = 1, t01 = 0, t10 = 0, t11 = 1;                  // F^n h^n / n!
-  for (int n = 1; n <= 30; ++n) {
-    b0 += t01 * h / n;
-    b1 += t11 * h / n;
-    const double n00 = -k1 * t01 * h / n, n01 = (t00 - c * t01) * h / n;
-    const double n10 = -k1 * t11 * h / n, n11 = (t10 - c * t11) * h / n;
-    t00 = n00, t01 = n01, t10 = n10, t11 = n11;
-    a00 += t00, a01 += t01, a10 += t10, a11 += t11;
-  }
+  const SampledAxis axis = sample_axis(k1, c, h);
+  const double a00 = axis.a00, a01 = axis.a01, a10 = axis.a10, a11 = axis.a11, b0 = axis.b0, b1 = axis.b1;
   const double q0 = 1 / (x_scale * x_scale), q1 = 1 / (v_scale * v_scale), r = 1 / (a_scale * a_scale);
   double p00 = q0, p01 = 0, p11 = q1;
   LqrGains out;

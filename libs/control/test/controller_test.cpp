@@ -9,27 +9,14 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/testing/alloc_guard.hpp"
+#include "whirl/testing/designs.hpp"
 
 namespace whirl {
 namespace {
 
 using Complex = std::complex<double>;
 
-ControllerDesign design_of(const std::string& law, const std::string& estimator) {
-  ControllerDesign d;
-  d.law = law;
-  d.estimator = estimator;
-  d.model.k1 = 5700;
-  d.model.k2 = 1e7;
-  d.model.c = 1;
-  d.model.eps = {280e-6, 40e-6};
-  d.model.gain = 1 / 1.5;
-  d.sample_time = 1e-3;
-  d.delay = 2.05e-3;
-  d.force_limit = 40;
-  d.parameters["sensor_delay"] = 0.25e-3;
-  return d;
-}
+using testing::design_of;
 
 /// The design's own plant with its own delay; the reading is the state `sensor_delay` ago.
 struct Plant {

@@ -220,6 +220,10 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   if (options.single_precision && design.law == "pd_influence") {
     throw Error("law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
+  if (design.law == "mpc") {
+    throw Error("law mpc solves a quadratic program in every step, which is not exported: design lqr instead, the same law away "
+                "from the force limit");
+  }
   const std::map<std::string, double> values = resolve_parameters(design);
   ControllerCode code;
   code.parameters = parameters_of(design, values);

@@ -4,12 +4,12 @@
 
 #include <cmath>
 
-#include "designs.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/rotor/simulate.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/designs.hpp"
 
 namespace whirl {
 namespace {

@@ -8,11 +8,11 @@
 #include <set>
 #include <sstream>
 
-#include "designs.hpp"
 #include "importer.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/equations.hpp"
+#include "whirl/testing/designs.hpp"
 
 namespace whirl {
 namespace {

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <random>
 
-#include "designs.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/tape.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/designs.hpp"
 
 namespace whirl {
 namespace {
@@ -270,6 +270,7 @@ TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
   for (const CodeParameter& p : s.parameters) EXPECT_NE(modelica.text.find("parameter Real " + p.name), std::string::npos) << p.name;
   EXPECT_NE(modelica.text.find("unit=\"1/(m2.s2)\""), std::string::npos);
   for (const MethodInfo& law : laws()) {
+    if (law.name == "mpc") continue;  // not exported
     const std::string text = export_latex(testing::design_of(law.name, "kfe"), {"drive", false, ""}).front().text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}')) << law.name;
     EXPECT_EQ(std::count(text.begin(), text.end(), '$') % 2, 0) << law.name;

@@ -60,7 +60,7 @@ std::vector<ComparedMethod> default_methods() {
   for (const MethodInfo& law : laws()) out.push_back(parse_method(law.name));
   for (const char* method :
        {"pd:lpf:no-feedforward", "tsmc_paper:lpf:no-feedforward", "tsmc:red_implicit", "tsmc:eso", "tsmc:kalman",
-        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "pd:kfo"}) {
+        "tsmc:kfo", "tsmc:kfe", "pd:kfe", "lsmc:kfe", "ftsmc:kfe", "sta_implicit:kfe", "mpc:kfe", "pd:kfo"}) {
     out.push_back(parse_method(method));
   }
   return out;

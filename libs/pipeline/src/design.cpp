@@ -30,7 +30,7 @@ struct Variable {
 };
 
 bool model_based_law(const std::string& law) {
-  return !law.starts_with("pd") && law != "pid" && law != "lqr";
+  return !law.starts_with("pd") && law != "pid" && law != "lqr" && law != "mpc";
 }
 
 double switching_gain_of(const std::map<std::string, double>& values) {

@@ -71,6 +71,31 @@ TEST(ClosedLoopUnit, UnstableAndTrippedRunsAreToldApart) {
   EXPECT_LT(tripped.survived, 1);
 }
 
+// A quarter of the force is not enough for the synchronous part at full speed: knowing the limit ahead is worth a third of
+// the peak. With all of it the two are one law.
+TEST(ClosedLoopReference, PredictiveControlGainsWhereTheForceEnds) {
+  for (const double part : {1.0, 0.25}) {
+    RigParameters rig;
+    rig.actuator.voltage_limit *= part;
+    const ClosedLoopPlant plant(rig);
+    ControllerDesign d = pd(rig, 0);
+    d.estimator = "kfe";
+    d.parameters = {{"position_scale", 1e-4}, {"velocity_scale", 0.02}, {"predict", 1}, {"sensor_delay", rig.laser.latency}};
+    d.law = "lqr";
+    const ClosedLoopMetrics regulator = plant.run(d);
+    d.law = "mpc";
+    const ClosedLoopMetrics predictive = plant.run(d);
+    EXPECT_TRUE(predictive.stable);
+    EXPECT_LE(predictive.force_peak, rig.actuator.force_limit());
+    if (part == 1) {
+      EXPECT_NEAR(predictive.closed.all, regulator.closed.all, 0.02 * regulator.closed.all);
+    } else {
+      EXPECT_GT(predictive.saturated, 0.1);
+      EXPECT_LT(predictive.closed.all, 0.75 * regulator.closed.all);
+    }
+  }
+}
+
 TEST(ClosedLoopProperty, SeedsRepeatAndDiffer) {
   const RigParameters rig;
   const ClosedLoopPlant plant(rig);

@@ -6,6 +6,7 @@
 #include "whirl/control/estimators.hpp"
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
+#include "whirl/control/model_predictive.hpp"
 #include "whirl/control/runout.hpp"
 #include "whirl/control/synchronous.hpp"
 #include "whirl/core/control_types.hpp"
@@ -21,7 +22,7 @@ struct ControllerState {
   std::complex<double> s;          ///< sliding variables s_x + i s_y, m/s
   std::complex<double> requested;  ///< force before the limit, N
   std::complex<double> applied;    ///< force after the limit, N
-  bool saturated = false;          ///< the limit acted in this step
+  bool saturated = false;          ///< the force is at its limit
   bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
 };
@@ -38,7 +39,7 @@ using AnyLaw =
     std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, LateralLaw<NonsingularTerminalSmc>,
                  LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>, LateralLaw<ImplicitSmc>,
                  LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>, LateralLaw<AdaptiveSmc>,
-                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>, SynchronousPd>;
+                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>, LateralLaw<ModelPredictive>, SynchronousPd>;
 
 /// Settings around estimator and law, all numbers checked.
 struct ControllerSettings {
@@ -77,6 +78,7 @@ class Controller {
 
   void reset() noexcept;
   const ControllerState& state() const noexcept { return state_; }
+  const AnyLaw& law() const noexcept { return law_; }
   const ControllerSettings& settings() const noexcept { return settings_; }
 
  private:

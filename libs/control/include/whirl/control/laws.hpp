@@ -10,6 +10,8 @@ struct AxisInput {
   double f =
       0;  ///< acceleration by the model without control: stiffness, damping, cubic and disturbance, m/s^2
   double d = 0;  ///< the disturbance (unbalance) part of f, m/s^2
+  double d_quarter = 0;  ///< d a quarter turn later: it turns with the rotor, m/s^2
+  double omega = 0;      ///< rotor speed, rad/s
 };
 
 /// What a law asks for; the force is a / b with b = acceleration per newton.
