@@ -21,16 +21,21 @@ using namespace whirl;
 constexpr double kPi = std::numbers::pi;
 const std::vector<std::string> kNames{"X1", "X2", "X3", "X4", "X5", "X6", "t"};
 
+RotorModel rotor_b_model() {
+  RotorModel m;
+  m.k1 = 8882.6;
+  m.k2 = 2e8;
+  m.c = 7.5;
+  m.eps = 3e-4;
+  return m;
+}
+AngleSignal run_down() { return angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000); }
+
 struct RotorB {
   Eigen::MatrixXd variables, targets;  // 15000 x 7; rates of the six states
   RotorB() {
-    RotorModel m;
-    m.k1 = 8882.6;
-    m.k2 = 2e8;
-    m.c = 7.5;
-    m.eps = 3e-4;
-    const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
-    const Response r = simulate(m, angle);
+    const AngleSignal angle = run_down();
+    const Response r = simulate(rotor_b_model(), angle);
     const Eigen::Index n = r.z.size();
     variables.resize(n, 7);
     variables.col(0) = r.z.real();
@@ -150,7 +155,7 @@ IdentifiedModel eq24_model() {
 }
 void simulate_fifteen_seconds(benchmark::State& state) {
   const CompiledModel model(eq24_model());
-  const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
+  const AngleSignal angle = run_down();
   const Eigen::MatrixXd inputs = half_grid_inputs(model, angle);
   const Eigen::VectorXd start = rotor_b().variables.row(0).head(4);
   for (auto _ : state) {
@@ -170,13 +175,8 @@ void right_hand_side_one_state(benchmark::State& state) {
 
 /// Weak form, output error, score test and intervals of a 15 s run-down at 20 dB.
 void default_identification(benchmark::State& state) {
-  RotorModel m;
-  m.k1 = 8882.6;
-  m.k2 = 2e8;
-  m.c = 7.5;
-  m.eps = 3e-4;
-  const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
-  Recording r = simulate(m, angle).recording();
+  const AngleSignal angle = run_down();
+  Recording r = simulate(rotor_b_model(), angle).recording();
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   for (Channel& c : r.channels) {
@@ -190,13 +190,8 @@ void default_identification(benchmark::State& state) {
 }
 /// The five-parameter rotor over 15 s.
 void simulate_rotor_fifteen_seconds(benchmark::State& state) {
-  RotorModel m;
-  m.k1 = 8882.6;
-  m.k2 = 2e8;
-  m.c = 7.5;
-  m.eps = 3e-4;
-  const AngleSignal angle = angle_signal(SpeedProfile::run_down(2 * kPi * 40, 15.0), 1e-3, 15000);
-  for (auto _ : state) benchmark::DoNotOptimize(simulate(m, angle).z.data());
+  const AngleSignal angle = run_down();
+  for (auto _ : state) benchmark::DoNotOptimize(simulate(rotor_b_model(), angle).z.data());
 }
 
 BENCHMARK(stlsq_six_equations)->Arg(17)->Arg(87)->Unit(benchmark::kMillisecond);

@@ -25,7 +25,7 @@ std::string describe_model(const IdentifiedModel& model) {
     text += report::to_text(equation, report::names_of(model)) + "\n";
   }
   for (const auto& [name, value] : model.parameters) {
-    text += fmt::format("{:18} {}\n", name, show(value, parameter_unit(name)));
+    if (!report::names_term(model, name)) text += fmt::format("{:18} {}\n", name, show(value, parameter_unit(name)));
   }
   if (!model.rotor && !model.equations.empty()) text += "\n" + report::to_text(report::coefficient_table(model)) + "\n";
   return text;

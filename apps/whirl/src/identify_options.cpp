@@ -116,6 +116,9 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   sub->add_option("--t-value", term_t_value, "terms with a smaller |coefficient / sd| go (4)")
       ->check(between(0, 1000))
       ->group(general);
+  sub->add_option("--max-passes", max_passes, "refinement: passes over the free runs after which the search for terms ends (500)")
+      ->check(CLI::Range(1, 1000000))
+      ->group(general);
   sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs")->group(general);
   sub->add_flag("--stream", stream, "read the file part by part in bounded memory (files larger than memory)")->group(general);
 
@@ -228,6 +231,7 @@ SindyOptions IdentifyOptions::sindy(const Recording& like) const {
   o.discrete = discrete;
   o.window = window;
   o.t_value = term_t_value;
+  o.max_passes = max_passes;
   o.refine = !no_refine;
   o.solver = solver(o.solver);
   if (o.states.empty()) {

@@ -21,7 +21,7 @@ struct IdentifyOptions {
   // sindy
   std::vector<std::string> states, inputs, known;
   std::string library, term_list;
-  int order = 1, degree = 0, fourier = 0;
+  int order = 1, degree = 0, fourier = 0, max_passes = SindyOptions{}.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;
   double window = 0, term_t_value = 4;
 

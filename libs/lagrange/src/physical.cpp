@@ -2,7 +2,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -62,12 +61,17 @@ double scale_of(const Problem& problem, const VectorXd& p, Index k) {
   return is_angle(problem, k) || p[k] == 0 ? 1.0 : std::abs(p[k]);
 }
 
+using Decomposition = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
+
+/// Least squares, of minimal norm where a is rank-deficient.
+MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) { return Decomposition(a).solve(b); }
+
 /// Start: the logarithms of the products of powers among the relations form a linear system in log|p|; functions and sums
 /// in them are taken at the values that p already has.
 VectorXd start(const Problem& problem, VectorXd p) {
   const Index n = p.size(), m = problem.observed.size();
   MatrixXd a = MatrixXd::Zero(m, n);
-  VectorXd b = VectorXd::Zero(m);
+  MatrixXd b = MatrixXd::Zero(m, 1);
   std::map<std::string, double, std::less<>> values;
   for (Index k = 0; k < n; ++k) values[problem.names[static_cast<std::size_t>(k)]] = p[k];
   for (Index r = 0; r < m; ++r) {
@@ -85,12 +89,12 @@ VectorXd start(const Problem& problem, VectorXd p) {
     }
     const double ratio = std::abs(problem.observed[r] / rest);
     if (ratio > 0 && std::isfinite(ratio)) {
-      b[r] = std::log(ratio);
+      b(r, 0) = std::log(ratio);
     } else {
       a.row(r).setZero();
     }
   }
-  const VectorXd log = a.completeOrthogonalDecomposition().solve(b);
+  const VectorXd log = least_squares(a, b);
   for (Index k = 0; k < n; ++k) {
     if (!a.col(k).isZero()) p[k] = std::copysign(std::exp(std::clamp(log[k], -100.0, 100.0)), p[k]);
   }
@@ -118,7 +122,7 @@ Solution minimise(const Problem& problem, const Relations& relations, VectorXd p
     for (int trial = 0; trial < 30 && !moved; ++trial) {
       // Damping below relative to each diagonal entry would leave directions without any relation undamped.
       const VectorXd damp = damping * (normal.diagonal().array() + 1e-12 * largest);
-      const VectorXd change = -MatrixXd(normal + MatrixXd(damp.asDiagonal())).ldlt().solve(gradient);
+      const VectorXd change = -Eigen::LLT<MatrixXd>(normal + MatrixXd(damp.asDiagonal())).solve(gradient);
       const VectorXd next = p + scale.cwiseProduct(change);
       const VectorXd after = residual(next);
       const double cost_after = after.squaredNorm();
@@ -186,17 +190,25 @@ MatrixXd whitening(const VectorXd& value, MatrixXd covariance) {
   return llt.matrixL().solve(MatrixXd(sd.cwiseInverse().asDiagonal()));
 }
 
-/// Null space of the relations in units of each parameter's own size, with one unit column per parameter that must be
-/// given: the earliest declared ones. Rows by parameter.
-MatrixXd null_space(const MatrixXd& scaled, std::vector<Index>& references) {
+/// Directions of the parameters, each in units of its own size, that the relations see and those that they do not.
+struct Directions {
+  MatrixXd seen;                  ///< orthonormal columns
+  MatrixXd unseen;                ///< one unit entry per parameter of `references`
+  std::vector<Index> references;  ///< parameters that must be given: the earliest declared ones
+};
+
+Directions directions(const MatrixXd& scaled) {
   MatrixXd rows = scaled;
   for (Index r = 0; r < rows.rows(); ++r) {
     if (const double norm = rows.row(r).norm(); norm > 0) rows.row(r) /= norm;
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(rows, Eigen::ComputeFullV);
-  Index rank = 0;
-  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-8) ++rank;
-  MatrixXd basis = svd.matrixV().rightCols(scaled.cols() - rank);
+  Decomposition decomposition(rows.rows(), rows.cols());
+  decomposition.setThreshold(1e-8);
+  decomposition.compute(rows);
+  const Index rank = decomposition.rank();
+  const MatrixXd all = decomposition.colsPermutation() * decomposition.matrixZ().transpose();
+  Directions found{all.leftCols(rank), all.rightCols(all.cols() - rank), {}};
+  MatrixXd& basis = found.unseen;
   Index column = 0;
   for (Index p = 0; p < basis.rows() && column < basis.cols(); ++p) {
     Index pivot = 0;
@@ -206,10 +218,10 @@ MatrixXd null_space(const MatrixXd& scaled, std::vector<Index>& references) {
     for (Index c = 0; c < basis.cols(); ++c) {
       if (c != column) basis.col(c) -= basis(p, c) * basis.col(column);
     }
-    references.push_back(p);
+    found.references.push_back(p);
     ++column;
   }
-  return basis;
+  return found;
 }
 
 /// The exponent as a small fraction; false when it is none.
@@ -285,10 +297,10 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   VectorXd scale(n);
   for (Index k = 0; k < n; ++k) scale[k] = scale_of(problem, solution.p, k);
   const MatrixXd scaled = problem.whitening * solution.jacobian * scale.asDiagonal();
-  std::vector<Index> references;
-  const MatrixXd null = null_space(scaled, references);
-  const Index rank = n - null.cols();
-  result.excess = static_cast<int>(rows - rank);
+  const Directions space = directions(scaled);
+  const MatrixXd& null = space.unseen;
+  const std::vector<Index>& references = space.references;
+  result.excess = static_cast<int>(rows - space.seen.cols());
   result.summary.residual = solution.chi_square;
   // Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no solution.
   const double bound = result.excess + 6 * std::sqrt(2.0 * result.excess) + 10;
@@ -300,12 +312,10 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
     result.summary.warn(fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
                                     solution.chi_square, result.excess, result.excess > 1 ? "s" : ""));
   }
-  // Pseudo-inverse: directions that the fit does not see get no variance here and are not reported.
-  Eigen::BDCSVD<MatrixXd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  VectorXd inverse = VectorXd::Zero(svd.singularValues().size());
-  for (Index i = 0; i < std::min(rank, inverse.size()); ++i) inverse[i] = 1 / svd.singularValues()[i];
-  const MatrixXd spread = scale.asDiagonal() * svd.matrixV() * inverse.array().square().matrix().asDiagonal() *
-                          svd.matrixV().transpose() * scale.asDiagonal();
+  // Directions that the fit does not see get no variance here and are not reported.
+  const MatrixXd basis = scale.asDiagonal() * space.seen;
+  const MatrixXd inverse = basis * least_squares(scaled * space.seen, MatrixXd::Identity(rows, rows));
+  const MatrixXd spread = inverse * inverse.transpose();
 
   const auto quantity = [&](const std::string& name, const Expr& term) {
     const Expr e = substitute(term, exact);

@@ -46,9 +46,21 @@ std::vector<std::pair<double, Expr>> monomials(const Expr& e) {
 
 /// Coefficients that are one random number: the same size and sd in several equations of a tied fit.
 struct Variable {
-  Estimate coefficient;
-  Eigen::VectorXd column;  ///< of places, signs included
+  Estimate coefficient;         ///< magnitude
+  Eigen::VectorXd column;       ///< of places, signs included
+  std::ptrdiff_t parameter = -1;  ///< of the model with this coefficient; -1: none
+  double sign = 1;              ///< of that parameter
 };
+
+/// Index of the parameter that an untied fit keeps for a term: "v': x^3", or "x^3" alone; -1: none.
+std::ptrdiff_t parameter_of(const IdentifiedModel& model, const std::string& lhs, const std::string& function) {
+  for (const std::string& name : {lhs + ": " + function, function}) {
+    for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+      if (model.parameters[p].first == name) return static_cast<std::ptrdiff_t>(p);
+    }
+  }
+  return -1;
+}
 
 bool same(const Estimate& a, const Estimate& b) {
   return std::abs(std::abs(a.value) - std::abs(b.value)) <= 1e-12 * std::abs(a.value) &&
@@ -103,6 +115,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
       if (it == variables.end()) {
         it = variables.insert(variables.end(), {term.coefficient, Eigen::VectorXd::Zero(places.size())});
         it->coefficient.value = std::abs(it->coefficient.value);
+        if (term.coefficient.sd != 0) it->parameter = parameter_of(model, equation->lhs, term.function);
+        it->sign = sign;
       }
       it->column += sign * column;
     }
@@ -124,6 +138,30 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     value[v] = variables[static_cast<std::size_t>(v)].coefficient.value;
     sd[v] = variables[static_cast<std::size_t>(v)].coefficient.sd;
   }
+  const std::size_t m = model.parameters.size();
+  const bool joint = m > 0 && model.parameter_covariance.size() == m * m &&
+                     std::all_of(variables.begin(), variables.end(), [](const Variable& v) { return v.coefficient.sd == 0 || v.parameter >= 0; });
+  if (!joint && model.rotor_covariance.empty() && library.groups.size() > 1) {
+    result.notes.push_back("the model states no covariances: unknowns count as independent");
+  }
+  /// Of two sums of variables. NaN times zero is no uncertainty.
+  const auto covariance = [&](const Eigen::RowVectorXd& a_factors, const Eigen::RowVectorXd& b_factors) {
+    double sum = 0;
+    for (Eigen::Index i = 0; i < a_factors.size(); ++i) {
+      for (Eigen::Index j = 0; j < b_factors.size(); ++j) {
+        const double factor = a_factors[i] * b_factors[j];
+        if (std::abs(factor) <= 1e-12) continue;
+        const Variable &v = variables[static_cast<std::size_t>(i)], &w = variables[static_cast<std::size_t>(j)];
+        if (joint && v.parameter >= 0 && w.parameter >= 0) {
+          const std::size_t at = static_cast<std::size_t>(v.parameter) * m + static_cast<std::size_t>(w.parameter);
+          sum += factor * v.sign * w.sign * model.parameter_covariance[at];
+        } else if (i == j) {
+          sum += factor * sd[i] * sd[i];
+        }
+      }
+    }
+    return sum;
+  };
   Eigen::VectorXd weight(places.size());
   for (Eigen::Index p = 0; p < weight.size(); ++p) {
     const double variance = (columns.row(p).transpose().array() * sd.array()).square().sum();
@@ -137,7 +175,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
   const Eigen::MatrixXd spread = columns - a * map;
   for (Eigen::Index p = 0; p < misfit.size(); ++p) {
     const double scale = (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
-    const double width = std::sqrt((spread.row(p).transpose().array() * sd.array()).square().sum());
+    const double variance = covariance(spread.row(p), spread.row(p));
+    const double width = variance < 0 ? 0 : std::sqrt(variance);  // rounding
     if (std::abs(misfit[p]) > 1e-9 * scale && !(std::abs(misfit[p]) <= 4 * width)) {
       throw Error(fmt::format("the model does not keep the ties of the derivation: in {} the coefficient of {} is off by {:.3g}; the "
                               "machine is less symmetric than the energies say: give it more parameters", library.lhs[places.equation(p)],
@@ -145,14 +184,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     }
   }
   result.covariance = Eigen::MatrixXd::Zero(map.rows(), map.rows());
-  for (Eigen::Index g = 0; g < map.rows(); ++g) {  // NaN times zero is no uncertainty
-    for (Eigen::Index h = 0; h < map.rows(); ++h) {
-      double sum = 0;
-      for (Eigen::Index v = 0; v < map.cols(); ++v) {
-        if (std::abs(map(g, v) * map(h, v)) > 1e-12) sum += map(g, v) * map(h, v) * sd[v] * sd[v];
-      }
-      result.covariance(g, h) = sum;
-    }
+  for (Eigen::Index g = 0; g < map.rows(); ++g) {
+    for (Eigen::Index h = 0; h < map.rows(); ++h) result.covariance(g, h) = covariance(map.row(g), map.row(h));
   }
   return result;
 }
@@ -204,8 +237,6 @@ UnknownEstimates unknown_estimates(const IdentifiedModel& model, const Candidate
         if (a >= 0 && b >= 0) result.covariance(a, b) = model.rotor_covariance[5 * i + j];
       }
     }
-  } else if (n > 1) {
-    result.notes.push_back("the model states no covariances: unknowns count as independent");
   }
   return result;
 }

@@ -203,5 +203,27 @@ TEST(PhysicalReference, UnknownsByNameWithTheirCovariance) {
   EXPECT_EQ(u.covariance(0, 1), 0.06);
 }
 
+TEST(PhysicalReference, CoefficientsOfAnUntiedFitKeepTheirCovariance) {
+  const CandidateLibrary library = derive(simple_pendulum()).library;
+  IdentifiedModel model;
+  model.equations.push_back({library.lhs[0], {}});
+  for (std::size_t g = 0; g < 2; ++g) {
+    const TiedEntry& entry = library.groups[g].entries.front();
+    const Estimate unknown = g == 0 ? Estimate::from_sd(14, 2) : Estimate::from_sd(0.05, 0.1);
+    model.equations[0].terms.push_back({entry.function.str(), Estimate::from_sd(entry.factor * unknown.value, unknown.sd), ""});
+    model.parameters.emplace_back(library.lhs[0] + ": " + entry.function.str(), model.equations[0].terms.back().coefficient);
+  }
+  const double sign = library.groups[0].entries.front().factor * library.groups[1].entries.front().factor;
+  model.parameter_covariance = {4, 0.06 * sign, 0.06 * sign, 0.01};
+  const UnknownEstimates u = unknown_estimates(model, library);
+  EXPECT_TRUE(u.notes.empty());
+  EXPECT_NEAR(u.value[0], 14, 1e-9);
+  EXPECT_NEAR(u.covariance(0, 0), 4, 1e-9);
+  EXPECT_NEAR(u.covariance(0, 1), 0.06, 1e-9);
+  model.parameter_covariance.clear();
+  EXPECT_EQ(unknown_estimates(model, library).covariance(0, 1), 0);
+  EXPECT_EQ(unknown_estimates(model, library).notes.size(), 1u);
+}
+
 }  // namespace
 }  // namespace whirl

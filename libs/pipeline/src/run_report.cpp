@@ -171,7 +171,7 @@ class RunReport {
     for (const auto& [name, model] : in_.models) {
       doc_.subsection(name);
       doc_.equations(model);
-      if (!model.parameters.empty()) doc_.table(report::parameter_table(model));
+      if (report::Table table = report::parameter_table(model); !table.rows.empty()) doc_.table(table);
       doc_.table(report::coefficient_table(model));
       doc_.summary(model.summary, "Model " + name);
     }

@@ -351,12 +351,22 @@ Table coefficient_table(const IdentifiedModel& model) {
   return table;
 }
 
+bool names_term(const IdentifiedModel& model, std::string_view parameter) {
+  for (const Equation& equation : model.equations) {
+    for (const EquationTerm& term : equation.terms) {
+      if (parameter == term.function || parameter == equation.lhs + ": " + term.function) return true;
+    }
+  }
+  return false;
+}
+
 Table parameter_table(const IdentifiedModel& model) {
   Table table;
   table.caption = "Physical parameters";
   table.columns = {{"parameter", "", Align::left}, {"value ± sd", "", Align::right},
                    {"95 % interval", "", Align::center}, {"unit", "", Align::left}};
   for (const auto& [name, estimate] : model.parameters) {
+    if (names_term(model, name)) continue;
     std::vector<std::string> row = {name};
     for (std::string& cell : estimate_cells(estimate, parameter_unit(name))) row.push_back(std::move(cell));
     table.add(std::move(row));

@@ -53,7 +53,7 @@ std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& record
   std::size_t most = 0;
   for (const auto& [lhs, terms] : data.candidates()) most = std::max(most, terms.size());
   return detail::compare_all(most, options.solver, [&](const SolveOptions& solver) {
-    IdentifiedModel model = detail::regress(data, solver);
+    IdentifiedModel model = detail::regress(data, solver).model;
     detail::set_coefficient_units(model, records.front());
     return model;
   });

@@ -94,13 +94,14 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   if (tied && (options.ties.rows() != p || !candidates.empty())) {
     throw Error("ties need one row per estimated coefficient, and no candidates");
   }
-  const auto sums_at = [&](detail::SensitivitySystem& s, const std::vector<FreeRun>& at, bool derivatives) {
-    detail::StepSums all = s.run(at, dt, outputs, weight, options.skip, options.free_start, derivatives);
-    if (tied && derivatives) reduce(all, options.ties);
+  const auto sums_at = [&](detail::SensitivitySystem& s, const std::vector<FreeRun>& at) {
+    ++result.passes;
+    detail::StepSums all = s.run(at, dt, outputs, weight, options.skip, options.free_start);
+    if (tied) reduce(all, options.ties);
     return all;
   };
   const Eigen::Index unknowns = tied ? options.ties.cols() : p;
-  detail::StepSums sums = sums_at(system, trial, true);
+  detail::StepSums sums = sums_at(system, trial);
   if (sums.diverged || sums.rows <= sums.gradient.size()) {
     result.model.summary.warn("the free run of the starting model diverges: not refined");
     return result;
@@ -127,7 +128,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
           moved[r].start += step.segment(unknowns + n * static_cast<Eigen::Index>(r), n);
         }
       }
-      detail::StepSums after = sums_at(next, moved, true);
+      detail::StepSums after = sums_at(next, moved);
       if (!after.diverged && after.cost <= sums.cost) {
         result.converged = sums.cost - after.cost <= options.tolerance * sums.cost;
         system = std::move(next);
@@ -157,6 +158,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   }
   for (const FreeRun& r : trial) result.starts.push_back(r.start);
   result.rmse = std::sqrt(sums.cost / static_cast<double>(sums.rows));
+  result.output_rmse = sums.cost_of.cwiseQuotient(sums.rows_of.cwiseMax(1)).cwiseSqrt();
   result.model.summary.residual = result.rmse;
   if (!result.converged) result.model.summary.warn("the refinement on the free run did not converge");
 
@@ -172,7 +174,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   if (labels.empty()) return result;
   const std::size_t known = extended.size() - labels.size();
   detail::SensitivitySystem wide(std::move(extended), compiled.states(), compiled.inputs());
-  const detail::StepSums all = sums_at(wide, trial, true);
+  const detail::StepSums all = sums_at(wide, trial);
   std::vector<int> base, extra;  // positions among the unknowns of `wide`
   int position = 0;
   for (std::size_t k = 0; k < wide.terms().size(); ++k) {

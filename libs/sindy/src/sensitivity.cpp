@@ -17,7 +17,6 @@ SensitivitySystem::SensitivitySystem(std::vector<SensitiveTerm> terms, std::vect
   }
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
-  values_ = compile(functions, names);
   for (std::size_t k = 0; k < terms_.size(); ++k) {
     for (Eigen::Index j = 0; j < n_; ++j) {
       Expr d = differentiate(terms_[k].function, states[static_cast<std::size_t>(j)]);
@@ -26,7 +25,7 @@ SensitivitySystem::SensitivitySystem(std::vector<SensitiveTerm> terms, std::vect
       functions.push_back(std::move(d));
     }
   }
-  all_ = compile(functions, names);
+  tape_ = compile(functions, names);
   in_.resize(n_ + m_);
   out_.resize(static_cast<Eigen::Index>(functions.size()));
   dx_.resize(n_);
@@ -34,17 +33,16 @@ SensitivitySystem::SensitivitySystem(std::vector<SensitiveTerm> terms, std::vect
   forcing_ = Eigen::MatrixXd::Zero(p_, n_);
 }
 
-void SensitivitySystem::rate(const double* state, const double* input, bool derivatives) {
+void SensitivitySystem::rate(const double* state, const double* input) {
   for (Eigen::Index i = 0; i < n_; ++i) in_[i] = state[i];
   for (Eigen::Index i = 0; i < m_; ++i) in_[n_ + i] = input[i];
-  (derivatives ? all_ : values_).evaluate_point(in_.data(), out_.data());
+  tape_.evaluate_point(in_.data(), out_.data());
   dx_.setZero();
   for (std::size_t k = 0; k < terms_.size(); ++k) {
     const double f = out_[static_cast<Eigen::Index>(k)];
     dx_[terms_[k].state] += terms_[k].theta * f;
-    if (derivatives && column_[k] >= 0) forcing_(column_[k], terms_[k].state) = f;
+    if (column_[k] >= 0) forcing_(column_[k], terms_[k].state) = f;
   }
-  if (!derivatives) return;
   jacobian_.setZero();
   const Eigen::Index offset = static_cast<Eigen::Index>(terms_.size());
   for (std::size_t i = 0; i < partials_.size(); ++i) {
@@ -54,24 +52,21 @@ void SensitivitySystem::rate(const double* state, const double* input, bool deri
 }
 
 StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, const std::vector<Eigen::Index>& outputs,
-                                const Eigen::VectorXd& weight, Eigen::Index skip, bool free_start, bool derivatives) {
+                                const Eigen::VectorXd& weight, Eigen::Index skip, bool free_start) {
   const Eigen::Index starts = free_start ? n_ : 0;
   const Eigen::Index total = p_ + starts * static_cast<Eigen::Index>(runs.size());
   const Eigen::Index local = p_ + starts;
   StepSums sums;
-  if (derivatives) {
-    sums.normal = Eigen::MatrixXd::Zero(total, total);
-    sums.gradient = Eigen::VectorXd::Zero(total);
-  }
+  sums.normal = Eigen::MatrixXd::Zero(total, total);
+  sums.gradient = Eigen::VectorXd::Zero(total);
+  sums.cost_of = sums.rows_of = Eigen::VectorXd::Zero(weight.size());
   // Sensitivities have one row per unknown and one column per state, so that the long dimension is contiguous.
   Eigen::VectorXd x(n_), xs(n_), x1(n_), x2(n_), x3(n_), x4(n_);
-  const Eigen::Index width = derivatives ? local : 0;
-  Eigen::MatrixXd s(width, n_), stage(width, n_), s1(width, n_), s2(width, n_), s3(width, n_), s4(width, n_);
+  Eigen::MatrixXd s(local, n_), stage(local, n_), s1(local, n_), s2(local, n_), s3(local, n_), s4(local, n_);
   const auto slope = [&](const Eigen::VectorXd& at, const Eigen::MatrixXd& sens, const double* input, Eigen::VectorXd& kx,
                          Eigen::MatrixXd& ks) {
-    rate(at.data(), input, derivatives);
+    rate(at.data(), input);
     kx = dx_;
-    if (!derivatives) return;
     for (Eigen::Index i = 0; i < n_; ++i) {
       ks.col(i).setZero();
       ks.col(i).head(p_) = forcing_.col(i);
@@ -92,10 +87,10 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(local);
     x = run.start;
     s.setZero();
-    if (derivatives && free_start) s.bottomRows(n_).setIdentity();
+    if (free_start) s.bottomRows(n_).setIdentity();
     Eigen::Index filled = 0;
     const auto flush = [&] {
-      if (!derivatives || filled == 0) return;
+      if (filled == 0) return;
       normal.selfadjointView<Eigen::Lower>().rankUpdate(rows.leftCols(filled));
       gradient.noalias() += rows.leftCols(filled) * residuals.head(filled);
       filled = 0;
@@ -110,9 +105,8 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
           const Eigen::Index column = static_cast<Eigen::Index>(o);
           const double residual = (run.measured(i, column) - x[outputs[o]]) * weight[column];
           if (!std::isfinite(residual)) continue;
-          sums.cost += residual * residual;
-          ++sums.rows;
-          if (!derivatives) continue;
+          sums.cost_of[column] += residual * residual;
+          ++sums.rows_of[column];
           rows.col(filled) = weight[column] * s.col(outputs[o]);
           residuals[filled++] = residual;
         }
@@ -133,7 +127,6 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
       s += dt / 6 * (s1 + 2 * (s2 + s3) + s4);
     }
     flush();
-    if (!derivatives) continue;
     normal.triangularView<Eigen::StrictlyUpper>() = normal.transpose();
     const Eigen::Index at = p_ + starts * static_cast<Eigen::Index>(r);
     sums.normal.topLeftCorner(p_, p_) += normal.topLeftCorner(p_, p_);
@@ -145,6 +138,8 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
       sums.gradient.segment(at, starts) = gradient.tail(starts);
     }
   }
+  sums.cost = sums.cost_of.sum();
+  sums.rows = static_cast<Eigen::Index>(sums.rows_of.sum());
   return sums;
 }
 

@@ -21,6 +21,8 @@ struct StepSums {
   Eigen::MatrixXd normal;    // J'J
   Eigen::VectorXd gradient;  // J'r
   double cost = 0;           // r'r
+  Eigen::VectorXd cost_of;   // the same by output
+  Eigen::VectorXd rows_of;
   Eigen::Index rows = 0;
   bool diverged = false;
 };
@@ -32,12 +34,11 @@ class SensitivitySystem {
   std::vector<SensitiveTerm>& terms() { return terms_; }
   Eigen::Index states() const { return n_; }
   Eigen::Index parameters() const { return p_; }
-  /// Cost only (no sensitivities) when `sums` asks so.
   StepSums run(const std::vector<FreeRun>& runs, double dt, const std::vector<Eigen::Index>& outputs,
-               const Eigen::VectorXd& weight, Eigen::Index skip, bool free_start, bool derivatives);
+               const Eigen::VectorXd& weight, Eigen::Index skip, bool free_start);
 
  private:
-  void rate(const double* state, const double* input, bool derivatives);
+  void rate(const double* state, const double* input);
   std::vector<SensitiveTerm> terms_;
   Eigen::Index n_, p_, m_;
   std::vector<Eigen::Index> column_;  // sensitivity column of each term, -1 when fixed
@@ -46,7 +47,7 @@ class SensitivitySystem {
     Eigen::Index variable;
   };
   std::vector<Partial> partials_;
-  Tape values_, all_;  // functions; functions then partial derivatives
+  Tape tape_;  // functions, then partial derivatives
   Eigen::VectorXd in_, out_, dx_;
   Eigen::MatrixXd jacobian_, forcing_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include <fmt/ranges.h>
 
@@ -10,6 +11,8 @@
 
 namespace whirl {
 namespace {
+
+constexpr std::size_t kMostFunctions = 4096;  // compile() takes no more
 
 /// Replaces what depends on inputs alone by new symbols, so that it need not be evaluated at every stage of every step.
 class Hoist {
@@ -107,7 +110,34 @@ CompiledModel::CompiledModel(const IdentifiedModel& model) {
   signals_ = compile(hoist.signals(), inputs_);
   std::vector<std::string> symbols = states_;
   for (std::size_t k = 0; k < hoist.signals().size(); ++k) symbols.push_back(Hoist::name(k));
-  states_tape_ = compile(rates, symbols);
+  std::vector<Expr> functions;
+  std::vector<std::tuple<std::size_t, std::size_t, double>> entries;
+  for (std::size_t i = 0; i < rates.size(); ++i) {
+    const bool sum = rates[i].kind() == Expr::Kind::sum;
+    for (const Expr& summand : sum ? rates[i].args() : std::vector<Expr>{rates[i]}) {
+      const auto [number, function] = split_coefficient(summand);
+      const auto at = std::find(functions.begin(), functions.end(), function);
+      entries.emplace_back(i, at - functions.begin(), number);
+      if (at == functions.end()) functions.push_back(function);
+    }
+  }
+  functions_ = compile(functions, symbols);
+  const std::size_t padded = (states_.size() + 3) / 4 * 4;
+  coefficients_.setZero(static_cast<Eigen::Index>(padded), static_cast<Eigen::Index>(functions.size()));
+  for (const auto& [i, k, number] : entries) coefficients_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) += number;
+}
+
+void CompiledModel::rate_of(const double* states_and_signals, double* out) const noexcept {
+  double value[kMostFunctions];
+  functions_.evaluate_point(states_and_signals, value);
+  const Eigen::Index rows = coefficients_.rows(), states = static_cast<Eigen::Index>(states_.size());
+  for (Eigen::Index first = 0; first < rows; first += 4) {
+    Eigen::Array4d sum = Eigen::Array4d::Zero();
+    for (Eigen::Index k = 0; k < coefficients_.cols(); ++k) {
+      sum += Eigen::Map<const Eigen::Array4d>(&coefficients_(first, k)) * value[k];
+    }
+    for (Eigen::Index i = first; i < std::min(first + 4, states); ++i) out[i] = sum[i - first];
+  }
 }
 
 Eigen::VectorXd ModelRun::state(const std::string& name) const {

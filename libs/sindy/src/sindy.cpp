@@ -27,10 +27,22 @@ IdentifiedModel unusable(const SindyOptions& options, Summary summary) {
   return model;
 }
 
+/// The estimated coefficients as parameters, by equation and term.
+void set_parameters(IdentifiedModel& model, const Eigen::MatrixXd& covariance) {
+  for (const Equation& e : model.equations) {
+    for (const EquationTerm& t : e.terms) {
+      if (t.coefficient.sd != 0) model.parameters.emplace_back(e.lhs + ": " + t.function, t.coefficient);
+    }
+  }
+  // Of a refinement that was stopped: it may hold terms that have left.
+  if (covariance.rows() != static_cast<Eigen::Index>(model.parameters.size())) return;
+  model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
+}
+
 IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& like) {
   const SindyOptions& options = data.options();
-  std::vector<Equation> alternatives;  // other supports on the path of the regression
-  IdentifiedModel model = detail::regress(data, options.solver, &alternatives);
+  detail::Regression regression = detail::regress(data, options.solver);
+  IdentifiedModel& model = regression.model;
   const bool any_term = std::any_of(model.equations.begin(), model.equations.end(), [&](const Equation& e) {
     return data.candidates().contains(e.lhs) && !e.terms.empty();
   });
@@ -42,13 +54,15 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
   if (options.discrete || !options.refine || data.candidates().empty()) {
     detail::set_coefficient_units(model, like);
     detail::judge_regression(data, model);
+    set_parameters(model, {});
     return model;
   }
   const detail::OutputWeights weights = detail::output_weights(data);
-  const double horizon = detail::refine_and_select(model, data.candidates(), alternatives, data.stretches(), weights.sd,
-                                                   data.rate(), options);
+  const detail::Followed followed = detail::refine_and_select(model, data.candidates(), regression.alternatives, data.stretches(),
+                                                              weights.sd, data.rate(), options);
   detail::set_coefficient_units(model, like);
-  detail::judge_refined(data, weights, horizon, model);
+  detail::judge_refined(data, weights, followed, regression.least, model);
+  set_parameters(model, followed.covariance);
   return model;
 }
 

@@ -149,11 +149,11 @@ class LibraryFit {
       }
     }
     model_.summary.condition_number = fit.summary.condition_number;
-    model_.summary.residual = 0;
-    for (const Problem& p : problems) {
-      model_.summary.residual =
-          std::max(model_.summary.residual, std::sqrt(p.total.residual(fit.xi) / std::max(p.total.energy, 1e-300)));
+    for (std::size_t i = 0; i < equations; ++i) {
+      const double residual = std::sqrt(problems[i].total.residual(fit.xi) / std::max(problems[i].total.energy, 1e-300));
+      if (residual > least_.residual) least_ = {library_.lhs[i], residual};
     }
+    model_.summary.residual = least_.residual;
     std::vector<int> wanted = fit.support;  // with those that should stay although no solution was found for them
     for (int g : solver_.keep) {
       if (std::find(wanted.begin(), wanted.end(), g) == wanted.end()) wanted.push_back(g);
@@ -207,7 +207,10 @@ class LibraryFit {
     model_.parameter_covariance.clear();
     for (std::size_t k = 0; k < support_.size(); ++k) {
       const Eigen::Index j = static_cast<Eigen::Index>(k);
-      model_.parameters.emplace_back(library_.groups[static_cast<std::size_t>(support_[k])].name,
+      const TiedGroup& group = library_.groups[static_cast<std::size_t>(support_[k])];
+      const auto same = [&](const TiedGroup& g) { return g.name == group.name; };
+      const bool alone = std::count_if(library_.groups.begin(), library_.groups.end(), same) == 1;
+      model_.parameters.emplace_back(alone ? group.name : library_.lhs[group.entries.front().equation] + ": " + group.name,
                                      Estimate::from_sd(values_[j], std::sqrt(covariance(j, j))));
     }
     model_.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
@@ -246,7 +249,7 @@ class LibraryFit {
     Refined best = refined_at(length);
     while (best.starts.empty() && length > 20) best = refined_at(length /= 2);
     if (best.starts.empty()) {
-      detail::judge_refined(data_, weights, 0, model_);
+      detail::judge_refined(data_, weights, {}, least_, model_);
       return;
     }
     take(best);
@@ -263,14 +266,17 @@ class LibraryFit {
       if (!drop_weakest(best.covariance)) break;
       write_equations();
       best = refined_at(length);
-      if (best.starts.empty()) break;
+      if (best.starts.empty()) {
+        detail::judge_refined(data_, weights, {}, least_, model_);
+        return;
+      }
       take(best);
     }
     set_parameters(best.covariance);
     model_.summary.chi_square = best.rmse * best.rmse;
     model_.summary.residual = best.rmse;
     if (!best.converged) model_.summary.warn("the refinement on free runs did not converge");
-    detail::judge_refined(data_, weights, static_cast<double>(length) * dt, model_);
+    detail::judge_refined(data_, weights, {static_cast<double>(length) * dt, best.output_rmse, {}}, least_, model_);
   }
 
   void take(const Refined& refined) {
@@ -313,6 +319,7 @@ class LibraryFit {
   std::vector<int> support_;  // groups in the model
   Eigen::VectorXd values_, sd_;
   Eigen::MatrixXd ties_;
+  detail::LeastExplained least_;
 };
 
 }  // namespace

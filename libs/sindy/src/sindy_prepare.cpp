@@ -41,6 +41,7 @@ void check(const SindyOptions& o) {
   if (o.discrete && o.order == 2) throw Error("a map has order 1: name delayed channels as inputs");
   require_range("t value", o.t_value, 0, 1e6);
   require_range("least share", o.least_share, 0, 1);
+  require_range("most passes", o.max_passes, 1, 1e9);
 }
 
 Problem select_terms(const Problem& all, const std::vector<int>& terms) {
@@ -154,9 +155,10 @@ Problem SindyData::problem(std::size_t state) const {
   return problem;
 }
 
-IdentifiedModel regress(const SindyData& data, const SolveOptions& solver_options, std::vector<Equation>* alternatives) {
+Regression regress(const SindyData& data, const SolveOptions& solver_options) {
   const SindyOptions& options = data.options();
-  IdentifiedModel model;
+  Regression result;
+  IdentifiedModel& model = result.model;
   model.method = "sindy";
   model.states = options.states;
   model.inputs = options.inputs;
@@ -177,7 +179,6 @@ IdentifiedModel regress(const SindyData& data, const SolveOptions& solver_option
     }
   }
   model.summary.condition_number = 0;
-  model.summary.residual = 0;
   for (std::size_t k = 0; k < options.states.size(); ++k) {
     const std::string lhs = lhs_of(options.states[k], options);
     if (const Equation* known = known_equation(options, lhs)) {
@@ -194,21 +195,22 @@ IdentifiedModel regress(const SindyData& data, const SolveOptions& solver_option
     Equation equation{lhs, {}};
     for (int j : fit.support) equation.terms.push_back({name(j), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});
     for (const PathPoint& point : fit.path) {
-      if (alternatives == nullptr || point.terms == 0 || point.terms > 12) continue;
+      if (point.terms == 0 || point.terms > 12) continue;
       Equation other{lhs, {}};
       for (Eigen::Index j = 0; j < point.xi.size(); ++j) {
         Estimate guess;
         guess.value = point.xi[j];
         if (guess.value != 0) other.terms.push_back({name(j), guess, ""});
       }
-      alternatives->push_back(std::move(other));
+      result.alternatives.push_back(std::move(other));
     }
     model.equations.push_back(std::move(equation));
     model.summary.condition_number = std::fmax(model.summary.condition_number, fit.summary.condition_number);
-    model.summary.residual = std::fmax(model.summary.residual, fit.summary.residual);
+    if (fit.summary.residual > result.least.residual) result.least = {lhs, fit.summary.residual};
     for (const std::string& w : fit.summary.warnings) model.summary.warn(lhs + ": " + w);
   }
-  return model;
+  model.summary.residual = result.least.residual;
+  return result;
 }
 
 }  // namespace whirl::detail

@@ -50,8 +50,17 @@ class SindyData {
 
 std::string lhs_of(const std::string& state, const SindyOptions& options);
 
-/// Model in its states and inputs, equations by regression alone; `alternatives`: other right-hand sides found on the path.
-/// Summary: condition number, residual = largest rms residual of an equation by the rms of its left-hand side.
-IdentifiedModel regress(const SindyData& data, const SolveOptions& solver, std::vector<Equation>* alternatives = nullptr);
+/// Left-hand side of the largest rms residual, and that residual by the rms of the left-hand side.
+struct LeastExplained {
+  std::string lhs;
+  double residual = 0;
+};
+struct Regression {
+  /// In its states and inputs. Summary: condition number, residual = that of `least`.
+  IdentifiedModel model;
+  std::vector<Equation> alternatives;  ///< other right-hand sides found on the path
+  LeastExplained least;
+};
+Regression regress(const SindyData& data, const SolveOptions& solver);
 
 }  // namespace whirl::detail

@@ -1,8 +1,11 @@
 #include "sindy_refine.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <set>
 
@@ -84,8 +87,10 @@ class Selector {
     runs_ = cut_runs(compiled_, stretches, options, length_, kMostSamples);
   }
 
-  /// Drops and adds terms until neither changes. False when the free runs of the model diverge.
-  bool settle(IdentifiedModel& model) {
+  enum class Outcome { settled, diverged, stopped };
+
+  /// Drops and adds terms until neither changes. `diverged`: free runs of the model do; `stopped`: no passes are left.
+  Outcome settle(IdentifiedModel& model) {
     std::set<std::string> rejected;
     std::string added;
     // Terms that are far from needed show after a few steps; the last word has the converged model.
@@ -103,29 +108,27 @@ class Selector {
       drop(model, weak);
       return true;
     };
-    for (int round = 0; round < 80; ++round) {
-      const Refined quick = refine_free_run(model, runs_, dt_, coarse);
-      if (quick.starts.empty()) return false;
+    while (!spent()) {
+      const Refined quick = refined(model, coarse);
+      if (quick.starts.empty()) return Outcome::diverged;
       take(model, quick);
       if (drop_weak()) continue;
-      const Refined refined = refine_free_run(model, runs_, dt_, refine_, absent_terms(model, candidates_));
-      if (refined.starts.empty()) return false;
-      take(model, refined);
-      variance_ = refined.rmse * refined.rmse;
-      converged_ = refined.converged;
+      const Refined full = refined(model, refine_, absent_terms(model, candidates_));
+      if (full.starts.empty()) return Outcome::diverged;
+      take(model, full);
       if (drop_weak()) continue;
-      added = add_best(model, refined, rejected);
+      added = add_best(model, full, rejected);
       if (!added.empty()) continue;
-      if (!drop_jointly(model, refined.covariance, rejected)) return true;
+      if (!drop_jointly(model, full.covariance, rejected)) return Outcome::settled;
     }
-    return true;
+    return Outcome::stopped;
   }
+  bool spent() const { return passes_ >= options_.max_passes; }
 
   /// Shorter runs forgive a poor model. False when they are short already.
   bool shorten() {
     if (length_ <= 10) return false;
-    length_ /= 2;
-    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
+    set_length(length_ / 2);
     return true;
   }
 
@@ -133,64 +136,91 @@ class Selector {
   /// Kept while the free run still follows (chaos and model error end it). False when it was not.
   bool lengthen(IdentifiedModel& model) {
     const bool whole = std::all_of(stretches_.begin(), stretches_.end(), [&](const Stretch& s) { return s.samples() < 2 * length_; });
-    if (whole) return false;
+    if (whole || spent()) return false;
     const Eigen::Index length = length_;
-    const double variance = variance_;
-    const bool converged = converged_;
-    const std::vector<FreeRun> runs = runs_;
-    IdentifiedModel trial = model;
-    length_ *= 4;
-    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
-    RefineOptions few = refine_;
-    few.max_iterations = 4;
-    const Refined probe = refine_free_run(trial, runs_, dt_, few);
-    const bool follows = !probe.starts.empty() && probe.rmse * probe.rmse <= 1.5 * variance;
-    if (follows) take(trial, probe);
-    if (follows && settle(trial) && converged_ && variance_ <= 1.2 * variance) {
-      model = std::move(trial);
-      return true;
-    }
-    length_ = length;
-    variance_ = variance;
-    converged_ = converged;
-    runs_ = runs;
-    return false;
+    return attempt(model, [&](IdentifiedModel& trial) {
+      const double variance = square(followed_.rmse);
+      set_length(4 * length);
+      RefineOptions few = refine_;
+      few.max_iterations = 4;
+      const Refined probe = refined(trial, few);
+      if (probe.starts.empty() || square(probe.rmse) > 1.5 * variance) return false;
+      take(trial, probe);
+      return settle(trial) == Outcome::settled && followed_.converged && square(followed_.rmse) <= 1.2 * variance;
+    });
   }
 
-  /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls.
+  /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls. False when it did not,
+  /// or the terms then did not settle.
   bool exchange(IdentifiedModel& model, const Equation& other) {
-    const auto at = std::find_if(model.equations.begin(), model.equations.end(),
-                                 [&](const Equation& e) { return e.lhs == other.lhs; });
+    const auto at = static_cast<std::size_t>(std::find_if(model.equations.begin(), model.equations.end(),
+                                                          [&](const Equation& e) { return e.lhs == other.lhs; }) -
+                                             model.equations.begin());
+    const Equation& present = model.equations[at];
     // Every term of the present model is needed already: a part of it cannot do.
-    if (other.terms.size() > at->terms.size() || within(other, *at)) return false;
-    IdentifiedModel trial = model;
-    trial.equations[static_cast<std::size_t>(at - model.equations.begin())] = other;
-    RefineOptions few = refine_;
-    few.max_iterations = 2;
-    Refined refined = refine_free_run(trial, runs_, dt_, few);
-    // A hopeless support shows at once.
-    if (refined.starts.empty() || refined.rmse * refined.rmse > 4 * variance_) return false;
-    few.max_iterations = 6;
-    refined = refine_free_run(refined.model, runs_, dt_, few);
-    const double rows = samples();
-    const double now = rows * std::log(variance_) + std::log(rows) * static_cast<double>(at->terms.size());
-    const double then =
-        rows * std::log(refined.rmse * refined.rmse) + std::log(rows) * static_cast<double>(other.terms.size());
-    if (then >= now) return false;
-    take(model, refined);
-    return true;
+    if (spent() || other.terms.size() > present.terms.size() || within(other, present)) return false;
+    return attempt(model, [&](IdentifiedModel& trial) {
+      trial.equations[at] = other;
+      RefineOptions few = refine_;
+      few.max_iterations = 2;
+      Refined found = refined(trial, few);
+      // A hopeless support shows at once.
+      if (found.starts.empty() || square(found.rmse) > 4 * square(followed_.rmse)) return false;
+      few.max_iterations = 6;
+      found = refined(found.model, few);
+      const double rows = samples();
+      const double now = rows * std::log(square(followed_.rmse)) + std::log(rows) * static_cast<double>(present.terms.size());
+      const double then = rows * std::log(square(found.rmse)) + std::log(rows) * static_cast<double>(other.terms.size());
+      if (then >= now) return false;
+      take(trial, found);
+      return settle(trial) == Outcome::settled;
+    });
   }
 
-  double variance() const { return variance_; }
-  bool converged() const { return converged_; }
-  double horizon() const { return dt_ * static_cast<double>(length_); }
+  double rmse() const { return followed_.rmse; }
+  bool converged() const { return followed_.converged; }
+  Followed followed() const { return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance}; }
 
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
 
+  struct Fit {
+    Eigen::VectorXd output_rmse;
+    Eigen::MatrixXd covariance;
+    double rmse = 0;
+    bool converged = false;
+  };
+  static double square(double x) { return x * x; }
+
+  Refined refined(const IdentifiedModel& model, const RefineOptions& options, const std::vector<Equation>& candidates = {}) {
+    Refined result = refine_free_run(model, runs_, dt_, options, candidates);
+    passes_ += result.passes;
+    return result;
+  }
   void take(IdentifiedModel& model, const Refined& refined) {
     model.equations = refined.model.equations;
+    followed_ = {refined.output_rmse, refined.covariance, refined.rmse, refined.converged};
     for (std::size_t k = 0; k < runs_.size(); ++k) runs_[k].start = refined.starts[k];
+  }
+  void set_length(Eigen::Index length) {
+    length_ = length;
+    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
+  }
+  /// Applies `change` to a copy; all is as before when it returns false.
+  bool attempt(IdentifiedModel& model, const std::function<bool(IdentifiedModel&)>& change) {
+    IdentifiedModel trial = model;
+    const Fit fit = followed_;
+    const Eigen::Index length = length_;
+    const std::vector<FreeRun> runs = runs_;
+    const bool kept = change(trial);
+    if (kept) {
+      model = std::move(trial);
+    } else {
+      followed_ = fit;
+      length_ = length;
+      runs_ = runs;
+    }
+    return kept;
   }
   double samples() const {
     Eigen::Index n = 0;
@@ -268,37 +298,37 @@ class Selector {
   RefineOptions refine_;
   Eigen::Index length_ = 0;
   std::vector<FreeRun> runs_;
-  double variance_ = 0;
-  bool converged_ = false;
+  Fit followed_;
+  int passes_ = 0;
 };
 
 }  // namespace
 
-double refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
-                       const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
-                       const SindyOptions& options) {
+Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
+                           const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
+                           const SindyOptions& options) {
   Selector selector(model, candidates, stretches, sd, characteristic_rate, options);
   const IdentifiedModel start = model;
-  while (!selector.settle(model)) {
+  Selector::Outcome outcome = selector.settle(model);
+  while (outcome == Selector::Outcome::diverged) {
     model = start;
-    if (!selector.shorten()) {
-      return 0;
-    }
+    if (!selector.shorten()) return {};
+    outcome = selector.settle(model);
+  }
+  if (outcome == Selector::Outcome::stopped) {
+    model.summary.fail(fmt::format("after {} passes over the free runs terms still come and go", options.max_passes));
   }
   while (selector.lengthen(model)) {
   }
-  for (const Equation& other : alternatives) {
-    const IdentifiedModel before = model;
-    if (selector.exchange(model, other) && !selector.settle(model)) {
-      model = before;
-      selector.settle(model);
-    }
+  for (const Equation& other : alternatives) selector.exchange(model, other);
+  if (selector.spent() && outcome == Selector::Outcome::settled) {
+    model.summary.warn(fmt::format("the trial of other terms was cut short after {} passes over the free runs", options.max_passes));
   }
   if (!selector.converged()) model.summary.warn("the refinement on free runs did not converge");
   // Weighted residuals have variance 1 when only the estimated noise is left.
-  model.summary.chi_square = selector.variance();
-  model.summary.residual = std::sqrt(selector.variance());
-  return selector.horizon();
+  model.summary.chi_square = selector.rmse() * selector.rmse();
+  model.summary.residual = selector.rmse();
+  return selector.followed();
 }
 
 }  // namespace whirl::detail

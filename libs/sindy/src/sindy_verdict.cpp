@@ -57,11 +57,12 @@ void judge_regression(const SindyData& data, IdentifiedModel& model) {
                               data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual);
 }
 
-void judge_refined(const SindyData& data, const OutputWeights& weights, double horizon, IdentifiedModel& model) {
+void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed, const LeastExplained& least,
+                   IdentifiedModel& model) {
   const auto& [weight, noisy] = weights;
   Summary& s = model.summary;
-  double share = 0;  // mean square of weight / spread
-  for (Eigen::Index k = 0; k < weight.size(); ++k) {
+  double total = 0;  // mean square of what free runs leave unexplained beyond the noise, by the motion
+  for (Eigen::Index k = 0; k < followed.output_rmse.size(); ++k) {
     double rows = 0, mean = 0, squares = 0;
     for (const Stretch& stretch : data.stretches()) {
       rows += static_cast<double>(stretch.samples());
@@ -69,15 +70,21 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, double h
     }
     mean /= rows;
     for (const Stretch& stretch : data.stretches()) squares += (stretch.raw.col(k).array() - mean).square().sum();
-    share += weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
+    const double rmse = followed.output_rmse[k];
+    total += std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
   }
-  const double unexplained = std::sqrt(std::max(0.0, s.chi_square - 1) * share);
+  const double unexplained = std::sqrt(total), horizon = followed.horizon, period = 2 * std::numbers::pi / data.rate();
+  const std::string missing =
+      fmt::format("a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and should "
+                  "be an input; least explained is {} ({:.0f} % left)", least.lhs, 100 * least.residual);
   if (horizon <= 0) {
-    s.fail("free runs of the weak-form model diverge within 10 samples");
+    s.fail("free runs of the model diverge at once: " + missing);
   } else if (!(unexplained < 0.15)) {
-    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: a state, an input or "
-                       "a term is missing",
-                       horizon, 100 * unexplained));
+    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: {}", horizon, 100 * unexplained,
+                       missing));
+  } else if (horizon < 0.24 * period) {
+    s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}", horizon,
+                       horizon / period, missing));
   } else if (noisy && s.chi_square > 1.3) {
     s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained", s.chi_square,
                        100 * unexplained));

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 
 #include "sindy_prepare.hpp"
+#include "sindy_refine.hpp"
 
 namespace whirl::detail {
 
@@ -17,7 +18,8 @@ OutputWeights output_weights(const SindyData& data);
 /// the left-hand side that no term explains.
 void judge_regression(const SindyData& data, IdentifiedModel& model);
 
-/// Verdict after refinement. `horizon`: length of the free runs that the model follows, s.
-void judge_refined(const SindyData& data, const OutputWeights& weights, double horizon, IdentifiedModel& model);
+/// Verdict after refinement; `least`: of the regression before it.
+void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed, const LeastExplained& least,
+                   IdentifiedModel& model);
 
 }  // namespace whirl::detail

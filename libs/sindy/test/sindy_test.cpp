@@ -194,6 +194,51 @@ TEST(FitSindy, CoefficientsCarryUnits) {
   }
 }
 
+std::string warnings(const IdentifiedModel& m) {
+  std::string all;
+  for (const std::string& w : m.summary.warnings) all += w + "; ";
+  return all;
+}
+
+TEST(FitSindy, ADriverTakenForAStateIsToldAndTheSearchEnds) {
+  const testing::ZooSystem s = system("Duffing forced");
+  for (const double noise : {0.0, 0.01}) {
+    SindyOptions o;
+    o.states = {"x", "v", "u"};
+    const IdentifiedModel m = fit_sindy({testing::zoo_record(s, noise, 2)}, o);
+    EXPECT_EQ(m.summary.status, Status::unusable) << noise;
+    EXPECT_NE(warnings(m).find("should be an input; least explained is u'"), std::string::npos) << warnings(m);
+  }
+}
+
+TEST(FitSindy, ASearchThatIsCutShortSaysSo) {
+  const testing::ZooSystem s = system("Duffing forced");
+  const Recording r = testing::zoo_record(s, 0.01, 2);
+  SindyOptions o = options_for(s);
+  o.max_passes = 3;  // enough for the terms to settle, not for the trial of others
+  const IdentifiedModel right = fit_sindy({r}, o);
+  EXPECT_EQ(right.summary.status, Status::warning);
+  EXPECT_NE(warnings(right).find("cut short after 3 passes"), std::string::npos) << warnings(right);
+  EXPECT_EQ(support(right, "v'"), support(s.truth, "v'"));
+  SindyOptions driver;
+  driver.states = {"x", "v", "u"};
+  driver.max_passes = 10;
+  const IdentifiedModel wrong = fit_sindy({r}, driver);
+  EXPECT_EQ(wrong.summary.status, Status::unusable);
+  EXPECT_NE(warnings(wrong).find("after 10 passes over the free runs terms still come and go"), std::string::npos) << warnings(wrong);
+  o.max_passes = 0;
+  EXPECT_THROW(fit_sindy({r}, o), Error);
+}
+
+TEST(FitSindy, ParametersAreTheCoefficientsWithTheirCovariance) {
+  const testing::ZooSystem s = system("Duffing forced");
+  const IdentifiedModel m = fit_sindy({testing::zoo_record(s, 0.01, 3)}, options_for(s));
+  ASSERT_EQ(m.parameters.size(), 5u);
+  ASSERT_EQ(m.parameter_covariance.size(), 25u);
+  EXPECT_EQ(m.parameter("v': x^3")->value, coefficient(m, "v'", "x^3"));
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(std::sqrt(m.parameter_covariance[6 * i]) / m.parameters[i].second.sd, 1, 1e-9);
+}
+
 TEST(FitSindy, BadInputIsToldByName) {
   const testing::ZooSystem s = system("linear");
   const Recording r = testing::zoo_record(s, 0, 1);

@@ -16,9 +16,10 @@ struct UnknownEstimates {
 };
 
 /// The unknowns of the library as an identified model has them: its parameters of the same name, else its equations, whose
-/// terms are multiplied out and compared with the library's. Covariances from `parameter_covariance`, or for the groups of
-/// tied_rotor_library from `rotor_covariance`; otherwise unknowns count as independent. Throws Error when the model has no
-/// equation of a left-hand side of the library, or its coefficients do not fit the ties within four standard deviations.
+/// terms are multiplied out and compared with the library's. Covariances from `parameter_covariance` (parameters named after
+/// groups, or after terms as fit_sindy does), or for the groups of tied_rotor_library from `rotor_covariance`; otherwise
+/// unknowns count as independent. Throws Error when the model has no equation of a left-hand side of the library, or its
+/// coefficients do not fit the ties within four standard deviations.
 UnknownEstimates unknown_estimates(const IdentifiedModel& model, const CandidateLibrary& library);
 
 /// A quantity with its estimate: a parameter, or a combination such as "K1/m".

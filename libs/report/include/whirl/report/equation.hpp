@@ -31,7 +31,9 @@ std::string to_text(const Equation& equation, const NameMap& names = {});    ///
 
 /// Every coefficient with standard deviation, 95 % interval and unit.
 Table coefficient_table(const IdentifiedModel& model);
-/// Physical parameters of the model (k1, k2, c, ...) likewise.
+/// Physical parameters of the model (k1, k2, c, ...) likewise, without those that are the coefficient of one term.
 Table parameter_table(const IdentifiedModel& model);
+/// Whether the parameter is the coefficient of one term: "x^3", or "v': x^3".
+bool names_term(const IdentifiedModel& model, std::string_view parameter);
 
 }  // namespace whirl::report

@@ -41,7 +41,9 @@ struct Refined {
   Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms; of the unknowns
                                         ///< where there are ties
   double rmse = 0;                      ///< of all outputs, weighted by output_sd
+  Eigen::VectorXd output_rmse;          ///< of each output, weighted by output_sd
   int iterations = 0;
+  int passes = 0;                       ///< simulations of all runs with their sensitivities: the cost
   bool converged = false;               ///< false also when the starting model diverges
   std::vector<TermScore> scores;        ///< of the candidates asked for, largest first
 };

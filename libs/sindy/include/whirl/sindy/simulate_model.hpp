@@ -28,16 +28,15 @@ class CompiledModel {
   const Tape& tape() const { return tape_; }
   /// The same in two steps for long runs: `signals` are what the right-hand sides need of the inputs alone (cos(beta),
   /// beta'^2 cos(beta), a whole forcing), one column each, evaluated at once for all rows of inputs; `rate_of` then takes states
-  /// and signals.
+  /// and signals. It evaluates every function of a state once and multiplies by the matrix of coefficients.
   Eigen::MatrixXd signals(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const { return signals_.evaluate(inputs); }
-  void rate_of(const double* states_and_signals, double* out) const noexcept {
-    states_tape_.evaluate_point(states_and_signals, out);
-  }
+  void rate_of(const double* states_and_signals, double* out) const noexcept;
 
  private:
   std::vector<std::string> states_, inputs_;
   bool discrete_ = false;
-  Tape tape_, signals_, states_tape_;
+  Tape tape_, signals_, functions_;
+  Eigen::MatrixXd coefficients_;  // states, padded to whole packets of four, x functions
 };
 
 /// A free run of a model.

@@ -25,6 +25,7 @@ struct SindyOptions {
   double window = 0;                 ///< half-width of the test functions, s; 0: from the record's own time scale
   double t_value = 4;                ///< terms with a smaller |coefficient / sd| go
   double least_share = 1e-4;         ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
+  int max_passes = 500;              ///< of the refinement over its free runs; beyond, the search for terms ends (see fit_sindy)
   bool refine = true;                ///< multiple-shooting refinement with pruning and score test; false: weak form only
   SolveOptions solver = {.method = "best_subset"};  ///< of the weak form
 };
@@ -41,11 +42,17 @@ struct SindyOptions {
 ///    candidates with a score of at least t_value^2 are added, until neither changes; then every other support on the
 ///    regression's path that is no larger is tried in its place and kept when it lowers the criterion of the free runs.
 ///
-/// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; `noise_sd` is the
-/// mean over channels; summary.chi_square is the refined residual variance over the estimated noise variance (NaN where
-/// the noise is below 1e-6 of the signal). Status unusable with the reason, and no equations, when a channel is constant, the
+/// The search takes some 30 to 100 passes over the free runs; where it has not come to an end after `max_passes` the model is
+/// unusable (terms still coming and going: a signal that something outside drives was taken for a state, or a term is missing)
+/// or, when only the trial of other supports was cut short, carries a warning.
+///
+/// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; its `parameters` are the
+/// estimated coefficients, named "v': x^3", with `parameter_covariance` after refinement; `noise_sd` is the mean over channels;
+/// summary.chi_square is the refined residual variance over the estimated noise variance (NaN where the noise is below 1e-6 of
+/// the signal). Status unusable with the reason, and no equations, when a channel is constant, the
 /// same as another one, mostly noise or of a size whose powers leave the range of doubles; unusable also when free runs of the
-/// model diverge or leave 15 % of the motion unexplained (maps and unrefined models: 50 % of a left-hand side).
+/// model diverge, are followed for less than a quarter of a characteristic period, or leave 15 % of the motion unexplained (maps
+/// and unrefined models: 50 % of a left-hand side); the reason names the state that the regression explains least.
 /// Throws Error on unknown channels, or fewer than 50 usable samples.
 IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options);
 
