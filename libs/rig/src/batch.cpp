@@ -73,6 +73,7 @@ struct BatchRig<Lanes>::State {
       : tables(t[0]), own(t), one_plant(one), modes(tables->parameters.modes.size()) {
     for (int lane = 0; lane < Lanes; ++lane) {
       const RigTables& r = *own[static_cast<std::size_t>(lane)];
+      if (r.parameters.tilt.active()) throw Error("batch of rigs: a rotor that tilts runs one rig at a time only");
       if (r.angle != tables->angle || r.gain != tables->gain || r.mode_maps.size() != tables->mode_maps.size()) {
         throw Error("batch of rigs: the lanes differ in profile, timing, encoder, laser rate or mass");
       }
@@ -98,7 +99,7 @@ struct BatchRig<Lanes>::State {
     }
     ticks_done = steps = captured = 0;
     for (int lane = 0; lane < Lanes; ++lane) {
-      const LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start;
+      const LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start.disk;
       x[lane] = s.x, y[lane] = s.y, vx[lane] = s.vx, vy[lane] = s.vy;
     }
     target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};

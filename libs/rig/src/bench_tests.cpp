@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "normal.hpp"
+#include "tables.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rig/records.hpp"
-#include "whirl/rotor/lateral_step.hpp"
 #include "whirl/rotor/mode_step.hpp"
 
 namespace whirl {
@@ -66,6 +66,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   constexpr int kSubsteps = 8;
   const double step = 1 / (o.rate * kSubsteps);
   const LateralCoefficients<double> coefficients = lateral_coefficients(parameters.true_model());
+  const TiltCoefficients tilt = tilt_coefficients(parameters);
   const double mass = parameters.rotor.mass;
   std::vector<ModeStep> steps;
   for (const RigMode& mode : parameters.modes) {
@@ -91,15 +92,15 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
     };
     const auto input = [&](double t) {
       const std::complex<double> a = pulse(t) / mass * along;
-      return LateralInput<double>{a.real(), a.imag()};
+      return TiltedInput{.disk = {a.real(), a.imag()}};
     };
-    LateralState<double> rotor{};
+    TiltedState rotor;
     std::vector<ModeState> modes(steps.size());
     Eigen::VectorXd force(samples), acc_x(samples), acc_y(samples);
     for (Eigen::Index i = 0; i < samples; ++i) {
       const double t = static_cast<double>(i) / o.rate;
-      const LateralInput<double> a = lateral_rate(coefficients, rotor, input(t));
-      std::complex<double> acceleration(a.x, a.y);
+      const LateralState<double> rate = tilted_rate(coefficients, tilt, rotor, input(t)).disk;
+      std::complex<double> acceleration(rate.vx, rate.vy);
       for (std::size_t k = 0; k < modes.size(); ++k) {
         const RigMode& mode = parameters.modes[k];
         const double w = 2 * std::numbers::pi * mode.frequency;
@@ -119,7 +120,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
           steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now),
                                                  gain * pulse(mid), gain * pulse(end));
         }
-        rotor = lateral_step(coefficients, rotor, input(now), input(mid), input(end), step);
+        rotor = tilted_step(coefficients, tilt, rotor, input(now), input(mid), input(end), step);
       }
     }
     Recording r;

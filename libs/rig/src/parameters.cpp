@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "whirl/core/error.hpp"
+#include "whirl/rig/tilt.hpp"
 
 namespace whirl {
 
@@ -82,7 +83,25 @@ RigParameters RigParameters::ideal_rotor_b() {
   return p;
 }
 
-double RigParameters::natural_frequency() const { return std::sqrt(rotor.stiffness / rotor.mass); }
+GyroscopicRotor gyroscopic_rotor(const RigParameters& p) {
+  if (!p.tilt.active()) throw Error("the rig's rotor has no tilt: tilt.diametral is 0");
+  GyroscopicRotor r;
+  r.mass = p.rotor.mass;
+  r.polar = p.tilt.polar;
+  r.diametral = p.tilt.diametral;
+  r.shaft = {p.rotor.stiffness + p.tilt.coupling * p.tilt.coupling / p.tilt.stiffness, p.tilt.coupling, p.tilt.stiffness};
+  r.damping = p.rotor.damping;
+  r.tilt_damping = 2 * p.tilt.damping_ratio * std::sqrt(p.tilt.stiffness * p.tilt.diametral);
+  r.cubic = p.rotor.cubic;
+  r.eps = p.eccentricity();
+  r.chi = std::polar(p.tilt.couple_unbalance, p.tilt.couple_phase);
+  return r;
+}
+
+double RigParameters::natural_frequency() const {
+  if (tilt.active()) return critical_speeds(gyroscopic_rotor(*this)).front();
+  return std::sqrt(rotor.stiffness / rotor.mass);
+}
 
 std::complex<double> RigParameters::eccentricity() const {
   return std::polar(rotor.residual_eccentricity, rotor.residual_phase) +
@@ -149,6 +168,15 @@ void RigParameters::check() const {
   positive("encoder.bandwidth", encoder.bandwidth, timing.rate / 20, "Hz");
   positive("timing.rate", timing.rate, 1e6, "Hz");
   require_range("timing.substeps", timing.substeps, 1, 256);
+
+  if (tilt.active()) {
+    require_range("tilt.diametral", tilt.diametral, 1e-12, 1e6, "kg m^2");
+    require_range("tilt.polar", tilt.polar, 0, 2 * tilt.diametral, "kg m^2");  // a rigid body: Ip <= 2 Id
+    positive("tilt.stiffness", tilt.stiffness, 1e12, "N m");
+    require_range("tilt.coupling", tilt.coupling, -1e12, 1e12, "N");
+    require_range("tilt.damping_ratio", tilt.damping_ratio, 0, 10);
+    require_range("tilt.couple_unbalance", tilt.couple_unbalance, 0, 1, "rad");
+  }
 
   // Sensor instants must be ends of Runge-Kutta steps: interpolating between them would be a sensor nobody
   // sells.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "whirl/rig/tilt.hpp"
 #include "whirl/rotor/equations.hpp"
 #include "whirl/rotor/mode_step.hpp"
 #include "whirl/rotor/simulate.hpp"
@@ -106,6 +107,14 @@ void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double om
 
 }  // namespace
 
+TiltCoefficients tilt_coefficients(const RigParameters& parameters) {
+  if (!parameters.tilt.active()) return {};
+  const GyroscopicRotor r = gyroscopic_rotor(parameters);
+  const double id = r.diametral;
+  return {r.shaft.k12 / r.mass, r.shaft.k12 / r.shaft.k22, r.polar / id,       r.tilt_damping / id,
+          r.shaft.k12 / id,     r.shaft.k22 / id,          (1 - r.polar / id) * r.chi};
+}
+
 AngleTables::AngleTables(const RigParameters& p) {
   const int n = p.timing.substeps;
   const AngleFunction profile(p.profile);
@@ -113,8 +122,10 @@ AngleTables::AngleTables(const RigParameters& p) {
   step = 1 / (p.timing.rate * n);
 
   forcing.resize(static_cast<std::size_t>(2 * n * ticks + 1));
+  omega.resize(forcing.size());
   for (std::size_t i = 0; i < forcing.size(); ++i) {
     const AngleState a = profile(0.5 * step * static_cast<double>(i));
+    omega[i] = a.omega;
     const std::complex<double> f = unbalance_forcing(a.beta, a.omega, a.alpha);
     forcing[i] = {f.real(), f.imag()};
   }
@@ -150,7 +161,19 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
 
   const AngleState first = p.profile.at(0);
   const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
-  start = {whirl.z.real(), whirl.z.imag(), whirl.dz.real(), whirl.dz.imag()};
+  const auto motion = [](std::complex<double> z, std::complex<double> dz) {
+    return LateralState<double>{z.real(), z.imag(), dz.real(), dz.imag()};
+  };
+  start.disk = motion(whirl.z, whirl.dz);
+  tilt = tilt_coefficients(p);
+  if (p.tilt.active()) {
+    const GyroscopicRotor r = gyroscopic_rotor(p);
+    // The steady whirl of the linear isotropic rotor.
+    const std::complex<double> turn = std::polar(1.0, first.beta), rate(0, first.omega);
+    const Eigen::Vector2cd steady = steady_unbalance(r, first.omega);
+    start.disk = motion(steady[0] * turn, rate * steady[0] * turn);
+    start.tilt = motion(steady[1] * turn, rate * steady[1] * turn);
+  }
 
   not_disk.reserve(angle->sensor_turn.size());
   for (const std::complex<double>& turn : angle->sensor_turn) not_disk.push_back(surface_error(p.laser, turn));

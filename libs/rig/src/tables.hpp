@@ -4,7 +4,7 @@
 
 #include "whirl/rig/parameters.hpp"
 #include "whirl/rig/virtual_rig.hpp"
-#include "whirl/rotor/lateral_step.hpp"
+#include "whirl/rotor/tilted_step.hpp"
 
 namespace whirl {
 
@@ -15,6 +15,9 @@ struct ModeMap {
   double dq_q, dq_dq, dq_f, dq_c;  ///< q' at the end
 };
 
+/// Zero for a rotor without tilt: the deflection alone then moves.
+TiltCoefficients tilt_coefficients(const RigParameters& parameters);
+
 /// The part that depends on profile, laser rate and latency, encoder and timing only.
 struct AngleTables {
   explicit AngleTables(const RigParameters& parameters);
@@ -23,6 +26,7 @@ struct AngleTables {
   double step = 0;  ///< Runge-Kutta step, s
   std::vector<LateralInput<double>>
       forcing;                    ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
+  std::vector<double> omega;      ///< speed at every half step, rad/s
   std::vector<long> sensor_step;  ///< per tick: step whose end is the sensor instant read there
   std::vector<std::complex<double>> sensor_turn;  ///< per tick: e^{i beta} at that instant
   std::vector<AngleState> measured_angle;    ///< per tick
@@ -40,7 +44,8 @@ class RigTables {
   double eps_re = 0, eps_im = 0;  ///< eccentricity, m
   double gain = 0;                ///< 1/m, 1/kg
   double lag_half_step = 0;       ///< exp(-step / (2 tau)); 0 without lag
-  LateralState<double> start{};
+  TiltedState start;
+  TiltCoefficients tilt;
   std::vector<LateralInput<double>>
       not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]

@@ -26,7 +26,7 @@ struct VirtualRig::State {
   long tick = 0;
   long steps = 0;     // Runge-Kutta steps done
   long captured = 0;  // ticks whose sensor reading is already taken
-  LateralState<double> rotor{};
+  LateralState<double> rotor{}, tilt{};
   LateralInput<double> force{};    // acting now, N
   LateralInput<double> target{};   // force it tends to
   LateralInput<double> applied{};  // after converter and limit, in sensor axes, nominal gain
@@ -48,7 +48,8 @@ struct VirtualRig::State {
     normal = Normal(seed);
     measurement = {};
     tick = steps = captured = 0;
-    rotor = tables->start;
+    rotor = tables->start.disk;
+    tilt = tables->start.tilt;
     force = target = applied = {};
     for (std::size_t i = 0; i < modes.size(); ++i) {
       const double q = tables->parameters.modes[i].initial;
@@ -183,7 +184,14 @@ struct VirtualRig::State {
       const LateralInput<double> in_mid = input(f[1]);
       dx *= r, dy *= r;
       const LateralInput<double> in1 = input(f[2]);
-      rotor = lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
+      if (t.parameters.tilt.active()) {
+        const double* omega = &t.angle->omega[static_cast<std::size_t>(2 * steps)];
+        const TiltedState next = tilted_step(t.coefficients, t.tilt, {rotor, tilt}, {in0, f[0], omega[0]},
+                                             {in_mid, f[1], omega[1]}, {in1, f[2], omega[2]}, t.angle->step);
+        rotor = next.disk, tilt = next.tilt;
+      } else {
+        rotor = lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
+      }
       in0 = in1;
       ++steps;
       if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) {
@@ -222,6 +230,7 @@ std::complex<double> RigTruth::z() const noexcept { return {rig_->state_->rotor.
 std::complex<double> RigTruth::dz() const noexcept {
   return {rig_->state_->rotor.vx, rig_->state_->rotor.vy};
 }
+std::complex<double> RigTruth::tilt() const noexcept { return {rig_->state_->tilt.x, rig_->state_->tilt.y}; }
 std::complex<double> RigTruth::force() const noexcept {
   return {rig_->state_->force.x, rig_->state_->force.y};
 }

@@ -17,7 +17,7 @@ struct alignas(64) LaneArray {
 
 /// `Lanes` rigs side by side: one plant under many controllers, or as many plants (Monte Carlo over rotors). The
 /// arithmetic is that of VirtualRig, in vector registers; a lane gives what VirtualRig gives with the same seed and
-/// commands, whatever the other lanes do and however many there are. No fault script. Instantiated for 8, 16 and 32 lanes.
+/// commands, whatever the other lanes do and however many there are. No fault script, no tilt. Instantiated for 8, 16 and 32 lanes.
 ///
 /// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
 /// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/rig_tsmc_lanes.cpp).

@@ -71,6 +71,13 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("encoder.profile_angle", p.encoder.profile_angle, 1.0);
   visit("timing.rate_hz", p.timing.rate, 1.0);
   visit("timing.substeps", p.timing.substeps, 1.0);
+  visit("tilt.polar_kgm2", p.tilt.polar, 1.0);
+  visit("tilt.diametral_kgm2", p.tilt.diametral, 1.0);
+  visit("tilt.stiffness_Nm", p.tilt.stiffness, 1.0);
+  visit("tilt.coupling_N", p.tilt.coupling, 1.0);
+  visit("tilt.damping_percent", p.tilt.damping_ratio, kPercent);
+  visit("tilt.couple_unbalance_deg", p.tilt.couple_unbalance, kDeg);
+  visit("tilt.couple_phase_rad", p.tilt.couple_phase, 1.0);
 }
 
 }  // namespace whirl

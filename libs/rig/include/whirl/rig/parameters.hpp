@@ -27,6 +27,21 @@ struct RigRotor {
   double added_phase = 0;                  ///< rad from the angle zero
 };
 
+/// Tilt of the disk axis: the gyroscopic rotor with four lateral degrees of freedom (whirl/rotor/gyroscopic.hpp), for a disk
+/// that does not sit in the middle of its shaft. `RigRotor::stiffness` stays what a slow pull finds, the disk free to tilt:
+/// k11 = K1 + k12^2 / k22. Default: none, the rotor of the paper.
+struct RigTilt {
+  double polar = 0;              ///< Ip, about the spin axis, kg m^2
+  double diametral = 0;          ///< Id, about a diameter, kg m^2; 0 = no tilt
+  double stiffness = 0;          ///< k22, N m/rad
+  double coupling = 0;           ///< k12, N
+  double damping_ratio = 0;      ///< c22 / (2 sqrt(k22 Id))
+  double couple_unbalance = 0;   ///< chi, angle between disk axis and shaft, rad
+  double couple_phase = 0;       ///< of chi, rad from the angle zero
+
+  bool active() const { return diametral > 0; }
+};
+
 /// A linear mode of the structure beside the rotor's own, the same on both axes: excited by its initial
 /// deflection (the e^{lambda t} terms of paper eq. 21), by the actuators and, when asked for, by the
 /// unbalance; seen by the sensors, not part of the disk motion.
@@ -98,6 +113,7 @@ struct RigParameters {
   RigActuator actuator;
   RigEncoder encoder;
   RigTiming timing;
+  RigTilt tilt;
 
   /// 2.5 w1 -> 0 in 13 s with 0.4 % speed ripple, then 1 s at standstill.
   static SpeedProfile default_profile();
@@ -109,9 +125,9 @@ struct RigParameters {
   static RigParameters ideal_rotor_a();
   static RigParameters ideal_rotor_b();
 
-  double natural_frequency() const;           ///< sqrt(K1 / m), rad/s
+  double natural_frequency() const;  ///< sqrt(K1 / m), with tilt the first forward critical speed, rad/s
   std::complex<double> eccentricity() const;  ///< residual + added, m, in the rotor frame
-  /// The true lateral equations with the actuator gain 1/m, and the modes that the unbalance drives as the
+  /// The true lateral equations without tilt, with the actuator gain 1/m, and the modes that the unbalance drives as the
   /// sensors see them.
   RotorModel true_model() const;
   /// The same record in the other direction: profile reversed in time.
