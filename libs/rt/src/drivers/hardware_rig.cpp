@@ -13,6 +13,7 @@ namespace whirl {
 namespace {
 
 constexpr double kSmallestCurrent = 3.6e-3, kLargestCurrent = 20.4e-3;  // A, of a working 4..20 mA loop
+constexpr long kApart = 1000;    // cycles after which a clock that runs apart is moved by a tick
 constexpr double kTurned = 0.1;  // rad the rotor turns before a standing angle is suspicious
 
 void check(const PositionInput& p, double rate) {
@@ -115,6 +116,22 @@ void HardwareRig::align() noexcept {
   }
 }
 
+void HardwareRig::follow_clocks() noexcept {
+  const auto moved = [this](long& apart, std::int64_t tick) {
+    const std::int64_t behind = tick_ - tick;
+    const bool usable = static_cast<double>(behind) * options_.sample_time <= options_.max_age;
+    apart = behind > 0 && usable ? std::max(apart, 0L) + 1 : behind < 0 ? std::min(apart, 0L) - 1 : 0;
+    if (std::abs(apart) < kApart) return 0;
+    const int by = apart > 0 ? 1 : -1;
+    apart = 0;
+    return by;
+  };
+  for (Axis& a : axes_) {
+    if (a.sensor && a.aligned) a.offset += moved(a.apart, a.tick());
+  }
+  if (board_->descriptor() >= 0 && board_seen_) board_tick_ += moved(board_apart_, board_tick_);
+}
+
 bool HardwareRig::complete(std::int64_t tick, bool all) const noexcept {
   // What has had nothing valid to say for a while is not waited for.
   const auto late = static_cast<std::int64_t>(options_.max_age / options_.sample_time) + 1;
@@ -192,9 +209,17 @@ Measurement HardwareRig::read() noexcept {
   if (!waited_) {  // the loop runs on a clock of its own: take what is there
     drain();
     if (!armed_) align();
-    tick_ = board_->descriptor() >= 0 ? std::max(tick_, board_tick_) : tick_ + 1;
+    const Axis& first = axes_[0].sensor ? axes_[0] : axes_[1];
+    if (board_->descriptor() >= 0) {
+      tick_ = std::max(tick_, board_tick_);
+    } else if (!armed_ && first.aligned) {
+      tick_ = first.tick();
+    } else {
+      ++tick_;
+    }
   }
   waited_ = false;
+  if (armed_) follow_clocks();
   board_silent_ = board_fresh_ ? 0 : board_silent_ + 1;
   if (!armed_ || reading_.beta != last_beta_) {
     angle_repeated_ = 0;
@@ -233,7 +258,7 @@ void HardwareRig::write(const Command& force) noexcept {
   }
   c.answers = reading_.tick;
   c.armed = armed_;
-  c.start = armed_ || started_;
+  c.start = (armed_ && !at_rest_) || started_;
   board_->write(c);
 }
 

@@ -46,6 +46,7 @@ struct HardwareOptions {
 
 /// Why a displacement is not used.
 enum class InputState : std::uint8_t { good, no_sample, sensor_error, too_old, stuck, current };
+constexpr int kInputStates = 6;
 std::string_view to_string(InputState state);
 
 /// Hardware behind the Rig concept: two displacement inputs, one board with angle, speed and two outputs. It is
@@ -53,7 +54,7 @@ std::string_view to_string(InputState state);
 ///
 /// Ticks are those of the board (a board without a clock: of the first laser). A laser runs on its own; which of
 /// its frames belong to a tick is learned while the loop is disarmed, so a loop should stay disarmed for some
-/// tens of cycles at first.
+/// tens of cycles at first. Armed, clocks that run apart are followed by one tick in a thousand at most.
 class HardwareRig {
  public:
   /// Opens the lasers. Throws Error for options out of range, a laser that does not start, a laser rate that is no
@@ -71,7 +72,10 @@ class HardwareRig {
   Fault fault() const noexcept;
   /// Starts the experiment of a virtual rig without arming.
   void start() noexcept { started_ = true; }
+  /// Armed commands act, but do not start the experiment of a virtual rig: its shaft stays at rest.
+  void stay_at_rest() noexcept { at_rest_ = true; }
   bool done() const noexcept { return reading_.done; }
+  bool board_clock() const noexcept { return board_->descriptor() >= 0; }  ///< the board says when a tick is
 
   // For those who look at it from outside.
   InputState state(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].state; }
@@ -80,6 +84,7 @@ class HardwareRig {
     const auto& sensor = axes_[static_cast<std::size_t>(axis)].sensor;
     return sensor ? &*sensor : nullptr;
   }
+  const optoncdt::Sample& sample(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].newest; }  ///< of the laser
   double distance(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].distance; }  ///< newest, m
   long late(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].late; }  ///< ticks without a new sample
 
@@ -97,6 +102,7 @@ class HardwareRig {
     double last_analog = 0;
     InputState state = InputState::no_sample;
     long late = 0;
+    long apart = 0;           ///< cycles in a row behind (> 0) or ahead (< 0) of the tick
 
     std::int64_t frame_tick() const noexcept;  ///< of the laser's own count
     std::int64_t tick() const noexcept { return frame_tick() + offset; }
@@ -104,6 +110,7 @@ class HardwareRig {
   void drain() noexcept;
   bool complete(std::int64_t tick, bool all) const noexcept;
   void align() noexcept;
+  void follow_clocks() noexcept;
   InputState examine(Axis& axis, const PositionInput& input) noexcept;
 
   HardwareOptions options_;
@@ -112,9 +119,9 @@ class HardwareRig {
   BoardReading reading_;
   bool board_seen_ = false, board_fresh_ = false;
   std::int64_t board_tick_ = 0, tick_ = 0, start_ = 0;
-  long board_silent_ = 0, angle_repeated_ = 0;
+  long board_silent_ = 0, board_apart_ = 0, angle_repeated_ = 0;
   double last_beta_ = 0;
-  bool armed_ = false, started_ = false, waited_ = false;
+  bool armed_ = false, started_ = false, at_rest_ = false, waited_ = false;
 };
 
 }  // namespace whirl

@@ -40,6 +40,7 @@ enum class SensorError : std::uint8_t {
   unknown_code,       ///< another code from 262072 on
   no_distance,        ///< above the largest distance, but below the error codes
 };
+constexpr int kSensorErrors = 10;
 std::string_view to_string(SensorError error);
 
 /// A distance or an error, never both.

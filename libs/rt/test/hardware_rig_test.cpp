@@ -1,0 +1,319 @@
+// The rig on a clock that the test turns: each read() without a wait() is a tick.
+#include "whirl/rt/drivers/hardware_rig.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "whirl/core/error.hpp"
+#include "whirl/rt/drivers/optoncdt_line.hpp"
+
+namespace whirl {
+namespace {
+
+/// What the test says is what the board says.
+struct FakeBoard : Board {
+  struct State {
+    BoardReading reading;
+    bool answers = true, online = true;
+    BoardCommand written;
+  };
+  explicit FakeBoard(State& s) : state(s) {}
+  State& state;
+  bool read(BoardReading& out) noexcept override {
+    if (!state.answers) return false;
+    ++state.reading.tick;
+    out = state.reading;
+    return true;
+  }
+  void write(const BoardCommand& c) noexcept override { state.written = c; }
+  bool connected() const noexcept override { return state.online; }
+};
+
+HardwareOptions analog() {
+  HardwareOptions o;
+  o.position[0].analog = 0;
+  o.position[1].analog = 2;
+  return o;
+}
+
+double volts(double milliampere, double shunt = 250) { return 1e-3 * milliampere * shunt; }
+
+struct HardwareRigRealtime : ::testing::Test {
+  FakeBoard::State board;
+  HardwareRig make(const HardwareOptions& o) { return HardwareRig(o, std::make_unique<FakeBoard>(board)); }
+  /// Inputs in mA; never twice the same, as real ones.
+  Measurement tick(HardwareRig& rig, double x, double y, bool noise = true) {
+    const double n = noise ? 1e-9 * static_cast<double>(++count) : 0;
+    board.reading.analog = {volts(x) + n, 0, volts(y) + n, 0};
+    return rig.read();
+  }
+  long count = 0;
+};
+
+TEST_F(HardwareRigRealtime, CurrentsBecomeDisplacementsByTheCalibration) {
+  HardwareOptions o = analog();
+  o.position[0].laser.range = 0.010;
+  o.position[0].offset = 4e-3;
+  o.position[0].gain = 1.02;
+  o.position[0].direction = -1;
+  o.position[1].laser.range = 0.025;
+  HardwareRig rig = make(o);
+  const Measurement m = tick(rig, 12, 6);
+  EXPECT_TRUE(m.valid);
+  EXPECT_NEAR(m.x, -1.02 * (5e-3 - 4e-3), 1e-9);
+  EXPECT_NEAR(m.y, 0.125 * 0.025, 1e-9);
+}
+
+TEST_F(HardwareRigRealtime, ACurrentOutsideItsLoopIsNoDisplacement) {
+  HardwareRig rig = make(analog());
+  for (const double bad : {3.5, 0.0, -4.0, 20.5, std::numeric_limits<double>::quiet_NaN()}) {
+    EXPECT_TRUE(tick(rig, 12, 12).valid);
+    EXPECT_FALSE(tick(rig, 12, bad).valid);
+    EXPECT_EQ(rig.state(0), InputState::good);
+    EXPECT_EQ(rig.state(1), InputState::current);
+  }
+  EXPECT_TRUE(tick(rig, 3.7, 20.3).valid);
+}
+
+TEST_F(HardwareRigRealtime, ASignalThatRepeatsItselfIsStuckUntilItMoves) {
+  HardwareOptions o = analog();
+  o.stuck = 25e-3;
+  HardwareRig rig = make(o);
+  tick(rig, 12, 12);
+  int good = 0;
+  while (good < 100 && tick(rig, 12, 12, false).valid) ++good;
+  EXPECT_EQ(good, 26) << "the first of the run, and 25 ticks of it";
+  EXPECT_EQ(rig.state(0), InputState::stuck);
+  EXPECT_TRUE(tick(rig, 12, 12).valid);
+  o.stuck = 0;
+  HardwareRig blind = make(o);
+  for (int k = 0; k < 200; ++k) EXPECT_TRUE(tick(blind, 12, 12, false).valid);
+}
+
+TEST_F(HardwareRigRealtime, ASilentOrLostBoardDemandsATrip) {
+  HardwareRig rig = make(analog());
+  board.answers = false;
+  EXPECT_FALSE(rig.read().valid);
+  EXPECT_EQ(rig.state(0), InputState::no_sample);
+  board.answers = true;
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none);
+  board.answers = false;
+  int ticks = 0;
+  for (; ticks < 1000 && rig.fault() == Fault::none; ++ticks) rig.read();
+  EXPECT_EQ(ticks, 51) << "50 ms and one tick";
+  EXPECT_EQ(rig.fault(), Fault::watchdog);
+  board.answers = true;
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none);
+  board.online = false;
+  EXPECT_EQ(rig.fault(), Fault::watchdog);
+  board.reading.done = true;
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none) << "after the end nothing is missing";
+}
+
+TEST_F(HardwareRigRealtime, AnExpiredBoardAndAStandingAngleTripTheArmedLoop) {
+  HardwareRig rig = make(analog());
+  rig.arm(true);
+  board.reading.omega = 100;
+  int ticks = 0;
+  for (; ticks < 1000 && rig.fault() == Fault::none; ++ticks) tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::stale_sensor);
+  EXPECT_NEAR(ticks, 26, 1);
+  board.reading.beta += 0.1;
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none);
+  board.reading.omega = 0;
+  for (int k = 0; k < 200; ++k) tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::none) << "a shaft at rest may stand";
+  board.reading.expired = true;
+  tick(rig, 12, 12);
+  EXPECT_EQ(rig.fault(), Fault::watchdog);
+  rig.arm(false);
+  EXPECT_EQ(rig.fault(), Fault::none);
+}
+
+TEST_F(HardwareRigRealtime, ForcesBecomeVoltsAndZeroWhenDisarmed) {
+  HardwareOptions o = analog();
+  o.force[0] = {.force_per_volt = 4, .offset = 0.1, .limit = 2, .direction = -1};
+  o.force[1] = {.force_per_volt = 2, .offset = 0, .limit = 10, .direction = 1};
+  {
+    HardwareRig rig = make(o);
+    tick(rig, 12, 12);
+    rig.write({4, 4});
+    EXPECT_EQ(board.written.volts[0], 0) << "disarmed: not even the offset";
+    EXPECT_FALSE(board.written.armed);
+    EXPECT_FALSE(board.written.start);
+    rig.arm(true);
+    rig.write({4, 4});
+    EXPECT_DOUBLE_EQ(board.written.volts[0], -0.9);
+    EXPECT_DOUBLE_EQ(board.written.volts[1], 2);
+    EXPECT_EQ(board.written.answers, board.reading.tick);
+    EXPECT_TRUE(board.written.start);
+    rig.write({-100, std::numeric_limits<double>::quiet_NaN()});
+    EXPECT_EQ(board.written.volts[0], 2);
+    EXPECT_EQ(board.written.volts[1], 0);
+    rig.stay_at_rest();
+    rig.write({4, 4});
+    EXPECT_TRUE(board.written.armed);
+    EXPECT_FALSE(board.written.start);
+  }
+  EXPECT_FALSE(board.written.armed) << "the end of the rig is the end of the force";
+  EXPECT_EQ(board.written.volts[1], 0);
+}
+
+TEST_F(HardwareRigRealtime, OptionsOutOfRangeAreRefused) {
+  const auto refused = [&](auto change) {
+    HardwareOptions o = analog();
+    change(o);
+    EXPECT_THROW((void)make(o), Error);
+  };
+  refused([](HardwareOptions& o) { o.position[0].direction = 2; });
+  refused([](HardwareOptions& o) { o.position[0].gain = 0; });
+  refused([](HardwareOptions& o) { o.position[1].analog = 4; });
+  refused([](HardwareOptions& o) { o.position[1].shunt = 1; });
+  refused([](HardwareOptions& o) { o.force[0].force_per_volt = 0; });
+  refused([](HardwareOptions& o) { o.force[1].direction = 0; });
+  refused([](HardwareOptions& o) { o.sample_time = 0; });
+  refused([](HardwareOptions& o) {
+    o.position[0].laser.device = "/dev/null";
+    o.position[0].laser.measuring_rate = 2500;
+  });
+}
+
+/// A laser whose frames the test sends one by one.
+class HandLaser {
+ public:
+  const std::string& device() const { return line_.device(); }
+  /// Streams while `make` runs, so that the start-up of the driver succeeds.
+  template <class Make>
+  static auto start(HandLaser& a, HandLaser& b, Make&& make) {
+    std::atomic<bool> over{false};
+    std::thread answering([&] {
+      while (!over) {
+        for (HandLaser* l : {&a, &b}) l->line_.answer(), l->send(32760), l->line_.flush();
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+      }
+    });
+    auto rig = make();
+    over = true;
+    answering.join();
+    return rig;
+  }
+  void send(std::uint32_t raw) { line_.send(raw, number_++); }
+  /// Hands over what was sent, and waits until it lies in the driver's line.
+  void deliver(const optoncdt::Sensor& sensor, int frames) {
+    line_.flush();
+    int waiting = 0;
+    for (int i = 0; i < 10000; ++i) {
+      if (::ioctl(sensor.descriptor(), FIONREAD, &waiting) == 0 && waiting >= 6 * frames) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    FAIL() << "the line does not carry";
+  }
+
+ private:
+  optoncdt::DeviceLine line_;
+  std::uint64_t number_ = 1;
+};
+
+struct LaserRigRealtime : ::testing::Test {
+  FakeBoard::State board;
+  HandLaser x, y;
+  std::unique_ptr<HardwareRig> rig;
+  std::uint32_t wiggle = 0;
+
+  LaserRigRealtime() {
+    HardwareOptions o;
+    for (std::size_t i = 0; i < 2; ++i) {
+      o.position[i].laser.device = (i == 0 ? x : y).device();
+      o.position[i].laser.timeout = 30;
+      o.position[i].offset = 5e-3;
+    }
+    o.position[1].direction = -1;
+    rig = HandLaser::start(x, y, [&] { return std::make_unique<HardwareRig>(o, std::make_unique<FakeBoard>(board)); });
+    // What was on its way while the driver started.
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    for (int k = 0; k < 50; ++k) tick(32760, 32760);
+    rig->arm(true);
+  }
+  /// Four frames of each laser, then the cycle; 0: the laser is silent.
+  Measurement tick(std::uint32_t of_x, std::uint32_t of_y) {
+    for (int i = 0; i < 2; ++i) {
+      HandLaser& laser = i == 0 ? x : y;
+      const std::uint32_t raw = i == 0 ? of_x : of_y;
+      if (raw == 0) continue;
+      for (int k = 0; k < 4; ++k) laser.send(raw < 262000 ? raw + ++wiggle % 2 : raw);
+      laser.deliver(*rig->laser(i), 4);
+    }
+    return rig->read();
+  }
+};
+
+TEST_F(LaserRigRealtime, DistancesBecomeDisplacementsByTheCalibration) {
+  const Measurement m = tick(32760 + 6424, 32760 + 6424);  // 1 mm of 10 mm further away
+  EXPECT_TRUE(m.valid);
+  EXPECT_NEAR(m.x, 1e-3, 2e-6);
+  EXPECT_NEAR(m.y, -1e-3, 2e-6);
+}
+
+TEST_F(LaserRigRealtime, AnErrorCodeIsNoDisplacementAndEndsWithTheNextFrame) {
+  EXPECT_TRUE(tick(40000, 40000).valid);
+  const Measurement m = tick(40000, 262076);
+  EXPECT_FALSE(m.valid);
+  EXPECT_TRUE(std::isfinite(m.y));
+  EXPECT_EQ(rig->state(0), InputState::good);
+  EXPECT_EQ(rig->state(1), InputState::sensor_error);
+  EXPECT_EQ(rig->sample(1).reading.error, optoncdt::SensorError::no_peak);
+  EXPECT_TRUE(tick(40000, 40000).valid);
+}
+
+TEST_F(LaserRigRealtime, ASilentLaserIsBridgedForItsMaxAgeOnly) {
+  EXPECT_TRUE(tick(40000, 40000).valid);
+  int bridged = 0;
+  while (bridged < 100 && tick(0, 40000).valid) ++bridged;
+  EXPECT_EQ(bridged, 5);
+  EXPECT_EQ(rig->state(0), InputState::too_old);
+  EXPECT_EQ(rig->state(1), InputState::good);
+  EXPECT_EQ(rig->late(0), 6);
+}
+
+// Laser and loop have clocks of their own: 0.9 per mille apart, they are a dozen ticks apart at the end.
+TEST_F(LaserRigRealtime, ClocksThatRunApartAreFollowed) {
+  long invalid = 0;
+  for (int k = 1; k <= 12 * 1100; ++k) {
+    const bool turn = k % 1100 == 0;
+    if (turn) {
+      for (int i = 0; i < 4; ++i) y.send(40000 + ++wiggle % 2);  // runs fast
+      y.deliver(*rig->laser(1), 4);
+    }
+    invalid += !tick(turn ? 0 : 40000, 40000).valid;  // runs slowly
+  }
+  EXPECT_EQ(invalid, 0);
+  // A laser that then falls silent is noticed as soon as any other.
+  int bridged = 0;
+  while (bridged < 100 && tick(40000, 0).valid) ++bridged;
+  EXPECT_LE(bridged, 7);
+}
+
+TEST_F(LaserRigRealtime, AStuckLaserIsNotValid) {
+  EXPECT_TRUE(tick(40000, 40000).valid);
+  for (int k = 0; k < 40; ++k) {
+    for (int i = 0; i < 4; ++i) x.send(41000);
+    x.deliver(*rig->laser(0), 4);
+    tick(0, 40000);
+  }
+  EXPECT_EQ(rig->state(0), InputState::stuck);
+  EXPECT_EQ(rig->state(1), InputState::good);
+}
+
+}  // namespace
+}  // namespace whirl
