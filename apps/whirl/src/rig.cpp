@@ -1,6 +1,7 @@
 #include <numbers>
 
 #include "command.hpp"
+#include "rig_campbell.hpp"
 #include "rig_serve.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
@@ -125,6 +126,7 @@ void add_rig(CLI::App& app, Session& session) {
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
   hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y");
+  add_rig_campbell(*rig, session);
   add_rig_serve(*rig, session);
 }
 

@@ -96,6 +96,22 @@ TEST(ClosedLoopReference, PredictiveControlGainsWhereTheForceEnds) {
   }
 }
 
+// A controller that knows the deflection only, on a rotor that tilts as it deflects, with gyroscopic moment and couple
+// unbalance.
+TEST(ClosedLoopReference, HoldsAGyroscopicRotor) {
+  RigParameters rig;
+  rig.rotor.stiffness = 8550;
+  rig.tilt = {6.1e-3, 3.1e-3, 383, -1026, 0.007, 1e-3, -0.8};
+  ControllerDesign d = pd(rig, 60);
+  d.estimator = "kfe";
+  d.parameters["predict"] = 1;
+  const ClosedLoopPlant plant(rig);
+  const ClosedLoopMetrics m = plant.run(d);
+  EXPECT_TRUE(m.stable);
+  EXPECT_GT(plant.open().all, 4e-3);
+  EXPECT_GT(m.suppression.all, 0.99);
+}
+
 TEST(ClosedLoopProperty, SeedsRepeatAndDiffer) {
   const RigParameters rig;
   const ClosedLoopPlant plant(rig);

@@ -1,0 +1,9 @@
+#pragma once
+#include "command.hpp"
+
+namespace whirl::app {
+
+/// `whirl rig campbell`.
+void add_rig_campbell(CLI::App& rig, Session& session);
+
+}  // namespace whirl::app
