@@ -18,7 +18,6 @@ double PlaybackSource::steady_seconds() {
 
 PlaybackSource::PlaybackSource(Recording recording, double speed, bool loop, Clock clock)
     : recording_(std::move(recording)), speed_(speed), loop_(loop), clock_(std::move(clock)) {
-  recording_.check();
   require_range("speed", speed, 0.01, 10000);
   if (recording_.size() < 2) throw Error::in_file(recording_.source, 0, "too short to be played: needs 2 samples");
   info_.name = recording_.source;
@@ -83,8 +82,15 @@ bool PlaybackSource::command(const std::string& name, double value) {
   return true;
 }
 
-RingSource::RingSource(StreamInfo info, SampleRing& ring, Status status, Command command)
-    : info_(std::move(info)), ring_(ring), status_(std::move(status)), command_(std::move(command)), row_(ring.channels()) {
+std::vector<Control> PlaybackSource::controls() const {
+  return {{.name = "play"},
+          {.name = "pause"},
+          {.name = "speed", .takes_value = true, .low = 0.01, .high = 10000, .value = speed_, .unit = "x"},
+          {.name = "seek", .takes_value = true, .low = 0, .high = recording_.duration(), .unit = "s"},
+          {.name = "loop", .takes_value = true, .low = 0, .high = 1, .value = loop_ ? 1.0 : 0.0}};
+}
+
+RingSource::RingSource(StreamInfo info, SampleRing& ring) : info_(std::move(info)), ring_(ring), row_(ring.channels()) {
   if (info_.channels.size() != ring.channels()) {
     throw Error(fmt::format("stream '{}' has {} channels, its ring {}: must be equal", info_.name, info_.channels.size(),
                             ring.channels()));
@@ -115,12 +121,7 @@ Index RingSource::read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) {
 }
 
 std::vector<std::pair<std::string, std::string>> RingSource::status() const {
-  std::vector<std::pair<std::string, std::string>> items;
-  if (status_) items = status_();
-  items.emplace_back("samples lost to the view", std::to_string(ring_.dropped()));
-  return items;
+  return {{"samples lost to the view", std::to_string(ring_.dropped())}};
 }
-
-bool RingSource::command(const std::string& name, double value) { return command_ && command_(name, value); }
 
 }  // namespace whirl::monitor

@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "whirl/core/error.hpp"
 #include "whirl/report/format.hpp"
@@ -17,42 +17,9 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-using json = nlohmann::json;
 
-constexpr double kBackBelow = 1;  ///< s without an excess that end it
+constexpr double kRpm = 30 / std::numbers::pi;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-/// Names come from files: bytes that are no UTF-8 are replaced, not thrown about.
-std::string dump(const json& j) { return j.dump(-1, ' ', false, json::error_handler_t::replace); }
-
-std::string_view name(Averaging a) {
-  return a == Averaging::linear ? "linear" : a == Averaging::exponential ? "exponential" : "peak hold";
-}
-std::string_view name(Window w) {
-  return w == Window::hann ? "hann" : w == Window::flat_top ? "flat top" : "rectangular";
-}
-
-template <class T>
-T choose(const json& value, std::string_view field, std::initializer_list<T> choices) {
-  std::string allowed;
-  for (const T choice : choices) {
-    if (value == name(choice)) return choice;
-    allowed += (allowed.empty() ? "" : ", ") + std::string(name(choice));
-  }
-  throw Error::in_field(field, value.dump(), allowed);
-}
-
-SpectrumSettings read_settings(SpectrumSettings s, const json& j) {
-  if (j.contains("block")) s.block = j.at("block").get<Index>();
-  if (j.contains("averages")) s.averages = j.at("averages").get<int>();
-  if (j.contains("averaging")) {
-    s.averaging = choose(j.at("averaging"), "averaging", {Averaging::linear, Averaging::exponential, Averaging::peak_hold});
-  }
-  if (j.contains("window")) {
-    s.window = choose(j.at("window"), "window", {Window::hann, Window::flat_top, Window::rectangular});
-  }
-  return s;
-}
 
 /// Smallest and largest of each group of rows, alternating; NaN for a group without a finite value.
 MatrixXd min_max_groups(const Eigen::Ref<const MatrixXd>& rows, Index group) {
@@ -82,8 +49,11 @@ Index block_rows(const StreamInfo& info) {
 
 Hub::Hub(std::unique_ptr<FrameSource> source, const HubOptions& options)
     : source_(std::move(source)),
+      controls_(controls_of(*source_)),
       options_(options),
-      spectrum_(static_cast<Index>(source_->info().channels.size()), source_->info().rate, options.spectrum),
+      tracked_(tracked_channels(source_->info().channels)),
+      limits_(source_->info(), options.limits),
+      spectrum_(make_spectrum(options.spectrum)),
       recorder_(options.recorder),
       block_(block_rows(source_->info()), static_cast<Index>(source_->info().channels.size())) {
   require_range("frame_rate", options.frame_rate, 1, 60, "Hz");
@@ -91,15 +61,16 @@ Hub::Hub(std::unique_ptr<FrameSource> source, const HubOptions& options)
   const auto& channels = source_->info().channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].name == "beta") beta_ = static_cast<Index>(c);
-    if (channels[c].quantity == Quantity::displacement) tracked_.push_back(static_cast<Index>(c));
-  }
-  for (const auto& [channel, limit] : options.limits) {
-    const auto found = std::find_if(channels.begin(), channels.end(), [&](const ChannelInfo& c) { return c.name == channel; });
-    if (found == channels.end()) throw Error::in_field("limit", channel, "the name of a channel of the stream");
-    if (!(limit > 0)) throw Error::in_field("limit of " + channel, fmt::format("{:g}", limit), "positive");
-    watches_.push_back({found - channels.begin(), limit});
+    if (channels[c].name == "latency" || channels[c].name == "period") times_.push_back({channels[c].name, static_cast<Index>(c), {}});
   }
   if (beta_ >= 0 && !tracked_.empty()) synchronous_.emplace(static_cast<Index>(tracked_.size()), source_->info().rate);
+}
+
+SpectrumAverage Hub::make_spectrum(const SpectrumSettings& settings) const {
+  // An orbit has two axes; more displacements are probes of their own.
+  const bool orbit = tracked_.size() == 2;
+  return {static_cast<Index>(source_->info().channels.size()), source_->info().rate, settings,
+          orbit ? std::pair(tracked_[0], tracked_[1]) : std::pair<Index, Index>(-1, -1)};
 }
 
 void Hub::start() {
@@ -125,41 +96,13 @@ void Hub::add(const std::shared_ptr<ClientQueue>& client) {
   auto hello = std::make_shared<Message>(Message{description(), true});
   const std::lock_guard lock(mutex_);
   client->push(std::move(hello));
+  if (!history_.empty()) client->push(history());
   clients_.push_back(client);
 }
 
 void Hub::remove(const std::shared_ptr<ClientQueue>& client) {
   const std::lock_guard lock(mutex_);
   std::erase(clients_, client);
-}
-
-void Hub::submit(std::string text) {
-  const std::lock_guard lock(mutex_);
-  commands_.push_back(std::move(text));
-}
-
-std::string Hub::description() const {
-  const StreamInfo& info = source_->info();
-  json channels = json::array();
-  for (const ChannelInfo& c : info.channels) {
-    json channel{{"name", c.name}, {"quantity", to_string(c.quantity)}, {"unit", si_unit(c.quantity)}};
-    if (const auto limit = options_.limits.find(c.name); limit != options_.limits.end()) channel["limit"] = limit->second;
-    channels.push_back(std::move(channel));
-  }
-  json tracked = json::array();
-  for (const Index c : tracked_) tracked.push_back(info.channels[static_cast<std::size_t>(c)].name);
-  const std::lock_guard lock(mutex_);
-  const SpectrumSettings& s = options_.spectrum;
-  return dump({{"type", "stream"},
-              {"name", info.name},
-              {"rate", info.rate},
-              {"channels", channels},
-              {"tracked", synchronous_ ? tracked : json::array()},
-              {"recording_allowed", !options_.recorder.folder.empty()},
-              {"spectrum",
-               {{"block", s.block}, {"spacing_hz", info.rate / static_cast<double>(s.block)}, {"window", name(s.window)},
-                {"averaging", name(s.averaging)}, {"averages", s.averages}, {"amplitude", "peak"},
-                {"overlap", s.overlap}}}});
 }
 
 void Hub::publish(MessagePtr message) {
@@ -188,26 +131,79 @@ void Hub::publish_synchronous(double t_first, const Eigen::Ref<const MatrixXd>& 
   for (std::size_t k = 0; k < tracked_.size(); ++k) displacement.col(static_cast<Index>(k)) = rows.col(tracked_[k]);
   const auto turns = synchronous_->push(rows.col(beta_), displacement);
   if (turns.empty()) return;
-  speed_ = turns.back().speed;
-  MatrixXd values(static_cast<Index>(turns.size()), 1 + 2 * displacement.cols());
+  MatrixXd values(static_cast<Index>(turns.size()), 2 + 2 * displacement.cols());
   for (Index i = 0; i < values.rows(); ++i) {
     const auto& turn = turns[static_cast<std::size_t>(i)];
     values(i, 0) = turn.speed;
+    values(i, 1) = turn.end;
     for (Index k = 0; k < displacement.cols(); ++k) {
-      values(i, 1 + 2 * k) = turn.vector(k).real();
-      values(i, 2 + 2 * k) = turn.vector(k).imag();
+      values(i, 2 + 2 * k) = turn.vector(k).real();
+      values(i, 3 + 2 * k) = turn.vector(k).imag();
     }
   }
   publish_frame(FrameKind::synchronous, 0, t_first, values);
+  take_turns(t_first, values);
+}
+
+void Hub::take_turns(double t_first, const MatrixXd& turns) {
+  speed_ = turns(turns.rows() - 1, 0);
+  std::vector<double> amplitude(tracked_.size());
+  for (Index i = 0; i < turns.rows(); ++i) {
+    for (std::size_t k = 0; k < amplitude.size(); ++k) {
+      const Index c = 2 + 2 * static_cast<Index>(k);
+      amplitude[k] = std::hypot(turns(i, c), turns(i, c + 1));
+    }
+    const Trend before = trend_.trend();
+    if (const auto run = trend_.turn(t_first + turns(i, 1), turns(i, 0), amplitude)) note_run(*run);
+    if (before == Trend::steady && trend_.trend() != before) {
+      note(fmt::format("{} begins near {:.0f} rpm", name(trend_.trend()), std::abs(turns(i, 0)) * kRpm));
+    }
+  }
+}
+
+void Hub::note_run(const SpeedTrend::Run& run) {
+  std::string line = fmt::format("{} from {:.0f} to {:.0f} rpm in {:.2f} s ({:.0f} rpm/s)", name(run.trend), run.speed_begin * kRpm,
+                                 run.speed_end * kRpm, run.end - run.begin, run.rate() * kRpm);
+  for (std::size_t k = 0; k < run.largest.size(); ++k) {
+    line += fmt::format(", largest 1X {} {} at {:.0f} rpm", source_->info().channels[static_cast<std::size_t>(tracked_[k])].name,
+                        report::format_amplitude(run.largest[k].amplitude, AmplitudeKind::peak), run.largest[k].speed * kRpm);
+  }
+  note(line);
+}
+
+void Hub::time_cycles(const Eigen::Ref<const MatrixXd>& rows) {
+  for (Index i = 0; i < rows.rows(); ++i, ++cycles_) {
+    for (Times& t : times_) {
+      if (rows(i, t.channel) > 0) t.histogram.add(std::llround(1e9 * rows(i, t.channel)), cycles_);
+    }
+  }
+}
+
+void Hub::publish_spectra() {
+  publish_frame(FrameKind::spectrum, 0, last_time_, spectrum_.amplitude());
+  if (const Eigen::VectorXd full = spectrum_.full_amplitude(); full.size() > 0) {
+    publish_frame(FrameKind::full_spectrum, 0, last_time_, full);
+  }
+  if (spectrum_.latest().size() > 0) {
+    const double half = 0.5 * static_cast<double>(spectrum_.settings().block) / source_->info().rate;
+    publish_frame(FrameKind::waterfall, 0, last_time_ - half, spectrum_.latest().col(tracked_.empty() ? 0 : tracked_[0]));
+  }
 }
 
 void Hub::step() {
-  std::vector<std::string> commands;
+  std::vector<Asked> asked;
   {
     const std::lock_guard lock(mutex_);
-    commands.swap(commands_);
+    asked.swap(asked_);
   }
-  for (const std::string& command : commands) execute(command);
+  for (const Asked& a : asked) {
+    if (a.kind == Asked::line) {
+      note(a.text);
+    } else {
+      execute(a.text, a.kind == Asked::done);
+    }
+  }
+  for (const std::string& line : source_->events()) note(line);
 
   double t_first = 0;
   if (const Index rows = source_->read(block_, t_first); rows > 0) {
@@ -218,93 +214,18 @@ void Hub::step() {
     if (was_recording && !recorder_.active()) note("record stopped: " + recorder_.stopped_because());
     publish_samples(t_first, fresh);
     publish_synchronous(t_first, fresh);
-    watch_limits(t_first, fresh);
-    if (spectrum_.push(fresh) > 0 && spectrum_.count() > 0) publish_frame(FrameKind::spectrum, 0, last_time_, spectrum_.amplitude());
+    const std::string where = std::isfinite(speed_) ? fmt::format(" at {:.0f} rpm", speed_ * kRpm) : "";
+    for (const std::string& line : limits_.look(t_first, fresh, where)) note(line);
+    time_cycles(fresh);
+    if (spectrum_.push(fresh) > 0 && spectrum_.count() > 0) publish_spectra();
   }
+  if (const auto run = trend_.stopped(last_time_)) note_run(*run);
   if (steps_++ % std::max(1L, std::lround(options_.frame_rate / 2)) == 0 || !log_.empty()) publish_status();
 }
 
-void Hub::watch_limits(double t_first, const Eigen::Ref<const MatrixXd>& rows) {
-  const double rate = source_->info().rate;
-  const std::string speed = std::isfinite(speed_) ? fmt::format(" at {:.0f} rpm", speed_ * 30 / 3.141592653589793) : "";
-  for (Watch& w : watches_) {
-    const ChannelInfo& channel = source_->info().channels[static_cast<std::size_t>(w.channel)];
-    for (Index i = 0; i < rows.rows(); ++i) {
-      const double size = std::abs(rows(i, w.channel)), t = t_first + static_cast<double>(i) / rate;
-      if (size > w.limit) {
-        if (!w.over) {
-          note(fmt::format("{} above its limit of {} since {:.3f} s{}", channel.name,
-                           report::format_amplitude(w.limit, AmplitudeKind::peak, channel.quantity), t, speed));
-        }
-        w.largest = w.over ? std::max(w.largest, size) : size;
-        w.over = true;
-        w.last_over = t;
-      } else if (w.over && t - w.last_over > kBackBelow) {
-        // A vibration passes zero twice per cycle: it is below its limit when it has stayed there for a while.
-        w.over = false;
-        note(fmt::format("{} below its limit again since {:.3f} s{}, largest {}", channel.name, w.last_over, speed,
-                         report::format_amplitude(w.largest, AmplitudeKind::peak, channel.quantity)));
-      }
-    }
-  }
+void Hub::note(const std::string& line) {
+  log_.push_back(fmt::format("{:.3f} s  {}", last_time_, line));
+  recorder_.event(last_time_, line);
 }
-
-void Hub::publish_status() {
-  json items = json::array();
-  for (const auto& [key, value] : source_->status()) items.push_back({key, value});
-  json status{{"type", "status"},
-              {"time", last_time_},
-              {"items", items},
-              {"averages", spectrum_.count()},
-              {"blocks_skipped", spectrum_.skipped()},
-              {"recording", recorder_.active()},
-              {"record_samples", recorder_.samples()},
-              {"record_lost", recorder_.lost()},
-              {"record_folder", recorder_.folder().string()},
-              {"log", log_}};
-  log_.clear();
-  publish(std::make_shared<Message>(Message{dump(status), true}));
-}
-
-void Hub::execute(const std::string& text) {
-  try {
-    const json request = json::parse(text);
-    const std::string command = request.at("command").get<std::string>();
-    const double value = request.value("value", 0.0);
-    if (command == "record") {
-      if (value != 0) {
-        recorder_.start(source_->info(), description());
-        note("record started: " + recorder_.folder().string());
-      } else {
-        recorder_.stop("by the user");
-        note(fmt::format("record stopped: {} samples, {} lost", recorder_.samples(), recorder_.lost()));
-      }
-    } else if (command == "reset") {
-      spectrum_.reset();
-      if (synchronous_) synchronous_->reset();
-      note("averages reset");
-    } else if (command == "spectrum") {
-      const SpectrumSettings settings = read_settings(options_.spectrum, request);
-      spectrum_ = SpectrumAverage(block_.cols(), source_->info().rate, settings);
-      {
-        const std::lock_guard lock(mutex_);
-        options_.spectrum = settings;
-      }
-      publish(std::make_shared<Message>(Message{description(), true}));
-      note(fmt::format("spectrum: block {}, {} window, {} average of {}", settings.block, name(settings.window),
-                       name(settings.averaging), settings.averages));
-    } else if (source_->command(command, value)) {
-      note(request.contains("value") ? fmt::format("{} {:g}", command, value) : command);
-    } else {
-      note("refused: unknown command '" + command + "'");
-    }
-  } catch (const Error& e) {
-    note(std::string("refused: ") + e.what());
-  } catch (const json::exception&) {
-    note("refused: not a valid command");
-  }
-}
-
-void Hub::note(const std::string& line) { log_.push_back(fmt::format("{:.3f} s  {}", last_time_, line)); }
 
 }  // namespace whirl::monitor

@@ -1,5 +1,5 @@
 #pragma once
-#include <array>
+#include <span>
 #include <string_view>
 
 namespace whirl::monitor {
@@ -8,6 +8,6 @@ namespace whirl::monitor {
 struct PageFile {
   std::string_view path, type, text;
 };
-const std::array<PageFile, 3>& page_files();
+std::span<const PageFile> page_files();
 
 }  // namespace whirl::monitor

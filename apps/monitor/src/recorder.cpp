@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/units.hpp"
+#include "whirl/report/format.hpp"
 
 namespace whirl::monitor {
 namespace {
@@ -14,7 +16,7 @@ namespace {
 std::string header(const StreamInfo& info) {
   std::string out = "t_s";
   for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, si_suffix(c.quantity).suffix);
-  return out + "\n";
+  return out + ",valid_1\n";
 }
 
 void write_text(const std::filesystem::path& file, const std::string& text) {
@@ -43,7 +45,10 @@ void Recorder::start(const StreamInfo& info, const std::string& settings_json) {
     file_.close();
     throw Error::in_file((run_ / "record.csv").string(), 0, "cannot be written");
   }
+  events_.open(run_ / "events.csv", std::ios::binary);
+  events_ << "t_s,event\n";
   rate_ = info.rate;
+  last_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(info.channels.size()));
   bytes_ = checked_ = 0;
   samples_ = lost_ = 0;
   reason_.clear();
@@ -54,9 +59,15 @@ void Recorder::write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& bl
   fmt::memory_buffer text;
   for (Eigen::Index i = 0; i < block.rows(); ++i) {
     fmt::format_to(std::back_inserter(text), "{:.9f}", t_first + static_cast<double>(i) / rate_);
-    for (Eigen::Index c = 0; c < block.cols(); ++c) fmt::format_to(std::back_inserter(text), ",{}", block(i, c));
-    text.push_back('\n');
-    if (!block.row(i).allFinite()) ++lost_;
+    bool valid = true;
+    for (Eigen::Index c = 0; c < block.cols(); ++c) {
+      const bool finite = std::isfinite(block(i, c));
+      if (finite) last_(c) = block(i, c);
+      valid = valid && finite;
+      fmt::format_to(std::back_inserter(text), ",{}", last_(c));
+    }
+    fmt::format_to(std::back_inserter(text), ",{}\n", valid ? 1 : 0);
+    if (!valid) ++lost_;
   }
   file_.write(text.data(), static_cast<std::streamsize>(text.size()));
   bytes_ += text.size();
@@ -72,9 +83,14 @@ void Recorder::write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& bl
   }
 }
 
+void Recorder::event(double t, const std::string& text) {
+  if (active()) events_ << fmt::format("{:.6f},{}\n", t, report::escape_csv(text)) << std::flush;
+}
+
 void Recorder::stop(const std::string& reason) {
   if (!active()) return;
   file_.close();
+  events_.close();
   reason_ = reason;
 }
 

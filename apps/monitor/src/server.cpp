@@ -238,6 +238,7 @@ void StreamSession::received() {
              !same_secret(server_.options.token, request["token"].get<std::string>())) {
     answer = {{"type", "refused"}, {"reason", "this needs the token that the monitor printed at its start"}};
     ++refused_;
+    server_.hub.report("refused: a command without the right token");
   } else {
     request.erase("token");
     server_.hub.submit(request.dump());

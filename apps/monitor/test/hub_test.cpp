@@ -100,8 +100,8 @@ TEST(MonitorHub, SamplesSpectrumAndSynchronousVector) {
       if (h.kind == FrameKind::synchronous) {
         turns += static_cast<int>(h.n);
         EXPECT_NEAR(values(0, 0), 50 * std::numbers::pi, 0.1);
-        EXPECT_NEAR(values(0, 1), 1e-3, 1e-5);
-        EXPECT_NEAR(values(0, 4), -1e-3, 1e-5);
+        EXPECT_NEAR(values(0, 2), 1e-3, 1e-5);
+        EXPECT_NEAR(values(0, 5), -1e-3, 1e-5);
       }
     }
   }
@@ -188,7 +188,7 @@ TEST(MonitorHub, RecordHoldsEverySample) {
   std::ifstream file(folder / "run_001" / "record.csv");
   std::string line;
   std::getline(file, line);
-  EXPECT_EQ(line, "t_s,x_m,y_m,beta_rad");
+  EXPECT_EQ(line, "t_s,x_m,y_m,beta_rad,valid_1");
   int rows = 0;
   std::string first;
   while (std::getline(file, line)) {
@@ -200,6 +200,26 @@ TEST(MonitorHub, RecordHoldsEverySample) {
   EXPECT_NEAR(back.dt, 1e-3, 1e-12);
   EXPECT_EQ(back["x"], whirl_record()["x"].segment(100, 1000));
   EXPECT_TRUE(std::filesystem::exists(folder / "run_001" / "settings.json"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(MonitorHub, LostValuesAreHeldAndMarkedInTheRecord) {
+  const auto folder = std::filesystem::temp_directory_path() / "whirl_monitor_lost_test";
+  std::filesystem::remove_all(folder);
+  Recorder recorder({folder, 1'000'000, 0});
+  recorder.start({"loop", 1000, {{"x", Quantity::displacement}}}, "{}");
+  recorder.write(0, (Eigen::MatrixXd(4, 1) << 1, 2, NAN, 3).finished());
+  recorder.event(0.002, "lost, once");
+  recorder.stop("done");
+  EXPECT_EQ(recorder.lost(), 1U);
+  const Recording back = read_csv(folder / "run_001" / "record.csv");
+  EXPECT_EQ(back["x"], Eigen::Vector4d(1, 2, 2, 3));
+  EXPECT_EQ(back["valid"], Eigen::Vector4d(1, 1, 0, 1));
+  std::ifstream events(folder / "run_001" / "events.csv");
+  std::string line;
+  std::getline(events, line);
+  std::getline(events, line);
+  EXPECT_EQ(line, "0.002000,\"lost, once\"");
   std::filesystem::remove_all(folder);
 }
 

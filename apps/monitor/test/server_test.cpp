@@ -114,7 +114,7 @@ TEST_F(MonitorServer, ServesThePageWithNothingFromOutside) {
   const auto page = request(http::verb::get, "/", host());
   EXPECT_EQ(page.result(), http::status::ok);
   EXPECT_THAT(std::string(page["Content-Security-Policy"]), HasSubstr("default-src 'none'"));
-  for (const char* target : {"/", "/monitor.js", "/monitor.css"}) {
+  for (const char* target : {"/", "/main.js", "/store.js", "/transport.js", "/style.css"}) {
     const auto part = request(http::verb::get, target, host());
     EXPECT_EQ(part.result(), http::status::ok) << target;
     EXPECT_GT(part.body().size(), 500U);

@@ -52,6 +52,7 @@ void add_identify(CLI::App& app, Session& session);
 void add_validate(CLI::App& app, Session& session);
 void add_design(CLI::App& app, Session& session);
 void add_run(CLI::App& app, Session& session);
+void add_monitor(CLI::App& app, Session& session);
 void add_compare(CLI::App& app, Session& session);
 void add_robustness(CLI::App& app, Session& session);
 void add_plot(CLI::App& app, Session& session);

@@ -82,6 +82,7 @@ int run(int argc, char** argv) {
   add_run(app, session);
   add_record(app, session);
   add_replay(app, session);
+  add_monitor(app, session);
   add_compare(app, session);
   add_robustness(app, session);
   add_plot(app, session);

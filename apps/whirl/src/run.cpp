@@ -1,6 +1,7 @@
 #include "command.hpp"
 #include "run_fmu.hpp"
 #include "run_io.hpp"
+#include "run_live.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pipeline/provenance.hpp"
@@ -17,16 +18,20 @@ void add_run(CLI::App& app, Session& session) {
     bool run_up = false;
     RunIoOptions io;
     RunFmuOptions fmu;
+    bool monitor = false, repeat = false;
+    ViewOptions view;
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "run", "Closed loop of a controller on a rig",
       "Input: controller.json; --rig virtual with --rig-file rig.toml (keys of `whirl rig parameters`).\n"
       "Output: open- and closed-loop peak (zero-to-peak, true disk centre, x axis) and suppression in the four segments of\n"
-      "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every tick.\n\n"
+      "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every tick.\n"
+      "--monitor shows the loop in a browser while it runs, on the virtual rig in real time; who has the address with its token\n"
+      "can arm, disarm and trip it (docs/monitor.md).\n\n"
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
       [o, &session] {
-        if (!o->io.io.empty()) return run_io(session, o->controller, o->io);
+        if (!o->io.io.empty()) return run_io(session, o->controller, o->io, o->monitor ? &o->view : nullptr);
         const ControllerDesign design = load<ControllerDesign>(o->controller);
         RigParameters rig = read_rig(o->rig_file);
         if (o->added_mass_g) {
@@ -35,6 +40,10 @@ void add_run(CLI::App& app, Session& session) {
         }
         if (o->run_up) rig = rig.run_up();
         if (o->rig != "virtual") return run_fmu(session, o->controller, o->rig, rig.profile, o->log, o->fmu);
+        if (o->monitor) {
+          if (!o->log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
+          return run_live(session, design, rig, {o->view, o->loop.run.seed, o->repeat});
+        }
         const ClosedLoopRun run = run_closed_loop(design, rig, o->loop);
         if (!o->log.empty()) write_csv(o->log, run.log);
         const ClosedLoopMetrics& m = run.metrics;
@@ -60,6 +69,9 @@ void add_run(CLI::App& app, Session& session) {
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->capture_default_str();
   o->io.add_to(sub);
+  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")->group("Live view");
+  sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")->group("Live view");
+  o->view.add_to(sub);
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables");
 }
 

@@ -83,7 +83,7 @@ void RunIoOptions::add_to(CLI::App* sub) {
   sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property");
 }
 
-void run_io(Session& session, const std::string& controller_file, const RunIoOptions& o) {
+void run_io(Session& session, const std::string& controller_file, const RunIoOptions& o, const ViewOptions* view_options) {
   const ControllerDesign design = load<ControllerDesign>(controller_file);
   const IoSettings io = read_io(o.io);
   require_range("--seconds", o.seconds, 0, 1e6, "s");
@@ -104,12 +104,15 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
                                               {"settings", read_text(o.io)},
                                               {"command_line", session.command_line}}});
   }
+  std::optional<LiveView> view;
+  if (view_options) view.emplace(*view_options, LiveView::About{design.law + " on hardware", io.rate, design.force_limit, {}});
   Seen seen;
   std::int32_t trip = 0;
   const LoopOutcome out = run_loop(
       io, rig, &controller, o.seconds,
       [&](const LoopSample& s) {
         seen.take(s);
+        if (view) view->take(s);
         if (!recorder) return;
         recorder->append(s);
         if (s.trip != trip) recorder->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
@@ -123,7 +126,12 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
           if (recorder) recorder->event({0, 0, "refused: " + text});
         }
         for (const std::string& text : at_start.refused) fmt::print(stderr, "whirl: real time: {}\n", text);
-      });
+      },
+      view ? view->control() : nullptr);
+  if (view) {
+    view->ended(out.reason);
+    view->until_stopped();
+  }
 
   const LoopTiming& t = out.timing;
   session.say(fmt::format("{} with {}, {} clock, {:g} Hz, dt policy {}, overrun policy {}: {}", design.law, design.estimator,

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "command.hpp"
+#include "live_view.hpp"
 
 namespace whirl::app {
 
@@ -17,7 +18,7 @@ struct RunIoOptions {
 void add_record(CLI::App& app, Session& session);
 void add_replay(CLI::App& app, Session& session);
 
-/// The loop on the wall clock with the hardware of `options.io`.
-void run_io(Session& session, const std::string& controller, const RunIoOptions& options);
+/// The loop on the wall clock with the hardware of `options.io`; with `view`, shown and commanded by the page.
+void run_io(Session& session, const std::string& controller, const RunIoOptions& options, const ViewOptions* view = nullptr);
 
 }  // namespace whirl::app

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,7 +26,15 @@ struct StreamInfo {
   std::vector<ChannelInfo> channels;
 };
 
-/// Where samples come from. Called by the hub's thread alone.
+/// What an authorised user may ask of a source: a button, or a value in a range.
+struct Control {
+  std::string name = {};
+  bool takes_value = false;
+  double low = 0, high = 0, value = 0;
+  std::string unit = {};
+};
+
+/// Where samples come from. Called by the hub's thread alone, but for `urgent`.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
@@ -38,6 +47,12 @@ class FrameSource {
   virtual std::vector<std::pair<std::string, std::string>> status() const = 0;
   /// A command of an authorised user, e.g. "pause". False: not known here. Throws Error when the value is not allowed.
   virtual bool command(const std::string& name, double value) = 0;
+  /// What `command` and `urgent` know.
+  virtual std::vector<Control> controls() const { return {}; }
+  /// A command that must not wait for the hub's next step, such as "trip". True: done. Called from any thread.
+  virtual bool urgent(const std::string&) { return false; }
+  /// What happened since the last call, for the log.
+  virtual std::vector<std::string> events() { return {}; }
 };
 
 /// Plays a recording as if it were measured now, `speed` times as fast (0.01 to 10000). Commands: pause, play,
@@ -51,6 +66,7 @@ class PlaybackSource : public FrameSource {
   Eigen::Index read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) override;
   std::vector<std::pair<std::string, std::string>> status() const override;
   bool command(const std::string& name, double value) override;
+  std::vector<Control> controls() const override;
 
   static double steady_seconds();
 
@@ -68,24 +84,20 @@ class PlaybackSource : public FrameSource {
   std::int64_t lap_ = 0;        ///< complete passes
 };
 
-/// Samples that a loop pushes into a ring. `status` is asked for each status message and must not disturb the loop (read
-/// atomics); `command` gets what an authorised user asks for.
+/// Samples that a loop pushes into a ring, which must outlive the source. What it is told and asked besides (`status`,
+/// `command`, `urgent`, `events`) a loop adds by deriving.
 class RingSource : public FrameSource {
  public:
-  using Status = std::function<std::vector<std::pair<std::string, std::string>>()>;
-  using Command = std::function<bool(const std::string&, double)>;
-  RingSource(StreamInfo info, SampleRing& ring, Status status = {}, Command command = {});
+  RingSource(StreamInfo info, SampleRing& ring);
 
   const StreamInfo& info() const override { return info_; }
   Eigen::Index read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) override;
   std::vector<std::pair<std::string, std::string>> status() const override;
-  bool command(const std::string& name, double value) override;
+  bool command(const std::string&, double) override { return false; }
 
  private:
   StreamInfo info_;
   SampleRing& ring_;
-  Status status_;
-  Command command_;
   std::vector<double> row_;
   bool started_ = false;
   std::uint64_t expected_ = 0;  ///< next tick of the stream

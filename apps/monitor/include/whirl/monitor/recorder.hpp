@@ -15,9 +15,10 @@ struct RecorderOptions {
   std::uintmax_t free_space = 500'000'000;    ///< bytes that must stay free on the disk
 };
 
-/// Writes the full stream, every sample in SI, to run_NNN/record.csv (for read_csv) with run_NNN/settings.json beside it.
-/// Lost samples are written as "nan", which read_csv refuses with the line, and counted. Stops by itself at the size limit
-/// or when the disk fills.
+/// Writes the full stream, every sample in SI, to run_NNN/record.csv (for read_csv) with run_NNN/settings.json and
+/// run_NNN/events.csv (t_s,event) beside it.
+/// A lost value is written as the last one that came, so that every program reads the file; such rows have 0 in the last
+/// column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills.
 class Recorder {
  public:
   explicit Recorder(RecorderOptions options) : options_(std::move(options)) {}
@@ -26,6 +27,8 @@ class Recorder {
   /// Throws Error when recording is off, a record runs already, or the folder cannot be written.
   void start(const StreamInfo& info, const std::string& settings_json);
   void write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& block);
+  /// Nothing when no record runs.
+  void event(double t, const std::string& text);
   void stop(const std::string& reason);
 
   bool active() const { return file_.is_open(); }
@@ -37,8 +40,9 @@ class Recorder {
  private:
   RecorderOptions options_;
   std::filesystem::path run_;
-  std::ofstream file_;
+  std::ofstream file_, events_;
   double rate_ = 0;
+  Eigen::VectorXd last_;  ///< finite value of each channel
   std::uintmax_t bytes_ = 0, checked_ = 0;
   std::uint64_t samples_ = 0, lost_ = 0;
   std::string reason_;

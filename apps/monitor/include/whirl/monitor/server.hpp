@@ -17,7 +17,7 @@ struct ServerOptions {
 
 /// Serves the page and the stream from one thread. The hub must outlive the server.
 ///
-/// GET / and its two files, WebSocket at /stream. A request whose Host is not this server's address, or whose Origin is
+/// GET / and the files of the page, WebSocket at /stream. A request whose Host is not this server's address, or whose Origin is
 /// another page, is refused (DNS rebinding, foreign pages). Clients read; a client that sends {"command": ..., "token": ...}
 /// with the right token controls. Slow or silent clients lose frames or their connection, never the hub's time.
 class Server {

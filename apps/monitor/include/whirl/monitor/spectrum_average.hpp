@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
-#include <string>
+#include <utility>
+#include <vector>
 
 #include "whirl/signal/window.hpp"
 
@@ -22,11 +23,13 @@ struct SpectrumSettings {
 ///   exponential  A <- A + (P - A) / min(count, N)
 ///   peak hold    largest power per line
 ///
-/// A block with a lost sample (NaN) is left out and counted.
+/// A block with a lost sample (NaN) in a channel is left out of the average of that channel. It is counted where it matters:
+/// in the orbit, or in the first channel when there is no orbit.
 class SpectrumAverage {
  public:
-  /// Throws Error when a setting is outside its range.
-  SpectrumAverage(Eigen::Index channels, double rate, const SpectrumSettings& settings);
+  /// `orbit`: the channels x and y of the full spectrum; -1: none. Throws Error when a setting is outside its range.
+  SpectrumAverage(Eigen::Index channels, double rate, const SpectrumSettings& settings,
+                  std::pair<Eigen::Index, Eigen::Index> orbit = {-1, -1});
 
   /// Takes samples (rows) and returns the number of blocks completed by them.
   int push(const Eigen::Ref<const Eigen::MatrixXd>& samples);
@@ -38,15 +41,24 @@ class SpectrumAverage {
   long skipped() const { return skipped_; }  ///< blocks left out
   /// Amplitude, lines x channels.
   Eigen::MatrixXd amplitude() const { return power_.cwiseSqrt(); }
+  /// Amplitude of x + j y over an odd number of lines, 0 Hz in the middle, backward whirl first; empty without an orbit.
+  Eigen::VectorXd full_amplitude() const { return full_power_.cwiseSqrt(); }
+  /// Amplitude of the newest block alone, lines x channels; empty before the first.
+  const Eigen::MatrixXd& latest() const { return latest_; }
 
  private:
   void average_block();
+  void take(std::size_t index, Eigen::Ref<Eigen::VectorXd> average, const Eigen::Ref<const Eigen::VectorXd>& power);
 
   double rate_;
   SpectrumSettings settings_;
+  std::pair<Eigen::Index, Eigen::Index> orbit_;
   Eigen::Index filled_ = 0;
   Eigen::MatrixXd buffer_;  ///< block x channels
   Eigen::MatrixXd power_;   ///< squared amplitude, lines x channels
+  Eigen::VectorXd full_power_;
+  Eigen::MatrixXd latest_;
+  std::vector<long> counts_;  ///< blocks per channel, the last one of the full spectrum
   long count_ = 0, skipped_ = 0;
 };
 

@@ -17,6 +17,7 @@ class SynchronousTracker {
 
   struct Revolution {
     double speed = 0;       ///< rad/s, signed, mean over the turn
+    double end = 0;         ///< s after the first sample of the call that completed it
     Eigen::VectorXcd vector;  ///< per channel
   };
   /// One row per channel set; returns the revolutions completed.

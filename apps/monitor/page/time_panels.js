@@ -1,0 +1,156 @@
+// Traces over time: one view of time for all of them, following the newest sample until it is moved.
+import { store, channelIndex } from "./store.js";
+import { unitFor, digits } from "./units.js";
+import { prepare, axes, clipped, dashed, line, label, empty, colors, seriesColor } from "./canvas.js";
+
+const byId = (id) => document.getElementById(id);
+export const view = { follow: true, end: 0, span: 10 };
+const SHORTEST = 0.02, LONGEST = 120; // s
+
+const viewEnd = () => (view.follow ? store.time : view.end);
+export function pan(fraction) {
+  view.end = viewEnd() + fraction * view.span;
+  view.follow = view.end >= store.time;
+}
+export function zoom(factor, at = 1) {
+  const span = Math.min(LONGEST, Math.max(SHORTEST, view.span * factor)), fixed = viewEnd() - (1 - at) * view.span;
+  view.end = fixed + (1 - at) * span;
+  if (view.end >= store.time) view.follow = true;
+  view.span = span;
+}
+export function follow(on) {
+  view.end = viewEnd();
+  view.follow = on;
+}
+
+/** Smallest and largest value per pixel column in the view. */
+function columnsOf(index, low, span, columns) {
+  const lows = new Float64Array(columns).fill(NaN), highs = new Float64Array(columns).fill(NaN);
+  let size = 0, last = NaN, dt = 0;
+  for (const c of store.chunks) {
+    if (c.t + c.n * c.dt < low || c.t > low + span) continue;
+    const data = c.data[index], step = c.pairs ? 0.5 * c.dt : c.dt;
+    dt = c.dt;
+    const from = Math.max(0, Math.floor((low - c.t) / step)), to = Math.min(data.length, Math.ceil((low + span - c.t) / step) + 1);
+    for (let i = from; i < to; ++i) {
+      const t = c.t + (c.pairs ? i >> 1 : i) * c.dt, column = Math.floor((t - low) / span * columns), v = data[i];
+      if (column < 0 || column >= columns || Number.isNaN(v)) continue;
+      if (!(lows[column] <= v)) lows[column] = v;
+      if (!(highs[column] >= v)) highs[column] = v;
+      if (Math.abs(v) > size) size = Math.abs(v);
+      last = v;
+    }
+  }
+  return { lows, highs, size, last, gap: 3 * dt / span * columns };
+}
+function drawColumns(g, box, fy, { lows, highs, gap }, factor, color) {
+  g.strokeStyle = color;
+  g.lineWidth = 1.2;
+  g.beginPath();
+  let last = -Infinity;
+  for (let k = 0; k < lows.length; ++k) {
+    if (Number.isNaN(lows[k])) continue;
+    const px = box.x + k + 0.5, a = fy(highs[k] / factor), b = fy(lows[k] / factor);
+    // Fewer samples than pixels: connect; a real gap is longer than three sample times.
+    if (k - last <= Math.max(1, gap)) g.lineTo(px, a); else g.moveTo(px, a);
+    g.lineTo(px, b);
+    last = k;
+  }
+  g.stroke();
+}
+
+/** One row per entry of `rows`: {channels: [index], zero: axis from zero, bounds: [SI], marks: index of a 0/1 channel}. */
+function drawRows(canvas, rows) {
+  const [g, w, h] = prepare(canvas);
+  if (!store.chunks.length || !rows.length) return empty(g, w, h, "no samples yet");
+  const high = viewEnd(), low = high - view.span, each = (h - 34) / rows.length;
+  rows.forEach((row, r) => {
+    const box = { x: 62, y: 4 + r * each, w: w - 76, h: each - 8 }, columns = Math.max(1, Math.floor(box.w));
+    const traces = row.channels.map((i) => columnsOf(i, low, view.span, columns));
+    const size = Math.max(...traces.map((t) => t.size)), channel = store.stream.channels[row.channels[0]];
+    const [factor, unit] = unitFor(channel.quantity, channel.unit, size), top = size > 0 ? 1.1 * size / factor : 1;
+    const positive = row.zero || traces.every((t) => t.lows.every((v) => !(v < 0)));
+    const names = row.channels.map((i) => store.stream.channels[i].name);
+    const [, fy] = axes(g, box, { low, high, label: "time [s]" },
+      { low: positive ? 0 : -top, high: top, label: `${names.length > 1 ? row.label : names[0]}${unit ? ` [${unit}]` : ""}` }, r === rows.length - 1);
+    clipped(g, box, () => {
+      g.strokeStyle = colors.text;
+      for (const bound of row.bounds || []) {
+        dashed(g, () => { line(g, box.x, fy(bound / factor), box.x + box.w, fy(bound / factor)); line(g, box.x, fy(-bound / factor), box.x + box.w, fy(-bound / factor)); });
+      }
+      traces.forEach((t, k) => drawColumns(g, box, fy, t, factor, row.behind && k === traces.length - 1 ? colors.muted : seriesColor(names.length > 1 ? k : r)));
+      if (row.marks >= 0) {
+        const flags = columnsOf(row.marks, low, view.span, columns);
+        g.fillStyle = colors.bad;
+        flags.highs.forEach((v, k) => { if (v > 0.5) g.fillRect(box.x + k, box.y + box.h - 5, 1, 5); });
+      }
+    });
+    const over = row.bounds && row.bounds.some((b) => size > b) ? "above limit: " : "";
+    const legend = names.length > 1 ? names.map((n, k) => `${n} ${digits(traces[k].last / factor)}`).join(", ") + ` ${unit}; ` : "";
+    label(g, `${over}${legend}${digits(size / factor)} ${unit} peak in view`, box.x + box.w - 6, box.y + 13, colors.text);
+  });
+}
+
+const limitOf = (name) => (store.status ? store.status.limits : []).filter((l) => l.channel === name).map((l) => l.limit);
+const present = (...names) => names.map(channelIndex).filter((i) => i >= 0);
+
+/** Channels of the large panel: those chosen, otherwise the orbit, otherwise the first four that are no angle. */
+export function shownChannels() {
+  const chosen = [...document.querySelectorAll("#channels input:checked")].map((c) => Number(c.value));
+  return chosen;
+}
+export function defaultChannels(stream) {
+  const orbit = present(...stream.orbit);
+  if (orbit.length) return orbit.slice(0, 4);
+  return stream.channels.map((c, i) => [c, i]).filter(([c]) => c.quantity !== "angle").map(([, i]) => i).slice(0, 4);
+}
+
+export const timePanels = {
+  time: () => drawRows(byId("time"), shownChannels().map((i) => {
+    const name = store.stream.channels[i].name, open = channelIndex(`${name}_open`);
+    return { channels: open >= 0 ? [i, open] : [i], behind: open >= 0, label: name, bounds: limitOf(name) };
+  })),
+  force: () => {
+    const control = store.stream.controls.find((c) => c.name === "force_limit");
+    drawRows(byId("force"), [{ channels: present("ux", "uy"), label: "force", bounds: control ? [control.high] : limitOf("ux"), marks: channelIndex("limited") }]);
+  },
+  sliding: () => drawRows(byId("sliding"), [{ channels: present("s_x", "s_y"), label: "s" }]),
+  eccentricity: () => drawRows(byId("eccentricity"), [{ channels: present("e_est"), label: "e", zero: true }]),
+};
+export const needed = { force: ["ux"], sliding: ["s_x"], eccentricity: ["e_est"], times: ["period"] };
+
+/** Drag pans, wheel and pinch zoom, arrow keys and + - do both. */
+export function makeMovable(canvas, changed) {
+  const pointers = new Map();
+  const width = () => Math.max(1, canvas.clientWidth - 76);
+  canvas.addEventListener("pointerdown", (e) => {
+    canvas.setPointerCapture(e.pointerId);
+    pointers.set(e.pointerId, e.clientX);
+  });
+  canvas.addEventListener("pointermove", (e) => {
+    if (!pointers.has(e.pointerId)) return;
+    const before = [...pointers.values()];
+    const moved = e.clientX - pointers.get(e.pointerId);
+    pointers.set(e.pointerId, e.clientX);
+    if (before.length === 2) {
+      const after = [...pointers.values()], wide = Math.abs(after[0] - after[1]);
+      if (wide > 5) zoom(Math.abs(before[0] - before[1]) / wide, 0.5);
+    } else {
+      pan(-moved / width());
+    }
+    changed();
+  });
+  for (const type of ["pointerup", "pointercancel"]) canvas.addEventListener(type, (e) => pointers.delete(e.pointerId));
+  canvas.addEventListener("wheel", (e) => {
+    e.preventDefault();
+    zoom(e.deltaY > 0 ? 1.25 : 0.8, Math.min(1, Math.max(0, (e.offsetX - 62) / width())));
+    changed();
+  }, { passive: false });
+  canvas.addEventListener("keydown", (e) => {
+    const act = { ArrowLeft: () => pan(-0.2), ArrowRight: () => pan(0.2), "+": () => zoom(0.5), "-": () => zoom(2), End: () => follow(true) }[e.key];
+    if (!act) return;
+    act();
+    e.preventDefault();
+    changed();
+  });
+}
