@@ -91,12 +91,13 @@ Ticks log_ticks(double low, double high, int most) {
 
 Ticks degree_ticks(double low, double high, int most) {
   Ticks ticks;
+  const auto count = [&](double s) { return std::floor(high / s + 1e-9) - std::ceil(low / s - 1e-9) + 1; };
   double step = 0;
   for (const double candidate : {5.0, 15.0, 30.0, 45.0, 90.0, 180.0, 360.0}) {
     step = candidate;
-    if ((high - low) / step + 1 <= most) break;
+    if (count(step) <= most) break;
   }
-  while ((high - low) / step + 1 > most) step *= 2;
+  while (count(step) > most) step *= 2;
   for (double k = std::ceil(low / step - 1e-9); k <= std::floor(high / step + 1e-9); ++k) {
     ticks.major.push_back(k * step);
     ticks.labels.push_back(format_fixed(k * step, 0));

@@ -69,5 +69,11 @@ TEST(ReportTicksProperty, InsideTheLimitsAscendingAndFewEnough) {
   }
 }
 
+TEST(Ticks, DegreesShowMoreThanOneMarkWhereTheyFit) {
+  EXPECT_EQ(degree_ticks(-310, -75, 3).labels, (std::vector<std::string>{"−270", "−180", "−90"}));
+  EXPECT_EQ(degree_ticks(-180, 180, 5).major, (std::vector<double>{-180, -90, 0, 90, 180}));
+  EXPECT_LE(degree_ticks(-2000, 2000, 3).major.size(), 3U);
+}
+
 }  // namespace
 }  // namespace whirl::report
