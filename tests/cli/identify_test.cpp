@@ -10,6 +10,7 @@
 #include "whirl/core/integrate.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -146,6 +147,22 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
   EXPECT_TRUE(std::isnan(coefficient(m, "v'", "x^2")));
   EXPECT_EQ(coefficient(m, "x'", "v"), 1);
   EXPECT_NE(o.out.find("held out"), std::string::npos);
+  const Outcome table = folder.whirl("identify run.csv --library library.toml --compare");
+  ASSERT_EQ(table.exit_code, 0) << table.err;
+  for (const char* row : {"stlsq", "best_subset", "sindy (default)"}) EXPECT_FALSE(lines_with(table.out, row).empty()) << table.out;
+
+  // Left-hand sides say states and order; flags may repeat them, not contradict.
+  folder.write("second.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\", \"x^3\", \"u\"]\n");
+  const Outcome second = folder.whirl("identify run.csv --library second.toml --states x --order 2 --inputs u --no-holdout --out second.json");
+  ASSERT_EQ(second.exit_code, 0) << second.err;
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
+  for (const char* flags : {"--states v", "--order 1", "--discrete", "--inputs v", "--degree 2", "--known \"x' = v\"", "--method weak"}) {
+    const Outcome refused = folder.whirl(std::string("identify run.csv --library second.toml ") + flags);
+    EXPECT_EQ(refused.exit_code, 2) << flags << "\n" << refused.out;
+  }
+  // A file without equations serves those asked for.
+  folder.write("common.toml", "common = [\"x\", \"v\", \"x^3\", \"u\"]\n");
+  EXPECT_EQ(folder.whirl("identify run.csv --library common.toml --inputs u --no-holdout").exit_code, 0);
   folder.write("typo.toml", "equations = [\"x'\"]\ncomon = [\"x\"]\n");
   EXPECT_EQ(folder.whirl("identify run.csv --library typo.toml").exit_code, 2);
 }
@@ -275,6 +292,32 @@ TEST(IdentifyStreamE2e, AFileReadInPartsGivesTheSameEquations) {
   EXPECT_EQ(m.equations[1].terms.size(), 4u);
   EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.005);
   EXPECT_NE(o.out.find("held out          the last"), std::string::npos) << o.out;
+
+  write_hdf5(folder / "long.h5", read_csv(folder / "long.csv"));
+  const Outcome h5 = folder.whirl("identify long.h5 --states x,v --inputs u --stream --out h5.json");
+  ASSERT_EQ(h5.exit_code, 0) << h5.err;
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "h5.json"), "v'", "x^3") / coefficient(m, "v'", "x^3"), 1, 1e-9);
+  for (const char* wrong : {"identify long.h5 --states w --stream", "identify long.h5 --method weak --stream", "identify long.h5 --stream --compare"}) {
+    EXPECT_EQ(folder.whirl(wrong).exit_code, 2) << wrong;
+  }
+}
+
+TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing(300));
+  for (const char* flags : {"--method weak --degree 3", "--method consistent --terms x", "--method second-order --output x --states x",
+                            "--method sindy --filter-ms 5", "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
+    const Outcome o = folder.whirl(std::string("identify run.csv ") + flags);
+    EXPECT_EQ(o.exit_code, 2) << flags << "\n" << o.out;
+  }
+}
+
+TEST(IdentifyGeneralE2e, ADriverTakenForAStateIsTold) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  const Outcome o = folder.whirl("identify run.csv --method sindy");
+  EXPECT_EQ(o.exit_code, 1) << o.out;
+  EXPECT_NE(o.err.find("should be an input; least explained is u'"), std::string::npos) << o.err;
 }
 
 }  // namespace

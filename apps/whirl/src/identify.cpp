@@ -36,7 +36,7 @@ IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Rec
   const std::string method = o.chosen_method();
   if (method == "weak") return identify_rotor(records, o.weak());
   if (method == "sindy" && !o.library.empty()) {
-    return fit_library(records, o.candidate_library(), o.sindy(records.front()));
+    return fit_library(records, o.candidate_library(records.front()), o.sindy(records.front()));
   }
   if (method == "sindy") return fit_sindy(records, o.sindy(records.front()));
   if (records.size() != 1) throw Error("--method " + method + " takes one record");
@@ -69,6 +69,7 @@ void warn_of_poor_prediction(const Evidence& evidence, Summary& summary) {
 }
 
 void run_identify(const IdentifyOptions& o, Session& session) {
+  o.check();
   RecordOptions reader = o.record;
   reader.required = o.required();
   session.progress("identify", 0);

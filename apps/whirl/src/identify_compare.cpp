@@ -7,6 +7,7 @@
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/sindy/compare.hpp"
+#include "whirl/sindy/sindy_library.hpp"
 
 namespace whirl::app {
 namespace {
@@ -65,7 +66,6 @@ Json row_json(const ComparedFit& fit, const HeldOut& held) {
 void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& records, Session& session) {
   const bool rotor = o.rotor();
   if (o.chosen_method() == "second-order") throw Error("--compare is for rotors and for --method sindy");
-  if (!o.library.empty()) throw Error("--compare takes its terms from --degree, --fourier and --terms, not from --library");
   if (rotor && records.size() != 1) throw Error("--compare takes one rotor record");
   const HoldoutSplit split = rotor ? split_holdout(records, o.holdout, {"x", "y"}) : split_holdout(records, o.holdout);
   std::vector<ComparedFit> fits;
@@ -75,8 +75,14 @@ void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& rec
     fits.push_back(whole_method("weak (default)", [&] { return identify_rotor(split.train, o.weak()); }));
   } else {
     const SindyOptions options = o.sindy(records.front());
-    fits = compare_regressors(split.train, options);
-    fits.push_back(whole_method("sindy (default)", [&] { return fit_sindy(split.train, options); }));
+    if (o.library.empty()) {
+      fits = compare_regressors(split.train, options);
+      fits.push_back(whole_method("sindy (default)", [&] { return fit_sindy(split.train, options); }));
+    } else {
+      const CandidateLibrary library = o.candidate_library(records.front());
+      fits = compare_regressors(split.train, library, options);
+      fits.push_back(whole_method("sindy (default)", [&] { return fit_library(split.train, library, options); }));
+    }
   }
 
   report::Table table;

@@ -104,11 +104,15 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   sub->add_flag("--time", time, "library: time t is a variable too")->group(general);
   sub->add_option("--terms", term_list, "library: further terms, e.g. \"x*abs(x), exp(-t)\"; alone they are the library")
       ->group(general);
-  sub->add_option("--library", library, "library.toml: exactly these terms, ties and known parts (docs/formats.md)")
-      ->check(CLI::ExistingFile)
-      ->group(general);
+  CLI::Option* file = sub->add_option("--library", library,
+                                      "library.toml: exactly these terms, ties and known parts; states, inputs and order are its own "
+                                      "(docs/formats.md)")
+                          ->check(CLI::ExistingFile)
+                          ->group(general);
+  for (const char* flag : {"--degree", "--fourier", "--time", "--terms"}) file->excludes(flag);
   sub->add_option("--known", known, "equation with given coefficients, kept as it is, e.g. \"x' = v\"")
       ->allow_extra_args(false)
+      ->excludes(file)
       ->group(general);
   sub->add_option("--window", window, "half-width of the weak form's test functions, s; 0: from the record")
       ->check(between(0, 1e6))
@@ -120,7 +124,7 @@ void IdentifyOptions::add_to(CLI::App* sub) {
       ->check(CLI::Range(1, 1000000))
       ->group(general);
   sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs")->group(general);
-  sub->add_flag("--stream", stream, "read the file part by part in bounded memory (files larger than memory)")->group(general);
+  sub->add_flag("--stream", stream, "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)")->group(general);
 
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression_methods(), ", ")))
@@ -162,10 +166,56 @@ std::string IdentifyOptions::chosen_method() const {
   return general ? "sindy" : "weak";
 }
 
-CandidateLibrary IdentifyOptions::candidate_library() const {
-  std::vector<std::string> sought;
-  for (const std::string& s : states) sought.push_back(s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"));
-  return read_library(library, sought);
+CandidateLibrary IdentifyOptions::candidate_library(const Recording& like) const {
+  const auto lhs_of = [&](const std::string& s) { return s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"); };
+  std::vector<std::string> sought;  // of a file that names no equation
+  for (const std::string& s : sindy(like).states) sought.push_back(lhs_of(s));
+  const CandidateLibrary read = read_library(library, sought);
+  // What the command line says beside the file must agree with it.
+  const auto refuse = [&](const char* flag, const std::string& value) {
+    throw Error::in_field(flag, value, fmt::format("what {} says: equations of {}", library, fmt::join(read.lhs, ", ")));
+  };
+  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  for (const std::string& l : read.lhs) {
+    const std::string state = l.substr(0, l.find_first_of("'["));
+    const std::size_t primes = l.ends_with("[k+1]") ? 0 : l.size() - state.size();
+    if (order > 0 && primes > 0 && primes != static_cast<std::size_t>(order)) refuse("--order", std::to_string(order));
+    if (discrete && primes > 0) refuse("--discrete", "given");
+    if (!states.empty() && !has(states, state)) refuse("--states", fmt::format("{}", fmt::join(states, ",")));
+  }
+  if (!states.empty() && states.size() != read.lhs.size()) refuse("--states", fmt::format("{}", fmt::join(states, ",")));
+  for (const std::string& i : inputs) {
+    if (!has(read.variables, i)) throw Error::in_field("--inputs", i, fmt::format("a name in {}: {}", library, fmt::join(read.variables, ", ")));
+  }
+  return read;
+}
+
+void IdentifyOptions::check() const {
+  const std::string m = chosen_method();
+  const auto only = [&](const char* flag, bool given, std::initializer_list<const char*> methods) {
+    if (!given || std::find(methods.begin(), methods.end(), m) != methods.end()) return;
+    throw Error(fmt::format("{} is for --method {}, not for {}", flag, fmt::join(methods, " or "), m));
+  };
+  only("--states", !states.empty(), {"sindy"});
+  only("--inputs", !inputs.empty(), {"sindy"});
+  only("--order", order > 0, {"sindy"});
+  only("--discrete", discrete, {"sindy"});
+  only("--degree", degree > 0, {"sindy"});
+  only("--fourier", fourier > 0, {"sindy"});
+  only("--time", time, {"sindy"});
+  only("--library", !library.empty(), {"sindy"});
+  only("--known", !known.empty(), {"sindy"});
+  only("--window", window > 0, {"sindy"});
+  only("--stream", stream, {"sindy"});
+  only("--no-refine", no_refine, {"sindy", "second-order"});
+  if (compare) return;  // several methods
+  only("--terms", !term_list.empty(), {"sindy", "second-order", "paper"});
+  only("--regressor", !regressor.empty(), {"sindy", "second-order", "paper"});
+  only("--filter-ms", filter_ms > 0, {"paper", "consistent", "second-order"});
+  only("--modes", !modes.empty(), {"weak", "paper"});
+  only("--angle profile", angle == "profile", {"weak"});
 }
 
 std::vector<std::string> IdentifyOptions::required() const {
@@ -227,7 +277,7 @@ SindyOptions IdentifyOptions::sindy(const Recording& like) const {
   SindyOptions o;
   o.states = states;
   o.inputs = inputs;
-  o.order = order;
+  o.order = order == 2 ? 2 : 1;
   o.discrete = discrete;
   o.window = window;
   o.t_value = term_t_value;

@@ -21,7 +21,7 @@ struct IdentifyOptions {
   // sindy
   std::vector<std::string> states, inputs, known;
   std::string library, term_list;
-  int order = 1, degree = 0, fourier = 0, max_passes = SindyOptions{}.max_passes;
+  int order = 0, degree = 0, fourier = 0, max_passes = SindyOptions{}.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;
   double window = 0, term_t_value = 4;
 
@@ -36,6 +36,8 @@ struct IdentifyOptions {
   /// weak, unless another method is named or flags of sindy are given.
   std::string chosen_method() const;
   bool rotor() const { return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent"; }
+  /// Throws Error when a flag is given that the method does not take.
+  void check() const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
 
@@ -44,8 +46,9 @@ struct IdentifyOptions {
   PaperOptions paper() const;
   ConsistentOptions consistent() const;
   SecondOrderOptions second_order() const;
-  /// --library, its equations taken from --states where the file names none.
-  CandidateLibrary candidate_library() const;
+  /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no inputs; where
+  /// it does, Error when --states, --inputs, --order or --discrete say otherwise.
+  CandidateLibrary candidate_library(const Recording& like) const;
   /// States default to all channels of `like` that are no inputs.
   SindyOptions sindy(const Recording& like) const;
 };

@@ -1,23 +1,123 @@
 #include "identify_stream.hpp"
 
 #include <cmath>
-#include <filesystem>
+#include <memory>
 
 #include "whirl/io/csv.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl::app {
 namespace {
 
-/// A CSV file as parts of equal length; a part is passed on when the next one has been read, so that the last stays behind.
+constexpr Eigen::Index kRows = 65536;  // of a part
+
+/// A record of any length, part by part.
+class Source {
+ public:
+  virtual ~Source() = default;
+  /// False at the end.
+  virtual bool next(Recording& part) = 0;
+
+ protected:
+  /// Time of a sample that the uniform grid of the first part puts at `due`.
+  static bool on_grid(double t, double due, double start, double dt, double rounding) {
+    // The step read from the first part carries the rounding of its times over the whole file.
+    return std::abs(t - due) <= 0.05 * dt + 1e-6 * (due - start) + rounding;
+  }
+};
+
+class CsvSource : public Source {
+ public:
+  CsvSource(const std::string& file, const RecordOptions& options)
+      : stream_(file, options.csv()), block_(kRows, static_cast<Eigen::Index>(stream_.columns().size())) {
+    if (options.rate > 0) dt_ = 1 / options.rate;
+    else if (stream_.time_column() < 0) throw Error(stream_.source() + ": no time column and no --rate");
+  }
+
+  bool next(Recording& part) override {
+    const Eigen::Index n = stream_.next(block_);
+    if (n == 0) return false;
+    const int time = stream_.time_column();
+    if (time >= 0) check_time(block_.col(time).head(n));
+    part = {};
+    part.dt = dt_;
+    part.t0 = start_ + dt_ * static_cast<double>(rows_);
+    part.source = stream_.source();
+    for (std::size_t k = 0; k < stream_.columns().size(); ++k) {
+      if (static_cast<int>(k) == time) continue;
+      const CsvColumn& column = stream_.columns()[k];
+      part.add(column.name, column.unit != nullptr ? column.unit->quantity : Quantity::dimensionless,
+               block_.col(static_cast<Eigen::Index>(k)).head(n));
+    }
+    rows_ += n;
+    return true;
+  }
+
+ private:
+  void check_time(const Eigen::Ref<const Eigen::VectorXd>& t) {
+    if (rows_ == 0) {
+      start_ = t[0];
+      if (t.size() < 2) throw Error(stream_.source() + ": one sample is no record");
+      if (dt_ == 0) dt_ = (t[t.size() - 1] - t[0]) / static_cast<double>(t.size() - 1);
+      if (!(dt_ > 0)) throw Error(stream_.source() + ": time does not increase");
+    }
+    const double rounding = 0.5 * std::pow(10.0, -std::max(0, stream_.time_decimals()));
+    for (Eigen::Index i = 0; i < t.size(); ++i) {
+      const double due = start_ + dt_ * static_cast<double>(rows_ + i);
+      if (!on_grid(t[i], due, start_, dt_, rounding)) {
+        throw Error::in_file(stream_.source(), stream_.line_of(rows_ + i),
+                             fmt::format("time {:g} s: must be {:g} s for a uniform step of {:g} s", t[i], due, dt_));
+      }
+    }
+  }
+
+  CsvStream stream_;
+  Eigen::MatrixXd block_;
+  double dt_ = 0, start_ = 0;
+  Eigen::Index rows_ = 0;
+};
+
+class Hdf5Source : public Source {
+ public:
+  Hdf5Source(const std::string& file, const RecordOptions& options) : file_(file), options_(options.csv()) {}
+
+  bool next(Recording& part) override {
+    const SignalFile rows = read_hdf5_rows(file_, rows_, kRows);
+    if (rows_ > 0 && rows.tables.empty()) return false;
+    part = recording_of(rows, options_);
+    const double t = part.t0;
+    if (rows_ == 0) {
+      dt_ = part.dt;
+      start_ = t;
+    }
+    part.dt = dt_;
+    part.t0 = start_ + dt_ * static_cast<double>(rows_);
+    if (t != start_ && !on_grid(t, part.t0, start_, dt_, 0)) {
+      throw Error::in_file(file_, 0, fmt::format("sample {}: time {:g} s: must be {:g} s for a uniform step of {:g} s", rows_, t, part.t0, dt_));
+    }
+    rows_ += part.size();
+    return true;
+  }
+
+ private:
+  std::string file_;
+  CsvOptions options_;
+  double dt_ = 0, start_ = 0;
+  Eigen::Index rows_ = 0;
+};
+
+std::unique_ptr<Source> open_source(const std::string& file, const RecordOptions& options) {
+  switch (file_format(file)) {
+    case FileFormat::csv: return std::make_unique<CsvSource>(file, options);
+    case FileFormat::hdf5: return std::make_unique<Hdf5Source>(file, options);
+    default: throw Error(file + ": --stream reads CSV and HDF5; whirl convert makes one of it");
+  }
+}
+
+/// A part is passed on when the next one has been read, so that the last stays behind.
 class Parts {
  public:
-  Parts(const std::string& file, const RecordOptions& options)
-      : stream_(file, options.csv()), block_(kRows, static_cast<Eigen::Index>(stream_.columns().size())) {
-    const int time = stream_.time_column();
-    if (options.rate > 0) dt_ = 1 / options.rate;
-    else if (time < 0) throw Error(stream_.source() + ": no time column and no --rate");
-    read_next();
-  }
+  Parts(const std::string& file, const RecordOptions& options) : source_(open_source(file, options)) { read_next(); }
 
   bool next(Recording& part) {
     if (waiting_.size() == 0) return false;
@@ -25,7 +125,7 @@ class Parts {
     waiting_ = {};
     read_next();
     // A short rest is no record of its own.
-    if (waiting_.size() == 0 || waiting_.size() < kLeast) {
+    if (waiting_.size() < kLeast) {
       last_ = std::move(part);
       return false;
     }
@@ -36,48 +136,14 @@ class Parts {
   Eigen::Index rows() const { return rows_; }
 
  private:
-  static constexpr Eigen::Index kRows = 65536, kLeast = 1000;
+  static constexpr Eigen::Index kLeast = 1000;
 
   void read_next() {
-    const Eigen::Index n = stream_.next(block_);
-    if (n == 0) return;
-    const int time = stream_.time_column();
-    if (time >= 0) check_time(block_.col(time).head(n));
-    waiting_ = {};
-    waiting_.dt = dt_;
-    waiting_.t0 = start_ + dt_ * static_cast<double>(rows_);
-    waiting_.source = stream_.source();
-    for (std::size_t k = 0; k < stream_.columns().size(); ++k) {
-      if (static_cast<int>(k) == time) continue;
-      const CsvColumn& column = stream_.columns()[k];
-      waiting_.add(column.name, column.unit != nullptr ? column.unit->quantity : Quantity::dimensionless,
-                   block_.col(static_cast<Eigen::Index>(k)).head(n));
-    }
-    rows_ += n;
+    if (source_->next(waiting_)) rows_ += waiting_.size();
   }
 
-  void check_time(const Eigen::Ref<const Eigen::VectorXd>& t) {
-    if (rows_ == 0) {
-      start_ = t[0];
-      if (t.size() < 2) throw Error(stream_.source() + ": one sample is no record");
-      if (dt_ == 0) dt_ = (t[t.size() - 1] - t[0]) / static_cast<double>(t.size() - 1);
-      if (!(dt_ > 0)) throw Error(stream_.source() + ": time does not increase");
-    }
-    for (Eigen::Index i = 0; i < t.size(); ++i) {
-      const double due = start_ + dt_ * static_cast<double>(rows_ + i);
-      // Written times are rounded; the step read from the first part carries that over the whole file.
-      const double allowed = 0.05 * dt_ + 1e-6 * static_cast<double>(rows_ + i) * dt_;
-      if (!(std::abs(t[i] - due) <= allowed + 0.5 * std::pow(10.0, -std::max(0, stream_.time_decimals())))) {
-        throw Error::in_file(stream_.source(), stream_.line_of(rows_ + i),
-                             fmt::format("time {:g} s: must be {:g} s for a uniform step of {:g} s", t[i], due, dt_));
-      }
-    }
-  }
-
-  CsvStream stream_;
-  Eigen::MatrixXd block_;
+  std::unique_ptr<Source> source_;
   Recording waiting_, last_;
-  double dt_ = 0, start_ = 0;
   Eigen::Index rows_ = 0;
 };
 

@@ -66,6 +66,8 @@ struct Visit {
   SignalFile result;
   std::vector<NamedArray> arrays;
   std::string problem;  ///< to be thrown when the library has returned
+  hsize_t first = 0, count = 0;  ///< rows of the channels to be read; count 0: all
+  hsize_t length = 0;            ///< of the channels, where rows are chosen
 };
 
 void read_dataset(Visit& visit, const char* path) {
@@ -107,11 +109,29 @@ void read_dataset(Visit& visit, const char* path) {
   array.step = number_attribute(data, "dt");
   if (const double rate = number_attribute(data, "fs"); array.step <= 0 && rate > 0) array.step = 1 / rate;
   array.start = number_attribute(data, "t0");
+  hid_t from = H5S_ALL, into = H5S_ALL;
+  const int axis = columns > rows ? 1 : 0;  // the longer side is the time
+  if (visit.count > 0 && rank > 0 && sizes[axis] > 1) {
+    if (visit.length == 0) visit.length = sizes[axis];
+    if (sizes[axis] != visit.length) {
+      visit.problem = fmt::format("dataset '{}' has {} samples, others {}: such a file cannot be read part by part", path, sizes[axis], visit.length);
+      return;
+    }
+    if (visit.first >= visit.length) return;
+    hsize_t start[2] = {0, 0};
+    start[axis] = visit.first;
+    sizes[axis] = std::min(visit.count, visit.length - visit.first);
+    array.start += static_cast<double>(visit.first) * array.step;
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, sizes, nullptr);
+    from = space;
+  }
+  const Id chosen(H5Screate_simple(rank, sizes, nullptr), H5Sclose);
+  if (from != H5S_ALL) into = chosen;
   // Stored row by row: read as the transpose.
-  const auto r = static_cast<Eigen::Index>(rows), c = static_cast<Eigen::Index>(columns);
+  const auto r = static_cast<Eigen::Index>(rank > 0 ? sizes[0] : 1), c = static_cast<Eigen::Index>(rank > 1 ? sizes[1] : 1);
   const auto read = [&](hid_t memory, Eigen::MatrixXd& to) {
     Eigen::MatrixXd transposed(c, r);
-    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, transposed.data()) < 0) {
+    if (H5Dread(data, memory, into, from, H5P_DEFAULT, transposed.data()) < 0) {
       visit.problem = fmt::format("dataset '{}' cannot be read: damaged", path);
       return;
     }
@@ -146,6 +166,33 @@ herr_t visit_object(hid_t, const char* path, const H5O_info_t* info, void* user)
 
 }  // namespace
 
+namespace {
+
+/// The numeric arrays of the opened file.
+SignalFile collect(hid_t file, Visit visit, std::string_view name, bool matlab) {
+  visit.file = file;
+  visit.result.source = name;
+  visit.result.format = matlab ? "MAT v7.3" : "HDF5";
+  const herr_t status = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, &visit);
+  if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
+  if (status < 0) throw Error::in_file(name, 0, "the tree of groups is damaged");
+  add_arrays(visit.result, visit.arrays);
+  return std::move(visit.result);
+}
+
+}  // namespace
+
+SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (file < 0) throw Error::in_file(path.string(), 0, "is no HDF5 file, or damaged or cut off");
+  Visit visit{};
+  visit.bytes = std::filesystem::file_size(path);
+  visit.first = static_cast<hsize_t>(first);
+  visit.count = static_cast<hsize_t>(count);
+  return collect(file, std::move(visit), path.string(), false);
+}
+
 SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to print
   const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
@@ -153,14 +200,9 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
   H5Pset_file_image(access, const_cast<char*>(bytes.data()), bytes.size());
   const Id file(bytes.empty() ? hid_t{-1} : H5Fopen("memory", H5F_ACC_RDONLY, access), H5Fclose);
   if (file < 0) throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
-  Visit visit{file, bytes.size(), {}, {}, {}};
-  visit.result.source = name;
-  visit.result.format = bytes.starts_with("MATLAB 7.3") ? "MAT v7.3" : "HDF5";
-  const herr_t status = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, &visit);
-  if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
-  if (status < 0) throw Error::in_file(name, 0, "the tree of groups is damaged");
-  add_arrays(visit.result, visit.arrays);
-  return std::move(visit.result);
+  Visit visit{};
+  visit.bytes = bytes.size();
+  return collect(file, std::move(visit), name, bytes.starts_with("MATLAB 7.3"));
 }
 
 void write_hdf5(const std::filesystem::path& path, const Recording& recording) {

@@ -83,6 +83,22 @@ TEST(SignalsProperty, RecordsAreWrittenAndReadBackInEveryFormat) {
 }
 
 // Written by the library that other programs use for MAT files: compressed and plain v5, and v7.3.
+TEST(Signals, RowsOfAnHdf5FileAreThoseOfTheWhole) {
+  const Folder folder;
+  Recording record = example();
+  record.t0 = 2;
+  write_hdf5(folder / "r.h5", record);
+  for (const auto& [first, count] : {std::pair<Eigen::Index, Eigen::Index>{0, 100}, {100, 150}, {290, 50}}) {
+    const Recording part = recording_of(read_hdf5_rows(folder / "r.h5", first, count));
+    ASSERT_EQ(part.size(), std::min<Eigen::Index>(count, 300 - first));
+    EXPECT_NEAR(part.t0, 2 + static_cast<double>(first) * record.dt, 1e-12);
+    EXPECT_DOUBLE_EQ(part.dt, record.dt);
+    for (const char* name : {"force", "acc"}) EXPECT_EQ(part[name], Eigen::VectorXd(record[name].segment(first, part.size())));
+  }
+  for (const Eigen::Index beyond : {299, 300}) EXPECT_TRUE(read_hdf5_rows(folder / "r.h5", beyond, 10).tables.empty());
+  EXPECT_THAT(error_of([&] { (void)read_hdf5_rows(folder / "none.h5", 0, 10); }), HasSubstr("no HDF5 file"));
+}
+
 TEST(SignalsReference, MatFilesOfAnotherLibrary) {
   for (const char* name : {"mat/compressed.mat", "mat/plain.mat", "hdf5/v73.mat"}) {
     const SignalFile file = read_signals(corpus(name));

@@ -18,7 +18,9 @@ void set_coefficient_units(IdentifiedModel& model, const Recording& record) {
     const auto at = units.find(state);
     if (at == units.end()) continue;
     const Unit lhs = map ? at->second : at->second / second;
-    for (EquationTerm& t : e.terms) t.unit = coefficient_unit(Expr::parse(t.function), lhs, units);
+    for (EquationTerm& t : e.terms) {
+      if (t.unit.empty()) t.unit = coefficient_unit(Expr::parse(t.function), lhs, units);
+    }
   }
 }
 

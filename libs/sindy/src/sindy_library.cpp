@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include "channel_units.hpp"
+#include "compare_all.hpp"
 #include "record_quality.hpp"
 #include "sindy_prepare.hpp"
 #include "sindy_verdict.hpp"
@@ -322,32 +324,64 @@ class LibraryFit {
   detail::LeastExplained least_;
 };
 
-}  // namespace
+/// A library in the names of the channels with the options and the records' sums that it asks for.
+struct Prepared {
+  CandidateLibrary library;
+  Recording like;   ///< channels and derivatives with their quantities, no samples
+  Summary summary;  ///< unusable: no sums
+  std::unique_ptr<detail::SindyData> data;
+};
 
-IdentifiedModel fit_library(const std::vector<Recording>& given, const CandidateLibrary& any_names, const SindyOptions& options) {
+Prepared prepare(const std::vector<Recording>& given, const CandidateLibrary& any_names, const SindyOptions& options) {
   if (given.empty()) throw Error("no record to identify from");
-  const CandidateLibrary library = given.front().has("X1") ? any_names : in_channel_names(any_names);
-  const SindyOptions o = options_of(library, options);
+  Prepared p;
+  p.library = given.front().has("X1") ? any_names : in_channel_names(any_names);
+  const SindyOptions o = options_of(p.library, options);
   std::vector<Recording> records;
   for (const Recording& r : given) records.push_back(with_derivatives(r, o.inputs));
   detail::require_equal_steps(records);
-  IdentifiedModel unusable;
-  unusable.method = "sindy";
   std::vector<std::string> measured;  // an exact ramp has a constant rate: derivatives need no variation
   for (const std::string& name : o.inputs) {
     if (!name.ends_with('\'')) measured.push_back(name);
   }
-  detail::check_signals(records, o.states, measured, o.discrete, unusable.summary);
-  if (unusable.summary.status == Status::unusable) {
-    unusable.summary.trust = "Do not use this model.";
-    return unusable;
+  detail::check_signals(records, o.states, measured, o.discrete, p.summary);
+  if (p.summary.status == Status::unusable) return p;
+  for (const Channel& c : records.front().channels) p.like.add(c.name, c.quantity, {});
+  p.data = std::make_unique<detail::SindyData>(o);
+  p.data->add(records, std::numeric_limits<Eigen::Index>::max());
+  p.data->finish();
+  return p;
+}
+
+}  // namespace
+
+IdentifiedModel fit_library(const std::vector<Recording>& records, const CandidateLibrary& library, const SindyOptions& options) {
+  const Prepared p = prepare(records, library, options);
+  IdentifiedModel model;
+  if (p.data == nullptr) {
+    model.method = "sindy";
+    model.summary = p.summary;
+    model.summary.trust = "Do not use this model.";
+    return model;
   }
-  detail::SindyData data(o);
-  data.add(records, std::numeric_limits<Eigen::Index>::max());
-  data.finish();
-  IdentifiedModel model = LibraryFit(data, library, options.solver).run();
+  model = LibraryFit(*p.data, p.library, options.solver).run();
+  detail::set_coefficient_units(model, p.like);
   for (const Recording& r : records) model.provenance.inputs.push_back(r.source);
   return model;
+}
+
+std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const CandidateLibrary& library,
+                                            const SindyOptions& options) {
+  SindyOptions regression = options;
+  regression.refine = false;
+  const Prepared p = prepare(records, library, regression);
+  if (p.data == nullptr) throw Error(p.summary.warnings.back());
+  return detail::compare_all(p.library.groups.size(), options.solver,
+                             [&](const SolveOptions& solver) {
+                               IdentifiedModel model = LibraryFit(*p.data, p.library, solver).run();
+                               detail::set_coefficient_units(model, p.like);
+                               return model;
+                             });
 }
 
 }  // namespace whirl

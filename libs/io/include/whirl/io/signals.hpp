@@ -64,6 +64,10 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name);
 SignalFile parse_wav(std::string_view bytes, std::string_view name);
 SignalFile parse_lvm(std::string_view bytes, std::string_view name);
 
+/// Samples first .. first + count of every channel of an HDF5 or MAT v7.3 file, for files larger than memory: fewer at the end, no
+/// table for a single one or none. All channels must have one length.
+SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count);
+
 /// Writes the record in SI. MAT v5, HDF5 and LVM: names with the unit behind, as in CSV, and the time column t_s. WAV: 64-bit
 /// floating point, values as they are, names in the comment.
 void write_mat(const std::filesystem::path& path, const Recording& recording);

@@ -4,6 +4,7 @@
 
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/expr/library.hpp"
 #include "whirl/sindy/paper.hpp"
 #include "whirl/sindy/regression.hpp"
 #include "whirl/sindy/sindy.hpp"
@@ -25,5 +26,8 @@ std::vector<ComparedFit> compare_regressors(const RotorRecord& record, const Pap
 /// The weak form of fit_sindy, without refinement, with every method of `solve`. Throws Error as fit_sindy, and for records
 /// that it calls unusable.
 std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const SindyOptions& options);
+/// The same of fit_library: ties and known parts kept by every method, tied groups never dropped.
+std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const CandidateLibrary& library,
+                                            const SindyOptions& options = {});
 
 }  // namespace whirl
