@@ -88,5 +88,35 @@ TEST(LawBenchmarkReference, SuperTwistingOnTheLinearSurface) {
   EXPECT_LT(implicit.variation, explicit_form.variation);
 }
 
+/// Displacement after 0.5 s of the same axis under a law sampled with h, plant at 8 us.
+template <class Law>
+double sampled_end(Law law, int steps_per_sample) {
+  const double w = 2 * std::numbers::pi * 10, c = 2 * 0.01 * w, dt = 8e-6;
+  double x = 1e-3, v = 0, a = 0;
+  for (int i = 0; i < 62500; ++i) {
+    const double t = dt * i;
+    if (i % steps_per_sample == 0) a = law.step({x, v, -0.8 * w * w * x - c * v, 0}).a;
+    const auto rate = [&](double s, double px, double pv) {
+      return -w * w * px - c * pv + a + 0.42 * std::sin(w * s) + 0.18 * std::sin(2.7 * w * s);
+    };
+    const double a1 = rate(t, x, v), xm = x + 0.5 * dt * v, vm = v + 0.5 * dt * a1, a2 = rate(t + 0.5 * dt, xm, vm);
+    x += dt * vm;
+    v += dt * a2;
+  }
+  return x;
+}
+
+// The hold is late by half a sample on average: the sampled loop tends to the continuous one with the first order of h.
+TEST(SampledLoopConvergence, FirstOrderInTheSampleTime) {
+  const auto order = [](const auto& law) {
+    const double limit = sampled_end(law, 1);
+    const double coarse = std::abs(sampled_end(law, 25) - limit), fine = std::abs(sampled_end(law, 5) - limit);
+    return std::log(coarse / fine) / std::log(24.0 / 4.0);
+  };
+  EXPECT_NEAR(order(terminal(20e-3, 50e-6)), 1, 0.15);
+  EXPECT_NEAR(order(LinearSmc{60, 0.9, 20e-3}), 1, 0.15);
+  EXPECT_NEAR(order(Pd{0, 60}), 1, 0.15);
+}
+
 }  // namespace
 }  // namespace whirl
