@@ -33,7 +33,7 @@ function fillList(id, pairs) {
 }
 export function showStatus(message, rate) {
   const items = [...message.items, ["speed trend", message.trend], ["frames dropped for this view", String(store.dropped)],
-    ["frames missed", String(store.missed)], ["frames drawn per second", rate.toFixed(0)]];
+    ["frames missed", String(store.missed)], ["frames drawn per second", `${rate.frames.toFixed(0)}, ${rate.milliseconds.toFixed(0)} ms each`]];
   if (message.recording) items.push(["recording", `${message.record_samples} samples, ${message.record_lost} lost, ${message.record_folder}`]);
   fillList("status", items);
   const rows = message.limits.map((l) => {

@@ -12,7 +12,7 @@ import { startControls, showControls, showProgress } from "./controls.js";
 const byId = (id) => document.getElementById(id);
 const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...loopPanels };
 const visible = new Set();
-let drawn = -1, shown = -1, count = 0, since = performance.now(), rate = 0;
+let drawn = -1, shown = -1, count = 0, busy = 0, since = performance.now(), rate = { frames: 0, milliseconds: 0 };
 const redraw = () => { drawn = -1; };
 
 function showState() {
@@ -35,13 +35,15 @@ function draw() {
   if (!store.stream || (drawn === store.arrival && shown === store.status)) return;
   drawn = store.arrival;
   shown = store.status;
+  const begin = performance.now();
   readColors();
   for (const id of visible) if (!byId(id).closest("section").hidden) panels[id]();
   ++count;
   const now = performance.now();
+  busy += now - begin;
   if (now - since > 1000) {
-    rate = 1000 * count / (now - since);
-    count = 0;
+    rate = { frames: 1000 * count / (now - since), milliseconds: busy / count };
+    count = busy = 0;
     since = now;
   }
 }

@@ -76,6 +76,7 @@ function drawFull() {
     box.x + box.w - 6, box.y + 14, colors.c3);
 }
 
+const FEWEST_ROWS = 40;
 let image = null, scale = 0; // rows of the waterfall as pixels, and the amplitude of the lightest colour
 function addRow(row) {
   if (!image || image.width !== row.n || store.waterfall.length === 1) {
@@ -100,10 +101,10 @@ function drawWaterfall() {
   if (!rows.length) return empty(g, w, h, "no block complete yet");
   for (let i = rows.length - 1; i >= 0; --i) if (!rows[i].drawn) addRow(rows[i]);
   const box = plotBox(w, h), shown = shownLines(image.width), df = spacing(), newest = rows[0].t, oldest = rows[rows.length - 1].t;
-  const perRow = rows.length > 1 ? (newest - oldest) / (rows.length - 1) : 1, high = df * (shown - 1);
-  const [fx, fy] = axes(g, box, { low: 0, high, label: "frequency [Hz]" }, { low: -WATERFALL_ROWS * perRow, high: 0, label: "time before now [s]" });
+  const perRow = rows.length > 1 ? (newest - oldest) / (rows.length - 1) : 1, high = df * (shown - 1), shownRows = Math.max(FEWEST_ROWS, rows.length);
+  const [fx, fy] = axes(g, box, { low: 0, high, label: "frequency [Hz]" }, { low: -shownRows * perRow, high: 0, label: "time before now [s]" });
   g.imageSmoothingEnabled = false;
-  g.drawImage(image, 0, 0, shown, WATERFALL_ROWS, box.x, box.y, box.w, box.h);
+  g.drawImage(image, 0, 0, shown, shownRows, box.x, box.y, box.w, box.h);
   clipped(g, box, () => [1, 2].forEach((order) => dashed(g, () =>
     curve(g, rows.length, (i) => (rows[i].rpm > 0 ? fx(order * rows[i].rpm / 60) : NaN), (i) => fy(-(i + 0.5) * perRow), "#ffffff"), [3, 5])));
   const index = spectrumChannels()[0], channel = store.stream.channels[index], [factor, unit] = unitFor(channel.quantity, channel.unit, scale);

@@ -30,6 +30,7 @@ using json = nlohmann::json;
 using std::chrono_literals::operator""s;
 
 constexpr std::size_t kMaxRequest = 4096;  ///< bytes of one message of a client
+constexpr int kSendBuffer = 1 << 18;       ///< bytes
 
 /// Beast of this age has its own string view.
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
@@ -186,6 +187,9 @@ void PageSession::send(http::status status, std::string_view type, std::string_v
 StreamSession::StreamSession(tcp::socket&& socket, Service& server)
     : server_(server), stream_(std::move(socket)) {
   ++server_.clients;
+  // A slow page shall lose frames, not lag behind: the system must not hold seconds of them.
+  beast::error_code ignored;
+  beast::get_lowest_layer(stream_).socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
 }
 
 StreamSession::~StreamSession() {
