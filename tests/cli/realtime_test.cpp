@@ -5,58 +5,14 @@
 #include <chrono>
 #include <thread>
 
-#include "program.hpp"
-#include "whirl/io/json.hpp"
-#include "whirl/io/model_json.hpp"
-#include "whirl/rig/parameters.hpp"
+#include "served.hpp"
 #include "whirl/rt/recorder.hpp"
 
 namespace whirl::testing {
 namespace {
 
-/// What a designer knows of the default rig.
-ControllerDesign pd_design() {
-  const RigParameters rig;
-  ControllerDesign d;
-  d.law = "pd";
-  d.estimator = "lpf";
-  d.model.k1 = rig.rotor.stiffness / rig.rotor.mass;
-  d.model.c = rig.rotor.damping / rig.rotor.mass;
-  d.model.gain = 1 / rig.rotor.mass;
-  d.sample_time = 1 / rig.timing.rate;
-  d.force_limit = rig.actuator.force_limit();
-  d.feedforward = false;
-  return d;
-}
-
-/// `whirl rig serve` in the background of a folder; its settings are there when this object is.
-struct Served {
-  Served(const Folder& f, const std::string& arguments) : folder(f) {
-    std::filesystem::remove(folder / "io.toml");
-    std::filesystem::remove(folder / "serve.json");
-    const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
-                                "' rig serve --io io.toml --json " + arguments +
-                                " >serve.part 2>serve.err </dev/null; mv serve.part serve.json; } & echo $! >serve.pid";
-    if (std::system(command.c_str()) != 0) std::abort();
-    wait_for("io.toml");
-  }
-  void wait_for(const char* name) const {
-    for (int i = 0; i < 1200 && !std::filesystem::exists(folder / name); ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    }
-  }
-  Json result() const {
-    wait_for("serve.json");
-    return load_json(folder / "serve.json");
-  }
-  const Folder& folder;
-};
-
 double at(const Json& json, const char* table, const char* key) { return JsonReader(json, table).at(table).at(key).number(); }
 std::string text(const Json& json, const char* key) { return JsonReader(json, key).at(key).text(); }
-
-// Three seconds through the resonance keep the test short.
-constexpr const char* kRig = "[profile]\nstart_rpm = 1200\nramp_s = 3\ndwell_end_s = 0.2\n";
 
 struct RealtimeE2e : ::testing::Test {
   Folder folder;
@@ -94,7 +50,12 @@ TEST_F(RealtimeE2e, ThroughPseudoTerminalsAndASecondProcessAsInOneProcess) {
   const Json replay = parse_json(replayed.out, "replay");
   EXPECT_GT(JsonReader(replay, "replay").at("compared").number(), 3000);
   EXPECT_LT(JsonReader(replay, "replay").at("force_difference_max").number(), 1e-9);
-  EXPECT_EQ(folder.whirl("replay run.h5 --estimator kalman").exit_code, 0);
+  // Another estimator has its own parameters.
+  ControllerDesign tuned = pd_design();
+  tuned.parameters["cutoff"] = 1000;
+  save(folder / "tuned.json", tuned);
+  const Outcome other = folder.whirl("replay run.h5 --controller tuned.json --estimator kalman");
+  EXPECT_EQ(other.exit_code, 0) << other.err;
 }
 
 struct FaultCase {

@@ -60,6 +60,7 @@ void add_report(CLI::App& app, Session& session);
 void add_transient(CLI::App& app, Session& session);
 void add_export(CLI::App& app, Session& session);
 void add_rig(CLI::App& app, Session& session);
+void add_io(CLI::App& app, Session& session);
 void add_reproduce(CLI::App& app, Session& session);
 
 }  // namespace whirl::app

@@ -40,6 +40,14 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("safety.release_ms", io.release, kMs);
   visit("board.driver", io.driver, 1.0);
   visit("board.address", io.address, 1.0);
+  visit("board.library", io.vendor.library, 1.0);
+  visit("board.card", io.vendor.card, 1.0);
+  visit("board.device", io.vendor.device, 1.0);
+  for (std::size_t i = 0; i < 4; ++i) visit(fmt::format("board.input_{}", i), io.vendor.inputs[i], 1.0);
+  for (std::size_t i = 0; i < 2; ++i) visit(fmt::format("board.output_{}", kAxisName[i]), io.vendor.outputs[i], 1.0);
+  visit("board.encoder", io.vendor.encoder, 1.0);
+  visit("board.counts", io.vendor.counts, 1.0);
+  visit("board.tracking_hz", io.vendor.bandwidth, 1.0);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto key = [&](const char* table, const char* name) { return fmt::format("{}.{}.{}", table, kAxisName[i], name); };
     auto& s = io.hardware.position[i];
@@ -89,7 +97,14 @@ SafetyLimits IoSettings::limits() const {
   return out;
 }
 
-std::unique_ptr<Board> IoSettings::board() const { return std::make_unique<UdpBoard>(address); }
+std::unique_ptr<Board> IoSettings::board() const {
+  VendorBoardOptions o = vendor;
+  o.sample_time = 1 / rate;
+  o.watchdog = watchdog;
+  if (driver == "comedi") return std::make_unique<ComediBoard>(o);
+  if (driver == "quanser") return std::make_unique<QuanserBoard>(o);
+  return std::make_unique<UdpBoard>(address);
+}
 
 IoSettings read_io(const std::filesystem::path& path) {
   const Settings settings = read_settings(path);
@@ -97,7 +112,7 @@ IoSettings read_io(const std::filesystem::path& path) {
   settings.text("loop.clock", io.clock, {"sample", "wall"});
   settings.text("loop.overrun", io.overrun, {"skip", "catch-up", "trip"});
   settings.text("loop.dt", io.dt, {"nominal", "fill"});
-  settings.text("board.driver", io.driver, {"udp"});
+  settings.text("board.driver", io.driver, {"udp", "comedi", "quanser"});
   apply(settings, io);
   settings.finish();
   io.hardware.sample_time = 1 / io.rate;
@@ -111,6 +126,14 @@ IoSettings read_io(const std::filesystem::path& path) {
     require_range("realtime.priority", io.realtime.priority, 0, 99);
     require_range("safety.stale_ms", 1e3 * io.stale, 1e3 / io.rate, 1e4, "ms");
     require_range("safety.watchdog_ms", 1e3 * io.watchdog, 1e3 / io.rate, 1e4, "ms");
+    const auto& inputs = io.hardware.position;
+    if (io.clock == "sample" && io.driver != "udp" && inputs[0].laser.device.empty() && inputs[1].laser.device.empty()) {
+      throw Error::in_field("loop.clock", "sample", "wall: neither a laser nor the board has a clock of its own here");
+    }
+    if (io.driver != "udp") {
+      require_range("board.counts", std::abs(io.vendor.counts), 1, 1e7);
+      require_range("board.tracking_hz", io.vendor.bandwidth, 0.1, 0.1 * io.rate, "Hz");
+    }
     require_range("safety.release_ms", 1e3 * io.release, 0, 6e4, "ms");
   } catch (const Error& e) {
     throw Error::in_file(path.string(), 0, e.what());
@@ -127,7 +150,7 @@ std::string io_toml(const IoSettings& settings) {
     using Field = std::decay_t<decltype(field)>;
     if constexpr (std::is_same_v<Field, double>) {
       entry.value = field / unit;
-    } else if constexpr (std::is_same_v<Field, int>) {
+    } else if constexpr (std::is_integral_v<Field> && !std::is_same_v<Field, bool>) {
       entry.value = static_cast<long>(field);
     } else {
       entry.value = field;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "whirl/rt/drivers/hardware_rig.hpp"
+#include "whirl/rt/drivers/vendor_boards.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/pace.hpp"
 #include "whirl/rt/realtime.hpp"
@@ -23,6 +24,7 @@ struct IoSettings {
   double watchdog = 50e-3;  ///< s without samples
   double release = 3;       ///< s in which the force fades after a trip
   std::string driver = "udp", address;
+  VendorBoardOptions vendor;  ///< of a board with the driver "comedi" or "quanser"
   HardwareOptions hardware;
 
   PaceOptions pace() const;

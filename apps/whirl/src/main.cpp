@@ -90,6 +90,7 @@ int run(int argc, char** argv) {
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);
+  add_io(app, session);
   add_reproduce(app, session);
 
   try {

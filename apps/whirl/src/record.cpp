@@ -4,6 +4,7 @@
 
 #include "run_io.hpp"
 #include "run_loop.hpp"
+#include "whirl/control/catalogue.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
@@ -45,7 +46,10 @@ void replay(Session& session, const std::string& file, const std::string& contro
   for (const LoopEvent& e : record.events) session.say(fmt::format("  tick {}: {}", e.tick, e.text));
   if (record.cycles.empty()) throw Error::in_file(file, 0, "no cycles");
   ControllerDesign design = design_for(record, controller_file);
-  if (!estimator.empty()) design.estimator = estimator;
+  if (!estimator.empty() && estimator != design.estimator) {
+    for (const ParameterInfo& p : estimator_info(design.estimator).parameters) design.parameters.erase(p.name);
+    design.estimator = estimator;
+  }
   Controller controller = make_controller(design);
   Eigen::MatrixXd table(static_cast<Eigen::Index>(record.cycles.size()), static_cast<Eigen::Index>(kColumns.size()));
   double square = 0, worst = 0;

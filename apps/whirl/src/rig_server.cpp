@@ -20,6 +20,8 @@ namespace {
 
 constexpr double kShunt = 250;         // ohm, of the analogue outputs
 constexpr int kLockstepWait = 2000;    // ms until a silent controller is taken for dead
+constexpr double kBefore = -1;         // s, the time of faults that are there before the start
+constexpr double kRestTime = 30;       // s that a shaft at rest can be excited
 constexpr std::uint32_t kBehind = 262078;  // peak behind the measuring range
 
 // The same machine, stepped once per laser frame.
@@ -40,6 +42,16 @@ RigParameters frame_by_frame(RigParameters p, long& ratio) {
   p.actuator.extra_delay_samples *= parts;
   p.laser.bits = 0;  // the frame has its own resolution
   p.check();
+  return p;
+}
+
+// Its shaft standing at the first angle of the profile.
+RigParameters at_rest(RigParameters p) {
+  SpeedProfile stand;
+  stand.beta_start = p.profile.beta_start;
+  stand.ramp_time = kRestTime;
+  p.profile = stand;
+  for (RigMode& m : p.modes) m.initial = 0;
   return p;
 }
 
@@ -65,7 +77,7 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options) {
     const auto key = [&](const char* name) { return fmt::format("fault[{}].{}", i, name); };
     const std::string kind = s.text(key("kind"), "", {"stuck", "command_delay", "actuator_loss", "encoder_stuck", "lost_bytes",
                                                       "error_code", "dropout", "delay", "board_silent"});
-    const double start = s.require_number(key("start"), Quantity::time, 0);
+    const double start = s.require_number(key("start"), Quantity::time, kBefore);
     const double end = s.number(key("end"), Quantity::time, 1e9, start);
     const std::string where = s.text(key("axis"), "both", {"both", "x", "y"});
     const RigAxis axis = where == "x" ? RigAxis::x : where == "y" ? RigAxis::y : RigAxis::both;
@@ -90,6 +102,7 @@ RigServer::RigServer(const ServeOptions& options)
     : options_(options),
       fine_(frame_by_frame(options.rig, ratio_)),
       rig_(fine_, frame_by_frame(options.run, ratio_)),
+      rest_tables_(make_rig_tables(at_rest(fine_))),
       scale_(options.rig.laser.range),
       standby_(options.run.seed) {
   const board::Address a = board::parse_address(options.address);
@@ -140,10 +153,10 @@ bool RigServer::finished() const {
 }
 
 const ScriptedLineFault* RigServer::active(LineFault kind, int axis) const {
-  const double t = rig_.time();
+  const double t = started_ ? rig_.time() : kBefore;
   for (const ScriptedLineFault& f : options_.line_faults) {
     const bool here = f.axis == RigAxis::both || (f.axis == RigAxis::x) == (axis == 0);
-    if (started_ && f.kind == kind && here && t >= f.start && t < f.end) return &f;
+    if (f.kind == kind && here && t >= f.start && t < f.end) return &f;
   }
   return nullptr;
 }
@@ -197,8 +210,8 @@ void RigServer::wait_for_command() {
 void RigServer::measure(int sub) {
   const std::uint64_t number = static_cast<std::uint64_t>(board_tick_) * static_cast<std::uint64_t>(ratio_) -
                                static_cast<std::uint64_t>(ratio_ - 1 - sub);
-  Measurement m = rig_.read();
-  if (!started_) {  // the shaft waits; a laser is never quite still
+  Measurement m = machine().read();
+  if (!started_ && !rest_) {  // the shaft waits; a laser is never quite still
     const auto noise = [&] {
       return std::sqrt(3.0) * options_.rig.laser.noise * (2 * static_cast<double>(standby_() >> 11) * 0x1p-53 - 1);
     };
@@ -216,12 +229,11 @@ void RigServer::measure(int sub) {
 
 void RigServer::send_reading() {
   if (peer_.empty() || active(LineFault::board_silent, 0)) return;
-  const Measurement m = rig_.read();
+  const Measurement m = machine().read();
   BoardReading r;
   r.tick = board_tick_;
   r.beta = m.beta;
-  r.omega = m.omega;
-  r.omega_dot = m.omega_dot;
+  if (started_) r.omega = m.omega, r.omega_dot = m.omega_dot;
   const double range = options_.rig.laser.range;
   r.analog[0] = kShunt * (4e-3 + 16e-3 * (m.x / range + 0.5));
   r.analog[1] = kShunt * (4e-3 + 16e-3 * (m.y / range + 0.5));
@@ -237,7 +249,7 @@ void RigServer::send_reading() {
 
 void RigServer::tick() {
   const double period = 1 / options_.rig.timing.rate;
-  if (options_.lockstep && started_ && !lockstep_lost_ && !rig_.done()) {
+  if (options_.lockstep && (started_ || (rest_ && command_.armed)) && !lockstep_lost_ && !rig_.done()) {
     wait_for_command();
     next_ = WallTime{}.now();
   } else {
@@ -254,17 +266,24 @@ void RigServer::tick() {
   const double k = options_.rig.actuator.force_per_volt;
   const RigTruth truth(rig_);
   const bool moves = started_ && !rig_.done();
+  if (started_ || expired_) {
+    rest_.reset();
+  } else if (live && !rest_) {
+    rest_.emplace(rest_tables_, RigRun{options_.run.seed, {}});
+  }
+  const Command force{k * command_.volts[0], k * command_.volts[1]};
+  if (rest_) rest_->write(live ? force : Command{});
   if (moves) {
     truth_x_.push_back(truth.z().real());
     truth_y_.push_back(truth.z().imag());
     truth_omega_.push_back(truth.angle().omega);
     truth_beta_.push_back(truth.angle().beta);
     radial_ = std::max(radial_, std::abs(truth.z()));
-    rig_.write(live ? Command{k * command_.volts[0], k * command_.volts[1]} : Command{});
+    rig_.write(live ? force : Command{});
   }
   ++board_tick_;
   for (int sub = 0; sub < ratio_; ++sub) {
-    if (moves) rig_.advance();
+    if (moves || rest_) machine().advance();
     measure(sub);
   }
   if (moves) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -42,7 +43,7 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options);
 /// The virtual rig behind wires: two lasers on pseudo-terminals, a board on UDP, time of its own.
 ///
 /// Until the first start command the shaft waits at the first instant of the profile; the lasers stream and the
-/// board ticks. A command acts from the next tick of the board on (delay_samples of the rig). Board reading and
+/// board ticks. An armed command without start acts on the shaft at rest (`whirl io test`). A command acts from the next tick of the board on (delay_samples of the rig). Board reading and
 /// laser frames of one tick leave at the tick, the reading first.
 class RigServer {
  public:
@@ -78,6 +79,7 @@ class RigServer {
     std::deque<Frame> queue;
   };
   void start_time();
+  VirtualRig& machine() { return rest_ ? *rest_ : rig_; }
   bool finished() const;
   void tick();
   void receive();
@@ -91,6 +93,8 @@ class RigServer {
   RigParameters fine_;
   long ratio_;
   VirtualRig rig_;
+  std::shared_ptr<const RigTables> rest_tables_;
+  std::optional<VirtualRig> rest_;  // while a test excites the standing shaft
   optoncdt::Scale scale_;
   std::array<Axis, 2> axes_;
   int socket_ = -1;

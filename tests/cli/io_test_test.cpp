@@ -1,0 +1,110 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "served.hpp"
+
+namespace whirl::testing {
+namespace {
+
+struct IoTestE2e : ::testing::Test {
+  Folder folder;
+  Outcome test(const std::string& arguments) { return folder.whirl("io test --io io.toml --seconds 1 --json " + arguments); }
+};
+
+double number(const Json& json, std::initializer_list<const char*> path) {
+  JsonReader at(json, "io test");
+  for (const char* key : path) at = at.at(key);
+  return at.number();
+}
+
+// All but what a loaded machine adds: its own clock against the rig's.
+std::string own_problems(const Json& json) {
+  std::string out;
+  for (const JsonReader& p : JsonReader(json, "io test").at("problems").items()) {
+    if (p.text().find("this machine's clock") == std::string::npos) out += p.text() + "\n";
+  }
+  return out;
+}
+
+TEST_F(IoTestE2e, ChannelsAndTheDelayOfTheLoop) {
+  const RigParameters rig;
+  for (const int samples : {1, 3}) {
+    SCOPED_TRACE(samples);
+    folder.write("rig.toml", std::string(kRig) + "[actuator]\ndelay_samples = " + std::to_string(samples) + "\n");
+    const Served served(folder, "--lockstep --rig rig.toml");
+    const Outcome o = test("--excite-N 0.3");
+    const Json json = parse_json(o.out, "io test");
+    EXPECT_EQ(own_problems(json), "");
+    // Computation, amplifier lag, age of the laser's reading.
+    const double lag = 1 / (2 * std::numbers::pi * rig.actuator.bandwidth);
+    const double expected = samples / rig.timing.rate + lag + rig.laser.latency;
+    for (const char* axis : {"x", "y"}) {
+      EXPECT_NEAR(number(json, {axis, "noise"}), rig.laser.noise, 0.3e-6);
+      EXPECT_NEAR(number(json, {axis, "rate"}), rig.laser.rate, 0.005 * rig.laser.rate);
+      EXPECT_NEAR(number(json, {axis, "mean"}), 0.5 * rig.laser.range, 0.1 * rig.laser.range);
+      EXPECT_GT(number(json, {axis, "good"}), 0.99);
+      EXPECT_EQ(number(json, {axis, "frames_lost"}), 0);
+      EXPECT_NEAR(number(json, {axis, "excitation", "delay"}), expected, 0.15e-3);
+      EXPECT_LT(number(json, {axis, "excitation", "deviation"}), 0.1e-3);
+      EXPECT_NEAR(number(json, {axis, "excitation", "gain"}), (1 + rig.actuator.gain_error) / rig.rotor.mass, 0.03);
+      EXPECT_NEAR(number(json, {axis, "excitation", "frequency"}), rig.natural_frequency() / (2 * std::numbers::pi), 0.3);
+    }
+    EXPECT_GE(number(json, {"board", "turnaround_mean"}), 1);
+    EXPECT_EQ(number(json, {"board", "turned"}), 0);
+    // The run itself has not begun.
+    save(folder / "controller.json", pd_design());
+    const Outcome run = folder.whirl("run controller.json --io io.toml --seconds 0.5 --json");
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+}
+
+TEST_F(IoTestE2e, WithoutExcitationNoForceIsSent) {
+  folder.write("rig.toml", kRig);
+  const Served served(folder, "--rig rig.toml");
+  const Outcome o = folder.whirl("io test --io io.toml --seconds 0.5");
+  EXPECT_NE(o.out.find("turnaround by the board"), std::string::npos) << o.out << o.err;
+  EXPECT_EQ(o.out.find("free vibration"), std::string::npos) << o.out;
+}
+
+TEST_F(IoTestE2e, AChannelThatIsNotFitIsNamed) {
+  folder.write("rig.toml", kRig);
+  folder.write("faults.toml", "[[fault]]\nkind = \"error_code\"\naxis = \"y\"\nstart_s = -1\n");
+  {
+    const Served served(folder, "--rig rig.toml --faults faults.toml");
+    const Outcome o = test("");
+    EXPECT_EQ(o.exit_code, 1);
+    EXPECT_NE(o.err.find("y: sensor error in 100.0 % of the ticks, mostly: no peak"), std::string::npos) << o.err;
+    EXPECT_EQ(o.err.find("x: "), std::string::npos) << o.err;
+    EXPECT_EQ(number(parse_json(o.out, "io test"), {"y", "sensor_error"}), 1);
+  }
+  folder.write("faults.toml", "[[fault]]\nkind = \"lost_bytes\"\nevery = 199\naxis = \"x\"\nstart_s = -1\n");
+  {
+    const Served served(folder, "--rig rig.toml --faults faults.toml");
+    const Outcome o = test("");
+    EXPECT_EQ(o.exit_code, 1);
+    EXPECT_NE(o.err.find("frames lost"), std::string::npos) << o.err;
+  }
+  folder.write("faults.toml", "[[fault]]\nkind = \"dropout\"\naxis = \"x\"\nstart_s = -1\n");
+  {
+    const Served served(folder, "--rig rig.toml --faults faults.toml");
+    const Outcome o = test("");
+    EXPECT_EQ(o.exit_code, 2);
+    EXPECT_NE(o.err.find("clean frames"), std::string::npos) << o.err;
+  }
+}
+
+TEST_F(IoTestE2e, BadInputIsRefused) {
+  EXPECT_EQ(folder.whirl("io test").exit_code, 2);
+  folder.write("io.toml", "[board]\naddress = \"127.0.0.1:9\"\n[sensor.x]\nanalog = 0\n[sensor.y]\nanalog = 1\n");
+  const Outcome o = test("--excite-N 1");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_NE(o.err.find("displacement_mm"), std::string::npos) << o.err;
+  const Outcome silent = test("");
+  EXPECT_EQ(silent.exit_code, 1) << silent.err;
+  EXPECT_NE(silent.err.find("board"), std::string::npos) << silent.err;
+}
+
+}  // namespace
+}  // namespace whirl::testing

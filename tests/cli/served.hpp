@@ -1,0 +1,68 @@
+// The rig as a process of its own, for tests of the loop over real wires.
+#pragma once
+#include <signal.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <thread>
+
+#include "program.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/rig/parameters.hpp"
+
+namespace whirl::testing {
+
+// Three seconds through the resonance keep the tests short.
+constexpr const char* kRig = "[profile]\nstart_rpm = 1200\nramp_s = 3\ndwell_end_s = 0.2\n";
+
+/// What a designer knows of the default rig.
+inline ControllerDesign pd_design() {
+  const RigParameters rig;
+  ControllerDesign d;
+  d.law = "pd";
+  d.estimator = "lpf";
+  d.model.k1 = rig.rotor.stiffness / rig.rotor.mass;
+  d.model.c = rig.rotor.damping / rig.rotor.mass;
+  d.model.gain = 1 / rig.rotor.mass;
+  d.sample_time = 1 / rig.timing.rate;
+  d.force_limit = rig.actuator.force_limit();
+  d.feedforward = false;
+  return d;
+}
+
+/// `whirl rig serve` in the background of a folder; its settings are there when this object is.
+struct Served {
+  Served(const Folder& f, const std::string& arguments) : folder(f) {
+    std::filesystem::remove(folder / "io.toml");
+    std::filesystem::remove(folder / "serve.json");
+    const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+                                "' rig serve --io io.toml --json " + arguments +
+                                " >serve.part 2>serve.err & echo $! >serve.pid; wait $!; mv serve.part serve.json; } "
+                                "</dev/null >/dev/null 2>&1 &";
+    if (std::system(command.c_str()) != 0) std::abort();
+    wait_for("io.toml");
+  }
+  ~Served() {
+    if (std::filesystem::exists(folder / "serve.json")) return;
+    const pid_t rig = std::stoi(slurp(folder / "serve.pid"));
+    ::kill(rig, SIGTERM);
+    for (int i = 0; i < 1200 && ::kill(rig, 0) == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  Served(const Served&) = delete;
+  Served& operator=(const Served&) = delete;
+  void wait_for(const char* name) const {
+    for (int i = 0; i < 1200 && !std::filesystem::exists(folder / name); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+  }
+  Json result() const {
+    wait_for("serve.json");
+    return load_json(folder / "serve.json");
+  }
+  const Folder& folder;
+};
+
+}  // namespace whirl::testing
