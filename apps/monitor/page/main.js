@@ -11,9 +11,14 @@ import { startControls, showControls, showProgress } from "./controls.js";
 
 const byId = (id) => document.getElementById(id);
 const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...loopPanels };
-const visible = new Set();
+const visible = new Set(), dirty = new Set(), drawnAt = {};
+const SLOW = 200; // ms between two drawings of what does not move
 let drawn = -1, shown = -1, count = 0, busy = 0, since = performance.now(), rate = { frames: 0, milliseconds: 0 };
-const redraw = () => { drawn = -1; };
+const redraw = () => {
+  drawn = -1;
+  for (const id of Object.keys(drawnAt)) drawnAt[id] = -Infinity;
+};
+const resting = (id) => !(id in timePanels) && id !== "orbit" && id !== "phase" && performance.now() - drawnAt[id] < SLOW;
 
 function showState() {
   const silent = (performance.now() - store.arrival) / 1000, stale = !store.connected || !store.arrival || silent > 1;
@@ -32,12 +37,18 @@ function showState() {
 function draw() {
   requestAnimationFrame(draw);
   showState();
-  if (!store.stream || (drawn === store.arrival && shown === store.status)) return;
+  if (!store.stream) return;
+  if (drawn !== store.arrival || shown !== store.status) for (const id of visible) dirty.add(id);
   drawn = store.arrival;
   shown = store.status;
-  const begin = performance.now();
+  const due = [...dirty].filter((id) => !resting(id)), begin = performance.now();
+  if (!due.length) return;
   readColors();
-  for (const id of visible) if (!byId(id).closest("section").hidden) panels[id]();
+  for (const id of due) {
+    dirty.delete(id);
+    drawnAt[id] = begin;
+    if (!byId(id).closest("section").hidden) panels[id]();
+  }
   ++count;
   const now = performance.now();
   busy += now - begin;
@@ -50,7 +61,7 @@ function draw() {
 
 // Only what can be seen is drawn.
 const observer = new IntersectionObserver((entries) => {
-  for (const e of entries) if (e.isIntersecting) visible.add(e.target.id); else visible.delete(e.target.id);
+  for (const e of entries) if (e.isIntersecting) visible.add(e.target.id); else { visible.delete(e.target.id); dirty.delete(e.target.id); }
   redraw();
 }, { rootMargin: "100px" });
 for (const id of Object.keys(panels)) observer.observe(byId(id));

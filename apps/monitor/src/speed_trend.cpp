@@ -1,6 +1,8 @@
 #include "whirl/monitor/speed_trend.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 namespace whirl::monitor {
@@ -9,7 +11,7 @@ namespace {
 constexpr double kWindow = 1;           // s
 constexpr std::size_t kFewest = 8;      // turns
 constexpr double kBegin = 0.02, kEnd = 0.005;
-constexpr double kSilence = 2;          // s without a turn
+constexpr double kSilence = 2.5;        // turns
 
 }  // namespace
 
@@ -67,7 +69,7 @@ std::optional<SpeedTrend::Run> SpeedTrend::turn(double t, double speed, const st
 }
 
 std::optional<SpeedTrend::Run> SpeedTrend::stopped(double t) {
-  if (trend_ == Trend::steady || window_.empty() || t - window_.back().t < kSilence) return {};
+  if (trend_ == Trend::steady || window_.empty() || t - window_.back().t < std::max(0.5, kSilence * 2 * std::numbers::pi / window_.back().speed)) return {};
   return finish();
 }
 
