@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <complex>
+
 #include "program.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/json.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -33,18 +36,21 @@ TEST(RigE2e, CampbellOfARotorWithoutTiltIsRefused) {
   EXPECT_NE(outcome.err.find("tilt.diametral"), std::string::npos) << outcome.err;
 }
 
-TEST(PredictiveE2e, DesignedFromARecordRunsOnTheRigAndIsNotExported) {
+// The advice of the record taken: the correction mass balances the rig to the grade asked for.
+TEST(BalanceE2e, MassAndAngleCancelTheUnbalance) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
   ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
-  const Outcome design =
-      folder.whirl("design model.json --mass-kg 1.5 --law mpc --estimator kfe --evaluations 2 --out mpc.json --quiet");
-  ASSERT_EQ(design.exit_code, 0) << design.err;
-  const Outcome run = folder.whirl("run mpc.json --added-mass-g 5");
-  EXPECT_EQ(run.exit_code, 0) << run.err;
-  const Outcome exported = folder.whirl("export c mpc.json --out code");
-  EXPECT_EQ(exported.exit_code, 2);
-  EXPECT_NE(exported.err.find("design lqr instead"), std::string::npos) << exported.err;
+  const Outcome outcome = folder.whirl("balance model.json --mass-kg 1.5 --radius-mm 82.73 --speed-rpm 1797 --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json advice = parse_json(outcome.out, "stdout");
+  const auto number = [&](const char* key) { return *advice.find(key)->get<double>(); };
+  EXPECT_NEAR(number("grade_mm_s"), 0.3199 * 188.2, 0.03 * 60);
+  // 5 g at angle 0 and the residual 51.3 um at 0.6 rad (kg m): what is left after the correction.
+  const std::complex<double> unbalance = 5e-3 * 82.73e-3 + 1.5 * std::polar(51.3e-6, 0.6);
+  const std::complex<double> added = number("correction_mass_kg") * 82.73e-3 * std::polar(1.0, number("correction_angle_rad"));
+  EXPECT_LT(std::abs(unbalance + added), 0.1 * std::abs(unbalance));
+  EXPECT_EQ(folder.whirl("balance model.json --radius-mm 83 --speed-rpm 1800").exit_code, 2);  // no mass
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "balance.hpp"
 #include "command.hpp"
 #include "run_io.hpp"
 #include "whirl/io/units.hpp"
@@ -87,6 +88,7 @@ int run(int argc, char** argv) {
   add_robustness(app, session);
   add_plot(app, session);
   add_report(app, session);
+  add_balance(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);
