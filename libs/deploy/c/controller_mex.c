@@ -10,6 +10,8 @@
 #include <mex.h>
 #include <string.h>
 
+/*@step_values@*/
+
 void mexFunction(int n_out, mxArray *out[], int n_in, const mxArray *in[]) {
   whirl_state state;
   if (n_in == 0) {
@@ -20,34 +22,12 @@ void mexFunction(int n_out, mxArray *out[], int n_in, const mxArray *in[]) {
     out[0] = mxCreateNumericMatrix(1, (mwSize)sizeof state, mxUINT8_CLASS, mxREAL);
     memcpy(mxGetData(out[0]), &state, sizeof state);
   } else {
-    const double *sample;
-    double *result;
-    whirl_input input;
-    whirl_output output;
-    whirl_status status;
     if ((n_in != 2) || (mxGetNumberOfElements(in[0]) != sizeof state) || (mxGetNumberOfElements(in[1]) != 6)) {
       mexErrMsgTxt("usage: [out, state] = /*@prefix@*/(state, [x y beta omega omega_dot valid])");
     }
     memcpy(&state, mxGetData(in[0]), sizeof state);
-    sample = mxGetPr(in[1]);
-    input.x = (whirl_real)sample[0];
-    input.y = (whirl_real)sample[1];
-    input.beta = (whirl_real)sample[2];
-    input.omega = (whirl_real)sample[3];
-    input.omega_dot = (whirl_real)sample[4];
-    input.valid = (sample[5] != 0.0);
-    status = whirl_step(&state, &input, &output);
     out[0] = mxCreateDoubleMatrix(1, 9, mxREAL);
-    result = mxGetPr(out[0]);
-    result[0] = (double)output.ux;
-    result[1] = (double)output.uy;
-    result[2] = (double)output.s_x;
-    result[3] = (double)output.s_y;
-    result[4] = (double)output.x;
-    result[5] = (double)output.y;
-    result[6] = (double)output.vx;
-    result[7] = (double)output.vy;
-    result[8] = (double)status;
+    step_values(&state, mxGetPr(in[1]), mxGetPr(out[0]));
     if (n_out > 1) {
       out[1] = mxCreateNumericMatrix(1, (mwSize)sizeof state, mxUINT8_CLASS, mxREAL);
       memcpy(mxGetData(out[1]), &state, sizeof state);

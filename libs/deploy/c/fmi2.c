@@ -2,14 +2,6 @@
 /* FMI 2.0 */
 #include "fmi2.h"
 
-#if defined _WIN32
-#define EXPORTED __declspec(dllexport)
-#elif defined __GNUC__
-#define EXPORTED __attribute__((visibility("default")))
-#else
-#define EXPORTED
-#endif
-
 typedef struct {
   instance body;
   char name[64];
@@ -24,18 +16,11 @@ static fmi2Status refuse(fmi2Component c, const char *why) {
   return fmi2Error;
 }
 
-static instance *body_of(fmi2Component c) { return (c == NULL) ? NULL : &((component *)c)->body; }
+/*@common@*/
 
 EXPORTED const char *fmi2GetTypesPlatform(void) { return "default"; }
 
 EXPORTED const char *fmi2GetVersion(void) { return "2.0"; }
-
-EXPORTED fmi2Status fmi2SetDebugLogging(fmi2Component c, fmi2Boolean on, size_t n, const fmi2String categories[]) {
-  (void)on;
-  (void)n;
-  (void)categories;
-  return (c == NULL) ? fmi2Error : fmi2OK;
-}
 
 EXPORTED fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                        const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
@@ -58,8 +43,6 @@ EXPORTED fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2Strin
   return it;
 }
 
-EXPORTED void fmi2FreeInstance(fmi2Component c) { free(c); }
-
 EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, fmi2Real tolerance, fmi2Real start,
                                         fmi2Boolean stop_defined, fmi2Real stop) {
   instance *const it = body_of(c);
@@ -80,35 +63,6 @@ EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
     return refuse(c, "fmi2EnterInitializationMode after the initialization");
   }
   it->phase = INITIALISING;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2ExitInitializationMode(fmi2Component c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || (it->phase != INITIALISING)) {
-    return refuse(c, "fmi2ExitInitializationMode outside the initialization");
-  }
-  if (!initialise(it)) {
-    return refuse(c, "a parameter is out of its range");
-  }
-  it->phase = it->model_exchange ? EVENT : STEPPING;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Terminate(fmi2Component c) {
-  instance *const it = body_of(c);
-  if (it == NULL) {
-    return fmi2Error;
-  }
-  it->phase = TERMINATED;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2Reset(fmi2Component c) {
-  if (c == NULL) {
-    return fmi2Error;
-  }
-  restart(body_of(c));
   return fmi2OK;
 }
 
@@ -209,60 +163,6 @@ EXPORTED fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[]
   return (n == 0U) ? fmi2OK : refuse(c, "there are no string variables");
 }
 
-EXPORTED fmi2Status fmi2GetFMUstate(fmi2Component c, fmi2FMUstate *state) {
-  if ((c == NULL) || (state == NULL)) {
-    return fmi2Error;
-  }
-  if (*state == NULL) {
-    *state = malloc(sizeof(instance));
-  }
-  if (*state == NULL) {
-    return refuse(c, "no memory for the state");
-  }
-  memcpy(*state, body_of(c), sizeof(instance));
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetFMUstate(fmi2Component c, fmi2FMUstate state) {
-  if ((c == NULL) || (state == NULL)) {
-    return fmi2Error;
-  }
-  memcpy(body_of(c), state, sizeof(instance));
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2FreeFMUstate(fmi2Component c, fmi2FMUstate *state) {
-  (void)c;
-  if (state != NULL) {
-    free(*state);
-    *state = NULL;
-  }
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializedFMUstateSize(fmi2Component c, fmi2FMUstate state, size_t *size) {
-  (void)c;
-  (void)state;
-  *size = sizeof(instance);
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SerializeFMUstate(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-  if ((state == NULL) || (size < sizeof(instance))) {
-    return refuse(c, "the buffer is too small for the state");
-  }
-  memcpy(bytes, state, sizeof(instance));
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2DeSerializeFMUstate(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-  if ((size != sizeof(instance)) || (fmi2GetFMUstate(c, state) != fmi2OK)) {
-    return refuse(c, "these bytes are no state of this FMU");
-  }
-  memcpy(*state, bytes, sizeof(instance));
-  return fmi2OK;
-}
-
 EXPORTED fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
                                                  const fmi2ValueReference known[], size_t m, const fmi2Real seed[],
                                                  fmi2Real value[]) {
@@ -344,16 +244,6 @@ EXPORTED fmi2Status fmi2GetStringStatus(fmi2Component c, fmi2StatusKind kind, fm
 
 /* Model exchange */
 
-EXPORTED fmi2Status fmi2EnterEventMode(fmi2Component c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || !it->model_exchange || (it->phase < EVENT) || (it->phase == TERMINATED)) {
-    return refuse(c, "fmi2EnterEventMode outside model exchange");
-  }
-  it->phase = EVENT;
-  it->changed = true;
-  return fmi2OK;
-}
-
 EXPORTED fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) {
   instance *const it = body_of(c);
   if ((it == NULL) || (it->phase != EVENT) || (info == NULL)) {
@@ -364,81 +254,4 @@ EXPORTED fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info) 
   return fmi2OK;
 }
 
-EXPORTED fmi2Status fmi2EnterContinuousTimeMode(fmi2Component c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || (it->phase != EVENT)) {
-    return refuse(c, "fmi2EnterContinuousTimeMode outside the event mode");
-  }
-  update(it);
-  it->phase = CONTINUOUS;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean no_set_state_prior, fmi2Boolean *enter_event,
-                                                fmi2Boolean *terminate) {
-  (void)no_set_state_prior;
-  *enter_event = 0;
-  *terminate = 0;
-  return (c == NULL) ? fmi2Error : fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time) {
-  if (c == NULL) {
-    return fmi2Error;
-  }
-  body_of(c)->time = time;
-  body_of(c)->changed = true;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2SetContinuousStates(fmi2Component c, const fmi2Real x[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  memcpy(body_of(c)->x, x, n * sizeof x[0]);
-  body_of(c)->changed = true;
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real x[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  memcpy(x, body_of(c)->x, n * sizeof x[0]);
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real rates[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  update(body_of(c));
-  memcpy(rates, body_of(c)->rate, n * sizeof rates[0]);
-  return fmi2OK;
-}
-
-EXPORTED fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real indicators[], size_t n) {
-#if HAS_EVENTS
-  if ((c == NULL) || (n != EVENTS)) {
-    return refuse(c, "wrong number of event indicators");
-  }
-  update(body_of(c));
-  memcpy(indicators, body_of(c)->event, n * sizeof indicators[0]);
-  return fmi2OK;
-#else
-  (void)indicators;
-  return (n == 0U) ? fmi2OK : refuse(c, "there are no event indicators");
-#endif
-}
-
-EXPORTED fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component c, fmi2Real nominal[], size_t n) {
-  size_t i;
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  for (i = 0; i < n; i++) {
-    nominal[i] = 1.0;
-  }
-  return fmi2OK;
-}
 #endif

@@ -2,14 +2,6 @@
 /* FMI 3.0 */
 #include "fmi3.h"
 
-#if defined _WIN32
-#define EXPORTED __declspec(dllexport)
-#elif defined __GNUC__
-#define EXPORTED __attribute__((visibility("default")))
-#else
-#define EXPORTED
-#endif
-
 typedef struct {
   instance body;
   fmi3InstanceEnvironment environment;
@@ -24,7 +16,7 @@ static fmi3Status refuse(fmi3Instance c, const char *why) {
   return fmi3Error;
 }
 
-static instance *body_of(fmi3Instance c) { return (c == NULL) ? NULL : &((component *)c)->body; }
+/*@common@*/
 
 static fmi3Instance instantiate(fmi3String token, bool model_exchange, bool offered, fmi3InstanceEnvironment environment,
                                 fmi3LogMessageCallback log) {
@@ -42,13 +34,6 @@ static fmi3Instance instantiate(fmi3String token, bool model_exchange, bool offe
 }
 
 EXPORTED const char *fmi3GetVersion(void) { return "3.0"; }
-
-EXPORTED fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const fmi3String categories[]) {
-  (void)on;
-  (void)n;
-  (void)categories;
-  return (c == NULL) ? fmi3Error : fmi3OK;
-}
 
 EXPORTED fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi3String resources,
                                                    fmi3Boolean visible, fmi3Boolean logging,
@@ -94,8 +79,6 @@ EXPORTED fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3Str
   return NULL;
 }
 
-EXPORTED void fmi3FreeInstance(fmi3Instance c) { free(c); }
-
 EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_defined, fmi3Float64 tolerance,
                                                 fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop) {
   instance *const it = body_of(c);
@@ -108,34 +91,6 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tole
   }
   it->time = start;
   it->phase = INITIALISING;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3ExitInitializationMode(fmi3Instance c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || (it->phase != INITIALISING)) {
-    return refuse(c, "fmi3ExitInitializationMode outside the initialization");
-  }
-  if (!initialise(it)) {
-    return refuse(c, "a parameter is out of its range");
-  }
-  it->phase = it->model_exchange ? EVENT : STEPPING;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Terminate(fmi3Instance c) {
-  if (c == NULL) {
-    return fmi3Error;
-  }
-  body_of(c)->phase = TERMINATED;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3Reset(fmi3Instance c) {
-  if (c == NULL) {
-    return fmi3Error;
-  }
-  restart(body_of(c));
   return fmi3OK;
 }
 
@@ -225,60 +180,6 @@ EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[]
   return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state) {
-  if ((c == NULL) || (state == NULL)) {
-    return fmi3Error;
-  }
-  if (*state == NULL) {
-    *state = malloc(sizeof(instance));
-  }
-  if (*state == NULL) {
-    return refuse(c, "no memory for the state");
-  }
-  memcpy(*state, body_of(c), sizeof(instance));
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SetFMUState(fmi3Instance c, fmi3FMUState state) {
-  if ((c == NULL) || (state == NULL)) {
-    return fmi3Error;
-  }
-  memcpy(body_of(c), state, sizeof(instance));
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state) {
-  (void)c;
-  if (state != NULL) {
-    free(*state);
-    *state = NULL;
-  }
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size) {
-  (void)c;
-  (void)state;
-  *size = sizeof(instance);
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SerializeFMUState(fmi3Instance c, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
-  if ((state == NULL) || (size < sizeof(instance))) {
-    return refuse(c, "the buffer is too small for the state");
-  }
-  memcpy(bytes, state, sizeof(instance));
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3DeserializeFMUState(fmi3Instance c, const fmi3Byte bytes[], size_t size, fmi3FMUState *state) {
-  if ((size != sizeof(instance)) || (fmi3GetFMUState(c, state) != fmi3OK)) {
-    return refuse(c, "these bytes are no state of this FMU");
-  }
-  memcpy(*state, bytes, sizeof(instance));
-  return fmi3OK;
-}
-
 EXPORTED fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 size, fmi3Boolean no_set_state_prior,
                                fmi3Boolean *event_needed, fmi3Boolean *terminate, fmi3Boolean *early_return,
                                fmi3Float64 *last_time) {
@@ -308,16 +209,6 @@ EXPORTED fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
 }
 #if HAS_PLANT
 
-EXPORTED fmi3Status fmi3EnterEventMode(fmi3Instance c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || !it->model_exchange || (it->phase < EVENT) || (it->phase == TERMINATED)) {
-    return refuse(c, "fmi3EnterEventMode outside model exchange");
-  }
-  it->phase = EVENT;
-  it->changed = true;
-  return fmi3OK;
-}
-
 EXPORTED fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate,
                                              fmi3Boolean *nominals_changed, fmi3Boolean *states_changed,
                                              fmi3Boolean *next_event_defined, fmi3Float64 *next_event) {
@@ -335,83 +226,6 @@ EXPORTED fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again,
   return fmi3OK;
 }
 
-EXPORTED fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) {
-  instance *const it = body_of(c);
-  if ((it == NULL) || (it->phase != EVENT)) {
-    return refuse(c, "fmi3EnterContinuousTimeMode outside the event mode");
-  }
-  update(it);
-  it->phase = CONTINUOUS;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set_state_prior, fmi3Boolean *enter_event,
-                                                fmi3Boolean *terminate) {
-  (void)no_set_state_prior;
-  *enter_event = false;
-  *terminate = false;
-  return (c == NULL) ? fmi3Error : fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SetTime(fmi3Instance c, fmi3Float64 time) {
-  if (c == NULL) {
-    return fmi3Error;
-  }
-  body_of(c)->time = time;
-  body_of(c)->changed = true;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3SetContinuousStates(fmi3Instance c, const fmi3Float64 x[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  memcpy(body_of(c)->x, x, n * sizeof x[0]);
-  body_of(c)->changed = true;
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 x[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  memcpy(x, body_of(c)->x, n * sizeof x[0]);
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 rates[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  update(body_of(c));
-  memcpy(rates, body_of(c)->rate, n * sizeof rates[0]);
-  return fmi3OK;
-}
-
-EXPORTED fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 indicators[], size_t n) {
-#if HAS_EVENTS
-  if ((c == NULL) || (n != EVENTS)) {
-    return refuse(c, "wrong number of event indicators");
-  }
-  update(body_of(c));
-  memcpy(indicators, body_of(c)->event, n * sizeof indicators[0]);
-  return fmi3OK;
-#else
-  (void)indicators;
-  return (n == 0U) ? fmi3OK : refuse(c, "there are no event indicators");
-#endif
-}
-
-EXPORTED fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal[], size_t n) {
-  size_t i;
-  if ((c == NULL) || (n != STATES)) {
-    return refuse(c, "wrong number of states");
-  }
-  for (i = 0; i < n; i++) {
-    nominal[i] = 1.0;
-  }
-  return fmi3OK;
-}
 #endif
 
 /* What the standard asks for and this FMU has no use for: each answers that it is not provided. */

@@ -73,29 +73,11 @@ static void mdlInitializeConditions(SimStruct *S) {
 }
 #if HAS_CONTROLLER
 
+/*@step_values@*/
+
 static void mdlOutputs(SimStruct *S, int_T tid) {
-  const real_T *const in = ssGetInputPortRealSignal(S, 0);
-  real_T *const y = ssGetOutputPortRealSignal(S, 0);
-  whirl_input input;
-  whirl_output out;
-  whirl_status status;
   (void)tid;
-  input.x = (whirl_real)in[0];
-  input.y = (whirl_real)in[1];
-  input.beta = (whirl_real)in[2];
-  input.omega = (whirl_real)in[3];
-  input.omega_dot = (whirl_real)in[4];
-  input.valid = (in[5] != 0.0);
-  status = whirl_step((whirl_state *)ssGetDWork(S, 0), &input, &out);
-  y[0] = (real_T)out.ux;
-  y[1] = (real_T)out.uy;
-  y[2] = (real_T)out.s_x;
-  y[3] = (real_T)out.s_y;
-  y[4] = (real_T)out.x;
-  y[5] = (real_T)out.y;
-  y[6] = (real_T)out.vx;
-  y[7] = (real_T)out.vy;
-  y[8] = (real_T)status;
+  step_values((whirl_state *)ssGetDWork(S, 0), ssGetInputPortRealSignal(S, 0), ssGetOutputPortRealSignal(S, 0));
 }
 #else
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "rotor_parameters.hpp"
 #include "template.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
@@ -13,8 +14,6 @@
 
 namespace whirl {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 bool has_runout(const std::map<std::string, double>& values) {
   return std::any_of(values.begin(), values.end(),
@@ -41,22 +40,9 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
   for (const ParameterInfo& info : common_parameters()) {
     add(info, info.name == "stale_limit" ? std::floor(values.at(info.name)) : values.at(info.name));
   }
-  const RotorModel& m = d.model;
-  const auto model = [&](const char* name, const char* unit, const char* meaning, double value) {
-    out.push_back({name, unit, meaning, value, -kInf, kInf});
-  };
-  model("k1", "1/s^2", "linear stiffness per mass", m.k1);
-  model("k2", "1/(m^2 s^2)", "cubic stiffness per mass", m.k2);
-  model("c", "1/s", "damping per mass", m.c);
-  model("k1_conj_re", "1/s^2", "anisotropic stiffness (kx - ky)/2", m.k1_conj.real());
-  model("k1_conj_im", "1/s^2", "coupling stiffness", m.k1_conj.imag());
-  model("c_conj_re", "1/s", "anisotropic damping", m.c_conj.real());
-  model("c_conj_im", "1/s", "coupling damping", m.c_conj.imag());
-  model("eps_re", "m", "unbalance e cos(phase)", m.eps.real());
-  model("eps_im", "m", "unbalance e sin(phase)", m.eps.imag());
-  model("offset_x", "m", "equilibrium seen by the sensors", m.offset.real());
-  model("offset_y", "m", "equilibrium seen by the sensors", m.offset.imag());
-  out.push_back({"gain", "1/kg", "acceleration per newton of actuator force", m.gain, 1e-12, 1e12});
+  const std::vector<CodeParameter> rotor = rotor_parameters(d.model);
+  out.insert(out.end(), rotor.begin(), rotor.end());
+  out.push_back({"gain", "1/kg", "acceleration per newton of actuator force", d.model.gain, 1e-12, 1e12});
   out.push_back({"force_limit", "N", "actuator limit; 0: none", d.force_limit, 0, 1e9});
   out.push_back({"sample_time", "s", "period in which the step is called", d.sample_time, 1e-6, 1});
   out.push_back({"delay", "s", "loop delay assumed: sensor, computation, actuator lag, without the hold; at most 16 samples",

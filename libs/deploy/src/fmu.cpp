@@ -89,6 +89,11 @@ std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings
   const std::string token = token_of(header.text + source.text + fmu_xml(b.description, o, ""));
   s.slots["token"] = token;
   const char* const version = o.version == 2 ? "fmi2" : "fmi3";
+  s.slots["fmi"] = version;
+  s.slots["State"] = o.version == 2 ? "FMUstate" : "FMUState";
+  s.slots["Deserialize"] = o.version == 2 ? "DeSerialize" : "Deserialize";
+  s.slots["Derivatives"] = o.version == 2 ? "GetDerivatives" : "GetContinuousStateDerivatives";
+  s.slots["common"] = fill_template(deploy_template("fmi_common.c"), s);
   std::string code = fmt::format("/* {}: FMI {}.0 around {}.c. */\n", id, o.version, id);
   code += fill_template(deploy_template("fmu_core.c"), s) + fill_template(deploy_template(std::string(version) + ".c"), s);
   std::vector<SourceFile> files{{"modelDescription.xml", fmu_xml(b.description, o, token)},

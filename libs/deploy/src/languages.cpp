@@ -97,6 +97,9 @@ TemplateSettings wrapper_settings(const ControllerDesign& design, const CodeOpti
   s.slots["prefix"] = o.prefix;
   s.slots["sample_time"] = number_text(design.sample_time, true);
   s.slots["title"] = law_info(design.law).title + " with the estimator: " + estimator_info(design.estimator).title;
+  std::string step = fill_template(deploy_template("step_values.c"), s);
+  step.pop_back();  // the slot stands alone on its line
+  s.slots["step_values"] = step;
   return s;
 }
 

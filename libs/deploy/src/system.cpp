@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "rotor_parameters.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
 #include "whirl/sindy/simulate_model.hpp"
@@ -44,21 +45,9 @@ std::vector<Expr> find_events(const std::vector<Expr>& terms) {
 ModelSystem rotor_system(const RotorModel& m) {
   ModelSystem s;
   s.title = "identified rotor in the complex coordinate, z'' = -k1 z - k2 |z|^2 z - c z' + eps F + gain u";
-  const auto parameter = [&](const char* name, const char* unit, const char* meaning, double value) {
-    s.parameters.push_back({name, unit, meaning, value, -kInf, kInf});
-  };
-  parameter("k1", "1/s^2", "linear stiffness per mass", m.k1);
-  parameter("k2", "1/(m^2 s^2)", "cubic stiffness per mass", m.k2);
-  parameter("c", "1/s", "damping per mass", m.c);
-  parameter("k1_conj_re", "1/s^2", "anisotropic stiffness (kx - ky)/2", m.k1_conj.real());
-  parameter("k1_conj_im", "1/s^2", "coupling stiffness", m.k1_conj.imag());
-  parameter("c_conj_re", "1/s", "anisotropic damping", m.c_conj.real());
-  parameter("c_conj_im", "1/s", "coupling damping", m.c_conj.imag());
-  parameter("eps_re", "m", "unbalance e cos(phase)", m.eps.real());
-  parameter("eps_im", "m", "unbalance e sin(phase)", m.eps.imag());
-  parameter("offset_x", "m", "equilibrium seen by the sensors", m.offset.real());
-  parameter("offset_y", "m", "equilibrium seen by the sensors", m.offset.imag());
-  parameter("gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing", m.gain);
+  s.parameters = rotor_parameters(m);
+  s.parameters.push_back(
+      {"gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing", m.gain, -kInf, kInf});
   s.states = {{"x", "m", "displacement of the disk"}, {"vx", "m/s", "velocity"},
               {"y", "m", "displacement of the disk"}, {"vy", "m/s", "velocity"}};
   s.inputs = {{"beta", "rad", "rotor angle"}, {"omega", "rad/s", "rotor speed"}, {"alpha", "rad/s^2", "rotor acceleration"},
@@ -156,6 +145,25 @@ ModelSystem equation_system(const IdentifiedModel& model) {
 }
 
 }  // namespace
+
+std::vector<CodeParameter> rotor_parameters(const RotorModel& m) {
+  std::vector<CodeParameter> out;
+  const auto parameter = [&](const char* name, const char* unit, const char* meaning, double value) {
+    out.push_back({name, unit, meaning, value, -kInf, kInf});
+  };
+  parameter("k1", "1/s^2", "linear stiffness per mass", m.k1);
+  parameter("k2", "1/(m^2 s^2)", "cubic stiffness per mass", m.k2);
+  parameter("c", "1/s", "damping per mass", m.c);
+  parameter("k1_conj_re", "1/s^2", "anisotropic stiffness (kx - ky)/2", m.k1_conj.real());
+  parameter("k1_conj_im", "1/s^2", "coupling stiffness", m.k1_conj.imag());
+  parameter("c_conj_re", "1/s", "anisotropic damping", m.c_conj.real());
+  parameter("c_conj_im", "1/s", "coupling damping", m.c_conj.imag());
+  parameter("eps_re", "m", "unbalance e cos(phase)", m.eps.real());
+  parameter("eps_im", "m", "unbalance e sin(phase)", m.eps.imag());
+  parameter("offset_x", "m", "equilibrium seen by the sensors", m.offset.real());
+  parameter("offset_y", "m", "equilibrium seen by the sensors", m.offset.imag());
+  return out;
+}
 
 Expr with_frozen_signs(const Expr& e, const std::vector<Expr>& events) {
   return rewrite(e, [&](Function f, const std::vector<Expr>& args) {

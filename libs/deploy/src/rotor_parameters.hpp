@@ -1,0 +1,12 @@
+#pragma once
+#include <vector>
+
+#include "whirl/core/rotor_model.hpp"
+#include "whirl/deploy/code.hpp"
+
+namespace whirl {
+
+/// The coefficients of the rotor's equations as parameters, without the gain of the actuators.
+std::vector<CodeParameter> rotor_parameters(const RotorModel& model);
+
+}  // namespace whirl
