@@ -7,10 +7,9 @@
 #include <boost/asio/write.hpp>
 #include <regex>
 
+#include "../cli/served.hpp"
 #include "browser.hpp"
 #include "live_program.hpp"
-#include "whirl/io/model_json.hpp"
-#include "whirl/rig/parameters.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -23,21 +22,6 @@ using ::testing::StrEq;
 using nlohmann::json;
 
 const std::filesystem::path kPictures = std::filesystem::path(WHIRL_BINARY_DIR) / "screenshots";
-
-/// What a designer knows of the default rig.
-ControllerDesign pd_design() {
-  const RigParameters rig;
-  ControllerDesign d;
-  d.law = "pd";
-  d.estimator = "lpf";
-  d.model.k1 = rig.rotor.stiffness / rig.rotor.mass;
-  d.model.c = rig.rotor.damping / rig.rotor.mass;
-  d.model.gain = 1 / rig.rotor.mass;
-  d.sample_time = 1 / rig.timing.rate;
-  d.force_limit = rig.actuator.force_limit();
-  d.feedforward = false;
-  return d;
-}
 
 struct MonitorPageE2e : ::testing::Test {
   void SetUp() override {
