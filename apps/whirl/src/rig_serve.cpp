@@ -51,11 +51,12 @@ void add_rig_serve(CLI::App& rig, Session& session) {
         if (!o->log.empty() && server.ticks_done() > 1) write_csv(o->log, server.truth());
         const ClosedLoopMetrics m = server.metrics();
         session.say(report::to_text(segment_table(m, "Served virtual rig", false)));
-        session.say(fmt::format("{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms",
-                                server.ticks_done(), server.commands(), server.expired(), m.force_rms));
+        session.say(fmt::format("{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms; the rig "
+                                "itself was late by {:.3f} s in all, which its time stood still",
+                                server.ticks_done(), server.commands(), server.expired(), m.force_rms, server.slipped()));
         Json json = to_json(m);
         json.set("ticks", server.ticks_done()).set("commands", server.commands()).set("watchdog_expired", server.expired());
-        json.set("radial_peak", m.radial_peak);
+        json.set("radial_peak", m.radial_peak).set("slipped", server.slipped());
         session.result(json);
         Summary summary;
         if (!server.started()) summary.fail("nobody started the run");

@@ -254,6 +254,9 @@ void RigServer::tick() {
     next_ = WallTime{}.now();
   } else {
     next_ += std::llround(1e9 * period);
+    // Where this process itself was not let run, time stood still for the machine: it does not hurry after it.
+    const std::int64_t late = WallTime{}.now() - next_;
+    if (late > std::llround(1e9 * period)) next_ += late, slipped_ += 1e-9 * static_cast<double>(late);
     WallTime{}.sleep_until(next_);
     for (Axis& a : axes_) a.line.answer();
     receive();

@@ -62,6 +62,7 @@ class RigServer {
   }
   bool started() const { return started_; }
   long ticks_done() const { return static_cast<long>(truth_x_.size()); }
+  double slipped() const { return slipped_; }  ///< s that the machine's time stood still because this process was not let run
   long commands() const { return commands_; }  ///< taken
   long expired() const { return expired_count_; }  ///< times the watchdog acted
   /// How the run ended, the amplitudes being those of the true disk centre; after run().
@@ -108,7 +109,7 @@ class RigServer {
   std::int64_t next_ = 0;
   std::mt19937_64 standby_;
   std::vector<double> truth_x_, truth_y_, truth_omega_, truth_beta_, force_x_, force_y_;
-  double radial_ = 0;
+  double radial_ = 0, slipped_ = 0;
 };
 
 }  // namespace whirl::app
