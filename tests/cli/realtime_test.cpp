@@ -80,7 +80,6 @@ TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
     SCOPED_TRACE(c.name);
     folder.write("faults.toml", std::string("[[fault]]\n") + c.fault + "\n");
     const Served rig(folder, "--lockstep --rig rig.toml --faults faults.toml");
-    if (std::string(c.trip) != "watchdog") rig.be_patient();
     const Json log = run();
     EXPECT_EQ(text(log, "trip"), c.trip) << error;
     EXPECT_EQ(code, std::string(c.trip) == "none" ? 0 : 1);

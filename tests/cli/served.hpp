@@ -59,7 +59,7 @@ struct Served {
     const std::string key = "watchdog_ms = ";
     const std::size_t at = io.find(key);
     if (at == std::string::npos) std::abort();
-    folder.write("io.toml", io.replace(at + key.size(), io.find('\n', at) - at - key.size(), "10000.0"));
+    folder.write("io.toml", io.replace(at + key.size(), io.find('\n', at) - at - key.size(), "4000.0"));
   }
   void wait_for(const char* name) const {
     for (int i = 0; i < 1200 && !std::filesystem::exists(folder / name); ++i) {

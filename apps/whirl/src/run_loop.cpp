@@ -40,7 +40,9 @@ void cycles(const IoSettings& io, HardwareRig& rig, Law& law, Clock& clock, doub
   Loop loop(rig, controlled, clock, io.limits(), io.loop());
   constexpr bool kControls = std::is_same_v<Law, Controller>;
   CycleRecord r;
-  for (int k = 0; k < io.settle && stop_signal() == 0; ++k) r = loop.cycle();
+  // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
+  const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
+  for (int k = 0; (k < io.settle || (unfit() && k < 10 * io.settle)) && stop_signal() == 0; ++k) r = loop.cycle();
   const long first = r.tick + 1;
   if (!r.measurement.valid || rig.fault() != Fault::none) {
     out.reason = rig.fault() != Fault::none ? "the board does not answer" : "a displacement is not valid";
