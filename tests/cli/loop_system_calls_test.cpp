@@ -111,7 +111,7 @@ TEST_P(LoopSystemCallsE2e, NothingButInputOutputAndSleepWhileArmed) {
     for (const auto& [number, count] : counts) {
       EXPECT_TRUE(allowed.count(number)) << "system call " << number << ", " << count << " times";
     }
-    EXPECT_TRUE(std::any_of(calls.begin(), first, [](const Call& c) { return c.number == SYS_mlockall; }))
+    EXPECT_TRUE(std::any_of(calls.begin(), first, [&](const Call& c) { return !allowed.count(c.number); }))
         << "the follower must see what the thread does before";
     // On a busy machine the next sample, or the next period, is often there already: then the loop does not wait.
     EXPECT_GT(counts[clock == "sample" ? SYS_ppoll : SYS_clock_nanosleep], 0);
