@@ -88,10 +88,10 @@ struct Watch {
   }
 };
 
-// Ticks left out: the force was held, the displacement is taken from a straight line.
+// Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there is nothing.
 void append(std::vector<double>& to, double value, long missed, bool held) {
   const double last = to.empty() ? value : to.back();
-  for (long i = 1; i <= missed; ++i) {
+  for (long i = 1; i <= missed && !to.empty(); ++i) {
     to.push_back(held ? last : last + (value - last) * static_cast<double>(i) / static_cast<double>(missed + 1));
   }
   to.push_back(value);
@@ -138,11 +138,12 @@ void run(const IoSettings& io, double seconds, double excitation, HardwareRig& r
   if (excitation <= 0 || rig.fault() != Fault::none) return;
 
   rig.stay_at_rest();
+  std::array<std::vector<double>, 2> force_sent, displacement;
   for (std::size_t axis = 0; axis < 2 && out.trip == Fault::none; ++axis) {
     const Eigen::VectorXd force = telegraph(excitation, cycles(seconds), 1 + static_cast<unsigned>(axis));
     law = {};
     law.force[axis] = &force;
-    std::vector<double> u, z;
+    std::vector<double>&u = force_sent[axis], &z = displacement[axis];
     loop.arm();
     for (long k = 0; k < force.size() && out.trip == Fault::none; ++k) {
       const CycleRecord r = loop.cycle();
@@ -153,11 +154,14 @@ void run(const IoSettings& io, double seconds, double excitation, HardwareRig& r
     }
     loop.disarm();
     for (int k = 0; k < 10; ++k) loop.cycle();
-    if (out.trip != Fault::none) return;
-    const auto vector = [](const std::vector<double>& v) {
-      return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
-    };
-    out.delay[axis] = loop_delay(vector(u), vector(z), 1 / io.rate);
+  }
+  if (out.trip != Fault::none) return;
+  // Not before both axes are done: the loop would miss ticks meanwhile.
+  const auto vector = [](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  };
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    out.delay[axis] = loop_delay(vector(force_sent[axis]), vector(displacement[axis]), 1 / io.rate);
   }
 }
 
