@@ -40,6 +40,9 @@ TEST(StiffnessE2e, PullsInThreeDirectionsGiveTheStiffAxisOfTheRig) {
   EXPECT_EQ(folder.whirl("stiffness p0.csv p45.csv").exit_code, 2) << "directions not stated";
   EXPECT_EQ(folder.whirl("stiffness p0.csv p90.csv --angle-deg 0 180").exit_code, 2) << "one direction twice";
   EXPECT_EQ(folder.whirl("stiffness p0.csv --angle-deg 0 90").exit_code, 2);
+  EXPECT_EQ(folder.whirl("stiffness p0.csv p90.csv --angle-deg 0 nan").exit_code, 2);
+  EXPECT_EQ(folder.whirl("rig stiffness --angle-deg nan --out q.csv").exit_code, 2);
+  EXPECT_EQ(folder.whirl("rig hammer --angle-deg nan --out q_").exit_code, 2);
 }
 
 }  // namespace

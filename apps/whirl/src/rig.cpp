@@ -20,6 +20,10 @@ struct RigOptions {
   std::optional<double> added_mass_g, snr_db;
   bool run_up = false;
 
+  double direction() const {
+    require_range("--angle-deg", angle_deg, -360, 360, "deg");
+    return angle_deg * std::numbers::pi / 180;
+  }
   RigParameters parameters() const {
     RigParameters p = read_rig(rig);
     if (added_mass_g) {
@@ -98,7 +102,7 @@ void add_rig(CLI::App& app, Session& session) {
       [o, &session] {
         StiffnessTestOptions test;
         test.seed = o->seed;
-        test.direction = o->angle_deg * std::numbers::pi / 180;
+        test.direction = o->direction();
         const StiffnessTable table = simulate_stiffness_test(o->parameters(), test);
         Table file;
         file.columns = {{"deflection", Quantity::displacement, table.deflection}, {"force", Quantity::force, table.force}};
@@ -118,7 +122,7 @@ void add_rig(CLI::App& app, Session& session) {
       [o, &session] {
         HammerTestOptions test;
         test.seed = o->seed;
-        test.direction = o->angle_deg * std::numbers::pi / 180;
+        test.direction = o->direction();
         const std::vector<Recording> blows = simulate_hammer_test(o->parameters(), test);
         for (std::size_t i = 0; i < blows.size(); ++i) write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
         session.say(fmt::format("{} blows written", blows.size()));

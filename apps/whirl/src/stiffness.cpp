@@ -79,6 +79,7 @@ void add_stiffness(CLI::App& app, Session& session) {
         if (o->angles.size() > o->files.size()) throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), "one per table, 1");
         o->fit.fit_offset = !o->zero_known;
         std::vector<DirectedStiffnessTable> tables;
+        for (const double angle : o->angles) require_range("--angle-deg", angle, -360, 360, "deg");
         for (std::size_t i = 0; i < o->files.size(); ++i) {
           tables.push_back(read_pull(o->files[i], o->columns, o->angles.empty() ? 0 : o->angles[i] * kDegree));
         }
