@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "served.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rt/clock.hpp"
@@ -23,26 +24,13 @@ RigParameters run_down(double seconds) {
   return rig;
 }
 
-ControllerDesign pd() {
-  const RigParameters rig;
-  ControllerDesign d;
-  d.law = "pd";
-  d.estimator = "lpf";
-  d.model.k1 = rig.rotor.stiffness / rig.rotor.mass;
-  d.model.c = rig.rotor.damping / rig.rotor.mass;
-  d.model.gain = 1 / rig.rotor.mass;
-  d.force_limit = rig.actuator.force_limit();
-  d.feedforward = false;
-  return d;
-}
-
 /// Largest |x| of the true disk centre after half a second, zero-to-peak.
 double peak(const std::shared_ptr<const RigTables>& tables, double stop, bool lasers_lost, double release) {
   RigRun run;
   if (lasers_lost) run.faults.push_back({RigFault::sensor_loss, stop, 1e9});
   VirtualRig rig(tables, run);
   const RigTruth truth(rig);
-  Controller controller = make_controller(pd());
+  Controller controller = make_controller(testing::pd_design());
   SimulatedClock clock(1 / kRate);
   const LoopOptions options{.sample_time = 1 / kRate, .release = std::lround(release * kRate)};
   Loop loop(rig, controller, clock, SafetyLimits{.stale = 20}, options);
