@@ -7,7 +7,6 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/websocket.hpp>
-#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <memory>
@@ -15,9 +14,8 @@
 #include <thread>
 #include <vector>
 
+#include "monitor_stream.hpp"
 #include "whirl/monitor/server.hpp"
-#include "whirl/rt/pace.hpp"
-#include "whirl/rt/realtime.hpp"
 
 namespace {
 
@@ -25,8 +23,6 @@ using namespace whirl;
 namespace beast = boost::beast;
 using tcp = boost::asio::ip::tcp;
 
-constexpr double kRate = 10'000;
-constexpr std::size_t kChannels = 16;
 constexpr int kPages = 8;
 
 double resident_megabytes() {
@@ -34,25 +30,6 @@ double resident_megabytes() {
   long pages = 0, resident = 0;
   in >> pages >> resident;
   return static_cast<double>(resident) * 4096e-6;
-}
-
-/// The cycle of a controller: some arithmetic on each channel, then the push.
-LoopTiming loop(double seconds, monitor::SampleRing* ring) {
-  const RealtimeThread realtime({});
-  WallTime time;
-  PaceOptions options;
-  options.period = std::llround(1e9 / kRate);
-  PacedClock<WallTime> clock(time, options);
-  double row[kChannels] = {};
-  const long ticks = std::lround(seconds * kRate);
-  for (long tick = 0; tick < ticks; ++tick) {
-    tick += clock.wait();
-    const double beta = 2 * 3.141592653589793 * 25 * static_cast<double>(tick) / kRate;
-    for (std::size_t c = 0; c < kChannels; ++c) row[c] = 1e-3 * std::cos(beta + 0.1 * static_cast<double>(c));
-    row[2] = beta;
-    if (ring) ring->push(static_cast<std::uint64_t>(tick), row);
-  }
-  return clock.timing();
 }
 
 struct Page {
@@ -95,17 +72,13 @@ void print(const char* what, const LoopTiming& t) {
 int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 20;
   LoopTiming alone, watched;
-  std::thread([&] { alone = loop(seconds, nullptr); }).join();
+  std::thread([&] { alone = bench::loop(seconds, nullptr); }).join();
   print("alone", alone);
 
-  monitor::StreamInfo info{"load", kRate, {}};
-  for (std::size_t c = 0; c < kChannels; ++c) {
-    info.channels.push_back({c == 0 ? "x" : c == 1 ? "y" : c == 2 ? "beta" : "c" + std::to_string(c), c == 2 ? Quantity::angle : Quantity::displacement});
-  }
-  monitor::SampleRing ring(kChannels, 1 << 15);
+  monitor::SampleRing ring(bench::kChannels, 1 << 15);
   monitor::HubOptions options;
-  options.frame_rate = 30;
-  monitor::Hub hub(std::make_unique<monitor::RingSource>(info, ring), options);
+  options.spectrum.block = monitor::block_for(bench::kRate);
+  monitor::Hub hub(std::make_unique<monitor::RingSource>(bench::stream_info(), ring), options);
   monitor::ServerOptions serve;
   serve.port = 0;
   std::optional<monitor::Server> server(std::in_place, hub, serve);
@@ -117,7 +90,7 @@ int main(int argc, char** argv) {
     pages.push_back(std::make_unique<Page>());
     readers.emplace_back(read_page, server->port(), std::chrono::milliseconds(i == kPages - 1 ? 200 : 0), std::ref(*pages.back()));
   }
-  std::thread runner([&] { watched = loop(seconds, &ring); });
+  std::thread runner([&] { watched = bench::loop(seconds, &ring); });
   // From here on the memory is locked: what is mapped is resident.
   std::this_thread::sleep_for(std::chrono::duration<double>(0.2 * seconds));
   const double before = resident_megabytes();

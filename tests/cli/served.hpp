@@ -46,13 +46,15 @@ struct Served {
     wait_for("io.toml");
   }
   ~Served() {
-    if (std::filesystem::exists(folder / "serve.json")) return;
-    const pid_t rig = std::stoi(slurp(folder / "serve.pid"));
-    ::kill(rig, SIGTERM);
-    for (int i = 0; i < 1200 && ::kill(rig, 0) == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    if (!std::filesystem::exists(folder / "serve.json")) end();
   }
   Served(const Served&) = delete;
   Served& operator=(const Served&) = delete;
+  /// Ends the rig before its profile is over; it still writes what happened.
+  void end() const {
+    ::kill(std::stoi(slurp(folder / "serve.pid")), SIGTERM);
+    wait_for("serve.json");
+  }
   /// Lets the loop wait long for a machine that does not run it: in lockstep the rig's time stands still meanwhile.
   void be_patient() const {
     std::string io = slurp(folder / "io.toml");

@@ -10,6 +10,7 @@
 #include "../cli/served.hpp"
 #include "browser.hpp"
 #include "live_program.hpp"
+#include "whirl/io/csv.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -40,6 +41,17 @@ struct MonitorPageE2e : ::testing::Test {
   bool logged(Browser& browser, const std::string& text) {
     return browser.wait("document.getElementById('log').textContent.includes('" + text + "')");
   }
+  /// Trips; not one cycle after the command may still control.
+  void trip_by_key(Browser& browser) {
+    browser.key("t");
+    await_live(browser, "tripped: requested");
+    ASSERT_TRUE(logged(browser, "safe output from the cycle on that began"));
+    std::smatch found;
+    const std::string log = browser.text("log");
+    ASSERT_TRUE(std::regex_search(log, found, std::regex("began ([0-9.]+) ms after the command, ([0-9]+) controlled cycles between"))) << log;
+    EXPECT_EQ(found[2], "0") << log;
+    RecordProperty("trip_ms", found[1]);
+  }
   Folder folder;
 };
 
@@ -58,6 +70,7 @@ TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
       << browser.text("spectrum-peak");
   EXPECT_TRUE(browser.wait("Math.abs(parseFloat(document.getElementById('speed').textContent) - 900) < 5")) << browser.text("speed");
   EXPECT_TRUE(logged(browser, "x above its limit of 1.00 µm peak"));
+  EXPECT_TRUE(browser.wait("/^[1-9][0-9]* frames\\/s/.test(document.getElementById('rate').textContent)")) << browser.text("rate");
   EXPECT_TRUE(browser.wait("document.getElementById('alarm').textContent.includes('x above limit')"));
 
   for (const std::string& address : browser.requests()) {
@@ -108,14 +121,7 @@ TEST_F(MonitorPageE2e, OneKeyTripsAndOnlyByHandItGoesOn) {
   Browser browser(folder / "");
   browser.open(live.url());
   await_live(browser, "live, armed");
-  browser.key("t");
-  await_live(browser, "tripped: requested");
-  ASSERT_TRUE(logged(browser, "safe output from the cycle on that began"));
-  std::smatch found;
-  const std::string log = browser.text("log");
-  ASSERT_TRUE(std::regex_search(log, found, std::regex("began ([0-9.]+) ms after the command, ([0-9]+) controlled cycles between"))) << log;
-  EXPECT_EQ(found[2], "0") << log;
-  RecordProperty("trip_ms", found[1]);
+  trip_by_key(browser);
   EXPECT_TRUE(logged(browser, "command: trip"));
   browser.screenshot(kPictures / "tripped.png");
 
@@ -135,6 +141,29 @@ TEST_F(MonitorPageE2e, OneKeyTripsAndOnlyByHandItGoesOn) {
   browser.evaluate("document.getElementById('force-limit').value = 5");
   browser.click("#force-set");
   EXPECT_TRUE(logged(browser, "force_limit 5"));
+}
+
+TEST_F(MonitorPageE2e, ATripFromThePageReachesTheWires) {
+  folder.write("rig.toml", "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 240\ndwell_end_s = 0\nripple_percent = 0\n");
+  const Served rig(folder, "--lockstep --rig rig.toml --added-mass-g 1 --log wires.csv");
+  rig.be_patient();
+  LiveProgram live(folder, "run controller.json --io io.toml --monitor --port 0");
+  Browser browser(folder / "");
+  browser.open(live.url());
+  await_live(browser, "live, armed");
+  trip_by_key(browser);
+  EXPECT_TRUE(browser.wait("parseFloat(document.getElementById('clock').textContent) > " + std::to_string(std::stod(browser.text("clock")) + 1)));
+  live.stop();
+  rig.end();
+
+  // What came out of the converter: forces up to the trip, then none to the end.
+  const Recording wires = read_csv(folder / "wires.csv");
+  const Eigen::ArrayXd force = wires["ux"].array().abs() + wires["uy"].array().abs();
+  Eigen::Index last = force.size() - 1;
+  while (last >= 0 && force(last) == 0) --last;
+  EXPECT_GT(force.head(last + 1).maxCoeff(), 0.1);
+  EXPECT_GT((force.head(last + 1) > 0).count(), 0.9 * static_cast<double>(last)) << "no force while armed";
+  EXPECT_GT(force.size() - last, 500);
 }
 
 /// Bytes of a connection until its end, or until the server says with a closing frame that it ends it: 1002, protocol error,

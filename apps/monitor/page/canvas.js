@@ -83,31 +83,41 @@ export function dashed(g, draw, pattern = [6, 4]) {
   draw();
   g.setLineDash([]);
 }
-/** A curve through n points; NaN lifts the pen. */
-export function curve(g, n, x, y, color, width = 1.2) {
+/** A curve through n points; NaN lifts the pen. Points nearer than `step` pixels to the last one drawn are left out. */
+export function curve(g, n, x, y, color, width = 1.2, step = 0) {
   g.strokeStyle = color;
   g.lineWidth = width;
   g.beginPath();
-  let pen = false;
+  let pen = false, lastX = 0, lastY = 0;
   for (let i = 0; i < n; ++i) {
     const a = x(i), b = y(i), ok = !Number.isNaN(a) && !Number.isNaN(b);
+    if (ok && pen && Math.abs(a - lastX) + Math.abs(b - lastY) < step) continue;
     if (ok && pen) g.lineTo(a, b);
     if (ok && !pen) g.moveTo(a, b);
     pen = ok;
+    lastX = a;
+    lastY = b;
   }
   g.stroke();
 }
-/** Point whose shape says more than its colour: 1 up, -1 down, 0 dot; hollow or filled. */
-export function mark(g, x, y, shape, hollow) {
-  const r = 2.6;
+/** Points [x, y, shape] whose shape says more than their colour: 1 up, -1 down, 0 dot; hollow or filled. Of points on one
+    pixel one is drawn, all in one path: thousands of turns cost as much as they show. */
+export function marks(g, points, hollow) {
+  const r = 2.6, taken = new Set();
   g.beginPath();
-  if (shape === 0) {
-    g.arc(x, y, 1.8, 0, 2 * Math.PI);
-  } else {
-    g.moveTo(x - r, y + shape * r * 0.8);
-    g.lineTo(x + r, y + shape * r * 0.8);
-    g.lineTo(x, y - shape * r);
-    g.closePath();
+  for (const [x, y, shape] of points) {
+    const pixel = (Math.round(x) * 4096 + Math.round(y)) * 3 + shape;
+    if (taken.has(pixel)) continue;
+    taken.add(pixel);
+    if (shape === 0) {
+      g.moveTo(x + 1.8, y);
+      g.arc(x, y, 1.8, 0, 2 * Math.PI);
+    } else {
+      g.moveTo(x - r, y + shape * r * 0.8);
+      g.lineTo(x + r, y + shape * r * 0.8);
+      g.lineTo(x, y - shape * r);
+      g.closePath();
+    }
   }
   if (hollow) g.stroke(); else g.fill();
 }

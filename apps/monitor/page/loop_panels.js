@@ -53,7 +53,8 @@ export function showStatus(message, rate) {
   if (byId("alarm").textContent !== alarm) byId("alarm").textContent = alarm;
   const s = store.stream.spectrum;
   byId("spectrum-state").textContent = `peak, ${s.window} window (gain corrected), ${s.averaging} average, ` +
-    `${message.averages} blocks${message.blocks_skipped ? `, ${message.blocks_skipped} left out` : ""}`;
+    `${message.averages} blocks${message.blocks_bridged ? `, lost samples bridged in ${message.blocks_bridged}` : ""}` +
+    `${message.blocks_skipped ? `, ${message.blocks_skipped} left out: over 1 % lost` : ""}`;
 }
 export function addLog(lines, all) {
   if (all) byId("log").replaceChildren();

@@ -12,13 +12,20 @@ import { startControls, showControls, showProgress } from "./controls.js";
 const byId = (id) => document.getElementById(id);
 const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...loopPanels };
 const visible = new Set(), dirty = new Set(), drawnAt = {};
-const SLOW = 200; // ms between two drawings of what does not move
-let drawn = -1, shown = -1, count = 0, busy = 0, since = performance.now(), rate = { frames: 0, milliseconds: 0 };
+const FAST = 20, SLOW = 200; // least ms between two drawings of what moves, and of what does not
+let drawn = -1, shown = -1, count = 0, busy = 0, since = performance.now(), begun = 0, rate = { frames: 0, milliseconds: 0 };
 const redraw = () => {
   drawn = -1;
   for (const id of Object.keys(drawnAt)) drawnAt[id] = -Infinity;
 };
-const resting = (id) => !(id in timePanels) && id !== "orbit" && id !== "phase" && performance.now() - drawnAt[id] < SLOW;
+const moves = (id) => id in timePanels || id === "orbit" || id === "phase";
+/** What moves, and of the others the one that has waited longest: together they would hold up what moves. */
+function due(now) {
+  const still = [...dirty].filter((id) => !moves(id) && !(now - drawnAt[id] < SLOW));
+  still.sort((a, b) => (drawnAt[a] ?? -Infinity) - (drawnAt[b] ?? -Infinity));
+  return [...[...dirty].filter(moves), ...still.slice(0, 1)];
+}
+const say = (id, text) => { if (byId(id).textContent !== text) byId(id).textContent = text; };
 
 function showState() {
   const silent = (performance.now() - store.arrival) / 1000, stale = !store.connected || !store.arrival || silent > 1;
@@ -26,36 +33,39 @@ function showState() {
   const source = store.status ? (store.status.items.find(([key]) => key === "state") || ["", ""])[1] : "";
   const text = !store.connected ? "disconnected" : !store.arrival ? "waiting for data"
     : stale ? `stale: no data for ${Math.floor(silent)} s${source ? ` (${source})` : ""}` : source && source !== "playing" ? `live, ${source}` : "live";
-  const state = byId("state");
-  state.className = !store.connected || source.startsWith("tripped") ? "lost" : stale ? "" : "live";
-  if (state.textContent !== text) state.textContent = text;
-  byId("clock").textContent = store.arrival ? `${store.time.toFixed(2)} s` : "";
+  byId("state").className = !store.connected || source.startsWith("tripped") ? "lost" : stale ? "" : "live";
+  say("state", text);
+  say("clock", store.arrival ? `${store.time.toFixed(1)} s` : "");
   const turn = store.turns[store.turns.length - 1], trend = store.status && store.status.trend !== "steady" ? `, ${store.status.trend}` : "";
-  byId("speed").textContent = turn ? `${turn.rpm.toFixed(0)} rpm${trend}` : "";
+  say("speed", turn ? `${turn.rpm.toFixed(0)} rpm${trend}` : "");
+  say("rate", rate.frames ? `${rate.frames.toFixed(0)} frames/s${store.missed ? `, ${store.missed} dropped` : ""}` : "");
   byId("follow").setAttribute("aria-pressed", String(view.follow));
 }
 function draw() {
   requestAnimationFrame(draw);
+  const begin = performance.now();
+  if (begin - begun < FAST) return;
   showState();
   if (!store.stream) return;
   if (drawn !== store.arrival || shown !== store.status) for (const id of visible) dirty.add(id);
   drawn = store.arrival;
   shown = store.status;
-  const due = [...dirty].filter((id) => !resting(id)), begin = performance.now();
-  if (!due.length) return;
+  const now = due(begin);
+  if (!now.length) return;
+  begun = begin;
   readColors();
-  for (const id of due) {
+  for (const id of now) {
     dirty.delete(id);
     drawnAt[id] = begin;
     if (!byId(id).closest("section").hidden) panels[id]();
   }
   ++count;
-  const now = performance.now();
-  busy += now - begin;
-  if (now - since > 1000) {
-    rate = { frames: 1000 * count / (now - since), milliseconds: busy / count };
+  const end = performance.now();
+  busy += end - begin;
+  if (end - since > 1000) {
+    rate = { frames: 1000 * count / (end - since), milliseconds: busy / count };
     count = busy = 0;
-    since = now;
+    since = end;
   }
 }
 

@@ -1,21 +1,25 @@
 // The path of the shaft: orbit, phase plane, and the 1X vector in its plane.
 import { store, channelIndex } from "./store.js";
 import { unitFor, digits, largest } from "./units.js";
-import { prepare, plotBox, axes, clipped, curve, mark, label, empty, colors, seriesColor } from "./canvas.js";
+import { prepare, plotBox, axes, clipped, curve, marks, label, empty, colors, seriesColor } from "./canvas.js";
 
 const byId = (id) => document.getElementById(id);
-const TURN = 2 * Math.PI;
+const TURN = 2 * Math.PI, FINE = 1.5; // px between points of a path
 
 /** The last `seconds` of raw samples of these channels, joined. */
 function recent(indices, seconds) {
-  const out = { data: indices.map(() => []), dt: 0 };
-  for (const c of store.recent) {
-    out.dt = c.dt;
-    for (let i = Math.max(0, Math.floor((store.time - seconds - c.t) / c.dt)); i < c.n; ++i) {
-      indices.forEach((index, k) => out.data[k].push(index >= 0 ? c.data[index][i] : NaN));
+  const parts = store.recent.map((c) => [c, Math.min(c.n, Math.max(0, Math.floor((store.time - seconds - c.t) / c.dt)))]);
+  const size = parts.reduce((sum, [c, from]) => sum + c.n - from, 0);
+  const data = indices.map((index) => {
+    const joined = new Float32Array(size).fill(NaN);
+    let at = 0;
+    for (const [c, from] of parts) {
+      if (index >= 0) joined.set(c.data[index].subarray(from), at);
+      at += c.n - from;
     }
-  }
-  return out;
+    return joined;
+  });
+  return { data, dt: parts.length ? parts[parts.length - 1][0].dt : 0 };
 }
 const seconds = () => Number(byId("orbit-span").value);
 
@@ -37,11 +41,13 @@ function drawOrbit() {
   const size = Math.max(largest(x), largest(y)), [box, fx, fy, factor, unit] = squareAxes(g, w, h, size, names[0], names[1]);
   clipped(g, box, () => {
     if (byId("orbit-raw").checked) {
-      curve(g, x.length, (i) => fx(x[i]), (i) => fy(y[i]), colors.c0);
-      g.fillStyle = colors.text;
+      curve(g, x.length, (i) => fx(x[i]), (i) => fy(y[i]), colors.c0, 1.2, FINE);
+      const dots = [];
       for (let i = 1; i < x.length; ++i) {
-        if (Math.floor(angle[i] / TURN) !== Math.floor(angle[i - 1] / TURN) && !Number.isNaN(angle[i - 1])) mark(g, fx(x[i]), fy(y[i]), 0, false);
+        if (Math.floor(angle[i] / TURN) !== Math.floor(angle[i - 1] / TURN) && !Number.isNaN(angle[i - 1])) dots.push([fx(x[i]), fy(y[i]), 0]);
       }
+      g.fillStyle = colors.text;
+      marks(g, dots, false);
     }
     if (filtered) {
       const [[a, b], [c, d]] = turn.vectors, at = (k) => TURN * k / 90;
@@ -72,7 +78,7 @@ function drawPhase() {
   const lx = 1.1 * (largest(x) || sx) / sx, lv = 1.1 * (largest(velocity) || sv) / sv;
   const [fx, fy] = axes(g, box, { low: -lx, high: lx, label: `${name} [${ux}]` },
     { low: -lv, high: lv, label: `velocity, ${estimated ? "estimated" : "central difference"} [${uv}]` });
-  clipped(g, box, () => curve(g, x.length, (i) => fx(x[i] / sx), (i) => fy(velocity[i] / sv), colors.c2));
+  clipped(g, box, () => curve(g, x.length, (i) => fx(x[i] / sx), (i) => fy(velocity[i] / sv), colors.c2, 1.2, FINE));
 }
 
 function drawPolar() {
@@ -84,7 +90,9 @@ function drawPolar() {
   const [box, fx, fy] = squareAxes(g, w, h, size, "in phase", "90° lead");
   clipped(g, box, () => store.stream.tracked.forEach((name, k) => {
     g.fillStyle = g.strokeStyle = seriesColor(k);
-    for (const t of store.turns) mark(g, fx(t.vectors[k][0]), fy(t.vectors[k][1]), t.direction, t.open);
+    for (const open of [true, false]) {
+      marks(g, store.turns.filter((t) => t.open === open).map((t) => [fx(t.vectors[k][0]), fy(t.vectors[k][1]), t.direction]), open);
+    }
     label(g, name, box.x + box.w - 6, box.y + 14 + 15 * k, seriesColor(k));
   }));
   const [name] = store.stream.tracked;

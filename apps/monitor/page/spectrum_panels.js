@@ -25,10 +25,13 @@ function orderLines(g, box, fx, orders) {
   if (!(f > 0)) return;
   g.strokeStyle = g.fillStyle = colors.muted;
   g.textAlign = "left";
+  let written = -Infinity;
   for (const k of orders) {
     const at = fx(k * f);
     if (at < box.x || at > box.x + box.w) continue;
     dashed(g, () => line(g, at, box.y, at, box.y + box.h), [2, 4]);
+    if (at - written < 24) continue; // no room
+    written = at;
     g.fillText(`${String(k).replace("-", "−")}X`, at + 3, box.y + box.h - 5);
   }
 }

@@ -1,7 +1,7 @@
 // Synchronous motion over rotor speed: Bode plot, and the run against the open loop.
 import { store } from "./store.js";
 import { unitFor, digits, RPM } from "./units.js";
-import { prepare, plotBox, axes, clipped, curve, mark, label, empty, colors, seriesColor } from "./canvas.js";
+import { prepare, plotBox, axes, clipped, curve, marks, label, empty, colors, seriesColor } from "./canvas.js";
 
 const byId = (id) => document.getElementById(id);
 const BANDS = 8;
@@ -40,12 +40,15 @@ function drawBode() {
   store.stream.tracked.forEach((name, k) => {
     g.fillStyle = g.strokeStyle = seriesColor(k);
     let peak = store.turns[0];
+    const points = [[], []]; // armed, disarmed
     for (const t of store.turns) {
       const [re, im] = t.vectors[k], amplitude = Math.hypot(re, im);
       if (amplitude > Math.hypot(...peak.vectors[k])) peak = t;
-      mark(g, fx(t.rpm), fa(amplitude / factor), t.direction, t.open);
-      mark(g, fx(t.rpm), fp(Math.atan2(im, re) * 180 / Math.PI), t.direction, t.open);
+      points[Number(t.open)].push([fx(t.rpm), fa(amplitude / factor), t.direction],
+        [fx(t.rpm), fp(Math.atan2(im, re) * 180 / Math.PI), t.direction]);
     }
+    marks(g, points[0], false);
+    marks(g, points[1], true);
     label(g, `${name}: ${digits(Math.hypot(...peak.vectors[k]) / factor)} ${unit} peak at ${peak.rpm.toFixed(0)} rpm`,
       upper.x + upper.w - 6, upper.y + 14 + 15 * k, seriesColor(k));
   });
@@ -61,6 +64,7 @@ function drawCompare() {
   const [fx, fy] = axes(g, box, { low, high, label: "rotor speed [rpm]" },
     { low: 0, high: 1.25 * size / factor || 1, label: `1X of ${store.stream.tracked[0]} [${unit}]` });
   const most = { open: new Array(BANDS).fill(0), closed: new Array(BANDS).fill(0) };
+  const at = (t) => [fx(t.rpm), fy(amplitude(t) / factor), t.direction];
   const bandOf = (rpm) => Math.min(BANDS - 1, Math.max(0, Math.floor((rpm - low) / (high - low) * BANDS)));
   const take = (to, rpm, a) => { to[bandOf(rpm)] = Math.max(to[bandOf(rpm)], a); };
   if (reference) reference.rpm.forEach((v, i) => take(most.open, v, reference.amplitude[i]));
@@ -69,9 +73,9 @@ function drawCompare() {
   clipped(g, box, () => {
     if (reference) curve(g, reference.rpm.length, (i) => fx(reference.rpm[i]), (i) => fy(reference.amplitude[i] / factor), colors.muted, 1.5);
     g.strokeStyle = g.fillStyle = colors.c1;
-    for (const t of open) mark(g, fx(t.rpm), fy(amplitude(t) / factor), t.direction, true);
+    marks(g, open.map(at), true);
     g.strokeStyle = g.fillStyle = colors.c0;
-    for (const t of closed) mark(g, fx(t.rpm), fy(amplitude(t) / factor), t.direction, false);
+    marks(g, closed.map(at), false);
   });
   g.textAlign = "center";
   g.fillStyle = colors.text;

@@ -1,5 +1,6 @@
 // Traces over time: one view of time for all of them, following the newest sample until it is moved.
 import { store, channelIndex } from "./store.js";
+import { columnsOf } from "./columns.js";
 import { unitFor, digits } from "./units.js";
 import { prepare, axes, clipped, dashed, line, label, empty, colors, seriesColor } from "./canvas.js";
 
@@ -23,50 +24,43 @@ export function follow(on) {
   view.follow = on;
 }
 
-/** Smallest and largest value per pixel column in the view. */
-function columnsOf(index, low, span, columns) {
-  const lows = new Float64Array(columns).fill(NaN), highs = new Float64Array(columns).fill(NaN);
-  let size = 0, last = NaN, dt = 0;
-  for (const c of store.chunks) {
-    if (c.t + c.n * c.dt < low || c.t > low + span) continue;
-    const data = c.data[index], step = c.pairs ? 0.5 * c.dt : c.dt;
-    dt = c.dt;
-    const from = Math.max(0, Math.floor((low - c.t) / step)), to = Math.min(data.length, Math.ceil((low + span - c.t) / step) + 1);
-    for (let i = from; i < to; ++i) {
-      const t = c.t + (c.pairs ? i >> 1 : i) * c.dt, column = Math.floor((t - low) / span * columns), v = data[i];
-      if (column < 0 || column >= columns || Number.isNaN(v)) continue;
-      if (!(lows[column] <= v)) lows[column] = v;
-      if (!(highs[column] >= v)) highs[column] = v;
-      if (Math.abs(v) > size) size = Math.abs(v);
-      last = v;
-    }
-  }
-  return { lows, highs, size, last, gap: 3 * dt / span * columns };
-}
-function drawColumns(g, box, fy, { lows, highs, gap }, factor, color) {
-  g.strokeStyle = color;
+/** Fewer samples than pixels: a line through them. More: each column from its smallest to its largest value. A real gap is longer than
+    three sample times. */
+function drawColumns(g, box, fy, { lows, highs, dt, width }, factor, color) {
+  const gap = Math.max(1, 3 * dt / width), dense = dt < 0.5 * width;
+  g.strokeStyle = g.fillStyle = color;
   g.lineWidth = 1.2;
   g.beginPath();
-  let last = -Infinity;
+  let last = -Infinity, above = 0, below = 0;
   for (let k = 0; k < lows.length; ++k) {
     if (Number.isNaN(lows[k])) continue;
-    const px = box.x + k + 0.5, a = fy(highs[k] / factor), b = fy(lows[k] / factor);
-    // Fewer samples than pixels: connect; a real gap is longer than three sample times.
-    if (k - last <= Math.max(1, gap)) g.lineTo(px, a); else g.moveTo(px, a);
-    g.lineTo(px, b);
+    const joined = k - last <= gap, top = fy(highs[k] / factor), bottom = fy(lows[k] / factor);
+    if (dense) {
+      // Reaches to the column before, and is never thinner than a line.
+      let from = joined ? Math.min(top, below) : top, to = joined ? Math.max(bottom, above) : bottom;
+      if (to - from < 1.2) { from = 0.5 * (from + to) - 0.6; to = from + 1.2; }
+      g.rect(box.x + k, from, 1, to - from);
+    } else {
+      const x = box.x + k + 0.5;
+      if (joined) g.lineTo(x, top); else g.moveTo(x, top);
+      if (bottom !== top) g.lineTo(x, bottom);
+    }
     last = k;
+    above = top;
+    below = bottom;
   }
-  g.stroke();
+  if (dense) g.fill(); else g.stroke();
 }
 
 /** One row per entry of `rows`: {channels: [index], zero: axis from zero, bounds: [SI], marks: index of a 0/1 channel}. */
 function drawRows(canvas, rows) {
   const [g, w, h] = prepare(canvas);
   if (!store.chunks.length || !rows.length) return empty(g, w, h, "no samples yet");
-  const high = viewEnd(), low = high - view.span, each = (h - 34) / rows.length;
+  const columns = Math.max(1, Math.floor(w - 76)), width = view.span / columns;
+  const first = Math.floor(viewEnd() / width + 1e-9) - columns + 1, low = first * width, high = low + view.span, each = (h - 34) / rows.length;
   rows.forEach((row, r) => {
-    const box = { x: 62, y: 4 + r * each, w: w - 76, h: each - 8 }, columns = Math.max(1, Math.floor(box.w));
-    const traces = row.channels.map((i) => columnsOf(i, low, view.span, columns));
+    const box = { x: 62, y: 4 + r * each, w: w - 76, h: each - 8 };
+    const traces = row.channels.map((i) => columnsOf(i, first, columns, width));
     const size = Math.max(...traces.map((t) => t.size)), channel = store.stream.channels[row.channels[0]];
     const [factor, unit] = unitFor(channel.quantity, channel.unit, size), top = size > 0 ? 1.1 * size / factor : 1;
     const positive = row.zero || traces.every((t) => t.lows.every((v) => !(v < 0)));
@@ -80,13 +74,13 @@ function drawRows(canvas, rows) {
       }
       traces.forEach((t, k) => drawColumns(g, box, fy, t, factor, row.behind && k === traces.length - 1 ? colors.muted : seriesColor(names.length > 1 ? k : r)));
       if (row.marks >= 0) {
-        const flags = columnsOf(row.marks, low, view.span, columns);
+        const flags = columnsOf(row.marks, first, columns, width);
         g.fillStyle = colors.bad;
         flags.highs.forEach((v, k) => { if (v > 0.5) g.fillRect(box.x + k, box.y + box.h - 5, 1, 5); });
       }
     });
     const over = row.bounds && row.bounds.some((b) => size > b) ? "above limit: " : "";
-    const legend = names.length > 1 ? names.map((n, k) => `${n} ${digits(traces[k].last / factor)}`).join(", ") + ` ${unit}; ` : "";
+    const legend = names.length > 1 ? names.map((n, k) => `${n} ${digits(traces[k].newest / factor)}`).join(", ") + ` ${unit}; ` : "";
     label(g, `${over}${legend}${digits(size / factor)} ${unit} peak in view`, box.x + box.w - 6, box.y + 13, colors.text);
   });
 }

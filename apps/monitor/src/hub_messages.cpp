@@ -155,6 +155,7 @@ void Hub::publish_status() {
               {"times", times},
               {"averages", spectrum_.count()},
               {"blocks_skipped", spectrum_.skipped()},
+              {"blocks_bridged", spectrum_.bridged()},
               {"recording", recorder_.active()},
               {"record_samples", recorder_.samples()},
               {"record_lost", recorder_.lost()},

@@ -189,7 +189,9 @@ StreamSession::StreamSession(tcp::socket&& socket, Service& server)
   ++server_.clients;
   // A slow page shall lose frames, not lag behind: the system must not hold seconds of them.
   beast::error_code ignored;
-  beast::get_lowest_layer(stream_).socket().set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+  auto& wire = beast::get_lowest_layer(stream_).socket();
+  wire.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
+  wire.set_option(tcp::no_delay(true), ignored);  // else a frame waits up to 40 ms for the acknowledgement of the one before
 }
 
 StreamSession::~StreamSession() {

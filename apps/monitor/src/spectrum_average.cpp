@@ -1,6 +1,8 @@
 #include "whirl/monitor/spectrum_average.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 
 #include "whirl/core/error.hpp"
 #include "whirl/signal/spectrum.hpp"
@@ -8,6 +10,10 @@
 namespace whirl::monitor {
 
 using Eigen::Index;
+
+Index block_for(double rate) {
+  return static_cast<Index>(std::bit_ceil(static_cast<std::uint64_t>(std::clamp(rate / 1.25, 256.0, 32768.0))));
+}
 
 SpectrumAverage::SpectrumAverage(Index channels, double rate, const SpectrumSettings& settings, std::pair<Index, Index> orbit)
     : rate_(rate), settings_(settings), orbit_(orbit) {
@@ -20,7 +26,7 @@ SpectrumAverage::SpectrumAverage(Index channels, double rate, const SpectrumSett
 
 void SpectrumAverage::reset() {
   filled_ = 0;
-  count_ = skipped_ = 0;
+  count_ = skipped_ = bridged_ = 0;
   counts_.assign(static_cast<std::size_t>(buffer_.cols()) + 1, 0);
   power_ = Eigen::MatrixXd::Zero(settings_.block / 2 + 1, buffer_.cols());
   full_power_ = Eigen::VectorXd::Zero(orbit_.second < 0 ? 0 : 2 * ((settings_.block - 1) / 2) + 1);
@@ -45,24 +51,44 @@ int SpectrumAverage::push(const Eigen::Ref<const Eigen::MatrixXd>& samples) {
   return blocks;
 }
 
+Eigen::VectorXd SpectrumAverage::whole(Index channel) const {
+  Eigen::VectorXd x = buffer_.col(channel);
+  const Index n = x.size(), lost = n - x.array().isFinite().count();
+  if (lost == 0) return x;
+  if (100 * lost > n) return {};
+  for (Index i = 0; i < n; ++i) {
+    if (std::isfinite(x(i))) continue;
+    Index end = i;
+    while (end < n && !std::isfinite(x(end))) ++end;
+    // At the rim of the block the nearest value stands.
+    const double left = i > 0 ? x(i - 1) : x(end), right = end < n ? x(end) : left;
+    for (Index k = i; k < end; ++k) x(k) = left + (right - left) * static_cast<double>(k - i + 1) / static_cast<double>(end - i + 1);
+    i = end;
+  }
+  return x;
+}
+
 void SpectrumAverage::average_block() {
-  const auto whole = [&](Index c) { return buffer_.col(c).allFinite(); };
-  const bool orbit = full_power_.size() > 0, lead = orbit ? whole(orbit_.first) && whole(orbit_.second) : whole(0);
-  if (!lead) {
+  const bool orbit = full_power_.size() > 0;
+  const Index first = orbit ? orbit_.first : 0, second = orbit ? orbit_.second : 0;
+  const Eigen::VectorXd x = whole(first), y = whole(second);
+  if (x.size() == 0 || y.size() == 0) {
     ++skipped_;
     return;
   }
+  if (!buffer_.col(first).allFinite() || !buffer_.col(second).allFinite()) ++bridged_;
   const SpectrumOptions options{.window = settings_.window, .kind = AmplitudeKind::peak};
   const bool full = settings_.averaging == Averaging::linear && count_ >= settings_.averages;
   if (!full) ++count_;
   latest_ = Eigen::MatrixXd::Zero(power_.rows(), power_.cols());
   for (Index c = 0; c < buffer_.cols(); ++c) {
-    if (!whole(c)) continue;
-    latest_.col(c) = amplitude_spectrum(buffer_.col(c), 1 / rate_, options).amplitude;
+    const Eigen::VectorXd samples = whole(c);
+    if (samples.size() == 0) continue;
+    latest_.col(c) = amplitude_spectrum(samples, 1 / rate_, options).amplitude;
     if (!full) take(static_cast<std::size_t>(c), power_.col(c), latest_.col(c).cwiseAbs2());
   }
   if (orbit && !full) {
-    const AmplitudeSpectrum both = full_spectrum(buffer_.col(orbit_.first), buffer_.col(orbit_.second), 1 / rate_, options);
+    const AmplitudeSpectrum both = full_spectrum(x, y, 1 / rate_, options);
     // Of an even number of lines the lowest, half the rate, is neither forward nor backward.
     take(counts_.size() - 1, full_power_, both.amplitude.tail(full_power_.size()).cwiseAbs2());
   }

@@ -43,6 +43,30 @@ TEST(MonitorSpectrum, AveragesFollowTheirDefinition) {
   EXPECT_NEAR(run(Averaging::exponential), 7.5 + (25 - 7.5) / 4, 1e-9);
 }
 
+TEST(MonitorSpectrum, FewLostSamplesAreBridgedAndCounted) {
+  SpectrumAverage s(1, 1000, {.block = 1024, .overlap = 0});
+  MatrixXd x = tone(2048, 2e-3, 25.0 / 1024);
+  for (const Index i : {0, 100, 101, 102, 500, 1023}) x(i, 0) = NAN;
+  EXPECT_EQ(s.push(x), 2);
+  EXPECT_EQ(s.count(), 2);
+  EXPECT_EQ(s.bridged(), 1);
+  EXPECT_EQ(s.skipped(), 0);
+  EXPECT_NEAR(s.amplitude()(25, 0), 2e-3, 2e-3 * 1e-3);
+  EXPECT_LT(s.amplitude()(200, 0), 2e-3 * 1e-3) << "the bridges are no noise";
+  for (Index i = 0; i < 11; ++i) x(300 + i, 0) = NAN;  // over one in a hundred
+  s.reset();
+  s.push(x);
+  EXPECT_EQ(s.count(), 1);
+  EXPECT_EQ(s.skipped(), 1);
+}
+
+TEST(MonitorSpectrum, BlocksOfAboutAHertz) {
+  EXPECT_EQ(block_for(1000), 1024);
+  EXPECT_EQ(block_for(10'000), 8192);
+  EXPECT_EQ(block_for(20), 256);
+  EXPECT_EQ(block_for(1e6), 32768);
+}
+
 TEST(MonitorSpectrum, BlockWithALostSampleIsLeftOut) {
   SpectrumAverage s(1, 64, {.block = 64, .overlap = 0});
   MatrixXd x = tone(192, 1, 8.0 / 64);

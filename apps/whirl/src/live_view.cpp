@@ -47,8 +47,9 @@ void ViewOptions::add_to(CLI::App* sub) {
   sub->add_flag("--read-only", read_only, "the page shows and commands nothing")->group("Live view");
 }
 
-monitor::HubOptions ViewOptions::hub() const {
+monitor::HubOptions ViewOptions::hub(double rate) const {
   monitor::HubOptions options;
+  options.spectrum.block = monitor::block_for(rate);
   options.recorder.folder = record_folder;
   for (const std::string& text : limits) options.limits.insert(read_limit(text));
   if (!reference.empty()) options.reference = monitor::reference_of(read_recording(reference));
@@ -87,7 +88,9 @@ struct LiveView::State {
   monitor::SampleRing ring{kLiveColumns.size(), 1 << 15};
   LoopControl control;
   std::atomic<std::int32_t> flags{0}, trip{0};
-  std::atomic<std::int64_t> missed{0}, lost{0}, commanded{0};  ///< commanded: when a trip was asked for, ns; 0: never
+  std::atomic<std::int64_t> missed{0}, lost{0};
+  /// When a trip was asked for and, a moment later, stood where the loop looks; ns, 0: never.
+  std::atomic<std::int64_t> commanded{0}, placed{0};
   std::atomic<bool> over{false};
   double previous = 0;
   long after_command = 0;  ///< cycles begun after a trip was asked for that the controller still had
@@ -138,8 +141,10 @@ class LiveView::State::Source : public monitor::RingSource {
     if (name == "disarm") {
       state_.control.disarm();
     } else {
-      if (!state_.control.tripped()) state_.commanded = WallTime{}.now();
+      const bool first = !state_.control.tripped();
+      if (first) state_.commanded = WallTime{}.now();
       state_.control.trip();
+      if (first) state_.placed = WallTime{}.now();
     }
     return true;
   }
@@ -151,7 +156,7 @@ class LiveView::State::Source : public monitor::RingSource {
       if (state_.tripped()) throw Error("arm: a trip is latched; clear it first");
       state_.control.arm();
     } else if (name == "clear") {
-      state_.commanded = 0;
+      state_.commanded = state_.placed = 0;
       state_.control.clear();
     } else {
       require_range("force_limit", value, 0, state_.force_limit, "N");
@@ -169,8 +174,8 @@ class LiveView::State::Source : public monitor::RingSource {
 };
 
 void LiveView::State::changes(const LoopSample& s) {
-  const double asked = 1e-9 * static_cast<double>(commanded.load());
-  if (asked > 0 && s.trip == 0 && s.started > asked && (s.flags & kArmed) != 0) ++after_command;
+  const double asked = 1e-9 * static_cast<double>(commanded.load()), stood = 1e-9 * static_cast<double>(placed.load());
+  if (stood > 0 && s.trip == 0 && s.started > stood && (s.flags & kArmed) != 0) ++after_command;
   if (s.trip != 0 && trip == 0) {
     std::string line = fmt::format("trip at tick {}: {}", s.tick, to_string(static_cast<Fault>(s.trip)));
     if (asked > 0 && static_cast<Fault>(s.trip) == Fault::requested) {
@@ -190,7 +195,7 @@ LiveView::LiveView(const ViewOptions& options, const About& about)
     : state_(std::make_unique<State>(about, !options.read_only)) {
   monitor::StreamInfo info{about.name, about.rate, {}};
   for (const auto& [name, quantity] : kLiveColumns) info.channels.push_back({std::string(name), quantity});
-  monitor::HubOptions hub = options.hub();
+  monitor::HubOptions hub = options.hub(about.rate);
   if (!hub.reference) hub.reference = about.reference;
   served_ = std::make_unique<Served>(options, std::make_unique<State::Source>(std::move(info), *state_), hub);
 }

@@ -21,7 +21,7 @@ struct ViewOptions {
 
   void add_to(CLI::App* sub);
   /// Throws Error for a bad limit or a reference that cannot be read.
-  monitor::HubOptions hub() const;
+  monitor::HubOptions hub(double rate) const;  ///< for samples at `rate` Hz
   monitor::ServerOptions server() const;  ///< with a new token unless read-only
 };
 

@@ -64,7 +64,7 @@ void add_monitor(CLI::App& app, Session& session) {
       [o] {
         catch_stop_signals();
         Recording record = read(o->record, o->file);
-        monitor::HubOptions hub = o->view.hub();
+        monitor::HubOptions hub = o->view.hub(record.rate());
         if (!hub.reference && record.has("x_open") && record.has("beta")) hub.reference = monitor::reference_of(record);
         const Served served(o->view, std::make_unique<monitor::PlaybackSource>(std::move(record), o->speed, o->loop), hub);
         served.until_stopped();

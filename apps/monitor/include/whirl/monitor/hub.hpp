@@ -23,7 +23,7 @@
 namespace whirl::monitor {
 
 struct HubOptions {
-  double frame_rate = 25;          ///< frames per second, 1 to 60
+  double frame_rate = 30;          ///< frames per second, 1 to 60
   Eigen::Index frame_groups = 512; ///< most values (or min/max pairs) per channel and frame
   SpectrumSettings spectrum;
   RecorderOptions recorder;
