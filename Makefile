@@ -1,18 +1,21 @@
 # The README's commands. Everything real happens in CMake; this file installs what is missing and calls it.
 #   make reproduce   install dependencies, build, run the whole study, print where the report is
 #   make test        install dependencies, build, run the whole test suite
-#   make deps        only install the Debian packages of packages.txt that are missing
+#   make deps        only install the Debian packages of packages.txt that are missing (the tests' own: packages-test.txt)
 SHELL := /bin/bash
 BUILD ?= build
 OUT ?= out/reproduce
 SEED ?= 1
 JOBS ?= $(shell nproc)
 
-.PHONY: all deps build reproduce test sanitize bench clean
+.PHONY: all deps deps-test build reproduce test sanitize bench clean
 all: build
 
 deps:
 	@tools/install-dependencies
+
+deps-test:
+	@tools/install-dependencies packages.txt packages-test.txt
 
 build: deps
 	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_TESTS=ON > $(BUILD).configure.log 2>&1 \
@@ -25,10 +28,10 @@ reproduce: deps
 	@cmake --build $(BUILD) -j $(JOBS) --target whirl
 	@$(BUILD)/bin/whirl reproduce --out $(OUT) --seed $(SEED)
 
-test: build
+test: deps-test build
 	@cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
 
-sanitize: deps
+sanitize: deps-test
 	@cmake --preset sanitize > /dev/null
 	@cmake --build --preset sanitize -j $(JOBS)
 	@ctest --preset sanitize -j $(JOBS)
