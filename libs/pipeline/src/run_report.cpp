@@ -21,6 +21,8 @@ using report::Callout;
 using report::Document;
 using report::format_fixed;
 constexpr double kRpm = 2 * std::numbers::pi / 60;
+constexpr const char* kBeats =
+    "Maxima after the peak of a fast run are beats of the free with the forced vibration, not further resonances.";
 
 class RunReport {
  public:
@@ -125,7 +127,7 @@ class RunReport {
       draw("run-map", run, v, "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
       draw("waterfall", run, v, "Waterfall: spectra over time.");
       draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
-      draw("bode", run, v, "Bode plot of the 1X vectors, one per revolution." + slow_roll_note());
+      draw("bode", run, v, "Bode plot of the 1X vectors, one per revolution. " + std::string(kBeats) + slow_roll_note());
       draw("polar", run, v, "Polar plot of the same vectors.");
       draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
       draw("orbit", run, v, "Orbit around the largest radius; dots where the rotor angle is zero.");
@@ -134,8 +136,7 @@ class RunReport {
     }
     for (const auto& [name, curve] : in_.bode) {
       doc_.subsection(name);
-      doc_.figure(synchronous_view("bode", {curve}), "Bode plot of the 1X vectors. Maxima after the peak of a fast run are beats "
-                                                     "of the free with the forced vibration, not further resonances.");
+      doc_.figure(synchronous_view("bode", {curve}), "Bode plot of the 1X vectors. " + std::string(kBeats));
       doc_.figure(synchronous_view("polar", {curve}), "Polar plot of the same vectors.");
     }
     if (!criticals().empty()) doc_.table(critical_table(criticals(), o_.service_speed));

@@ -5,6 +5,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
@@ -46,7 +47,7 @@ class StudyRunner {
   Provenance stamp(const std::vector<std::string>& inputs) const {
     Provenance p;
     p.version = version();
-    p.inputs = inputs;
+    for (const std::string& name : inputs) p.inputs.push_back(input_record(folder() / name));
     p.options = options().command_line;
     p.seed = options().seed;
     return p;

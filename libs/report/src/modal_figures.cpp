@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "phase.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
 
@@ -24,15 +25,6 @@ std::string_view frf_unit(FrfKind kind) {
     case FrfKind::accelerance: break;
   }
   return "m/(s² N)";
-}
-
-/// Phase in (-pi, pi] with a gap where it wraps, so that no vertical line is drawn there.
-VectorXd phase_with_gaps(const VectorXcd& values) {
-  VectorXd phase = values.array().arg();
-  for (Index i = phase.size() - 1; i > 0; --i) {
-    if (std::abs(phase(i) - phase(i - 1)) > std::numbers::pi) phase(i) = NAN;
-  }
-  return phase;
 }
 
 VectorXd magnitude(const VectorXcd& values) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "phase.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
 
@@ -53,13 +54,6 @@ Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Qua
   }
   if (largest > 0 && smallest < 1e-6 * largest) panel.y.low = 1e-6 * largest;
   return figure;
-}
-
-/// Phase without jumps, from the first value on: through resonance it falls by half a turn.
-VectorXd continuous_phase(const Eigen::VectorXcd& vector) {
-  VectorXd lead = vector.array().arg();
-  for (Index i = 1; i < lead.size(); ++i) lead(i) -= kTurn * std::round((lead(i) - lead(i - 1)) / kTurn);
-  return lead;
 }
 
 /// Amplitudes in dB below the largest, cut at -80 dB.
@@ -189,10 +183,12 @@ Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
   Panel& phase = figure.panels[1];
   phase.height = 120;
   amplitude.y.low = 0;
+  std::vector<PhaseCurve> phases;
   for (const SynchronousCurve& c : curves) {
     amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
-    phase.line("", c.speed, continuous_phase(c.vector));
+    phases.push_back({c.speed, c.vector, {}});
   }
+  draw_phases(phase, phases);
   return figure;
 }
 
@@ -239,12 +235,14 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
   Panel& speeds = figure.panel("", t, {"rotor speed", kRpm});
   speeds.height = 90;
   speeds.line("", time, speed, {.color = 7});
+  std::vector<PhaseCurve> phases;
   for (std::size_t k = 0; k < orders.size(); ++k) {
     const auto column = static_cast<Index>(k);
     const int color = static_cast<int>(k) % 6;
     figure.panels[0].line(fmt::format("{:g}X", orders[k]), time, envelope.col(column).cwiseAbs(), {.color = color});
-    figure.panels[1].line("", time, continuous_phase(envelope.col(column)), {.color = color, .width = 0.8});
+    phases.push_back({time, envelope.col(column), {.color = color, .width = 0.8}});
   }
+  draw_phases(figure.panels[1], phases);
   figure.panels[0].y.low = 0;
   return figure;
 }

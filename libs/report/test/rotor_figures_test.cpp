@@ -147,6 +147,23 @@ TEST(ReportRotorFigures, BodePhaseFallsByHalfATurnWithoutJumps) {
   EXPECT_NEAR(phase(0) - phase(n - 1), std::numbers::pi, 0.2);
 }
 
+TEST(ReportRotorFigures, PhaseThatWindsIsShownWithinATurn) {
+  const Index n = 400;
+  SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
+  for (Index i = 0; i < n; ++i) curve.vector(i) = std::polar(1e-4, 0.05 * static_cast<double>(i));
+  const Figure figure = bode_1x({curve});
+  drawn(figure);
+  const VectorXd& phase = figure.panels[1].series[0].y;
+  Index gaps = 0;
+  for (Index i = 0; i < n; ++i) {
+    gaps += std::isnan(phase(i));
+    if (std::isnan(phase(i))) continue;
+    EXPECT_NEAR(std::remainder(phase(i) - 0.05 * static_cast<double>(i), 2 * std::numbers::pi), 0, 1e-9);
+  }
+  EXPECT_EQ(gaps, 3);  // 20 rad: the end of the branch is crossed three times
+  EXPECT_EQ(figure.panels[1].y.high, std::numbers::pi);
+}
+
 TEST(ReportRotorFigures, SuppressionBesideThePaper) {
   const Figure figure = suppression({{"through the natural frequency", 6.45e-3, 0.26e-3, 96}, {"whole run", 6.45e-3, 0.47e-3}},
                                     AmplitudeKind::peak_to_peak);
