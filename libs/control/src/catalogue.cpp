@@ -266,7 +266,7 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
     const auto given = design.parameters.find(info.name);
     values[info.name] = given != design.parameters.end() ? given->second : info.fallback;
     if (given != design.parameters.end())
-      require_range(info.name, given->second, info.low, info.high, info.unit);
+      require_range(info.name, given->second, info.low, info.high, info.unit == "1" ? "" : info.unit);
   }
   for (const auto& [name, value] : design.parameters) {
     if (!values.count(name)) {

@@ -46,11 +46,14 @@ void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const I
   };
   int last = horizon_ - 1;
   while (last >= 0 && set[static_cast<std::size_t>(last)] == Bound::none) --last;
+  int first = 0;
+  while (first < last && set[static_cast<std::size_t>(first)] != Bound::none) ++first;
 
-  // Cost to go x'S x + 2 q'x, zero behind the last limit. Free inputs are w = -K x + e0 + e1 x + e2 v.
+  // Cost to go x'S x + 2 q'x, zero behind the last limit. Free inputs are w = -K x + e0 + e1 x + e2 v. Inputs before the
+  // first free one are at their limits whatever the cost.
   double s00 = 0, s01 = 0, s11 = 0, q0 = 0, q1 = 0;
   std::array<double, kMaxHorizon> e0, e1, e2;
-  for (int k = last; k >= 0; --k) {
+  for (int k = last; k >= first && first < last; --k) {
     const double sb0 = s00 * p.b0 + s01 * p.b1, sb1 = s01 * p.b0 + s11 * p.b1;
     double n00, n01, n11, m0, m1;
     if (set[static_cast<std::size_t>(k)] == Bound::none) {
@@ -204,9 +207,8 @@ AxisOutput ModelPredictive::step(const AxisInput& in) noexcept {
     quarter = c * quarter - s * d;
     d = turned;
   }
-  // One sample later the set has moved up by one.
-  std::copy(set.begin() + 1, set.end(), set.begin());
-  set.back() = BoundedRegulator::Bound::none;
+  // One sample later the set has moved up by one, and its end goes on.
+  std::copy(set.begin() + 1, set.begin() + n, set.begin());
   const BoundedRegulator::Solution best = regulator.solve(in.x, in.v, low, high, set);
   residual = best.residual;
   iterations = best.iterations;

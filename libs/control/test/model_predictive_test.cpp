@@ -8,6 +8,7 @@
 
 #include "whirl/control/controller.hpp"
 #include "whirl/testing/designs.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl {
 namespace {
@@ -235,6 +236,32 @@ TEST(ModelPredictiveProperty, NeverAsksForMoreThanTheLimitAndSolvesEveryStep) {
       }
     }
   }
+}
+
+// The cost of a step: at the limit for good, the last answer moved up by one is mostly the answer.
+TEST(ModelPredictiveProperty, StartsFromTheLastAnswer) {
+  ControllerDesign d = testing::design_of("mpc", "kfe");
+  d.parameters["predict"] = 1;
+  d.force_limit = 5;
+  Controller c = make_controller(d);
+  int steps = 0, first_set = 0, most = 0;
+  for (const Measurement& m : testing::run_down_readings(2e-3)) {
+    c.step(m);
+    if (!c.state().saturated) continue;
+    const int tried = std::get<LateralLaw<ModelPredictive>>(c.law()).x.iterations;
+    ++steps;
+    first_set += tried == 1;
+    most = std::max(most, tried);
+  }
+  EXPECT_GT(steps, 15000);
+  EXPECT_GT(first_set, 0.75 * steps);
+  EXPECT_LE(most, 5);
+}
+
+TEST(ModelPredictive, RefusesAHorizonBeyondItsLengthWithoutAUnit) {
+  ControllerDesign d = testing::design_of("mpc", "kfe");
+  d.parameters["horizon"] = 99;
+  EXPECT_EQ(testing::error_of([&] { make_controller(d); }), "horizon = 99: must be between 1 and 32");
 }
 
 }  // namespace
