@@ -171,6 +171,11 @@ void Browser::dark(bool on) {
   call("Emulation.setEmulatedMedia", {{"features", {{{"name", "prefers-color-scheme"}, {"value", on ? "dark" : "light"}}}}});
 }
 
+void Browser::on_paper(int width) {
+  call("Emulation.setEmulatedMedia", {{"media", "print"}});
+  resize(width, 1000, false);
+}
+
 void Browser::resize(int width, int height, bool touch) {
   call("Emulation.setDeviceMetricsOverride", {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", touch}});
   call("Emulation.setTouchEmulationEnabled", {{"enabled", touch}});

@@ -30,6 +30,8 @@ class Browser {
   /// Presses the mouse in the middle of an element.
   void click(const std::string& selector);
   void dark(bool on);
+  /// Lays the page out as on paper, `width` CSS pixels wide.
+  void on_paper(int width);
   void resize(int width, int height, bool touch);
   void screenshot(const std::filesystem::path& file);
 

@@ -57,10 +57,11 @@ aside.warn{border-color:var(--warn)}aside.warn b{color:var(--warn)}
 aside.info b{color:var(--info)}
 pre{background:var(--panel);border:1px solid var(--line);border-radius:6px;padding:.8rem 1rem;overflow-x:auto;font-size:.86rem}
 code{font-family:ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace}
-@page{margin:18mm 16mm}
-@media print{body{font-size:10.5pt}main{max-width:none;padding:0}
+@page{size:A4;margin:16mm 14mm}
+@media print{html{font-size:12px}body{font-size:1rem}main{max-width:none;padding:0}
 figure,table,aside,.equation,pre{break-inside:avoid}h2,h3{break-after:avoid}figcaption{break-before:avoid}
-details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}}
+details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}
+figure svg{max-width:82%}table{font-size:.84rem}th,td{padding:.25rem .4rem}.note,figcaption,p,ul{max-width:none}}
 )css";
 
 }  // namespace whirl::report
