@@ -292,6 +292,12 @@ TEST(MonitorCommandE2e, BadInputIsRefusedWithAReason) {
   o = folder.whirl("monitor x.csv --limit x=1 --port 0");
   EXPECT_EQ(o.exit_code, 2);
   EXPECT_THAT(o.err, HasSubstr("--limit"));
+  o = folder.whirl("monitor x.csv --limit q_mm=1 --port 0");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_THAT(o.err, HasSubstr("a channel of the stream: x"));
+  o = folder.whirl("monitor x.csv --record-folder x.csv --port 0");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_THAT(o.err, HasSubstr("x.csv: no folder that can be written"));
   o = folder.whirl("monitor x.csv --speed 1e9 --port 0");
   EXPECT_EQ(o.exit_code, 2);
   EXPECT_THAT(o.err, HasSubstr("speed"));

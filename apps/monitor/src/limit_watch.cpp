@@ -22,7 +22,11 @@ LimitWatch::LimitWatch(const StreamInfo& info, const std::map<std::string, doubl
 void LimitWatch::set(const std::string& channel, double limit) {
   const auto found =
       std::find_if(info_.channels.begin(), info_.channels.end(), [&](const ChannelInfo& c) { return c.name == channel; });
-  if (found == info_.channels.end()) throw Error::in_field("limit", channel, "the name of a channel of the stream");
+  if (found == info_.channels.end()) {
+    std::string names;
+    for (const ChannelInfo& c : info_.channels) names += (names.empty() ? "" : ", ") + c.name;
+    throw Error::in_field("limit", channel, "a channel of the stream: " + names);
+  }
   if (!(limit > 0 && std::isfinite(limit))) throw Error::in_field("limit of " + channel, fmt::format("{:g}", limit), "positive");
   const State fresh{.channel = found - info_.channels.begin(), .limit = limit};
   const auto same = std::find_if(states_.begin(), states_.end(), [&](const State& s) { return s.channel == fresh.channel; });

@@ -1,7 +1,9 @@
 #include "whirl/monitor/recorder.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
 #include <iterator>
 
@@ -28,12 +30,20 @@ void write_text(const std::filesystem::path& file, const std::string& text) {
 
 }  // namespace
 
+Recorder::Recorder(RecorderOptions options) : options_(std::move(options)) {
+  if (options_.folder.empty()) return;
+  std::error_code failed;
+  std::filesystem::create_directories(options_.folder, failed);
+  if (failed || ::access(options_.folder.c_str(), W_OK | X_OK) != 0) {
+    throw Error::in_file(options_.folder.string(), 0, "no folder that can be written: " + (failed ? failed : std::error_code(errno, std::generic_category())).message());
+  }
+}
+
 void Recorder::start(const StreamInfo& info, const std::string& settings_json) {
   if (options_.folder.empty()) throw Error("recording is off: start the monitor with a folder for records");
   if (active()) throw Error(fmt::format("a record is running already: {}", run_.string()));
   int number = 1;
   std::error_code failed;
-  std::filesystem::create_directories(options_.folder, failed);
   do {
     run_ = options_.folder / fmt::format("run_{:03}", number++);
   } while (!std::filesystem::create_directory(run_, failed) && !failed && number < 10000);

@@ -26,7 +26,7 @@ std::pair<std::string, double> read_limit(const std::string& text) {
   double value = 0;
   const char* begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
   const char* end = text.data() + text.size();
-  if (name.unit == nullptr || begin == end || std::from_chars(begin, end, value).ptr != end) {
+  if (name.unit == nullptr || begin == end || std::from_chars(begin, end, value) != std::from_chars_result{end, {}}) {
     throw Error::in_field("--limit", text, "a channel with its unit and a number, e.g. x_mm=0.5");
   }
   return {name.name, name.unit->to_si(value)};
@@ -35,7 +35,7 @@ std::pair<std::string, double> read_limit(const std::string& text) {
 }  // namespace
 
 void ViewOptions::add_to(CLI::App* sub) {
-  sub->add_option("--port", port, "of the page; 0 takes any free one")->capture_default_str()->group("Live view");
+  sub->add_option("--port", port, "of the page; 0 takes any free one")->check(CLI::Range(0, 65535))->capture_default_str()->group("Live view");
   sub->add_option("--address", address, "to serve at; anything but loopback shows the data to the network")
       ->capture_default_str()
       ->group("Live view");
@@ -59,7 +59,7 @@ monitor::HubOptions ViewOptions::hub(double rate) const {
 monitor::ServerOptions ViewOptions::server() const {
   monitor::ServerOptions options;
   options.address = address;
-  options.port = port;
+  options.port = static_cast<std::uint16_t>(port);
   if (!read_only) options.token = monitor::make_token();
   return options;
 }

@@ -15,7 +15,7 @@ namespace whirl::app {
 /// Flags of every command that shows something live.
 struct ViewOptions {
   std::string address = "127.0.0.1", record_folder, reference;
-  std::uint16_t port = 8765;
+  int port = 8765;
   std::vector<std::string> limits;  ///< x_mm=0.5
   bool read_only = false;
 

@@ -203,13 +203,13 @@ class Report {
                                     {"x"}),
                 "Paper Fig. 17: closed loop simulated on the identified model against the measured open loop.");
     const ControllerDesign& tsmc = s_.designs.at("tsmc");
-    const auto margin = [&](const char* key) {
+    const auto seconds = [&](const char* key) {
       const auto it = tsmc.margins.find(key);
-      return it == tsmc.margins.end() ? std::string("–") : report::format_number(it->second, 3);
+      return it == tsmc.margins.end() ? std::string("none is guaranteed") : report::format_number(it->second, 3) + " s";
     };
     doc_.paragraph(fmt::format("The paper reads 0.55 s from its figure as the time to reach a finite-time state. Its eq. 30 is the time "
-                               "of sliding on the surface only; for this design reaching takes at most {} s and sliding {} s.",
-                               margin("reach_time_s"), margin("slide_time_s")));
+                               "of sliding on the surface only. Upper bounds for this design: reaching {}, sliding {}.",
+                               seconds("reach_time_s"), seconds("slide_time_s")));
     balanced();
     loaded();
   }

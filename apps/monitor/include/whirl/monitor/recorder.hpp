@@ -21,7 +21,8 @@ struct RecorderOptions {
 /// column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills.
 class Recorder {
  public:
-  explicit Recorder(RecorderOptions options) : options_(std::move(options)) {}
+  /// Makes the folder. Throws Error when it cannot be written.
+  explicit Recorder(RecorderOptions options);
   ~Recorder() { stop("program ended"); }
 
   /// Throws Error when recording is off, a record runs already, or the folder cannot be written.
