@@ -286,24 +286,16 @@ TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
 TEST(MonitorCommandE2e, BadInputIsRefusedWithAReason) {
   const Folder folder;
   folder.write("x.csv", "t_s,x_mm\n0,0\n0.001,1\n0.002,0\n");
-  Outcome o = folder.whirl("monitor absent.csv");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("absent.csv"));
-  o = folder.whirl("monitor x.csv --limit x=1 --port 0");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("--limit"));
-  o = folder.whirl("monitor x.csv --limit q_mm=1 --port 0");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("a channel of the stream: x"));
-  o = folder.whirl("monitor x.csv --record-folder x.csv --port 0");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("x.csv: no folder that can be written"));
-  o = folder.whirl("monitor x.csv --speed 1e9 --port 0");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("speed"));
-  o = folder.whirl("monitor x.csv --address nowhere --port 0");
-  EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err, HasSubstr("nowhere"));
+  for (const auto& [arguments, reason] : {std::pair{"absent.csv", "absent.csv"},
+                                          std::pair{"x.csv --limit x=1", "--limit"},
+                                          std::pair{"x.csv --limit q_mm=1", "a channel of the stream: x"},
+                                          std::pair{"x.csv --record-folder x.csv", "x.csv: no folder that can be written"},
+                                          std::pair{"x.csv --speed 1e9", "speed"},
+                                          std::pair{"x.csv --address nowhere", "nowhere"}}) {
+    const Outcome o = folder.whirl(std::string("monitor --port 0 ") + arguments);
+    EXPECT_EQ(o.exit_code, 2) << arguments;
+    EXPECT_THAT(o.err, HasSubstr(reason));
+  }
 }
 
 }  // namespace
