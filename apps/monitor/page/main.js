@@ -19,11 +19,12 @@ const redraw = () => {
   for (const id of Object.keys(drawnAt)) drawnAt[id] = -Infinity;
 };
 const moves = (id) => id in timePanels || id === "orbit" || id === "phase";
-/** What moves, and of the others the one that has waited longest: together they would hold up what moves. */
+/** What moves, what has to be drawn anew, and of the others the one that has waited longest: together they would hold up what moves. */
 function due(now) {
-  const still = [...dirty].filter((id) => !moves(id) && !(now - drawnAt[id] < SLOW));
-  still.sort((a, b) => (drawnAt[a] ?? -Infinity) - (drawnAt[b] ?? -Infinity));
-  return [...[...dirty].filter(moves), ...still.slice(0, 1)];
+  const first = (id) => moves(id) || !Number.isFinite(drawnAt[id]);
+  const still = [...dirty].filter((id) => !first(id) && now - drawnAt[id] >= SLOW);
+  still.sort((a, b) => drawnAt[a] - drawnAt[b]);
+  return [...[...dirty].filter(first), ...still.slice(0, 1)];
 }
 const say = (id, text) => { if (byId(id).textContent !== text) byId(id).textContent = text; };
 
