@@ -302,6 +302,88 @@ TEST(IdentifyStreamE2e, AFileReadInPartsGivesTheSameEquations) {
   }
 }
 
+/// Error of one free run and of restarted ones on the part held out, per state.
+struct HeldOutErrors {
+  std::string what;
+  std::vector<double> run, near;
+};
+HeldOutErrors held_out_errors(const std::filesystem::path& model) {
+  const Json file = load_json(model);
+  const Json* held = file.find("evidence")->find("held_out");
+  HeldOutErrors out{*held->find("what")->get<std::string>(), {}, {}};
+  for (const Json& s : *held->find("free_run")->get<Json::Array>()) out.run.push_back(*s.find("rmse")->get<double>());
+  for (const Json& s : *held->find("free_run_horizon")->get<Json::Array>()) out.near.push_back(*s.find("rmse")->get<double>());
+  return out;
+}
+
+TEST(IdentifyStreamE2e, TheHeldOutErrorIsThatOfTheFileReadWhole) {
+  const Folder folder;
+  write_csv(folder / "long.csv", duffing(150000));
+  const std::string identify = "identify long.csv --states x,v --inputs u --no-refine";
+  for (const std::string share : {"", " --holdout 0.8"}) {
+    ASSERT_EQ(folder.whirl(identify + " --out whole.json" + share).exit_code, 0);
+    const Outcome o = folder.whirl(identify + " --stream --out parts.json" + share);
+    ASSERT_EQ(o.exit_code, 0) << o.err;
+    const HeldOutErrors whole = held_out_errors(folder / "whole.json"), parts = held_out_errors(folder / "parts.json");
+    EXPECT_EQ(parts.what, whole.what);
+    EXPECT_NE(o.out.find("held out          the last " + std::string(share.empty() ? "30" : "80") + " % of long.csv"), std::string::npos) << o.out;
+    // Windows of the weak form end at the ends of parts: 30000 samples to fit lie in one part, 105000 in two.
+    const double tolerance = share.empty() ? 0.005 : 1e-6;
+    ASSERT_EQ(parts.run.size(), 2u);
+    ASSERT_EQ(parts.near.size(), 2u);
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_NEAR(parts.run[k] / whole.run[k], 1, tolerance) << share << k;
+      EXPECT_NEAR(parts.near[k] / whole.near[k], 1, tolerance) << share << k;
+    }
+  }
+  const Outcome none = folder.whirl(identify + " --stream --no-holdout");
+  ASSERT_EQ(none.exit_code, 0) << none.err;
+  EXPECT_EQ(none.out.find("held out"), std::string::npos) << none.out;
+  // A record of a single part can be streamed too.
+  write_csv(folder / "short.csv", duffing());
+  EXPECT_EQ(folder.whirl("identify short.csv --states x,v --inputs u --stream").exit_code, 0);
+}
+
+TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
+  const Folder folder;
+  write_csv(folder / "run.csv", duffing());
+  Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --sign \"v':v=-\" --sign v:x^3=- --sign x^2=+ --out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NE(o.out.find("sign bound        v': v <= 0 is not active: the term is in the model"), std::string::npos) << o.out;
+  EXPECT_NE(o.out.find("sign bound        v': x^2 >= 0 is not active: the term is not needed"), std::string::npos) << o.out;
+  const Json file = load_json(folder / "model.json");
+  const Json* bounds = file.find("evidence")->find("bounds");
+  EXPECT_EQ(bounds->get<Json::Array>()->size(), 4u);  // x^2 in both equations
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "model.json"), "v'", "x^3"), -1, 0.01);
+
+  // A map whose second coefficient is -0.3, held at 0.
+  std::string text = "t_s,x_1,p_1,q_1\n";
+  double x = 0;
+  for (int k = 0; k < 300; ++k) {
+    const double p = std::sin(1.7 * k), q = std::cos(2.9 * k + 1);
+    text += fmt::format("{},{:.17g},{:.17g},{:.17g}\n", k, x, p, q);
+    x = 2 * p - 0.3 * q;
+  }
+  folder.write("map.csv", text);
+  o = folder.whirl("identify map.csv --discrete --states x --inputs p,q --terms p,q --sign q=+ --out map.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active: held at 0, no interval; without the bound about -0.3"), std::string::npos) << o.out;
+  EXPECT_TRUE(std::isnan(coefficient(load<IdentifiedModel>(folder / "map.json"), "x[k+1]", "q")));
+  o = folder.whirl("identify map.csv --discrete --states x --inputs p,q --terms p,q --sign q=+ --stream");
+  EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active"), std::string::npos) << o.out << o.err;
+
+  o = folder.whirl("identify run.csv --states x,v --inputs u --degree 1 --sign w=+");
+  EXPECT_EQ(o.exit_code, 2);
+  EXPECT_NE(o.err.find("w: must be a term of the library (v': 1, x, v, u; x': 1, x, v, u)"), std::string::npos) << o.err;
+  folder.write("library.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\"]\n");
+  for (const char* flags : {"--method weak --sign x=+", "--method second-order --output x --sign x=+", "--states x,v --sign x", "--states x,v --sign x=2",
+                            "--states x,v --sign :x=+", "--states x,v --sign q:x=+", "--states x,v --sign x=+ --sign \"v':x=-\"",
+                            "--library library.toml --sign x=-"}) {
+    const Outcome refused = folder.whirl(std::string("identify run.csv ") + flags);
+    EXPECT_EQ(refused.exit_code, 2) << flags << "\n" << refused.out;
+  }
+}
+
 TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
   const Folder folder;
   write_csv(folder / "run.csv", duffing(300));

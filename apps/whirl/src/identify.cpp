@@ -32,29 +32,28 @@ std::string describe_model(const IdentifiedModel& model) {
 }
 
 /// One identification of the records by the chosen method.
-IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Recording>& records) {
+IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Recording>& records,
+                                 std::vector<BoundOutcome>* bounds = nullptr) {
   const std::string method = o.chosen_method();
   if (method == "weak") return identify_rotor(records, o.weak());
   if (method == "sindy" && !o.library.empty()) {
     return fit_library(records, o.candidate_library(records.front()), o.sindy(records.front()));
   }
-  if (method == "sindy") return fit_sindy(records, o.sindy(records.front()));
+  if (method == "sindy") return fit_sindy(records, o.sindy(records.front()), bounds);
   if (records.size() != 1) throw Error("--method " + method + " takes one record");
   if (method == "paper") return identify_paper(records.front(), o.paper());
   if (method == "consistent") return identify_consistent(records.front(), o.consistent());
   return identify_second_order(records.front(), o.output, o.input, o.second_order());
 }
 
-Evidence evidence_for(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model) {
-  Evidence evidence;
-  if (model.summary.status == Status::unusable) return evidence;
+void add_evidence(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model, Evidence& evidence) {
+  if (model.summary.status == Status::unusable) return;
   const Recording first = with_derivatives(records.front(), model.inputs);
   evidence.collinear = collinear_groups(model, first);
-  if (o.no_holdout) return evidence;
+  if (o.no_holdout) return;
   const auto again = [&](const std::vector<Recording>& train) { return identify_records(o, train); };
   evidence.held_out =
       o.rotor() ? hold_out_rotor(records, o.holdout, again) : hold_out_general(records, o.holdout, again);
-  return evidence;
 }
 
 void warn_of_poor_prediction(const Evidence& evidence, Summary& summary) {
@@ -84,9 +83,9 @@ void run_identify(const IdentifyOptions& o, Session& session) {
       compare_methods(o, records, session);
       return;
     }
-    model = identify_records(o, records);
+    model = identify_records(o, records, &evidence.bounds);
     session.progress("identify", 0.6);
-    evidence = evidence_for(o, records, model);
+    add_evidence(o, records, model, evidence);
   }
   session.progress("identify", 1);
   warn_of_poor_prediction(evidence, model.summary);
@@ -120,6 +119,7 @@ void add_identify(CLI::App& app, Session& session) {
       "may be trusted for.\n\n"
       "Example: whirl identify rundown.csv --out model.json\n"
       "         whirl identify a.csv b.csv --method sindy --states x,v --inputs u --degree 3\n"
+      "         whirl identify a.csv --states x,v --inputs u --sign \"v':v=-\"   (damping takes energy)\n"
       "         whirl identify rundown.csv --library rotor.toml\n"
       "         whirl identify rundown.csv --compare",
       [o, &session] { run_identify(*o, session); });

@@ -98,6 +98,12 @@ std::string describe(const Evidence& evidence, const Summary& summary) {
               ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n", summary.chi_square)
               : std::string("chi^2             not known (noise cannot be told from this record, or no free run was fitted)\n");
   if (std::isfinite(summary.condition_number)) text += fmt::format("condition number  {:.3g}\n", summary.condition_number);
+  for (const BoundOutcome& b : evidence.bounds) {
+    text += fmt::format("sign bound        {}: {} {} 0 {}\n", b.equation, b.function, b.sign > 0 ? ">=" : "<=",
+                        b.active ? fmt::format("is active: held at 0, no interval; without the bound about {:.3g} (t {:.3g})", b.unbounded, b.t)
+                        : b.kept ? "is not active: the term is in the model"
+                                 : "is not active: the term is not needed");
+  }
   if (evidence.collinear.empty()) {
     text += "collinear         no group of terms (all condition indices below 30)\n";
   }
@@ -127,8 +133,15 @@ Json to_json(const Evidence& evidence) {
   Json held = Json::object();
   held.set("what", h.what).set("free_run", scores_json(h.scores)).set("horizon_s", h.horizon);
   held.set("free_run_horizon", scores_json(h.near)).set("reason", h.reason);
+  Json bounds = Json::array();
+  for (const BoundOutcome& b : evidence.bounds) {
+    Json entry = Json::object();
+    entry.set("equation", b.equation).set("function", b.function).set("sign", b.sign > 0 ? "+" : "-");
+    entry.set("active", b.active).set("kept", b.kept).set("unbounded", b.unbounded).set("t", b.t);
+    bounds.push(std::move(entry));
+  }
   Json out = Json::object();
-  out.set("held_out", std::move(held)).set("collinear", std::move(groups));
+  out.set("held_out", std::move(held)).set("collinear", std::move(groups)).set("bounds", std::move(bounds));
   return out;
 }
 

@@ -13,6 +13,7 @@ namespace whirl::app {
 struct Evidence {
   HeldOut held_out;
   std::vector<CollinearGroup> collinear;
+  std::vector<BoundOutcome> bounds;  ///< one per --sign and term
 };
 
 using Identify = std::function<IdentifiedModel(const std::vector<Recording>&)>;

@@ -57,6 +57,21 @@ Equation known_equation(const std::string& text) {
   return e;
 }
 
+/// "v':x^3=-" or "x^3=-".
+SignBound sign_bound(const std::string& text) {
+  const auto refuse = [&] { return Error::in_field("--sign", text, "TERM=+, TERM=-, EQUATION:TERM=+ or EQUATION:TERM=-, e.g. \"v':x^3=-\""); };
+  const auto equals = text.rfind('=');
+  if (equals == std::string::npos) throw refuse();
+  const std::string sign = strip(text.substr(equals + 1)), left = text.substr(0, equals);
+  const auto colon = left.find(':');
+  SignBound bound;
+  bound.equation = colon == std::string::npos ? "" : strip(left.substr(0, colon));
+  bound.function = strip(colon == std::string::npos ? left : left.substr(colon + 1));
+  if ((sign != "+" && sign != "-") || bound.function.empty() || colon == 0) throw refuse();
+  bound.sign = sign == "+" ? 1 : -1;
+  return bound;
+}
+
 }  // namespace
 
 void IdentifyOptions::add_to(CLI::App* sub) {
@@ -114,6 +129,11 @@ void IdentifyOptions::add_to(CLI::App* sub) {
       ->allow_extra_args(false)
       ->excludes(file)
       ->group(general);
+  sub->add_option("--sign", signs,
+                  "sign of a coefficient, repeatable: TERM=+ (>= 0 in every equation), EQUATION:TERM=- (<= 0), e.g. \"v':x^3=-\"")
+      ->allow_extra_args(false)
+      ->excludes(file)
+      ->group(general);
   sub->add_option("--window", window, "half-width of the weak form's test functions, s; 0: from the record")
       ->check(between(0, 1e6))
       ->group(general);
@@ -161,7 +181,7 @@ void IdentifyOptions::add_to(CLI::App* sub) {
 
 std::string IdentifyOptions::chosen_method() const {
   if (!method.empty()) return method;
-  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() ||
+  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() ||
                        degree > 0 || fourier > 0 || discrete || time || stream;
   return general ? "sindy" : "weak";
 }
@@ -207,6 +227,7 @@ void IdentifyOptions::check() const {
   only("--time", time, {"sindy"});
   only("--library", !library.empty(), {"sindy"});
   only("--known", !known.empty(), {"sindy"});
+  only("--sign", !signs.empty(), {"sindy"});
   only("--window", window > 0, {"sindy"});
   only("--stream", stream, {"sindy"});
   only("--no-refine", no_refine, {"sindy", "second-order"});
@@ -290,6 +311,7 @@ SindyOptions IdentifyOptions::sindy(const Recording& like) const {
     }
   }
   for (const std::string& text : known) o.known.push_back(known_equation(text));
+  for (const std::string& text : signs) o.signs.push_back(sign_bound(text));
   if (!library.empty()) return o;  // it says the rest
 
   std::vector<std::string> names = o.states;

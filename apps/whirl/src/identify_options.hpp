@@ -19,7 +19,7 @@ struct IdentifyOptions {
   RecordOptions record;
 
   // sindy
-  std::vector<std::string> states, inputs, known;
+  std::vector<std::string> states, inputs, known, signs;
   std::string library, term_list;
   int order = 0, degree = 0, fourier = 0, max_passes = SindyOptions{}.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;

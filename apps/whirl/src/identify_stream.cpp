@@ -1,15 +1,19 @@
 #include "identify_stream.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include "whirl/io/csv.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/sindy/partwise_score.hpp"
 
 namespace whirl::app {
 namespace {
 
 constexpr Eigen::Index kRows = 65536;  // of a part
+constexpr Eigen::Index kLeast = 1000;  // of a last part that speaks for the record
 
 /// A record of any length, part by part.
 class Source {
@@ -114,38 +118,15 @@ std::unique_ptr<Source> open_source(const std::string& file, const RecordOptions
   }
 }
 
-/// A part is passed on when the next one has been read, so that the last stays behind.
-class Parts {
- public:
-  Parts(const std::string& file, const RecordOptions& options) : source_(open_source(file, options)) { read_next(); }
-
-  bool next(Recording& part) {
-    if (waiting_.size() == 0) return false;
-    part = std::move(waiting_);
-    waiting_ = {};
-    read_next();
-    // A short rest is no record of its own.
-    if (waiting_.size() < kLeast) {
-      last_ = std::move(part);
-      return false;
-    }
-    return true;
+Eigen::Index count_rows(const std::string& file, const RecordOptions& options, Session& session) {
+  const std::unique_ptr<Source> source = open_source(file, options);
+  Eigen::Index rows = 0;
+  for (Recording part; source->next(part);) {
+    rows += part.size();
+    session.progress(fmt::format("{:.3g} million samples counted", 1e-6 * static_cast<double>(rows)), 0);
   }
-
-  const Recording& last() const { return last_; }
-  Eigen::Index rows() const { return rows_; }
-
- private:
-  static constexpr Eigen::Index kLeast = 1000;
-
-  void read_next() {
-    if (source_->next(waiting_)) rows_ += waiting_.size();
-  }
-
-  std::unique_ptr<Source> source_;
-  Recording waiting_, last_;
-  Eigen::Index rows_ = 0;
-};
+  return rows;
+}
 
 }  // namespace
 
@@ -156,25 +137,46 @@ IdentifiedModel identify_stream(const IdentifyOptions& o, Session& session, Evid
   if (!o.record.rows.empty()) throw Error("--rows and --stream exclude each other");
   RecordOptions reader = o.record;
   reader.required = o.required();
-  Parts parts(o.files.front(), reader);
-  Recording part;
-  if (!parts.next(part)) throw Error(o.files.front() + ": too short to be read part by part; leave out --stream");
-  const SindyOptions options = o.sindy(part);
-  bool first = true;
-  const RecordingSource source = [&](Recording& out) {
-    session.progress(fmt::format("{:.3g} million samples", 1e-6 * static_cast<double>(parts.rows())), 0.5);
-    if (first) {
-      first = false;
-      out = std::move(part);
-      return true;
+  const std::string& file = o.files.front();
+  // Where the part held out begins is known when the samples have been counted.
+  const Eigen::Index rows = o.no_holdout ? 0 : count_rows(file, reader, session);
+  const Eigen::Index split = o.no_holdout ? std::numeric_limits<Eigen::Index>::max() : holdout_start(rows, o.holdout);
+
+  const std::unique_ptr<Source> source = open_source(file, reader);
+  std::unique_ptr<SindyStream> stream;
+  std::unique_ptr<HeldOutParts> test;
+  evidence.held_out.what = o.no_holdout ? "" : held_out_part(split, rows, file);
+  const auto begin_test = [&] {
+    try {
+      const IdentifiedModel model = stream->fit();
+      if (model.summary.status == Status::unusable) throw Error("the rest alone gives no model: " + model.summary.warnings.back());
+      test = std::make_unique<HeldOutParts>(model, evidence.held_out.what);
+    } catch (const Error& e) {
+      evidence.held_out.reason = e.what();
     }
-    return parts.next(out);
   };
-  IdentifiedModel model = fit_sindy_stream(source, options);
+  Eigen::Index at = 0;
+  Recording last;
+  for (Recording part; source->next(part);) {
+    session.progress(fmt::format("{:.3g} million samples", 1e-6 * static_cast<double>(at)),
+                     rows > 0 ? 0.9 * static_cast<double>(at) / static_cast<double>(rows) : 0.5);
+    if (!stream) stream = std::make_unique<SindyStream>(o.sindy(part));
+    const Eigen::Index fitted = std::clamp<Eigen::Index>(split - at, 0, part.size());
+    if (fitted > 0) stream->add(part_of(part, 0, fitted));
+    if (at <= split && split < at + part.size()) begin_test();
+    if (fitted < part.size()) {
+      const Recording rest = part_of(part, fitted, part.size() - fitted);
+      stream->add(rest);
+      if (test) test->add(rest);
+    }
+    at += part.size();
+    if (part.size() >= kLeast || last.size() == 0) last = std::move(part);
+  }
+  if (!stream) throw Error(file + ": no samples");
+  IdentifiedModel model = stream->fit(&evidence.bounds);
   if (model.summary.status == Status::unusable) return model;
-  evidence.collinear = collinear_groups(model, parts.last());
-  evidence.held_out = predict_held_out(model, parts.last(),
-                                       fmt::format("the last {} of {} samples", parts.last().size(), parts.rows()), false);
+  evidence.collinear = collinear_groups(model, last);
+  if (test) evidence.held_out = test->finish();
   return model;
 }
 

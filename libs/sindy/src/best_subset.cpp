@@ -19,11 +19,20 @@ struct Node {
 
 class Search {
  public:
-  Search(std::size_t terms, std::size_t max_terms)
-      : max_(max_terms), rss_(terms + 1, std::numeric_limits<double>::infinity()), best_(terms + 1) {}
+  Search(const Scaled& s, std::size_t terms, std::size_t max_terms)
+      : s_(s),
+        bounded_(std::any_of(s.sign.begin(), s.sign.end(), [](int sign) { return sign != 0; })),
+        max_(max_terms),
+        rss_(terms + 1, std::numeric_limits<double>::infinity()),
+        best_(terms + 1) {}
 
+  /// `rss` without sign bounds: they can only raise it.
   void offer(std::size_t size, double rss, const std::vector<int>& order) {
     if (rss >= rss_[size]) return;
+    if (bounded_) {
+      rss = residual(order, size);
+      if (rss >= rss_[size]) return;
+    }
     rss_[size] = rss;
     best_[size].assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(size));
   }
@@ -32,7 +41,7 @@ class Search {
     const std::size_t n = node.order.size();
     const Eigen::Index last = static_cast<Eigen::Index>(n);
     double tail = node.r(last, last) * node.r(last, last);
-    const double bound = tail;
+    const double bound = bounded_ ? residual(node.order, n) : tail;
     for (std::size_t size = n;; --size) {
       offer(size, tail, node.order);
       if (size <= node.fixed) break;
@@ -50,6 +59,10 @@ class Search {
   const std::vector<std::vector<int>>& best() const { return best_; }
 
  private:
+  /// Of the first `size` columns within their sign bounds.
+  double residual(const std::vector<int>& order, std::size_t size) const {
+    return s_.rss(least_squares(s_, {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(size)})) + 1e-14;
+  }
   static Node drop(const Node& node, std::size_t p) {
     Node child;
     child.fixed = p;
@@ -74,6 +87,8 @@ class Search {
     return child;
   }
 
+  const Scaled& s_;
+  bool bounded_;
   std::size_t max_;
   std::vector<double> rss_;
   std::vector<std::vector<int>> best_;
@@ -103,7 +118,7 @@ Path best_subset(const Scaled& s, int max_terms) {
   if (factor.info() != Eigen::Success) return frols(s, max_terms);
   root.r = factor.matrixU();
   const std::size_t limit = max_terms > 0 ? std::min(n, static_cast<std::size_t>(max_terms)) : n;
-  Search search(n, limit);
+  Search search(s, n, limit);
   // Good models to start with cut the tree from the beginning.
   const Path forward = frols(s, static_cast<int>(limit));
   for (const Eigen::VectorXd& w : forward.w) {

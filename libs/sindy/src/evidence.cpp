@@ -97,6 +97,15 @@ Recording part_of(const Recording& record, Eigen::Index first, Eigen::Index coun
   return part;
 }
 
+Eigen::Index holdout_start(Eigen::Index samples, double share) {
+  return std::clamp<Eigen::Index>(std::lround((1 - share) * static_cast<double>(samples)), 0, samples);
+}
+
+std::string held_out_part(Eigen::Index first, Eigen::Index samples, const std::string& source) {
+  const double rest = 1 - static_cast<double>(first) / static_cast<double>(std::max<Eigen::Index>(1, samples));
+  return fmt::format("the last {:.0f} % of {}", 100 * rest, source.empty() ? "the record" : source);
+}
+
 HoldoutSplit split_holdout(const std::vector<Recording>& records, double share, const std::vector<std::string>& energy) {
   require_range("share held out", share, 0.01, 0.9);
   if (records.empty()) throw Error("no record to split");
@@ -109,7 +118,7 @@ HoldoutSplit split_holdout(const std::vector<Recording>& records, double share, 
   }
   const Recording& record = records.front();
   const Eigen::Index n = record.size();
-  Eigen::Index first = std::lround((1 - share) * static_cast<double>(n));
+  Eigen::Index first = holdout_start(n, share);
   if (!energy.empty()) {
     Eigen::VectorXd power = Eigen::VectorXd::Zero(n);
     for (const std::string& name : energy) power.array() += (record[name].array() - record[name].mean()).square();
@@ -117,11 +126,9 @@ HoldoutSplit split_holdout(const std::vector<Recording>& records, double share, 
     double passed = 0;
     for (first = 0; first < n && passed < limit; ++first) passed += power[first];
   }
-  first = std::clamp<Eigen::Index>(first, 0, n);
   split.train = {part_of(record, 0, first)};
   split.test = part_of(record, first, n - first);
-  const std::string name = record.source.empty() ? "the record" : record.source;
-  split.what = fmt::format("the last {:.0f} % of {}", 100 * (1 - static_cast<double>(first) / static_cast<double>(std::max<Eigen::Index>(1, n))), name);
+  split.what = held_out_part(first, n, record.source);
   if (!energy.empty()) split.what += fmt::format(", {:.0f} % of its vibration energy", 100 * share);
   return split;
 }

@@ -31,6 +31,7 @@ Expr known_part(const CandidateLibrary& library, std::size_t equation) {
 
 /// States, inputs, order and candidate columns that the library asks for.
 SindyOptions options_of(const CandidateLibrary& library, SindyOptions o) {
+  if (!o.signs.empty()) throw Error("sign bounds are for fits without a library of ties and known parts");
   o.states.clear();
   o.inputs.clear();
   o.library.clear();

@@ -64,6 +64,7 @@ std::string lhs_of(const std::string& state, const SindyOptions& o) {
 SindyData::SindyData(const SindyOptions& options) : options_(options) {
   check(options_);
   candidates_ = candidate_terms(options_);
+  signs_ = resolve_signs(options_.signs, candidates_);
   std::vector<std::vector<Expr>> libraries;
   for (const auto& [lhs, terms] : candidates_) libraries.push_back(terms);
   all_ = union_library(libraries);
@@ -140,7 +141,7 @@ void SindyData::accumulate(const std::vector<Stretch>& stretches) {
   }
 }
 
-void SindyData::finish() {
+void SindyData::finish() const {
   if (samples_ < 50) throw Error::in_field("usable samples", std::to_string(samples_), "at least 50");
 }
 
@@ -190,7 +191,12 @@ Regression regress(const SindyData& data, const SolveOptions& solver_options) {
     SolveOptions solver = solver_options;
     if (solver.noise_floor == 0) solver.noise_floor = options.least_share;
     if (solver.max_terms == 0 && problem.names.size() > 12) solver.max_terms = 12;
+    if (data.signs().contains(lhs)) {
+      solver.sign.clear();
+      for (const std::string& function : problem.names) solver.sign.push_back(sign_of(data.signs(), lhs, function));
+    }
     const SparseFit fit = solve(problem, solver);
+    for (TermScore& s : blocked_terms(problem, fit, solver.sign, lhs, options.t_value)) result.blocked.push_back(std::move(s));
     const auto name = [&](Eigen::Index j) { return problem.names[static_cast<std::size_t>(j)]; };
     Equation equation{lhs, {}};
     for (int j : fit.support) equation.terms.push_back({name(j), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "shooting_runs.hpp"
+#include "sign_bounds.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/sindy/gram.hpp"
 #include "whirl/sindy/sindy.hpp"
@@ -20,10 +21,11 @@ class SindyData {
   /// Adds records. Samples are kept while they number at most `most`; beyond, every second batch is let go.
   void add(const std::vector<Recording>& records, Eigen::Index most);
   /// Throws Error when there are fewer than 50 usable samples.
-  void finish();
+  void finish() const;
 
   const SindyOptions& options() const { return options_; }
   const Candidates& candidates() const { return candidates_; }
+  const Signs& signs() const { return signs_; }
   const std::vector<Stretch>& stretches() const { return kept_; }
   const Eigen::VectorXd& noise_sd() const { return sd_; }
   /// rms(x') / rms(x - mean), rad/s, of the first batch; 0 for maps.
@@ -37,6 +39,7 @@ class SindyData {
 
   SindyOptions options_;
   Candidates candidates_;
+  Signs signs_;
   std::vector<Expr> all_;  // every candidate once
   Tape tape_;
   std::unique_ptr<GramAccumulator> sums_;
@@ -60,6 +63,7 @@ struct Regression {
   IdentifiedModel model;
   std::vector<Equation> alternatives;  ///< other right-hand sides found on the path
   LeastExplained least;
+  std::vector<TermScore> blocked;  ///< by sign bounds
 };
 Regression regress(const SindyData& data, const SolveOptions& solver);
 

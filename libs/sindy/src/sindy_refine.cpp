@@ -21,8 +21,8 @@ struct Weak {
   double worth;  // below 1: to be dropped
 };
 
-/// Terms below the limits, least worth first.
-std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares, const SindyOptions& options) {
+/// Terms below the limits or across their sign bound, least worth first.
+std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares, const Signs& signs, const SindyOptions& options) {
   std::vector<Weak> weak;
   for (std::size_t e = 0; e < model.equations.size(); ++e) {
     const double total = shares.of(model.equations[e]);
@@ -31,7 +31,8 @@ std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares,
       const Estimate& c = term.coefficient;
       if (c.sd == 0) continue;  // known
       const double share = total > 0 ? std::abs(c.value) * shares.of(term.function) / total : 0;
-      const double worth = std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
+      const bool crosses = sign_of(signs, model.equations[e].lhs, term.function) * c.value < 0;
+      const double worth = crosses ? -1 : std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
       if (!(worth >= 1)) weak.push_back({e, t, worth});
     }
   }
@@ -71,9 +72,10 @@ bool within(const Equation& small, const Equation& large) {
 
 class Selector {
  public:
-  Selector(const IdentifiedModel& model, const Candidates& candidates, const std::vector<Stretch>& stretches,
+  Selector(const IdentifiedModel& model, const Candidates& candidates, const Signs& signs, const std::vector<Stretch>& stretches,
            const Eigen::VectorXd& sd, double characteristic_rate, const SindyOptions& options)
       : candidates_(candidates),
+        signs_(signs),
         stretches_(stretches),
         options_(options),
         compiled_(model),
@@ -98,7 +100,7 @@ class Selector {
     coarse.max_iterations = 3;
     coarse.tolerance = 1e-3;
     const auto drop_weak = [&] {
-      std::vector<Weak> weak = weak_terms(model, shares_, options_);
+      std::vector<Weak> weak = weak_terms(model, shares_, signs_, options_);
       if (weak.empty()) return false;
       for (const Weak& w : weak) {
         const std::string name = model.equations[w.equation].lhs + model.equations[w.equation].terms[w.term].function;
@@ -179,7 +181,7 @@ class Selector {
 
   double rmse() const { return followed_.rmse; }
   bool converged() const { return followed_.converged; }
-  Followed followed() const { return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance}; }
+  Followed followed() const { return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance, followed_.blocked}; }
 
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
@@ -189,6 +191,7 @@ class Selector {
     Eigen::MatrixXd covariance;
     double rmse = 0;
     bool converged = false;
+    std::vector<TermScore> blocked;
   };
   static double square(double x) { return x * x; }
 
@@ -199,7 +202,7 @@ class Selector {
   }
   void take(IdentifiedModel& model, const Refined& refined) {
     model.equations = refined.model.equations;
-    followed_ = {refined.output_rmse, refined.covariance, refined.rmse, refined.converged};
+    followed_ = {refined.output_rmse, refined.covariance, refined.rmse, refined.converged, {}};
     for (std::size_t k = 0; k < runs_.size(); ++k) runs_[k].start = refined.starts[k];
   }
   void set_length(Eigen::Index length) {
@@ -272,14 +275,18 @@ class Selector {
     return true;
   }
 
-  /// Adds the absent term with the largest score and tells its name; empty when none is significant.
-  std::string add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) const {
+  /// Adds the absent term with the largest score and tells its name; empty when none is significant. A sign bound in its way is noted.
+  std::string add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) {
     for (const TermScore& s : scored.scores) {
       if (s.score < options_.t_value * options_.t_value) break;
       const auto equation = std::find_if(model.equations.begin(), model.equations.end(),
                                          [&](const Equation& e) { return e.lhs == s.equation; });
       const double total = shares_.of(*equation);
       if (total > 0 && std::abs(s.coefficient) * shares_.of(s.function) < options_.least_share * total) continue;
+      if (sign_of(signs_, s.equation, s.function) * s.coefficient < 0) {
+        followed_.blocked.push_back(s);
+        continue;
+      }
       if (rejected.contains(s.equation + s.function)) continue;
       Estimate start;
       start.value = s.coefficient;
@@ -290,6 +297,7 @@ class Selector {
   }
 
   const Candidates& candidates_;
+  const Signs& signs_;
   const std::vector<Stretch>& stretches_;
   const SindyOptions& options_;
   CompiledModel compiled_;
@@ -304,10 +312,10 @@ class Selector {
 
 }  // namespace
 
-Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates, const std::vector<Equation>& alternatives,
-                           const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
-                           const SindyOptions& options) {
-  Selector selector(model, candidates, stretches, sd, characteristic_rate, options);
+Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates, const Signs& signs,
+                           const std::vector<Equation>& alternatives, const std::vector<Stretch>& stretches,
+                           const Eigen::VectorXd& sd, double characteristic_rate, const SindyOptions& options) {
+  Selector selector(model, candidates, signs, stretches, sd, characteristic_rate, options);
   const IdentifiedModel start = model;
   Selector::Outcome outcome = selector.settle(model);
   while (outcome == Selector::Outcome::diverged) {
@@ -317,6 +325,9 @@ Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates,
   }
   if (outcome == Selector::Outcome::stopped) {
     model.summary.fail(fmt::format("after {} passes over the free runs terms still come and go", options.max_passes));
+    for (Equation& e : model.equations) {
+      std::erase_if(e.terms, [&](const EquationTerm& t) { return sign_of(signs, e.lhs, t.function) * t.coefficient.value < 0; });
+    }
   }
   while (selector.lengthen(model)) {
   }

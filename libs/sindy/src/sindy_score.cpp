@@ -6,6 +6,7 @@
 #include "integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
+#include "whirl/sindy/partwise_score.hpp"
 #include "whirl/sindy/refine.hpp"
 #include "whirl/sindy/sindy.hpp"
 
@@ -57,6 +58,14 @@ ModelRun simulate(const IdentifiedModel& model, const Recording& record) {
 
 namespace {
 
+void append(Recording& record, const Recording& part) {
+  for (Channel& c : record.channels) {
+    Eigen::VectorXd joined(c.samples.size() + part.size());
+    joined << c.samples, part[c.name];
+    c.samples = std::move(joined);
+  }
+}
+
 /// Starts that let the first `fitted` samples of every run fit best: a spline is least sure at the end of a record.
 void fit_starts(const IdentifiedModel& model, const Recording& record, const Eigen::MatrixXd& inputs,
                 const std::vector<Eigen::Index>& firsts, Eigen::Index fitted, Eigen::MatrixXd& starts) {
@@ -90,38 +99,158 @@ void fit_starts(const IdentifiedModel& model, const Recording& record, const Eig
 
 }  // namespace
 
+PartwiseScore::PartwiseScore(const IdentifiedModel& model, double horizon, double period)
+    : model_(model), compiled_(model), horizon_(horizon), period_(period) {}
+
+void PartwiseScore::add(const Recording& part) {
+  if (part.size() == 0) return;
+  if (scores_.empty()) {
+    for (const std::string& s : compiled_.states()) {
+      if (part.has(s)) scores_.push_back({s, 0, 0, 0});
+    }
+    sums_.resize(scores_.size());
+  }
+  for (std::size_t k = 0; k < scores_.size(); ++k) {
+    const Eigen::VectorXd& y = part[scores_[k].state];
+    Sums& sums = sums_[k];
+    if (samples_ == 0) sums.origin = y.mean();
+    sums.first += (y.array() - sums.origin).sum();
+    sums.second += (y.array() - sums.origin).square().sum();
+    if (compiled_.discrete() || y.size() < 16) continue;
+    sums.noise += static_cast<double>(y.size()) * std::pow(noise_sd(y), 2);
+    sums.noise_samples += static_cast<double>(y.size());
+  }
+  samples_ += part.size();
+  // The first part waits for the second: a record that comes whole is seen whole.
+  if (waiting_.size() == 0) {
+    waiting_ = part;
+    return;
+  }
+  append(waiting_, part);
+  follow(false);
+}
+
+void PartwiseScore::follow(bool last) {
+  constexpr Eigen::Index kContext = 256;  // samples around those scored, for the interpolation of inputs and the starts
+  const Eigen::Index ready = last ? waiting_.size() : waiting_.size() - kContext;
+  if (horizon_ > 0) follow_restarted(ready, last);
+  else follow_on(ready, last);
+  const Eigen::Index drop = std::max<Eigen::Index>(0, next_ - kContext);
+  waiting_ = part_of(waiting_, drop, waiting_.size() - drop);
+  next_ -= drop;
+}
+
+void PartwiseScore::follow_on(Eigen::Index ready, bool last) {
+  const Eigen::Index fitted = period_samples(), count = ready - next_;
+  if (!last && count < (next_ == 0 ? fitted : 2)) return;
+  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_);
+  if (state_.size() == 0) {
+    Eigen::MatrixXd starts = smoothed_states(compiled_, waiting_);
+    if (!compiled_.discrete()) fit_starts(model_, waiting_, inputs, {0}, fitted, starts);
+    state_ = starts.row(0);
+  }
+  // The last sample is the start of what follows.
+  compare(inputs, state_, count, last ? count : count - 1);
+}
+
+void PartwiseScore::follow_restarted(Eigen::Index ready, bool last) {
+  const Eigen::Index piece = std::max<Eigen::Index>(2, std::lround(horizon_ / waiting_.dt));
+  std::vector<Eigen::Index> firsts;
+  for (Eigen::Index first = next_; last ? first < ready : first + piece <= ready; first += piece) firsts.push_back(first);
+  if (firsts.empty()) return;
+  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_);
+  Eigen::MatrixXd starts = smoothed_states(compiled_, waiting_);
+  if (!compiled_.discrete()) fit_starts(model_, waiting_, inputs, firsts, std::min(piece, period_samples()), starts);
+  for (const Eigen::Index first : firsts) {
+    const Eigen::Index count = std::min(piece, ready - first);
+    compare(inputs, starts.row(first), count, count);
+  }
+}
+
+void PartwiseScore::compare(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& start, Eigen::Index count, Eigen::Index counted) {
+  const ModelRun run = simulate(compiled_, inputs.middleRows(2 * next_, 2 * count - 1), start, waiting_.dt, count);
+  for (StateScore& s : scores_) {
+    s.rmse += run.diverged ? std::numeric_limits<double>::infinity()
+                           : (run.state(s.state) - waiting_[s.state].segment(next_, count)).head(counted).squaredNorm();
+  }
+  state_ = run.values.row(count - 1);
+  next_ += counted;
+}
+
+Eigen::Index PartwiseScore::period_samples() const {
+  return std::max<Eigen::Index>(20, std::lround(period_ / waiting_.dt));
+}
+
+std::vector<StateScore> PartwiseScore::finish() {
+  if (samples_ == 0) return {};
+  follow(true);
+  for (std::size_t k = 0; k < scores_.size(); ++k) {
+    const double n = static_cast<double>(samples_);
+    const Sums& sums = sums_[k];
+    StateScore& s = scores_[k];
+    s.rmse = std::sqrt(s.rmse / n);
+    s.nrmse = s.rmse / std::sqrt(sums.second / n - std::pow(sums.first / n, 2));
+    s.noise = sums.noise_samples > 0 ? std::sqrt(sums.noise / sums.noise_samples) : 0;
+  }
+  return scores_;
+}
+
 std::vector<StateScore> score(const IdentifiedModel& model, const Recording& record, double horizon) {
   const CompiledModel compiled(model);
-  const Eigen::MatrixXd inputs = half_grid_inputs(compiled, record);
-  Eigen::MatrixXd starts = smoothed_states(compiled, record);
-  const Eigen::Index n = record.size();
-  const Eigen::Index piece = horizon > 0 ? std::max<Eigen::Index>(2, std::lround(horizon / record.dt)) : n;
-  std::vector<StateScore> scores;
+  std::vector<std::string> measured;
   for (const std::string& s : compiled.states()) {
-    if (record.has(s)) scores.push_back({s, 0, 0, compiled.discrete() ? 0 : noise_sd(record[s])});
+    if (record.has(s)) measured.push_back(s);
   }
-  if (!compiled.discrete()) {
-    std::vector<Eigen::Index> firsts;
-    for (Eigen::Index first = 0; first < n; first += piece) firsts.push_back(first);
-    std::vector<std::string> measured;
-    for (const StateScore& s : scores) measured.push_back(s.state);
-    fit_starts(model, record, inputs, firsts,
-               std::min(piece, std::max<Eigen::Index>(20, std::lround(characteristic_period(record, measured) / record.dt))), starts);
-  }
-  for (Eigen::Index first = 0; first < n; first += piece) {
-    const Eigen::Index count = std::min(piece, n - first);
-    const ModelRun run = simulate(compiled, inputs.middleRows(2 * first, 2 * count - 1), starts.row(first), record.dt, count);
-    for (StateScore& s : scores) {
-      s.rmse += run.diverged ? std::numeric_limits<double>::infinity()
-                             : (run.state(s.state) - record[s.state].segment(first, count)).squaredNorm();
+  PartwiseScore whole(model, horizon, compiled.discrete() ? 0 : characteristic_period(record, measured));
+  whole.add(record);
+  return whole.finish();
+}
+
+HeldOutParts::HeldOutParts(const IdentifiedModel& model, std::string what) : model_(model) { result_.what = std::move(what); }
+
+void HeldOutParts::add(const Recording& part) {
+  constexpr Eigen::Index kLead = 65536;  // samples that tell the period
+  if (!result_.reason.empty() || part.size() == 0) return;
+  try {
+    if (whole_) {
+      whole_->add(part);
+      near_->add(part);
+      return;
     }
+    if (lead_.size() == 0) lead_ = part;
+    else append(lead_, part);
+    if (lead_.size() >= kLead) begin();
+  } catch (const Error& e) {
+    result_.reason = e.what();
   }
-  for (StateScore& s : scores) {
-    const Eigen::VectorXd& y = record[s.state];
-    s.rmse = std::sqrt(s.rmse / static_cast<double>(n));
-    s.nrmse = s.rmse / std::sqrt((y.array() - y.mean()).square().mean());
+}
+
+void HeldOutParts::begin() {
+  const CompiledModel compiled(model_);
+  std::vector<std::string> measured;
+  for (const std::string& s : compiled.states()) {
+    if (lead_.has(s)) measured.push_back(s);
   }
-  return scores;
+  const double period = compiled.discrete() ? 0 : characteristic_period(lead_, measured);
+  result_.horizon = compiled.discrete() ? 10 * lead_.dt : period;
+  whole_ = std::make_unique<PartwiseScore>(model_, 0, period);
+  near_ = std::make_unique<PartwiseScore>(model_, result_.horizon, period);
+  whole_->add(lead_);
+  near_->add(lead_);
+  lead_ = {};
+}
+
+HeldOut HeldOutParts::finish() {
+  try {
+    if (result_.reason.empty() && !whole_) begin();
+    if (result_.reason.empty()) {
+      result_.scores = whole_->finish();
+      result_.near = near_->finish();
+    }
+  } catch (const Error& e) {
+    result_.reason = e.what();
+  }
+  return result_;
 }
 
 double characteristic_period(const Recording& record, const std::vector<std::string>& states) {

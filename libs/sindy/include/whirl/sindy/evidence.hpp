@@ -38,6 +38,10 @@ struct HoldoutSplit {
 HoldoutSplit split_holdout(const std::vector<Recording>& records, double share = 0.3,
                            const std::vector<std::string>& energy = {});
 
+/// The same of one record by its number of samples: first sample held out by time, and the description.
+Eigen::Index holdout_start(Eigen::Index samples, double share);
+std::string held_out_part(Eigen::Index first, Eigen::Index samples, const std::string& source);
+
 /// Free-run prediction of data that was not used for the fit.
 struct HeldOut {
   std::string what;                ///< what was held out

@@ -86,7 +86,7 @@ const std::vector<std::string>& regression_methods();
 /// - ssr          stepwise: drop the smallest share, refit, down to one term (Boninsegna et al. 2018). Automatic: bic.
 /// - frols        forward orthogonal least squares by error reduction ratio (Billings 2013). Automatic: bic.
 /// - best_subset  smallest residual of every model size, exact, by branch and bound on triangular factors (Furnival and
-///                Wilson 1974; Gatu and Kontoghiorghes 2006). Automatic: bic. Use up to about 40 terms.
+///                Wilson 1974; Gatu and Kontoghiorghes 2006), with sign bounds too. Automatic: bic. Use up to about 40 terms.
 /// - backward     drop the smallest |t| until all are at least `t_value`.
 /// - ensemble     `base` on block bootstraps (Fasel et al. 2022); least squares on terms with inclusion >= `inclusion`.
 ///

@@ -1,7 +1,8 @@
 #pragma once
 #include <Eigen/Core>
-#include <functional>
+#include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,23 @@
 #include "whirl/sindy/simulate_model.hpp"
 
 namespace whirl {
+
+/// A coefficient that may not have the other sign.
+struct SignBound {
+  std::string equation;  ///< left-hand side, "v'", or its state, "v"; empty: every equation that has the term
+  std::string function;  ///< a candidate term
+  int sign = 1;          ///< +1: coefficient >= 0, -1: <= 0
+};
+
+/// What became of the bound of one term.
+struct BoundOutcome {
+  std::string equation, function;
+  int sign = 1;
+  bool kept = false;    ///< the term is in the model, with an interval that ends at 0 at the latest
+  bool active = false;  ///< held at 0: without the bound the term would be there with the other sign. It has no interval
+  double unbounded = std::numeric_limits<double>::quiet_NaN();  ///< that coefficient when active, to first order
+  double t = std::numeric_limits<double>::quiet_NaN();          ///< and its coefficient / sd
+};
 
 struct SindyOptions {
   std::vector<std::string> states;   ///< measured channels whose equations are sought
@@ -22,6 +40,7 @@ struct SindyOptions {
   std::vector<std::string> library;
   std::map<std::string, std::vector<std::string>> library_of;  ///< own terms of one equation, by lhs, e.g. "v'"
   std::vector<Equation> known;       ///< equations with given coefficients, kept as they are, e.g. x' = v
+  std::vector<SignBound> signs = {};  ///< bounds of coefficients; Error on a term that is no candidate, and in fit_library
   double window = 0;                 ///< half-width of the test functions, s; 0: from the record's own time scale
   double t_value = 4;                ///< terms with a smaller |coefficient / sd| go
   double least_share = 1e-4;         ///< and those with a smaller |coefficient| rms(term) / rms(lhs)
@@ -54,14 +73,29 @@ struct SindyOptions {
 /// model diverge, are followed for less than a quarter of a characteristic period, or leave 15 % of the motion unexplained (maps
 /// and unrefined models: 50 % of a left-hand side); the reason names the state that the regression explains least.
 /// Throws Error on unknown channels, or fewer than 50 usable samples.
-IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options);
+///
+/// With `signs` every step takes only coefficients within their bounds (regression: the constrained minimum; refinement: a term
+/// that crosses its bound leaves, an absent one comes only with its own sign), and the model has a warning for every active one.
+/// `bounds`: what became of each.
+IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
+                          std::vector<BoundOutcome>* bounds = nullptr);
 
-/// Gives the next part of a long record; false at its end.
-using RecordingSource = std::function<bool(Recording& next)>;
-/// The same for records larger than memory, part by part (each at least 25 samples, parts of some 10^4 to 10^5 samples lose
-/// little at their ends). Held in memory: the sums over rows and at most 400000 samples, evenly spread, for the refinement.
-/// Time scale and channels are judged on the first part.
-IdentifiedModel fit_sindy_stream(const RecordingSource& next, const SindyOptions& options);
+/// The same for records larger than memory, part by part (parts of some 10^4 to 10^5 samples lose little at their ends). Held
+/// in memory: the sums over rows and at most 400000 samples, evenly spread, for the refinement. Time scale and channels are
+/// judged on the first part.
+class SindyStream {
+ public:
+  explicit SindyStream(const SindyOptions& options);
+  ~SindyStream();
+  /// The next part; one of fewer than 25 samples adds nothing.
+  void add(const Recording& part);
+  /// Model of the parts so far; more may follow.
+  IdentifiedModel fit(std::vector<BoundOutcome>* bounds = nullptr) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Rates (or next values) of the model's states at every sample of a record that has all inputs and displacements: states as
 /// measured; a state x' without a channel as `smoothed_states` gives it.
