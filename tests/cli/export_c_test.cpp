@@ -87,10 +87,21 @@ Variant variant(const std::string& law, const std::string& estimator, const std:
   return v;
 }
 
+/// Predictive laws with so little force that they stand at its limit through the critical speed.
+std::vector<Variant> at_their_limit() {
+  std::vector<Variant> all{variant("mpc", "kfe", {{"predict", 1}}), variant("mpc", "kalman", {{"predict", 1}, {"horizon", 32}}),
+                           variant("mpc", "lpf", {{"horizon", 1}}, false)};
+  const double limits[] = {5, 3.3, 5};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].design.force_limit = limits[i];
+    all[i].name += fmt::format(" at {:g} N", limits[i]);
+  }
+  return all;
+}
+
 std::vector<Variant> variants() {
   std::vector<Variant> all;
   for (const MethodInfo& law : laws()) {
-    if (law.name == "mpc") continue;  // not exported
     const bool amplifies = law.name == "tsmc_paper" || law.name == "sta_implicit";  // see the test below
     all.push_back(variant(law.name, amplifies ? "lpf" : "kfe"));
   }
@@ -102,6 +113,7 @@ std::vector<Variant> variants() {
   all.push_back(variant("tsmc", "lpf", {{"advance", 0}, {"cancel", 0.7}, {"exponent", 0.6}}));
   all.push_back(variant("tsmc_implicit", "lpf", {{"exponent", 0.5}}));
   all.push_back(variant("pd_notch", "lpf", {{"predict", 1}}));
+  for (const Variant& v : at_their_limit()) all.push_back(v);
   Variant slow = variant("pd", "kalman");
   slow.design.delay = 0;
   slow.design.parameters["sensor_delay"] = 0;
@@ -133,7 +145,7 @@ RigLog rig_run(const ControllerDesign& design, const std::shared_ptr<const RigTa
 template <class Real>
 struct Comparison {
   double force = 0, force_error = 0, velocity = 0, velocity_error = 0, s = 0, s_error = 0;
-  int wrong_status = 0;
+  int wrong_status = 0, wrong_flag = 0, at_limit = 0;
 
   Comparison(Exported<Real>& c, const RigLog& run, bool wrap) {
     const auto widen = [](double& bound, double value) { bound = std::max(bound, std::abs(value)); };
@@ -148,6 +160,8 @@ struct Comparison {
       if (cycle.limited) c.applied(cycle.sent);
       wrong_status += (status == 0) != static_cast<bool>(cycle.request);
       if (!cycle.request) continue;
+      wrong_flag += out.saturated != state.saturated;
+      at_limit += state.saturated;
       widen(force, cycle.request->ux), widen(force, cycle.request->uy);
       widen(force_error, double(out.ux) - cycle.request->ux), widen(force_error, double(out.uy) - cycle.request->uy);
       widen(velocity, state.estimate.v.real());
@@ -186,6 +200,10 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
     const Comparison<double> result(c, run, false);
     EXPECT_GT(result.force, 1);
     EXPECT_EQ(result.wrong_status, 0);
+    EXPECT_EQ(result.wrong_flag, 0);
+    if (all[i].design.force_limit <= 5) {
+      EXPECT_GT(result.at_limit, 500);
+    }
     EXPECT_LE(result.force_error, 1e-12 * result.force) << result.force_error;
     EXPECT_LE(result.velocity_error, 1e-12 * result.velocity) << result.velocity_error;
     EXPECT_LE(result.s_error, 1e-12 * std::max(result.s, 1e-3)) << result.s_error;
@@ -222,8 +240,9 @@ TEST(ControllerSourceExport, TwoPairsAmplifyTheLastBitOfAReading) {
 // Single precision: no double anywhere in the object, and forces within the given part of the largest over the run.
 TEST(ControllerSourceExport, FloatUsesNoDoubleAndStaysClose) {
   const testing::TemporaryFolder folder;
-  const std::vector<Variant> all{variant("tsmc", "kfe"), variant("lsmc", "lpf"), variant("tsmc_implicit", "kfo"),
-                                 variant("pd", "eso", {{"predict", 1}}), variant("nftsmc", "kalman")};
+  std::vector<Variant> all{variant("tsmc", "kfe"), variant("lsmc", "lpf"), variant("tsmc_implicit", "kfo"),
+                           variant("pd", "eso", {{"predict", 1}}), variant("nftsmc", "kalman"), variant("mpc", "kfo")};
+  for (const Variant& v : at_their_limit()) all.push_back(v);
   std::string files;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const ControllerCode code = controller_code(all[i].design, {fmt::format("v{}", i), true, ""});

@@ -19,6 +19,14 @@ int32_t whirl_set_params(whirl_state *state, const whirl_params *params) {
 #elif HAS_LPF
     state->pole = R(0.0);
 #endif
+#if HAS_MPC
+    whirl_sample_axis(&state->axis_x, params->k1 + params->k1_conj_re, params->c + params->c_conj_re, params->sample_time);
+    whirl_sample_axis(&state->axis_y, params->k1 - params->k1_conj_re, params->c - params->c_conj_re, params->sample_time);
+    state->axis_x.kp = params->kp_x;
+    state->axis_x.kd = params->kd_x;
+    state->axis_y.kp = params->kp_y;
+    state->axis_y.kd = params->kd_y;
+#endif
 #if HAS_ESO
     {
       const whirl_real h = params->sample_time;
@@ -54,6 +62,10 @@ void whirl_reset(whirl_state *state) {
 #elif HAS_AXIS_MEMORY
   state->memory[0] = R(0.0);
   state->memory[1] = R(0.0);
+#endif
+#if HAS_MPC
+  whirl_free_inputs(&state->axis_x);
+  whirl_free_inputs(&state->axis_y);
 #endif
 #if HAS_SYNCHRONOUS
   state->q = whirl_make(R(0.0), R(0.0));
@@ -230,7 +242,10 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
 #else
   f = whirl_add(whirl_acceleration(p, e.z, e.v, p->cancel), d);
 #endif
-#if HAS_AXIS_MEMORY
+#if HAS_MPC
+  ax = whirl_law(p, &state->axis_x, e.z.re, e.v.re, f.re, -f.im, in->omega);
+  ay = whirl_law(p, &state->axis_y, e.z.im, e.v.im, f.im, f.re, in->omega);
+#elif HAS_AXIS_MEMORY
   ax = whirl_law(p, &state->memory[0], e.z.re, e.v.re, f.re, &out->s_x);
   ay = whirl_law(p, &state->memory[1], e.z.im, e.v.im, f.im, &out->s_y);
 #else
@@ -256,8 +271,9 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   if (p->force_limit > R(0.0)) {
     out->ux = whirl_clamp(out->ux, -p->force_limit, p->force_limit);
     out->uy = whirl_clamp(out->uy, -p->force_limit, p->force_limit);
+    /* A law that knows the limit asks for it up to rounding. */
+    out->saturated = M(fmax)(M(fabs)(out->ux), M(fabs)(out->uy)) >= (/*@reached@*/ * p->force_limit);
   }
-  out->saturated = (out->ux != out->requested_ux) || (out->uy != out->requested_uy);
   state->saturated = out->saturated;
   whirl_push(state, whirl_scale(p->gain, whirl_make(out->ux, out->uy)));
   return WHIRL_OK;

@@ -14,6 +14,10 @@ typedef /*@real@*/ whirl_real;
 /* Longest loop delay in samples that the force history holds. */
 #define WHIRL_MAX_DELAY 16
 #define WHIRL_HISTORY (WHIRL_MAX_DELAY + 3)
+#if HAS_MPC
+/* Most samples ahead in which the limit is seen. */
+#define WHIRL_MAX_HORIZON 32
+#endif
 
 /* Numbers of the controller. Change them before whirl_init, or later through whirl_set_params. The number in front is what
    both return when that field is out of its range. */
@@ -42,7 +46,7 @@ typedef struct {
   whirl_real y;            /* m */
   whirl_real vx;           /* m/s */
   whirl_real vy;           /* m/s */
-  bool saturated;          /* the limit acted in this step */
+  bool saturated;          /* the force is at its limit */
   bool held;               /* the sample was lost or not plausible, the last good one held */
 } whirl_output;
 
@@ -64,6 +68,21 @@ typedef struct {
   whirl_complex v; /* m/s */
   whirl_complex d; /* m/s^2, turns with the rotor */
 } whirl_motion;
+
+#if HAS_MPC
+/* One axis sampled, x+ = a x + b w, its regulator w = -kp x - kd v, and which inputs ahead are at a limit. */
+typedef struct {
+  whirl_real a00;
+  whirl_real a01;
+  whirl_real a10;
+  whirl_real a11;
+  whirl_real b0;
+  whirl_real b1;
+  whirl_real kp;
+  whirl_real kd;
+  int8_t set[WHIRL_MAX_HORIZON]; /* -1 at the lower limit, 0 free, 1 at the upper limit */
+} whirl_axis;
+#endif
 
 /* Memory of the controller; nothing in it is meant to be read or written from outside. */
 typedef struct {
@@ -119,6 +138,10 @@ typedef struct {
   /* law, one value per axis */
 #if HAS_AXIS_MEMORY
   whirl_real memory[2]; /* /*@memory@*/ */
+#endif
+#if HAS_MPC
+  whirl_axis axis_x;
+  whirl_axis axis_y;
 #endif
 #if HAS_SYNCHRONOUS
   whirl_complex q; /* m, eccentricity that the synchronous force stands for */

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "rotor_parameters.hpp"
 #include "template.hpp"
@@ -33,6 +34,20 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
     const LqrGains g = lqr_gains(d.model.k1, d.model.c, d.sample_time, values.at("position_scale"),
                                  values.at("velocity_scale"), values.at("control_scale"));
     for (const ParameterInfo& info : law_info("pd").parameters) add(info, info.name == "kp" ? g.kp : g.kd);
+  } else if (d.law == "mpc") {
+    // Gains of the regulator per axis, as the library's law has them.
+    for (const auto& [axis, side] : {std::pair("x", 1.0), std::pair("y", -1.0)}) {
+      const LqrGains g = lqr_gains(d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
+                                   values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
+      for (ParameterInfo info : law_info("pd").parameters) {
+        const double gain = info.name == "kp" ? g.kp : g.kd;
+        info.name += fmt::format("_{}", axis);
+        add(info, gain);
+      }
+    }
+    for (const ParameterInfo& info : law_info("mpc").parameters) {
+      if (info.name == "horizon") add(info, std::floor(values.at(info.name)));
+    }
   } else {
     for (const ParameterInfo& info : law_info(d.law).parameters) add(info, values.at(info.name));
   }
@@ -124,7 +139,8 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
     on.insert("SYNCHRONOUS");
     on.insert(upper.substr(3));  // INFLUENCE, FXLMS, NOTCH
   }
-  if (pd || d.law == "pid") on.insert("MODEL_FREE");
+  const bool model_free = pd || d.law == "pid" || d.law == "mpc";  // f is the disturbance alone
+  if (model_free) on.insert("MODEL_FREE");
   if (d.law == "pid" || d.law == "asmc" || on.contains("STA")) on.insert("AXIS_MEMORY");
   std::string regularised;
   if (d.law == "tsmc" || d.law == "ftsmc") {
@@ -167,9 +183,11 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
                                       : "m/s^2, integral part of the twisting law";
   slots["regularised"] = regularised;
   slots["law"] = law_equation(d.law).text;
-  slots["f"] = pd || d.law == "pid" ? "the disturbance d by unbalance"
+  slots["f"] = model_free ? "the disturbance d by unbalance"
                                     : "the acceleration without control: stiffness, damping and unbalance";
   slots["tolerance"] = single ? "1e-7F" : "1e-15";
+  slots["slack"] = single ? "1e-5F" : "1e-12";
+  slots["reached"] = single ? "0.999999F" : "0.999999999999";
   slots["whole"] = single ? "1e-4F" : "1e-9";
   return s;
 }
@@ -206,10 +224,6 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   if (options.single_precision && design.law == "pd_influence") {
     throw Error("law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
-  if (design.law == "mpc") {
-    throw Error("law mpc solves a quadratic program in every step, which is not exported: design lqr instead, the same law away "
-                "from the force limit");
-  }
   const std::map<std::string, double> values = resolve_parameters(design);
   ControllerCode code;
   code.parameters = parameters_of(design, values);
@@ -219,7 +233,8 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   s.slots["banner"] = banner(design, options);
   code.header = {options.prefix + ".h", fill_template(deploy_template("controller.h"), s)};
   std::string source = s.slots["banner"] + "\n#include \"" + options.prefix + ".h\"\n\n#include <math.h>\n\n";
-  for (const char* part : {"motion.c", "estimators.c", "implicit_power.c", "laws.c"}) {
+  const char* const law = design.law == "mpc" ? "predictive.c" : "laws.c";
+  for (const char* part : {"motion.c", "estimators.c", "implicit_power.c", law}) {
     source += fill_template(deploy_template(part), s) + "\n";
   }
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);

@@ -270,7 +270,6 @@ TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
   for (const CodeParameter& p : s.parameters) EXPECT_NE(modelica.text.find("parameter Real " + p.name), std::string::npos) << p.name;
   EXPECT_NE(modelica.text.find("unit=\"1/(m2.s2)\""), std::string::npos);
   for (const MethodInfo& law : laws()) {
-    if (law.name == "mpc") continue;  // not exported
     const std::string text = export_latex(testing::design_of(law.name, "kfe"), {"drive", false, ""}).front().text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}')) << law.name;
     EXPECT_EQ(std::count(text.begin(), text.end(), '$') % 2, 0) << law.name;
