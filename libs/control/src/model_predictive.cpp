@@ -69,14 +69,12 @@ void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const I
       m0 = f00 * q0 + f10 * q1 - g0 * bq * den;
       m1 = f01 * q0 + f11 * q1 - g1 * bq * den;
     } else {
-      const double u = limit(k), r0 = sb0 * u + q0, r1 = sb1 * u + q1;
-      const double t00 = s00 * p.a00 + s01 * p.a10, t01 = s00 * p.a01 + s01 * p.a11;
-      const double t10 = s01 * p.a00 + s11 * p.a10, t11 = s01 * p.a01 + s11 * p.a11;
-      n00 = kp_ * kp_ + p.a00 * t00 + p.a10 * t10;
-      n01 = kp_ * kd_ + p.a00 * t01 + p.a10 * t11;
-      n11 = kd_ * kd_ + p.a01 * t01 + p.a11 * t11;
-      m0 = kp_ * u + p.a00 * r0 + p.a10 * r1;
-      m1 = kd_ * u + p.a01 * r0 + p.a11 * r1;
+      const double u = limit(k);
+      n00 = kp_ * kp_ + p.a00 * p.a00 * s00 + 2 * p.a00 * p.a10 * s01 + p.a10 * p.a10 * s11;
+      n01 = kp_ * kd_ + p.a00 * p.a01 * s00 + (p.a00 * p.a11 + p.a10 * p.a01) * s01 + p.a10 * p.a11 * s11;
+      n11 = kd_ * kd_ + p.a01 * p.a01 * s00 + 2 * p.a01 * p.a11 * s01 + p.a11 * p.a11 * s11;
+      m0 = (kp_ + p.a00 * sb0 + p.a10 * sb1) * u + p.a00 * q0 + p.a10 * q1;
+      m1 = (kd_ + p.a01 * sb0 + p.a11 * sb1) * u + p.a01 * q0 + p.a11 * q1;
     }
     s00 = n00, s01 = n01, s11 = n11, q0 = m0, q1 = m1;
   }
@@ -97,18 +95,24 @@ void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const I
     x = next;
   }
   // Adjoint of the trajectory: independent of the recursion above. Behind the last limit every e is 0.
+  for (int k = horizon_ - 1; k > last; --k) gradient[static_cast<std::size_t>(k)] = 0;
+  // Two samples at a time: half as long a chain of operations. Rows of A'^2, A'K' and b'A'.
+  const double p00 = p.a00 * p.a00 + p.a10 * p.a01, p01 = p.a10 * (p.a00 + p.a11), p10 = p.a01 * (p.a00 + p.a11),
+               p11 = p.a01 * p.a10 + p.a11 * p.a11;
+  const double k0 = p.a00 * kp_ + p.a10 * kd_, k1 = p.a01 * kp_ + p.a11 * kd_, bk = p.b0 * kp_ + p.b1 * kd_;
+  const double c0 = p.b0 * p.a00 + p.b1 * p.a01, c1 = p.b0 * p.a10 + p.b1 * p.a11;
   double l0 = 0, l1 = 0;
-  for (int k = horizon_ - 1; k >= 0; --k) {
+  int k = last;
+  for (; k > 0; k -= 2) {
     const auto i = static_cast<std::size_t>(k);
-    if (k > last) {
-      gradient[i] = 0;
-      continue;
-    }
-    gradient[i] = e[i] + p.b0 * l0 + p.b1 * l1;
-    const double next = kp_ * e[i] + p.a00 * l0 + p.a10 * l1;
-    l1 = kd_ * e[i] + p.a01 * l0 + p.a11 * l1;
+    const double here = e[i], before = e[i - 1];
+    gradient[i] = here + p.b0 * l0 + p.b1 * l1;
+    gradient[i - 1] = before + bk * here + c0 * l0 + c1 * l1;
+    const double next = k0 * here + kp_ * before + p00 * l0 + p01 * l1;
+    l1 = k1 * here + kd_ * before + p10 * l0 + p11 * l1;
     l0 = next;
   }
+  if (k == 0) gradient[0] = e[0] + p.b0 * l0 + p.b1 * l1;
 }
 
 BoundedRegulator::Solution BoundedRegulator::solve(double x, double v, const Inputs& low, const Inputs& high,
@@ -196,16 +200,25 @@ AxisOutput ModelPredictive::step(const AxisInput& in) noexcept {
   const double free = -kp * in.x - kd * in.v;
   if (!(limit > 0)) return {free - in.d, 0};
   const int n = regulator.horizon();
+  // Four chains side by side: each holds every fourth sample of the turning disturbance.
   BoundedRegulator::Inputs low, high;
   const double c = std::cos(in.omega * sample_time), s = std::sin(in.omega * sample_time);
-  double d = in.d, quarter = in.d_quarter;
-  for (int k = 0; k < n; ++k) {
-    const auto i = static_cast<std::size_t>(k);
-    low[i] = d - limit;
-    high[i] = d + limit;
-    const double turned = c * d + s * quarter;
-    quarter = c * quarter - s * d;
-    d = turned;
+  const double c2 = c * c - s * s, s2 = 2 * c * s, c4 = c2 * c2 - s2 * s2, s4 = 2 * c2 * s2;
+  std::array<double, 4> d, quarter;
+  d[0] = in.d, quarter[0] = in.d_quarter;
+  d[1] = c * d[0] + s * quarter[0], quarter[1] = c * quarter[0] - s * d[0];
+  d[2] = c2 * d[0] + s2 * quarter[0], quarter[2] = c2 * quarter[0] - s2 * d[0];
+  d[3] = c2 * d[1] + s2 * quarter[1], quarter[3] = c2 * quarter[1] - s2 * d[1];
+  static_assert(BoundedRegulator::kMaxHorizon % 4 == 0);
+  for (int k = 0; k < n; k += 4) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      const auto i = static_cast<std::size_t>(k) + j;
+      low[i] = d[j] - limit;
+      high[i] = d[j] + limit;
+      const double turned = c4 * d[j] + s4 * quarter[j];
+      quarter[j] = c4 * quarter[j] - s4 * d[j];
+      d[j] = turned;
+    }
   }
   // One sample later the set has moved up by one, and its end goes on.
   std::copy(set.begin() + 1, set.begin() + n, set.begin());
