@@ -30,10 +30,7 @@ class FmuExport : public ::testing::TestWithParam<int> {
     pack_fmu(fmu_files(value, options), options, path);
     return {path, folder.path() / "unpacked"};
   }
-  /// Every step of a run-down beside the library's.
-  void expect_equal_steps(const ControllerDesign& design);
   testing::TemporaryFolder folder;
-  int at_limit = 0;  ///< steps that ended at the force limit
 };
 INSTANTIATE_TEST_SUITE_P(Versions, FmuExport, ::testing::Values(2, 3), [](const auto& v) { return fmt::format("Fmi{}", v.param); });
 
@@ -69,7 +66,8 @@ Measurement reading(int k) {
   return m;
 }
 
-void FmuExport::expect_equal_steps(const ControllerDesign& design) {
+TEST_P(FmuExport, ControllerEqualsTheLibraryStepByStep) {
+  const ControllerDesign design = GetParam() == 2 ? testing::design_of("tsmc", "kfe") : testing::design_of("sta", "eso");
   const Importer fmu = import(design);
   void* const c = fmu.instantiate(false, fmu.token);
   ASSERT_NE(c, nullptr);
@@ -89,22 +87,10 @@ void FmuExport::expect_equal_steps(const ControllerDesign& design) {
     size = std::max({size, std::abs(out->ux), std::abs(out->uy)});
     error = std::max({error, std::abs(fmu.get(c, "ux") - out->ux), std::abs(fmu.get(c, "uy") - out->uy)});
     EXPECT_EQ(fmu.get_boolean(c, "held"), !m.valid);
-    at_limit += controller.state().saturated;
   }
   EXPECT_GT(size, 1);
   EXPECT_LE(error, 1e-12 * size);
   fmu.free(c);
-}
-
-TEST_P(FmuExport, ControllerEqualsTheLibraryStepByStep) {
-  expect_equal_steps(GetParam() == 2 ? testing::design_of("tsmc", "kfe") : testing::design_of("sta", "eso"));
-}
-
-TEST_P(FmuExport, PredictiveLawAtItsLimitEqualsTheLibraryStepByStep) {
-  ControllerDesign design = testing::design_of("mpc", "kfe");
-  design.force_limit = 5;
-  expect_equal_steps(design);
-  EXPECT_GT(at_limit, 1000);
 }
 
 TEST_P(FmuExport, ControllerRefusesWrongStepsOrdersAndParameters) {

@@ -1,12 +1,16 @@
-// The quadratic program of the exported predictive law beside the library's: problems far from any rotor, so that every way
-// through the search for the active set is taken.
+// The exported predictive law beside the library's: its quadratic program on problems far from any rotor, so that every way
+// through the search for the active set is taken, and as an FMU at the force limit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <random>
+#include <utility>
 
-#include "whirl/control/model_predictive.hpp"
-#include "whirl/deploy/code.hpp"
+#include "importer.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/deploy/fmu.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
 
@@ -75,6 +79,40 @@ TEST(PredictiveExport, QuadraticProgramEqualsTheLibrary) {
   std::printf("largest difference %.2g of the largest input, %d sets tried at most\n", worst, most);
   EXPECT_GT(most, 20);  // exchanges one at a time
   EXPECT_GT(limited, 5000);
+}
+
+TEST(PredictiveExport, FmuAtTheForceLimitEqualsTheLibraryStepByStep) {
+  ControllerDesign design = testing::design_of("mpc", "kfe");
+  design.force_limit = 5;
+  for (const int version : {2, 3}) {
+    const testing::TemporaryFolder folder;
+    FmuOptions options;
+    options.version = version;
+    options.code.prefix = "unit";
+    pack_fmu(fmu_files(design, options), options, folder.path() / "unit.fmu");
+    const testing::Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+    void* const c = fmu.instantiate(false, fmu.token);
+    ASSERT_NE(c, nullptr);
+    ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
+    ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
+    Controller controller = make_controller(design);
+    int at_limit = 0;
+    double error = 0;
+    for (const Measurement& m : testing::run_down_readings(1e-3)) {
+      const std::pair<const char*, double> in[] = {{"x", m.x}, {"y", m.y}, {"beta", m.beta}, {"omega", m.omega}, {"omega_dot", m.omega_dot}};
+      for (const auto& [name, value] : in) ASSERT_EQ(fmu.set(c, name, value), 0);
+      fmu.set_boolean(c, "valid", true);
+      ASSERT_EQ(fmu.step(c, m.t, 1e-3), 0);
+      const auto out = controller.step(m);
+      ASSERT_TRUE(out);
+      error = std::max({error, std::abs(fmu.get(c, "ux") - out->ux), std::abs(fmu.get(c, "uy") - out->uy)});
+      ASSERT_EQ(fmu.get_boolean(c, "saturated"), controller.state().saturated);
+      at_limit += controller.state().saturated;
+    }
+    EXPECT_LE(error, 1e-12 * design.force_limit) << version;
+    EXPECT_GT(at_limit, 5000);
+    fmu.free(c);
+  }
 }
 
 }  // namespace
