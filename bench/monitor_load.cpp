@@ -75,22 +75,14 @@ int main(int argc, char** argv) {
   std::thread([&] { alone = bench::loop(seconds, nullptr); }).join();
   print("alone", alone);
 
-  monitor::SampleRing ring(bench::kChannels, 1 << 15);
-  monitor::HubOptions options;
-  options.spectrum.block = monitor::block_for(bench::kRate);
-  monitor::Hub hub(std::make_unique<monitor::RingSource>(bench::stream_info(), ring), options);
-  monitor::ServerOptions serve;
-  serve.port = 0;
-  std::optional<monitor::Server> server(std::in_place, hub, serve);
-  hub.start();
-  server->start();
+  bench::Served served;
   std::vector<std::unique_ptr<Page>> pages;
   std::vector<std::thread> readers;
   for (int i = 0; i < kPages; ++i) {
     pages.push_back(std::make_unique<Page>());
-    readers.emplace_back(read_page, server->port(), std::chrono::milliseconds(i == kPages - 1 ? 200 : 0), std::ref(*pages.back()));
+    readers.emplace_back(read_page, served.server->port(), std::chrono::milliseconds(i == kPages - 1 ? 200 : 0), std::ref(*pages.back()));
   }
-  std::thread runner([&] { watched = bench::loop(seconds, &ring); });
+  std::thread runner([&] { watched = bench::loop(seconds, &served.ring); });
   // From here on the memory is locked: what is mapped is resident.
   std::this_thread::sleep_for(std::chrono::duration<double>(0.2 * seconds));
   const double before = resident_megabytes();
@@ -98,9 +90,8 @@ int main(int argc, char** argv) {
   const double after = resident_megabytes();
   runner.join();
   print("8 pages", watched);
-  fmt::print("rows refused by the ring {}; resident memory {:.1f} MB after a fifth of the time, {:.1f} MB at the end\n", ring.dropped(), before, after);
-  server.reset();
-  hub.stop();
+  fmt::print("rows refused by the ring {}; resident memory {:.1f} MB after a fifth of the time, {:.1f} MB at the end\n", served.ring.dropped(), before, after);
+  served.stop();
   for (std::thread& reader : readers) reader.join();
   for (std::size_t i = 0; i < pages.size(); ++i) {
     fmt::print("page {}: {:.1f} frames of samples per second, {} frames missed, {:.2f} MB/s{}\n", i + 1, static_cast<double>(pages[i]->frames) / seconds,

@@ -4,7 +4,6 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <optional>
 #include <thread>
 
 #include "../tests/monitor/browser.hpp"
@@ -25,17 +24,10 @@ int main(int argc, char** argv) {
   };
   const View views[] = {{"a screen", 1400, 900}, {"every panel at once", 1400, 2200}, {"a tablet", 820, 1180}};
 
-  monitor::SampleRing ring(bench::kChannels, 1 << 15);
-  monitor::HubOptions options;
-  options.spectrum.block = monitor::block_for(bench::kRate);
-  monitor::Hub hub(std::make_unique<monitor::RingSource>(bench::stream_info(), ring), options);
-  monitor::ServerOptions serve;
-  serve.port = 0;
-  monitor::Server server(hub, serve);
-  hub.start();
-  server.start();
-  std::thread runner([&] { bench::loop(std::size(views) * (seconds + 15), &ring); });
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("whirl-page-{}", server.port());
+  bench::Served served;
+  const std::uint16_t port = served.server->port();
+  std::thread runner([&] { bench::loop(std::size(views) * (seconds + 15), &served.ring); });
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("whirl-page-{}", port);
   const auto said = [](Browser& browser) {
     return browser
         .evaluate("document.getElementById('rate').textContent + '; ' + [...document.querySelectorAll('#status dt')]"
@@ -44,7 +36,7 @@ int main(int argc, char** argv) {
   };
   for (const View& view : views) {
     Browser browser(folder / std::to_string(view.height), view.width, view.height);
-    browser.open(fmt::format("http://127.0.0.1:{}/", server.port()));
+    browser.open(fmt::format("http://127.0.0.1:{}/", port));
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     // The page counts itself, each second anew.
     fmt::print("{} ({} x {}): {}\n", view.what, view.width, view.height, said(browser));
@@ -55,8 +47,6 @@ int main(int argc, char** argv) {
     fmt::print("after it stood still for 10 s: {}\n", said(browser));
   }
   runner.join();
-  server.stop();
-  hub.stop();
   std::filesystem::remove_all(folder);
   return 0;
 }

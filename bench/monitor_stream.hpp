@@ -1,9 +1,11 @@
 // The stream that both benchmarks of the live view watch: 16 channels at 10 kHz, pushed by a loop of a controller's kind.
 #pragma once
 #include <cmath>
+#include <memory>
+#include <optional>
 #include <string>
 
-#include "whirl/monitor/frame_source.hpp"
+#include "whirl/monitor/server.hpp"
 #include "whirl/rt/pace.hpp"
 #include "whirl/rt/realtime.hpp"
 
@@ -19,6 +21,32 @@ inline monitor::StreamInfo stream_info() {
   }
   return info;
 }
+
+/// The stream served on any free port, with the spectra that the program would choose.
+struct Served {
+  Served() {
+    hub.start();
+    server->start();
+  }
+  ~Served() { stop(); }
+  void stop() {
+    server.reset();
+    hub.stop();
+  }
+  static monitor::HubOptions hub_options() {
+    monitor::HubOptions options;
+    options.spectrum.block = monitor::block_for(kRate);
+    return options;
+  }
+  static monitor::ServerOptions any_port() {
+    monitor::ServerOptions options;
+    options.port = 0;
+    return options;
+  }
+  monitor::SampleRing ring{kChannels, 1 << 15};
+  monitor::Hub hub{std::make_unique<monitor::RingSource>(stream_info(), ring), hub_options()};
+  std::optional<monitor::Server> server{std::in_place, hub, any_port()};
+};
 
 /// The cycle of a controller: some arithmetic on each channel, then the push.
 inline LoopTiming loop(double seconds, monitor::SampleRing* ring) {
