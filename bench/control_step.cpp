@@ -1,7 +1,7 @@
-// Promise: one step of every controller, estimator included, takes at most 1 us in the median, both axes; of the predictive law
-// also when it stands at its limit, up to a horizon of 16.
-// Prints per law and estimator the median, p99 and largest time of one step in ns over a simulated run-down, and for model
-// predictive control the same with readings and a force limit that keep it at its limits.
+// Promise: one step of every controller, estimator included, takes at most 1 us in the median, both axes; of the
+// predictive law also when it stands at its limit, up to a horizon of 16. Prints per law and estimator the median, p99
+// and largest time of one step in ns over a simulated run-down, and for model predictive control the same with readings
+// and a force limit that keep it at its limits.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -56,7 +56,8 @@ int main() {
     d.parameters["predict"] = 1;
     d.parameters["horizon"] = horizon;
     d.force_limit = 5;
-    const double median = row(d, testing::run_down_readings(2e-3), "mpc at its limit, " + std::to_string(static_cast<int>(horizon)));
+    const double median =
+        row(d, testing::run_down_readings(2e-3), "mpc at its limit, " + std::to_string(static_cast<int>(horizon)));
     if (horizon <= 16) worst = std::max(worst, median);
   }
   std::printf("slowest median %.0f ns, target 1000 ns\n", worst);

@@ -1,5 +1,5 @@
-// Step time of exported C beside the library's, in double and float, and what a target needs: bytes of code, of state, of stack.
-// Promise: one step of the exported controller takes at most 1 us in the median.
+// Step time of exported C beside the library's, in double and float, and what a target needs: bytes of code, of state,
+// of stack. Promise: one step of the exported controller takes at most 1 us in the median.
 #include <dlfcn.h>
 
 #include <algorithm>
@@ -52,12 +52,15 @@ long first_number(const std::string& path) {
 }
 
 template <class Real>
-double exported_ns(const ControllerDesign& d, const std::vector<Measurement>& readings, const std::string& folder, long& code, long& stack) {
+double exported_ns(const ControllerDesign& d, const std::vector<Measurement>& readings, const std::string& folder,
+                   long& code, long& stack) {
   const ControllerCode files = controller_code(d, {"c", sizeof(Real) == 4, ""});
   std::ofstream(folder + "/c.h") << files.header.text;
   std::ofstream(folder + "/c.c") << files.source.text;
-  const std::string build = "cd " + folder + " && rm -f c.so && cc -std=c99 -O2 -fstack-usage -fPIC -c c.c -o c.o && cc -shared -o c.so c.o -lm && "
-                            "size c.o | awk 'NR==2{print $1}' > code && sort -k2 -n -r c.su | awk 'NR==1{print $2}' > stack";
+  const std::string build =
+      "cd " + folder +
+      " && rm -f c.so && cc -std=c99 -O2 -fstack-usage -fPIC -c c.c -o c.o && cc -shared -o c.so c.o -lm && "
+      "size c.o | awk 'NR==2{print $1}' > code && sort -k2 -n -r c.su | awk 'NR==1{print $2}' > stack";
   if (std::system(build.c_str()) != 0) return NAN;
   code = first_number(folder + "/code");
   stack = first_number(folder + "/stack");
@@ -82,20 +85,22 @@ int main() {
   std::string folder = (std::filesystem::temp_directory_path() / "whirl-bench-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) return 1;
   double worst = 0;
-  std::printf("%-14s %-10s %9s %9s %9s   %10s %10s\n", "law", "estimator", "library", "C double", "C float", "code bytes", "deepest frame");
+  std::printf("%-14s %-10s %9s %9s %9s   %10s %10s\n", "law", "estimator", "library", "C double", "C float",
+              "code bytes", "deepest frame");
   const auto row = [&](const ControllerDesign& d, const std::vector<Measurement>& samples, const char* label) {
     Controller controller = make_controller(d);
     const double library = time_of(samples, [&](const Measurement& m) { (void)controller.step(m); });
     long code = 0, stack = 0, ignored = 0;
     const double with_float = exported_ns<float>(d, samples, folder, ignored, ignored);
     const double with_double = exported_ns<double>(d, samples, folder, code, stack);
-    std::printf("%-14s %-10s %6.0f ns %6.0f ns %6.0f ns   %10ld %10ld\n", label, d.estimator.c_str(), library, with_double, with_float, code,
-                stack);
+    std::printf("%-14s %-10s %6.0f ns %6.0f ns %6.0f ns   %10ld %10ld\n", label, d.estimator.c_str(), library,
+                with_double, with_float, code, stack);
     worst = std::max(worst, with_double);
   };
-  for (const auto& [law, estimator] : {std::pair("tsmc", "lpf"), std::pair("tsmc", "kfe"), std::pair("lsmc", "lpf"), std::pair("pd", "lpf"),
-                                       std::pair("sta_implicit", "red_implicit"), std::pair("tsmc_implicit", "kfe"), std::pair("nftsmc", "eso"),
-                                       std::pair("pd_notch", "kfo"), std::pair("mpc", "kfe")}) {
+  for (const auto& [law, estimator] :
+       {std::pair("tsmc", "lpf"), std::pair("tsmc", "kfe"), std::pair("lsmc", "lpf"), std::pair("pd", "lpf"),
+        std::pair("sta_implicit", "red_implicit"), std::pair("tsmc_implicit", "kfe"), std::pair("nftsmc", "eso"),
+        std::pair("pd_notch", "kfo"), std::pair("mpc", "kfe")}) {
     row(testing::design_of(law, estimator), readings, law);
   }
   ControllerDesign limited = testing::design_of("mpc", "kfe");

@@ -1,5 +1,5 @@
-// Speed of the compiled tape: samples x terms per second for paper eq. 24 (17 terms) and with 35 damped pole pairs (87 terms),
-// beside a loop written by hand for the same columns and beside memcpy of the columns written.
+// Speed of the compiled tape: samples x terms per second for paper eq. 24 (17 terms) and with 35 damped pole pairs (87
+// terms), beside a loop written by hand for the same columns and beside memcpy of the columns written.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,8 @@ double seconds(const std::function<void()>& run) {
 
 void by_hand_17(const Eigen::MatrixXd& v, Eigen::MatrixXd& out) {
   for (Eigen::Index i = 0; i < v.rows(); ++i) {
-    const double x = v(i, 0), dx = v(i, 1), y = v(i, 2), dy = v(i, 3), w = v(i, 5), s = std::sin(v(i, 4)), c = std::cos(v(i, 4));
+    const double x = v(i, 0), dx = v(i, 1), y = v(i, 2), dy = v(i, 3), w = v(i, 5), s = std::sin(v(i, 4)),
+                 c = std::cos(v(i, 4));
     const double w2 = w * w, x2 = x * x, y2 = y * y;
     out(i, 0) = 1;
     out(i, 1) = x;
@@ -79,8 +80,8 @@ int main() {
   const std::vector<Expr> eq24 = rotor_library();
   const std::vector<Expr> full = union_library({eq24, modal_library(poles)});
   const Tape tape17 = compile(eq24, kNames), tape87 = compile(full, kNames);
-  fmt::print("{:8} {:>9} {:>6} {:>12} {:>10} {:>12} {:>14} {:>14}\n", "library", "samples", "terms", "M terms/s", "ns/sample",
-             "memcpy GB/s", "hand/tape", "memcpy/tape");
+  fmt::print("{:8} {:>9} {:>6} {:>12} {:>10} {:>12} {:>14} {:>14}\n", "library", "samples", "terms", "M terms/s",
+             "ns/sample", "memcpy GB/s", "hand/tape", "memcpy/tape");
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> number(-1, 1);
   for (const Eigen::Index samples : {15000, 150000}) {
@@ -93,7 +94,8 @@ int main() {
       const Tape& tape = terms == 17 ? tape17 : tape87;
       const double t = seconds([&] { tape.evaluate(v, out); });
       const double h = seconds([&] { terms == 17 ? by_hand_17(v, same) : by_hand_87(v, poles, same); });
-      const double c = seconds([&] { std::memcpy(copy.data(), out.data(), static_cast<std::size_t>(out.size()) * sizeof(double)); });
+      const double c =
+          seconds([&] { std::memcpy(copy.data(), out.data(), static_cast<std::size_t>(out.size()) * sizeof(double)); });
       const double worst = ((out - same).cwiseAbs().array() / (1e-300 + same.cwiseAbs().array().maxCoeff())).maxCoeff();
       report(terms == 17 ? "eq. 24" : "+ modes", samples, terms, t, h, c);
       if (worst > 1e-12 || copy(samples - 1, 0) != out(samples - 1, 0)) {

@@ -24,8 +24,7 @@ const std::string& text(int digits) {
   if (out.empty()) {
     out = "t_s,x_m,y_m,beta_rad\n";
     for (int i = 0; i < kRows; ++i) {
-      const double t = i / 1000.0, x = 1e-3 * std::sin(75.3 * t), y = 1e-3 * std::cos(75.3 * t),
-                   beta = 188 * t;
+      const double t = i / 1000.0, x = 1e-3 * std::sin(75.3 * t), y = 1e-3 * std::cos(75.3 * t), beta = 188 * t;
       out += digits == 6 ? fmt::format("{:.3f},{:.6g},{:.6g},{:.6g}\n", t, x, y, beta)
                          : fmt::format("{},{},{},{}\n", t, x, y, beta);
     }
@@ -35,17 +34,16 @@ const std::string& text(int digits) {
 
 void count(benchmark::State& state, const std::string& bytes) {
   state.SetBytesProcessed(static_cast<long>(state.iterations()) * static_cast<long>(bytes.size()));
-  state.counters["values/s"] = benchmark::Counter(static_cast<double>(state.iterations()) * kRows * kColumns,
-                                                  benchmark::Counter::kIsRate);
+  state.counters["values/s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * kRows * kColumns, benchmark::Counter::kIsRate);
 }
 
 void scan_bytes(benchmark::State& state) {
   const std::string& bytes = text(static_cast<int>(state.range(0)));
   for (auto _ : state) {
     long lines = 0;
-    for (const char* p = bytes.data();
-         (p = static_cast<const char*>(
-              std::memchr(p, '\n', static_cast<std::size_t>(bytes.data() + bytes.size() - p))));
+    for (const char* p = bytes.data(); (p = static_cast<const char*>(std::memchr(
+                                            p, '\n', static_cast<std::size_t>(bytes.data() + bytes.size() - p))));
          ++p)
       ++lines;
     benchmark::DoNotOptimize(lines);

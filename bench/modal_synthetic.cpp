@@ -33,18 +33,24 @@ void run(const char* name, whirl::testing::SyntheticOptions synthetic, int seeds
     ratio += data.noise_ratio > 0 ? model.reconstruction_error / data.noise_ratio : 0;
   }
   const double n = seeds;
-  fmt::print("| {:<34} | {:5.1f}/{:<5.1f} | {:2d}/{:<2d} | {:5.2f} | {:4.2f} | {:7.5f} {:5.3f} | {:3.0f} {:3.0f} | {:6.4f} | {:6.2f} |\n",
-             name, f / n, both / n, worst_f, worst_both, extra / n, sharp / n, 100 * df / n, 100 * dz / n, cover_f / n,
-             cover_z / n, ratio / n, seconds / n);
+  fmt::print(
+      "| {:<34} | {:5.1f}/{:<5.1f} | {:2d}/{:<2d} | {:5.2f} | {:4.2f} | {:7.5f} {:5.3f} | {:3.0f} {:3.0f} | {:6.4f} | "
+      "{:6.2f} |\n",
+      name, f / n, both / n, worst_f, worst_both, extra / n, sharp / n, 100 * df / n, 100 * dz / n, cover_f / n,
+      cover_z / n, ratio / n, seconds / n);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   const int seeds = argc > 1 ? std::atoi(argv[1]) : 3;
-  fmt::print("Published peers on this class, 12 FRFs: 18/15 (defaults, fed the true frequencies), 29/23 (best setting);\n"
-             "one FRF 25/11, 28/21 with poles picked by the truth. Times are processor seconds.\n\n");
-  fmt::print("| case ({} structures)               | f / f&z     | worst | extra | sharp | df %  dz %   | cover | resid/noise | s |\n", seeds);
+  fmt::print(
+      "Published peers on this class, 12 FRFs: 18/15 (defaults, fed the true frequencies), 29/23 (best setting);\n"
+      "one FRF 25/11, 28/21 with poles picked by the truth. Times are processor seconds.\n\n");
+  fmt::print(
+      "| case ({} structures)               | f / f&z     | worst | extra | sharp | df %  dz %   | cover | resid/noise "
+      "| s |\n",
+      seeds);
   whirl::testing::SyntheticOptions base;
   run("12 FRFs, additive", base, seeds);
   auto proportional = base;

@@ -1,5 +1,5 @@
-// What the live view costs a loop: SECONDS of a loop at 10 kHz with 16 channels, alone and with 8 pages that read, one of them
-// slowly. Usage: bench_monitor_load [seconds]
+// What the live view costs a loop: SECONDS of a loop at 10 kHz with 16 channels, alone and with 8 pages that read, one
+// of them slowly. Usage: bench_monitor_load [seconds]
 #include <fmt/format.h>
 
 #include <atomic>
@@ -61,10 +61,13 @@ void read_page(std::uint16_t port, std::chrono::milliseconds rest, Page& page) {
 }
 
 void print(const char* what, const LoopTiming& t) {
-  fmt::print("{:<12} {} cycles, {} ticks left out ({} late by work, {} by wake-up); latency p50 {:.0f} p99 {:.0f} p99.9 {:.0f} max {:.0f} us; "
-             "execution p99.9 {:.1f} max {:.0f} us\n",
-             what, t.executed, t.missed, t.late_work, t.late_wake, 1e6 * t.latency.quantile(0.5), 1e6 * t.latency.quantile(0.99),
-             1e6 * t.latency.quantile(0.999), 1e6 * t.latency.max(), 1e6 * t.execution.quantile(0.999), 1e6 * t.execution.max());
+  fmt::print(
+      "{:<12} {} cycles, {} ticks left out ({} late by work, {} by wake-up); latency p50 {:.0f} p99 {:.0f} p99.9 "
+      "{:.0f} max {:.0f} us; "
+      "execution p99.9 {:.1f} max {:.0f} us\n",
+      what, t.executed, t.missed, t.late_work, t.late_wake, 1e6 * t.latency.quantile(0.5),
+      1e6 * t.latency.quantile(0.99), 1e6 * t.latency.quantile(0.999), 1e6 * t.latency.max(),
+      1e6 * t.execution.quantile(0.999), 1e6 * t.execution.max());
 }
 
 }  // namespace
@@ -80,7 +83,8 @@ int main(int argc, char** argv) {
   std::vector<std::thread> readers;
   for (int i = 0; i < kPages; ++i) {
     pages.push_back(std::make_unique<Page>());
-    readers.emplace_back(read_page, served.server->port(), std::chrono::milliseconds(i == kPages - 1 ? 200 : 0), std::ref(*pages.back()));
+    readers.emplace_back(read_page, served.server->port(), std::chrono::milliseconds(i == kPages - 1 ? 200 : 0),
+                         std::ref(*pages.back()));
   }
   std::thread runner([&] { watched = bench::loop(seconds, &served.ring); });
   // From here on the memory is locked: what is mapped is resident.
@@ -90,12 +94,14 @@ int main(int argc, char** argv) {
   const double after = resident_megabytes();
   runner.join();
   print("8 pages", watched);
-  fmt::print("rows refused by the ring {}; resident memory {:.1f} MB after a fifth of the time, {:.1f} MB at the end\n", served.ring.dropped(), before, after);
+  fmt::print("rows refused by the ring {}; resident memory {:.1f} MB after a fifth of the time, {:.1f} MB at the end\n",
+             served.ring.dropped(), before, after);
   served.stop();
   for (std::thread& reader : readers) reader.join();
   for (std::size_t i = 0; i < pages.size(); ++i) {
-    fmt::print("page {}: {:.1f} frames of samples per second, {} frames missed, {:.2f} MB/s{}\n", i + 1, static_cast<double>(pages[i]->frames) / seconds,
-               pages[i]->missed.load(), 1e-6 * static_cast<double>(pages[i]->bytes) / seconds, i + 1 == pages.size() ? " (slow)" : "");
+    fmt::print("page {}: {:.1f} frames of samples per second, {} frames missed, {:.2f} MB/s{}\n", i + 1,
+               static_cast<double>(pages[i]->frames) / seconds, pages[i]->missed.load(),
+               1e-6 * static_cast<double>(pages[i]->bytes) / seconds, i + 1 == pages.size() ? " (slow)" : "");
   }
   return 0;
 }

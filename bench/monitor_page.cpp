@@ -1,5 +1,5 @@
-// What a browser shows of 16 channels at 10 kHz: pictures per second of one page in a headless Chromium that draws without a
-// graphics processor. Usage: bench_monitor_page [seconds per view] [folder for pictures]
+// What a browser shows of 16 channels at 10 kHz: pictures per second of one page in a headless Chromium that draws
+// without a graphics processor. Usage: bench_monitor_page [seconds per view] [folder for pictures]
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -30,8 +30,10 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = std::filesystem::temp_directory_path() / fmt::format("whirl-page-{}", port);
   const auto said = [](Browser& browser) {
     return browser
-        .evaluate("document.getElementById('rate').textContent + '; ' + [...document.querySelectorAll('#status dt')]"
-                  ".filter((t) => t.textContent.startsWith('frames')).map((t) => `${t.textContent}: ${t.nextSibling.textContent}`).join('; ')")
+        .evaluate(
+            "document.getElementById('rate').textContent + '; ' + [...document.querySelectorAll('#status dt')]"
+            ".filter((t) => t.textContent.startsWith('frames')).map((t) => `${t.textContent}: "
+            "${t.nextSibling.textContent}`).join('; ')")
         .get<std::string>();
   };
   for (const View& view : views) {
@@ -40,7 +42,8 @@ int main(int argc, char** argv) {
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     // The page counts itself, each second anew.
     fmt::print("{} ({} x {}): {}\n", view.what, view.width, view.height, said(browser));
-    if (argc > 2) browser.screenshot(std::filesystem::path(argv[2]) / fmt::format("page-{}x{}.png", view.width, view.height));
+    if (argc > 2)
+      browser.screenshot(std::filesystem::path(argv[2]) / fmt::format("page-{}x{}.png", view.width, view.height));
     if (&view != std::end(views) - 1) continue;
     browser.evaluate("(() => { const end = performance.now() + 1e4; while (performance.now() < end); })()");
     std::this_thread::sleep_for(std::chrono::seconds(3));

@@ -1,4 +1,5 @@
-// The stream that both benchmarks of the live view watch: 16 channels at 10 kHz, pushed by a loop of a controller's kind.
+// The stream that both benchmarks of the live view watch: 16 channels at 10 kHz, pushed by a loop of a controller's
+// kind.
 #pragma once
 #include <cmath>
 #include <memory>
@@ -17,7 +18,11 @@ constexpr std::size_t kChannels = 16;
 inline monitor::StreamInfo stream_info() {
   monitor::StreamInfo info{"load", kRate, {}};
   for (std::size_t c = 0; c < kChannels; ++c) {
-    info.channels.push_back({c == 0 ? "x" : c == 1 ? "y" : c == 2 ? "beta" : "c" + std::to_string(c), c == 2 ? Quantity::angle : Quantity::displacement});
+    info.channels.push_back({c == 0   ? "x"
+                             : c == 1 ? "y"
+                             : c == 2 ? "beta"
+                                      : "c" + std::to_string(c),
+                             c == 2 ? Quantity::angle : Quantity::displacement});
   }
   return info;
 }

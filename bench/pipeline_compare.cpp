@@ -27,8 +27,7 @@ int main(int argc, char** argv) {
 
   CompareOptions options;
   options.design.hardware = data_sheet(rig);
-  options.design.hardware.modes = {
-      {46, 0.008, 0.02, 1, 0}, {128, 0.006, 0.02, -1, 0}, {310, 0.010, 0.02, 1, 0}};
+  options.design.hardware.modes = {{46, 0.008, 0.02, 1, 0}, {128, 0.006, 0.02, -1, 0}, {310, 0.010, 0.02, 1, 0}};
   options.design.evaluations = argc > 1 ? std::atoi(argv[1]) : 160;
   options.matrix = argc <= 2 || std::atoi(argv[2]) != 0;
   options.balanced_eps = balanced.eccentricity() * error;
@@ -50,8 +49,7 @@ int main(int argc, char** argv) {
         " | {:5.1f} / {:5.1f} | {:4.1f} / {:4.1f} | {:5.0f} | {:5.1f} | certified {:.0f}, delay margin "
         "{:.0f} ms\n",
         1e6 * r.peak_mean, 1e6 * r.peak_worst, m.force_rms, m.force_peak, m.total_variation,
-        1e6 * r.balanced->closed.all, r.design.margins.at("certified"),
-        1e3 * r.design.margins.at("delay_margin_s"));
+        1e6 * r.balanced->closed.all, r.design.margins.at("certified"), 1e3 * r.design.margins.at("delay_margin_s"));
     if (!r.matrix.empty()) fmt::print("   ");
     for (const auto& c : r.matrix) {
       fmt::print(" {}: {:.0f}{};", c.name, 1e6 * c.metrics.closed.all, c.metrics.stable ? "" : " UNSTABLE");

@@ -36,7 +36,8 @@ void report_of_28_figures(benchmark::State& state) {
   for (auto _ : state) {
     report::Document document;
     for (int i = 0; i < 24; ++i) document.figure(report::time_traces(runs, {"x", "y"}), "Displacement.");
-    for (int i = 0; i < 3; ++i) document.figure(report::phase_plane(runs, "x", {{"a", 0, 7}, {"b", 7, 15}}), "Phase plane.");
+    for (int i = 0; i < 3; ++i)
+      document.figure(report::phase_plane(runs, "x", {{"a", 0, 7}, {"b", 7, 15}}), "Phase plane.");
     document.figure(report::funnel(runs), "Path.");
     bytes = report::to_html(document).size();
   }

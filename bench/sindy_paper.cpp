@@ -25,7 +25,8 @@ int main() {
     std::mt19937_64 engine(static_cast<std::uint64_t>(seed));
     std::normal_distribution<double> normal;
     for (Channel& c : r.channels) {
-      const double sd = std::sqrt((c.samples.array() - c.samples.mean()).square().mean()) * std::pow(10.0, -snr_db / 20);
+      const double sd =
+          std::sqrt((c.samples.array() - c.samples.mean()).square().mean()) * std::pow(10.0, -snr_db / 20);
       for (double& v : c.samples) v += sd * normal(engine);
     }
     Eigen::VectorXd beta(r.size());
@@ -39,11 +40,12 @@ int main() {
       return e == nullptr ? std::nan("") : 100 * (e->value / t - 1);
     };
     const Estimate* rmse = m.parameter("rmse_x");
-    fmt::print("{:40} {:4.0f} dB seed {}: k1 {:8.3f} k2 {:8.2f} c {:8.3f} e {:8.3f} %, terms {:2} + {:2}, rmse x {:.4f} mm{}\n",
-               name, snr, seed, error("k1", truth.k1), error("k2", truth.k2), error("c", truth.c),
-               error("e", std::abs(truth.eps)), m.equations[1].terms.size(), m.equations[3].terms.size(),
-               rmse != nullptr ? rmse->value * 1e3 : std::nan(""),
-               m.summary.status == Status::unusable ? "  DIVERGES" : "");
+    fmt::print(
+        "{:40} {:4.0f} dB seed {}: k1 {:8.3f} k2 {:8.2f} c {:8.3f} e {:8.3f} %, terms {:2} + {:2}, rmse x {:.4f} "
+        "mm{}\n",
+        name, snr, seed, error("k1", truth.k1), error("k2", truth.k2), error("c", truth.c),
+        error("e", std::abs(truth.eps)), m.equations[1].terms.size(), m.equations[3].terms.size(),
+        rmse != nullptr ? rmse->value * 1e3 : std::nan(""), m.summary.status == Status::unusable ? "  DIVERGES" : "");
   };
   for (double snr : {200.0, 20.0}) {
     for (int seed = 1; seed <= (snr > 100 ? 1 : 3); ++seed) {

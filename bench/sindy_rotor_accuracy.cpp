@@ -28,8 +28,8 @@ struct Row {
   }
 };
 
-/// 95th percentile of the absolute errors of unbiased Gaussian estimates with these standard deviations: what no unbiased
-/// estimator undercuts when they are the Cramer-Rao bounds of the rotors drawn.
+/// 95th percentile of the absolute errors of unbiased Gaussian estimates with these standard deviations: what no
+/// unbiased estimator undercuts when they are the Cramer-Rao bounds of the rotors drawn.
 double bound_95(const std::vector<double>& sd) {
   double low = 0, high = 10 * *std::max_element(sd.begin(), sd.end());
   for (int k = 0; k < 60; ++k) {
@@ -49,7 +49,9 @@ struct Case {
 
 // fn 11-13 Hz, zeta 1-3 %, hardening 20-30 % at 3 mm, e 0.06-0.16 mm, 25-40 Hz at the start, offset +-0.1 mm.
 Case draw(std::mt19937_64& random, bool anisotropic) {
-  const auto uniform = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
   Case c;
   const double w = kTurn * uniform(11, 13);
   c.rotor.k1 = w * w;
@@ -108,7 +110,8 @@ void run(double snr, bool anisotropic, int rotors, unsigned first_seed) {
     covered[2] += found.model.parameter("c")->covers(d.rotor.c);
     covered[3] += found.model.parameter("e")->covers(std::abs(d.rotor.eps));
     const double turn = std::arg(d.rotor.eps), low = found.model.parameter("e_phase")->low;
-    covered[4] += low + std::remainder(turn - low, kTurn) >= low && found.model.parameter("e_phase")->covers(low + std::remainder(turn - low, kTurn));
+    covered[4] += low + std::remainder(turn - low, kTurn) >= low &&
+                  found.model.parameter("e_phase")->covers(low + std::remainder(turn - low, kTurn));
 
     // Held out: another run-down with an added mass; a run-up of the same rotor.
     RotorModel loaded = d.rotor;
@@ -138,16 +141,17 @@ void run(double snr, bool anisotropic, int rotors, unsigned first_seed) {
   k2.print("K2 error", "%");
   c.print("C error", "%");
   e.print("e error", "%");
-  std::printf("  Cramer-Rao bound, 95 %% of errors: K1 %.4f K2 %.4f C %.4f %%\n", bound_95(bound[0]), bound_95(bound[1]),
-              bound_95(bound[2]));
+  std::printf("  Cramer-Rao bound, 95 %% of errors: K1 %.4f K2 %.4f C %.4f %%\n", bound_95(bound[0]),
+              bound_95(bound[1]), bound_95(bound[2]));
   phase.print("phase error", "deg");
   held.print("held-out run-down", "mm");
   run_up.print("run-up", "mm");
   chi.print("chi-square", "");
   time.print("processor time", "ms");
   const double n = static_cast<double>(k1.values.size());
-  std::printf("  fold-sensitive run-ups left out: %d\n  coverage of 95 %% intervals K1 %.2f K2 %.2f C %.2f e %.2f phase %.2f\n", folds,
-              covered[0] / n, covered[1] / n, covered[2] / n, covered[3] / n, covered[4] / n);
+  std::printf(
+      "  fold-sensitive run-ups left out: %d\n  coverage of 95 %% intervals K1 %.2f K2 %.2f C %.2f e %.2f phase %.2f\n",
+      folds, covered[0] / n, covered[1] / n, covered[2] / n, covered[3] / n, covered[4] / n);
 }
 
 }  // namespace
@@ -155,7 +159,8 @@ void run(double snr, bool anisotropic, int rotors, unsigned first_seed) {
 int main(int argc, char** argv) {
   const int rotors = argc > 1 ? std::atoi(argv[1]) : 40;
   const unsigned seed = argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1;
-  const std::vector<double> levels = argc > 3 ? std::vector<double>{std::atof(argv[3])} : std::vector<double>{30, 20, 10};
+  const std::vector<double> levels =
+      argc > 3 ? std::vector<double>{std::atof(argv[3])} : std::vector<double>{30, 20, 10};
   for (const double snr : levels) run(snr, false, rotors, seed);
   run(20, true, rotors, seed);
 }

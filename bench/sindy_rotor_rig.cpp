@@ -1,5 +1,5 @@
-// Identification of the virtual rig's default plant (anisotropy, laser latency, runout, free modes, encoder, speed ripple)
-// from its records; errors against its truth. Usage: bench_sindy_rotor_rig
+// Identification of the virtual rig's default plant (anisotropy, laser latency, runout, free modes, encoder, speed
+// ripple) from its records; errors against its truth. Usage: bench_sindy_rotor_rig
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -38,7 +38,8 @@ void report(const char* name, const std::vector<double>& grams, const RotorIdent
             std::optional<double> snr = {}, bool profile_angle = false) {
   std::vector<RotorRecord> records;
   for (std::size_t k = 0; k < grams.size(); ++k) {
-    records.push_back(rotor_record(record_open_loop(plant(grams[k], profile_angle), {k + 1, {}}, snr).measured, options.record));
+    records.push_back(
+        rotor_record(record_open_loop(plant(grams[k], profile_angle), {k + 1, {}}, snr).measured, options.record));
   }
   const std::clock_t begin = std::clock();
   const RotorIdentification r = identify_rotor_detailed(records, options);
@@ -57,12 +58,14 @@ void report(const char* name, const std::vector<double>& grams, const RotorIdent
     return 100 * 1.96 * e.sd / std::abs(e.value);
   };
   const double turn = 180 / std::numbers::pi;
-  std::printf("    K1 %+.3f (+-%.3f) %%  K2 %+.2f (+-%.2f) %%  C %+.2f (+-%.2f) %%  e %+.2f (+-%.2f) %%  phase %+.2f deg\n",
-              100 * (m.k1 / truth.k1 - 1), half("k1"), 100 * (m.k2 / truth.k2 - 1), half("k2"), 100 * (m.c / truth.c - 1),
-              half("c"), 100 * (std::abs(m.eps) / std::abs(truth.eps) - 1), half("e"), turn * std::arg(m.eps / truth.eps));
-  std::printf("    conj stiffness %.2f%+.2fi (true %.2f%+.2fi)  conj damping %.4f%+.4fi (true %.4f%+.4fi)  delay %.3f ms\n",
-              m.k1_conj.real(), m.k1_conj.imag(), truth.k1_conj.real(), truth.k1_conj.imag(), m.c_conj.real(),
-              m.c_conj.imag(), truth.c_conj.real(), truth.c_conj.imag(), 1e3 * r.fit.delay);
+  std::printf(
+      "    K1 %+.3f (+-%.3f) %%  K2 %+.2f (+-%.2f) %%  C %+.2f (+-%.2f) %%  e %+.2f (+-%.2f) %%  phase %+.2f deg\n",
+      100 * (m.k1 / truth.k1 - 1), half("k1"), 100 * (m.k2 / truth.k2 - 1), half("k2"), 100 * (m.c / truth.c - 1),
+      half("c"), 100 * (std::abs(m.eps) / std::abs(truth.eps) - 1), half("e"), turn * std::arg(m.eps / truth.eps));
+  std::printf(
+      "    conj stiffness %.2f%+.2fi (true %.2f%+.2fi)  conj damping %.4f%+.4fi (true %.4f%+.4fi)  delay %.3f ms\n",
+      m.k1_conj.real(), m.k1_conj.imag(), truth.k1_conj.real(), truth.k1_conj.imag(), m.c_conj.real(), m.c_conj.imag(),
+      truth.c_conj.real(), truth.c_conj.imag(), 1e3 * r.fit.delay);
   if (r.model.summary.status == Status::unusable) return;
   // Other unbalances, predicted from the difference of the true eccentricities.
   std::printf("    held out:");
@@ -78,8 +81,9 @@ void report(const char* name, const std::vector<double>& grams, const RotorIdent
     const Validation a = validate(r.model, run.measured, v);
     v.unbalance = UnbalanceSource::refitted;
     const Validation b = validate(r.model, run.measured, v);
-    std::printf("  %.1f g %.1f / %.1f um x / y (peak %.3f mm, %.3f simulated), e refitted %.1f / %.1f um", g, 1e6 * a.rmse_x,
-                1e6 * a.rmse_y, 1e3 * a.peak_measured, 1e3 * a.peak_simulated, 1e6 * b.rmse_x, 1e6 * b.rmse_y);
+    std::printf("  %.1f g %.1f / %.1f um x / y (peak %.3f mm, %.3f simulated), e refitted %.1f / %.1f um", g,
+                1e6 * a.rmse_x, 1e6 * a.rmse_y, 1e3 * a.peak_measured, 1e3 * a.peak_simulated, 1e6 * b.rmse_x,
+                1e6 * b.rmse_y);
   }
   std::printf("\n");
 }

@@ -1,5 +1,6 @@
-// Full library of paper eq. 24 without ties, order 2, displacement and angle only: support and coefficients of rotor B found
-// by the general front end, and the same with a radial cubic in the library. Arguments: seeds, "untied" or "radial".
+// Full library of paper eq. 24 without ties, order 2, displacement and angle only: support and coefficients of rotor B
+// found by the general front end, and the same with a radial cubic in the library. Arguments: seeds, "untied" or
+// "radial".
 #include <fmt/format.h>
 
 #include <chrono>
@@ -33,7 +34,8 @@ int main(int argc, char** argv) {
         std::mt19937_64 engine(static_cast<std::uint64_t>(seed));
         std::normal_distribution<double> normal;
         for (Channel& c : r.channels) {
-          const double sd = std::sqrt((c.samples.array() - c.samples.mean()).square().mean()) * std::pow(10.0, -snr / 20);
+          const double sd =
+              std::sqrt((c.samples.array() - c.samples.mean()).square().mean()) * std::pow(10.0, -snr / 20);
           for (double& v : c.samples) v += sd * normal(engine);
         }
         Eigen::VectorXd beta(r.size()), omega(r.size());
@@ -47,8 +49,8 @@ int main(int argc, char** argv) {
         o.states = {"x", "y"};
         o.inputs = {"b", "w"};
         o.order = 2;
-        const std::vector<std::string> forcing{"1", "x", "x'", "w^2*cos(b)", "w^2*sin(b)", "w*cos(b)", "w*sin(b)", "y",
-                                               "y'", "w", "w^2", "sin(b)", "cos(b)"};
+        const std::vector<std::string> forcing{"1", "x",  "x'", "w^2*cos(b)", "w^2*sin(b)", "w*cos(b)", "w*sin(b)",
+                                               "y", "y'", "w",  "w^2",        "sin(b)",     "cos(b)"};
         o.library = forcing;
         if (radial) {
           o.library_of["x''"] = forcing;

@@ -1,4 +1,5 @@
-// Exact support of the canonical systems with default settings: found / missed / false terms, largest coefficient error.
+// Exact support of the canonical systems with default settings: found / missed / false terms, largest coefficient
+// error.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,10 +36,12 @@ int main(int argc, char** argv) {
         int miss = 0, more = 0;
         for (std::size_t e = 0; e < s.truth.equations.size(); ++e) {
           const Equation& truth = s.truth.equations[e];
-          const auto found = std::find_if(m.equations.begin(), m.equations.end(), [&](const Equation& q) { return q.lhs == truth.lhs; });
+          const auto found = std::find_if(m.equations.begin(), m.equations.end(),
+                                          [&](const Equation& q) { return q.lhs == truth.lhs; });
           for (const EquationTerm& t : truth.terms) {
             const Expr f = Expr::parse(t.function);
-            const auto at = std::find_if(found->terms.begin(), found->terms.end(), [&](const EquationTerm& q) { return Expr::parse(q.function) == f; });
+            const auto at = std::find_if(found->terms.begin(), found->terms.end(),
+                                         [&](const EquationTerm& q) { return Expr::parse(q.function) == f; });
             if (at == found->terms.end()) {
               ++miss;
               wrong += " -" + t.function;
@@ -48,7 +51,8 @@ int main(int argc, char** argv) {
           }
           for (const EquationTerm& t : found->terms) {
             const Expr f = Expr::parse(t.function);
-            if (std::none_of(truth.terms.begin(), truth.terms.end(), [&](const EquationTerm& q) { return Expr::parse(q.function) == f; })) {
+            if (std::none_of(truth.terms.begin(), truth.terms.end(),
+                             [&](const EquationTerm& q) { return Expr::parse(q.function) == f; })) {
               ++more;
               wrong += " +" + t.function;
             }
@@ -58,8 +62,10 @@ int main(int argc, char** argv) {
         extra += more;
         exact += miss + more == 0;
       }
-      fmt::print("{:15} noise {:4.1f} %: exact {}/{}, missed {}, false {}, worst coefficient {:.2g} %, chi2 {:.3g}, {:.2f} s{}\n", s.name, 100 * noise,
-                 exact, seeds, missed, extra, 100 * worst, chi, seconds / seeds, wrong);
+      fmt::print(
+          "{:15} noise {:4.1f} %: exact {}/{}, missed {}, false {}, worst coefficient {:.2g} %, chi2 {:.3g}, {:.2f} "
+          "s{}\n",
+          s.name, 100 * noise, exact, seeds, missed, extra, 100 * worst, chi, seconds / seeds, wrong);
       std::fflush(stdout);
     }
   }

@@ -30,8 +30,8 @@ int __wrap_posix_memalign(void** p, std::size_t a, std::size_t n) {
 namespace {
 void* obtain(std::size_t n, std::size_t alignment = 0) {
   if (n == 0) n = 1;
-  void* p = alignment == 0 ? std::malloc(n)
-                           : std::aligned_alloc(alignment, (n + alignment - 1) / alignment * alignment);
+  void* p =
+      alignment == 0 ? std::malloc(n) : std::aligned_alloc(alignment, (n + alignment - 1) / alignment * alignment);
   if (p == nullptr) throw std::bad_alloc();
   return p;
 }

@@ -71,8 +71,8 @@ TEST(BadInputE2e, ARecordThatCannotGiveARotorEndsWithCodeOneAndTheReason) {
 
 TEST(HelpE2e, EverySubcommandTeachesWithAnExample) {
   const Folder folder;
-  for (const char* command : {"info", "stiffness", "frf", "modes", "identify", "validate", "design", "run", "rig", "convert",
-                              "reproduce"}) {
+  for (const char* command :
+       {"info", "stiffness", "frf", "modes", "identify", "validate", "design", "run", "rig", "convert", "reproduce"}) {
     const Outcome outcome = folder.whirl(std::string(command) + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_NE(outcome.out.find("Example: whirl"), std::string::npos) << command << "\n" << outcome.out;

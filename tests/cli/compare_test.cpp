@@ -14,10 +14,12 @@ TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
   ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
   const std::string arguments =
-      "compare model.json --mass-kg 1.5 --laws pd:lpf:no-feedforward tsmc_paper lsmc:kfe --evaluations 10 --seeds 2 --quiet ";
+      "compare model.json --mass-kg 1.5 --laws pd:lpf:no-feedforward tsmc_paper lsmc:kfe --evaluations 10 --seeds 2 "
+      "--quiet ";
   const Outcome outcome = folder.whirl(arguments + "--out cmp");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* text : {"paper, TSMC", "0.2120 (82.9 %)", "lsmc, kfe", "runout, not removed", "fails with", "best: "}) {
+  for (const char* text :
+       {"paper, TSMC", "0.2120 (82.9 %)", "lsmc, kfe", "runout, not removed", "fails with", "best: "}) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text;
   }
   const std::string page = slurp(folder / "cmp/report.html");
@@ -41,7 +43,8 @@ TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
 
   // The number of threads changes nothing.
   const Outcome threads = folder.whirl(arguments + "--threads 3 --out again");
-  EXPECT_EQ(slurp(folder / "again/controller_tsmc_paper_lpf.json"), slurp(folder / "cmp/controller_tsmc_paper_lpf.json"));
+  EXPECT_EQ(slurp(folder / "again/controller_tsmc_paper_lpf.json"),
+            slurp(folder / "cmp/controller_tsmc_paper_lpf.json"));
   EXPECT_EQ(threads.exit_code, 0);
 }
 

@@ -9,7 +9,9 @@ namespace {
 
 std::string record() {
   std::string text = "t_s,force_N,acc_g\n";
-  for (int i = 0; i < 40; ++i) text += std::to_string(0.01 * i) + "," + std::to_string(std::sin(0.3 * i)) + "," + std::to_string(0.1 * (i % 7)) + "\n";
+  for (int i = 0; i < 40; ++i)
+    text +=
+        std::to_string(0.01 * i) + "," + std::to_string(std::sin(0.3 * i)) + "," + std::to_string(0.1 * (i % 7)) + "\n";
   return text;
 }
 
@@ -36,7 +38,9 @@ TEST(ConvertE2e, WhatCannotBeReadOrWrittenEndsWithCodeTwo) {
   struct Call {
     const char *arguments, *message;
   };
-  for (const Call& call : {Call{"convert a.csv b.xyz", ".lvm"}, {"convert broken.mat b.csv", "byte"}, {"info broken.uff", "broken.uff:3"},
+  for (const Call& call : {Call{"convert a.csv b.xyz", ".lvm"},
+                           {"convert broken.mat b.csv", "byte"},
+                           {"info broken.uff", "broken.uff:3"},
                            {"convert missing.uff b.csv", "missing.uff"}}) {
     const Outcome outcome = folder.whirl(call.arguments);
     EXPECT_EQ(outcome.exit_code, 2) << call.arguments << "\n" << outcome.err;

@@ -45,7 +45,8 @@ TEST(DeriveE2e, PaperFileGivesTheFunctionsOfEquationTwentyFour) {
   std::vector<Expr> functions;
   for (const TiedGroup& group : library.groups) {
     for (const TiedEntry& e : group.entries) {
-      const std::vector<Expr> terms = e.function.kind() == Expr::Kind::sum ? e.function.args() : std::vector<Expr>{e.function};
+      const std::vector<Expr> terms =
+          e.function.kind() == Expr::Kind::sum ? e.function.args() : std::vector<Expr>{e.function};
       functions.insert(functions.end(), terms.begin(), terms.end());
     }
   }
@@ -74,7 +75,8 @@ TEST(DeriveE2e, RotorFileGivesTheFiveTiedUnknowns) {
   }
 }
 
-// Record, fit, derivation, parameters: the rig's own numbers come back inside a few standard deviations of the weighed mass.
+// Record, fit, derivation, parameters: the rig's own numbers come back inside a few standard deviations of the weighed
+// mass.
 TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv --quiet").exit_code, 0);
@@ -108,7 +110,8 @@ std::string two_mass_record(const std::array<double, 6>& p) {
   for (double& x : phases) x = phase(random);
   const auto force = [&](double t) {
     double u = 0;
-    for (std::size_t k = 0; k < phases.size(); ++k) u += 0.5 * std::sin(6.283185307179586 * (0.5 + 0.25 * static_cast<double>(k)) * t + phases[k]);
+    for (std::size_t k = 0; k < phases.size(); ++k)
+      u += 0.5 * std::sin(6.283185307179586 * (0.5 + 0.25 * static_cast<double>(k)) * t + phases[k]);
     return u;
   };
   using State = Eigen::Vector4d;  // x1, x1', x2, x2'
@@ -123,7 +126,8 @@ std::string two_mass_record(const std::array<double, 6>& p) {
   for (int i = 0; i < 12000; ++i) {
     const double t = i * dt;
     text += fmt::format("{},{},{},{}\n", t, s[0] + 5e-5 * normal(random), s[2] + 8e-5 * normal(random), force(t));
-    const State a = rate(t, s), b = rate(t + dt / 2, s + dt / 2 * a), c = rate(t + dt / 2, s + dt / 2 * b), d = rate(t + dt, s + dt * c);
+    const State a = rate(t, s), b = rate(t + dt / 2, s + dt / 2 * a), c = rate(t + dt / 2, s + dt / 2 * b),
+                d = rate(t + dt, s + dt * c);
     s += dt / 6 * (a + 2 * b + 2 * c + d);
   }
   return text;
@@ -135,7 +139,8 @@ TEST(DeriveE2e, LibraryFitsARecordAndThePhysicalParametersComeBack) {
   const std::array<double, 6> truth{1.2, 0.4, 900, 500, 1.5, 0.3};
   folder.write("two.csv", two_mass_record(truth));
   ASSERT_EQ(folder.whirl("derive " + example("two_mass.toml") + " --out library.toml").exit_code, 0);
-  const Outcome fitted = folder.whirl("identify two.csv --library library.toml --states x1,x2 --inputs u --order 2 --out model.json --quiet");
+  const Outcome fitted = folder.whirl(
+      "identify two.csv --library library.toml --states x1,x2 --inputs u --order 2 --out model.json --quiet");
   ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
   const Outcome found = folder.whirl("derive " + example("two_mass.toml") + " --model model.json --json");
   ASSERT_EQ(found.exit_code, 0) << found.err;
@@ -158,10 +163,12 @@ TEST(DeriveE2e, FaultsNameFileAndReason) {
     return outcome.err;
   };
   EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\n").find("'m' is not declared"), std::string::npos);
-  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\n[parameters]\nm = \"2 lbs\"\n").find("s.toml:4"), std::string::npos);
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\n[parameters]\nm = \"2 lbs\"\n").find("s.toml:4"),
+            std::string::npos);
   EXPECT_NE(fault("coordinates = [\"x\"]\nkinetc = \"m*x'^2/2\"\n").find("kinetc"), std::string::npos);
   EXPECT_NE(fault("kinetic = \"1\"\n").find("at least one"), std::string::npos);
-  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/(2\"\n[parameters]\nm = \"kg\"").find("kinetic energy"), std::string::npos);
+  EXPECT_NE(fault("coordinates = [\"x\"]\nkinetic = \"m*x'^2/(2\"\n[parameters]\nm = \"kg\"").find("kinetic energy"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -89,7 +89,8 @@ Variant variant(const std::string& law, const std::string& estimator, const std:
 
 /// Predictive laws with so little force that they stand at its limit through the critical speed.
 std::vector<Variant> at_their_limit() {
-  std::vector<Variant> all{variant("mpc", "kfe", {{"predict", 1}}), variant("mpc", "kalman", {{"predict", 1}, {"horizon", 32}}),
+  std::vector<Variant> all{variant("mpc", "kfe", {{"predict", 1}}),
+                           variant("mpc", "kalman", {{"predict", 1}, {"horizon", 32}}),
                            variant("mpc", "lpf", {{"horizon", 1}}, false)};
   const double limits[] = {5, 3.3, 5};
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -107,7 +108,8 @@ std::vector<Variant> variants() {
   }
   for (const MethodInfo& estimator : estimators()) all.push_back(variant("tsmc", estimator.name));
   for (const MethodInfo& estimator : estimators()) {
-    all.push_back(variant("lsmc", estimator.name, {{"predict", 1}, {"runout_x_cos_1", 1e-5}, {"runout_y_sin_3", 2e-6}}, false));
+    all.push_back(
+        variant("lsmc", estimator.name, {{"predict", 1}, {"runout_x_cos_1", 1e-5}, {"runout_y_sin_3", 2e-6}}, false));
   }
   all.push_back(variant("tsmc_paper", "lpf", {{"delta", 2e-5}}));
   all.push_back(variant("tsmc", "lpf", {{"advance", 0}, {"cancel", 0.7}, {"exponent", 0.6}}));
@@ -184,7 +186,8 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
     folder.write(code.source.name, code.source.text);
     files += " " + code.source.name;
   }
-  const auto built = testing::shell(folder.path(), fmt::format("cc {} -fPIC -shared -o all.so{} -lm", testing::kStrictC99, files));
+  const auto built =
+      testing::shell(folder.path(), fmt::format("cc {} -fPIC -shared -o all.so{} -lm", testing::kStrictC99, files));
   ASSERT_EQ(built.exit_code, 0) << built.text;
   const testing::SharedLibrary library(folder.path() / "all.so");
 
@@ -213,9 +216,9 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
   fmt::print("{} variants, largest difference {:.2g} of the largest force\n", all.size(), worst);
 }
 
-// Two pairs cannot be compared so: the library itself, fed readings that differ in their last bit, leaves its own forces by
-// more. The printed law (eq. 43) has an unbounded slope at x = 0, and the implicit super-twisting law on a Kalman filter is
-// unstable while its loop through the plant is open.
+// Two pairs cannot be compared so: the library itself, fed readings that differ in their last bit, leaves its own
+// forces by more. The printed law (eq. 43) has an unbounded slope at x = 0, and the implicit super-twisting law on a
+// Kalman filter is unstable while its loop through the plant is open.
 TEST(ControllerSourceExport, TwoPairsAmplifyTheLastBitOfAReading) {
   RigParameters rig;
   rig.rotor.added_mass = 5e-3;
@@ -240,8 +243,9 @@ TEST(ControllerSourceExport, TwoPairsAmplifyTheLastBitOfAReading) {
 // Single precision: no double anywhere in the object, and forces within the given part of the largest over the run.
 TEST(ControllerSourceExport, FloatUsesNoDoubleAndStaysClose) {
   const testing::TemporaryFolder folder;
-  std::vector<Variant> all{variant("tsmc", "kfe"), variant("lsmc", "lpf"), variant("tsmc_implicit", "kfo"),
-                           variant("pd", "eso", {{"predict", 1}}), variant("nftsmc", "kalman"), variant("mpc", "kfo")};
+  std::vector<Variant> all{variant("tsmc", "kfe"),          variant("lsmc", "lpf"),
+                           variant("tsmc_implicit", "kfo"), variant("pd", "eso", {{"predict", 1}}),
+                           variant("nftsmc", "kalman"),     variant("mpc", "kfo")};
   for (const Variant& v : at_their_limit()) all.push_back(v);
   std::string files;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -250,10 +254,11 @@ TEST(ControllerSourceExport, FloatUsesNoDoubleAndStaysClose) {
     folder.write(code.source.name, code.source.text);
     files += " " + code.source.name;
   }
-  const auto built = testing::shell(folder.path(), fmt::format("cc {} -Wdouble-promotion -fPIC -shared -o all.so{} -lm",
-                                                               testing::kStrictC99, files));
+  const auto built = testing::shell(
+      folder.path(), fmt::format("cc {} -Wdouble-promotion -fPIC -shared -o all.so{} -lm", testing::kStrictC99, files));
   ASSERT_EQ(built.exit_code, 0) << built.text;
-  const auto symbols = testing::shell(folder.path(), "nm -D --undefined-only all.so | sed 's/@.*//' | awk '{print $NF}'");
+  const auto symbols =
+      testing::shell(folder.path(), "nm -D --undefined-only all.so | sed 's/@.*//' | awk '{print $NF}'");
   for (const char* name : {"\nsin\n", "\ncos\n", "\npow\n", "\ntanh\n", "\nhypot\n", "\nexp\n", "\nremainder\n"}) {
     EXPECT_EQ(symbols.text.find(name), std::string::npos) << name;
   }

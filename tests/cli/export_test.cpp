@@ -39,9 +39,11 @@ TEST(ExportE2e, C99OfControllerAndModelPassTheirSelfTests) {
   EXPECT_NE(controller.out.find("make -C drive check"), std::string::npos) << controller.out;
   EXPECT_NE(slurp(folder / "drive/drive.c").find("controller.json sha256:"), std::string::npos);
   ASSERT_EQ(folder.whirl("export c model.json --mass-kg 1.5 --float --out plant").exit_code, 0);
-  EXPECT_NE(slurp(folder / "plant/model.c").find("params->gain = 0.666666687F"), std::string::npos) << slurp(folder / "plant/model.c");
+  EXPECT_NE(slurp(folder / "plant/model.c").find("params->gain = 0.666666687F"), std::string::npos)
+      << slurp(folder / "plant/model.c");
   for (const char* made : {"drive", "plant"}) {
-    const std::string command = "make -C '" + (folder / made).string() + "' check >'" + (folder / "make.txt").string() + "' 2>&1";
+    const std::string command =
+        "make -C '" + (folder / made).string() + "' check >'" + (folder / "make.txt").string() + "' 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0) << slurp(folder / "make.txt");
   }
 }
@@ -55,10 +57,11 @@ TEST(ExportE2e, FmuAndTheOtherFormsAreWritten) {
   EXPECT_EQ(slurp(folder / "plant.fmu").substr(0, 2), "PK");
   ASSERT_EQ(folder.whirl("export fmu controller.json --out .").exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "controller.fmu"));
-  const std::pair<const char*, const char*> forms[] = {{"python controller.json", "controller.py"}, {"python model.json", "model.py"},
-                                                       {"matlab controller.json", "controller_mex.c"}, {"matlab model.json", "model.m"},
-                                                       {"sfunction controller.json", "controller_sfun.c"}, {"modelica model.json", "Model.mo"},
-                                                       {"latex controller.json", "controller.tex"}};
+  const std::pair<const char*, const char*> forms[] = {
+      {"python controller.json", "controller.py"},        {"python model.json", "model.py"},
+      {"matlab controller.json", "controller_mex.c"},     {"matlab model.json", "model.m"},
+      {"sfunction controller.json", "controller_sfun.c"}, {"modelica model.json", "Model.mo"},
+      {"latex controller.json", "controller.tex"}};
   for (const auto& [arguments, file] : forms) {
     const Outcome outcome = folder.whirl("export " + std::string(arguments) + " --out forms");
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -71,7 +74,9 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
   const Folder folder;
   save_inputs(folder);
   for (const char* version : {"2", "3"}) {
-    ASSERT_EQ(folder.whirl("export fmu model.json --mass-kg 1.5 --out . --prefix plant --fmi " + std::string(version)).exit_code, 0);
+    ASSERT_EQ(folder.whirl("export fmu model.json --mass-kg 1.5 --out . --prefix plant --fmi " + std::string(version))
+                  .exit_code,
+              0);
     const Outcome run = folder.whirl("run controller.json --rig plant.fmu --log run.csv --json --quiet");
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const Json json = parse_json(run.out, "stdout");
@@ -86,11 +91,14 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
 TEST(ExportE2e, WhatCannotBeExportedIsSaidInOneLine) {
   const Folder folder;
   save_inputs(folder);
-  const std::pair<const char*, const char*> wrong[] = {
-      {"modelica controller.json", "whirl export fmu"},      {"c controller.json --prefix 9x", "prefix"},
-      {"fmu controller.json --type me", "co-simulation"},    {"fmu model.json --float", "double"},
-      {"c none.json", "none.json"},                          {"rust controller.json", "FORM"},
-      {"c controller.json --mass-kg 2", "belongs to a model"}, {"fmu model.json --fmi 1", "fmi"}};
+  const std::pair<const char*, const char*> wrong[] = {{"modelica controller.json", "whirl export fmu"},
+                                                       {"c controller.json --prefix 9x", "prefix"},
+                                                       {"fmu controller.json --type me", "co-simulation"},
+                                                       {"fmu model.json --float", "double"},
+                                                       {"c none.json", "none.json"},
+                                                       {"rust controller.json", "FORM"},
+                                                       {"c controller.json --mass-kg 2", "belongs to a model"},
+                                                       {"fmu model.json --fmi 1", "fmi"}};
   for (const auto& [arguments, word] : wrong) {
     const Outcome outcome = folder.whirl("export " + std::string(arguments));
     EXPECT_EQ(outcome.exit_code, 2) << arguments;

@@ -63,7 +63,8 @@ TEST(IdentifyGeneralE2e, StatesInputsAndDegreeGiveEquationsEvidenceAndAModelFile
   write_csv(folder / "run.csv", duffing());
   const Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --degree 3 --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  for (const char* word : {"x\u0307 = ", "v\u0307 = ", "95 % interval", "chi^2", "condition number", "collinear", "held out", "Trust"}) {
+  for (const char* word :
+       {"x\u0307 = ", "v\u0307 = ", "95 % interval", "chi^2", "condition number", "collinear", "held out", "Trust"}) {
     EXPECT_NE(o.out.find(word), std::string::npos) << word << "\n" << o.out;
   }
   const auto m = load<IdentifiedModel>(folder / "model.json");
@@ -96,7 +97,8 @@ TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles)
   EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
 
   o = folder.whirl(
-      "identify a.csv --method sindy --states x,v --inputs u --known \"x' = v\" --terms 'x, v, u, x^3, max(x, v)' --no-holdout "
+      "identify a.csv --method sindy --states x,v --inputs u --known \"x' = v\" --terms 'x, v, u, x^3, max(x, v)' "
+      "--no-holdout "
       "--out known.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   const auto known = load<IdentifiedModel>(folder / "known.json");
@@ -149,14 +151,17 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
   EXPECT_NE(o.out.find("held out"), std::string::npos);
   const Outcome table = folder.whirl("identify run.csv --library library.toml --compare");
   ASSERT_EQ(table.exit_code, 0) << table.err;
-  for (const char* row : {"stlsq", "best_subset", "sindy (default)"}) EXPECT_FALSE(lines_with(table.out, row).empty()) << table.out;
+  for (const char* row : {"stlsq", "best_subset", "sindy (default)"})
+    EXPECT_FALSE(lines_with(table.out, row).empty()) << table.out;
 
   // Left-hand sides say states and order; flags may repeat them, not contradict.
   folder.write("second.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\", \"x^3\", \"u\"]\n");
-  const Outcome second = folder.whirl("identify run.csv --library second.toml --states x --order 2 --inputs u --no-holdout --out second.json");
+  const Outcome second = folder.whirl(
+      "identify run.csv --library second.toml --states x --order 2 --inputs u --no-holdout --out second.json");
   ASSERT_EQ(second.exit_code, 0) << second.err;
   EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
-  for (const char* flags : {"--states v", "--order 1", "--discrete", "--inputs v", "--degree 2", "--known \"x' = v\"", "--method weak"}) {
+  for (const char* flags :
+       {"--states v", "--order 1", "--discrete", "--inputs v", "--degree 2", "--known \"x' = v\"", "--method weak"}) {
     const Outcome refused = folder.whirl(std::string("identify run.csv --library second.toml ") + flags);
     EXPECT_EQ(refused.exit_code, 2) << flags << "\n" << refused.out;
   }
@@ -170,9 +175,11 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
 TEST(IdentifyGeneralE2e, EveryRegressorCanBeNamed) {
   const Folder folder;
   write_csv(folder / "run.csv", duffing());
-  for (const char* flags : {"stlsq --threshold 0.05", "lasso --selection bic --debias", "sr3 --nu 0.5", "ensemble --resamples 20 --seed 3",
-                            "frols --max-terms 6", "backward --backward-t 6", "lasso --lambda 0.01", "ridge --ridge 1e-6"}) {
-    const Outcome o = folder.whirl(std::string("identify run.csv --states x,v --inputs u --no-refine --no-holdout --regressor ") + flags);
+  for (const char* flags :
+       {"stlsq --threshold 0.05", "lasso --selection bic --debias", "sr3 --nu 0.5", "ensemble --resamples 20 --seed 3",
+        "frols --max-terms 6", "backward --backward-t 6", "lasso --lambda 0.01", "ridge --ridge 1e-6"}) {
+    const Outcome o = folder.whirl(
+        std::string("identify run.csv --states x,v --inputs u --no-refine --no-holdout --regressor ") + flags);
     EXPECT_EQ(o.exit_code, 0) << flags << "\n" << o.err;
     EXPECT_NE(o.out.find("x³"), std::string::npos) << flags << "\n" << o.out;
   }
@@ -185,8 +192,8 @@ TEST(IdentifyCompareE2e, OneRowPerMethodForRotorsAndForAnySystem) {
   write_csv(folder / "run.csv", duffing());
   Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --compare");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  for (const char* row : {"ols", "lasso ", "sqrt_lasso", "lspl", "stlsq", "sr3", "ssr", "frols", "best_subset", "backward", "ensemble",
-                          "sindy (default)"}) {
+  for (const char* row : {"ols", "lasso ", "sqrt_lasso", "lspl", "stlsq", "sr3", "ssr", "frols", "best_subset",
+                          "backward", "ensemble", "sindy (default)"}) {
     EXPECT_EQ(lines_with(o.out, row).empty(), false) << row << "\n" << o.out;
   }
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --snr-db 20 --out rotor.csv").exit_code, 0);
@@ -272,9 +279,10 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
     Recording r = duffing();
     s.spoil(r);
     write_spoilt(folder, "spoilt.csv", r);
-    for (const char* flags : {"--states x,v --inputs u", "--states x,v --inputs u --no-refine", "--states x,v --inputs u --compare",
-                              "--method second-order --output x --input u"}) {
-      if (std::string(s.name) == "equal columns" && std::string(flags).find("second-order") != std::string::npos) continue;
+    for (const char* flags : {"--states x,v --inputs u", "--states x,v --inputs u --no-refine",
+                              "--states x,v --inputs u --compare", "--method second-order --output x --input u"}) {
+      if (std::string(s.name) == "equal columns" && std::string(flags).find("second-order") != std::string::npos)
+        continue;
       const Outcome o = folder.whirl(std::string("identify spoilt.csv ") + flags);
       EXPECT_TRUE(o.exit_code == 1 || o.exit_code == 2) << s.name << " " << flags << "\n" << o.out << o.err;
       EXPECT_NE(o.err.find(s.reason), std::string::npos) << s.name << " " << flags << "\n" << o.err;
@@ -296,8 +304,10 @@ TEST(IdentifyStreamE2e, AFileReadInPartsGivesTheSameEquations) {
   write_hdf5(folder / "long.h5", read_csv(folder / "long.csv"));
   const Outcome h5 = folder.whirl("identify long.h5 --states x,v --inputs u --stream --out h5.json");
   ASSERT_EQ(h5.exit_code, 0) << h5.err;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "h5.json"), "v'", "x^3") / coefficient(m, "v'", "x^3"), 1, 1e-9);
-  for (const char* wrong : {"identify long.h5 --states w --stream", "identify long.h5 --method weak --stream", "identify long.h5 --stream --compare"}) {
+  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "h5.json"), "v'", "x^3") / coefficient(m, "v'", "x^3"), 1,
+              1e-9);
+  for (const char* wrong : {"identify long.h5 --states w --stream", "identify long.h5 --method weak --stream",
+                            "identify long.h5 --stream --compare"}) {
     EXPECT_EQ(folder.whirl(wrong).exit_code, 2) << wrong;
   }
 }
@@ -312,7 +322,8 @@ HeldOutErrors held_out_errors(const std::filesystem::path& model) {
   const Json* held = file.find("evidence")->find("held_out");
   HeldOutErrors out{*held->find("what")->get<std::string>(), {}, {}};
   for (const Json& s : *held->find("free_run")->get<Json::Array>()) out.run.push_back(*s.find("rmse")->get<double>());
-  for (const Json& s : *held->find("free_run_horizon")->get<Json::Array>()) out.near.push_back(*s.find("rmse")->get<double>());
+  for (const Json& s : *held->find("free_run_horizon")->get<Json::Array>())
+    out.near.push_back(*s.find("rmse")->get<double>());
   return out;
 }
 
@@ -326,7 +337,9 @@ TEST(IdentifyStreamE2e, TheHeldOutErrorIsThatOfTheFileReadWhole) {
     ASSERT_EQ(o.exit_code, 0) << o.err;
     const HeldOutErrors whole = held_out_errors(folder / "whole.json"), parts = held_out_errors(folder / "parts.json");
     EXPECT_EQ(parts.what, whole.what);
-    EXPECT_NE(o.out.find("held out          the last " + std::string(share.empty() ? "30" : "80") + " % of long.csv"), std::string::npos) << o.out;
+    EXPECT_NE(o.out.find("held out          the last " + std::string(share.empty() ? "30" : "80") + " % of long.csv"),
+              std::string::npos)
+        << o.out;
     // Windows of the weak form end at the ends of parts: 30000 samples to fit lie in one part, 105000 in two.
     const double tolerance = share.empty() ? 0.005 : 1e-6;
     ASSERT_EQ(parts.run.size(), 2u);
@@ -347,10 +360,13 @@ TEST(IdentifyStreamE2e, TheHeldOutErrorIsThatOfTheFileReadWhole) {
 TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
   const Folder folder;
   write_csv(folder / "run.csv", duffing());
-  Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --sign \"v':v=-\" --sign v:x^3=- --sign x^2=+ --out model.json");
+  Outcome o = folder.whirl(
+      "identify run.csv --states x,v --inputs u --sign \"v':v=-\" --sign v:x^3=- --sign x^2=+ --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  EXPECT_NE(o.out.find("sign bound        v': v <= 0 is not active: the term is in the model"), std::string::npos) << o.out;
-  EXPECT_NE(o.out.find("sign bound        v': x^2 >= 0 is not active: the term is not needed"), std::string::npos) << o.out;
+  EXPECT_NE(o.out.find("sign bound        v': v <= 0 is not active: the term is in the model"), std::string::npos)
+      << o.out;
+  EXPECT_NE(o.out.find("sign bound        v': x^2 >= 0 is not active: the term is not needed"), std::string::npos)
+      << o.out;
   const Json file = load_json(folder / "model.json");
   const Json* bounds = file.find("evidence")->find("bounds");
   EXPECT_EQ(bounds->get<Json::Array>()->size(), 4u);  // x^2 in both equations
@@ -367,18 +383,22 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
   folder.write("map.csv", text);
   o = folder.whirl("identify map.csv --discrete --states x --inputs p,q --terms p,q --sign q=+ --out map.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active: held at 0, no interval; without the bound about -0.3"), std::string::npos) << o.out;
+  EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active: held at 0, no interval; without the bound about -0.3"),
+            std::string::npos)
+      << o.out;
   EXPECT_TRUE(std::isnan(coefficient(load<IdentifiedModel>(folder / "map.json"), "x[k+1]", "q")));
   o = folder.whirl("identify map.csv --discrete --states x --inputs p,q --terms p,q --sign q=+ --stream");
   EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active"), std::string::npos) << o.out << o.err;
 
   o = folder.whirl("identify run.csv --states x,v --inputs u --degree 1 --sign w=+");
   EXPECT_EQ(o.exit_code, 2);
-  EXPECT_NE(o.err.find("w: must be a term of the library (v': 1, x, v, u; x': 1, x, v, u)"), std::string::npos) << o.err;
+  EXPECT_NE(o.err.find("w: must be a term of the library (v': 1, x, v, u; x': 1, x, v, u)"), std::string::npos)
+      << o.err;
   folder.write("library.toml", "equations = [\"x''\"]\ncommon = [\"x\", \"x'\"]\n");
-  for (const char* flags : {"--method weak --sign x=+", "--method second-order --output x --sign x=+", "--states x,v --sign x", "--states x,v --sign x=2",
-                            "--states x,v --sign :x=+", "--states x,v --sign q:x=+", "--states x,v --sign x=+ --sign \"v':x=-\"",
-                            "--library library.toml --sign x=-"}) {
+  for (const char* flags :
+       {"--method weak --sign x=+", "--method second-order --output x --sign x=+", "--states x,v --sign x",
+        "--states x,v --sign x=2", "--states x,v --sign :x=+", "--states x,v --sign q:x=+",
+        "--states x,v --sign x=+ --sign \"v':x=-\"", "--library library.toml --sign x=-"}) {
     const Outcome refused = folder.whirl(std::string("identify run.csv ") + flags);
     EXPECT_EQ(refused.exit_code, 2) << flags << "\n" << refused.out;
   }
@@ -387,8 +407,9 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
 TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
   const Folder folder;
   write_csv(folder / "run.csv", duffing(300));
-  for (const char* flags : {"--method weak --degree 3", "--method consistent --terms x", "--method second-order --output x --states x",
-                            "--method sindy --filter-ms 5", "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
+  for (const char* flags :
+       {"--method weak --degree 3", "--method consistent --terms x", "--method second-order --output x --states x",
+        "--method sindy --filter-ms 5", "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
     const Outcome o = folder.whirl(std::string("identify run.csv ") + flags);
     EXPECT_EQ(o.exit_code, 2) << flags << "\n" << o.out;
   }

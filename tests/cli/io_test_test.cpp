@@ -10,7 +10,9 @@ namespace {
 
 struct IoTestE2e : ::testing::Test {
   Folder folder;
-  Outcome test(const std::string& arguments) { return folder.whirl("io test --io io.toml --seconds 1 --json " + arguments); }
+  Outcome test(const std::string& arguments) {
+    return folder.whirl("io test --io io.toml --seconds 1 --json " + arguments);
+  }
 };
 
 double number(const Json& json, std::initializer_list<const char*> path) {
@@ -49,7 +51,8 @@ TEST_F(IoTestE2e, ChannelsAndTheDelayOfTheLoop) {
       EXPECT_NEAR(number(json, {axis, "excitation", "delay"}), expected, 0.15e-3);
       EXPECT_LT(number(json, {axis, "excitation", "deviation"}), 0.1e-3);
       EXPECT_NEAR(number(json, {axis, "excitation", "gain"}), (1 + rig.actuator.gain_error) / rig.rotor.mass, 0.03);
-      EXPECT_NEAR(number(json, {axis, "excitation", "frequency"}), rig.natural_frequency() / (2 * std::numbers::pi), 0.3);
+      EXPECT_NEAR(number(json, {axis, "excitation", "frequency"}), rig.natural_frequency() / (2 * std::numbers::pi),
+                  0.3);
     }
     EXPECT_GE(number(json, {"board", "turnaround_mean"}), 1);
     EXPECT_EQ(number(json, {"board", "turned"}), 0);

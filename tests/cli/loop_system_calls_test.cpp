@@ -1,5 +1,6 @@
-// The real program over real wires, its loop thread followed call by call (ptrace): armed, it asks the system for nothing but
-// input, output and sleep. That the follower sees other calls is shown by those of the same thread before arming.
+// The real program over real wires, its loop thread followed call by call (ptrace): armed, it asks the system for
+// nothing but input, output and sleep. That the follower sees other calls is shown by those of the same thread before
+// arming.
 #include <gtest/gtest.h>
 #include <sys/ptrace.h>
 #include <sys/syscall.h>
@@ -94,7 +95,8 @@ TEST_P(LoopSystemCallsE2e, NothingButInputOutputAndSleepWhileArmed) {
   if (!trace.possible) GTEST_SKIP() << "this system lets no process follow another (ptrace)";
 
   // Input and output of sockets and lines, the sleeps, and the clock where it is no function of the vDSO.
-  std::set<std::uint64_t> allowed{SYS_read, SYS_write, SYS_recvfrom, SYS_sendto, SYS_ppoll, SYS_clock_nanosleep, SYS_clock_gettime};
+  std::set<std::uint64_t> allowed{SYS_read,  SYS_write,           SYS_recvfrom,     SYS_sendto,
+                                  SYS_ppoll, SYS_clock_nanosleep, SYS_clock_gettime};
 #ifdef SYS_poll
   allowed.insert(SYS_poll);
 #endif

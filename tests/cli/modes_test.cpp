@@ -15,13 +15,16 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rig hammer --out blow_").exit_code, 0);
   for (const char* window : {"100", "1"}) {
-    const Outcome frf = folder.whirl(std::string("frf blow_*.csv --out frf.json --figure frf.svg --window-end-percent ") + window);
+    const Outcome frf =
+        folder.whirl(std::string("frf blow_*.csv --out frf.json --figure frf.svg --window-end-percent ") + window);
     ASSERT_EQ(frf.exit_code, 0) << frf.err;
-    const Outcome modes = folder.whirl("modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg --figure shapes.svg");
+    const Outcome modes = folder.whirl(
+        "modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg --figure shapes.svg");
     ASSERT_EQ(modes.exit_code, 0) << modes.err;
     const ModalModel model = load<ModalModel>(folder / "modes.json");
-    // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`. The doublet is hardening:
-    // at the blow's millimetres 3/8 K2 A^2 / K1 raises it by tenths of a percent, more when the window weights the beginning.
+    // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`. The doublet is
+    // hardening: at the blow's millimetres 3/8 K2 A^2 / K1 raises it by tenths of a percent, more when the window
+    // weights the beginning.
     for (const double f : {11.861, 12.100, 46.0, 128.0, 310.0}) {
       const double above = f < 20 ? 0.0025 : 0.0005;
       bool found = false;
@@ -31,16 +34,21 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
       }
       EXPECT_TRUE(found) << f << " Hz, window " << window << "\n" << modes.out;
     }
-    for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"}) EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
+    for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"})
+      EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
   }
 }
 
-// K = 8500 N/m (1 +- 0.2 %) over 1.5 kg, C = 1.5 N s/m (1 +- 10 %): 11.969 and 11.993 Hz, a seventh of their half-power width apart.
+// K = 8500 N/m (1 +- 0.2 %) over 1.5 kg, C = 1.5 N s/m (1 +- 10 %): 11.969 and 11.993 Hz, a seventh of their half-power
+// width apart.
 TEST(ModesE2e, DoubletTwoTenthsOfAPercentApartIsResolvedFromTwoReferences) {
   const Folder folder;
   folder.write("split.toml", "[rotor]\nstiffness_split_percent = 0.2\ncross_stiffness_N_m = 0\ncubic_N_m3 = 0\n");
   for (const std::string axis : {"x", "y"}) {
-    ASSERT_EQ(folder.whirl("rig hammer --rig split.toml --seed 3 --out hit_" + axis + (axis == "x" ? "" : " --angle-deg 90")).exit_code, 0);
+    ASSERT_EQ(
+        folder.whirl("rig hammer --rig split.toml --seed 3 --out hit_" + axis + (axis == "x" ? "" : " --angle-deg 90"))
+            .exit_code,
+        0);
     const Outcome frf = folder.whirl("frf hit_" + axis + "*.csv --reference acc_" + axis + " --out " + axis + ".json");
     ASSERT_EQ(frf.exit_code, 0) << frf.err;
   }
@@ -73,7 +81,8 @@ TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {
   for (std::size_t k = 2; k < 5; ++k) {  // the modes above the pair, which keeps the split of the default rig
     const Mode& expected = first.modes.at(k);
     const auto nearest = std::min_element(second.modes.begin(), second.modes.end(), [&](const Mode& a, const Mode& b) {
-      return std::abs(a.frequency.value - expected.frequency.value) < std::abs(b.frequency.value - expected.frequency.value);
+      return std::abs(a.frequency.value - expected.frequency.value) <
+             std::abs(b.frequency.value - expected.frequency.value);
     });
     EXPECT_NEAR(nearest->frequency.value, expected.frequency.value, 5e-4 * expected.frequency.value);
     EXPECT_NEAR(std::abs(nearest->residues[0]), std::abs(expected.residues[0]), 0.05 * std::abs(expected.residues[0]));

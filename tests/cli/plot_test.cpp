@@ -56,7 +56,8 @@ std::vector<double> column(const std::filesystem::path& file, const std::string&
   return {};
 }
 
-/// A run-up from `low` to `high` Hz at 2 kHz with known vectors of x and y in mm: x = Re(X(f) e^{j theta} + X2 e^{2 j theta}).
+/// A run-up from `low` to `high` Hz at 2 kHz with known vectors of x and y in mm: x = Re(X(f) e^{j theta} + X2 e^{2 j
+/// theta}).
 template <class X, class Y>
 std::string sweep(double low, double high, double seconds, X&& x_vector, Y&& y_vector, Complex second = 0) {
   std::string text = "t_s,x_mm,y_mm,beta_rad\n";
@@ -76,9 +77,12 @@ Complex resonance(double f) { return 0.02 * f * f / Complex(25 * 25 - f * f, 2 *
 
 TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOneDegree) {
   const Folder folder;
-  folder.write("run.csv", sweep(10, 40, 8, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }, Complex(0.01, 0.02)));
+  folder.write("run.csv", sweep(
+                              10, 40, 8, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); },
+                              Complex(0.01, 0.02)));
   ASSERT_EQ(folder.whirl("plot run.csv --what bode --out bode.csv").exit_code, 0);
-  const auto speed = column(folder / "bode.csv", "x: rotor speed"), amplitude = column(folder / "bode.csv", "x: 1X amplitude, peak [mm]");
+  const auto speed = column(folder / "bode.csv", "x: rotor speed"),
+             amplitude = column(folder / "bode.csv", "x: 1X amplitude, peak [mm]");
   const auto phase = column(folder / "bode.csv", "phase lead [");
   ASSERT_GT(amplitude.size(), 150U);
   for (std::size_t i = 1; i + 1 < amplitude.size(); ++i) {
@@ -88,7 +92,8 @@ TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOne
   }
   ASSERT_EQ(folder.whirl("plot run.csv --what orders --orders 1,2 --out orders.csv").exit_code, 0);
   const auto time = column(folder / "orders.csv", "1X: time");
-  const auto first = column(folder / "orders.csv", "1X: displacement, peak [mm]"), second = column(folder / "orders.csv", "2X: displacement, peak [mm]");
+  const auto first = column(folder / "orders.csv", "1X: displacement, peak [mm]"),
+             second = column(folder / "orders.csv", "2X: displacement, peak [mm]");
   const auto lead = column(folder / "orders.csv", "phase lead [");
   ASSERT_GT(time.size(), 10000U);
   for (std::size_t i = 1000; i + 1000 < time.size(); ++i) {
@@ -102,7 +107,8 @@ TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOne
 TEST(PlotReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
   const Folder folder;
   // x + i y = 0.3 e^{j theta} + 0.1 e^{-j theta} mm.
-  folder.write("run.csv", sweep(20, 20, 4, [](double) { return Complex(0.4); }, [](double) { return Complex(0, -0.2); }));
+  folder.write("run.csv", sweep(
+                              20, 20, 4, [](double) { return Complex(0.4); }, [](double) { return Complex(0, -0.2); }));
   ASSERT_EQ(folder.whirl("plot run.csv --what full-spectrum --out full.csv").exit_code, 0);
   const auto f = column(folder / "full.csv", "frequency"), a = column(folder / "full.csv", "peak [");
   const double unit = slurp(folder / "full.csv").find("peak [µm]") != std::string::npos ? 1e-3 : 1;
@@ -122,7 +128,9 @@ TEST(PlotReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
 
 TEST(PlotReference, WaterfallShowsFirstAndSecondOrderOfASweepAtTheirAmplitude) {
   const Folder folder;
-  folder.write("run.csv", sweep(15, 40, 20, [](double) { return Complex(0.2); }, [](double) { return Complex(0, -0.2); }, 0.05));
+  folder.write("run.csv",
+               sweep(
+                   15, 40, 20, [](double) { return Complex(0.2); }, [](double) { return Complex(0, -0.2); }, 0.05));
   for (const char* what : {"waterfall", "full-waterfall"}) {
     const bool full = std::string(what) == "full-waterfall";
     ASSERT_EQ(folder.whirl(std::string("plot run.csv --what ") + what + " --out map.csv").exit_code, 0);
@@ -170,8 +178,8 @@ TEST(PlotReference, MeasuredRunUpShowsItsPeakAndBeats) {
 TEST(PlotE2e, EveryViewOfARecordIsDrawnToFileAndTerminal) {
   const Folder folder;
   folder.write("run.csv", sweep(10, 40, 3, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }));
-  for (const char* what : {"traces", "orbit", "spectrum", "full-spectrum", "waterfall", "full-waterfall", "cascade", "run-map", "bode",
-                           "polar", "orders", "phase-plane", "funnel"}) {
+  for (const char* what : {"traces", "orbit", "spectrum", "full-spectrum", "waterfall", "full-waterfall", "cascade",
+                           "run-map", "bode", "polar", "orders", "phase-plane", "funnel"}) {
     const Outcome svg = folder.whirl(std::string("plot run.csv --what ") + what + " --out figure.svg");
     EXPECT_EQ(svg.exit_code, 0) << what << svg.err;
     EXPECT_NE(slurp(folder / "figure.svg").find("</svg>"), std::string::npos) << what;
@@ -187,8 +195,9 @@ TEST(PlotE2e, EveryViewOfARecordIsDrawnToFileAndTerminal) {
 
 TEST(PlotE2e, WhatCannotBeDrawnIsSaid) {
   const Folder folder;
-  folder.write("no_angle.csv", "t_s,x_mm\n0,1\n0.001,2\n0.002,1\n0.003,2\n0.004,1\n0.005,2\n0.006,1\n0.007,2\n0.008,1\n0.009,2\n"
-                               "0.010,1\n0.011,2\n0.012,1\n0.013,2\n0.014,1\n0.015,2\n0.016,1\n0.017,2\n");
+  folder.write("no_angle.csv",
+               "t_s,x_mm\n0,1\n0.001,2\n0.002,1\n0.003,2\n0.004,1\n0.005,2\n0.006,1\n0.007,2\n0.008,1\n0.009,2\n"
+               "0.010,1\n0.011,2\n0.012,1\n0.013,2\n0.014,1\n0.015,2\n0.016,1\n0.017,2\n");
   const std::pair<const char*, const char*> calls[] = {
       {"plot no_angle.csv --what bode", "no rotor angle"},
       {"plot no_angle.csv --what wterfall", "did you mean 'waterfall'"},

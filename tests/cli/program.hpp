@@ -43,8 +43,8 @@ class Folder {
 
   /// Runs `whirl ARGUMENTS` in the folder, through the shell.
   Outcome whirl(const std::string& arguments) const {
-    const std::string command = "cd '" + path_.string() + "' && '" + WHIRL_PROGRAM + "' " + arguments +
-                                " >stdout.txt 2>stderr.txt </dev/null";
+    const std::string command =
+        "cd '" + path_.string() + "' && '" + WHIRL_PROGRAM + "' " + arguments + " >stdout.txt 2>stderr.txt </dev/null";
     const int status = std::system(command.c_str());
     Outcome outcome;
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

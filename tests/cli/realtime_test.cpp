@@ -11,7 +11,9 @@
 namespace whirl::testing {
 namespace {
 
-double at(const Json& json, const char* table, const char* key) { return JsonReader(json, table).at(table).at(key).number(); }
+double at(const Json& json, const char* table, const char* key) {
+  return JsonReader(json, table).at(table).at(key).number();
+}
 std::string text(const Json& json, const char* key) { return JsonReader(json, key).at(key).text(); }
 
 struct RealtimeE2e : ::testing::Test {
@@ -91,8 +93,9 @@ TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
 TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   folder.write("rig.toml", "[profile]\nstart_rpm = 1200\nramp_s = 12\ndwell_end_s = 0.2\n");
   const Served rig(folder, "--lockstep --watchdog-ms 10 --rig rig.toml");
-  const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
-                              "' run controller.json --io io.toml --record killed.h5 >/dev/null 2>&1 & } ; echo $! >run.pid";
+  const std::string command =
+      "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+      "' run controller.json --io io.toml --record killed.h5 >/dev/null 2>&1 & } ; echo $! >run.pid";
   ASSERT_EQ(std::system(command.c_str()), 0);
   rig.wait_for("killed.h5");
   // A recording can be read while it is written.
@@ -101,7 +104,8 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   ::kill(std::stoi(slurp(folder / "run.pid")), SIGKILL);
   const Json served = rig.result();
   EXPECT_GE(JsonReader(served, "served").at("watchdog_expired").number(), 1);
-  // As after a trip: the free vibration of the release adds to the open-loop motion, and the instant is nobody's choice.
+  // As after a trip: the free vibration of the release adds to the open-loop motion, and the instant is nobody's
+  // choice.
   EXPECT_LE(at(served, "whole", "closed_peak"), 1.05 * at(served, "whole", "open_peak"));
   const LoopRecord record = read_loop_record(folder / "killed.h5");
   EXPECT_FALSE(record.closed);

@@ -1,4 +1,5 @@
-// A controller that stops at any instant of a run-down, with and without its sensors: what the fading force of the trip saves.
+// A controller that stops at any instant of a run-down, with and without its sensors: what the fading force of the trip
+// saves.
 #include <gtest/gtest.h>
 
 #include <algorithm>

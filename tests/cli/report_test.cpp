@@ -31,8 +31,8 @@ std::string loop_log() {
     const double t = i / 1000.0, f = 30 - 4 * t, theta = kTurn * (30 * t - 2 * t * t);
     const double x = 1e-3 * std::cos(theta), y = 1e-3 * std::sin(theta);
     char line[240];
-    std::snprintf(line, sizeof line, "%.3f,%.9g,%.9g,%.9g,%.9g,%.6g,%.6g,0.01,0,%.9g,%.9g\n", t, 0.1 * x, 0.1 * y, x, y, 3e3 * x, 3e3 * y,
-                  theta, kTurn * f);
+    std::snprintf(line, sizeof line, "%.3f,%.9g,%.9g,%.9g,%.9g,%.6g,%.6g,0.01,0,%.9g,%.9g\n", t, 0.1 * x, 0.1 * y, x, y,
+                  3e3 * x, 3e3 * y, theta, kTurn * f);
     text += line;
   }
   return text;
@@ -43,13 +43,14 @@ TEST(ReportE2e, OnePageOfRunsTablesAndALoopThatNeedsNothingElse) {
   folder.write("runup.csv", run_up());
   folder.write("log.csv", loop_log());
   folder.write("bode.csv", "rpm,amp_um,phase_deg\n1000,1,0\n1100,3,-20\n1200,9,-90\n1300,4,-150\n1400,2,-170\n");
-  const Outcome outcome = folder.whirl("report runup.csv log.csv bode.csv --service-rpm 1900 --out page.html --figures figures");
+  const Outcome outcome =
+      folder.whirl("report runup.csv log.csv bode.csv --service-rpm 1900 --out page.html --figures figures");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::string page = slurp(folder / "page.html");
   EXPECT_LT(page.size(), 5'000'000U);
-  for (const char* text : {"Run map", "Waterfall", "Cascade", "Bode plot", "Polar plot", "Orders followed", "Orbit", "Critical speeds",
-                           "Shaft vibration zones", "not a statement of compliance", "Segments by rotor speed", "Control force",
-                           "sha256:", "90.0 %"}) {
+  for (const char* text : {"Run map", "Waterfall", "Cascade", "Bode plot", "Polar plot", "Orders followed", "Orbit",
+                           "Critical speeds", "Shaft vibration zones", "not a statement of compliance",
+                           "Segments by rotor speed", "Control force", "sha256:", "90.0 %"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
   // Half power of a damping ratio of 0.05 is an amplification factor of 10; this curve is the steady one.
@@ -63,7 +64,8 @@ TEST(ReportE2e, OnePageOfRunsTablesAndALoopThatNeedsNothingElse) {
 }
 
 TEST(ReportE2e, PdfWhereABrowserIsInstalled) {
-  if (std::system("command -v chromium >/dev/null") != 0) GTEST_SKIP() << "chromium is not installed (apt install chromium)";
+  if (std::system("command -v chromium >/dev/null") != 0)
+    GTEST_SKIP() << "chromium is not installed (apt install chromium)";
   const Folder folder;
   folder.write("bode.csv", "rpm,amp_um,phase_deg\n1000,1,0\n1100,3,-20\n1200,9,-90\n1300,4,-150\n1400,2,-170\n");
   const Outcome outcome = folder.whirl("report bode.csv --out page.html --pdf page.pdf");
@@ -75,8 +77,9 @@ TEST(ReportE2e, WhatCannotBeReportedIsRefused) {
   const Folder folder;
   folder.write("other.json", "{\"schema\": \"whirl.other/1\"}");
   folder.write("no_angle.csv", "t_s,x_mm\n0,1\n0.001,nan\n");
-  for (const auto& [arguments, message] : {std::pair{"report other.json", "whirl.other/1"}, std::pair{"report no_angle.csv", "no_angle.csv:3"},
-                                           std::pair{"report absent.csv", "absent.csv"}}) {
+  for (const auto& [arguments, message] :
+       {std::pair{"report other.json", "whirl.other/1"}, std::pair{"report no_angle.csv", "no_angle.csv:3"},
+        std::pair{"report absent.csv", "absent.csv"}}) {
     const Outcome outcome = folder.whirl(arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments;
     EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;

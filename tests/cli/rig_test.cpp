@@ -9,7 +9,8 @@
 namespace whirl::testing {
 namespace {
 
-constexpr const char* kTilt = "[tilt]\npolar_kgm2 = 6e-3\ndiametral_kgm2 = 3.2e-3\nstiffness_Nm = 383\ncoupling_N = -1026\n";
+constexpr const char* kTilt =
+    "[tilt]\npolar_kgm2 = 6e-3\ndiametral_kgm2 = 3.2e-3\nstiffness_Nm = 383\ncoupling_N = -1026\n";
 
 TEST(RigE2e, CampbellPrintsTheWhirlFrequenciesOfARotorThatTilts) {
   const Folder folder;
@@ -48,7 +49,8 @@ TEST(BalanceE2e, MassAndAngleCancelTheUnbalance) {
   EXPECT_NEAR(number("grade_mm_s"), 0.3199 * 188.2, 0.03 * 60);
   // 5 g at angle 0 and the residual 51.3 um at 0.6 rad (kg m): what is left after the correction.
   const std::complex<double> unbalance = 5e-3 * 82.73e-3 + 1.5 * std::polar(51.3e-6, 0.6);
-  const std::complex<double> added = number("correction_mass_kg") * 82.73e-3 * std::polar(1.0, number("correction_angle_rad"));
+  const std::complex<double> added =
+      number("correction_mass_kg") * 82.73e-3 * std::polar(1.0, number("correction_angle_rad"));
   EXPECT_LT(std::abs(unbalance + added), 0.1 * std::abs(unbalance));
   EXPECT_EQ(folder.whirl("balance model.json --radius-mm 83 --speed-rpm 1800").exit_code, 2);  // no mass
 }

@@ -12,9 +12,10 @@ class RobustnessE2e : public ::testing::Test {
   void SetUp() override {
     ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
     ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
-    ASSERT_EQ(folder.whirl("design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 5 --out c.json --quiet")
-                  .exit_code,
-              0);
+    ASSERT_EQ(
+        folder.whirl("design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 5 --out c.json --quiet")
+            .exit_code,
+        0);
     ASSERT_EQ(folder.whirl(study(40) + " --threads 1 --out one").exit_code, 0) << slurp(folder / "stderr.txt");
     one = slurp(folder / "one/robustness.json");
   }
@@ -22,7 +23,8 @@ class RobustnessE2e : public ::testing::Test {
     return "robustness c.json model.json --mass-kg 1.5 --limit-mm 0.02 --quiet --samples " + std::to_string(samples);
   }
   int shell(const std::string& command) const {
-    return std::system(("cd '" + (folder / "").string() + "' && ( " + command + " ) >shell.txt 2>&1 </dev/null").c_str());
+    return std::system(
+        ("cd '" + (folder / "").string() + "' && ( " + command + " ) >shell.txt 2>&1 </dev/null").c_str());
   }
   Folder folder;
   std::string one;
@@ -35,14 +37,16 @@ TEST_F(RobustnessE2e, SameBytesForAnyLanesThreadsAndProcesses) {
   ASSERT_EQ(folder.whirl(study(40) + " --lanes 32 --out three").exit_code, 0);
   EXPECT_EQ(slurp(folder / "three/robustness.json"), one);
 
-  // As root in a container and with more processes than cores, mpirun wants to be told. Open MPI unloads its modules with
-  // memory of theirs still held: a sanitizer build does not look for leaks there.
+  // As root in a container and with more processes than cores, mpirun wants to be told. Open MPI unloads its modules
+  // with memory of theirs still held: a sanitizer build does not look for leaks there.
   const std::string mpirun =
-      "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe -n ";
+      "ASAN_OPTIONS=detect_leaks=0 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe "
+      "-n ";
   if (shell("mpirun --version") != 0) GTEST_SKIP() << "no mpirun here";
   for (const char* ranks : {"1", "2", "3"}) {
     const std::string out = std::string("mpi") + ranks;
-    const int status = shell(mpirun + ranks + " '" + WHIRL_PROGRAM + "' " + study(40) + " --threads 1 --lanes 8 --out " + out);
+    const int status =
+        shell(mpirun + ranks + " '" + WHIRL_PROGRAM + "' " + study(40) + " --threads 1 --lanes 8 --out " + out);
     const std::string said = slurp(folder / "shell.txt");
     if (said.find("built without MPI") != std::string::npos) GTEST_SKIP() << said;
     ASSERT_EQ(status, 0) << said;
@@ -55,7 +59,8 @@ TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
   // Killed as soon as some samples are on disk.
   shell(std::string("'") + WHIRL_PROGRAM + "' " + study(40) +
         " --threads 1 --lanes 8 --checkpoint ck.txt --out killed & p=$!; "
-        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -9 $p; wait $p");
+        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -9 $p; "
+        "wait $p");
   EXPECT_FALSE(std::filesystem::exists(folder / "killed/robustness.json"));
   std::string held = slurp(folder / "ck.txt");
   const auto lines = std::count(held.begin(), held.end(), '\n');

@@ -13,7 +13,8 @@ namespace {
 TEST(StiffnessE2e, PullsInThreeDirectionsGiveTheStiffAxisOfTheRig) {
   const Folder folder;
   for (const char* angle : {"0", "45", "90"}) {
-    const Outcome pull = folder.whirl(std::string("rig stiffness --angle-deg ") + angle + " --seed 1" + angle + " --out p" + angle + ".csv");
+    const Outcome pull = folder.whirl(std::string("rig stiffness --angle-deg ") + angle + " --seed 1" + angle +
+                                      " --out p" + angle + ".csv");
     ASSERT_EQ(pull.exit_code, 0) << pull.err;
   }
   const Outcome fit = folder.whirl("stiffness p0.csv p45.csv p90.csv --angle-deg 0 45 90 --out pulls.json");

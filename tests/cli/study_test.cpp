@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "program.hpp"
 #include <cmath>
 
+#include "program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 
@@ -26,8 +26,8 @@ TEST(StudyE2e, ReproduceWritesEveryFigureTableAndFile) {
   EXPECT_NE(outcome.out.find("report: study/report.html"), std::string::npos) << outcome.out;
 
   const std::string page = slurp(folder / "study/report.html");
-  for (const char* figure : {"4", "6", "7", "8", "9a", "9b", "10a", "10b", "11", "12", "13", "17", "18", "19", "20", "21",
-                             "22", "23", "24", "25", "26", "27", "28"}) {
+  for (const char* figure : {"4",  "6",  "7",  "8",  "9a", "9b", "10a", "10b", "11", "12", "13", "17",
+                             "18", "19", "20", "21", "22", "23", "24",  "25",  "26", "27", "28"}) {
     EXPECT_NE(page.find(std::string("Paper Fig. ") + figure), std::string::npos) << figure;
   }
   for (const char* text : {"Table 2", "Table 4", "3.25", "6.45", "<math", "<svg"}) {

@@ -9,8 +9,7 @@ void read(const whirl::Json& document) {
   try {
     const T value = whirl::from_json<T>(document, "fuzz.json");
     const std::string once = whirl::to_json(value).dump();
-    const std::string twice =
-        whirl::to_json(whirl::from_json<T>(whirl::parse_json(once, "once"), "once")).dump();
+    const std::string twice = whirl::to_json(whirl::from_json<T>(whirl::parse_json(once, "once"), "once")).dump();
     if (once != twice) std::abort();
   } catch (const whirl::Error& e) {
     // What was written must be readable: an error may only concern the input.

@@ -23,7 +23,6 @@ void whirl::fuzz::run(std::string_view bytes) {
       }
     });
     const LineStatistics& s = decoder.statistics();
-    if (s.bytes != size || s.dropped + 3 * s.values > size || size - s.dropped - 3 * s.values > 2)
-      std::abort();
+    if (s.bytes != size || s.dropped + 3 * s.values > size || size - s.dropped - 3 * s.values > 2) std::abort();
   }
 }

@@ -28,7 +28,12 @@ std::string decode_base64(const std::string& text) {
   unsigned bits = 0;
   int have = 0;
   for (const char c : text) {
-    const int v = c >= 'A' && c <= 'Z' ? c - 'A' : c >= 'a' && c <= 'z' ? c - 'a' + 26 : c >= '0' && c <= '9' ? c - '0' + 52 : c == '+' ? 62 : c == '/' ? 63 : -1;
+    const int v = c >= 'A' && c <= 'Z'   ? c - 'A'
+                  : c >= 'a' && c <= 'z' ? c - 'a' + 26
+                  : c >= '0' && c <= '9' ? c - '0' + 52
+                  : c == '+'             ? 62
+                  : c == '/'             ? 63
+                                         : -1;
     if (v < 0) break;
     bits = bits << 6 | static_cast<unsigned>(v);
     if ((have += 6) >= 8) out += static_cast<char>(bits >> (have -= 8) & 0xFF);
@@ -49,9 +54,10 @@ struct Browser::Process {
       setpgid(0, 0);  // its helpers end with it
       const int null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
       for (const int fd : {0, 1, 2}) dup2(null, fd);
-      execl(name.c_str(), name.c_str(), "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-            "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-extensions", "--hide-scrollbars",
-            "--remote-debugging-port=0", data.c_str(), size.c_str(), "about:blank", static_cast<char*>(nullptr));
+      execl(name.c_str(), name.c_str(), "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+            "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
+            "--disable-extensions", "--hide-scrollbars", "--remote-debugging-port=0", data.c_str(), size.c_str(),
+            "about:blank", static_cast<char*>(nullptr));
       _exit(127);
     }
     watchdog = std::jthread([this](std::stop_token stop) {
@@ -135,8 +141,10 @@ void Browser::open(const std::string& url) {
 }
 
 json Browser::evaluate(const std::string& expression) {
-  const json answer = call("Runtime.evaluate", {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}});
-  if (answer.contains("exceptionDetails")) throw std::runtime_error(expression + ": " + answer["exceptionDetails"].dump());
+  const json answer =
+      call("Runtime.evaluate", {{"expression", expression}, {"returnByValue", true}, {"awaitPromise", true}});
+  if (answer.contains("exceptionDetails"))
+    throw std::runtime_error(expression + ": " + answer["exceptionDetails"].dump());
   return answer["result"].contains("value") ? answer["result"]["value"] : json();
 }
 
@@ -161,14 +169,17 @@ void Browser::key(const std::string& key) {
 
 void Browser::click(const std::string& selector) {
   const json at = evaluate("(() => { const e = document.querySelector('" + selector +
-                           "'); e.scrollIntoView({block: 'center'}); const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; })()");
+                           "'); e.scrollIntoView({block: 'center'}); const r = e.getBoundingClientRect(); return [r.x "
+                           "+ r.width / 2, r.y + r.height / 2]; })()");
   for (const char* type : {"mousePressed", "mouseReleased"}) {
-    call("Input.dispatchMouseEvent", {{"type", type}, {"x", at[0]}, {"y", at[1]}, {"button", "left"}, {"clickCount", 1}});
+    call("Input.dispatchMouseEvent",
+         {{"type", type}, {"x", at[0]}, {"y", at[1]}, {"button", "left"}, {"clickCount", 1}});
   }
 }
 
 void Browser::dark(bool on) {
-  call("Emulation.setEmulatedMedia", {{"features", {{{"name", "prefers-color-scheme"}, {"value", on ? "dark" : "light"}}}}});
+  call("Emulation.setEmulatedMedia",
+       {{"features", {{{"name", "prefers-color-scheme"}, {"value", on ? "dark" : "light"}}}}});
 }
 
 void Browser::on_paper(int width) {
@@ -177,7 +188,8 @@ void Browser::on_paper(int width) {
 }
 
 void Browser::resize(int width, int height, bool touch) {
-  call("Emulation.setDeviceMetricsOverride", {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", touch}});
+  call("Emulation.setDeviceMetricsOverride",
+       {{"width", width}, {"height", height}, {"deviceScaleFactor", 1}, {"mobile", touch}});
   call("Emulation.setTouchEmulationEnabled", {{"enabled", touch}});
 }
 

@@ -7,8 +7,8 @@
 
 namespace whirl::testing {
 
-/// One page in a headless Chromium, driven through the DevTools protocol. Whatever happens, the browser is ended with this
-/// object, or after two minutes.
+/// One page in a headless Chromium, driven through the DevTools protocol. Whatever happens, the browser is ended with
+/// this object, or after two minutes.
 class Browser {
  public:
   /// The program, or empty where there is none.
@@ -23,7 +23,9 @@ class Browser {
   void open(const std::string& url);
   /// Value of a JavaScript expression. Throws std::runtime_error when it throws.
   nlohmann::json evaluate(const std::string& expression);
-  std::string text(const std::string& id) { return evaluate("document.getElementById('" + id + "').textContent").get<std::string>(); }
+  std::string text(const std::string& id) {
+    return evaluate("document.getElementById('" + id + "').textContent").get<std::string>();
+  }
   /// Evaluates until the expression is true; false after `seconds`.
   bool wait(const std::string& expression, double seconds = 60);
   void key(const std::string& key);

@@ -16,8 +16,8 @@ namespace whirl::testing {
 class LiveProgram {
  public:
   LiveProgram(const Folder& folder, const std::string& arguments) : folder_(folder) {
-    const std::string command =
-        "cd '" + (folder / "").string() + "' && exec '" + WHIRL_PROGRAM + "' " + arguments + " >live.out 2>live.err </dev/null";
+    const std::string command = "cd '" + (folder / "").string() + "' && exec '" + WHIRL_PROGRAM + "' " + arguments +
+                                " >live.out 2>live.err </dev/null";
     pid_ = fork();
     if (pid_ == 0) {
       execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));

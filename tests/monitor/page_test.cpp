@@ -15,12 +15,12 @@
 namespace whirl::testing {
 namespace {
 
+using nlohmann::json;
 using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 using ::testing::StrEq;
-using nlohmann::json;
 
 const std::filesystem::path kPictures = std::filesystem::path(WHIRL_BINARY_DIR) / "screenshots";
 
@@ -29,10 +29,13 @@ struct MonitorPageE2e : ::testing::Test {
     if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
     save(folder / "controller.json", pd_design());
     // A shaft that turns at 900 rpm for a long time.
-    folder.write("steady.toml", "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 60\ndwell_end_s = 0\nripple_percent = 0\n");
+    folder.write("steady.toml",
+                 "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 60\ndwell_end_s = 0\nripple_percent = 0\n");
   }
   static std::string run(const std::string& more = "") {
-    return "run controller.json --rig-file steady.toml --added-mass-g 1 --monitor --port 0 --repeat --record-folder records " + more;
+    return "run controller.json --rig-file steady.toml --added-mass-g 1 --monitor --port 0 --repeat --record-folder "
+           "records " +
+           more;
   }
   void await_live(Browser& browser, const std::string& state) {
     ASSERT_TRUE(browser.wait("document.getElementById('state').textContent.includes('" + state + "')"))
@@ -48,7 +51,9 @@ struct MonitorPageE2e : ::testing::Test {
     ASSERT_TRUE(logged(browser, "safe output from the cycle on that began"));
     std::smatch found;
     const std::string log = browser.text("log");
-    ASSERT_TRUE(std::regex_search(log, found, std::regex("began ([0-9.]+) ms after the command, ([0-9]+) controlled cycles between"))) << log;
+    ASSERT_TRUE(std::regex_search(
+        log, found, std::regex("began ([0-9.]+) ms after the command, ([0-9]+) controlled cycles between")))
+        << log;
     EXPECT_EQ(found[2], "0") << log;
     RecordProperty("trip_ms", found[1]);
   }
@@ -66,11 +71,14 @@ TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
   const std::string first = browser.evaluate(picture);
   EXPECT_TRUE(browser.wait(picture + " !== '" + first + "'")) << "the traces stand still";
   // 15 turns per second; the lines of the spectrum are a hertz apart.
-  ASSERT_TRUE(browser.wait("/x: .* peak at 1(4\\.[89]|5\\.[012])[0-9] Hz/.test(document.getElementById('spectrum-peak').textContent)"))
+  ASSERT_TRUE(browser.wait(
+      "/x: .* peak at 1(4\\.[89]|5\\.[012])[0-9] Hz/.test(document.getElementById('spectrum-peak').textContent)"))
       << browser.text("spectrum-peak");
-  EXPECT_TRUE(browser.wait("Math.abs(parseFloat(document.getElementById('speed').textContent) - 900) < 5")) << browser.text("speed");
+  EXPECT_TRUE(browser.wait("Math.abs(parseFloat(document.getElementById('speed').textContent) - 900) < 5"))
+      << browser.text("speed");
   EXPECT_TRUE(logged(browser, "x above its limit of 1.00 µm peak"));
-  EXPECT_TRUE(browser.wait("/^[1-9][0-9]* frames\\/s/.test(document.getElementById('rate').textContent)")) << browser.text("rate");
+  EXPECT_TRUE(browser.wait("/^[1-9][0-9]* frames\\/s/.test(document.getElementById('rate').textContent)"))
+      << browser.text("rate");
   EXPECT_TRUE(browser.wait("document.getElementById('alarm').textContent.includes('x above limit')"));
 
   for (const std::string& address : browser.requests()) {
@@ -144,7 +152,8 @@ TEST_F(MonitorPageE2e, OneKeyTripsAndOnlyByHandItGoesOn) {
 }
 
 TEST_F(MonitorPageE2e, ATripFromThePageReachesTheWires) {
-  folder.write("rig.toml", "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 240\ndwell_end_s = 0\nripple_percent = 0\n");
+  folder.write("rig.toml",
+               "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 240\ndwell_end_s = 0\nripple_percent = 0\n");
   const Served rig(folder, "--lockstep --rig rig.toml --added-mass-g 1 --log wires.csv");
   rig.be_patient();
   LiveProgram live(folder, "run controller.json --io io.toml --monitor --port 0");
@@ -152,7 +161,8 @@ TEST_F(MonitorPageE2e, ATripFromThePageReachesTheWires) {
   browser.open(live.url());
   await_live(browser, "live, armed");
   trip_by_key(browser);
-  EXPECT_TRUE(browser.wait("parseFloat(document.getElementById('clock').textContent) > " + std::to_string(std::stod(browser.text("clock")) + 1)));
+  EXPECT_TRUE(browser.wait("parseFloat(document.getElementById('clock').textContent) > " +
+                           std::to_string(std::stod(browser.text("clock")) + 1)));
   live.stop();
   rig.end();
 
@@ -166,8 +176,8 @@ TEST_F(MonitorPageE2e, ATripFromThePageReachesTheWires) {
   EXPECT_GT(force.size() - last, 500);
 }
 
-/// Bytes of a connection until its end, or until the server says with a closing frame that it ends it: 1002, protocol error,
-/// or 1009, too big.
+/// Bytes of a connection until its end, or until the server says with a closing frame that it ends it: 1002, protocol
+/// error, or 1009, too big.
 std::string until_closed(boost::asio::ip::tcp::socket& socket) {
   std::string all, part(65536, '\0');
   boost::system::error_code failed;
@@ -197,13 +207,15 @@ TEST_F(MonitorPageE2e, WrongTokensForeignPagesAndBrokenFramesDoNoHarm) {
   ASSERT_TRUE(browser.wait("location.protocol === 'data:'"));
   EXPECT_EQ(browser.evaluate(socket_of), "refused");
 
-  // A reserved opcode, a frame without mask, a frame of a petabyte, ten kilobytes, and bytes that are no WebSocket at all.
+  // A reserved opcode, a frame without mask, a frame of a petabyte, ten kilobytes, and bytes that are no WebSocket at
+  // all.
   using boost::asio::ip::tcp;
   boost::asio::io_context context;
   const std::uint16_t port = static_cast<std::uint16_t>(std::stoi(live.host().substr(live.host().find(':') + 1)));
   const std::string huge("\x82\xff\x00\x03\x8d\x7e\xa4\xc6\x80\x00\x01\x02\x03\x04", 14);
   const std::string large = std::string("\x81\xfe\x27\x10\x01\x02\x03\x04", 8) + std::string(10'000, 'x');
-  for (const std::string& bytes : {std::string("\x83\x80\x01\x02\x03\x04"), std::string("\x81\x02hi"), huge, large, std::string(64, '\xff')}) {
+  for (const std::string& bytes :
+       {std::string("\x83\x80\x01\x02\x03\x04"), std::string("\x81\x02hi"), huge, large, std::string(64, '\xff')}) {
     tcp::socket socket(context);
     socket.connect({boost::asio::ip::make_address("127.0.0.1"), port});
     const std::string shake = "GET /stream HTTP/1.1\r\nHost: " + live.host() +
@@ -217,7 +229,8 @@ TEST_F(MonitorPageE2e, WrongTokensForeignPagesAndBrokenFramesDoNoHarm) {
     boost::asio::write(socket, boost::asio::buffer(bytes), ignored);
     const std::string rest = until_closed(socket);
     const std::string end = rest.substr(rest.size() < 4 ? 0 : rest.size() - 4);
-    EXPECT_THAT(end, AnyOf(StrEq("\x88\x02\x03\xea"), StrEq("\x88\x02\x03\xf1"))) << "after " << bytes.size() << " bytes";
+    EXPECT_THAT(end, AnyOf(StrEq("\x88\x02\x03\xea"), StrEq("\x88\x02\x03\xf1")))
+        << "after " << bytes.size() << " bytes";
   }
   {
     tcp::socket socket(context);
@@ -260,7 +273,9 @@ TEST_F(MonitorPageE2e, PlaysARunUpWithBodeAndPolar) {
   browser.key("End");
   browser.click("[data-command=play]");
   EXPECT_TRUE(logged(browser, "command: play"));
-  browser.evaluate("(() => { const s = document.getElementById('play-speed'); s.value = '0.5'; s.dispatchEvent(new Event('change')); })()");
+  browser.evaluate(
+      "(() => { const s = document.getElementById('play-speed'); s.value = '0.5'; s.dispatchEvent(new "
+      "Event('change')); })()");
   EXPECT_TRUE(logged(browser, "speed 0.5"));
   browser.key("h");
   EXPECT_EQ(browser.evaluate("document.getElementById('follow').getAttribute('aria-pressed')"), "false");
@@ -277,7 +292,8 @@ TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
   ASSERT_TRUE(browser.wait("document.readyState === 'complete' && document.querySelectorAll('figure').length > 20"));
   browser.on_paper(688);  // A4 less its margins
   EXPECT_EQ(browser.evaluate("innerWidth"), 688);
-  EXPECT_EQ(browser.evaluate("[...document.querySelectorAll('table, svg, math, dd, p')].filter((e) => e.getBoundingClientRect().right > innerWidth + 1)"
+  EXPECT_EQ(browser.evaluate("[...document.querySelectorAll('table, svg, math, dd, p')].filter((e) => "
+                             "e.getBoundingClientRect().right > innerWidth + 1)"
                              ".map((e) => e.textContent.slice(0, 80))"),
             json::array());
   EXPECT_THAT(browser.complaints(), IsEmpty());
@@ -286,12 +302,11 @@ TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
 TEST(MonitorCommandE2e, BadInputIsRefusedWithAReason) {
   const Folder folder;
   folder.write("x.csv", "t_s,x_mm\n0,0\n0.001,1\n0.002,0\n");
-  for (const auto& [arguments, reason] : {std::pair{"absent.csv", "absent.csv"},
-                                          std::pair{"x.csv --limit x=1", "--limit"},
-                                          std::pair{"x.csv --limit q_mm=1", "a channel of the stream: x"},
-                                          std::pair{"x.csv --record-folder x.csv", "x.csv: no folder that can be written"},
-                                          std::pair{"x.csv --speed 1e9", "speed"},
-                                          std::pair{"x.csv --address nowhere", "nowhere"}}) {
+  for (const auto& [arguments, reason] :
+       {std::pair{"absent.csv", "absent.csv"}, std::pair{"x.csv --limit x=1", "--limit"},
+        std::pair{"x.csv --limit q_mm=1", "a channel of the stream: x"},
+        std::pair{"x.csv --record-folder x.csv", "x.csv: no folder that can be written"},
+        std::pair{"x.csv --speed 1e9", "speed"}, std::pair{"x.csv --address nowhere", "nowhere"}}) {
     const Outcome o = folder.whirl(std::string("monitor --port 0 ") + arguments);
     EXPECT_EQ(o.exit_code, 2) << arguments;
     EXPECT_THAT(o.err, HasSubstr(reason));

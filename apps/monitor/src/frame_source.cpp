@@ -43,7 +43,8 @@ Index PlaybackSource::read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) {
   const Index to = static_cast<Index>(std::min<double>(static_cast<double>(n), std::floor(due + 1e-6)));
   const Index count = std::clamp<Index>(to - next_, 0, block.rows());
   // Time goes on from pass to pass, so that a view never sees it run backwards.
-  t_first = recording_.t0 + recording_.dt * (static_cast<double>(next_) + static_cast<double>(lap_) * static_cast<double>(n));
+  t_first =
+      recording_.t0 + recording_.dt * (static_cast<double>(next_) + static_cast<double>(lap_) * static_cast<double>(n));
   for (Index c = 0; c < block.cols(); ++c) {
     block.col(c).head(count) = recording_.channels[static_cast<std::size_t>(c)].samples.segment(next_, count);
   }
@@ -53,9 +54,12 @@ Index PlaybackSource::read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) {
 
 std::vector<std::pair<std::string, std::string>> PlaybackSource::status() const {
   const bool ended = next_ >= recording_.size() && !loop_;
-  return {{"state", ended ? "ended" : paused_ ? "paused" : "playing"},
+  return {{"state", ended     ? "ended"
+                    : paused_ ? "paused"
+                              : "playing"},
           {"speed", fmt::format("{:g} x", speed_)},
-          {"position", fmt::format("{:.2f} of {:.2f} s", recording_.dt * static_cast<double>(next_), recording_.duration())}};
+          {"position",
+           fmt::format("{:.2f} of {:.2f} s", recording_.dt * static_cast<double>(next_), recording_.duration())}};
 }
 
 bool PlaybackSource::command(const std::string& name, double value) {
@@ -92,8 +96,8 @@ std::vector<Control> PlaybackSource::controls() const {
 
 RingSource::RingSource(StreamInfo info, SampleRing& ring) : info_(std::move(info)), ring_(ring), row_(ring.channels()) {
   if (info_.channels.size() != ring.channels()) {
-    throw Error(fmt::format("stream '{}' has {} channels, its ring {}: must be equal", info_.name, info_.channels.size(),
-                            ring.channels()));
+    throw Error(fmt::format("stream '{}' has {} channels, its ring {}: must be equal", info_.name,
+                            info_.channels.size(), ring.channels()));
   }
   if (!(info_.rate > 0)) throw Error::in_field("rate", fmt::format("{:g}", info_.rate), "positive");
 }

@@ -41,9 +41,7 @@ MatrixXd min_max_groups(const Eigen::Ref<const MatrixXd>& rows, Index group) {
 }
 
 /// Rows of one pass: what the fastest playback delivers per frame, and two seconds of a stream.
-Index block_rows(const StreamInfo& info) {
-  return static_cast<Index>(std::clamp(2 * info.rate, 4096.0, 65536.0));
-}
+Index block_rows(const StreamInfo& info) { return static_cast<Index>(std::clamp(2 * info.rate, 4096.0, 65536.0)); }
 
 }  // namespace
 
@@ -61,7 +59,8 @@ Hub::Hub(std::unique_ptr<FrameSource> source, const HubOptions& options)
   const auto& channels = source_->info().channels;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].name == "beta") beta_ = static_cast<Index>(c);
-    if (channels[c].name == "latency" || channels[c].name == "period") times_.push_back({channels[c].name, static_cast<Index>(c), {}});
+    if (channels[c].name == "latency" || channels[c].name == "period")
+      times_.push_back({channels[c].name, static_cast<Index>(c), {}});
   }
   if (beta_ >= 0 && !tracked_.empty()) synchronous_.emplace(static_cast<Index>(tracked_.size()), source_->info().rate);
 }
@@ -115,7 +114,8 @@ void Hub::publish_frame(FrameKind kind, unsigned log2_group, double t, const Eig
 }
 
 void Hub::publish_samples(double t_first, const Eigen::Ref<const MatrixXd>& rows) {
-  const auto groups = static_cast<std::uint64_t>(std::max<Index>(1, (rows.rows() + options_.frame_groups - 1) / options_.frame_groups));
+  const auto groups =
+      static_cast<std::uint64_t>(std::max<Index>(1, (rows.rows() + options_.frame_groups - 1) / options_.frame_groups));
   const auto log2_group = static_cast<unsigned>(std::bit_width(std::bit_ceil(groups)) - 1);
   if (log2_group == 0) return publish_frame(FrameKind::samples, 0, t_first, rows);
   const Index group = Index{1} << log2_group;
@@ -162,11 +162,12 @@ void Hub::take_turns(double t_first, const MatrixXd& turns) {
 }
 
 void Hub::note_run(const SpeedTrend::Run& run) {
-  std::string line = fmt::format("{} from {:.0f} to {:.0f} rpm in {:.2f} s ({:.0f} rpm/s)", name(run.trend), run.speed_begin * kRpm,
-                                 run.speed_end * kRpm, run.end - run.begin, run.rate() * kRpm);
+  std::string line = fmt::format("{} from {:.0f} to {:.0f} rpm in {:.2f} s ({:.0f} rpm/s)", name(run.trend),
+                                 run.speed_begin * kRpm, run.speed_end * kRpm, run.end - run.begin, run.rate() * kRpm);
   for (std::size_t k = 0; k < run.largest.size(); ++k) {
-    line += fmt::format(", largest 1X {} {} at {:.0f} rpm", source_->info().channels[static_cast<std::size_t>(tracked_[k])].name,
-                        report::format_amplitude(run.largest[k].amplitude, AmplitudeKind::peak), run.largest[k].speed * kRpm);
+    line += fmt::format(
+        ", largest 1X {} {} at {:.0f} rpm", source_->info().channels[static_cast<std::size_t>(tracked_[k])].name,
+        report::format_amplitude(run.largest[k].amplitude, AmplitudeKind::peak), run.largest[k].speed * kRpm);
   }
   note(line);
 }
@@ -186,7 +187,8 @@ void Hub::publish_spectra() {
   }
   if (spectrum_.latest().size() > 0) {
     const double half = 0.5 * static_cast<double>(spectrum_.settings().block) / source_->info().rate;
-    publish_frame(FrameKind::waterfall, 0, last_time_ - half, spectrum_.latest().col(tracked_.empty() ? 0 : tracked_[0]));
+    publish_frame(FrameKind::waterfall, 0, last_time_ - half,
+                  spectrum_.latest().col(tracked_.empty() ? 0 : tracked_[0]));
   }
 }
 

@@ -41,7 +41,8 @@ SpectrumSettings read_settings(SpectrumSettings s, const json& j) {
   if (j.contains("block")) s.block = j.at("block").get<Index>();
   if (j.contains("averages")) s.averages = j.at("averages").get<int>();
   if (j.contains("averaging")) {
-    s.averaging = choose(j.at("averaging"), "averaging", {Averaging::linear, Averaging::exponential, Averaging::peak_hold});
+    s.averaging =
+        choose(j.at("averaging"), "averaging", {Averaging::linear, Averaging::exponential, Averaging::peak_hold});
   }
   if (j.contains("window")) {
     s.window = choose(j.at("window"), "window", {Window::hann, Window::flat_top, Window::rectangular});
@@ -83,8 +84,13 @@ json histogram_json(const std::string& what, const Histogram& h) {
   for (int k = 0; k < 40; ++k) {
     if (const std::uint64_t n = h.in_octave(k); n > 0) octaves.push_back({std::ldexp(1e-9, k), n});
   }
-  return {{"name", what},         {"total", h.total()},    {"p50", h.quantile(0.5)}, {"p99", h.quantile(0.99)},
-          {"p999", h.quantile(0.999)}, {"max", h.max()}, {"octaves", octaves}};
+  return {{"name", what},
+          {"total", h.total()},
+          {"p50", h.quantile(0.5)},
+          {"p99", h.quantile(0.99)},
+          {"p999", h.quantile(0.999)},
+          {"max", h.max()},
+          {"octaves", octaves}};
 }
 
 }  // namespace
@@ -112,7 +118,8 @@ std::string Hub::description() const {
     channels.push_back({{"name", c.name}, {"quantity", to_string(c.quantity)}, {"unit", si_unit(c.quantity)}});
   }
   json tracked = json::array(), orbit = json::array();
-  for (const Index c : tracked_) (synchronous_ ? tracked : orbit).push_back(info.channels[static_cast<std::size_t>(c)].name);
+  for (const Index c : tracked_)
+    (synchronous_ ? tracked : orbit).push_back(info.channels[static_cast<std::size_t>(c)].name);
   if (synchronous_) orbit = tracked;
   json out{{"type", "stream"},
            {"name", info.name},
@@ -188,7 +195,9 @@ void Hub::execute(const std::string& text, bool done) {
         const bool active = recorder_.active();
         if (active) note("record stopped by the user");
         recorder_.stop("by the user");
-        if (active) note(fmt::format("{}: {} samples, {} lost", recorder_.folder().string(), recorder_.samples(), recorder_.lost()));
+        if (active)
+          note(fmt::format("{}: {} samples, {} lost", recorder_.folder().string(), recorder_.samples(),
+                           recorder_.lost()));
       }
     } else if (command == "reset") {
       spectrum_.reset();

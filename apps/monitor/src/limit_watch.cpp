@@ -20,16 +20,18 @@ LimitWatch::LimitWatch(const StreamInfo& info, const std::map<std::string, doubl
 }
 
 void LimitWatch::set(const std::string& channel, double limit) {
-  const auto found =
-      std::find_if(info_.channels.begin(), info_.channels.end(), [&](const ChannelInfo& c) { return c.name == channel; });
+  const auto found = std::find_if(info_.channels.begin(), info_.channels.end(),
+                                  [&](const ChannelInfo& c) { return c.name == channel; });
   if (found == info_.channels.end()) {
     std::string names;
     for (const ChannelInfo& c : info_.channels) names += (names.empty() ? "" : ", ") + c.name;
     throw Error::in_field("limit", channel, "a channel of the stream: " + names);
   }
-  if (!(limit > 0 && std::isfinite(limit))) throw Error::in_field("limit of " + channel, fmt::format("{:g}", limit), "positive");
+  if (!(limit > 0 && std::isfinite(limit)))
+    throw Error::in_field("limit of " + channel, fmt::format("{:g}", limit), "positive");
   const State fresh{.channel = found - info_.channels.begin(), .limit = limit};
-  const auto same = std::find_if(states_.begin(), states_.end(), [&](const State& s) { return s.channel == fresh.channel; });
+  const auto same =
+      std::find_if(states_.begin(), states_.end(), [&](const State& s) { return s.channel == fresh.channel; });
   if (same == states_.end()) {
     states_.push_back(fresh);
   } else {
@@ -46,7 +48,9 @@ std::vector<std::string> LimitWatch::look(double t_first, const Eigen::Ref<const
   std::vector<std::string> lines;
   for (State& s : states_) {
     const ChannelInfo& channel = info_.channels[static_cast<std::size_t>(s.channel)];
-    const auto text = [&](double value) { return report::format_amplitude(value, AmplitudeKind::peak, channel.quantity); };
+    const auto text = [&](double value) {
+      return report::format_amplitude(value, AmplitudeKind::peak, channel.quantity);
+    };
     for (Eigen::Index i = 0; i < rows.rows(); ++i) {
       const double size = std::abs(rows(i, s.channel)), t = t_first + static_cast<double>(i) / info_.rate;
       if (size > s.largest) s.largest = size;
@@ -54,14 +58,15 @@ std::vector<std::string> LimitWatch::look(double t_first, const Eigen::Ref<const
         if (!s.over) {
           ++s.crossings;
           s.largest = size;
-          lines.push_back(fmt::format("{} above its limit of {} since {:.3f} s{}", channel.name, text(s.limit), t, where));
+          lines.push_back(
+              fmt::format("{} above its limit of {} since {:.3f} s{}", channel.name, text(s.limit), t, where));
         }
         s.over = true;
         s.last_over = t;
       } else if (s.over && t - s.last_over > kBackBelow) {
         s.over = false;
-        lines.push_back(fmt::format("{} below its limit again since {:.3f} s{}, largest {}", channel.name, s.last_over, where,
-                                    text(s.largest)));
+        lines.push_back(fmt::format("{} below its limit again since {:.3f} s{}, largest {}", channel.name, s.last_over,
+                                    where, text(s.largest)));
       }
     }
   }

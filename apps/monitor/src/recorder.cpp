@@ -35,7 +35,9 @@ Recorder::Recorder(RecorderOptions options) : options_(std::move(options)) {
   std::error_code failed;
   std::filesystem::create_directories(options_.folder, failed);
   if (failed || ::access(options_.folder.c_str(), W_OK | X_OK) != 0) {
-    throw Error::in_file(options_.folder.string(), 0, "no folder that can be written: " + (failed ? failed : std::error_code(errno, std::generic_category())).message());
+    throw Error::in_file(options_.folder.string(), 0,
+                         "no folder that can be written: " +
+                             (failed ? failed : std::error_code(errno, std::generic_category())).message());
   }
 }
 

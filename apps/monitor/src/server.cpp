@@ -62,9 +62,9 @@ struct Service {
   Hub& hub;
   ServerOptions options;
   std::uint16_t port = 0;
-  std::size_t clients = 0;                          ///< of the server's thread
+  std::size_t clients = 0;                         ///< of the server's thread
   std::vector<std::weak_ptr<ClientQueue>> queues;  ///< all that were given to the hub
-  asio::io_context context{1};  ///< destroyed before what its handlers use
+  asio::io_context context{1};                     ///< destroyed before what its handlers use
   tcp::acceptor acceptor;
   std::thread thread;
 
@@ -109,8 +109,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
 /// One HTTP connection: a file of the page, or the step up to WebSocket.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
-  PageSession(tcp::socket&& socket, Service& server)
-      : server_(server), stream_(std::move(socket)) {}
+  PageSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {}
   void read() {
     parser_.emplace();
     parser_->header_limit(8192);
@@ -184,14 +183,14 @@ void PageSession::send(http::status status, std::string_view type, std::string_v
   });
 }
 
-StreamSession::StreamSession(tcp::socket&& socket, Service& server)
-    : server_(server), stream_(std::move(socket)) {
+StreamSession::StreamSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {
   ++server_.clients;
   // A slow page shall lose frames, not lag behind: the system must not hold seconds of them.
   beast::error_code ignored;
   auto& wire = beast::get_lowest_layer(stream_).socket();
   wire.set_option(asio::socket_base::send_buffer_size(kSendBuffer), ignored);
-  wire.set_option(tcp::no_delay(true), ignored);  // else a frame waits up to 40 ms for the acknowledgement of the one before
+  wire.set_option(tcp::no_delay(true),
+                  ignored);  // else a frame waits up to 40 ms for the acknowledgement of the one before
 }
 
 StreamSession::~StreamSession() {

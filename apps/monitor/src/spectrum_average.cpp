@@ -15,7 +15,8 @@ Index block_for(double rate) {
   return static_cast<Index>(std::bit_ceil(static_cast<std::uint64_t>(std::clamp(rate / 1.25, 256.0, 32768.0))));
 }
 
-SpectrumAverage::SpectrumAverage(Index channels, double rate, const SpectrumSettings& settings, std::pair<Index, Index> orbit)
+SpectrumAverage::SpectrumAverage(Index channels, double rate, const SpectrumSettings& settings,
+                                 std::pair<Index, Index> orbit)
     : rate_(rate), settings_(settings), orbit_(orbit) {
   require_range("block", static_cast<double>(settings.block), 64, 65536, "samples");
   require_range("overlap", settings.overlap, 0, 0.9);
@@ -43,7 +44,8 @@ int SpectrumAverage::push(const Eigen::Ref<const Eigen::MatrixXd>& samples) {
     if (filled_ < settings_.block) break;
     average_block();
     ++blocks;
-    const Index step = std::max<Index>(1, static_cast<Index>((1 - settings_.overlap) * static_cast<double>(settings_.block)));
+    const Index step =
+        std::max<Index>(1, static_cast<Index>((1 - settings_.overlap) * static_cast<double>(settings_.block)));
     filled_ = settings_.block - step;
     const Eigen::MatrixXd kept = buffer_.bottomRows(filled_);
     buffer_.topRows(filled_) = kept;
@@ -62,7 +64,8 @@ Eigen::VectorXd SpectrumAverage::whole(Index channel) const {
     while (end < n && !std::isfinite(x(end))) ++end;
     // At the rim of the block the nearest value stands.
     const double left = i > 0 ? x(i - 1) : x(end), right = end < n ? x(end) : left;
-    for (Index k = i; k < end; ++k) x(k) = left + (right - left) * static_cast<double>(k - i + 1) / static_cast<double>(end - i + 1);
+    for (Index k = i; k < end; ++k)
+      x(k) = left + (right - left) * static_cast<double>(k - i + 1) / static_cast<double>(end - i + 1);
     i = end;
   }
   return x;
@@ -94,7 +97,8 @@ void SpectrumAverage::average_block() {
   }
 }
 
-void SpectrumAverage::take(std::size_t index, Eigen::Ref<Eigen::VectorXd> average, const Eigen::Ref<const Eigen::VectorXd>& power) {
+void SpectrumAverage::take(std::size_t index, Eigen::Ref<Eigen::VectorXd> average,
+                           const Eigen::Ref<const Eigen::VectorXd>& power) {
   const long count = ++counts_[index];
   if (settings_.averaging == Averaging::peak_hold) {
     average = average.cwiseMax(power);

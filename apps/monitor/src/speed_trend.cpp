@@ -8,10 +8,10 @@
 namespace whirl::monitor {
 namespace {
 
-constexpr double kWindow = 1;           // s
-constexpr std::size_t kFewest = 8;      // turns
+constexpr double kWindow = 1;       // s
+constexpr std::size_t kFewest = 8;  // turns
 constexpr double kBegin = 0.02, kEnd = 0.005;
-constexpr double kSilence = 2.5;        // turns
+constexpr double kSilence = 2.5;  // turns
 
 }  // namespace
 
@@ -69,7 +69,9 @@ std::optional<SpeedTrend::Run> SpeedTrend::turn(double t, double speed, const st
 }
 
 std::optional<SpeedTrend::Run> SpeedTrend::stopped(double t) {
-  if (trend_ == Trend::steady || window_.empty() || t - window_.back().t < std::max(0.5, kSilence * 2 * std::numbers::pi / window_.back().speed)) return {};
+  if (trend_ == Trend::steady || window_.empty() ||
+      t - window_.back().t < std::max(0.5, kSilence * 2 * std::numbers::pi / window_.back().speed))
+    return {};
   return finish();
 }
 

@@ -51,7 +51,9 @@ std::vector<SynchronousTracker::Revolution> SynchronousTracker::push(
       turned_ += b_to - b_from;
       samples_ += to - from;
       if (to < 1 || std::abs(turned_) >= kTurn * (1 - 1e-12)) {
-        if (samples_ > 0) out.push_back({turned_ / samples_ * rate_, (static_cast<double>(i - 1) + to) / rate_, Eigen::VectorXcd(sum_ * (2 / turned_))});
+        if (samples_ > 0)
+          out.push_back({turned_ / samples_ * rate_, (static_cast<double>(i - 1) + to) / rate_,
+                         Eigen::VectorXcd(sum_ * (2 / turned_))});
         sum_.setZero();
         turned_ = samples_ = 0;
       }

@@ -16,7 +16,8 @@ using Eigen::VectorXd;
 
 MatrixXd tone(Index n, double amplitude, double cycles_per_sample, Index from = 0) {
   MatrixXd x(n, 1);
-  for (Index i = 0; i < n; ++i) x(i, 0) = amplitude * std::cos(2 * std::numbers::pi * cycles_per_sample * static_cast<double>(from + i));
+  for (Index i = 0; i < n; ++i)
+    x(i, 0) = amplitude * std::cos(2 * std::numbers::pi * cycles_per_sample * static_cast<double>(from + i));
   return x;
 }
 
@@ -81,7 +82,8 @@ TEST(MonitorSpectrum, BlockWithALostSampleIsLeftOut) {
 }
 
 TEST(MonitorSynchronous, VectorOfAKnownWhirl) {
-  // x = Re(Z exp(j beta)), y lags a quarter turn; a third harmonic must not be seen. Angle wrapped as an encoder gives it.
+  // x = Re(Z exp(j beta)), y lags a quarter turn; a third harmonic must not be seen. Angle wrapped as an encoder gives
+  // it.
   const double rate = 2000, speed = 2 * std::numbers::pi * 24.3;
   const std::complex<double> z = std::polar(1e-3, 0.7);
   const Index n = 4000;

@@ -11,9 +11,9 @@
 namespace whirl::monitor {
 namespace {
 
+using Eigen::Index;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using Eigen::Index;
 using json = nlohmann::json;
 
 /// A loop that is commanded.
@@ -32,7 +32,8 @@ class Commanded : public RingSource {
     return true;
   }
   std::vector<Control> controls() const override {
-    return {{.name = "trip"}, {.name = "force_limit", .takes_value = true, .low = 0, .high = 40, .value = 40, .unit = "N"}};
+    return {{.name = "trip"},
+            {.name = "force_limit", .takes_value = true, .low = 0, .high = 40, .value = 40, .unit = "N"}};
   }
   std::vector<std::string> events() override { return std::exchange(happened, {}); }
 
@@ -81,7 +82,12 @@ struct MonitorCommands : ::testing::Test {
     return all;
   }
 
-  StreamInfo info{"loop", 1000, {{"x", Quantity::displacement}, {"y", Quantity::displacement}, {"beta", Quantity::angle}, {"latency", Quantity::time}}};
+  StreamInfo info{"loop",
+                  1000,
+                  {{"x", Quantity::displacement},
+                   {"y", Quantity::displacement},
+                   {"beta", Quantity::angle},
+                   {"latency", Quantity::time}}};
   SampleRing ring{4, 1 << 14};
   Commanded* source = nullptr;
   std::optional<Hub> hub;
@@ -134,7 +140,8 @@ TEST_F(MonitorCommands, DescriptionNamesControlsOrbitAndReference) {
   EXPECT_EQ(stream["orbit"], (json{"x", "y"}));
   EXPECT_FALSE(stream.contains("reference"));
   HubOptions options;
-  options.reference = Reference{"open.csv", Eigen::VectorXd::Constant(2, 100), {"x"}, Eigen::MatrixXd::Constant(2, 1, 1e-3)};
+  options.reference =
+      Reference{"open.csv", Eigen::VectorXd::Constant(2, 100), {"x"}, Eigen::MatrixXd::Constant(2, 1, 1e-3)};
   const Hub other(std::make_unique<RingSource>(info, ring), options);
   const json described = json::parse(other.description());
   EXPECT_EQ(described["reference"]["amplitude"]["x"][1], 1e-3);

@@ -16,8 +16,8 @@
 namespace whirl::monitor {
 namespace {
 
-using ::testing::HasSubstr;
 using Eigen::Index;
+using ::testing::HasSubstr;
 using json = nlohmann::json;
 
 /// 4 s of circular whirl at 25 turns per second.

@@ -172,7 +172,8 @@ TEST_F(MonitorServer, CommandsNeedTheToken) {
 TEST_F(MonitorServer, GuessingTokensEndsTheConnection) {
   auto stream = open();
   beast::error_code failed;
-  for (int i = 0; i < 30 && !failed; ++i) stream->write(asio::buffer(std::string(R"({"command":"play","token":"x"})")), failed);
+  for (int i = 0; i < 30 && !failed; ++i)
+    stream->write(asio::buffer(std::string(R"({"command":"play","token":"x"})")), failed);
   for (int i = 0; i < 300 && !failed; ++i) {
     beast::flat_buffer buffer;
     stream->read(buffer, failed);
@@ -211,7 +212,8 @@ TEST_F(MonitorServer, ClientsAreLimitedAndLeaveRoomAgain) {
 }
 
 TEST_F(MonitorServer, BlockedReaderLosesFramesWhileOthersAreServed) {
-  // A socket with a small window that never reads: its frames pile up and are dropped; the other client keeps every one.
+  // A socket with a small window that never reads: its frames pile up and are dropped; the other client keeps every
+  // one.
   tcp::socket socket(context_);
   socket.open(tcp::v4());
   socket.set_option(asio::socket_base::receive_buffer_size(4096));

@@ -33,12 +33,15 @@ TEST(MonitorTrend, RunUpIsFoundWithItsRateAndItsPeak) {
     const double amplitude = 1e-3 / (1 + std::pow((speed - 150) / 5, 2));
     if (const auto run = trend.turn(t, speed, {amplitude, 2 * amplitude})) runs.push_back(*run);
   };
-  double t = turns(0, 3, [](double) { return 100.0; }, take);
+  double t = turns(
+      0, 3, [](double) { return 100.0; }, take);
   EXPECT_EQ(trend.trend(), Trend::steady);
   const double begin = t;
-  t = turns(t, begin + 10, [&](double now) { return 100 + 10 * (now - begin); }, take);
+  t = turns(
+      t, begin + 10, [&](double now) { return 100 + 10 * (now - begin); }, take);
   EXPECT_EQ(trend.trend(), Trend::run_up);
-  turns(t, t + 4, [](double) { return 200.0; }, take);
+  turns(
+      t, t + 4, [](double) { return 200.0; }, take);
   EXPECT_EQ(trend.trend(), Trend::steady);
   ASSERT_EQ(runs.size(), 1U);
   EXPECT_EQ(runs[0].trend, Trend::run_up);
@@ -51,7 +54,9 @@ TEST(MonitorTrend, RunUpIsFoundWithItsRateAndItsPeak) {
 
 TEST(MonitorTrend, RunDownEndsWhenTheShaftStands) {
   SpeedTrend trend;
-  turns(0, 9, [](double now) { return 100 - 10 * now; }, [&](double t, double speed) { EXPECT_FALSE(trend.turn(t, speed, {})); });
+  turns(
+      0, 9, [](double now) { return 100 - 10 * now; },
+      [&](double t, double speed) { EXPECT_FALSE(trend.turn(t, speed, {})); });
   EXPECT_EQ(trend.trend(), Trend::run_down);
   EXPECT_FALSE(trend.stopped(10));
   const auto run = trend.stopped(20);
@@ -63,10 +68,12 @@ TEST(MonitorTrend, RunDownEndsWhenTheShaftStands) {
 
 TEST(MonitorTrend, RippleIsNoRun) {
   SpeedTrend trend;
-  turns(0, 30, [](double now) { return 100 + 0.4 * std::sin(4 * now); }, [&](double t, double speed) {
-    EXPECT_FALSE(trend.turn(t, speed, {}));
-    EXPECT_EQ(trend.trend(), Trend::steady);
-  });
+  turns(
+      0, 30, [](double now) { return 100 + 0.4 * std::sin(4 * now); },
+      [&](double t, double speed) {
+        EXPECT_FALSE(trend.turn(t, speed, {}));
+        EXPECT_EQ(trend.trend(), Trend::steady);
+      });
 }
 
 TEST(MonitorReference, AmplitudeOverSpeedOfTheOpenLoop) {

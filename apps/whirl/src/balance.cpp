@@ -17,25 +17,29 @@ void add_balance(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "balance", "Mass and angle to add, from the identified eccentricity",
-      "Input: model.json of `whirl identify`; the mass of the disk by --mass-kg or --stiffness. One plane. Angles count from the\n"
-      "zero of the record's angle, in its sense of rotation. The grade is G = e omega at the service speed (ISO 21940-11: 2.5\n"
+      "Input: model.json of `whirl identify`; the mass of the disk by --mass-kg or --stiffness. One plane. Angles "
+      "count from the\n"
+      "zero of the record's angle, in its sense of rotation. The grade is G = e omega at the service speed (ISO "
+      "21940-11: 2.5\n"
       "for turbines and pumps of high quality, 6.3 for general machines).\n\n"
       "Example: whirl balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800",
       [o, &session] {
         DesignOptions design;
         std::vector<std::filesystem::path> inputs;
         const IdentifiedModel model = o->plant.load(design, inputs);
-        if (!model.rotor) throw Error(o->plant.model + ": the model has no rotor parameters; identify with --method weak");
+        if (!model.rotor)
+          throw Error(o->plant.model + ": the model has no rotor parameters; identify with --method weak");
         const double mass = 1 / (design.gain > 0 ? design.gain : model.rotor->gain);
         const double omega = o->speed_rpm * std::numbers::pi / 30;
         const BalancingAdvice a = balancing_advice(*model.rotor, mass, o->radius_mm * 1e-3, omega, o->grade);
         constexpr double kDegree = 180 / std::numbers::pi;
-        session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance, kDegree * a.heavy_angle));
-        session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o->speed_rpm, o->grade,
-                                a.within_grade ? "held, nothing to do" : "not held"));
+        session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
+                                kDegree * a.heavy_angle));
+        session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o->speed_rpm,
+                                o->grade, a.within_grade ? "held, nothing to do" : "not held"));
         session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
-        session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o->radius_mm,
-                                kDegree * a.correction_angle));
+        session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass,
+                                o->radius_mm, kDegree * a.correction_angle));
         session.result(Json::object()
                            .set("unbalance_kg_m", a.unbalance)
                            .set("heavy_angle_rad", a.heavy_angle)

@@ -40,9 +40,12 @@ void add_compare(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "compare", "All control laws on the same rig, runs and seeds, beside the paper's numbers",
-      "Input: model.json identified on the rotor to be controlled; its mass by --stiffness or --mass-kg. Every law is tuned on\n"
-      "the identified model with the same budget and then run on the virtual rig: segments of paper Table 4, balanced case\n"
-      "(Fig. 18; the balanced rotor is run and identified too, or give --balanced model_balanced.json), effort, robustness\n"
+      "Input: model.json identified on the rotor to be controlled; its mass by --stiffness or --mass-kg. Every law is "
+      "tuned on\n"
+      "the identified model with the same budget and then run on the virtual rig: segments of paper Table 4, balanced "
+      "case\n"
+      "(Fig. 18; the balanced rotor is run and identified too, or give --balanced model_balanced.json), effort, "
+      "robustness\n"
       "matrix, physical floor.\n"
       "Output: table; --out DIR writes report.html, comparison.json and controller_LAW_ESTIMATOR.json.\n\n"
       "Example: whirl compare model.json --stiffness stiffness.json --modes modes.json --out out/compare\n"
@@ -71,7 +74,9 @@ void add_compare(CLI::App& app, Session& session) {
         }
         if (balanced.rotor) c.balanced_eps = balanced.rotor->eps;
         rig.rotor.added_mass = o->added_mass_g * 1e-3;
-        c.progress = [&](const std::string& label, double fraction) { session.progress("compared " + label, fraction); };
+        c.progress = [&](const std::string& label, double fraction) {
+          session.progress("compared " + label, fraction);
+        };
 
         Comparison comparison;
         comparison.rig = rig;
@@ -101,8 +106,9 @@ void add_compare(CLI::App& app, Session& session) {
       });
   sub->add_option("MODEL", o->plant.model, "model.json")->required();
   sub->add_option("--out", o->out, "folder for the report and the controllers");
-  sub->add_option("--laws", o->laws,
-                  "LAW, LAW:ESTIMATOR or LAW:ESTIMATOR:no-feedforward, several; default: all laws and the estimators worth it");
+  sub->add_option(
+      "--laws", o->laws,
+      "LAW, LAW:ESTIMATOR or LAW:ESTIMATOR:no-feedforward, several; default: all laws and the estimators worth it");
   o->plant.add_to(sub);
   sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default");
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk")->capture_default_str();

@@ -58,26 +58,32 @@ void add_convert(CLI::App& app, Session& session) {
     RecordOptions record;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
-      app, session, "convert", "A record or frequency responses from one file format to another",
-      "Input: CSV, universal file (UFF), ATFX, MAT (v5, v7.3), HDF5, WAV, LVM, found from the content; or frequency responses\n"
-      "(UFF 58, JSON of `whirl frf`, CSV table with --kind).\n"
-      "Output, by the ending of OUT: .csv .uff .mat .h5 .wav .lvm for records, .json .uff .csv for frequency responses. SI.\n"
-      "A unit that the file does not state is asked for: --columns HEADER:name_unit, with a calibration name_unit*FACTOR.\n\n"
-      "Example: whirl convert blow.wav blow.csv --columns 1:force_N*250 2:acc_g*50",
-      [o, &session] {
-        if (const std::optional<FrequencyResponse> frf = read_responses(o->in, o->kind)) {
-          write_responses(o->out, *frf);
-          session.say(fmt::format("{}: {} frequency responses of {} lines", o->out, frf->channels.size(), frf->frequency.size()));
-          return;
-        }
-        const Recording record = o->record.read(o->in);
-        write_record(o->out, record);
-        session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", o->out, record.channels.size(), record.size(), record.rate()));
-      });
+  CLI::App* sub =
+      add_command(app, session, "convert", "A record or frequency responses from one file format to another",
+                  "Input: CSV, universal file (UFF), ATFX, MAT (v5, v7.3), HDF5, WAV, LVM, found from the content; or "
+                  "frequency responses\n"
+                  "(UFF 58, JSON of `whirl frf`, CSV table with --kind).\n"
+                  "Output, by the ending of OUT: .csv .uff .mat .h5 .wav .lvm for records, .json .uff .csv for "
+                  "frequency responses. SI.\n"
+                  "A unit that the file does not state is asked for: --columns HEADER:name_unit, with a calibration "
+                  "name_unit*FACTOR.\n\n"
+                  "Example: whirl convert blow.wav blow.csv --columns 1:force_N*250 2:acc_g*50",
+                  [o, &session] {
+                    if (const std::optional<FrequencyResponse> frf = read_responses(o->in, o->kind)) {
+                      write_responses(o->out, *frf);
+                      session.say(fmt::format("{}: {} frequency responses of {} lines", o->out, frf->channels.size(),
+                                              frf->frequency.size()));
+                      return;
+                    }
+                    const Recording record = o->record.read(o->in);
+                    write_record(o->out, record);
+                    session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", o->out, record.channels.size(),
+                                            record.size(), record.rate()));
+                  });
   sub->add_option("IN", o->in, "file to read")->required();
   sub->add_option("OUT", o->out, "file to write")->required();
-  sub->add_option("--kind", o->kind, "of a CSV table of frequency responses")->check(CLI::IsMember({"receptance", "mobility", "accelerance"}));
+  sub->add_option("--kind", o->kind, "of a CSV table of frequency responses")
+      ->check(CLI::IsMember({"receptance", "mobility", "accelerance"}));
   o->record.add_to(sub);
 }
 

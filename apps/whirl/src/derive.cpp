@@ -23,12 +23,15 @@ Expr inertia(const LagrangeEquations& eq, std::size_t row) {
 std::string describe(const LagrangeFile& file, const LagrangeEquations& eq) {
   std::string text = file.title.empty() ? "" : file.title + "\n\n";
   text += "Equations of motion\n";
-  for (std::size_t i = 0; i < eq.coordinates.size(); ++i) text += fmt::format("  {} = {}\n", inertia(eq, i).str(), eq.rhs[i].str());
-  text += eq.implicit ? "\nAccelerations (the mass matrix depends on the state: each row for its own)\n" : "\nAccelerations\n";
-  for (std::size_t i = 0; i < eq.lhs.size(); ++i) text += fmt::format("  {} = {}\n", eq.lhs[i], eq.accelerations[i].str());
+  for (std::size_t i = 0; i < eq.coordinates.size(); ++i)
+    text += fmt::format("  {} = {}\n", inertia(eq, i).str(), eq.rhs[i].str());
+  text += eq.implicit ? "\nAccelerations (the mass matrix depends on the state: each row for its own)\n"
+                      : "\nAccelerations\n";
+  for (std::size_t i = 0; i < eq.lhs.size(); ++i)
+    text += fmt::format("  {} = {}\n", eq.lhs[i], eq.accelerations[i].str());
   const CandidateLibrary& library = eq.library;
-  text += fmt::format("\nLibrary: {} unknown{}, tied over {} equation{}\n", library.groups.size(), library.groups.size() == 1 ? "" : "s",
-                      library.lhs.size(), library.lhs.size() == 1 ? "" : "s");
+  text += fmt::format("\nLibrary: {} unknown{}, tied over {} equation{}\n", library.groups.size(),
+                      library.groups.size() == 1 ? "" : "s", library.lhs.size(), library.lhs.size() == 1 ? "" : "s");
   for (const TiedGroup& group : library.groups) {
     text += fmt::format("  {}{}\n", group.coefficient, group.unit.empty() ? "" : "  [" + group.unit + "]");
     const std::vector<Expr> terms = group_terms(group, library.lhs.size());
@@ -37,7 +40,8 @@ std::string describe(const LagrangeFile& file, const LagrangeEquations& eq) {
     }
   }
   for (std::size_t i = 0; i < library.known.size(); ++i) {
-    if (!library.known[i].is_number(0)) text += fmt::format("  known in {}: {}\n", library.lhs[i], library.known[i].str());
+    if (!library.known[i].is_number(0))
+      text += fmt::format("  known in {}: {}\n", library.lhs[i], library.known[i].str());
   }
   for (const std::string& note : eq.notes) text += fmt::format("Note: {}\n", note);
   text.pop_back();
@@ -73,19 +77,30 @@ Json to_json(const LagrangeFile& file, const LagrangeEquations& eq) {
     motion.push(eq.rhs[i].str());
   }
   for (std::size_t i = 0; i < eq.lhs.size(); ++i) {
-    accelerations.push(Json::object().set("lhs", eq.lhs[i]).set("rhs", eq.accelerations[i].str()).set("latex", report::term_latex(eq.accelerations[i].str())));
+    accelerations.push(Json::object()
+                           .set("lhs", eq.lhs[i])
+                           .set("rhs", eq.accelerations[i].str())
+                           .set("latex", report::term_latex(eq.accelerations[i].str())));
   }
   Json groups = Json::array();
   for (const TiedGroup& group : eq.library.groups) {
     Json terms = Json::array();
     for (const Expr& term : group_terms(group, eq.library.lhs.size())) terms.push(term.str());
-    groups.push(Json::object().set("name", group.name).set("coefficient", group.coefficient).set("unit", group.unit).set("terms", std::move(terms)));
+    groups.push(Json::object()
+                    .set("name", group.name)
+                    .set("coefficient", group.coefficient)
+                    .set("unit", group.unit)
+                    .set("terms", std::move(terms)));
   }
   Json known = Json::array();
   for (const Expr& e : eq.library.known) known.push(e.str());
   document.set("mass", std::move(mass)).set("determinant", eq.determinant.str()).set("forces", std::move(motion));
   document.set("implicit", eq.implicit).set("accelerations", std::move(accelerations));
-  document.set("library", Json::object().set("equations", eq.library.lhs).set("variables", eq.library.variables).set("groups", std::move(groups)).set("known", std::move(known)));
+  document.set("library", Json::object()
+                              .set("equations", eq.library.lhs)
+                              .set("variables", eq.library.variables)
+                              .set("groups", std::move(groups))
+                              .set("known", std::move(known)));
   document.set("notes", eq.notes);
   return document;
 }
@@ -95,7 +110,8 @@ std::string describe(const PhysicalParameters& found) {
   const auto list = [&](const char* title, const std::vector<PhysicalQuantity>& quantities) {
     if (quantities.empty()) return;
     text += fmt::format("\n{}\n", title);
-    for (const PhysicalQuantity& q : quantities) text += fmt::format("  {:10} {}\n", q.name, show(q.value, q.unit == "1" ? "" : q.unit));
+    for (const PhysicalQuantity& q : quantities)
+      text += fmt::format("  {:10} {}\n", q.name, show(q.value, q.unit == "1" ? "" : q.unit));
   };
   list("Parameters from the model", found.parameters);
   list("Combinations that the model determines", found.combinations);
@@ -114,14 +130,18 @@ void add_derive(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "derive", "Equations of motion, candidate terms and ties from kinetic and potential energy",
-      "Input: a TOML file with coordinates, kinetic and potential energy, Rayleigh function, forces, parameters with their SI\n"
-      "units (and values where known), prescribed signals, symmetries (docs/formats.md, system.toml). x' is the rate of x:\n"
+      "Input: a TOML file with coordinates, kinetic and potential energy, Rayleigh function, forces, parameters with "
+      "their SI\n"
+      "units (and values where known), prescribed signals, symmetries (docs/formats.md, system.toml). x' is the rate "
+      "of x:\n"
       "    coordinates = [\"x\"]\n"
       "    kinetic = \"m*x'^2/2\"\n"
       "    potential = \"k*x^2/2 + k3*x^4/4\"\n"
       "    parameters = {m = \"kg\", k = \"N/m\", k3 = \"N/m^3\"}\n"
-      "Output: M q'' = h, the accelerations, and the unknowns of an identification, each with the terms that share it.\n"
-      "--out writes these as a library for `whirl identify --library`. --model reads a model identified with it and gives the\n"
+      "Output: M q'' = h, the accelerations, and the unknowns of an identification, each with the terms that share "
+      "it.\n"
+      "--out writes these as a library for `whirl identify --library`. --model reads a model identified with it and "
+      "gives the\n"
       "physical parameters back with 95 % intervals, and says which combinations a record cannot separate.\n\n"
       "Example: whirl derive rotor.toml --out library.toml\n"
       "         whirl identify rundown.csv --out model.json && whirl derive rotor.toml --model model.json",
@@ -143,7 +163,8 @@ void add_derive(CLI::App& app, Session& session) {
         Summary summary;
         if (!o->model.empty()) {
           const UnknownEstimates unknowns = unknown_estimates(load<IdentifiedModel>(o->model), eq.library);
-          const PhysicalParameters found = physical_parameters(eq.library, unknowns, file.problem.parameters, file.report);
+          const PhysicalParameters found =
+              physical_parameters(eq.library, unknowns, file.problem.parameters, file.report);
           session.say(describe(found));
           document.set("parameters", quantities(found.parameters)).set("combinations", quantities(found.combinations));
           document.set("reported", quantities(found.reported)).set("undetermined", found.undetermined);

@@ -1,8 +1,9 @@
+#include "whirl/pipeline/design.hpp"
+
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/io/model_json.hpp"
-#include "whirl/pipeline/design.hpp"
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/table.hpp"
 
@@ -13,7 +14,8 @@ void list_methods(const Session& session) {
   for (const auto& [title, methods] : {std::pair{"laws", &laws()}, std::pair{"estimators", &estimators()}}) {
     report::Table table;
     table.caption = title;
-    table.columns = {{"name", "", report::Align::left}, {"what it is", "", report::Align::left},
+    table.columns = {{"name", "", report::Align::left},
+                     {"what it is", "", report::Align::left},
                      {"source", "", report::Align::left}};
     for (const MethodInfo& m : *methods) table.add({m.name, m.title, m.source});
     session.say(report::to_text(table));
@@ -50,10 +52,12 @@ void add_design(CLI::App& app, Session& session) {
   CLI::App* sub = add_command(
       app, session, "design", "A controller tuned on the identified model",
       "Input: model.json, and the mass that turns forces into accelerations: --mass-kg, or --stiffness stiffness.json\n"
-      "(mass = K1 of the pull test / k1 of the model). --hardware: data sheets of sensors, converters and actuators as TOML\n"
+      "(mass = K1 of the pull test / k1 of the model). --hardware: data sheets of sensors, converters and actuators as "
+      "TOML\n"
       "(the laser, actuator, encoder, timing and profile tables of `whirl rig parameters`).\n"
       "Every law gets the same tuning budget on the same scenarios; the tuning plant is the identified model alone.\n"
-      "Output: parameters, delay and gain margin, eq. 42 (rho > |Delta| + kappa), reaching and sliding time, certificate.\n\n"
+      "Output: parameters, delay and gain margin, eq. 42 (rho > |Delta| + kappa), reaching and sliding time, "
+      "certificate.\n\n"
       "Example: whirl design model.json --stiffness stiffness.json --law tsmc --out controller.json",
       [o, &session] {
         if (o->list) return list_methods(session);
@@ -88,8 +92,10 @@ void add_design(CLI::App& app, Session& session) {
   sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
   o->plant.add_to(sub);
   sub->add_option("--set", o->set, "fix a parameter instead of tuning it, NAME=NUMBER");
-  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")->capture_default_str();
-  sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->capture_default_str();
+  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
+      ->capture_default_str();
+  sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")
+      ->capture_default_str();
   sub->add_flag("--list", o->list, "list the laws and estimators");
 }
 

@@ -83,7 +83,8 @@ std::string next_step(const Options& o, const CodeOptions& code) {
   if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
   if (o.form == "fmu") return "import the .fmu in any tool of FMI " + std::to_string(o.fmi) + ".0";
   if (o.form == "sfunction") return fmt::format("build in MATLAB: mex {0}_sfun.c {0}.c", code.prefix);
-  if (o.form == "python") return fmt::format("python3 -c 'import sys; sys.path.insert(0, \"{}\"); import {}'", o.out, code.prefix);
+  if (o.form == "python")
+    return fmt::format("python3 -c 'import sys; sys.path.insert(0, \"{}\"); import {}'", o.out, code.prefix);
   return "";
 }
 
@@ -94,17 +95,21 @@ void add_export(CLI::App& app, Session& session) {
   CLI::App* sub = add_command(
       app, session, "export", "A controller or model as C99, FMU or for other tools",
       "Forms:\n"
-      "  c          one .c/.h pair in C99: no allocation, no input or output, no globals; all numbers adjustable in a struct;\n"
+      "  c          one .c/.h pair in C99: no allocation, no input or output, no globals; all numbers adjustable in a "
+      "struct;\n"
       "             a self-test with golden vectors, CMakeLists.txt and Makefile\n"
-      "  fmu        Functional Mock-up Unit with sources and a binary for Linux on x86-64 (needs the C compiler `cc`):\n"
+      "  fmu        Functional Mock-up Unit with sources and a binary for Linux on x86-64 (needs the C compiler "
+      "`cc`):\n"
       "             a controller for co-simulation, a model also for model exchange with sgn() as state events\n"
       "  python     model: rates(t, state, inputs, p); controller: the C99 source called through ctypes\n"
       "  matlab     model: a MATLAB/Octave function for ode45; controller: the C99 source with a MEX function\n"
       "  sfunction  the C99 source with a Simulink S-function (level 2, C)\n"
       "  modelica   a model\n"
       "  latex      equations and numbers\n"
-      "Input: controller.json of `whirl design` or model.json of `whirl identify`. A model identified as a rotor has inputs beta\n"
-      "(rad), omega (rad/s), alpha (rad/s^2), ux, uy (N) and the displacement x, y (m) as outputs; give --mass-kg so that forces\n"
+      "Input: controller.json of `whirl design` or model.json of `whirl identify`. A model identified as a rotor has "
+      "inputs beta\n"
+      "(rad), omega (rad/s), alpha (rad/s^2), ux, uy (N) and the displacement x, y (m) as outputs; give --mass-kg so "
+      "that forces\n"
       "act. Every other model is exported with the equations as found. SI units everywhere; see docs/export.md.\n\n"
       "Example: whirl export c controller.json --out drive --prefix drive && make -C drive check",
       [o, &session] {
@@ -123,7 +128,8 @@ void add_export(CLI::App& app, Session& session) {
         } else {
           IdentifiedModel model = from_json<IdentifiedModel>(document, o->file);
           if (o->mass_kg > 0) {
-            if (!model.rotor) throw Error(o->file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
+            if (!model.rotor)
+              throw Error(o->file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
             model.rotor->gain = 1 / o->mass_kg;
           }
           written = write(*o, model, code);
@@ -141,13 +147,18 @@ void add_export(CLI::App& app, Session& session) {
       ->check(CLI::IsMember({"c", "fmu", "python", "matlab", "sfunction", "modelica", "latex"}));
   sub->add_option("FILE", o->file, "controller.json or model.json")->required();
   sub->add_option("--out", o->out, "folder to write into; default PREFIX_FORM");
-  sub->add_option("--prefix", o->prefix, "of every file, type and function, and name of the FMU; default: from the file's name");
+  sub->add_option("--prefix", o->prefix,
+                  "of every file, type and function, and name of the FMU; default: from the file's name");
   sub->add_flag("--float", o->single, "single precision");
-  sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")->check(CLI::IsMember({2, 3}))->capture_default_str();
+  sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")
+      ->check(CLI::IsMember({2, 3}))
+      ->capture_default_str();
   sub->add_option("--type", o->type, "of an FMU: cs (co-simulation), me (model exchange) or both; default all there is")
       ->check(CLI::IsMember({"cs", "me", "both"}));
-  sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation")->capture_default_str();
-  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")->check(CLI::PositiveNumber);
+  sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation")
+      ->capture_default_str();
+  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")
+      ->check(CLI::PositiveNumber);
 }
 
 }  // namespace whirl::app

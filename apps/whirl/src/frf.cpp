@@ -1,7 +1,8 @@
+#include "whirl/modal/frf.hpp"
+
 #include "command.hpp"
 #include "record_options.hpp"
 #include "whirl/io/model_json.hpp"
-#include "whirl/modal/frf.hpp"
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
@@ -20,14 +21,16 @@ void add_frf(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows",
-      "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and one or\n"
+      "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and "
+      "one or\n"
       "more responses (acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
       "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
       [o, &session] {
         FrfOptions options = o->frf;
-        options.estimator = o->estimator == "h2" ? FrfEstimator::h2 : o->estimator == "hv" ? FrfEstimator::hv
-                                                                                           : FrfEstimator::h1;
+        options.estimator = o->estimator == "h2"   ? FrfEstimator::h2
+                            : o->estimator == "hv" ? FrfEstimator::hv
+                                                   : FrfEstimator::h1;
         options.trigger = o->trigger_percent / 100;
         options.pre_trigger = o->pre_trigger_ms * 1e-3;
         options.window_end = o->window_end_percent / 100;
@@ -51,9 +54,9 @@ void add_frf(CLI::App& app, Session& session) {
                      fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
         }
         session.say(report::to_text(table));
-        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz, {} averages",
-                                frf.channels.size(), to_string(frf.kind), to_string(frf.estimator),
-                                frf.frequency.size(), frf.frequency.size() ? frf.frequency[0] : 0.0,
+        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz, {} averages", frf.channels.size(),
+                                to_string(frf.kind), to_string(frf.estimator), frf.frequency.size(),
+                                frf.frequency.size() ? frf.frequency[0] : 0.0,
                                 frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0, frf.averages));
         if (!o->figure.empty()) report::write_figure(report::frequency_response(frf, 0), o->figure);
         session.result(to_json(frf));
@@ -64,7 +67,8 @@ void add_frf(CLI::App& app, Session& session) {
   sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
   sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
-  sub->add_option("--reference", o->frf.reference, "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
+  sub->add_option("--reference", o->frf.reference,
+                  "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");
   sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset");
   sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");

@@ -19,8 +19,9 @@ std::string describe_model(const IdentifiedModel& model) {
   std::string text = fmt::format("method: {}\n", model.method);
   for (const Equation& equation : model.equations) {
     // x' = x' and X1' = X2 say no more than the names do.
-    const bool kinematic = equation.terms.size() == 1 && equation.terms[0].coefficient.sd == 0 &&
-                           (equation.terms[0].function == equation.lhs || equation.lhs == "X1'" || equation.lhs == "X3'");
+    const bool kinematic =
+        equation.terms.size() == 1 && equation.terms[0].coefficient.sd == 0 &&
+        (equation.terms[0].function == equation.lhs || equation.lhs == "X1'" || equation.lhs == "X3'");
     if (kinematic) continue;
     text += report::to_text(equation, report::names_of(model)) + "\n";
   }
@@ -46,7 +47,8 @@ IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Rec
   return identify_second_order(records.front(), o.output, o.input, o.second_order());
 }
 
-void add_evidence(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model, Evidence& evidence) {
+void add_evidence(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model,
+                  Evidence& evidence) {
   if (model.summary.status == Status::unusable) return;
   const Recording first = with_derivatives(records.front(), model.inputs);
   evidence.collinear = collinear_groups(model, first);
@@ -61,9 +63,10 @@ void warn_of_poor_prediction(const Evidence& evidence, Summary& summary) {
   double worst = 0;
   for (const StateScore& s : h.horizon > 0 ? h.near : h.scores) worst = std::max(worst, s.nrmse);
   if (worst > 0.5) {
-    summary.warn(std::isfinite(worst) ? fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion",
-                                                    h.what, 100 * worst)
-                                      : fmt::format("the free run of a model of the rest diverges on {}", h.what));
+    summary.warn(
+        std::isfinite(worst)
+            ? fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion", h.what, 100 * worst)
+            : fmt::format("the free run of a model of the rest diverges on {}", h.what));
   }
 }
 
@@ -105,17 +108,24 @@ void add_identify(CLI::App& app, Session& session) {
   auto o = std::make_shared<IdentifyOptions>();
   CLI::App* sub = add_command(
       app, session, "identify", "Equations of motion from records of a rotor or of any system (SINDy)",
-      "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: displacement\n"
+      "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: "
+      "displacement\n"
       "of the disk centre and rotor angle. Several records share the rotor; each has its own unbalance.\n"
       "Any other system: CSV records with one column name_unit per signal; several files are several trajectories.\n"
-      "Methods: weak (default): tied second-order weak form with order-tracked test functions, generalised least squares,\n"
-      "then output-error refinement; terms are added on evidence only. paper: Gaussian filter, 4th-order differences twice,\n"
+      "Methods: weak (default): tied second-order weak form with order-tracked test functions, generalised least "
+      "squares,\n"
+      "then output-error refinement; terms are added on evidence only. paper: Gaussian filter, 4th-order differences "
+      "twice,\n"
       "library of eq. 24, LASSO with cross-validation. consistent: same filter on every column, five tied parameters.\n"
-      "second-order: y'' = f(y, y', u) of one degree of freedom from channels --output and --input. sindy: any number of\n"
-      "states and inputs, weak form then refinement on free runs, one setting for clean and noisy records; with --library the\n"
+      "second-order: y'' = f(y, y', u) of one degree of freedom from channels --output and --input. sindy: any number "
+      "of\n"
+      "states and inputs, weak form then refinement on free runs, one setting for clean and noisy records; with "
+      "--library the\n"
       "terms, ties and known parts of library.toml (written by hand or by whirl derive).\n"
-      "Output: equations with 95 % intervals (rotor: k1 1/s^2, k2 1/(m^2 s^2), c 1/s, e m, e_phase rad), chi^2, condition\n"
-      "number, terms that cannot be told apart, free-run error on a part that was held out, and a sentence on what the model\n"
+      "Output: equations with 95 % intervals (rotor: k1 1/s^2, k2 1/(m^2 s^2), c 1/s, e m, e_phase rad), chi^2, "
+      "condition\n"
+      "number, terms that cannot be told apart, free-run error on a part that was held out, and a sentence on what the "
+      "model\n"
       "may be trusted for.\n\n"
       "Example: whirl identify rundown.csv --out model.json\n"
       "         whirl identify a.csv b.csv --method sindy --states x,v --inputs u --degree 3\n"

@@ -71,7 +71,8 @@ void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& rec
   std::vector<ComparedFit> fits;
   if (rotor) {
     fits = compare_regressors(rotor_record(split.train.front()), o.paper());
-    fits.push_back(whole_method("consistent (tied)", [&] { return identify_consistent(split.train.front(), o.consistent()); }));
+    fits.push_back(
+        whole_method("consistent (tied)", [&] { return identify_consistent(split.train.front(), o.consistent()); }));
     fits.push_back(whole_method("weak (default)", [&] { return identify_rotor(split.train, o.weak()); }));
   } else {
     const SindyOptions options = o.sindy(records.front());
@@ -104,7 +105,9 @@ void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& rec
     const Summary& s = fit.model.summary;
     const bool scored = !held.scores.empty();
     any = any || (scored && worst(held.scores) < 1);
-    const auto cell = [](double v, const char* format) { return std::isfinite(v) ? fmt::format(fmt::runtime(format), v) : "-"; };
+    const auto cell = [](double v, const char* format) {
+      return std::isfinite(v) ? fmt::format(fmt::runtime(format), v) : "-";
+    };
     std::vector<std::string> cells{fit.method, std::to_string(fit.terms), cell(100 * s.residual, "{:.3g}"),
                                    cell(s.condition_number, "{:.3g}")};
     const auto error = [&](const std::vector<StateScore>& scores) {
@@ -122,10 +125,11 @@ void compare_methods(const IdentifyOptions& o, const std::vector<Recording>& rec
   table.columns.push_back({"time", "ms"});
   table.columns.push_back({"note", "", report::Align::left});
   for (auto& cells : lines) table.add(std::move(cells));
-  table.notes = {"terms: kept in all equations. residual: rms of the regression by rms of its left-hand side, largest of the "
-                 "equations. condition: of the scaled columns kept.",
-                 "error: rms of measured minus free run by rms of measured, worst channel (contains the sensor noise); a model "
-                 "of the other part predicts."};
+  table.notes = {
+      "terms: kept in all equations. residual: rms of the regression by rms of its left-hand side, largest of the "
+      "equations. condition: of the scaled columns kept.",
+      "error: rms of measured minus free run by rms of measured, worst channel (contains the sensor noise); a model "
+      "of the other part predicts."};
   Json document = start_document("whirl.comparison", 1);
   document.set("held_out", split.what).set("methods", std::move(rows));
   document.set("provenance", to_json(provenance({o.files.begin(), o.files.end()}, session.command_line)));

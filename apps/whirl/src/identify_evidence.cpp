@@ -32,9 +32,9 @@ HeldOut hold_out(const HoldoutSplit& split, bool rotor, const ValidateOptions& o
 std::string show(const std::vector<StateScore>& scores) {
   std::vector<std::string> parts;
   for (const StateScore& s : scores) {
-    parts.push_back(std::isfinite(s.rmse) ? fmt::format("{} {:.3g} ({:.2g} %, noise {:.3g})", s.state, s.rmse, 100 * s.nrmse,
-                                                        s.noise)
-                                          : fmt::format("{} diverges", s.state));
+    parts.push_back(std::isfinite(s.rmse)
+                        ? fmt::format("{} {:.3g} ({:.2g} %, noise {:.3g})", s.state, s.rmse, 100 * s.nrmse, s.noise)
+                        : fmt::format("{} diverges", s.state));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -67,7 +67,8 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
       }
       const Eigen::VectorXd &x = test["x"], &y = test["y"];
       const auto spread = [](const Eigen::VectorXd& a) { return std::sqrt((a.array() - a.mean()).square().mean()); };
-      held.scores = {{"x", v.rmse_x, v.rmse_x / spread(x), v.noise_x}, {"y", v.rmse_y, v.rmse_y / spread(y), v.noise_y}};
+      held.scores = {{"x", v.rmse_x, v.rmse_x / spread(x), v.noise_x},
+                     {"y", v.rmse_y, v.rmse_y / spread(y), v.noise_y}};
       return held;
     }
     held.scores = score(model, test);
@@ -95,14 +96,19 @@ HeldOut hold_out_general(const std::vector<Recording>& records, double share, co
 std::string describe(const Evidence& evidence, const Summary& summary) {
   std::string text;
   text += std::isfinite(summary.chi_square)
-              ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n", summary.chi_square)
-              : std::string("chi^2             not known (noise cannot be told from this record, or no free run was fitted)\n");
-  if (std::isfinite(summary.condition_number)) text += fmt::format("condition number  {:.3g}\n", summary.condition_number);
+              ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n",
+                            summary.chi_square)
+              : std::string(
+                    "chi^2             not known (noise cannot be told from this record, or no free run was fitted)\n");
+  if (std::isfinite(summary.condition_number))
+    text += fmt::format("condition number  {:.3g}\n", summary.condition_number);
   for (const BoundOutcome& b : evidence.bounds) {
-    text += fmt::format("sign bound        {}: {} {} 0 {}\n", b.equation, b.function, b.sign > 0 ? ">=" : "<=",
-                        b.active ? fmt::format("is active: held at 0, no interval; without the bound about {:.3g} (t {:.3g})", b.unbounded, b.t)
-                        : b.kept ? "is not active: the term is in the model"
-                                 : "is not active: the term is not needed");
+    text += fmt::format(
+        "sign bound        {}: {} {} 0 {}\n", b.equation, b.function, b.sign > 0 ? ">=" : "<=",
+        b.active ? fmt::format("is active: held at 0, no interval; without the bound about {:.3g} (t {:.3g})",
+                               b.unbounded, b.t)
+        : b.kept ? "is not active: the term is in the model"
+                 : "is not active: the term is not needed");
   }
   if (evidence.collinear.empty()) {
     text += "collinear         no group of terms (all condition indices below 30)\n";

@@ -18,8 +18,8 @@ struct Evidence {
 
 using Identify = std::function<IdentifiedModel(const std::vector<Recording>&)>;
 
-/// Fits the part that is not held out and predicts the rest. A rotor's run is predicted from its own initial state, another
-/// record's with its own unbalance (2 numbers) too.
+/// Fits the part that is not held out and predicts the rest. A rotor's run is predicted from its own initial state,
+/// another record's with its own unbalance (2 numbers) too.
 HeldOut hold_out_rotor(const std::vector<Recording>& records, double share, const Identify& identify);
 HeldOut hold_out_general(const std::vector<Recording>& records, double share, const Identify& identify);
 /// Scores of a model on data not used for it; `what` describes them.

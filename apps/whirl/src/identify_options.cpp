@@ -48,8 +48,7 @@ Equation known_equation(const std::string& text) {
   if (equals == std::string::npos) throw Error::in_field("--known", text, "an equation, e.g. \"x' = v\"");
   Equation e{strip(text.substr(0, equals)), {}};
   const Expr right = expand(Expr::parse(text.substr(equals + 1)));
-  const std::vector<Expr> summands =
-      right.kind() == Expr::Kind::sum ? right.args() : std::vector<Expr>{right};
+  const std::vector<Expr> summands = right.kind() == Expr::Kind::sum ? right.args() : std::vector<Expr>{right};
   for (const Expr& s : summands) {
     const auto [number, function] = split_coefficient(s);
     e.terms.push_back({function.str(), {number, 0, number, number}, ""});
@@ -59,7 +58,9 @@ Equation known_equation(const std::string& text) {
 
 /// "v':x^3=-" or "x^3=-".
 SignBound sign_bound(const std::string& text) {
-  const auto refuse = [&] { return Error::in_field("--sign", text, "TERM=+, TERM=-, EQUATION:TERM=+ or EQUATION:TERM=-, e.g. \"v':x^3=-\""); };
+  const auto refuse = [&] {
+    return Error::in_field("--sign", text, "TERM=+, TERM=-, EQUATION:TERM=+ or EQUATION:TERM=-, e.g. \"v':x^3=-\"");
+  };
   const auto equals = text.rfind('=');
   if (equals == std::string::npos) throw refuse();
   const std::string sign = strip(text.substr(equals + 1)), left = text.substr(0, equals);
@@ -87,11 +88,13 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   record.add_to(sub);
 
   const char* rotor_group = "Rotor";
-  sub->add_option("--modes", modes, "modes of the hammer test (modes.json): candidates beside the main mode")->group(rotor_group);
+  sub->add_option("--modes", modes, "modes of the hammer test (modes.json): candidates beside the main mode")
+      ->group(rotor_group);
   sub->add_option("--angle", angle, "measured, or profile: the rate of an assumed profile is refined too")
       ->check(CLI::IsMember({"measured", "profile"}))
       ->group(rotor_group);
-  sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")->group(rotor_group);
+  sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")
+      ->group(rotor_group);
 
   const char* one = "One degree of freedom (second-order)";
   sub->add_option("--output", output, "displacement channel")->group(one);
@@ -117,20 +120,23 @@ void IdentifyOptions::add_to(CLI::App* sub) {
       ->check(CLI::Range(1, 20))
       ->group(general);
   sub->add_flag("--time", time, "library: time t is a variable too")->group(general);
-  sub->add_option("--terms", term_list, "library: further terms, e.g. \"x*abs(x), exp(-t)\"; alone they are the library")
+  sub->add_option("--terms", term_list,
+                  "library: further terms, e.g. \"x*abs(x), exp(-t)\"; alone they are the library")
       ->group(general);
-  CLI::Option* file = sub->add_option("--library", library,
-                                      "library.toml: exactly these terms, ties and known parts; states, inputs and order are its own "
-                                      "(docs/formats.md)")
-                          ->check(CLI::ExistingFile)
-                          ->group(general);
+  CLI::Option* file =
+      sub->add_option("--library", library,
+                      "library.toml: exactly these terms, ties and known parts; states, inputs and order are its own "
+                      "(docs/formats.md)")
+          ->check(CLI::ExistingFile)
+          ->group(general);
   for (const char* flag : {"--degree", "--fourier", "--time", "--terms"}) file->excludes(flag);
   sub->add_option("--known", known, "equation with given coefficients, kept as it is, e.g. \"x' = v\"")
       ->allow_extra_args(false)
       ->excludes(file)
       ->group(general);
   sub->add_option("--sign", signs,
-                  "sign of a coefficient, repeatable: TERM=+ (>= 0 in every equation), EQUATION:TERM=- (<= 0), e.g. \"v':x^3=-\"")
+                  "sign of a coefficient, repeatable: TERM=+ (>= 0 in every equation), EQUATION:TERM=- (<= 0), e.g. "
+                  "\"v':x^3=-\"")
       ->allow_extra_args(false)
       ->excludes(file)
       ->group(general);
@@ -140,11 +146,14 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   sub->add_option("--t-value", term_t_value, "terms with a smaller |coefficient / sd| go (4)")
       ->check(between(0, 1000))
       ->group(general);
-  sub->add_option("--max-passes", max_passes, "refinement: passes over the free runs after which the search for terms ends (500)")
+  sub->add_option("--max-passes", max_passes,
+                  "refinement: passes over the free runs after which the search for terms ends (500)")
       ->check(CLI::Range(1, 1000000))
       ->group(general);
   sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs")->group(general);
-  sub->add_flag("--stream", stream, "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)")->group(general);
+  sub->add_flag("--stream", stream,
+                "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)")
+      ->group(general);
 
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression_methods(), ", ")))
@@ -158,31 +167,40 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   sub->add_option("--threshold", solve.threshold, "share of the target below which a term goes (stlsq, sr3, ensemble)")
       ->check(between(0, 1))
       ->group(regression);
-  sub->add_option("--lambda", solve.lambda, "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
+  sub->add_option("--lambda", solve.lambda,
+                  "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
       ->check(between(0, 1))
       ->group(regression);
-  sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")->check(between(0, 1e12))->group(regression);
+  sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")
+      ->check(between(0, 1e12))
+      ->group(regression);
   sub->add_option("--max-terms", solve.max_terms, "largest model of frols, best_subset; 0: all")
       ->check(CLI::Range(0, 1000))
       ->group(regression);
-  sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")->check(between(0, 1e6))->group(regression);
+  sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")
+      ->check(between(0, 1e6))
+      ->group(regression);
   sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->check(between(1e-12, 1e12))->group(regression);
-  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")->check(CLI::Range(1, 100000))->group(regression);
+  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")
+      ->check(CLI::Range(1, 100000))
+      ->group(regression);
   sub->add_option("--inclusion", solve.inclusion, "ensemble: share of resamples in which a term must be kept")
       ->check(between(0, 1))
       ->group(regression);
   sub->add_option("--drop-terms", solve.drop_terms, "ensemble: terms left out of each resample at random")
       ->check(CLI::Range(0, 1000))
       ->group(regression);
-  sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")->check(CLI::Range(2, 50))->group(regression);
+  sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")
+      ->check(CLI::Range(2, 50))
+      ->group(regression);
   sub->add_option("--seed", solve.seed, "ensemble")->group(regression);
   sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression);
 }
 
 std::string IdentifyOptions::chosen_method() const {
   if (!method.empty()) return method;
-  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() ||
-                       degree > 0 || fourier > 0 || discrete || time || stream;
+  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() ||
+                       !signs.empty() || degree > 0 || fourier > 0 || discrete || time || stream;
   return general ? "sindy" : "weak";
 }
 
@@ -193,7 +211,8 @@ CandidateLibrary IdentifyOptions::candidate_library(const Recording& like) const
   const CandidateLibrary read = read_library(library, sought);
   // What the command line says beside the file must agree with it.
   const auto refuse = [&](const char* flag, const std::string& value) {
-    throw Error::in_field(flag, value, fmt::format("what {} says: equations of {}", library, fmt::join(read.lhs, ", ")));
+    throw Error::in_field(flag, value,
+                          fmt::format("what {} says: equations of {}", library, fmt::join(read.lhs, ", ")));
   };
   const auto has = [](const std::vector<std::string>& list, const std::string& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
@@ -205,9 +224,11 @@ CandidateLibrary IdentifyOptions::candidate_library(const Recording& like) const
     if (discrete && primes > 0) refuse("--discrete", "given");
     if (!states.empty() && !has(states, state)) refuse("--states", fmt::format("{}", fmt::join(states, ",")));
   }
-  if (!states.empty() && states.size() != read.lhs.size()) refuse("--states", fmt::format("{}", fmt::join(states, ",")));
+  if (!states.empty() && states.size() != read.lhs.size())
+    refuse("--states", fmt::format("{}", fmt::join(states, ",")));
   for (const std::string& i : inputs) {
-    if (!has(read.variables, i)) throw Error::in_field("--inputs", i, fmt::format("a name in {}: {}", library, fmt::join(read.variables, ", ")));
+    if (!has(read.variables, i))
+      throw Error::in_field("--inputs", i, fmt::format("a name in {}: {}", library, fmt::join(read.variables, ", ")));
   }
   return read;
 }

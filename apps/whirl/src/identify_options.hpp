@@ -35,7 +35,9 @@ struct IdentifyOptions {
   void add_to(CLI::App* sub);
   /// weak, unless another method is named or flags of sindy are given.
   std::string chosen_method() const;
-  bool rotor() const { return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent"; }
+  bool rotor() const {
+    return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent";
+  }
   /// Throws Error when a flag is given that the method does not take.
   void check() const;
   /// Channels that the record must have.
@@ -46,8 +48,8 @@ struct IdentifyOptions {
   PaperOptions paper() const;
   ConsistentOptions consistent() const;
   SecondOrderOptions second_order() const;
-  /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no inputs; where
-  /// it does, Error when --states, --inputs, --order or --discrete say otherwise.
+  /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no
+  /// inputs; where it does, Error when --states, --inputs, --order or --discrete say otherwise.
   CandidateLibrary candidate_library(const Recording& like) const;
   /// States default to all channels of `like` that are no inputs.
   SindyOptions sindy(const Recording& like) const;

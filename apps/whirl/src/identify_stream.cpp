@@ -34,8 +34,10 @@ class CsvSource : public Source {
  public:
   CsvSource(const std::string& file, const RecordOptions& options)
       : stream_(file, options.csv()), block_(kRows, static_cast<Eigen::Index>(stream_.columns().size())) {
-    if (options.rate > 0) dt_ = 1 / options.rate;
-    else if (stream_.time_column() < 0) throw Error(stream_.source() + ": no time column and no --rate");
+    if (options.rate > 0)
+      dt_ = 1 / options.rate;
+    else if (stream_.time_column() < 0)
+      throw Error(stream_.source() + ": no time column and no --rate");
   }
 
   bool next(Recording& part) override {
@@ -97,7 +99,9 @@ class Hdf5Source : public Source {
     part.dt = dt_;
     part.t0 = start_ + dt_ * static_cast<double>(rows_);
     if (t != start_ && !on_grid(t, part.t0, start_, dt_, 0)) {
-      throw Error::in_file(file_, 0, fmt::format("sample {}: time {:g} s: must be {:g} s for a uniform step of {:g} s", rows_, t, part.t0, dt_));
+      throw Error::in_file(
+          file_, 0,
+          fmt::format("sample {}: time {:g} s: must be {:g} s for a uniform step of {:g} s", rows_, t, part.t0, dt_));
     }
     rows_ += part.size();
     return true;
@@ -112,9 +116,12 @@ class Hdf5Source : public Source {
 
 std::unique_ptr<Source> open_source(const std::string& file, const RecordOptions& options) {
   switch (file_format(file)) {
-    case FileFormat::csv: return std::make_unique<CsvSource>(file, options);
-    case FileFormat::hdf5: return std::make_unique<Hdf5Source>(file, options);
-    default: throw Error(file + ": --stream reads CSV and HDF5; whirl convert makes one of it");
+    case FileFormat::csv:
+      return std::make_unique<CsvSource>(file, options);
+    case FileFormat::hdf5:
+      return std::make_unique<Hdf5Source>(file, options);
+    default:
+      throw Error(file + ": --stream reads CSV and HDF5; whirl convert makes one of it");
   }
 }
 
@@ -149,7 +156,8 @@ IdentifiedModel identify_stream(const IdentifyOptions& o, Session& session, Evid
   const auto begin_test = [&] {
     try {
       const IdentifiedModel model = stream->fit();
-      if (model.summary.status == Status::unusable) throw Error("the rest alone gives no model: " + model.summary.warnings.back());
+      if (model.summary.status == Status::unusable)
+        throw Error("the rest alone gives no model: " + model.summary.warnings.back());
       test = std::make_unique<HeldOutParts>(model, evidence.held_out.what);
     } catch (const Error& e) {
       evidence.held_out.reason = e.what();

@@ -1,6 +1,7 @@
+#include "whirl/io/info.hpp"
+
 #include "command.hpp"
 #include "whirl/io/csv.hpp"
-#include "whirl/io/info.hpp"
 
 namespace whirl::app {
 namespace {
@@ -42,26 +43,27 @@ void add_info(CLI::App& app, Session& session) {
     double rate = 0;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
-      app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
-      "Input: CSV with a header of quantity_unit columns, universal file (UFF 58, 58b, 55, 15, 82, ...), ATFX, MAT (v5, v7.3),\n"
-      "HDF5, WAV, LVM. The format is found from the content; CSV and UFF may be .gz.\n\n"
-      "Example: whirl info rundown.csv",
-      [o, &session] {
-        CsvOptions csv;
-        if (o->rate > 0) csv.rate = o->rate;
-        const FileInfo info = describe(read_signals(o->file, csv));
-        session.say(to_string(info));
-        Json json = start_document("whirl.info", 2);
-        json.set("source", info.source);
-        json.set("format", info.format);
-        Json::Array tables;
-        for (const TableInfo& table : info.tables) tables.push_back(to_json(table));
-        json.set("tables", std::move(tables));
-        json.set("contents", texts(info.contents));
-        json.set("findings", texts(info.findings));
-        session.result(json);
-      });
+  CLI::App* sub =
+      add_command(app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
+                  "Input: CSV with a header of quantity_unit columns, universal file (UFF 58, 58b, 55, 15, 82, ...), "
+                  "ATFX, MAT (v5, v7.3),\n"
+                  "HDF5, WAV, LVM. The format is found from the content; CSV and UFF may be .gz.\n\n"
+                  "Example: whirl info rundown.csv",
+                  [o, &session] {
+                    CsvOptions csv;
+                    if (o->rate > 0) csv.rate = o->rate;
+                    const FileInfo info = describe(read_signals(o->file, csv));
+                    session.say(to_string(info));
+                    Json json = start_document("whirl.info", 2);
+                    json.set("source", info.source);
+                    json.set("format", info.format);
+                    Json::Array tables;
+                    for (const TableInfo& table : info.tables) tables.push_back(to_json(table));
+                    json.set("tables", std::move(tables));
+                    json.set("contents", texts(info.contents));
+                    json.set("findings", texts(info.findings));
+                    session.result(json);
+                  });
   sub->add_option("FILE", o->file, "file of any of these formats")->required();
   sub->add_option("--rate", o->rate, "sample rate in Hz, for CSV files without a time column");
 }

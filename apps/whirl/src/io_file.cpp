@@ -49,7 +49,9 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("board.counts", io.vendor.counts, 1.0);
   visit("board.tracking_hz", io.vendor.bandwidth, 1.0);
   for (std::size_t i = 0; i < 2; ++i) {
-    const auto key = [&](const char* table, const char* name) { return fmt::format("{}.{}.{}", table, kAxisName[i], name); };
+    const auto key = [&](const char* table, const char* name) {
+      return fmt::format("{}.{}.{}", table, kAxisName[i], name);
+    };
     auto& s = io.hardware.position[i];
     visit(key("sensor", "device"), s.laser.device, 1.0);
     visit(key("sensor", "baud"), s.laser.baud, 1.0);
@@ -76,7 +78,9 @@ static void visit_fields(Io& io, Visitor&& visit) {
 PaceOptions IoSettings::pace() const {
   PaceOptions out;
   out.period = std::llround(1e9 / rate);
-  out.overrun = overrun == "catch-up" ? OverrunPolicy::catch_up : overrun == "trip" ? OverrunPolicy::trip : OverrunPolicy::skip;
+  out.overrun = overrun == "catch-up" ? OverrunPolicy::catch_up
+                : overrun == "trip"   ? OverrunPolicy::trip
+                                      : OverrunPolicy::skip;
   out.max_catch_up = max_catch_up;
   out.trip_after = trip_after;
   return out;
@@ -127,7 +131,8 @@ IoSettings read_io(const std::filesystem::path& path) {
     require_range("safety.stale_ms", 1e3 * io.stale, 1e3 / io.rate, 1e4, "ms");
     require_range("safety.watchdog_ms", 1e3 * io.watchdog, 1e3 / io.rate, 1e4, "ms");
     const auto& inputs = io.hardware.position;
-    if (io.clock == "sample" && io.driver != "udp" && inputs[0].laser.device.empty() && inputs[1].laser.device.empty()) {
+    if (io.clock == "sample" && io.driver != "udp" && inputs[0].laser.device.empty() &&
+        inputs[1].laser.device.empty()) {
       throw Error::in_field("loop.clock", "sample", "wall: neither a laser nor the board has a clock of its own here");
     }
     if (io.driver != "udp") {

@@ -28,8 +28,8 @@ struct IoSettings {
   HardwareOptions hardware;
 
   PaceOptions pace() const;
-  LoopOptions loop() const;      ///< disarmed
-  SafetyLimits limits() const;   ///< with `stale` in ticks
+  LoopOptions loop() const;     ///< disarmed
+  SafetyLimits limits() const;  ///< with `stale` in ticks
   std::unique_ptr<Board> board() const;
   std::int64_t watchdog_ns() const { return static_cast<std::int64_t>(1e9 * watchdog); }
 };

@@ -88,7 +88,8 @@ struct Watch {
   }
 };
 
-// Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there is nothing.
+// Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there is
+// nothing.
 void append(std::vector<double>& to, double value, long missed, bool held) {
   const double last = to.empty() ? value : to.back();
   for (long i = 1; i <= missed && !to.empty(); ++i) {
@@ -192,7 +193,8 @@ std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
     return out;
   }
   if (s.board_rate > 0 && std::abs(s.board_rate / io.rate - 1) > kRateError) {
-    out.push_back(fmt::format("board: {:.1f} ticks a second by this machine's clock instead of {:g}", s.board_rate, io.rate));
+    out.push_back(
+        fmt::format("board: {:.1f} ticks a second by this machine's clock instead of {:g}", s.board_rate, io.rate));
   }
   for (std::size_t i = 0; i < 2; ++i) {
     const ChannelSurvey& c = s.channel[i];
@@ -209,14 +211,17 @@ std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
       say(fmt::format("{} in {:.1f} % of the ticks{}", to_string(state), 100 * c.share(state), why));
     }
     if (c.share(InputState::good) == 0) continue;
-    if (c.low < 0 || c.high > laser.range) say(fmt::format("distance {:.3f} to {:.3f} mm leaves the measuring range", 1e3 * c.low, 1e3 * c.high));
-    if (c.noise > kNoise * laser.range) say(fmt::format("noise {:.1f} um rms is above 0.1 % of the range", 1e6 * c.noise));
+    if (c.low < 0 || c.high > laser.range)
+      say(fmt::format("distance {:.3f} to {:.3f} mm leaves the measuring range", 1e3 * c.low, 1e3 * c.high));
+    if (c.noise > kNoise * laser.range)
+      say(fmt::format("noise {:.1f} um rms is above 0.1 % of the range", 1e6 * c.noise));
     if (laser.device.empty()) continue;
     if (std::abs(c.rate / laser.measuring_rate - 1) > kRateError) {
       say(fmt::format("{:.1f} frames a second instead of {:g}", c.rate, laser.measuring_rate));
     }
     const double all = static_cast<double>(c.frames + c.frames_lost);
-    if (static_cast<double>(c.frames_lost) > kFew * all) say(fmt::format("{} of {:.0f} frames lost", c.frames_lost, all));
+    if (static_cast<double>(c.frames_lost) > kFew * all)
+      say(fmt::format("{} of {:.0f} frames lost", c.frames_lost, all));
   }
   if (s.trip != Fault::none) out.push_back("excitation: the loop tripped: " + std::string(to_string(s.trip)));
   for (std::size_t i = 0; i < 2; ++i) {
@@ -224,7 +229,9 @@ std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
     const char* const name = i == 0 ? "x" : "y";
     if (d.frequency == 0 && d.explained == 0) continue;
     if (d.explained < kExplained) {
-      out.push_back(fmt::format("{}: the excitation explains {:.0f} % of the motion only: no actuator, or too small a force", name, 100 * d.explained));
+      out.push_back(
+          fmt::format("{}: the excitation explains {:.0f} % of the motion only: no actuator, or too small a force",
+                      name, 100 * d.explained));
     } else if (d.gain < 0) {
       out.push_back(fmt::format("{}: the force acts against its direction; see actuator.{}.direction", name, name));
     }

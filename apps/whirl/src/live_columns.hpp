@@ -12,27 +12,27 @@ namespace whirl::app {
 
 /// What the live view shows of a loop, SI. Lost readings are NaN.
 constexpr std::array<std::pair<std::string_view, Quantity>, 17> kLiveColumns{{{"x", Quantity::displacement},
-                                                                               {"y", Quantity::displacement},
-                                                                               {"beta", Quantity::angle},
-                                                                               {"omega", Quantity::angular_velocity},
-                                                                               {"ux", Quantity::force},
-                                                                               {"uy", Quantity::force},
-                                                                               {"s_x", Quantity::velocity},
-                                                                               {"s_y", Quantity::velocity},
-                                                                               {"x_est", Quantity::displacement},
-                                                                               {"y_est", Quantity::displacement},
-                                                                               {"vx_est", Quantity::velocity},
-                                                                               {"vy_est", Quantity::velocity},
-                                                                               {"e_est", Quantity::displacement},
-                                                                               {"latency", Quantity::time},
-                                                                               {"period", Quantity::time},
-                                                                               {"armed", Quantity::dimensionless},
-                                                                               {"limited", Quantity::dimensionless}}};
+                                                                              {"y", Quantity::displacement},
+                                                                              {"beta", Quantity::angle},
+                                                                              {"omega", Quantity::angular_velocity},
+                                                                              {"ux", Quantity::force},
+                                                                              {"uy", Quantity::force},
+                                                                              {"s_x", Quantity::velocity},
+                                                                              {"s_y", Quantity::velocity},
+                                                                              {"x_est", Quantity::displacement},
+                                                                              {"y_est", Quantity::displacement},
+                                                                              {"vx_est", Quantity::velocity},
+                                                                              {"vy_est", Quantity::velocity},
+                                                                              {"e_est", Quantity::displacement},
+                                                                              {"latency", Quantity::time},
+                                                                              {"period", Quantity::time},
+                                                                              {"armed", Quantity::dimensionless},
+                                                                              {"limited", Quantity::dimensionless}}};
 using LiveRow = std::array<double, kLiveColumns.size()>;
 
-/// `previous_start`: LoopSample::started of the cycle before; 0: none. What the controller makes of a sample is 0 while it is
-/// disarmed. The eccentricity is that of the unbalance which explains the estimated disturbance d: |d| = e |w^2 - j w'|, shown
-/// above 1 rad/s.
+/// `previous_start`: LoopSample::started of the cycle before; 0: none. What the controller makes of a sample is 0 while
+/// it is disarmed. The eccentricity is that of the unbalance which explains the estimated disturbance d: |d| = e |w^2 -
+/// j w'|, shown above 1 rad/s.
 inline LiveRow live_row(const LoopSample& s, double previous_start) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const bool valid = (s.flags & kValid) != 0, armed = (s.flags & kArmed) != 0;

@@ -35,14 +35,19 @@ std::pair<std::string, double> read_limit(const std::string& text) {
 }  // namespace
 
 void ViewOptions::add_to(CLI::App* sub) {
-  sub->add_option("--port", port, "of the page; 0 takes any free one")->check(CLI::Range(0, 65535))->capture_default_str()->group("Live view");
+  sub->add_option("--port", port, "of the page; 0 takes any free one")
+      ->check(CLI::Range(0, 65535))
+      ->capture_default_str()
+      ->group("Live view");
   sub->add_option("--address", address, "to serve at; anything but loopback shows the data to the network")
       ->capture_default_str()
       ->group("Live view");
   sub->add_option("--record-folder", record_folder, "allow the page to record into this folder")->group("Live view");
-  sub->add_option("--reference", reference, "record of another run, e.g. the open loop, whose 1X amplitude is drawn behind")
+  sub->add_option("--reference", reference,
+                  "record of another run, e.g. the open loop, whose 1X amplitude is drawn behind")
       ->group("Live view");
-  sub->add_option("--limit", limits, "largest value of a channel, with its unit, e.g. x_mm=0.5; crossings go to the log")
+  sub->add_option("--limit", limits,
+                  "largest value of a channel, with its unit, e.g. x_mm=0.5; crossings go to the log")
       ->group("Live view");
   sub->add_flag("--read-only", read_only, "the page shows and commands nothing")->group("Live view");
 }
@@ -116,7 +121,7 @@ class LiveView::State::Source : public monitor::RingSource {
   std::vector<std::pair<std::string, std::string>> status() const override {
     const auto fault = static_cast<Fault>(state_.trip.load());
     std::vector<std::pair<std::string, std::string>> items{
-        {"state", state_.over           ? "ended"
+        {"state", state_.over            ? "ended"
                   : fault != Fault::none ? "tripped: " + std::string(to_string(fault))
                   : state_.tripped()     ? "tripped"
                   : state_.armed()       ? "armed"
@@ -124,7 +129,8 @@ class LiveView::State::Source : public monitor::RingSource {
         {"ticks left out", std::to_string(state_.missed.load())},
         {"samples without a valid reading", std::to_string(state_.lost.load())}};
     if (state_.force_limit > 0) {
-      items.emplace_back("force limit", fmt::format("{:g} N", std::min(state_.force_limit, state_.control.force_limit())));
+      items.emplace_back("force limit",
+                         fmt::format("{:g} N", std::min(state_.force_limit, state_.control.force_limit())));
     }
     for (auto& item : RingSource::status()) items.push_back(std::move(item));
     return items;
@@ -133,7 +139,8 @@ class LiveView::State::Source : public monitor::RingSource {
     if (!state_.attended) return {};
     std::vector<monitor::Control> out{{.name = "trip"}, {.name = "disarm"}, {.name = "arm"}, {.name = "clear"}};
     const double limit = state_.force_limit;
-    if (limit > 0) out.push_back({.name = "force_limit", .takes_value = true, .low = 0, .high = limit, .value = limit, .unit = "N"});
+    if (limit > 0)
+      out.push_back({.name = "force_limit", .takes_value = true, .low = 0, .high = limit, .value = limit, .unit = "N"});
     return out;
   }
   bool urgent(const std::string& name) override {
@@ -179,8 +186,9 @@ void LiveView::State::changes(const LoopSample& s) {
   if (s.trip != 0 && trip == 0) {
     std::string line = fmt::format("trip at tick {}: {}", s.tick, to_string(static_cast<Fault>(s.trip)));
     if (asked > 0 && static_cast<Fault>(s.trip) == Fault::requested) {
-      line += fmt::format("; safe output from the cycle on that began {:.3f} ms after the command, {} controlled cycles between",
-                          1e3 * std::max(0.0, s.started - asked), after_command);
+      line += fmt::format(
+          "; safe output from the cycle on that began {:.3f} ms after the command, {} controlled cycles between",
+          1e3 * std::max(0.0, s.started - asked), after_command);
     }
     happened(std::move(line));
   }

@@ -22,7 +22,7 @@ struct ViewOptions {
   void add_to(CLI::App* sub);
   /// Throws Error for a bad limit or a reference that cannot be read.
   monitor::HubOptions hub(double rate) const;  ///< for samples at `rate` Hz
-  monitor::ServerOptions server() const;  ///< with a new token unless read-only
+  monitor::ServerOptions server() const;       ///< with a new token unless read-only
 };
 
 /// Hub and server of one source, from construction to destruction; says on stderr where the page is.
@@ -42,9 +42,9 @@ class Served {
 class LiveView {
  public:
   struct About {
-    std::string name;        ///< what runs
-    double rate = 1000;      ///< Hz
-    double force_limit = 0;  ///< of the controller, N; 0: none
+    std::string name;                             ///< what runs
+    double rate = 1000;                           ///< Hz
+    double force_limit = 0;                       ///< of the controller, N; 0: none
     std::optional<monitor::Reference> reference;  ///< unless the options name one
   };
   LiveView(const ViewOptions& options, const About& about);

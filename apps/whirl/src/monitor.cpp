@@ -15,7 +15,8 @@ Recording loop_columns(const LoopRecord& record, const std::string& file) {
   const std::int64_t first = record.cycles.front().tick, last = record.cycles.back().tick;
   if (last <= first || last - first > 100'000'000) throw Error::in_file(file, 0, "ticks that do not ascend");
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  Eigen::MatrixXd table = Eigen::MatrixXd::Constant(last - first + 1, static_cast<Eigen::Index>(kLiveColumns.size()), kNaN);
+  Eigen::MatrixXd table =
+      Eigen::MatrixXd::Constant(last - first + 1, static_cast<Eigen::Index>(kLiveColumns.size()), kNaN);
   double previous = 0;
   for (const LoopSample& s : record.cycles) {
     const LiveRow row = live_row(s, previous);
@@ -54,21 +55,26 @@ void add_monitor(CLI::App& app, Session& session) {
     ViewOptions view;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
-      app, session, "monitor", "Play a record in a browser as if it were measured now",
-      "Input: a record with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...) or a recording of `whirl run --record`.\n"
-      "Serves one page on this machine alone: traces, orbit, spectra, waterfall, Bode and polar, phase plane, limits, log; it needs\n"
-      "no network. Who has the printed address with its token can control; the address without it only shows (docs/monitor.md).\n"
-      "A running loop is shown by `whirl run CONTROLLER --monitor`.\n\n"
-      "Example: whirl monitor rundown.csv --speed 0.5 --loop --limit x_mm=0.5 --record-folder records",
-      [o] {
-        catch_stop_signals();
-        Recording record = read(o->record, o->file);
-        monitor::HubOptions hub = o->view.hub(record.rate());
-        if (!hub.reference && record.has("x_open") && record.has("beta")) hub.reference = monitor::reference_of(record);
-        const Served served(o->view, std::make_unique<monitor::PlaybackSource>(std::move(record), o->speed, o->loop), hub);
-        served.until_stopped();
-      });
+  CLI::App* sub =
+      add_command(app, session, "monitor", "Play a record in a browser as if it were measured now",
+                  "Input: a record with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...) or a recording "
+                  "of `whirl run --record`.\n"
+                  "Serves one page on this machine alone: traces, orbit, spectra, waterfall, Bode and polar, phase "
+                  "plane, limits, log; it needs\n"
+                  "no network. Who has the printed address with its token can control; the address without it only "
+                  "shows (docs/monitor.md).\n"
+                  "A running loop is shown by `whirl run CONTROLLER --monitor`.\n\n"
+                  "Example: whirl monitor rundown.csv --speed 0.5 --loop --limit x_mm=0.5 --record-folder records",
+                  [o] {
+                    catch_stop_signals();
+                    Recording record = read(o->record, o->file);
+                    monitor::HubOptions hub = o->view.hub(record.rate());
+                    if (!hub.reference && record.has("x_open") && record.has("beta"))
+                      hub.reference = monitor::reference_of(record);
+                    const Served served(
+                        o->view, std::make_unique<monitor::PlaybackSource>(std::move(record), o->speed, o->loop), hub);
+                    served.until_stopped();
+                  });
   sub->add_option("FILE", o->file, "record to play")->required();
   sub->add_option("--speed", o->speed, "times as fast as recorded, 0.01 to 10000")->capture_default_str();
   sub->add_flag("--loop", o->loop, "start again at the end");

@@ -19,7 +19,8 @@ report::TerminalOptions terminal() {
   winsize size{};
   if (isatty(STDOUT_FILENO) != 0) {
     options.color = true;
-    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col >= 40) options.columns = std::min<int>(size.ws_col, 200);
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col >= 40)
+      options.columns = std::min<int>(size.ws_col, 200);
   }
   return options;
 }
@@ -38,19 +39,25 @@ void add_plot(CLI::App& app, Session& session) {
   for (const View& v : views()) list += fmt::format("  {:<15}{}\n", v.name, v.shows);
   CLI::App* sub = add_command(
       app, session, "plot", "Draw a record: time traces, orbit, spectra, waterfall, Bode, polar, order tracks",
-      "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...), or for bode and polar a table\n"
-      "rpm,amp_um,phase_deg. The first of several files is drawn grey behind the others. The log of `whirl run` is drawn as two\n"
-      "runs, open and closed loop. Bode, polar, orders, cascade and run-map need the rotor angle: beta_rad, or the pulses of a\n"
+      "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...), or for bode and polar a "
+      "table\n"
+      "rpm,amp_um,phase_deg. The first of several files is drawn grey behind the others. The log of `whirl run` is "
+      "drawn as two\n"
+      "runs, open and closed loop. Bode, polar, orders, cascade and run-map need the rotor angle: beta_rad, or the "
+      "pulses of a\n"
       "channel key, keyphasor or tacho. Phase is phase LEAD: x(t) = Re(Z e^(j theta)).\n\n"
-      "--what:\n" + list +
+      "--what:\n" +
+          list +
           "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure) or .txt.\n\n"
           "Example: whirl plot rundown.csv --what bode --out bode.svg --out bode.csv",
       [o, &session] {
         ViewOptions& view_options = o->view;
         if (!o->window.empty()) {
-          view_options.window = o->window == "hann" ? Window::hann : o->window == "flat-top" ? Window::flat_top : Window::rectangular;
+          view_options.window = o->window == "hann"       ? Window::hann
+                                : o->window == "flat-top" ? Window::flat_top
+                                                          : Window::rectangular;
         }
-        view_options.kind = o->amplitude == "peak" ? AmplitudeKind::peak
+        view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
                             : o->amplitude == "rms" ? AmplitudeKind::rms
                                                     : AmplitudeKind::peak_to_peak;
         view_options.slow_roll = o->slow_roll_rpm * kRpm;
@@ -78,13 +85,15 @@ void add_plot(CLI::App& app, Session& session) {
         for (const std::string& file : o->out) report::write_figure(figure, file);
         if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
         for (const std::string& file : o->out) session.say("figure: " + file);
-        Json json = start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
+        Json json =
+            start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
         session.result(json);
       });
   sub->add_option("FILE", o->files, "records, or Bode tables")->required();
   sub->add_option("--what", o->what, "which figure, see below")->capture_default_str();
   sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once");
-  sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")->delimiter(',');
+  sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")
+      ->delimiter(',');
   sub->add_option("--from", o->view.begin, "begin, s");
   sub->add_option("--to", o->view.end, "end, s");
   sub->add_option("--highest-hz", o->view.highest_frequency, "of spectra; default half the rate, in maps 4X");
@@ -95,9 +104,14 @@ void add_plot(CLI::App& app, Session& session) {
   sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
       ->check(CLI::IsMember({"peak", "p-p", "rms"}))
       ->capture_default_str();
-  sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")->delimiter(',')->capture_default_str();
-  sub->add_option("--bandwidth-hz", o->view.bandwidth, "of the Vold-Kalman filter; default a quarter of the mean speed");
-  sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")->check(CLI::Range(1, 10000))->capture_default_str();
+  sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")
+      ->delimiter(',')
+      ->capture_default_str();
+  sub->add_option("--bandwidth-hz", o->view.bandwidth,
+                  "of the Vold-Kalman filter; default a quarter of the mean speed");
+  sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
   sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")->delimiter(',');
   sub->add_option("--rate", o->rate, "sample rate in Hz of a file without a time column");

@@ -27,7 +27,8 @@ MpiRanks::MpiRanks() {
       total += counts[i];
     }
     std::vector<double> all(static_cast<std::size_t>(total));
-    MPI_Gatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    MPI_Gatherv(mine.data(), count, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0,
+                MPI_COMM_WORLD);
     return all;
   };
   ranks_.broadcast = [](std::vector<double>& values) {

@@ -69,11 +69,13 @@ void replay(Session& session, const std::string& file, const std::string& contro
       ++compared;
     }
     table.row(static_cast<Eigen::Index>(k)) << s.x, s.y, s.beta, s.omega, s.ux, s.uy, u.ux, u.uy, c.estimate.z.real(),
-        c.estimate.z.imag(), c.estimate.v.real(), c.estimate.v.imag(), c.s.real(), c.s.imag(), m.valid ? 1.0 : 0.0, s.missed;
+        c.estimate.z.imag(), c.estimate.v.real(), c.estimate.v.imag(), c.s.real(), c.s.imag(), m.valid ? 1.0 : 0.0,
+        s.missed;
   }
   const double rms = compared > 0 ? std::sqrt(square / static_cast<double>(compared)) : 0;
-  session.say(fmt::format("{} with {}: force differs from the recorded one by {:.3g} N rms, {:.3g} N at most, over {} cycles",
-                          design.law, design.estimator, rms, worst, compared));
+  session.say(
+      fmt::format("{} with {}: force differs from the recorded one by {:.3g} N rms, {:.3g} N at most, over {} cycles",
+                  design.law, design.estimator, rms, worst, compared));
   if (!out.empty()) {
     Recording log;
     log.dt = record.head.sample_time;
@@ -100,15 +102,19 @@ void add_record(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "record", "Record sensors and rotor angle without control",
-      "Input: io.toml (docs/formats.md). Output: HDF5 with one row per tick (dataset `cycles`, SI) and events; it can be read\n"
-      "at any time, also after a kill, and lacks half a second at most. Ends after --seconds, with the rig, or on Ctrl-C.\n\n"
+      "Input: io.toml (docs/formats.md). Output: HDF5 with one row per tick (dataset `cycles`, SI) and events; it can "
+      "be read\n"
+      "at any time, also after a kill, and lacks half a second at most. Ends after --seconds, with the rig, or on "
+      "Ctrl-C.\n\n"
       "Example: whirl record --io io.toml --seconds 20 --out rundown.h5 && whirl replay rundown.h5 --controller c.json",
       [o, &session] {
         const IoSettings io = read_io(o->io);
         require_range("--seconds", o->seconds, 0, 1e6, "s");
         HardwareRig rig(io.hardware, io.board());
-        LoopRecorder recorder(o->out, {1 / io.rate, {{"settings", read_text(o->io)}, {"command_line", session.command_line}}});
-        const LoopOutcome out = run_loop(io, rig, nullptr, o->seconds, [&](const LoopSample& s) { recorder.append(s); });
+        LoopRecorder recorder(o->out,
+                              {1 / io.rate, {{"settings", read_text(o->io)}, {"command_line", session.command_line}}});
+        const LoopOutcome out =
+            run_loop(io, rig, nullptr, o->seconds, [&](const LoopSample& s) { recorder.append(s); });
         session.say(fmt::format("{}: {} cycles, {} ticks left out, {} records dropped; {}", o->out, recorder.rows(),
                                 out.timing.missed, out.dropped_records, out.reason));
         Json json = start_document("whirl.record", 1);
@@ -129,13 +135,15 @@ void add_replay(CLI::App& app, Session& session) {
     std::string file, controller, estimator, out;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
-      app, session, "replay", "A recording of a loop through a controller or estimator",
-      "Input: recording of `whirl run --record` or `whirl record`. The controller (default: the one recorded) gets the\n"
-      "recorded samples and the forces that were really sent; --estimator replaces its estimator.\n"
-      "Output: difference to the recorded force; --out writes both, the estimates and the sliding variables as CSV (SI).\n\n"
-      "Example: whirl replay run.h5 --estimator kalman --out replay.csv",
-      [o, &session] { replay(session, o->file, o->controller, o->estimator, o->out); });
+  CLI::App* sub =
+      add_command(app, session, "replay", "A recording of a loop through a controller or estimator",
+                  "Input: recording of `whirl run --record` or `whirl record`. The controller (default: the one "
+                  "recorded) gets the\n"
+                  "recorded samples and the forces that were really sent; --estimator replaces its estimator.\n"
+                  "Output: difference to the recorded force; --out writes both, the estimates and the sliding "
+                  "variables as CSV (SI).\n\n"
+                  "Example: whirl replay run.h5 --estimator kalman --out replay.csv",
+                  [o, &session] { replay(session, o->file, o->controller, o->estimator, o->out); });
   sub->add_option("RECORDING", o->file, "recording (.h5)")->required();
   sub->add_option("--controller", o->controller, "controller.json");
   sub->add_option("--estimator", o->estimator, "estimator; `whirl design --list` names all");

@@ -17,9 +17,9 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
   if (mkdtemp(profile.data()) == nullptr) throw Error("no temporary folder can be made for the browser");
   int code = 127;
   for (const char* browser : {"chromium", "chromium-browser", "google-chrome"}) {
-    code = report::run_program({browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-                                "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                                "--no-pdf-header-footer", "--user-data-dir=" + profile,
+    code = report::run_program({browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic",
+                                "--no-first-run", "--disable-background-networking", "--disable-component-update",
+                                "--disable-sync", "--no-pdf-header-footer", "--user-data-dir=" + profile,
                                 "--print-to-pdf=" + std::filesystem::absolute(pdf).string(),
                                 "file://" + std::filesystem::absolute(page).string()});
     if (code != 127) break;
@@ -29,7 +29,8 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
     throw Error("--pdf needs the browser chromium (Debian: apt install chromium); without it open " + page.string() +
                 " in any browser and print it: the page is made for paper");
   }
-  if (code != 0 || !std::filesystem::exists(pdf)) throw Error::in_file(pdf.string(), 0, "the browser could not write it");
+  if (code != 0 || !std::filesystem::exists(pdf))
+    throw Error::in_file(pdf.string(), 0, "the browser could not write it");
 }
 
 }  // namespace
@@ -45,10 +46,14 @@ void add_report(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "report", "One page from any set of runs and results",
-      "Input, in any order: records (any format of `whirl info`), logs of `whirl run --log`, Bode tables rpm,amp_um,phase_deg,\n"
-      "and the JSON files that the other subcommands write: model, controller, frf, modes, stiffness, run, validation.\n"
-      "Output: one self-contained HTML page: run maps, Bode and polar plots, orbits, waterfall, cascade, order tracks, identified\n"
-      "equations with intervals, prediction of every record, closed loop with segments and effort, critical speeds with\n"
+      "Input, in any order: records (any format of `whirl info`), logs of `whirl run --log`, Bode tables "
+      "rpm,amp_um,phase_deg,\n"
+      "and the JSON files that the other subcommands write: model, controller, frf, modes, stiffness, run, "
+      "validation.\n"
+      "Output: one self-contained HTML page: run maps, Bode and polar plots, orbits, waterfall, cascade, order tracks, "
+      "identified\n"
+      "equations with intervals, prediction of every record, closed loop with segments and effort, critical speeds "
+      "with\n"
       "amplification factor and sweep rate, separation margin, shaft vibration zones, balance grade, provenance.\n\n"
       "Example: whirl report rundown.csv model.json controller.json log.csv --service-rpm 1800 --out report.html",
       [o, &session] {
@@ -78,7 +83,10 @@ void add_report(CLI::App& app, Session& session) {
                                 1e-6 * static_cast<double>(std::filesystem::file_size(o->out))));
         if (figures > 0) session.say(fmt::format("{} figures in {}", figures, o->figures.string()));
         if (!o->pdf.empty()) session.say("PDF: " + o->pdf.string());
-        session.result(start_document("whirl.report", 1).set("report", o->out.string()).set("pdf", o->pdf.string()).set("figures", figures));
+        session.result(start_document("whirl.report", 1)
+                           .set("report", o->out.string())
+                           .set("pdf", o->pdf.string())
+                           .set("figures", figures));
       });
   sub->add_option("FILES", o->files, "records, logs, tables and results")->required();
   sub->add_option("--out", o->out, "HTML page to write")->capture_default_str();
@@ -89,7 +97,8 @@ void add_report(CLI::App& app, Session& session) {
       ->check(CLI::IsMember({"svg", "png", "pdf", "csv", "txt"}))
       ->capture_default_str();
   sub->add_option("--title", o->report.title, "of the page")->capture_default_str();
-  sub->add_option("--service-rpm", o->service_rpm, "largest continuous speed: margin, zones and grade are stated for it");
+  sub->add_option("--service-rpm", o->service_rpm,
+                  "largest continuous speed: margin, zones and grade are stated for it");
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
   sub->add_flag("--paper", o->report.with_paper, "the paper's Table 4 beside the segments");
 }

@@ -25,7 +25,8 @@ void add_reproduce(CLI::App& app, Session& session) {
       [o, &session] {
         require_range("--evaluations", o->study.evaluations, 10, 100000);
         o->study.rig = read_rig(o->rig);
-        o->study.command_line = fmt::format("whirl reproduce --seed {} --evaluations {}", o->study.seed, o->study.evaluations);
+        o->study.command_line =
+            fmt::format("whirl reproduce --seed {} --evaluations {}", o->study.seed, o->study.evaluations);
         o->study.progress = [&](const std::string& step, double fraction) { session.progress(step, fraction); };
         const Study study = run_study(o->study);
         const std::filesystem::path page = o->study.folder / "report.html";

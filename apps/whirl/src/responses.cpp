@@ -19,20 +19,25 @@ FrfKind frf_kind(const std::string& name) {
 
 std::optional<FrequencyResponse> read_responses(const std::string& file, const std::string& kind) {
   switch (file_format(file)) {
-    case FileFormat::json: return load<FrequencyResponse>(file);
+    case FileFormat::json:
+      return load<FrequencyResponse>(file);
     case FileFormat::uff: {
       const UffFile uff = read_uff(file);
-      if (std::none_of(uff.functions.begin(), uff.functions.end(), [](const UffFunction& f) { return f.type == 4; })) return {};
+      if (std::none_of(uff.functions.begin(), uff.functions.end(), [](const UffFunction& f) { return f.type == 4; }))
+        return {};
       return frf_from_uff(uff);
     }
     case FileFormat::csv: {
       const CsvStream stream(file);
-      const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(), [](const CsvColumn& c) { return c.name == "freq"; });
+      const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(),
+                                       [](const CsvColumn& c) { return c.name == "freq"; });
       if (!spectra) return {};
-      if (kind.empty()) throw Error::in_file(file, 1, "a table of frequency responses does not say what was measured: state --kind");
+      if (kind.empty())
+        throw Error::in_file(file, 1, "a table of frequency responses does not say what was measured: state --kind");
       return read_frf_csv(file, frf_kind(kind));
     }
-    default: return {};
+    default:
+      return {};
   }
 }
 

@@ -6,8 +6,8 @@
 
 namespace whirl::app {
 
-/// Frequency responses from the JSON of `whirl frf`, a universal file (dataset 58, type 4) or, with `kind` stated, a CSV table.
-/// Nothing when the file holds something else.
+/// Frequency responses from the JSON of `whirl frf`, a universal file (dataset 58, type 4) or, with `kind` stated, a
+/// CSV table. Nothing when the file holds something else.
 std::optional<FrequencyResponse> read_responses(const std::string& file, const std::string& kind);
 
 /// The kind named "receptance", "mobility" or "accelerance".

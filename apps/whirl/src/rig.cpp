@@ -52,7 +52,8 @@ void add_rig(CLI::App& app, Session& session) {
   auto o = std::make_shared<RigOptions>();
   CLI::App* parameters = add_command(
       *rig, session, "parameters", "Print the rig's parameters as TOML",
-      "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure (mass,\n"
+      "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure "
+      "(mass,\n"
       "stiffness, damping, further modes) is that of a hammer test with a drive point at the disk.\n\n"
       "Example: whirl rig parameters > rig.toml\n"
       "         whirl rig parameters --modes modes.json --channel 1 > rig.toml",
@@ -85,48 +86,52 @@ void add_rig(CLI::App& app, Session& session) {
         csv.units = {"x_mm", "y_mm"};
         write_csv(o->out, run_record.measured, csv);
         if (!o->truth.empty()) write_csv(o->truth, run_record.truth, csv);
-        session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out, run_record.measured.size(),
-                                run_record.measured.rate(), 1e3 * run_record.measured["x"].cwiseAbs().maxCoeff()));
+        session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out,
+                                run_record.measured.size(), run_record.measured.rate(),
+                                1e3 * run_record.measured["x"].cwiseAbs().maxCoeff()));
       });
   add_common(record, o);
   record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->required();
   record->add_option("--truth", o->truth, "write the clean motion too");
-  record->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
+  record->add_option("--added-mass-g", o->added_mass_g,
+                     "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
   record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's");
   record->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
 
-  CLI::App* stiffness = add_command(
-      *rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
-      "Output: CSV with deflection_mm, force_N, loading then unloading.\n\n"
-      "Example: whirl rig stiffness --out pull_x.csv && whirl stiffness pull_x.csv",
-      [o, &session] {
-        StiffnessTestOptions test;
-        test.seed = o->seed;
-        test.direction = o->direction();
-        const StiffnessTable table = simulate_stiffness_test(o->parameters(), test);
-        Table file;
-        file.columns = {{"deflection", Quantity::displacement, table.deflection}, {"force", Quantity::force, table.force}};
-        CsvWriteOptions csv;
-        csv.units = {"deflection_mm"};
-        write_csv(o->out, file, csv);
-        session.say(fmt::format("{}: {} readings", o->out, table.force.size()));
-      });
+  CLI::App* stiffness =
+      add_command(*rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
+                  "Output: CSV with deflection_mm, force_N, loading then unloading.\n\n"
+                  "Example: whirl rig stiffness --out pull_x.csv && whirl stiffness pull_x.csv",
+                  [o, &session] {
+                    StiffnessTestOptions test;
+                    test.seed = o->seed;
+                    test.direction = o->direction();
+                    const StiffnessTable table = simulate_stiffness_test(o->parameters(), test);
+                    Table file;
+                    file.columns = {{"deflection", Quantity::displacement, table.deflection},
+                                    {"force", Quantity::force, table.force}};
+                    CsvWriteOptions csv;
+                    csv.units = {"deflection_mm"};
+                    write_csv(o->out, file, csv);
+                    session.say(fmt::format("{}: {} readings", o->out, table.force.size()));
+                  });
   add_common(stiffness, o);
   stiffness->add_option("--out", o->out, "CSV file to write")->required();
   stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y");
 
-  CLI::App* hammer = add_command(
-      *rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
-      "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
-      "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
-      [o, &session] {
-        HammerTestOptions test;
-        test.seed = o->seed;
-        test.direction = o->direction();
-        const std::vector<Recording> blows = simulate_hammer_test(o->parameters(), test);
-        for (std::size_t i = 0; i < blows.size(); ++i) write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
-        session.say(fmt::format("{} blows written", blows.size()));
-      });
+  CLI::App* hammer =
+      add_command(*rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
+                  "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
+                  "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
+                  [o, &session] {
+                    HammerTestOptions test;
+                    test.seed = o->seed;
+                    test.direction = o->direction();
+                    const std::vector<Recording> blows = simulate_hammer_test(o->parameters(), test);
+                    for (std::size_t i = 0; i < blows.size(); ++i)
+                      write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
+                    session.say(fmt::format("{} blows written", blows.size()));
+                  });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
   hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y");

@@ -24,7 +24,8 @@ void campbell(const CampbellOptions& o, Session& session) {
   const double top = std::max(p.profile.omega_start, p.profile.omega_end);
   report::Table table;
   table.caption = "whirl frequencies, Hz";
-  table.columns = {{"speed", "rpm"}, {"backward, tilt", "Hz"}, {"backward", "Hz"}, {"forward", "Hz"}, {"forward, tilt", "Hz"}};
+  table.columns = {
+      {"speed", "rpm"}, {"backward, tilt", "Hz"}, {"backward", "Hz"}, {"forward", "Hz"}, {"forward, tilt", "Hz"}};
   Table file;
   for (const char* name : {"backward_tilt", "backward", "forward", "forward_tilt"}) {
     file.columns.push_back({name, Quantity::frequency, Eigen::VectorXd(o.points)});
@@ -62,13 +63,14 @@ void campbell(const CampbellOptions& o, Session& session) {
 
 void add_rig_campbell(CLI::App& rig, Session& session) {
   auto o = std::make_shared<CampbellOptions>();
-  CLI::App* sub = add_command(
-      rig, session, "campbell", "Whirl frequencies and critical speeds of a rotor that tilts",
-      "For a rig with a table [tilt] (gyroscopic rotor with four degrees of freedom): the frequencies of free whirl, forward\n"
-      "and backward, from standstill to the top speed of its profile. --out writes them as CSV with speed_rpm, backward_tilt_hz,\n"
-      "backward_hz, forward_hz, forward_tilt_hz.\n\n"
-      "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml",
-      [o, &session] { campbell(*o, session); });
+  CLI::App* sub = add_command(rig, session, "campbell", "Whirl frequencies and critical speeds of a rotor that tilts",
+                              "For a rig with a table [tilt] (gyroscopic rotor with four degrees of freedom): the "
+                              "frequencies of free whirl, forward\n"
+                              "and backward, from standstill to the top speed of its profile. --out writes them as CSV "
+                              "with speed_rpm, backward_tilt_hz,\n"
+                              "backward_hz, forward_hz, forward_tilt_hz.\n\n"
+                              "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml",
+                              [o, &session] { campbell(*o, session); });
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`")->required();
   sub->add_option("--points", o->points, "speeds from 0 to the top");
   sub->add_option("--out", o->out, "CSV file to write");

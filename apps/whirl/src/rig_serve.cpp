@@ -21,10 +21,14 @@ void add_rig_serve(CLI::App& rig, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       rig, session, "serve", "The rig as a process of its own, behind real wires",
-      "Two lasers optoNCDT 1420 on pseudo-terminals (commands, prompts, frames with counter) and a converter board on UDP\n"
-      "(docs/formats.md), in real time. Writes the settings that reach them to --io for `whirl run --io`. The profile starts\n"
-      "with the first armed command; without commands for --watchdog-ms the outputs go to zero. --faults FILE: TOML tables\n"
-      "[[fault]] kind, start_s, end_s, axis; kinds lost_bytes (every), error_code (code), dropout, delay (delay_ms), stuck,\n"
+      "Two lasers optoNCDT 1420 on pseudo-terminals (commands, prompts, frames with counter) and a converter board on "
+      "UDP\n"
+      "(docs/formats.md), in real time. Writes the settings that reach them to --io for `whirl run --io`. The profile "
+      "starts\n"
+      "with the first armed command; without commands for --watchdog-ms the outputs go to zero. --faults FILE: TOML "
+      "tables\n"
+      "[[fault]] kind, start_s, end_s, axis; kinds lost_bytes (every), error_code (code), dropout, delay (delay_ms), "
+      "stuck,\n"
       "board_silent, command_delay (delay_ms), actuator_loss, encoder_stuck.\n"
       "Output at the end: peaks and suppression of the true disk centre, as `whirl run` without --io.\n\n"
       "Example: whirl rig serve --added-mass-g 5 --io io.toml & sleep 1; whirl run controller.json --io io.toml",
@@ -44,18 +48,21 @@ void add_rig_serve(CLI::App& rig, Session& session) {
         const IoSettings io = server.io();
         // Lasers and board are there before the file that says so.
         write_text(o->io, io_toml(io));
-        fmt::print(stderr, "whirl: laser x {}, laser y {}, board {}; settings in {}\n", io.hardware.position[0].laser.device,
-                   io.hardware.position[1].laser.device, io.address, o->io);
+        fmt::print(stderr, "whirl: laser x {}, laser y {}, board {}; settings in {}\n",
+                   io.hardware.position[0].laser.device, io.hardware.position[1].laser.device, io.address, o->io);
         const RealtimeThread realtime({});  // a machine is never late
         server.run([] { return stop_signal() != 0; });
         if (!o->log.empty() && server.ticks_done() > 1) write_csv(o->log, server.truth());
         const ClosedLoopMetrics m = server.metrics();
         session.say(report::to_text(segment_table(m, "Served virtual rig", false)));
-        session.say(fmt::format("{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms; the rig "
-                                "itself was late by {:.3f} s in all, which its time stood still",
-                                server.ticks_done(), server.commands(), server.expired(), m.force_rms, server.slipped()));
+        session.say(fmt::format(
+            "{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms; the rig "
+            "itself was late by {:.3f} s in all, which its time stood still",
+            server.ticks_done(), server.commands(), server.expired(), m.force_rms, server.slipped()));
         Json json = to_json(m);
-        json.set("ticks", server.ticks_done()).set("commands", server.commands()).set("watchdog_expired", server.expired());
+        json.set("ticks", server.ticks_done())
+            .set("commands", server.commands())
+            .set("watchdog_expired", server.expired());
         json.set("radial_peak", m.radial_peak).set("slipped", server.slipped());
         session.result(json);
         Summary summary;

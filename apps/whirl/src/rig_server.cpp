@@ -18,10 +18,10 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kShunt = 250;         // ohm, of the analogue outputs
-constexpr int kLockstepWait = 2000;    // ms until a silent controller is taken for dead
-constexpr double kBefore = -1;         // s, the time of faults that are there before the start
-constexpr double kRestTime = 30;       // s that a shaft at rest can be excited
+constexpr double kShunt = 250;             // ohm, of the analogue outputs
+constexpr int kLockstepWait = 2000;        // ms until a silent controller is taken for dead
+constexpr double kBefore = -1;             // s, the time of faults that are there before the start
+constexpr double kRestTime = 30;           // s that a shaft at rest can be excited
 constexpr std::uint32_t kBehind = 262078;  // peak behind the measuring range
 
 // The same machine, stepped once per laser frame.
@@ -29,7 +29,8 @@ RigParameters frame_by_frame(RigParameters p, long& ratio) {
   const double frames = p.laser.rate / p.timing.rate;
   ratio = std::lround(frames);
   if (ratio < 1 || std::abs(frames - static_cast<double>(ratio)) > 1e-9) {
-    throw Error::in_field("laser.rate_hz", fmt::format("{:g}", p.laser.rate), "a multiple of timing.rate_hz, to be served");
+    throw Error::in_field("laser.rate_hz", fmt::format("{:g}", p.laser.rate),
+                          "a multiple of timing.rate_hz, to be served");
   }
   if (p.actuator.delay_samples < 1) {
     throw Error::in_field("actuator.delay_samples", fmt::format("{}", p.actuator.delay_samples),
@@ -75,8 +76,9 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options) {
                                                      {"board_silent", LineFault::board_silent}};
   for (std::size_t i = 0; i < s.count("fault"); ++i) {
     const auto key = [&](const char* name) { return fmt::format("fault[{}].{}", i, name); };
-    const std::string kind = s.text(key("kind"), "", {"stuck", "command_delay", "actuator_loss", "encoder_stuck", "lost_bytes",
-                                                      "error_code", "dropout", "delay", "board_silent"});
+    const std::string kind = s.text(key("kind"), "",
+                                    {"stuck", "command_delay", "actuator_loss", "encoder_stuck", "lost_bytes",
+                                     "error_code", "dropout", "delay", "board_silent"});
     const double start = s.require_number(key("start"), Quantity::time, kBefore);
     const double end = s.number(key("end"), Quantity::time, 1e9, start);
     const std::string where = s.text(key("axis"), "both", {"both", "x", "y"});
@@ -85,7 +87,8 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options) {
     const long every = s.integer(key("every"), 50, 1, 1000000), code = s.integer(key("code"), 262076, 0, 262143);
     for (const auto& [name, fault] : machine) {
       if (kind == name) {
-        options.run.faults.push_back({fault, start, end, axis, static_cast<int>(std::lround(delay * options.rig.timing.rate))});
+        options.run.faults.push_back(
+            {fault, start, end, axis, static_cast<int>(std::lround(delay * options.rig.timing.rate))});
       }
     }
     for (const auto& [name, fault] : wires) {
@@ -172,7 +175,8 @@ void RigServer::receive() {
   std::array<std::byte, board::kCommandSize + 1> bytes;
   sockaddr_in from{};
   socklen_t size = sizeof from;
-  for (ssize_t n; (n = ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size)) >= 0;
+  for (ssize_t n;
+       (n = ::recvfrom(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<sockaddr*>(&from), &size)) >= 0;
        size = sizeof from) {
     const auto c = board::decode_command(std::span(bytes).first(static_cast<std::size_t>(n)));
     if (!c) continue;

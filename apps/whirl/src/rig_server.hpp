@@ -43,8 +43,9 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options);
 /// The virtual rig behind wires: two lasers on pseudo-terminals, a board on UDP, time of its own.
 ///
 /// Until the first start command the shaft waits at the first instant of the profile; the lasers stream and the
-/// board ticks. An armed command without start acts on the shaft at rest (`whirl io test`). A command acts from the next tick of the board on (delay_samples of the rig). Board reading and
-/// laser frames of one tick leave at the tick, the reading first.
+/// board ticks. An armed command without start acts on the shaft at rest (`whirl io test`). A command acts from the
+/// next tick of the board on (delay_samples of the rig). Board reading and laser frames of one tick leave at the tick,
+/// the reading first.
 class RigServer {
  public:
   explicit RigServer(const ServeOptions& options);
@@ -62,8 +63,10 @@ class RigServer {
   }
   bool started() const { return started_; }
   long ticks_done() const { return static_cast<long>(truth_x_.size()); }
-  double slipped() const { return slipped_; }  ///< s that the machine's time stood still because this process was not let run
-  long commands() const { return commands_; }  ///< taken
+  double slipped() const {
+    return slipped_;
+  }  ///< s that the machine's time stood still because this process was not let run
+  long commands() const { return commands_; }      ///< taken
   long expired() const { return expired_count_; }  ///< times the watchdog acted
   /// How the run ended, the amplitudes being those of the true disk centre; after run().
   ClosedLoopMetrics metrics() const;

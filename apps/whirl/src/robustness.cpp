@@ -22,16 +22,23 @@ void add_robustness(CLI::App& app, Session& session) {
   };
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
-      app, session, "robustness", "Chance that a controller keeps the displacement below a limit, over machines the model may be",
-      "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, --hardware as in\n"
-      "`whirl design`. Rotors are drawn from the covariance of the identification and from tolerances of the hardware, with\n"
+      app, session, "robustness",
+      "Chance that a controller keeps the displacement below a limit, over machines the model may be",
+      "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, "
+      "--hardware as in\n"
+      "`whirl design`. Rotors are drawn from the covariance of the identification and from tolerances of the hardware, "
+      "with\n"
       "other runout phases and sensor noise each; the controller stays as it is.\n"
-      "Output: distribution of the whole-run peak (zero-to-peak, true disk centre, x axis), fraction stable, and the probability\n"
-      "of exceeding --limit-mm with its 95 % interval (Clopper-Pearson); --out DIR writes robustness.json and report.html.\n"
-      "The numbers depend on --seed alone, not on lanes, threads or processes. With --checkpoint a killed study goes on where\n"
+      "Output: distribution of the whole-run peak (zero-to-peak, true disk centre, x axis), fraction stable, and the "
+      "probability\n"
+      "of exceeding --limit-mm with its 95 % interval (Clopper-Pearson); --out DIR writes robustness.json and "
+      "report.html.\n"
+      "The numbers depend on --seed alone, not on lanes, threads or processes. With --checkpoint a killed study goes "
+      "on where\n"
       "it was when the same command is given again.\n\n"
       "Example: whirl robustness controller.json model.json --mass-kg 1.5 --samples 2000 --limit-mm 0.03\n"
-      "         mpirun -n 4 whirl robustness controller.json model.json --mass-kg 1.5 --samples 100000 --checkpoint study.txt",
+      "         mpirun -n 4 whirl robustness controller.json model.json --mass-kg 1.5 --samples 100000 --checkpoint "
+      "study.txt",
       [o, &session] {
         const MpiRanks mpi;
         const Ranks& ranks = mpi.ranks();
@@ -58,12 +65,13 @@ void add_robustness(CLI::App& app, Session& session) {
           };
           const MonteCarloResult result = monte_carlo(design, model, d.hardware, study, ranks);
           if (ranks.rank != 0) return;
-          const Provenance from = provenance(
-              inputs, fmt::format("samples {} limit {} mm", study.samples, o->limit_mm), study.seed);
+          const Provenance from =
+              provenance(inputs, fmt::format("samples {} limit {} mm", study.samples, o->limit_mm), study.seed);
           session.say(report::to_text(monte_carlo_table(result, study)));
           if (speed > 0) {
             session.say(fmt::format("{:.0f} machines/s with {} process{} of {} thread{}, {} lanes", speed, ranks.size,
-                                    ranks.size == 1 ? "" : "es", study.threads > 0 ? fmt::format("{}", study.threads) : "all",
+                                    ranks.size == 1 ? "" : "es",
+                                    study.threads > 0 ? fmt::format("{}", study.threads) : "all",
                                     study.threads == 1 ? "" : "s", study.lanes));
           }
           const Json json = to_json(result, study).set("provenance", to_json(from));
@@ -87,15 +95,19 @@ void add_robustness(CLI::App& app, Session& session) {
   o->plant.add_to(sub);
   sub->add_option("--samples", o->study.samples, "machines drawn")->capture_default_str();
   sub->add_option("--seed", o->study.seed, "of the draws")->capture_default_str();
-  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")->capture_default_str();
+  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")
+      ->capture_default_str();
   sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
       ->capture_default_str();
-  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")->capture_default_str();
+  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")
+      ->capture_default_str();
   sub->add_option("--damping-sd", o->study.damping_sd, "of c")->capture_default_str();
   sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")->capture_default_str();
   sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued");
-  sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")->capture_default_str();
-  sub->add_option("--threads", o->study.threads, "per process; 0: all cores, shared among the processes")->capture_default_str();
+  sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")
+      ->capture_default_str();
+  sub->add_option("--threads", o->study.threads, "per process; 0: all cores, shared among the processes")
+      ->capture_default_str();
   sub->add_option("--out", o->out, "folder for robustness.json and report.html");
 }
 

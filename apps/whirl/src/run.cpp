@@ -25,9 +25,12 @@ void add_run(CLI::App& app, Session& session) {
   CLI::App* sub = add_command(
       app, session, "run", "Closed loop of a controller on a rig",
       "Input: controller.json; --rig virtual with --rig-file rig.toml (keys of `whirl rig parameters`).\n"
-      "Output: open- and closed-loop peak (zero-to-peak, true disk centre, x axis) and suppression in the four segments of\n"
-      "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every tick.\n"
-      "--monitor shows the loop in a browser while it runs, on the virtual rig in real time; who has the address with its token\n"
+      "Output: open- and closed-loop peak (zero-to-peak, true disk centre, x axis) and suppression in the four "
+      "segments of\n"
+      "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every "
+      "tick.\n"
+      "--monitor shows the loop in a browser while it runs, on the virtual rig in real time; who has the address with "
+      "its token\n"
       "can arm, disarm and trip it (docs/monitor.md).\n\n"
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
       [o, &session] {
@@ -48,9 +51,10 @@ void add_run(CLI::App& app, Session& session) {
         if (!o->log.empty()) write_csv(o->log, run.log);
         const ClosedLoopMetrics& m = run.metrics;
         session.say(report::to_text(segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
-        session.say(fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
-                                "{:.2f} % of ticks saturated",
-                                1e3 * m.standstill_rms, m.force_rms, m.force_peak, m.total_variation, 100 * m.saturated));
+        session.say(
+            fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
+                        "{:.2f} % of ticks saturated",
+                        1e3 * m.standstill_rms, m.force_rms, m.force_peak, m.total_variation, 100 * m.saturated));
         Json json = to_json(m);
         json.set("provenance", to_json(provenance({o->controller}, session.command_line, o->loop.run.seed)));
         session.result(json);
@@ -62,15 +66,18 @@ void add_run(CLI::App& app, Session& session) {
         session.finish(summary);
       });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
-  sub->add_option("--rig", o->rig, "which rig: virtual, or an FMU for co-simulation (see docs/export.md)")->check(CLI::IsMember({"virtual"}) | CLI::ExistingFile);
+  sub->add_option("--rig", o->rig, "which rig: virtual, or an FMU for co-simulation (see docs/export.md)")
+      ->check(CLI::IsMember({"virtual"}) | CLI::ExistingFile);
   o->fmu.add_to(sub);
   sub->add_option("--rig-file", o->rig_file, "parameters of the virtual rig (TOML)");
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->capture_default_str();
   o->io.add_to(sub);
-  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")->group("Live view");
-  sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")->group("Live view");
+  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")
+      ->group("Live view");
+  sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")
+      ->group("Live view");
   o->view.add_to(sub);
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables");
 }

@@ -56,7 +56,8 @@ FmuRun run(const std::string& fmu, const FmuPlantOptions& options, Control& cont
 }  // namespace
 
 void RunFmuOptions::add_to(CLI::App* sub) {
-  sub->add_option("--fmu-name", names, "variable of the FMU for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha");
+  sub->add_option("--fmu-name", names,
+                  "variable of the FMU for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha");
 }
 
 void run_fmu(Session& session, const std::string& controller, const std::string& fmu, const SpeedProfile& profile,
@@ -79,15 +80,16 @@ void run_fmu(Session& session, const std::string& controller, const std::string&
     Recording record;
     record.dt = design.sample_time;
     record.source = "closed loop with " + fmu;
-    const std::pair<const char*, Quantity> columns[] = {{"x", Quantity::displacement}, {"y", Quantity::displacement},
-                                                        {"ux", Quantity::force},       {"uy", Quantity::force},
-                                                        {"beta", Quantity::angle},     {"omega", Quantity::angular_velocity}};
+    const std::pair<const char*, Quantity> columns[] = {
+        {"x", Quantity::displacement}, {"y", Quantity::displacement}, {"ux", Quantity::force},
+        {"uy", Quantity::force},       {"beta", Quantity::angle},     {"omega", Quantity::angular_velocity}};
     for (Eigen::Index c = 0; c < 6; ++c) record.add(columns[c].first, columns[c].second, closed.table.col(c));
     write_csv(log, record);
   }
-  session.say(fmt::format("{} on {}: peak radius {:.4f} mm without control, {:.4f} mm with it (zero-to-peak, after {:.1f} s): suppression "
-                          "{:.1f} %; largest force {:.2f} N",
-                          design.law, fmu, 1e3 * open_peak, 1e3 * closed_peak, 0.5, 100 * (1 - closed_peak / open_peak), force));
+  session.say(fmt::format(
+      "{} on {}: peak radius {:.4f} mm without control, {:.4f} mm with it (zero-to-peak, after {:.1f} s): suppression "
+      "{:.1f} %; largest force {:.2f} N",
+      design.law, fmu, 1e3 * open_peak, 1e3 * closed_peak, 0.5, 100 * (1 - closed_peak / open_peak), force));
   Json json = Json::object();
   json.set("open_peak", open_peak).set("closed_peak", closed_peak).set("suppression", 1 - closed_peak / open_peak);
   json.set("force_peak", force).set("inputs", Json::array().push(input_record(controller)).push(input_record(fmu)));

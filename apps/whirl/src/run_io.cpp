@@ -38,7 +38,13 @@ struct Seen {
 report::Table timing_table(const LoopTiming& t) {
   report::Table table;
   table.caption = "Timing, us";
-  table.columns = {{"", "", report::Align::left}, {"p50", ""}, {"p90", ""}, {"p99", ""}, {"p99.9", ""}, {"max", ""}, {"at tick", ""}};
+  table.columns = {{"", "", report::Align::left},
+                   {"p50", ""},
+                   {"p90", ""},
+                   {"p99", ""},
+                   {"p99.9", ""},
+                   {"max", ""},
+                   {"at tick", ""}};
   const auto add = [&](const char* name, const Histogram& h) {
     if (h.total() == 0) return;
     std::vector<std::string> row{name};
@@ -69,7 +75,10 @@ std::string bars(const char* name, const Histogram& h) {
 
 Json histogram_json(const Histogram& h) {
   Json out = Json::object();
-  out.set("p50", h.quantile(0.5)).set("p90", h.quantile(0.9)).set("p99", h.quantile(0.99)).set("p999", h.quantile(0.999));
+  out.set("p50", h.quantile(0.5))
+      .set("p90", h.quantile(0.9))
+      .set("p99", h.quantile(0.99))
+      .set("p999", h.quantile(0.999));
   out.set("max", h.max()).set("worst_tick", h.worst());
   return out;
 }
@@ -77,19 +86,22 @@ Json histogram_json(const Histogram& h) {
 }  // namespace
 
 void RunIoOptions::add_to(CLI::App* sub) {
-  sub->add_option("--io", io, "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)");
+  sub->add_option("--io", io,
+                  "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)");
   sub->add_option("--record", record, "with --io: HDF5 recording of every cycle; readable also after a kill");
   sub->add_option("--seconds", seconds, "with --io: end after so long; 0: when the rig is done or a signal comes");
   sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property");
 }
 
-void run_io(Session& session, const std::string& controller_file, const RunIoOptions& o, const ViewOptions* view_options) {
+void run_io(Session& session, const std::string& controller_file, const RunIoOptions& o,
+            const ViewOptions* view_options) {
   const ControllerDesign design = load<ControllerDesign>(controller_file);
   const IoSettings io = read_io(o.io);
   require_range("--seconds", o.seconds, 0, 1e6, "s");
   if (std::abs(design.sample_time * io.rate - 1) > 1e-6) {
-    throw Error::in_file(o.io, 0, fmt::format("loop.rate_hz = {:g}: the controller was designed for {:g} Hz", io.rate,
-                                              1 / design.sample_time));
+    throw Error::in_file(
+        o.io, 0,
+        fmt::format("loop.rate_hz = {:g}: the controller was designed for {:g} Hz", io.rate, 1 / design.sample_time));
   }
   Controller controller = make_controller(design);
   if (o.require_rt) {
@@ -105,7 +117,8 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
                                               {"command_line", session.command_line}}});
   }
   std::optional<LiveView> view;
-  if (view_options) view.emplace(*view_options, LiveView::About{design.law + " on hardware", io.rate, design.force_limit, {}});
+  if (view_options)
+    view.emplace(*view_options, LiveView::About{design.law + " on hardware", io.rate, design.force_limit, {}});
   Seen seen;
   std::int32_t trip = 0;
   const LoopOutcome out = run_loop(
@@ -115,7 +128,8 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
         if (view) view->take(s);
         if (!recorder) return;
         recorder->append(s);
-        if (s.trip != trip) recorder->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
+        if (s.trip != trip)
+          recorder->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
         trip = s.trip;
       },
       [&](const LoopOutcome& at_start) {
@@ -134,49 +148,60 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
   }
 
   const LoopTiming& t = out.timing;
-  session.say(fmt::format("{} with {}, {} clock, {:g} Hz, dt policy {}, overrun policy {}: {}", design.law, design.estimator,
-                          io.clock, io.rate, io.dt, io.overrun, out.reason));
+  session.say(fmt::format("{} with {}, {} clock, {:g} Hz, dt policy {}, overrun policy {}: {}", design.law,
+                          design.estimator, io.clock, io.rate, io.dt, io.overrun, out.reason));
   if (out.trip != Fault::none) {
     session.say(fmt::format("safe output from tick {} on; x {}, y {}", out.trip_tick, to_string(out.inputs[0]),
                             to_string(out.inputs[1])));
   }
-  session.say(fmt::format("measured peak x {:.4f} mm, y {:.4f} mm (zero-to-peak); force {:.2f} N rms, {:.1f} N peak; {} of {} "
-                          "samples lost, {:.2f} % of ticks limited",
-                          1e3 * seen.x_peak, 1e3 * seen.y_peak, seen.force_rms(), seen.force_peak, seen.lost, seen.samples,
-                          seen.samples > 0 ? 100.0 * static_cast<double>(seen.saturated) / static_cast<double>(seen.samples) : 0));
+  session.say(fmt::format(
+      "measured peak x {:.4f} mm, y {:.4f} mm (zero-to-peak); force {:.2f} N rms, {:.1f} N peak; {} of {} "
+      "samples lost, {:.2f} % of ticks limited",
+      1e3 * seen.x_peak, 1e3 * seen.y_peak, seen.force_rms(), seen.force_peak, seen.lost, seen.samples,
+      seen.samples > 0 ? 100.0 * static_cast<double>(seen.saturated) / static_cast<double>(seen.samples) : 0));
   session.say(report::to_text(timing_table(t)));
   session.say(bars("latency", t.latency) + bars("execution", t.execution) + bars("period", t.period));
-  session.say(fmt::format("{} cycles, {} ticks left out ({} times late by work, {} by wake-up); {} records dropped", t.executed,
-                          t.missed, t.late_work, t.late_wake, out.dropped_records));
+  session.say(fmt::format("{} cycles, {} ticks left out ({} times late by work, {} by wake-up); {} records dropped",
+                          t.executed, t.missed, t.late_work, t.late_wake, out.dropped_records));
   for (int i = 0; i < 2; ++i) {
     if (const optoncdt::Sensor* laser = rig.laser(i)) {
-      session.say(fmt::format("laser {}: {} frames, {} lost, {} bytes dropped, {} ticks without a new sample", i == 0 ? "x" : "y",
-                              laser->statistics().frames, laser->lost_frames(), laser->statistics().dropped, rig.late(i)));
+      session.say(fmt::format("laser {}: {} frames, {} lost, {} bytes dropped, {} ticks without a new sample",
+                              i == 0 ? "x" : "y", laser->statistics().frames, laser->lost_frames(),
+                              laser->statistics().dropped, rig.late(i)));
     }
   }
 
   Json json = start_document("whirl.realtime", 1);
-  json.set("reason", out.reason).set("trip", to_string(out.trip)).set("trip_tick", out.trip_tick).set("armed", out.armed);
+  json.set("reason", out.reason)
+      .set("trip", to_string(out.trip))
+      .set("trip_tick", out.trip_tick)
+      .set("armed", out.armed);
   json.set("clock", io.clock).set("rate", io.rate).set("dt", io.dt).set("overrun", io.overrun);
   json.set("executed", t.executed).set("missed", t.missed).set("late_work", t.late_work).set("late_wake", t.late_wake);
   json.set("latency", histogram_json(t.latency)).set("execution", histogram_json(t.execution));
   json.set("period", histogram_json(t.period));
-  json.set("samples", seen.samples).set("lost", seen.lost).set("records_dropped", static_cast<double>(out.dropped_records));
+  json.set("samples", seen.samples)
+      .set("lost", seen.lost)
+      .set("records_dropped", static_cast<double>(out.dropped_records));
   json.set("x_peak", seen.x_peak).set("y_peak", seen.y_peak).set("force_rms", seen.force_rms());
   json.set("granted", out.granted).set("refused", out.refused);
   for (int i = 0; i < 2; ++i) {
     Json laser = Json::object();
     laser.set("input", to_string(out.inputs[static_cast<std::size_t>(i)])).set("late", rig.late(i));
     if (const optoncdt::Sensor* s = rig.laser(i)) {
-      laser.set("frames", static_cast<double>(s->statistics().frames)).set("frames_lost", static_cast<double>(s->lost_frames()));
+      laser.set("frames", static_cast<double>(s->statistics().frames))
+          .set("frames_lost", static_cast<double>(s->lost_frames()));
       laser.set("bytes_dropped", static_cast<double>(s->statistics().dropped));
     }
     json.set(i == 0 ? "x" : "y", laser);
   }
   session.result(json);
   Summary summary;
-  if (!out.armed) summary.fail("not armed: " + out.reason + fmt::format(" (x {}, y {})", to_string(out.inputs[0]), to_string(out.inputs[1])));
-  else if (out.trip != Fault::none && out.trip != Fault::requested) summary.fail("the loop tripped: " + std::string(to_string(out.trip)));
+  if (!out.armed)
+    summary.fail("not armed: " + out.reason +
+                 fmt::format(" (x {}, y {})", to_string(out.inputs[0]), to_string(out.inputs[1])));
+  else if (out.trip != Fault::none && out.trip != Fault::requested)
+    summary.fail("the loop tripped: " + std::string(to_string(out.trip)));
   session.finish(summary);
 }
 

@@ -19,6 +19,7 @@ void add_record(CLI::App& app, Session& session);
 void add_replay(CLI::App& app, Session& session);
 
 /// The loop on the wall clock with the hardware of `options.io`; with `view`, shown and commanded by the page.
-void run_io(Session& session, const std::string& controller, const RunIoOptions& options, const ViewOptions* view = nullptr);
+void run_io(Session& session, const std::string& controller, const RunIoOptions& options,
+            const ViewOptions* view = nullptr);
 
 }  // namespace whirl::app

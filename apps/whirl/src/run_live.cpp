@@ -40,8 +40,8 @@ struct Shared {
   LoopTiming timing;
 };
 
-void cycles(const std::shared_ptr<const RigTables>& tables, Controller& controller, double rate, const RunLiveOptions& options,
-            LoopControl& control, Shared& shared) {
+void cycles(const std::shared_ptr<const RigTables>& tables, Controller& controller, double rate,
+            const RunLiveOptions& options, LoopControl& control, Shared& shared) {
   std::uint64_t seed = options.seed;
   VirtualRig rig(tables, {seed, {}});
   WallTime time;
@@ -67,7 +67,8 @@ void cycles(const std::shared_ptr<const RigTables>& tables, Controller& controll
 
 }  // namespace
 
-void run_live(Session& session, const ControllerDesign& design, const RigParameters& rig, const RunLiveOptions& options) {
+void run_live(Session& session, const ControllerDesign& design, const RigParameters& rig,
+              const RunLiveOptions& options) {
   Controller controller = make_controller(design);
   const auto tables = make_rig_tables(rig);
   const double rate = rig.timing.rate;
@@ -97,10 +98,11 @@ void run_live(Session& session, const ControllerDesign& design, const RigParamet
   const std::string reason = stop_signal() != 0 ? "stopped by a signal" : "the run is over";
   view.ended(reason);
   const LoopTiming& t = shared.timing;
-  session.say(fmt::format("{} with {} on the virtual rig in real time, {:g} Hz: {}; {} cycles, {} ticks left out, wake-up latency "
-                          "{:.0f} us p99, {:.0f} us at most; {} samples lost to the view",
-                          design.law, design.estimator, rate, reason, t.executed, t.missed, 1e6 * t.latency.quantile(0.99),
-                          1e6 * t.latency.max(), shared.queue.dropped()));
+  session.say(fmt::format(
+      "{} with {} on the virtual rig in real time, {:g} Hz: {}; {} cycles, {} ticks left out, wake-up latency "
+      "{:.0f} us p99, {:.0f} us at most; {} samples lost to the view",
+      design.law, design.estimator, rate, reason, t.executed, t.missed, 1e6 * t.latency.quantile(0.99),
+      1e6 * t.latency.max(), shared.queue.dropped()));
   Json json = start_document("whirl.live", 1);
   json.set("reason", reason).set("cycles", t.executed).set("missed", t.missed);
   json.set("latency_p99", t.latency.quantile(0.99)).set("latency_max", t.latency.max());

@@ -14,8 +14,9 @@ struct RunLiveOptions {
   bool repeat = false;
 };
 
-/// The closed loop on the virtual rig in real time, shown and commanded by the page, until a stop signal. The time of the rig
-/// is counted in ticks: a late machine makes the rig late, never wrong.
-void run_live(Session& session, const ControllerDesign& design, const RigParameters& rig, const RunLiveOptions& options);
+/// The closed loop on the virtual rig in real time, shown and commanded by the page, until a stop signal. The time of
+/// the rig is counted in ticks: a late machine makes the rig late, never wrong.
+void run_live(Session& session, const ControllerDesign& design, const RigParameters& rig,
+              const RunLiveOptions& options);
 
 }  // namespace whirl::app

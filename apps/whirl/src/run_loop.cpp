@@ -135,11 +135,11 @@ LoopOutcome run_loop(const IoSettings& io, HardwareRig& rig, Controller* control
   LoopOutcome& out = shared.outcome;
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {
-    out.reason = stop_signal() != 0           ? "stopped by a signal"
+    out.reason = stop_signal() != 0             ? "stopped by a signal"
                  : out.trip == Fault::requested ? "stopped by the user"
-                 : out.trip != Fault::none    ? "trip: " + std::string(to_string(out.trip))
-                 : rig.done()                 ? "the run is over"
-                                              : "the time is over";
+                 : out.trip != Fault::none      ? "trip: " + std::string(to_string(out.trip))
+                 : rig.done()                   ? "the run is over"
+                                                : "the time is over";
   }
   return out;
 }

@@ -17,9 +17,9 @@ struct LoopOutcome {
   LoopTiming timing;
   Fault trip = Fault::none;
   long trip_tick = -1;
-  std::string reason;  ///< why it ended
-  bool armed = false;  ///< it ever was
-  std::array<InputState, 2> inputs{};  ///< of x and y at the trip, or at the end
+  std::string reason;                         ///< why it ended
+  bool armed = false;                         ///< it ever was
+  std::array<InputState, 2> inputs{};         ///< of x and y at the trip, or at the end
   std::vector<std::string> granted, refused;  ///< real-time properties
   std::uint64_t dropped_records = 0;
 };

@@ -1,3 +1,5 @@
+#include "whirl/modal/stiffness.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -7,7 +9,6 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
-#include "whirl/modal/stiffness.hpp"
 #include "whirl/pipeline/provenance.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -27,28 +28,34 @@ DirectedStiffnessTable read_pull(const std::string& file, const std::vector<std:
     return {angle, table["deflection"], table["force"]};
   }
   const SignalFile signals = read_signals(file);
-  const bool timed = std::any_of(signals.tables.begin(), signals.tables.end(), [](const SignalTable& t) { return t.abscissa == Quantity::time; });
+  const bool timed = std::any_of(signals.tables.begin(), signals.tables.end(),
+                                 [](const SignalTable& t) { return t.abscissa == Quantity::time; });
   if (!timed) options.rate = 1;
   const Recording record = recording_of(signals, options);
   return {angle, record["deflection"], record["force"]};
 }
 
 std::string describe(const StiffnessLaw& law) {
-  std::string text = fmt::format("K1 = {}\nK2 = {}\noffset = {}\ncubic term: {} (p = {:.2g})", show(law.k1, "N/m"), show(law.k2, "N/m^3"),
-                                 show(law.offset, "m"), law.cubic_p_value < 0.05 ? "significant" : "not significant", law.cubic_p_value);
+  std::string text = fmt::format("K1 = {}\nK2 = {}\noffset = {}\ncubic term: {} (p = {:.2g})", show(law.k1, "N/m"),
+                                 show(law.k2, "N/m^3"), show(law.offset, "m"),
+                                 law.cubic_p_value < 0.05 ? "significant" : "not significant", law.cubic_p_value);
   if (law.hysteresis > 0) text += fmt::format("\nlargest hysteresis: {:.3g} N", law.hysteresis);
   return text;
 }
 
-Json to_json(const AnisotropicStiffness& stiffness, const std::vector<DirectedStiffnessTable>& tables, const Provenance& source) {
+Json to_json(const AnisotropicStiffness& stiffness, const std::vector<DirectedStiffnessTable>& tables,
+             const Provenance& source) {
   Json out = start_document("whirl.anisotropic_stiffness", 1);
   out.set("mean", whirl::to_json(stiffness.mean, "N/m")).set("amplitude", whirl::to_json(stiffness.amplitude, "N/m"));
   out.set("axis_deg", stiffness.axis / kDegree).set("p_value", stiffness.p_value);
   Json directions = Json::array();
   for (std::size_t i = 0; i < tables.size(); ++i) {
-    directions.push(Json::object().set("angle_deg", tables[i].angle / kDegree).set("law", whirl::to_json(stiffness.laws[i])));
+    directions.push(
+        Json::object().set("angle_deg", tables[i].angle / kDegree).set("law", whirl::to_json(stiffness.laws[i])));
   }
-  out.set("directions", std::move(directions)).set("summary", whirl::to_json(stiffness.summary)).set("provenance", whirl::to_json(source));
+  out.set("directions", std::move(directions))
+      .set("summary", whirl::to_json(stiffness.summary))
+      .set("provenance", whirl::to_json(source));
   return out;
 }
 
@@ -65,18 +72,23 @@ void add_stiffness(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "stiffness", "Stiffness law F = K1 d + K2 d^3 from a force-deflection table",
-      "Input: a table (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with the columns deflection (deflection_mm, ...) and force\n"
-      "(force_N, force_lbf, ...), in the order measured; loading and unloading may follow each other. Several tables, one per\n"
+      "Input: a table (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with the columns deflection (deflection_mm, ...) and "
+      "force\n"
+      "(force_N, force_lbf, ...), in the order measured; loading and unloading may follow each other. Several tables, "
+      "one per\n"
       "direction of the pull stated with --angle-deg, give the anisotropy of the shaft as well.\n"
       "Output: K1 (N/m), K2 (N/m^3) and the gauge offset with 95 % intervals, whether the cubic term is significant,\n"
-      "hysteresis; from several directions the mean stiffness, half the difference of the principal ones and their axis.\n\n"
+      "hysteresis; from several directions the mean stiffness, half the difference of the principal ones and their "
+      "axis.\n\n"
       "Example: whirl stiffness pull_x.csv --out stiffness.json\n"
       "         whirl stiffness pull_x.csv pull_y.csv pull_45.csv --angle-deg 0 90 45",
       [o, &session] {
         if (o->files.size() > 1 && o->angles.size() != o->files.size()) {
-          throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), fmt::format("one per table, {}", o->files.size()));
+          throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()),
+                                fmt::format("one per table, {}", o->files.size()));
         }
-        if (o->angles.size() > o->files.size()) throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), "one per table, 1");
+        if (o->angles.size() > o->files.size())
+          throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), "one per table, 1");
         o->fit.fit_offset = !o->zero_known;
         std::vector<DirectedStiffnessTable> tables;
         for (const double angle : o->angles) require_range("--angle-deg", angle, -360, 360, "deg");
@@ -85,7 +97,8 @@ void add_stiffness(CLI::App& app, Session& session) {
         }
         const Provenance source = provenance({o->files.begin(), o->files.end()}, session.command_line);
         const auto draw = [&](std::size_t i, const StiffnessLaw& law) {
-          if (!o->figure.empty() && i == 0) report::write_figure(report::force_deflection(tables[i].deflection, tables[i].force, law), o->figure);
+          if (!o->figure.empty() && i == 0)
+            report::write_figure(report::force_deflection(tables[i].deflection, tables[i].force, law), o->figure);
         };
         if (tables.size() == 1) {
           StiffnessLaw law = fit_stiffness(tables[0].deflection, tables[0].force, o->fit);
@@ -102,9 +115,11 @@ void add_stiffness(CLI::App& app, Session& session) {
           session.say(fmt::format("{} at {:g} deg\n{}\n", o->files[i], o->angles[i], describe(stiffness.laws[i])));
           draw(i, stiffness.laws[i]);
         }
-        session.say(fmt::format("mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg from x\nanisotropy: {} (p = {:.2g})",
-                                show(stiffness.mean, "N/m"), show(stiffness.amplitude, "N/m"), stiffness.axis / kDegree,
-                                stiffness.p_value < 0.05 ? "significant" : "not significant", stiffness.p_value));
+        session.say(
+            fmt::format("mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg "
+                        "from x\nanisotropy: {} (p = {:.2g})",
+                        show(stiffness.mean, "N/m"), show(stiffness.amplitude, "N/m"), stiffness.axis / kDegree,
+                        stiffness.p_value < 0.05 ? "significant" : "not significant", stiffness.p_value));
         const Json result = to_json(stiffness, tables, source);
         if (!o->out.empty()) save_json(o->out, result);
         session.result(result);
@@ -112,7 +127,8 @@ void add_stiffness(CLI::App& app, Session& session) {
       });
   sub->add_option("FILES", o->files, "force-deflection tables")->required();
   sub->add_option("--angle-deg", o->angles, "direction of each pull, degrees from x towards y");
-  sub->add_option("--columns", o->columns, "columns to read, HEADER or HEADER:name_unit, e.g. V1:force_N V2:deflection_mm");
+  sub->add_option("--columns", o->columns,
+                  "columns to read, HEADER or HEADER:name_unit, e.g. V1:force_N V2:deflection_mm");
   sub->add_option("--out", o->out, "write the law as JSON");
   sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");

@@ -2,7 +2,8 @@
 
 namespace whirl::app {
 
-/// From now on SIGINT, SIGTERM and SIGHUP ask for the end instead of ending the program; the second one ends it at once.
+/// From now on SIGINT, SIGTERM and SIGHUP ask for the end instead of ending the program; the second one ends it at
+/// once.
 void catch_stop_signals();
 /// The signal that came; 0: none.
 int stop_signal() noexcept;

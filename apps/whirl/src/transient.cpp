@@ -38,8 +38,10 @@ void add_transient(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   CLI::App* sub = add_command(
       app, session, "transient", "Modes from the 1X vector of one fast run through critical speeds",
-      "Input: CSV table with one row per revolution: rpm, amp_1x_um (zero-to-peak), phase_1x_deg (phase of the average of\n"
-      "x exp(-i theta); a phase LAG enters with minus). A Bode plot of a fast run misplaces the critical speed and shows\n"
+      "Input: CSV table with one row per revolution: rpm, amp_1x_um (zero-to-peak), phase_1x_deg (phase of the average "
+      "of\n"
+      "x exp(-i theta); a phase LAG enters with minus). A Bode plot of a fast run misplaces the critical speed and "
+      "shows\n"
       "beats that are no resonances; the transient fit accounts for both. The steady-state fit stands beside it.\n\n"
       "Example: whirl transient runup_bode.csv --modes 2",
       [o, &session] {
@@ -55,8 +57,8 @@ void add_transient(CLI::App& app, Session& session) {
         const TransientRunupFit steady = fit_transient_runup(run, steady_options);
         for (std::size_t i = 0; i < fit.modes.size(); ++i) {
           session.say(fmt::format("mode {}: {:.1f} ± {:.1f} rpm, damping ratio {:.4f} ± {:.4f}", i + 1,
-                                  fit.modes[i].omega.value / kRpm, fit.modes[i].omega.sd / kRpm, fit.modes[i].zeta.value,
-                                  fit.modes[i].zeta.sd));
+                                  fit.modes[i].omega.value / kRpm, fit.modes[i].omega.sd / kRpm,
+                                  fit.modes[i].zeta.value, fit.modes[i].zeta.sd));
         }
         session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)", fit.alpha / kRpm,
                                 fit.fit_percent, steady.fit_percent));
@@ -68,7 +70,9 @@ void add_transient(CLI::App& app, Session& session) {
       });
   sub->add_option("FILE", o->file, "1X vectors (CSV)")->required();
   sub->add_option("--modes", o->fit.modes, "1 or 2")->check(CLI::Range(1, 2))->capture_default_str();
-  sub->add_option("--speed-column", o->speed, "name of the speed column; a column headed by a unit of speed alone (rpm) is called speed")->capture_default_str();
+  sub->add_option("--speed-column", o->speed,
+                  "name of the speed column; a column headed by a unit of speed alone (rpm) is called speed")
+      ->capture_default_str();
   sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column")->capture_default_str();
   sub->add_option("--phase-column", o->phase, "name of the phase column")->capture_default_str();
 }

@@ -28,8 +28,13 @@ struct Outcome {
 Outcome validate_rotor(const Options& o, const IdentifiedModel& model) {
   Outcome out;
   out.table.caption = "Free-run error, rms";
-  out.table.columns = {{"record", "", report::Align::left}, {"x", "mm"}, {"y", "mm"}, {"x clean", "mm"}, {"y clean", "mm"},
-                       {"nrmse", "%"}, {"note", "", report::Align::left}};
+  out.table.columns = {{"record", "", report::Align::left},
+                       {"x", "mm"},
+                       {"y", "mm"},
+                       {"x clean", "mm"},
+                       {"y clean", "mm"},
+                       {"nrmse", "%"},
+                       {"note", "", report::Align::left}};
   for (std::size_t i = 0; i < o.files.size(); ++i) {
     ValidateOptions options;
     options.unbalance = o.unbalance == "refitted" ? UnbalanceSource::refitted
@@ -52,13 +57,19 @@ Outcome validate_rotor(const Options& o, const IdentifiedModel& model) {
   return out;
 }
 
-/// Any other model: every measured state, the whole record from its first sample and restarted every characteristic period.
+/// Any other model: every measured state, the whole record from its first sample and restarted every characteristic
+/// period.
 Outcome validate_general(const Options& o, const IdentifiedModel& model) {
   if (!o.clean.empty()) throw Error("--clean is for rotors");
   Outcome out;
   out.table.caption = "Free-run error, rms";
-  out.table.columns = {{"record", "", report::Align::left}, {"state", "", report::Align::left}, {"error", "SI"}, {"noise", "SI"},
-                       {"nrmse", "%"}, {"restarted every", "s"}, {"nrmse", "%"}};
+  out.table.columns = {{"record", "", report::Align::left},
+                       {"state", "", report::Align::left},
+                       {"error", "SI"},
+                       {"noise", "SI"},
+                       {"nrmse", "%"},
+                       {"restarted every", "s"},
+                       {"nrmse", "%"}};
   for (const std::string& file : o.files) {
     const HeldOut h = predict_held_out(model, o.record.read(file), file, false);
     if (!h.reason.empty()) throw Error(h.reason);
@@ -69,7 +80,8 @@ Outcome validate_general(const Options& o, const IdentifiedModel& model) {
       out.table.add({file, s.state, show_error(s.rmse), show_error(s.noise), percent(s.nrmse),
                      fmt::format("{:.3g}", h.horizon), percent(h.near[k].nrmse)});
       // Over one characteristic period even chaos can be followed.
-      if (!std::isfinite(h.near[k].rmse)) summary.fail(fmt::format("{}: the free run of {} diverges", file, s.state));
+      if (!std::isfinite(h.near[k].rmse))
+        summary.fail(fmt::format("{}: the free run of {} diverges", file, s.state));
       else if (h.near[k].nrmse > 1) {
         summary.fail(fmt::format("{}: {} is predicted no better than by its mean", file, s.state));
       }
@@ -93,7 +105,8 @@ void add_validate(CLI::App& app, Session& session) {
   CLI::App* sub = add_command(
       app, session, "validate", "Free-run prediction of records that were not used for the fit",
       "Input: model.json and CSV records as for identify; --clean: the noise-free record of each, where known.\n"
-      "--unbalance identified: the same rotor state; refitted: the unbalance is fitted to each run, the rest is predicted;\n"
+      "--unbalance identified: the same rotor state; refitted: the unbalance is fitted to each run, the rest is "
+      "predicted;\n"
       "added: identified plus the known eccentricity --added-um at --added-deg.\n"
       "Models of other systems are run on their inputs; errors are those of every measured state.\n"
       "Output: rmse_x, rmse_y in metres rms against measured and, where known, clean; nrmse; fold sensitivity.\n\n"
@@ -101,8 +114,8 @@ void add_validate(CLI::App& app, Session& session) {
       [o, &session] {
         const IdentifiedModel model = load<IdentifiedModel>(o->model);
         if (!o->clean.empty() && o->clean.size() != o->files.size()) {
-          throw Error(fmt::format("--clean names {} files for {} records: must be one each", o->clean.size(),
-                                  o->files.size()));
+          throw Error(
+              fmt::format("--clean names {} files for {} records: must be one each", o->clean.size(), o->files.size()));
         }
         const bool rotor = model.rotor || (!model.states.empty() && model.states.front() == "X1");
         Outcome outcome = rotor ? validate_rotor(*o, model) : validate_general(*o, model);

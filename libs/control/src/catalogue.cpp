@@ -28,18 +28,15 @@ const ParameterInfo kLayer{"boundary_layer",
                            0.005,
                            1};
 const ParameterInfo kExponent{
-    "exponent", "1", "r = q/p of the terminal surface; below 1/2 the law is unbounded on s = 0",
-    0.7,        0.5, 0.999,
+    "exponent", "1", "r = q/p of the terminal surface; below 1/2 the law is unbounded on s = 0", 0.7, 0.5, 0.999,
     0.55,       0.98};
 const ParameterInfo kDelta{
-    "delta",  "m",  "regularisation length of the singular term; default from the loop gain limit",
-    kDerived, 1e-9, 1e-2,
-    2e-6,     2e-4};
+    "delta", "m", "regularisation length of the singular term; default from the loop gain limit", kDerived, 1e-9, 1e-2,
+    2e-6,    2e-4};
 const ParameterInfo kLength{"length_scale", "m", "length unit L of the surface gain", 1e-3, 1e-9, 1e3, 0, 0};
-const ParameterInfo kTau{
-    "tau", "s", "time constant of the projection; default h (n+1)^(n+1)/n^n", kDerived, 1e-6, 1, 1e-3, 5e-2};
-const ParameterInfo kKp{"kp",  "1/s^2", "proportional gain; negative takes stiffness away", 0, -1e7, 1e7,
-                        -6000, 12000};
+const ParameterInfo kTau{"tau", "s", "time constant of the projection; default h (n+1)^(n+1)/n^n", kDerived, 1e-6, 1,
+                         1e-3,  5e-2};
+const ParameterInfo kKp{"kp", "1/s^2", "proportional gain; negative takes stiffness away", 0, -1e7, 1e7, -6000, 12000};
 const ParameterInfo kKd{"kd", "1/s", "derivative gain", 60, 0, 1e5, 5, 1000};
 
 ParameterInfo paper_delta() {
@@ -52,8 +49,7 @@ ParameterInfo paper_delta() {
 
 std::vector<MethodInfo> make_laws() {
   const ParameterInfo slow{"speed_min", "rad/s", "no adaptation below this speed", 10, 0, 1e6, 0, 0};
-  const ParameterInfo per_turn{"adaptation", "1", "mu, part of the correction made per turn", 0.3, 0, 2,
-                               0.02,         1};
+  const ParameterInfo per_turn{"adaptation", "1", "mu, part of the correction made per turn", 0.3, 0, 2, 0.02, 1};
   const ParameterInfo per_time{"adaptation", "1/s", "mu of the update", 3, 0, 1e4, 0.3, 100};
   const ParameterInfo rate{
       "twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
@@ -82,14 +78,9 @@ std::vector<MethodInfo> make_laws() {
         kKd,
         {"ki", "1/s^3", "integral gain", 1000, 0, 1e8, 10, 1e5},
         {"integral_limit", "m/s^2", "bound of the integral part", 5, 0, 1e3, 0, 0}}},
-      {"lqr",
-       "linear-quadratic regulator",
-       "discrete Riccati equation, predicted state",
-       weights},
-      {"mpc",
-       "model predictive control with the force limit",
-       "quadratic program solved exactly in every step; Riccati terminal cost",
-       with_horizon},
+      {"lqr", "linear-quadratic regulator", "discrete Riccati equation, predicted state", weights},
+      {"mpc", "model predictive control with the force limit",
+       "quadratic program solved exactly in every step; Riccati terminal cost", with_horizon},
       {"lsmc", "linear sliding mode", "s = v + C x", {kSurface, kSwitching, kLayer}},
       {"ntsmc",
        "nonsingular terminal sliding mode",
@@ -116,18 +107,12 @@ std::vector<MethodInfo> make_laws() {
         {"fast_gain", "1", "kappa of the fast term", 0.2, 0, 1e3, 0.02, 5},
         {"fast_exponent", "1", "a1 > 1/r; default 1/r + 0.2", kDerived, 1, 10, 0, 0}}},
       {"sta", "super-twisting, explicit", "Levant 1998; Moreno, Osorio 2012", {kSurface, rate, limit}},
-      {"smc_implicit",
-       "linear sliding mode, implicit",
-       "Acary, Brogliato, Orlov 2012",
-       {kSurface, kSwitching, kTau}},
+      {"smc_implicit", "linear sliding mode, implicit", "Acary, Brogliato, Orlov 2012", {kSurface, kSwitching, kTau}},
       {"tsmc_implicit",
        "terminal sliding mode, implicit set-point",
        "backward Euler on the surface",
        {kSurface, kSwitching, kTau, kExponent, kLength}},
-      {"sta_implicit",
-       "super-twisting, implicit",
-       "Brogliato, Polyakov, Efimov 2020",
-       {kSurface, rate, limit}},
+      {"sta_implicit", "super-twisting, implicit", "Brogliato, Polyakov, Efimov 2020", {kSurface, rate, limit}},
       {"asmc",
        "adaptive-gain sliding mode",
        "Plestan, Shtessel, Bregeault, Poznyak 2010",
@@ -151,14 +136,8 @@ std::vector<MethodInfo> make_laws() {
 }
 
 std::vector<MethodInfo> make_estimators() {
-  const ParameterInfo r{"measurement_noise",
-                        "m",
-                        "rms noise of a displacement reading, runout included",
-                        1.2e-6,
-                        1e-9,
-                        1e-2,
-                        0,
-                        0};
+  const ParameterInfo r{
+      "measurement_noise", "m", "rms noise of a displacement reading, runout included", 1.2e-6, 1e-9, 1e-2, 0, 0};
   const ParameterInfo q{"acceleration_noise",
                         "m/s^2",
                         "rms of the acceleration the model leaves out, per sample",
@@ -201,20 +180,18 @@ std::vector<MethodInfo> make_estimators() {
 std::vector<ParameterInfo> make_common() {
   std::vector<ParameterInfo> p{
       {"sensor_delay", "s", "age of the displacement at the tick, part of the loop delay", 0, 0, 1, 0, 0},
-      {"advance", "1", "1: disturbance taken at the time of effect; 0: at the tick, as printed", 1, 0, 1, 0,
-       0},
+      {"advance", "1", "1: disturbance taken at the time of effect; 0: at the tick, as printed", 1, 0, 1, 0, 0},
       {"predict", "1", "1: position and velocity predicted to the time of effect", 0, 0, 1, 0, 0},
       {"cancel", "1", "fraction of the linear stiffness that model-based laws cancel", 1, 0, 1, 0.4, 1},
       {"sensor_range", "m", "|x|, |y| at or above this is a saturated sensor", 12.4e-3, 1e-6, 1e3, 0, 0},
-      {"jump_limit", "m", "largest plausible change of the displacement in one sample", 2e-3, 1e-9, 1e3, 0,
-       0},
+      {"jump_limit", "m", "largest plausible change of the displacement in one sample", 2e-3, 1e-9, 1e3, 0, 0},
       {"stale_limit", "1", "lost samples in a row after which the step faults", 100, 1, 1e9, 0, 0},
   };
   for (const char* axis : {"x", "y"}) {
     for (const char* part : {"cos", "sin"}) {
       for (int k = 1; k <= Runout::kHarmonics; ++k) {
-        p.push_back({fmt::format("runout_{}_{}_{}", axis, part, k), "m", "sensor runout removed", 0, -1e-2,
-                     1e-2, 0, 0});
+        p.push_back(
+            {fmt::format("runout_{}_{}_{}", axis, part, k), "m", "sensor runout removed", 0, -1e-2, 1e-2, 0, 0});
       }
     }
   }
@@ -274,8 +251,8 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
       for (const auto& info : known) {
         if (!info.name.starts_with("runout_")) allowed += (allowed.empty() ? "" : ", ") + info.name;
       }
-      throw Error(fmt::format("parameter {} is not known to law {} with estimator {}: known are {}", name,
-                              design.law, design.estimator, allowed));
+      throw Error(fmt::format("parameter {} is not known to law {} with estimator {}: known are {}", name, design.law,
+                              design.estimator, allowed));
     }
   }
 
@@ -287,19 +264,16 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
   }
   if (has(values, "delta") && std::isnan(values["delta"])) {
     values["delta"] = std::clamp(
-        regularisation_limit(h, values["surface_gain"], values["exponent"], values["length_scale"], n), 1e-9,
-        1e-2);
+        regularisation_limit(h, values["surface_gain"], values["exponent"], values["length_scale"], n), 1e-9, 1e-2);
   }
   if (has(values, "tau") && std::isnan(values["tau"])) values["tau"] = h / smooth_gain_limit(n);
-  if (has(values, "dead_zone") && std::isnan(values["dead_zone"]))
-    values["dead_zone"] = 4 * values["gain_max"] * h;
+  if (has(values, "dead_zone") && std::isnan(values["dead_zone"])) values["dead_zone"] = 4 * values["gain_max"] * h;
   if (has(values, "fast_exponent")) {
     double& a1 = values["fast_exponent"];
     const double g = 1 / values["exponent"];
     if (std::isnan(a1)) a1 = g + 0.2;
     if (!(a1 > g)) {
-      throw Error::in_field("fast_exponent", fmt::format("{:g}", a1),
-                            fmt::format("above 1/exponent = {:g}", g));
+      throw Error::in_field("fast_exponent", fmt::format("{:g}", a1), fmt::format("above 1/exponent = {:g}", g));
     }
   }
   if (has(values, "gain_min") && values["gain_min"] > values["gain_max"]) {
@@ -340,9 +314,8 @@ std::vector<std::string> design_warnings(const ControllerDesign& design) {
     out.push_back("delta = 0: the singular term as printed is unbounded when the displacement crosses zero");
   }
   if (has(values, "tau") && values.at("tau") < 0.999 * h / smooth_gain_limit(n)) {
-    out.push_back(
-        fmt::format("tau {:.3g} s is below {:.3g} s: the projection oscillates with {} samples of delay",
-                    values.at("tau"), h / smooth_gain_limit(n), n));
+    out.push_back(fmt::format("tau {:.3g} s is below {:.3g} s: the projection oscillates with {} samples of delay",
+                              values.at("tau"), h / smooth_gain_limit(n), n));
   }
   return out;
 }

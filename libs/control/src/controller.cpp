@@ -53,8 +53,7 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   const double h = settings_.sample_time;
   if (!settings_.predict) {
     DiskMotion s = now;
-    s.d = product(
-        now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
+    s.d = product(now.d, unit_phasor(omega * (settings_.advance ? settings_.delay + 0.5 * h : settings_.sensor_delay)));
     return s;
   }
   DiskMotion s = now;
@@ -71,8 +70,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
     push({});
     return Expected<Command, Fault>::fault(reason);
   };
-  if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot))
-    return fault(Fault::not_finite);
+  if (!std::isfinite(m.beta) || !std::isfinite(m.omega) || !std::isfinite(m.omega_dot)) return fault(Fault::not_finite);
 
   const bool fresh = gate_.accept(m);
   state_.held = !fresh;

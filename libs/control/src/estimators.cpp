@@ -61,8 +61,7 @@ DiskMotion LevantDifferentiator::step(const EstimatorInput& in) noexcept {
   return {in.z, {x_.explicit_step(in.z.real(), h_), y_.explicit_step(in.z.imag(), h_)}, in.d};
 }
 
-ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double bandwidth,
-                                             double sample_time) noexcept
+ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double bandwidth, double sample_time) noexcept
     : model_(model), h_(sample_time) {
   const double lam = std::exp(-bandwidth * h_);
   l1_ = 1 - lam * lam * lam;
@@ -72,8 +71,7 @@ ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double b
 
 namespace {
 /// Prediction over one interval with the two pieces of control.
-DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in,
-                            double h) {
+DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in, double h) {
   const DiskMotion first = in.split > 0 ? predict_motion(model, s, in.a_first, in.omega, in.split * h) : s;
   return predict_motion(model, first, in.a_second, in.omega, (1 - in.split) * h);
 }
@@ -95,9 +93,8 @@ DiskMotion ExtendedStateObserver::step(const EstimatorInput& in) noexcept {
   return state_;
 }
 
-KalmanEstimator::KalmanEstimator(const LateralModel& model, DisturbanceState disturbance,
-                                 std::complex<double> eps, const KalmanOptions& options,
-                                 double sample_time) noexcept
+KalmanEstimator::KalmanEstimator(const LateralModel& model, DisturbanceState disturbance, std::complex<double> eps,
+                                 const KalmanOptions& options, double sample_time) noexcept
     : model_(model), options_(options), eps_(eps), h_(sample_time), kind_(disturbance) {}
 
 std::complex<double> KalmanEstimator::regressor(const EstimatorInput& in) const noexcept {

@@ -26,15 +26,13 @@ TerminalPower power_of(const Values& v, Regularisation regularisation) {
 AnyLaw make_sliding(const std::string& law, const Values& v, double h) {
   const double c = v.at("surface_gain");
   if (law == "sta" || law == "sta_implicit") {
-    return both(
-        SuperTwistingSmc{c, {v.at("twisting_rate"), v.at("twisting_limit")}, h, law == "sta_implicit"});
+    return both(SuperTwistingSmc{c, {v.at("twisting_rate"), v.at("twisting_limit")}, h, law == "sta_implicit"});
   }
   if (law == "asmc") {
-    return both(AdaptiveSmc{c, v.at("boundary_layer"), v.at("adaptation_rate"), v.at("dead_zone"),
-                            v.at("gain_min"), v.at("gain_max"), h, v.at("gain_min")});
+    return both(AdaptiveSmc{c, v.at("boundary_layer"), v.at("adaptation_rate"), v.at("dead_zone"), v.at("gain_min"),
+                            v.at("gain_max"), h, v.at("gain_min")});
   }
-  if (law == "bsmc")
-    return both(BarrierSmc{c, v.at("barrier_width"), v.at("barrier_gain"), v.at("gain_max")});
+  if (law == "bsmc") return both(BarrierSmc{c, v.at("barrier_width"), v.at("barrier_gain"), v.at("gain_max")});
   const double rho = v.at("switching_gain");
   if (law == "smc_implicit") return both(ImplicitSmc{c, rho, v.at("tau")});
   if (law == "tsmc_implicit") {
@@ -42,11 +40,10 @@ AnyLaw make_sliding(const std::string& law, const Values& v, double h) {
   }
   const double eps = v.at("boundary_layer");
   if (law == "lsmc") return both(LinearSmc{c, rho, eps});
-  if (law == "ntsmc")
-    return both(NonsingularTerminalSmc{c, rho, eps, v.at("exponent"), v.at("length_scale")});
+  if (law == "ntsmc") return both(NonsingularTerminalSmc{c, rho, eps, v.at("exponent"), v.at("length_scale")});
   if (law == "nftsmc") {
-    return both(NonsingularFastTerminalSmc{c, rho, eps, v.at("exponent"), v.at("length_scale"),
-                                           v.at("fast_gain"), v.at("fast_exponent")});
+    return both(NonsingularFastTerminalSmc{c, rho, eps, v.at("exponent"), v.at("length_scale"), v.at("fast_gain"),
+                                           v.at("fast_exponent")});
   }
   if (law == "ftsmc") {
     return both(FastTerminalSmc{v.at("linear_gain"), c, rho, eps, power_of(v, Regularisation::blend)});
@@ -62,8 +59,8 @@ AnyLaw make_law(const ControllerDesign& d, const Values& v) {
   if (d.law == "pd") return both(Pd{v.at("kp"), v.at("kd")});
   if (d.law == "pid") return both(Pid{v.at("kp"), v.at("kd"), v.at("ki"), v.at("integral_limit"), h});
   if (d.law == "lqr") {
-    const LqrGains g = lqr_gains(d.model.k1, d.model.c, h, v.at("position_scale"), v.at("velocity_scale"),
-                                 v.at("control_scale"));
+    const LqrGains g =
+        lqr_gains(d.model.k1, d.model.c, h, v.at("position_scale"), v.at("velocity_scale"), v.at("control_scale"));
     return both(Pd{g.kp, g.kd});
   }
   if (d.law == "mpc") {
@@ -85,8 +82,8 @@ AnyLaw make_law(const ControllerDesign& d, const Values& v) {
     const double delay = v.at("predict") > 0 ? 0 : d.delay + 0.5 * h;
     const Pd pd{v.at("kp"), v.at("kd")};
     return SynchronousPd{pd, pd,
-                         SynchronousCanceller(method, v.at("adaptation"), pd.kp, pd.kd,
-                                              LateralModel::from(d.model), delay, h, v.at("speed_min"))};
+                         SynchronousCanceller(method, v.at("adaptation"), pd.kp, pd.kd, LateralModel::from(d.model),
+                                              delay, h, v.at("speed_min"))};
   }
   return make_sliding(d.law, v, h);
 }
@@ -187,8 +184,7 @@ LqrGains lqr_gains(double k1, double c, double h, double x_scale, double v_scale
   double n00, n01, n11;
   iterate(n00, n01, n11);
   out.residual = std::max({std::abs(n00 - p00) / p00, std::abs(n01 - p01) / p00, std::abs(n11 - p11) / p11});
-  const double c00 = a00 - b0 * out.kp, c01 = a01 - b0 * out.kd, c10 = a10 - b1 * out.kp,
-               c11 = a11 - b1 * out.kd;
+  const double c00 = a00 - b0 * out.kp, c01 = a01 - b0 * out.kd, c10 = a10 - b1 * out.kp, c11 = a11 - b1 * out.kd;
   const double half = 0.5 * (c00 + c11), det = c00 * c11 - c01 * c10, disc = half * half - det;
   out.spectral_radius = disc >= 0 ? std::abs(half) + std::sqrt(disc) : std::sqrt(det);
   return out;

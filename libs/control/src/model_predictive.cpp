@@ -35,8 +35,8 @@ BoundedRegulator::BoundedRegulator(const SampledAxis& plant, double kp, double k
 }
 
 // Inputs and half the gradient of sum (w + K x)^2 for a given set of inputs at their limits.
-void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const Inputs& high, const Bounds& set, Inputs& w,
-                                  Inputs& gradient) const noexcept {
+void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const Inputs& high, const Bounds& set,
+                                  Inputs& w, Inputs& gradient) const noexcept {
   const SampledAxis& p = plant_;
   // Closed loop without limits: A - b K.
   const double f00 = p.a00 - p.b0 * kp_, f01 = p.a01 - p.b0 * kd_, f10 = p.a10 - p.b1 * kp_, f11 = p.a11 - p.b1 * kd_;
@@ -49,8 +49,8 @@ void BoundedRegulator::trajectory(double x, double v, const Inputs& low, const I
   int first = 0;
   while (first < last && set[static_cast<std::size_t>(first)] != Bound::none) ++first;
 
-  // Cost to go x'S x + 2 q'x, zero behind the last limit. Free inputs are w = -K x + e0 + e1 x + e2 v. Inputs before the
-  // first free one are at their limits whatever the cost.
+  // Cost to go x'S x + 2 q'x, zero behind the last limit. Free inputs are w = -K x + e0 + e1 x + e2 v. Inputs before
+  // the first free one are at their limits whatever the cost.
   double s00 = 0, s01 = 0, s11 = 0, q0 = 0, q1 = 0;
   std::array<double, kMaxHorizon> e0, e1, e2;
   for (int k = last; k >= first && first < last; --k) {

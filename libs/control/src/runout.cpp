@@ -26,17 +26,16 @@ std::complex<double> Runout::at(double beta) const noexcept {
 
 bool Runout::empty() const noexcept {
   const auto zero = [](double v) { return v == 0; };
-  return std::ranges::all_of(x_cos, zero) && std::ranges::all_of(x_sin, zero) &&
-         std::ranges::all_of(y_cos, zero) && std::ranges::all_of(y_sin, zero);
+  return std::ranges::all_of(x_cos, zero) && std::ranges::all_of(x_sin, zero) && std::ranges::all_of(y_cos, zero) &&
+         std::ranges::all_of(y_sin, zero);
 }
 
 Runout estimate_runout(const Recording& slow_roll) {
   const Eigen::VectorXd& beta = slow_roll["beta"];
   const double turns = beta.size() > 0 ? (beta.maxCoeff() - beta.minCoeff()) / (2 * std::numbers::pi) : 0;
   if (!(turns >= 1) || beta.size() < 4 * Runout::kHarmonics) {
-    throw Error(
-        fmt::format("slow roll of {}: {:.3g} turns in {} samples: must be at least 1 turn in {} samples",
-                    slow_roll.source, turns, beta.size(), 4 * Runout::kHarmonics));
+    throw Error(fmt::format("slow roll of {}: {:.3g} turns in {} samples: must be at least 1 turn in {} samples",
+                            slow_roll.source, turns, beta.size(), 4 * Runout::kHarmonics));
   }
   Eigen::MatrixXd basis(beta.size(), 2 * Runout::kHarmonics + 1);
   basis.col(0).setOnes();

@@ -4,9 +4,8 @@
 
 namespace whirl {
 
-SynchronousCanceller::SynchronousCanceller(Method method, double rate, double kp, double kd,
-                                           const LateralModel& model, double delay, double sample_time,
-                                           double omega_min) noexcept
+SynchronousCanceller::SynchronousCanceller(Method method, double rate, double kp, double kd, const LateralModel& model,
+                                           double delay, double sample_time, double omega_min) noexcept
     : method_(method),
       rate_(rate),
       kp_(kp),

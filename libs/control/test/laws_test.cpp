@@ -16,16 +16,14 @@ struct Motion {
   double reach = -1, settle = -1, s_end = 0, x_end = 0;
 };
 template <class Law>
-Motion simulate(Law law, double x, double v, double disturbance, double duration, double dt,
-                double tolerance) {
+Motion simulate(Law law, double x, double v, double disturbance, double duration, double dt, double tolerance) {
   Motion run;
   double s_first = 0;
   const long n = std::lround(duration / dt);
   for (long i = 0; i < n; ++i) {
     const AxisOutput out = law.step({x, v, 0, 0});
     if (i == 0) s_first = out.s;
-    if (run.reach < 0 && (out.s * s_first <= 0 || std::abs(out.s) < 3e-5))
-      run.reach = static_cast<double>(i) * dt;
+    if (run.reach < 0 && (out.s * s_first <= 0 || std::abs(out.s) < 3e-5)) run.reach = static_cast<double>(i) * dt;
     if (std::abs(x) > tolerance) run.settle = static_cast<double>(i + 1) * dt;
     v += dt * (out.a + disturbance);
     x += dt * v;

@@ -25,7 +25,8 @@ struct Problem {
   Eigen::VectorXd g;
 
   // Condensed from Q, r and the Riccati solution P, not from the gain.
-  // Over a long horizon the plant must not grow faster than `radius` per sample, or no arithmetic holds it at its limits.
+  // Over a long horizon the plant must not grow faster than `radius` per sample, or no arithmetic holds it at its
+  // limits.
   Problem(std::mt19937_64& random, int n, double radius = 1e9) {
     std::uniform_real_distribution<double> u(-1, 1);
     do {
@@ -117,7 +118,8 @@ TEST(BoundedRegulatorProperty, EqualsTheEnumerationOfAllSets) {
       r(k) = high[static_cast<std::size_t>(k)] = centre + width;
     }
     BoundedRegulator::Bounds set{};
-    for (int k = 0; k < n; ++k) set[static_cast<std::size_t>(k)] = static_cast<Bound>(static_cast<int>(random() % 3) - 1);
+    for (int k = 0; k < n; ++k)
+      set[static_cast<std::size_t>(k)] = static_cast<Bound>(static_cast<int>(random() % 3) - 1);
     const auto found = problem.regulator(n).solve(problem.x0.x(), problem.x0.y(), low, high, set);
     ASSERT_TRUE(found.solved) << trial;
     const Eigen::VectorXd expected = by_enumeration(problem.h, problem.g, l, r);

@@ -42,8 +42,8 @@ void Recording::check() const {
     }
     for (Eigen::Index i = 0; i < c.samples.size(); ++i) {
       if (!std::isfinite(c.samples[i])) {
-        throw Error(fmt::format("{}: channel '{}', sample {}: {} is not a finite number", where, c.name, i,
-                                c.samples[i]));
+        throw Error(
+            fmt::format("{}: channel '{}', sample {}: {} is not a finite number", where, c.name, i, c.samples[i]));
       }
     }
   }

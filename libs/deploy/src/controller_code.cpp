@@ -37,8 +37,9 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
   } else if (d.law == "mpc") {
     // Gains of the regulator per axis, as the library's law has them.
     for (const auto& [axis, side] : {std::pair("x", 1.0), std::pair("y", -1.0)}) {
-      const LqrGains g = lqr_gains(d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
-                                   values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
+      const LqrGains g =
+          lqr_gains(d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
+                    values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
       for (ParameterInfo info : law_info("pd").parameters) {
         const double gain = info.name == "kp" ? g.kp : g.kd;
         info.name += fmt::format("_{}", axis);
@@ -60,8 +61,9 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
   out.push_back({"gain", "1/kg", "acceleration per newton of actuator force", d.model.gain, 1e-12, 1e12});
   out.push_back({"force_limit", "N", "actuator limit; 0: none", d.force_limit, 0, 1e9});
   out.push_back({"sample_time", "s", "period in which the step is called", d.sample_time, 1e-6, 1});
-  out.push_back({"delay", "s", "loop delay assumed: sensor, computation, actuator lag, without the hold; at most 16 samples",
-                 d.delay, 0, 1});
+  out.push_back({"delay", "s",
+                 "loop delay assumed: sensor, computation, actuator lag, without the hold; at most 16 samples", d.delay,
+                 0, 1});
   return out;
 }
 
@@ -69,7 +71,8 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
 std::string bound(double value, bool lower, bool single) {
   if (!single) return c_literal(value, false);
   const float f = static_cast<float>(value);
-  const float next = std::nextafterf(f, lower ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity());
+  const float next =
+      std::nextafterf(f, lower ? -std::numeric_limits<float>::infinity() : std::numeric_limits<float>::infinity());
   return c_literal(value == 0 ? 0.0 : static_cast<double>(next), true);
 }
 
@@ -100,7 +103,8 @@ std::string check_lines(const ControllerDesign& d, const std::vector<CodeParamet
     if (std::isinf(p.high)) {
       refuse(fmt::format("isfinite(p->{})", p.name), number);
     } else {
-      refuse(fmt::format("(p->{0} >= {1}) && (p->{0} <= {2})", p.name, bound(p.low, true, single), bound(p.high, false, single)),
+      refuse(fmt::format("(p->{0} >= {1}) && (p->{0} <= {2})", p.name, bound(p.low, true, single),
+                         bound(p.high, false, single)),
              number);
     }
   }
@@ -172,19 +176,22 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   auto& slots = s.slots;
   const bool oscillator = d.estimator == "kfo", single = options.single_precision;
   slots["real"] = single ? "float" : "double";
-  slots["angle"] = single ? ", wrapped by the caller to -pi..pi: float loses an angle that grows" : ", continuous or wrapped";
+  slots["angle"] =
+      single ? ", wrapped by the caller to -pi..pi: float loses an angle that grows" : ", continuous or wrapped";
   if (d.law == "pd_influence") slots["angle"] = ", continuous";
   slots["theta"] = oscillator ? "m/s^2, amplitude of the disturbance" : "m, eccentricity";
   slots["walk"] = oscillator ? "oscillator_walk" : "eccentricity_walk";
   slots["prior"] = oscillator ? "oscillator_prior" : "eccentricity_prior";
-  slots["kalman"] = d.estimator == "kalman" ? "(z, v)" : oscillator ? "(z, v, disturbance amplitude)" : "(z, v, eccentricity)";
+  slots["kalman"] = d.estimator == "kalman" ? "(z, v)"
+                    : oscillator            ? "(z, v, disturbance amplitude)"
+                                            : "(z, v, eccentricity)";
   slots["memory"] = d.law == "pid"    ? "m/s^2, integral part"
                     : d.law == "asmc" ? "m/s^2, adaptive gain"
                                       : "m/s^2, integral part of the twisting law";
   slots["regularised"] = regularised;
   slots["law"] = law_equation(d.law).text;
   slots["f"] = model_free ? "the disturbance d by unbalance"
-                                    : "the acceleration without control: stiffness, damping and unbalance";
+                          : "the acceleration without control: stiffness, damping and unbalance";
   slots["tolerance"] = single ? "1e-7F" : "1e-15";
   slots["slack"] = single ? "1e-5F" : "1e-12";
   slots["reached"] = single ? "0.999999F" : "0.999999999999";
@@ -194,8 +201,10 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
 
 std::string banner(const ControllerDesign& d, const CodeOptions& options) {
   return fmt::format(
-      "/* {0}: {1}\n   with the estimator: {2}.\n\n   Made by whirl {3}{4}.\n   SI units throughout. C99, no allocation, no input or "
-      "output, no globals: all memory is in {5}_state, several\n   instances may live side by side. Needs the functions of math.h; do "
+      "/* {0}: {1}\n   with the estimator: {2}.\n\n   Made by whirl {3}{4}.\n   SI units throughout. C99, no "
+      "allocation, no input or "
+      "output, no globals: all memory is in {5}_state, several\n   instances may live side by side. Needs the "
+      "functions of math.h; do "
       "not compile with -ffast-math, which removes the\n   tests for NaN. */",
       options.prefix, law_info(d.law).title, estimator_info(d.estimator).title, version(),
       options.origin.empty() ? "" : "\n   from " + options.origin, options.prefix);
@@ -204,14 +213,14 @@ std::string banner(const ControllerDesign& d, const CodeOptions& options) {
 }  // namespace
 
 void require_prefix(const std::string& prefix) {
-  static constexpr std::array keywords{"auto", "break", "case", "char", "const", "continue", "default", "do", "double",
-                                       "else", "enum", "extern", "float", "for", "goto", "if", "inline", "int", "long",
-                                       "register", "restrict", "return", "short", "signed", "sizeof", "static", "struct",
-                                       "switch", "typedef", "union", "unsigned", "void", "volatile", "while"};
+  static constexpr std::array keywords{"auto",    "break",  "case",     "char",   "const",    "continue", "default",
+                                       "do",      "double", "else",     "enum",   "extern",   "float",    "for",
+                                       "goto",    "if",     "inline",   "int",    "long",     "register", "restrict",
+                                       "return",  "short",  "signed",   "sizeof", "static",   "struct",   "switch",
+                                       "typedef", "union",  "unsigned", "void",   "volatile", "while"};
   const bool letters = !prefix.empty() && prefix.size() <= 24 && prefix[0] >= 'a' && prefix[0] <= 'z' &&
-                       std::all_of(prefix.begin(), prefix.end(), [](char c) {
-                         return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_';
-                       });
+                       std::all_of(prefix.begin(), prefix.end(),
+                                   [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; });
   if (!letters || std::find(keywords.begin(), keywords.end(), prefix) != keywords.end()) {
     throw Error::in_field("prefix", prefix,
                           "1 to 24 lower-case letters, digits and underscores, a letter first, and no word of C");
@@ -222,7 +231,8 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   require_prefix(options.prefix);
   make_controller(design);  // refuses what the library refuses, with its words
   if (options.single_precision && design.law == "pd_influence") {
-    throw Error("law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
+    throw Error(
+        "law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
   const std::map<std::string, double> values = resolve_parameters(design);
   ControllerCode code;

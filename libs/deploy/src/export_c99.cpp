@@ -44,8 +44,13 @@ std::vector<Golden> golden_run(const ControllerDesign& design, bool single, int 
     const double omega = middle * (1.2 - 0.4 * k / ticks), alpha = -0.4 * middle / (ticks * h);
     Golden g;
     const std::complex<double> z = s.z + design.model.offset + std::complex<double>(noise(), noise());
-    g.in = {h * k, rounded(z.real(), single), rounded(z.imag(), single), rounded(std::remainder(beta, 2 * M_PI), single),
-            rounded(omega, single), rounded(alpha, single), k != 60 && k != 61};
+    g.in = {h * k,
+            rounded(z.real(), single),
+            rounded(z.imag(), single),
+            rounded(std::remainder(beta, 2 * M_PI), single),
+            rounded(omega, single),
+            rounded(alpha, single),
+            k != 60 && k != 61};
     if (design.law == "pd_influence") g.in.beta = beta;
     if (k == 90) g.in.x = 0.011;
     if (k == 91) g.in.y = std::nan("");
@@ -87,7 +92,9 @@ std::vector<SourceFile> export_c99(const ControllerDesign& design, const CodeOpt
                            hex(g.in.omega_dot, single), g.in.valid ? 1 : 0, g.status, hex(g.command.ux, false),
                            hex(g.command.uy, false), hex(g.velocity.real(), false), hex(g.velocity.imag(), false));
   }
-  return {code.header, code.source, {options.prefix + "_selftest.c", fill_template(deploy_template("selftest.c"), s)},
+  return {code.header,
+          code.source,
+          {options.prefix + "_selftest.c", fill_template(deploy_template("selftest.c"), s)},
           {"CMakeLists.txt", fill_template(deploy_template("CMakeLists.txt.in"), s)},
           {"Makefile", fill_template(deploy_template("Makefile.in"), s)}};
 }

@@ -40,7 +40,8 @@ class Builder {
   }
   /// Starts the block FIRST_<name> with the count <names>.
   void block(const char* name, std::size_t count) {
-    layout += fmt::format("{}  FIRST_{} = {},\n  {}S = {}", layout.empty() ? "" : ",\n", name, description.variables.size(), name, count);
+    layout += fmt::format("{}  FIRST_{} = {},\n  {}S = {}", layout.empty() ? "" : ",\n", name,
+                          description.variables.size(), name, count);
   }
   void constant(const char* name, std::size_t value) { layout += fmt::format(",\n  {} = {}", name, value); }
   int add(FmuVariable v) {
@@ -95,19 +96,23 @@ std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings
   s.slots["Derivatives"] = o.version == 2 ? "GetDerivatives" : "GetContinuousStateDerivatives";
   s.slots["common"] = fill_template(deploy_template("fmi_common.c"), s);
   std::string code = fmt::format("/* {}: FMI {}.0 around {}.c. */\n", id, o.version, id);
-  code += fill_template(deploy_template("fmu_core.c"), s) + fill_template(deploy_template(std::string(version) + ".c"), s);
-  std::vector<SourceFile> files{{"modelDescription.xml", fmu_xml(b.description, o, token)},
-                                {"sources/" + header.name, header.text},
-                                {"sources/" + source.name, source.text},
-                                {"sources/" + id + "_fmu.c", drop_unused_functions(code)},
-                                {fmt::format("sources/{}.h", version), std::string(deploy_template(std::string(version) + ".h"))}};
+  code +=
+      fill_template(deploy_template("fmu_core.c"), s) + fill_template(deploy_template(std::string(version) + ".c"), s);
+  std::vector<SourceFile> files{
+      {"modelDescription.xml", fmu_xml(b.description, o, token)},
+      {"sources/" + header.name, header.text},
+      {"sources/" + source.name, source.text},
+      {"sources/" + id + "_fmu.c", drop_unused_functions(code)},
+      {fmt::format("sources/{}.h", version), std::string(deploy_template(std::string(version) + ".h"))}};
   if (o.version == 3) {
-    files.push_back({"sources/buildDescription.xml",
-                     fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
-                                 "  <BuildConfiguration modelIdentifier=\"{0}\">\n    <SourceFileSet language=\"C99\">\n"
-                                 "      <SourceFile name=\"{0}.c\"/>\n      <SourceFile name=\"{0}_fmu.c\"/>\n    </SourceFileSet>\n"
-                                 "  </BuildConfiguration>\n</fmiBuildDescription>\n",
-                                 id)});
+    files.push_back(
+        {"sources/buildDescription.xml",
+         fmt::format(
+             "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
+             "  <BuildConfiguration modelIdentifier=\"{0}\">\n    <SourceFileSet language=\"C99\">\n"
+             "      <SourceFile name=\"{0}.c\"/>\n      <SourceFile name=\"{0}_fmu.c\"/>\n    </SourceFileSet>\n"
+             "  </BuildConfiguration>\n</fmiBuildDescription>\n",
+             id)});
   }
   return files;
 }
@@ -117,7 +122,8 @@ std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings
 std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options) {
   FmuOptions o = options;
   require(o);
-  if (!o.co_simulation) throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
+  if (!o.co_simulation)
+    throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
   o.model_exchange = false;
   const ControllerCode code = controller_code(design, o.code);
   Builder b(law_info(design.law).title + " with the estimator: " + estimator_info(design.estimator).title);
@@ -128,14 +134,21 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
   b.add(real("omega", "rad/s", "rotor speed", "input", "discrete", "0"));
   b.add(real("omega_dot", "rad/s^2", "rotor acceleration", "input", "discrete", "0"));
   b.block("OUTPUT", 10);
-  const std::pair<const char*, const char*> outputs[] = {
-      {"ux", "force to apply"}, {"uy", "force to apply"}, {"requested_ux", "force before the limit"},
-      {"requested_uy", "force before the limit"}, {"s_x", "sliding variable"}, {"s_y", "sliding variable"},
-      {"x_estimate", "displacement estimated"}, {"y_estimate", "displacement estimated"},
-      {"vx_estimate", "velocity estimated"}, {"vy_estimate", "velocity estimated"}};
+  const std::pair<const char*, const char*> outputs[] = {{"ux", "force to apply"},
+                                                         {"uy", "force to apply"},
+                                                         {"requested_ux", "force before the limit"},
+                                                         {"requested_uy", "force before the limit"},
+                                                         {"s_x", "sliding variable"},
+                                                         {"s_y", "sliding variable"},
+                                                         {"x_estimate", "displacement estimated"},
+                                                         {"y_estimate", "displacement estimated"},
+                                                         {"vx_estimate", "velocity estimated"},
+                                                         {"vy_estimate", "velocity estimated"}};
   for (const auto& [name, meaning] : outputs) {
     const std::string_view n = name;
-    const char* const unit = n.find('u') == 0 || n.starts_with("req") ? "N" : n.starts_with("s_") || n[0] == 'v' ? "m/s" : "m";
+    const char* const unit = n.find('u') == 0 || n.starts_with("req") ? "N"
+                             : n.starts_with("s_") || n[0] == 'v'     ? "m/s"
+                                                                      : "m";
     b.add(real(name, unit, meaning, "output", "discrete", ""));
   }
   b.block("PARAMETER", code.parameters.size());
@@ -159,19 +172,22 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   require(options);
   require_range("inner_step", options.inner_step, 1e-7, 1, "s");
   const ModelSystem system = model_system(model);
-  if (system.discrete) throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
+  if (system.discrete)
+    throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
   const ModelCode code = model_code(system, options.code);
   Builder b(system.title);
   b.block("INPUT", system.inputs.size());
   for (const SystemVariable& v : system.inputs) b.add(real(v.name, v.unit, v.meaning, "input", "continuous", "0"));
   b.block("STATE", system.states.size());
   std::vector<int> states;
-  for (const SystemVariable& v : system.states) states.push_back(b.add(real(v.name, v.unit, v.meaning, "local", "continuous", "0")));
+  for (const SystemVariable& v : system.states)
+    states.push_back(b.add(real(v.name, v.unit, v.meaning, "local", "continuous", "0")));
   b.block("RATE", system.states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     const SystemVariable& v = system.states[i];
-    FmuVariable rate = real(fmt::format("der({})", v.name), v.unit == "1" ? "1/s" : (Unit::parse(v.unit) / Unit::parse("s")).str(),
-                            "derivative", "local", "continuous", "");
+    FmuVariable rate =
+        real(fmt::format("der({})", v.name), v.unit == "1" ? "1/s" : (Unit::parse(v.unit) / Unit::parse("s")).str(),
+             "derivative", "local", "continuous", "");
     rate.derivative_of = states[i];
     b.add(rate);
   }
@@ -190,7 +206,8 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
     s.features.insert("EVENTS");
     b.block("EVENT", system.events.size());
     for (std::size_t i = 0; i < system.events.size(); ++i) {
-      FmuVariable v = real(fmt::format("event_{}", i + 1), "", "zero crossing of " + system.events[i].str(), "local", "continuous", "");
+      FmuVariable v = real(fmt::format("event_{}", i + 1), "", "zero crossing of " + system.events[i].str(), "local",
+                           "continuous", "");
       v.event = true;
       b.add(v);
     }
@@ -215,9 +232,10 @@ void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, c
     std::filesystem::create_directories((std::filesystem::path(folder) / f.name).parent_path());
     std::ofstream(std::filesystem::path(folder) / f.name, std::ios::binary) << f.text;
   }
-  const std::string command =
-      fmt::format("cd '{}/sources' && cc -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c {}_fmu.c -lm 2>../cc.log",
-                  folder, id, id, id);
+  const std::string command = fmt::format(
+      "cd '{}/sources' && cc -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c {}_fmu.c -lm "
+      "2>../cc.log",
+      folder, id, id, id);
   if (std::system(command.c_str()) != 0) {
     std::ifstream log(std::filesystem::path(folder) / "cc.log");
     std::string first;

@@ -20,12 +20,23 @@ std::string escape(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\n': out += "&#10;"; break;
-      default: out += c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\n':
+        out += "&#10;";
+        break;
+      default:
+        out += c;
     }
   }
   return out;
@@ -93,8 +104,8 @@ bool is_calculated(const FmuVariable& v) { return is_output(v) || v.derivative_o
 
 std::string variable_xml(const FmuDescription& d, std::size_t reference, int version) {
   const FmuVariable& v = d.variables[reference];
-  const std::string common = fmt::format(" name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"", escape(v.name),
-                                         reference, v.causality, v.variability);
+  const std::string common = fmt::format(" name=\"{}\" valueReference=\"{}\" causality=\"{}\" variability=\"{}\"",
+                                         escape(v.name), reference, v.causality, v.variability);
   std::string text = v.description.empty() ? "" : fmt::format(" description=\"{}\"", escape(v.description));
   const bool state = v.causality == "local" && !v.start.empty();
   if (state) text += " initial=\"exact\"";
@@ -126,8 +137,8 @@ std::string structure_xml(const FmuDescription& d, int version) {
   const auto list = [](const char* name, const std::string& entries) {
     return entries.empty() ? "" : fmt::format("    <{0}>\n{1}    </{0}>\n", name, entries);
   };
-  return "  <ModelStructure>\n" + list("Outputs", outputs) + list("Derivatives", derivatives) + list("InitialUnknowns", unknowns) +
-         "  </ModelStructure>\n";
+  return "  <ModelStructure>\n" + list("Outputs", outputs) + list("Derivatives", derivatives) +
+         list("InitialUnknowns", unknowns) + "  </ModelStructure>\n";
 }
 
 }  // namespace
@@ -135,24 +146,29 @@ std::string structure_xml(const FmuDescription& d, int version) {
 std::string fmu_xml(const FmuDescription& d, const FmuOptions& o, const std::string& token) {
   const std::string& id = o.code.prefix;
   const bool three = o.version == 3;
-  const auto events = std::count_if(d.variables.begin(), d.variables.end(), [](const FmuVariable& v) { return v.event; });
+  const auto events =
+      std::count_if(d.variables.begin(), d.variables.end(), [](const FmuVariable& v) { return v.event; });
   std::string xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
-  xml += fmt::format("<fmiModelDescription fmiVersion=\"{}\" modelName=\"{}\" {}=\"{}\" description=\"{}\" generationTool=\"whirl {}\" "
-                     "variableNamingConvention=\"flat\"",
-                     three ? "3.0" : "2.0", id, three ? "instantiationToken" : "guid", token, escape(d.title), version());
+  xml += fmt::format(
+      "<fmiModelDescription fmiVersion=\"{}\" modelName=\"{}\" {}=\"{}\" description=\"{}\" generationTool=\"whirl "
+      "{}\" "
+      "variableNamingConvention=\"flat\"",
+      three ? "3.0" : "2.0", id, three ? "instantiationToken" : "guid", token, escape(d.title), version());
   if (!three) xml += fmt::format(" numberOfEventIndicators=\"{}\"", events);
   xml += ">\n";
-  const std::string capable =
-      three ? "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\"" : "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
+  const std::string capable = three ? "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\""
+                                    : "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
   const std::string sources =
-      three ? "/>\n" : fmt::format("><SourceFiles><File name=\"{0}.c\"/><File name=\"{0}_fmu.c\"/></SourceFiles></", id);
+      three ? "/>\n"
+            : fmt::format("><SourceFiles><File name=\"{0}.c\"/><File name=\"{0}_fmu.c\"/></SourceFiles></", id);
   const auto kind = [&](const char* name, const std::string& attributes) {
     return fmt::format("  <{} modelIdentifier=\"{}\" {}{}{}", name, id, capable, attributes, sources) +
            (three ? "" : fmt::format("{}>\n", name));
   };
   if (o.model_exchange) xml += kind("ModelExchange", "");
   if (o.co_simulation) {
-    std::string attributes = fmt::format(" canHandleVariableCommunicationStepSize=\"{}\"", d.variable_step ? "true" : "false");
+    std::string attributes =
+        fmt::format(" canHandleVariableCommunicationStepSize=\"{}\"", d.variable_step ? "true" : "false");
     if (three && !d.variable_step) attributes += fmt::format(" fixedInternalStepSize=\"{}\"", number_text(d.step));
     xml += kind("CoSimulation", attributes);
   }

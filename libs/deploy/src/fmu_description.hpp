@@ -14,16 +14,16 @@ struct FmuVariable {
   std::string variability;  ///< continuous, discrete, tunable, fixed
   std::string start;        ///< empty: none
   Type type = Type::real;
-  int derivative_of = -1;   ///< value reference of the state
-  double low = 0, high = 0; ///< of a parameter; equal: not stated
-  bool event = false;       ///< event indicator
+  int derivative_of = -1;    ///< value reference of the state
+  double low = 0, high = 0;  ///< of a parameter; equal: not stated
+  bool event = false;        ///< event indicator
 };
 
 /// Position in the list is the value reference.
 struct FmuDescription {
   std::string title;
   std::vector<FmuVariable> variables;
-  double step = 0;             ///< s, proposed communication step
+  double step = 0;  ///< s, proposed communication step
   bool variable_step = true;
 };
 

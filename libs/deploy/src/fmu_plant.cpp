@@ -46,12 +46,14 @@ void unpack(const std::filesystem::path& file, const std::string& folder) {
     bool outside = !known || name.is_absolute();
     for (const auto& part : name) outside = outside || part == "..";
     total += known ? info.size : 0;
-    if (outside || total > kLimit) throw Error::in_file(file.string(), 0, "no FMU: an entry leaves its folder, or more than 1 GiB");
+    if (outside || total > kLimit)
+      throw Error::in_file(file.string(), 0, "no FMU: an entry leaves its folder, or more than 1 GiB");
     if (name.filename().empty()) continue;  // a folder
     std::filesystem::create_directories((folder / name).parent_path());
     std::string bytes(info.size, '\0');
     zip_file_t* const entry = zip_fopen_index(zip, static_cast<zip_uint64_t>(i), 0);
-    const bool read = entry != nullptr && zip_fread(entry, bytes.data(), bytes.size()) == static_cast<zip_int64_t>(bytes.size());
+    const bool read =
+        entry != nullptr && zip_fread(entry, bytes.data(), bytes.size()) == static_cast<zip_int64_t>(bytes.size());
     if (entry != nullptr) zip_fclose(entry);
     if (!read) throw Error::in_file(file.string(), 0, fmt::format("entry {} is damaged", name.string()));
     std::ofstream(folder / name, std::ios::binary) << bytes;
@@ -74,9 +76,9 @@ struct FmuPlant::State {
   AngleFunction angle{SpeedProfile{}};
   long tick = 0;
   unsigned x = 0, y = 0;
-  std::vector<unsigned> inputs;   ///< ux, uy, then those of the angle that there are
-  std::vector<double> values;     ///< of the inputs
-  std::vector<int> angle_of;      ///< 0 beta, 1 omega, 2 alpha for inputs[2...]
+  std::vector<unsigned> inputs;  ///< ux, uy, then those of the angle that there are
+  std::vector<double> values;    ///< of the inputs
+  std::vector<int> angle_of;     ///< 0 beta, 1 omega, 2 alpha for inputs[2...]
   double reading[2] = {0, 0};
 
   // Functions of the binary.
@@ -110,12 +112,14 @@ struct FmuPlant::State {
   }
   void take_reading() noexcept {
     const unsigned references[] = {x, y};
-    const bool ok = three ? get3(component, references, 2, reading, 2) <= fmi3Warning : get2(component, references, 2, reading) <= fmi2Warning;
+    const bool ok = three ? get3(component, references, 2, reading, 2) <= fmi3Warning
+                          : get2(component, references, 2, reading) <= fmi2Warning;
     failed = failed || !ok;
   }
 };
 
-FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& options) : state_(std::make_unique<State>()) {
+FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& options)
+    : state_(std::make_unique<State>()) {
   State& s = *state_;
   options.profile.check();
   require_range("sample_time", options.sample_time, 1e-6, 1, "s");
@@ -125,10 +129,12 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   const auto refuse = [&](const std::string& why) { return Error::in_file(fmu.string(), 0, why); };
 
   pugi::xml_document xml;
-  if (!xml.load_file((s.folder.path + "/modelDescription.xml").c_str())) throw refuse("no FMU: modelDescription.xml is missing or damaged");
+  if (!xml.load_file((s.folder.path + "/modelDescription.xml").c_str()))
+    throw refuse("no FMU: modelDescription.xml is missing or damaged");
   const pugi::xml_node root = xml.child("fmiModelDescription"), kind = root.child("CoSimulation");
   const std::string version = root.attribute("fmiVersion").value();
-  if (version != "2.0" && !version.starts_with("3.")) throw refuse(fmt::format("fmiVersion '{}': must be 2.0 or 3.0", version));
+  if (version != "2.0" && !version.starts_with("3."))
+    throw refuse(fmt::format("fmiVersion '{}': must be 2.0 or 3.0", version));
   s.three = version != "2.0";
   if (!kind) throw refuse("the FMU has no co-simulation");
   std::map<std::string, unsigned> reference;
@@ -152,7 +158,8 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
     return *found;
   };
   for (const auto& [role, name] : options.names) {
-    if (role != "x" && role != "y" && role != "ux" && role != "uy" && role != "beta" && role != "omega" && role != "alpha") {
+    if (role != "x" && role != "y" && role != "ux" && role != "uy" && role != "beta" && role != "omega" &&
+        role != "alpha") {
       throw Error::in_field("role", role, "one of x, y, ux, uy, beta, omega, alpha");
     }
   }
@@ -169,7 +176,8 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   s.values.assign(s.inputs.size(), 0.0);
 
   const std::string id = kind.attribute("modelIdentifier").value();
-  const std::string binary = fmt::format("{}/binaries/{}/{}.so", s.folder.path, s.three ? "x86_64-linux" : "linux64", id);
+  const std::string binary =
+      fmt::format("{}/binaries/{}/{}.so", s.folder.path, s.three ? "x86_64-linux" : "linux64", id);
   s.library = dlopen(binary.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (s.library == nullptr) throw refuse("no binary for Linux on x86-64 that can be loaded");
   const std::string resources = s.folder.path + "/resources";
@@ -177,14 +185,15 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   bool ready;
   s.set_angle();
   if (s.three) {
-    fmi3Instance (*instantiate)(fmi3String, fmi3String, fmi3String, bool, bool, bool, bool, const unsigned*, std::size_t, void*,
-                                fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
+    fmi3Instance (*instantiate)(fmi3String, fmi3String, fmi3String, bool, bool, bool, bool, const unsigned*,
+                                std::size_t, void*, fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
     fmi3Status (*enter)(void*, bool, double, double, bool, double);
     fmi3Status (*leave)(void*);
     s.load(instantiate, "fmi3InstantiateCoSimulation"), s.load(enter, "fmi3EnterInitializationMode");
     s.load(leave, "fmi3ExitInitializationMode"), s.load(s.free_instance, "fmi3FreeInstance");
     s.load(s.set3, "fmi3SetFloat64"), s.load(s.get3, "fmi3GetFloat64"), s.load(s.step3, "fmi3DoStep");
-    s.component = instantiate("plant", token, (resources + "/").c_str(), false, false, false, false, nullptr, 0, nullptr, quiet3, nullptr);
+    s.component = instantiate("plant", token, (resources + "/").c_str(), false, false, false, false, nullptr, 0,
+                              nullptr, quiet3, nullptr);
     ready = s.component != nullptr && enter(s.component, false, 0, 0, false, 0) <= fmi3Warning && s.set_inputs() &&
             leave(s.component) <= fmi3Warning;
   } else {
@@ -192,12 +201,13 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
     fmi2Status (*setup)(void*, int, double, double, int, double);
     fmi2Status (*enter)(void*);
     fmi2Status (*leave)(void*);
-    s.load(instantiate, "fmi2Instantiate"), s.load(setup, "fmi2SetupExperiment"), s.load(enter, "fmi2EnterInitializationMode");
+    s.load(instantiate, "fmi2Instantiate"), s.load(setup, "fmi2SetupExperiment"),
+        s.load(enter, "fmi2EnterInitializationMode");
     s.load(leave, "fmi2ExitInitializationMode"), s.load(s.free_instance, "fmi2FreeInstance");
     s.load(s.set2, "fmi2SetReal"), s.load(s.get2, "fmi2GetReal"), s.load(s.step2, "fmi2DoStep");
     s.component = instantiate("plant", fmi2CoSimulation, token, ("file://" + resources).c_str(), &kCallbacks, 0, 0);
-    ready = s.component != nullptr && setup(s.component, 0, 0, 0, 0, 0) <= fmi2Warning && enter(s.component) <= fmi2Warning &&
-            s.set_inputs() && leave(s.component) <= fmi2Warning;
+    ready = s.component != nullptr && setup(s.component, 0, 0, 0, 0, 0) <= fmi2Warning &&
+            enter(s.component) <= fmi2Warning && s.set_inputs() && leave(s.component) <= fmi2Warning;
   }
   if (!ready) throw refuse("the FMU refused its initialization");
   s.take_reading();
@@ -240,7 +250,9 @@ void FmuPlant::advance() noexcept {
 }
 
 bool FmuPlant::failed() const noexcept { return state_->failed; }
-long FmuPlant::ticks() const noexcept { return std::lround(state_->options.profile.duration() / state_->options.sample_time); }
+long FmuPlant::ticks() const noexcept {
+  return std::lround(state_->options.profile.duration() / state_->options.sample_time);
+}
 int FmuPlant::version() const noexcept { return state_->three ? 3 : 2; }
 
 }  // namespace whirl

@@ -27,16 +27,24 @@ std::string names(const std::vector<SystemVariable>& all, const char* separator 
 std::string latex_number(double value) {
   const std::string text = fmt::format("{:.5g}", value);
   const std::size_t e = text.find('e');
-  return e == std::string::npos ? text : text.substr(0, e) + " \\cdot 10^{" + std::to_string(std::stoi(text.substr(e + 1))) + "}";
+  return e == std::string::npos
+             ? text
+             : text.substr(0, e) + " \\cdot 10^{" + std::to_string(std::stoi(text.substr(e + 1))) + "}";
 }
 
 /// The rotor's names as its equations are written; other names as `expr` writes them.
 std::string latex_symbol(std::string_view name) {
-  static const std::map<std::string, const char*, std::less<>> known{
-      {"vx", "v_x"}, {"vy", "v_y"}, {"ux", "u_x"}, {"uy", "u_y"}, {"gain", "b"},
-      {"eps_re", "\\varepsilon_{\\mathrm{re}}"}, {"eps_im", "\\varepsilon_{\\mathrm{im}}"},
-      {"k1_conj_re", "\\bar{k}_{\\mathrm{re}}"}, {"k1_conj_im", "\\bar{k}_{\\mathrm{im}}"},
-      {"c_conj_re", "\\bar{c}_{\\mathrm{re}}"}, {"c_conj_im", "\\bar{c}_{\\mathrm{im}}"}};
+  static const std::map<std::string, const char*, std::less<>> known{{"vx", "v_x"},
+                                                                     {"vy", "v_y"},
+                                                                     {"ux", "u_x"},
+                                                                     {"uy", "u_y"},
+                                                                     {"gain", "b"},
+                                                                     {"eps_re", "\\varepsilon_{\\mathrm{re}}"},
+                                                                     {"eps_im", "\\varepsilon_{\\mathrm{im}}"},
+                                                                     {"k1_conj_re", "\\bar{k}_{\\mathrm{re}}"},
+                                                                     {"k1_conj_im", "\\bar{k}_{\\mathrm{im}}"},
+                                                                     {"c_conj_re", "\\bar{c}_{\\mathrm{re}}"},
+                                                                     {"c_conj_im", "\\bar{c}_{\\mathrm{im}}"}};
   if (const auto found = known.find(name); found != known.end()) return found->second;
   if (name.starts_with("xi_")) {
     std::string index(name.substr(3));
@@ -59,7 +67,8 @@ std::string latex_table(const std::vector<CodeParameter>& parameters, bool as_sy
   std::string out = "\\begin{tabular}{lrll}\n\\toprule\nparameter & value & unit & meaning \\\\\n\\midrule\n";
   for (const CodeParameter& p : parameters) {
     if (p.name.starts_with("runout_") && p.value == 0) continue;
-    out += fmt::format("{} & ${}$ & {} & {} \\\\\n", as_symbols ? "$" + latex_symbol(p.name) + "$" : latex_text(p.name), latex_number(p.value), latex_text(p.unit), latex_text(p.meaning));
+    out += fmt::format("{} & ${}$ & {} & {} \\\\\n", as_symbols ? "$" + latex_symbol(p.name) + "$" : latex_text(p.name),
+                       latex_number(p.value), latex_text(p.unit), latex_text(p.meaning));
   }
   return out + "\\bottomrule\n\\end{tabular}\n";
 }
@@ -88,7 +97,9 @@ std::string modelica_unit(std::string unit) {
   return unit;
 }
 
-std::vector<SourceFile> with_source(const ControllerCode& code, SourceFile more) { return {code.header, code.source, std::move(more)}; }
+std::vector<SourceFile> with_source(const ControllerCode& code, SourceFile more) {
+  return {code.header, code.source, std::move(more)};
+}
 
 TemplateSettings wrapper_settings(const ControllerDesign& design, const CodeOptions& o) {
   TemplateSettings s;
@@ -109,24 +120,29 @@ std::vector<SourceFile> export_latex(const ControllerDesign& design, const CodeO
   const ControllerCode code = controller_code(design, options);
   std::string law = law_equation(design.law).latex;
   std::string rows;
-  for (std::size_t at; (at = law.find(",\\quad ")) != std::string::npos; law.erase(0, at + 7)) rows += "  " + law.substr(0, at) + " \\\\\n";
+  for (std::size_t at; (at = law.find(",\\quad ")) != std::string::npos; law.erase(0, at + 7))
+    rows += "  " + law.substr(0, at) + " \\\\\n";
   rows += "  " + law + "\n";
-  std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n", options.prefix, law_info(design.law).title, made_by(options));
-  text += "Per axis $\\dot x = v$, $\\dot v = f + a + D$, force $u = a/b$ with $b = " + latex_number(design.model.gain) +
-          "\\,\\mathrm{kg^{-1}}$, $\\mathrm{sig}(x)^r = |x|^r\\,\\mathrm{sgn}\\,x$:\n\\begin{gather*}\n" + rows + "\\end{gather*}\n";
+  std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n", options.prefix,
+                                 law_info(design.law).title, made_by(options));
+  text +=
+      "Per axis $\\dot x = v$, $\\dot v = f + a + D$, force $u = a/b$ with $b = " + latex_number(design.model.gain) +
+      "\\,\\mathrm{kg^{-1}}$, $\\mathrm{sig}(x)^r = |x|^r\\,\\mathrm{sgn}\\,x$:\n\\begin{gather*}\n" + rows +
+      "\\end{gather*}\n";
   return {{options.prefix + ".tex", text + latex_table(code.parameters, false)}};
 }
 
 std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOptions& options) {
   require_prefix(options.prefix);
   const ModelSystem s = model_system(model);
-  std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n\\begin{{align*}}\n", options.prefix, s.title, made_by(options));
+  std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n\\begin{{align*}}\n",
+                                 options.prefix, s.title, made_by(options));
   PrintOptions print_options;
   print_options.name = latex_symbol;
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
     const std::string name = latex_symbol(s.states[i].name);
-    text += fmt::format("  {} &= {}{}\n", s.discrete ? name + "^{+}" : "\\dot{" + name + "}", print(s.rates[i], Notation::latex, print_options),
-                        i + 1 < s.rates.size() ? " \\\\" : "");
+    text += fmt::format("  {} &= {}{}\n", s.discrete ? name + "^{+}" : "\\dot{" + name + "}",
+                        print(s.rates[i], Notation::latex, print_options), i + 1 < s.rates.size() ? " \\\\" : "");
   }
   return {{options.prefix + ".tex", text + "\\end{align*}\n" + latex_table(s.parameters, true)}};
 }
@@ -135,14 +151,17 @@ std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOp
   require_prefix(o.prefix);
   const ModelSystem s = model_system(model);
   std::string text = fmt::format(
-      "function [rate, output] = {0}(t, state, input, p)\n%{1}  {2}.\n%   [rate, output] = {0}(t, state, input, p)   {3}\n%   [rate, output] = "
-      "{0}(t, state, input)      with the identified parameters\n%   p = {0}()                                  these parameters\n%\n%   state = "
+      "function [rate, output] = {0}(t, state, input, p)\n%{1}  {2}.\n%   [rate, output] = {0}(t, state, input, p)   "
+      "{3}\n%   [rate, output] = "
+      "{0}(t, state, input)      with the identified parameters\n%   p = {0}()                                  these "
+      "parameters\n%\n%   state = "
       "[{4}], input = [{5}], output = [{6}]\n%   {7}\n",
-      o.prefix, upper(o.prefix),
-      s.title, s.discrete ? "next states of the map" : "right-hand side for ode45 and others", names(s.states, " "), names(s.inputs, " "),
-      names(s.outputs, " "), made_by(o));
+      o.prefix, upper(o.prefix), s.title,
+      s.discrete ? "next states of the map" : "right-hand side for ode45 and others", names(s.states, " "),
+      names(s.inputs, " "), names(s.outputs, " "), made_by(o));
   text += "if nargin < 4\n";
-  for (const CodeParameter& p : s.parameters) text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, number_text(p.value), p.unit, p.meaning);
+  for (const CodeParameter& p : s.parameters)
+    text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, number_text(p.value), p.unit, p.meaning);
   text += "end\nif nargin == 0\n  rate = p;\n  return\nend\n";
   text += unpack(s.states, "state") + unpack(s.inputs, "input");
   PrintOptions print_options;
@@ -150,7 +169,8 @@ std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOp
     return is_parameter(s, name) ? "p." + std::string(name) : std::string(name);
   };
   text += fmt::format("rate = zeros({}, 1);\n", s.rates.size());
-  for (std::size_t i = 0; i < s.rates.size(); ++i) text += fmt::format("rate({}) = {};\n", i + 1, print(s.rates[i], Notation::matlab, print_options));
+  for (std::size_t i = 0; i < s.rates.size(); ++i)
+    text += fmt::format("rate({}) = {};\n", i + 1, print(s.rates[i], Notation::matlab, print_options));
   text += fmt::format("output = zeros({}, 1);\n", s.outputs.size());
   for (std::size_t i = 0; i < s.outputs.size(); ++i) {
     text += fmt::format("output({}) = {};\n", i + 1, print(s.output_terms[i], Notation::matlab, print_options));
@@ -160,27 +180,33 @@ std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOp
 
 std::vector<SourceFile> export_matlab(const ControllerDesign& design, const CodeOptions& o) {
   const ControllerCode code = controller_code(design, o);
-  return with_source(code, {o.prefix + "_mex.c", fill_template(deploy_template("controller_mex.c"), wrapper_settings(design, o))});
+  return with_source(
+      code, {o.prefix + "_mex.c", fill_template(deploy_template("controller_mex.c"), wrapper_settings(design, o))});
 }
 
 std::vector<SourceFile> export_python(const IdentifiedModel& model, const CodeOptions& o) {
   require_prefix(o.prefix);
   const ModelSystem s = model_system(model);
-  std::string text = fmt::format("\"\"\"{}.\n\n{} States: {}. Inputs: {}. Outputs: {}.\n\"\"\"\n", s.title, made_by(o), names(s.states),
-                                 s.inputs.empty() ? "none" : names(s.inputs), names(s.outputs));
+  std::string text = fmt::format("\"\"\"{}.\n\n{} States: {}. Inputs: {}. Outputs: {}.\n\"\"\"\n", s.title, made_by(o),
+                                 names(s.states), s.inputs.empty() ? "none" : names(s.inputs), names(s.outputs));
   text +=
-      "try:\n    import numpy as np\nexcept ImportError:  # the functions below for single numbers\n    import math\n\n    class np:\n"
-      "        sin, cos, tan, tanh, exp, log, sqrt = math.sin, math.cos, math.tan, math.tanh, math.exp, math.log, math.sqrt\n"
-      "        abs, minimum, maximum = abs, min, max\n\n        @staticmethod\n        def sign(x):\n            return (x > 0) - (x < 0)\n\n"
+      "try:\n    import numpy as np\nexcept ImportError:  # the functions below for single numbers\n    import "
+      "math\n\n    class np:\n"
+      "        sin, cos, tan, tanh, exp, log, sqrt = math.sin, math.cos, math.tan, math.tanh, math.exp, math.log, "
+      "math.sqrt\n"
+      "        abs, minimum, maximum = abs, min, max\n\n        @staticmethod\n        def sign(x):\n            "
+      "return (x > 0) - (x < 0)\n\n"
       "PARAMETERS = {\n";
-  for (const CodeParameter& p : s.parameters) text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, number_text(p.value, true), p.unit, p.meaning);
+  for (const CodeParameter& p : s.parameters)
+    text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, number_text(p.value, true), p.unit, p.meaning);
   text += "}\n";
   PrintOptions print_options;
   print_options.name = [&s](std::string_view name) {
     return is_parameter(s, name) ? "p[\"" + std::string(name) + "\"]" : std::string(name);
   };
   const auto function = [&](const char* name, const char* what, const std::vector<Expr>& terms) {
-    text += fmt::format("\n\ndef {}(t, state, inputs, p=PARAMETERS):\n    \"\"\"{}\"\"\"\n    [{}] = state\n", name, what, names(s.states));
+    text += fmt::format("\n\ndef {}(t, state, inputs, p=PARAMETERS):\n    \"\"\"{}\"\"\"\n    [{}] = state\n", name,
+                        what, names(s.states));
     if (!s.inputs.empty()) text += fmt::format("    [{}] = inputs\n", names(s.inputs));
     text += "    return [\n";
     for (const Expr& e : terms) text += fmt::format("        {},\n", print(e, Notation::python, print_options));
@@ -197,7 +223,8 @@ std::vector<SourceFile> export_python(const ControllerDesign& design, const Code
   s.slots["ctype"] = o.single_precision ? "c_float" : "c_double";
   std::string& lines = s.slots["parameters"];
   for (const CodeParameter& p : code.parameters) {
-    lines += fmt::format("{}    \"{}\": {},  # {}, {}", lines.empty() ? "" : "\n", p.name, number_text(p.value, true), p.unit, p.meaning);
+    lines += fmt::format("{}    \"{}\": {},  # {}, {}", lines.empty() ? "" : "\n", p.name, number_text(p.value, true),
+                         p.unit, p.meaning);
   }
   return with_source(code, {o.prefix + ".py", fill_template(deploy_template("controller.py"), s)});
 }
@@ -208,7 +235,8 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
   std::string name = o.prefix;
   name[0] = upper(name.substr(0, 1))[0];
   std::string text = fmt::format("model {} \"{}\"\n  // {}\n", name, s.title, made_by(o));
-  const auto declare = [&](const char* kind, const std::string& n, const std::string& unit, const std::string& more, const std::string& meaning) {
+  const auto declare = [&](const char* kind, const std::string& n, const std::string& unit, const std::string& more,
+                           const std::string& meaning) {
     std::string attributes = unit == "1" ? "" : fmt::format("unit=\"{}\"", modelica_unit(unit));
     if (!more.empty() && more.front() != ' ') attributes += (attributes.empty() ? "" : ", ") + more;
     std::string quoted = meaning;
@@ -216,21 +244,26 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
     text += fmt::format("  {} {}{}{} \"{}\";\n", kind, n, attributes.empty() ? "" : "(" + attributes + ")",
                         !more.empty() && more.front() == ' ' ? more : "", quoted);
   };
-  for (const CodeParameter& p : s.parameters) declare("parameter Real", p.name, p.unit, " = " + number_text(p.value), p.meaning);
+  for (const CodeParameter& p : s.parameters)
+    declare("parameter Real", p.name, p.unit, " = " + number_text(p.value), p.meaning);
   for (const SystemVariable& v : s.inputs) declare("input Real", v.name, v.unit, "", v.meaning);
-  for (const SystemVariable& v : s.states) declare(s.discrete ? "discrete Real" : "Real", v.name, v.unit, "start=0, fixed=true", v.meaning);
+  for (const SystemVariable& v : s.states)
+    declare(s.discrete ? "discrete Real" : "Real", v.name, v.unit, "start=0, fixed=true", v.meaning);
   for (const SystemVariable& v : s.outputs) declare("output Real", v.name, v.unit, "", v.meaning);
   PrintOptions print_options;
   print_options.name = [&s](std::string_view n) {
     if (n == "t") return std::string("time");
-    const bool state = std::any_of(s.states.begin(), s.states.end(), [&](const SystemVariable& v) { return v.name == n; });
+    const bool state =
+        std::any_of(s.states.begin(), s.states.end(), [&](const SystemVariable& v) { return v.name == n; });
     return s.discrete && state ? "pre(" + std::string(n) + ")" : std::string(n);
   };
   text += "equation\n";
   if (s.discrete) text += fmt::format("  when sample(0, {}) then\n", number_text(s.sample_time));
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
-    text += s.discrete ? fmt::format("    {} = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options))
-                       : fmt::format("  der({}) = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options));
+    text +=
+        s.discrete
+            ? fmt::format("    {} = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options))
+            : fmt::format("  der({}) = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options));
   }
   if (s.discrete) text += "  end when;\n";
   for (std::size_t i = 0; i < s.outputs.size(); ++i) {
@@ -242,14 +275,15 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
 }
 
 std::vector<SourceFile> export_sfunction(const ControllerDesign& design, const CodeOptions& o) {
-  return with_source(controller_code(design, o),
-                     {o.prefix + "_sfun.c", fill_template(deploy_template("sfunction.c"), wrapper_settings(design, o))});
+  return with_source(controller_code(design, o), {o.prefix + "_sfun.c", fill_template(deploy_template("sfunction.c"),
+                                                                                      wrapper_settings(design, o))});
 }
 
 std::vector<SourceFile> export_sfunction(const IdentifiedModel& model, const CodeOptions& o) {
   if (o.single_precision) throw Error("continuous states of Simulink have double precision: leave out --float");
   const ModelSystem system = model_system(model);
-  if (system.discrete) throw Error("the model is a map from sample to sample: it has no continuous states, export c instead");
+  if (system.discrete)
+    throw Error("the model is a map from sample to sample: it has no continuous states, export c instead");
   const ModelCode code = model_code(system, o);
   TemplateSettings s;
   s.prefix = o.prefix;

@@ -49,7 +49,8 @@ std::string body(const ModelSystem& s, const std::vector<Expr>& terms, const std
     bool used = false;
     for (const Expr& e : terms) {
       for (const std::string& v : variables(e)) {
-        const auto at = static_cast<std::size_t>(std::find(symbols.names.begin(), symbols.names.end(), v) - symbols.names.begin());
+        const auto at =
+            static_cast<std::size_t>(std::find(symbols.names.begin(), symbols.names.end(), v) - symbols.names.begin());
         const std::string& c = symbols.text[at];
         used = used || (scalar ? c == a : c.starts_with(a + "[") || c.starts_with(a + "->"));
       }
@@ -71,12 +72,14 @@ std::optional<std::size_t> input_index(const ModelSystem& s, std::string_view a,
 
 /// C of each angle input after a time, empty for an input that is held: u[0] + (tau * ...).
 std::vector<std::string> later_terms(const ModelSystem& s, const std::string& u, const std::string& tau) {
-  const auto beta = input_index(s, "beta", "X5"), omega = input_index(s, "omega", "X6"), alpha = input_index(s, "alpha", "X7");
+  const auto beta = input_index(s, "beta", "X5"), omega = input_index(s, "omega", "X6"),
+             alpha = input_index(s, "alpha", "X7");
   std::vector<std::string> out(s.inputs.size());
   if (omega && alpha) out[*omega] = fmt::format("{0}[{1}] + ({2} * {0}[{3}])", u, *omega, tau, *alpha);
   if (beta && omega) {
-    out[*beta] = alpha ? fmt::format("{0}[{1}] + ({2} * ({0}[{3}] + (R(0.5) * {2} * {0}[{4}])))", u, *beta, tau, *omega, *alpha)
-                       : fmt::format("{0}[{1}] + ({2} * {0}[{3}])", u, *beta, tau, *omega);
+    out[*beta] =
+        alpha ? fmt::format("{0}[{1}] + ({2} * ({0}[{3}] + (R(0.5) * {2} * {0}[{4}])))", u, *beta, tau, *omega, *alpha)
+              : fmt::format("{0}[{1}] + ({2} * {0}[{3}])", u, *beta, tau, *omega);
   }
   return out;
 }
@@ -88,15 +91,17 @@ std::string later_inputs(const ModelSystem& s) {
   const std::vector<std::string> terms = later_terms(s, "u", "tau");
   for (std::size_t i = 0; i < terms.size(); ++i) {
     uses_tau = uses_tau || !terms[i].empty();
-    out += fmt::format("{}  later[{}] = {};", out.empty() ? "" : "\n", i, terms[i].empty() ? fmt::format("u[{}]", i) : terms[i]);
+    out += fmt::format("{}  later[{}] = {};", out.empty() ? "" : "\n", i,
+                       terms[i].empty() ? fmt::format("u[{}]", i) : terms[i]);
   }
   return (uses_tau ? "" : "  (void)tau;\n") + out;
 }
 
 std::string sizes(const ModelSystem& s) {
-  std::string out = fmt::format("#define WHIRL_STATES {}\n#define WHIRL_INPUTS {}\n#define WHIRL_INPUT_SIZE {} /* of an array */\n"
-                                "#define WHIRL_OUTPUTS {}\n",
-                                s.states.size(), s.inputs.size(), std::max<std::size_t>(1, s.inputs.size()), s.outputs.size());
+  std::string out = fmt::format(
+      "#define WHIRL_STATES {}\n#define WHIRL_INPUTS {}\n#define WHIRL_INPUT_SIZE {} /* of an array */\n"
+      "#define WHIRL_OUTPUTS {}\n",
+      s.states.size(), s.inputs.size(), std::max<std::size_t>(1, s.inputs.size()), s.outputs.size());
   if (!s.events.empty()) out += fmt::format("#define WHIRL_EVENTS {}\n", s.events.size());
   const auto list = [&](const char* array, const std::vector<SystemVariable>& all) {
     out += fmt::format("\n/* {}", array);
@@ -130,12 +135,14 @@ TemplateSettings settings_of(const ModelSystem& s, const CodeOptions& options) {
   slot["prefix"] = options.prefix;
   slot["real"] = options.single_precision ? "float" : "double";
   slot["banner"] = fmt::format(
-      "/* {}: {}\n{}\n\n   Made by whirl {}{}.\n   SI units throughout. C99, no allocation, no input or output, no globals. */",
+      "/* {}: {}\n{}\n\n   Made by whirl {}{}.\n   SI units throughout. C99, no allocation, no input or output, no "
+      "globals. */",
       options.prefix, s.title, rate_comment(s), version(), options.origin.empty() ? "" : "\n   from " + options.origin);
   slot["parameters"] = "";
   slot["defaults"] = "";
   for (const CodeParameter& p : s.parameters) {
-    slot["parameters"] += fmt::format("{}  whirl_real {}; /* {}, {} */", slot["parameters"].empty() ? "" : "\n", p.name, p.unit, p.meaning);
+    slot["parameters"] += fmt::format("{}  whirl_real {}; /* {}, {} */", slot["parameters"].empty() ? "" : "\n", p.name,
+                                      p.unit, p.meaning);
     slot["defaults"] += fmt::format("{}  params->{} = {};", slot["defaults"].empty() ? "" : "\n", p.name,
                                     c_literal(p.value, options.single_precision));
   }
@@ -192,7 +199,9 @@ std::vector<SourceFile> export_c99(const IdentifiedModel& model, const CodeOptio
     in[n + m + 1 + i] = options.single_precision ? static_cast<double>(static_cast<float>(value)) : value;
   }
   std::mt19937_64 random(1);
-  const auto size_of = [](const SystemVariable& v) { return v.unit == "m" ? 1e-3 : v.unit == "m/s" ? 0.1 : v.unit == "rad/s" ? 150 : 2.0; };
+  const auto size_of = [](const SystemVariable& v) {
+    return v.unit == "m" ? 1e-3 : v.unit == "m/s" ? 0.1 : v.unit == "rad/s" ? 150 : 2.0;
+  };
   const auto draw = [&](double size) {
     const double value = size * (2 * static_cast<double>(random()) / 18446744073709551616.0 - 1);
     return options.single_precision ? static_cast<double>(static_cast<float>(value)) : value;
@@ -207,14 +216,17 @@ std::vector<SourceFile> export_c99(const IdentifiedModel& model, const CodeOptio
     const auto list = [&](const double* values, std::size_t count, const std::string& end) {
       std::string text;
       for (std::size_t i = 0; i < count; ++i) {
-        text += (i == 0 ? "" : ", ") + (std::isfinite(values[i]) ? fmt::format("{:a}{}", values[i], end) : "(double)NAN");
+        text +=
+            (i == 0 ? "" : ", ") + (std::isfinite(values[i]) ? fmt::format("{:a}{}", values[i], end) : "(double)NAN");
       }
       return text.empty() ? "0" : text;
     };
     vectors += fmt::format("{}    {{{:a}{}, {{{}}}, {{{}}}, {{{}}}}},", vectors.empty() ? "" : "\n", in[n + m], suffix,
                            list(in.data(), n, suffix), list(in.data() + n, m, suffix), list(out.data(), n, ""));
   }
-  return {code.header, code.source, {options.prefix + "_selftest.c", fill_template(deploy_template("model_selftest.c"), t)},
+  return {code.header,
+          code.source,
+          {options.prefix + "_selftest.c", fill_template(deploy_template("model_selftest.c"), t)},
           {"CMakeLists.txt", fill_template(deploy_template("CMakeLists.txt.in"), t)},
           {"Makefile", fill_template(deploy_template("Makefile.in"), t)}};
 }

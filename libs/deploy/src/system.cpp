@@ -24,10 +24,14 @@ Expr rewrite(const Expr& e, const Change& change) {
   std::vector<Expr> args;
   for (const Expr& a : e.args()) args.push_back(rewrite(a, change));
   switch (e.kind()) {
-    case Expr::Kind::power: return pow(args[0], args[1]);
-    case Expr::Kind::product: return Expr::product(args);
-    case Expr::Kind::sum: return Expr::sum(args);
-    default: return change(e.function(), args);
+    case Expr::Kind::power:
+      return pow(args[0], args[1]);
+    case Expr::Kind::product:
+      return Expr::product(args);
+    case Expr::Kind::sum:
+      return Expr::sum(args);
+    default:
+      return change(e.function(), args);
   }
 }
 
@@ -35,7 +39,8 @@ std::vector<Expr> find_events(const std::vector<Expr>& terms) {
   std::vector<Expr> events;
   for (const Expr& term : terms) {
     rewrite(term, [&](Function f, const std::vector<Expr>& args) {
-      if (f == Function::sgn && std::find(events.begin(), events.end(), args[0]) == events.end()) events.push_back(args[0]);
+      if (f == Function::sgn && std::find(events.begin(), events.end(), args[0]) == events.end())
+        events.push_back(args[0]);
       return Expr::call(f, args);
     });
   }
@@ -46,31 +51,41 @@ ModelSystem rotor_system(const RotorModel& m) {
   ModelSystem s;
   s.title = "identified rotor in the complex coordinate, z'' = -k1 z - k2 |z|^2 z - c z' + eps F + gain u";
   s.parameters = rotor_parameters(m);
-  s.parameters.push_back(
-      {"gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing", m.gain, -kInf, kInf});
-  s.states = {{"x", "m", "displacement of the disk"}, {"vx", "m/s", "velocity"},
-              {"y", "m", "displacement of the disk"}, {"vy", "m/s", "velocity"}};
-  s.inputs = {{"beta", "rad", "rotor angle"}, {"omega", "rad/s", "rotor speed"}, {"alpha", "rad/s^2", "rotor acceleration"},
-              {"ux", "N", "actuator force"}, {"uy", "N", "actuator force"}};
+  s.parameters.push_back({"gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing",
+                          m.gain, -kInf, kInf});
+  s.states = {{"x", "m", "displacement of the disk"},
+              {"vx", "m/s", "velocity"},
+              {"y", "m", "displacement of the disk"},
+              {"vy", "m/s", "velocity"}};
+  s.inputs = {{"beta", "rad", "rotor angle"},
+              {"omega", "rad/s", "rotor speed"},
+              {"alpha", "rad/s^2", "rotor acceleration"},
+              {"ux", "N", "actuator force"},
+              {"uy", "N", "actuator force"}};
   s.outputs = {{"x_sensor", "m", "displacement the sensors see"}, {"y_sensor", "m", "displacement the sensors see"}};
-  const Expr fx = Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"), fy = Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
+  const Expr fx = Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"),
+             fy = Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
   const std::map<std::string, Expr, std::less<>> forcing{{"fx", fx}, {"fy", fy}};
   const auto term = [&](const char* text) { return substitute(Expr::parse(text), forcing); };
-  s.rates = {term("vx"),
-             term("-(k1 + k2*(x^2 + y^2))*x - c*vx - k1_conj_re*x - k1_conj_im*y - c_conj_re*vx - c_conj_im*vy + eps_re*fx - "
-                  "eps_im*fy + gain*ux"),
-             term("vy"),
-             term("-(k1 + k2*(x^2 + y^2))*y - c*vy + k1_conj_re*y - k1_conj_im*x + c_conj_re*vy - c_conj_im*vx + eps_re*fy + "
-                  "eps_im*fx + gain*uy")};
+  s.rates = {
+      term("vx"),
+      term("-(k1 + k2*(x^2 + y^2))*x - c*vx - k1_conj_re*x - k1_conj_im*y - c_conj_re*vx - c_conj_im*vy + eps_re*fx - "
+           "eps_im*fy + gain*ux"),
+      term("vy"),
+      term("-(k1 + k2*(x^2 + y^2))*y - c*vy + k1_conj_re*y - k1_conj_im*x + c_conj_re*vy - c_conj_im*vx + eps_re*fy + "
+           "eps_im*fx + gain*uy")};
   Expr out_x = Expr::parse("x + offset_x"), out_y = Expr::parse("y + offset_y");
   for (std::size_t i = 1; i <= m.modes.size(); ++i) {
     const ForcedMode& mode = m.modes[i - 1];
     const auto name = [&](const char* stem) { return fmt::format("{}{}", stem, i); };
     const auto symbol = [&](const char* stem) { return Expr::symbol(name(stem)); };
-    s.parameters.push_back({name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega, -kInf, kInf});
+    s.parameters.push_back(
+        {name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega, -kInf, kInf});
     s.parameters.push_back({name("mode_zeta"), "1", "its damping ratio", mode.zeta, -kInf, kInf});
-    s.parameters.push_back({name("mode_re"), "m", "its share in the displacement", mode.participation.real(), -kInf, kInf});
-    s.parameters.push_back({name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInf, kInf});
+    s.parameters.push_back(
+        {name("mode_re"), "m", "its share in the displacement", mode.participation.real(), -kInf, kInf});
+    s.parameters.push_back(
+        {name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInf, kInf});
     for (const char* part : {"x", "y"}) {
       const std::string q = name("q") + part, dq = name("dq") + part;
       s.states.push_back({q, "1", "coordinate of a further mode"});
@@ -95,9 +110,9 @@ std::string unit_text(const std::string& name) {
 
 const char* meaning_of(const std::string& name) {
   static const std::map<std::string, const char*> known{
-      {"X1", "displacement x"}, {"X2", "velocity of x"},  {"X3", "displacement y"}, {"X4", "velocity of y"},
-      {"X5", "rotor angle"},    {"X6", "rotor speed"},    {"X7", "rotor acceleration"},
-      {"ux", "actuator force"}, {"uy", "actuator force"}};
+      {"X1", "displacement x"},     {"X2", "velocity of x"},  {"X3", "displacement y"},
+      {"X4", "velocity of y"},      {"X5", "rotor angle"},    {"X6", "rotor speed"},
+      {"X7", "rotor acceleration"}, {"ux", "actuator force"}, {"uy", "actuator force"}};
   const auto found = known.find(name);
   return found == known.end() ? "quantity of the model" : found->second;
 }
@@ -113,7 +128,8 @@ ModelSystem equation_system(const IdentifiedModel& model) {
   }
   for (const auto& list : {s.states, s.inputs}) {
     for (const SystemVariable& v : list) {
-      if (v.name.find('\'') != std::string::npos) throw Error("the name " + v.name + " cannot be exported: it holds a prime");
+      if (v.name.find('\'') != std::string::npos)
+        throw Error("the name " + v.name + " cannot be exported: it holds a prime");
     }
   }
   std::size_t number = 0;
@@ -131,8 +147,8 @@ ModelSystem equation_system(const IdentifiedModel& model) {
       const EquationTerm& term = equation->terms[j];
       const std::string name = fmt::format("xi_{}_{}", number, j + 1);
       s.parameters.push_back({name, term.unit.empty() ? "1" : term.unit,
-                              fmt::format("{}: coefficient of {}", equation->lhs, term.function), term.coefficient.value, -kInf,
-                              kInf});
+                              fmt::format("{}: coefficient of {}", equation->lhs, term.function),
+                              term.coefficient.value, -kInf, kInf});
       terms.push_back(Expr::symbol(name) * Expr::parse(term.function));
     }
     s.rates.push_back(Expr::sum(terms));
@@ -170,7 +186,8 @@ Expr with_frozen_signs(const Expr& e, const std::vector<Expr>& events) {
     if (f == Function::sgn) {
       // `args` have their own signs frozen already, so compare with the frozen form of each event.
       for (std::size_t i = 0; i < events.size(); ++i) {
-        if (args[0] == events[i] || args[0] == with_frozen_signs(events[i], events)) return Expr::symbol(fmt::format("sign_{}", i + 1));
+        if (args[0] == events[i] || args[0] == with_frozen_signs(events[i], events))
+          return Expr::symbol(fmt::format("sign_{}", i + 1));
       }
     }
     return Expr::call(f, args);

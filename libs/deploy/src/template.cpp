@@ -28,9 +28,9 @@ std::optional<bool> condition(std::string_view line, const TemplateSettings& s) 
 }
 
 struct Branch {
-  bool ours = false;    ///< opened by #if HAS_
-  bool taken = false;   ///< one of its branches was active
-  bool active = true;   ///< this branch is
+  bool ours = false;   ///< opened by #if HAS_
+  bool taken = false;  ///< one of its branches was active
+  bool active = true;  ///< this branch is
 };
 
 std::string resolve_conditions(std::string_view text, const TemplateSettings& s) {
@@ -137,7 +137,8 @@ std::string drop_unused_functions(std::string text) {
     return count;
   };
   const auto next_function = [&text](std::size_t from) {  // at the start of a line
-    while (from < text.size() && text.compare(from, 7, "static ") != 0) from = std::min(text.find('\n', from), text.size() - 1) + 1;
+    while (from < text.size() && text.compare(from, 7, "static ") != 0)
+      from = std::min(text.find('\n', from), text.size() - 1) + 1;
     return from;
   };
   for (bool dropped = true; dropped;) {

@@ -17,7 +17,7 @@ std::string_view deploy_template(std::string_view name);
 struct TemplateSettings {
   std::string prefix;
   bool single_precision = false;
-  std::set<std::string, std::less<>> features;          ///< without HAS_
+  std::set<std::string, std::less<>> features;  ///< without HAS_
   std::map<std::string, std::string, std::less<>> slots;
 };
 

@@ -35,7 +35,8 @@ TEST(Template, ResolvesConditionsSlotsLiteralsAndPrefix) {
 
 TEST(Template, DropsFunctionsThatNothingUses) {
   const std::string text =
-      "/* first */\nstatic int one(void) { return 1; }\n\n/* second */\nstatic int two(int x) {\n  return one() + x;\n}\n\n"
+      "/* first */\nstatic int one(void) { return 1; }\n\n/* second */\nstatic int two(int x) {\n  return one() + "
+      "x;\n}\n\n"
       "static int three(void) { return 3; }\n\nint use(void) { return three(); }\n";
   EXPECT_EQ(drop_unused_functions(text), "static int three(void) { return 3; }\n\nint use(void) { return three(); }\n");
 }
@@ -64,7 +65,8 @@ TEST(ControllerSource, HasNoAllocationNoOutputNoGlobalsAndSameBytesTwice) {
     // A global would be a line at column 0 that ends in ';' and is no declaration of a function, type or brace.
     const std::regex global(R"(^(static |const )?\w+ \w+(\[.*\])?( = .*)?;$)", std::regex::multiline);
     EXPECT_FALSE(std::regex_search(code.source.text, global)) << law.name;
-    EXPECT_EQ(code.source.text, controller_code(testing::design_of(law.name, "kfe"), {"unit", false, "c.json"}).source.text);
+    EXPECT_EQ(code.source.text,
+              controller_code(testing::design_of(law.name, "kfe"), {"unit", false, "c.json"}).source.text);
     EXPECT_NE(code.source.text.find("a = "), std::string::npos) << law.name;
   }
 }
@@ -74,7 +76,8 @@ TEST(ControllerSourceExport, SelfTestsPassWithMakeAndCMake) {
   const testing::TemporaryFolder folder;
   for (const bool single : {false, true}) {
     write_all(folder, export_c99(testing::design_of("tsmc", "kfe"), {"drive", single, ""}));
-    const auto made = testing::shell(folder.path(), "make clean check CFLAGS='" + std::string(testing::kStrictC99) + "'");
+    const auto made =
+        testing::shell(folder.path(), "make clean check CFLAGS='" + std::string(testing::kStrictC99) + "'");
     EXPECT_EQ(made.exit_code, 0) << made.text;
   }
   const auto cmake = testing::shell(folder.path(), "cmake -B b . && cmake --build b && b/drive_selftest");
@@ -88,7 +91,8 @@ TEST(ControllerSourceExport, PredictiveLawPassesItsSelfTestAtTheForceLimit) {
     d.parameters["predict"] = 1;
     d.force_limit = 2;
     write_all(folder, export_c99(d, {"drive", single, ""}));
-    const auto made = testing::shell(folder.path(), "make clean check CFLAGS='" + std::string(testing::kStrictC99) + "'");
+    const auto made =
+        testing::shell(folder.path(), "make clean check CFLAGS='" + std::string(testing::kStrictC99) + "'");
     EXPECT_EQ(made.exit_code, 0) << made.text;
     EXPECT_NE(made.text.find("largest force 2 N"), std::string::npos) << made.text;
     fmt::print("{}", made.text.substr(made.text.find("drive: ")));
@@ -110,10 +114,12 @@ TEST(ControllerSourceExport, CompilesAsCPlusPlusAndWithClang) {
   const testing::TemporaryFolder folder;
   const ControllerCode code = controller_code(testing::design_of("sta_implicit", "eso"), {"drive", false, ""});
   write_all(folder, {code.header, code.source});
-  const auto cpp = testing::shell(folder.path(), "c++ -x c++ -std=c++17 -Wall -Wextra -pedantic -Werror -c drive.c -o cpp.o");
+  const auto cpp =
+      testing::shell(folder.path(), "c++ -x c++ -std=c++17 -Wall -Wextra -pedantic -Werror -c drive.c -o cpp.o");
   EXPECT_EQ(cpp.exit_code, 0) << cpp.text;
   if (!testing::has_program("clang")) GTEST_SKIP() << "clang is not installed";
-  const auto clang = testing::shell(folder.path(), "clang " + std::string(testing::kStrictC99) + " -c drive.c -o clang.o");
+  const auto clang =
+      testing::shell(folder.path(), "clang " + std::string(testing::kStrictC99) + " -c drive.c -o clang.o");
   EXPECT_EQ(clang.exit_code, 0) << clang.text;
 }
 
@@ -145,7 +151,8 @@ int main(void) {
   return 0;
 }
 )");
-  const auto built = testing::shell(folder.path(), "cc " + std::string(testing::kStrictC99) + " main.c drive.c -lm && ./a.out");
+  const auto built =
+      testing::shell(folder.path(), "cc " + std::string(testing::kStrictC99) + " main.c drive.c -lm && ./a.out");
   EXPECT_EQ(built.exit_code, 0) << built.text;
 }
 
@@ -154,21 +161,25 @@ TEST(ControllerSourceExport, MisraCheckFindsOnlyTheListedDeviations) {
   if (!testing::has_program("cppcheck")) GTEST_SKIP() << "cppcheck is not installed";
   const testing::TemporaryFolder folder;
   std::string files;
-  const std::pair<const char*, const char*> pairs[] = {{"tsmc", "kfe"}, {"sta_implicit", "eso"}, {"pd_influence", "red_implicit"},
-                                                       {"tsmc_implicit", "lpf"}, {"pid", "kfo"}, {"mpc", "kalman"}};
+  const std::pair<const char*, const char*> pairs[] = {
+      {"tsmc", "kfe"},          {"sta_implicit", "eso"}, {"pd_influence", "red_implicit"},
+      {"tsmc_implicit", "lpf"}, {"pid", "kfo"},          {"mpc", "kalman"}};
   for (const auto& [law, estimator] : pairs) {
     const ControllerCode code = controller_code(testing::design_of(law, estimator), {law, false, ""});
     write_all(folder, {code.header, code.source});
     files += " " + code.source.name;
   }
-  const auto plain = testing::shell(folder.path(), "cppcheck --quiet --std=c99 --enable=warning,style,performance,portability "
-                                                   "--suppress=missingIncludeSystem --error-exitcode=1" + files);
+  const auto plain = testing::shell(folder.path(),
+                                    "cppcheck --quiet --std=c99 --enable=warning,style,performance,portability "
+                                    "--suppress=missingIncludeSystem --error-exitcode=1" +
+                                        files);
   EXPECT_EQ(plain.exit_code, 0) << plain.text;
   const auto misra = testing::shell(folder.path(), "cppcheck --quiet --std=c99 --addon=misra" + files);
   if (misra.text.find("Did not find addon") != std::string::npos) GTEST_SKIP() << "the MISRA addon is not installed";
   const std::regex rule("misra-c2012-([0-9.]+)");
   std::set<std::string> found;
-  for (std::sregex_iterator it(misra.text.begin(), misra.text.end(), rule), none; it != none; ++it) found.insert((*it)[1]);
+  for (std::sregex_iterator it(misra.text.begin(), misra.text.end(), rule), none; it != none; ++it)
+    found.insert((*it)[1]);
   EXPECT_TRUE(found.contains("15.5")) << "the check did not run: " << misra.text;
   for (const char* listed : {"8.7", "15.5"}) found.erase(listed);
   EXPECT_TRUE(found.empty()) << misra.text;

@@ -32,7 +32,8 @@ class FmuExport : public ::testing::TestWithParam<int> {
   }
   testing::TemporaryFolder folder;
 };
-INSTANTIATE_TEST_SUITE_P(Versions, FmuExport, ::testing::Values(2, 3), [](const auto& v) { return fmt::format("Fmi{}", v.param); });
+INSTANTIATE_TEST_SUITE_P(Versions, FmuExport, ::testing::Values(2, 3),
+                         [](const auto& v) { return fmt::format("Fmi{}", v.param); });
 
 IdentifiedModel rotor_model() {
   IdentifiedModel m;
@@ -47,7 +48,9 @@ IdentifiedModel friction_oscillator() {
   IdentifiedModel m;
   m.method = "test";
   m.states = {"X1", "X2"};
-  const auto term = [](const char* function, double value) { return EquationTerm{function, {value, 0, value, value}, ""}; };
+  const auto term = [](const char* function, double value) {
+    return EquationTerm{function, {value, 0, value, value}, ""};
+  };
   m.equations = {{"X2'", {term("X1", -400), term("sgn(X2)", -2)}}};
   return m;
 }
@@ -67,7 +70,8 @@ Measurement reading(int k) {
 }
 
 TEST_P(FmuExport, ControllerEqualsTheLibraryStepByStep) {
-  const ControllerDesign design = GetParam() == 2 ? testing::design_of("tsmc", "kfe") : testing::design_of("sta", "eso");
+  const ControllerDesign design =
+      GetParam() == 2 ? testing::design_of("tsmc", "kfe") : testing::design_of("sta", "eso");
   const Importer fmu = import(design);
   void* const c = fmu.instantiate(false, fmu.token);
   ASSERT_NE(c, nullptr);
@@ -171,7 +175,8 @@ std::array<double, 4> rk4(const Rate& f, double t, const std::array<double, 4>& 
     for (std::size_t i = 0; i < 4; ++i) out[i] += s * k[i];
     return out;
   };
-  const auto k1 = f(t, x), k2 = f(t + h / 2, along(k1, h / 2)), k3 = f(t + h / 2, along(k2, h / 2)), k4 = f(t + h, along(k3, h));
+  const auto k1 = f(t, x), k2 = f(t + h / 2, along(k1, h / 2)), k3 = f(t + h / 2, along(k2, h / 2)),
+             k4 = f(t + h, along(k3, h));
   std::array<double, 4> out = x;
   for (std::size_t i = 0; i < 4; ++i) out[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
   return out;
@@ -202,7 +207,8 @@ TEST_P(FmuExport, PlantInCoSimulationEqualsTheLibraryStepByStep) {
     const auto u = plant_inputs(t, t);
     for (int i = 0; i < 5; ++i) ASSERT_EQ(fmu.set(c, kInputs[i], u[static_cast<std::size_t>(i)]), 0);
     ASSERT_EQ(fmu.step(c, t, 1e-3), 0);
-    x = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t, x, 1e-3);
+    x = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t, x,
+            1e-3);
     for (std::size_t i = 0; i < 4; ++i) {
       size = std::max(size, std::abs(x[i]));
       error = std::max(error, std::abs(fmu.get(c, states[i]) - x[i]));
@@ -240,7 +246,8 @@ TEST_P(FmuExport, PlantInModelExchangeEqualsTheLibraryStepByStep) {
       return std::array<double, 4>{dx[0], dx[1], dx[2], dx[3]};
     };
     mine = rk4(rate, t, mine, 1e-3);
-    theirs = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t, theirs, 1e-3);
+    theirs = rk4([&](double at, const auto& s) { return library_rate(*model.rotor, s, plant_inputs(at, t).data()); }, t,
+                 theirs, 1e-3);
     for (std::size_t i = 0; i < 4; ++i) {
       size = std::max(size, std::abs(theirs[i]));
       error = std::max(error, std::abs(mine[i] - theirs[i]));
@@ -271,7 +278,9 @@ TEST_P(FmuExport, CoulombFrictionIsAStateEvent) {
       fmu.set_states(c, s);
       return fmu.rates(c, 2);
     };
-    const auto along = [&](const std::vector<double>& k, double s) { return std::vector<double>{from[0] + s * k[0], from[1] + s * k[1]}; };
+    const auto along = [&](const std::vector<double>& k, double s) {
+      return std::vector<double>{from[0] + s * k[0], from[1] + s * k[1]};
+    };
     const auto k1 = rate(from), k2 = rate(along(k1, h / 2)), k3 = rate(along(k2, h / 2)), k4 = rate(along(k3, h));
     return std::vector<double>{from[0] + h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0]),
                                from[1] + h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1])};
@@ -318,20 +327,23 @@ TEST_P(FmuExport, CoulombFrictionIsAStateEvent) {
   fmu.free(c);
 }
 
-/// Every function of the standard, whether this FMU has a use for it or not; those of model exchange are left out of an FMI 2
-/// controller only.
+/// Every function of the standard, whether this FMU has a use for it or not; those of model exchange are left out of an
+/// FMI 2 controller only.
 std::set<std::string> standard_functions(bool three, bool controller) {
   const char* const text2 =
       "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode "
-      "ExitInitializationMode Terminate Reset GetReal SetReal GetInteger SetInteger GetBoolean SetBoolean GetString SetString "
+      "ExitInitializationMode Terminate Reset GetReal SetReal GetInteger SetInteger GetBoolean SetBoolean GetString "
+      "SetString "
       "GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate "
-      "GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus GetRealStatus "
+      "GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus "
+      "GetRealStatus "
       "GetIntegerStatus GetBooleanStatus GetStringStatus";
   const char* const exchange2 =
       " EnterEventMode NewDiscreteStates EnterContinuousTimeMode CompletedIntegratorStep SetTime SetContinuousStates "
       "GetDerivatives GetEventIndicators GetContinuousStates GetNominalsOfContinuousStates";
   std::string text3 =
-      "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution FreeInstance "
+      "GetVersion SetDebugLogging InstantiateModelExchange InstantiateCoSimulation InstantiateScheduledExecution "
+      "FreeInstance "
       "EnterInitializationMode ExitInitializationMode EnterEventMode Terminate Reset GetNumberOfVariableDependencies "
       "GetVariableDependencies GetFMUState SetFMUState FreeFMUState SerializedFMUStateSize SerializeFMUState "
       "DeserializeFMUState GetDirectionalDerivative GetAdjointDerivative EnterConfigurationMode ExitConfigurationMode "
@@ -340,8 +352,8 @@ std::set<std::string> standard_functions(bool three, bool controller) {
       "CompletedIntegratorStep SetTime SetContinuousStates GetContinuousStateDerivatives GetEventIndicators "
       "GetContinuousStates GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates "
       "EnterStepMode GetOutputDerivatives DoStep ActivateModelPartition";
-  for (const char* type : {"Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64", "UInt64",
-                           "Boolean", "String", "Binary", "Clock"}) {
+  for (const char* type : {"Float32", "Float64", "Int8", "UInt8", "Int16", "UInt16", "Int32", "UInt32", "Int64",
+                           "UInt64", "Boolean", "String", "Binary", "Clock"}) {
     text3 += fmt::format(" Get{0} Set{0}", type);
   }
   std::istringstream in(three ? text3 : controller ? std::string(text2) : std::string(text2) + exchange2);
@@ -358,7 +370,8 @@ TEST_P(FmuExport, DescriptionHasTheStructureOfTheStandard) {
     EXPECT_EQ(bool(fmu.root.child("CoSimulation")), true);
     EXPECT_EQ(bool(fmu.root.child("ModelExchange")), !controller);
     std::set<std::string> units, names;
-    for (const pugi::xml_node u : fmu.root.child("UnitDefinitions").children("Unit")) units.insert(u.attribute("name").value());
+    for (const pugi::xml_node u : fmu.root.child("UnitDefinitions").children("Unit"))
+      units.insert(u.attribute("name").value());
     std::vector<unsigned> references;
     for (const pugi::xml_node v : fmu.variables) {
       EXPECT_TRUE(names.insert(v.attribute("name").value()).second) << v.attribute("name").value();
@@ -385,13 +398,16 @@ TEST_P(FmuExport, DescriptionHasTheStructureOfTheStandard) {
     for (const pugi::xml_node v : fmu.variables) outputs += std::string(v.attribute("causality").value()) == "output";
     if (three) {
       for (const pugi::xml_node o : structure.children("Output")) {
-        EXPECT_EQ(fmu.variables[o.attribute("valueReference").as_uint()].attribute("causality").value(), std::string("output"));
+        EXPECT_EQ(fmu.variables[o.attribute("valueReference").as_uint()].attribute("causality").value(),
+                  std::string("output"));
         ++listed;
       }
-      EXPECT_EQ(std::distance(structure.children("EventIndicator").begin(), structure.children("EventIndicator").end()), controller ? 0 : 1);
+      EXPECT_EQ(std::distance(structure.children("EventIndicator").begin(), structure.children("EventIndicator").end()),
+                controller ? 0 : 1);
     } else {
       for (const pugi::xml_node o : structure.child("Outputs").children()) {
-        EXPECT_EQ(fmu.variables[o.attribute("index").as_uint() - 1].attribute("causality").value(), std::string("output"));
+        EXPECT_EQ(fmu.variables[o.attribute("index").as_uint() - 1].attribute("causality").value(),
+                  std::string("output"));
         ++listed;
       }
       EXPECT_EQ(fmu.root.attribute("numberOfEventIndicators").as_int(), controller ? 0 : 1);
@@ -404,7 +420,8 @@ TEST_P(FmuExport, DescriptionHasTheStructureOfTheStandard) {
     for (const std::string& name : fmu.names) EXPECT_EQ(name.find('\\'), std::string::npos);
 
     // The standard's functions and nothing else are visible.
-    const auto symbols = testing::shell(folder.path(), fmt::format("nm -D --defined-only unpacked/binaries/*/unit.so | awk '{{print $3}}'"));
+    const auto symbols = testing::shell(
+        folder.path(), fmt::format("nm -D --defined-only unpacked/binaries/*/unit.so | awk '{{print $3}}'"));
     std::istringstream lines(symbols.text);
     const std::set<std::string> visible{std::istream_iterator<std::string>(lines), {}};
     EXPECT_EQ(visible, standard_functions(three, controller));
@@ -420,9 +437,11 @@ TEST_P(FmuExport, SourcesCompileStrictlyAndTheFileIsTheSameTwice) {
   FmuOptions options;
   options.version = GetParam();
   options.code.prefix = "unit";
-  for (const auto& files : {fmu_files(testing::design_of("pid", "kfo"), options), fmu_files(friction_oscillator(), options)}) {
+  for (const auto& files :
+       {fmu_files(testing::design_of("pid", "kfo"), options), fmu_files(friction_oscillator(), options)}) {
     for (const SourceFile& f : files) folder.write(f.name, f.text);
-    const auto built = testing::shell(folder.path(), std::string("cd sources && cc ") + testing::kStrictC99 + " -fPIC -c unit.c unit_fmu.c");
+    const auto built = testing::shell(
+        folder.path(), std::string("cd sources && cc ") + testing::kStrictC99 + " -fPIC -c unit.c unit_fmu.c");
     EXPECT_EQ(built.exit_code, 0) << built.text;
   }
   const auto files = fmu_files(friction_oscillator(), options);

@@ -47,7 +47,8 @@ class Importer {
     }
     const pugi::xml_node kind = root.child("CoSimulation") ? root.child("CoSimulation") : root.child("ModelExchange");
     id = kind.attribute("modelIdentifier").value();
-    library = std::make_unique<SharedLibrary>(folder / (three ? "binaries/x86_64-linux" : "binaries/linux64") / (id + ".so"));
+    library =
+        std::make_unique<SharedLibrary>(folder / (three ? "binaries/x86_64-linux" : "binaries/linux64") / (id + ".so"));
   }
 
   template <class Function>
@@ -60,29 +61,33 @@ class Importer {
           "it", model_exchange ? 0 : 1, with_token.c_str(), nullptr, nullptr, 0, 0);
     }
     if (model_exchange) {
-      return function<void*(const char*, const char*, const char*, bool, bool, void*, void*)>("InstantiateModelExchange")(
-          "it", with_token.c_str(), nullptr, false, false, nullptr, nullptr);
+      return function<void*(const char*, const char*, const char*, bool, bool, void*, void*)>(
+          "InstantiateModelExchange")("it", with_token.c_str(), nullptr, false, false, nullptr, nullptr);
     }
-    return function<void*(const char*, const char*, const char*, bool, bool, bool, bool, const unsigned*, std::size_t, void*,
-                          void*, void*)>("InstantiateCoSimulation")(
+    return function<void*(const char*, const char*, const char*, bool, bool, bool, bool, const unsigned*, std::size_t,
+                          void*, void*, void*)>("InstantiateCoSimulation")(
         "it", with_token.c_str(), nullptr, false, false, false, false, nullptr, 0, nullptr, nullptr, nullptr);
   }
   void free(void* c) const { function<void(void*)>("FreeInstance")(c); }
   int call(const char* name, void* c) const { return function<int(void*)>(name)(c); }
   int enter_initialization(void* c, double start) const {
-    if (three) return function<int(void*, bool, double, double, bool, double)>("EnterInitializationMode")(c, false, 0, start, false, 0);
+    if (three)
+      return function<int(void*, bool, double, double, bool, double)>("EnterInitializationMode")(c, false, 0, start,
+                                                                                                 false, 0);
     const int setup = function<int(void*, int, double, double, int, double)>("SetupExperiment")(c, 0, 0, start, 0, 0);
     return setup != 0 ? setup : call("EnterInitializationMode", c);
   }
   int set(void* c, const std::string& name, double value) const {
     const unsigned r = reference.at(name);
-    return three ? function<int(void*, const unsigned*, std::size_t, const double*, std::size_t)>("SetFloat64")(c, &r, 1, &value, 1)
+    return three ? function<int(void*, const unsigned*, std::size_t, const double*, std::size_t)>("SetFloat64")(
+                       c, &r, 1, &value, 1)
                  : function<int(void*, const unsigned*, std::size_t, const double*)>("SetReal")(c, &r, 1, &value);
   }
   double get(void* c, const std::string& name) const {
     const unsigned r = reference.at(name);
     double value = -1;
-    const int status = three ? function<int(void*, const unsigned*, std::size_t, double*, std::size_t)>("GetFloat64")(c, &r, 1, &value, 1)
+    const int status = three ? function<int(void*, const unsigned*, std::size_t, double*, std::size_t)>("GetFloat64")(
+                                   c, &r, 1, &value, 1)
                              : function<int(void*, const unsigned*, std::size_t, double*)>("GetReal")(c, &r, 1, &value);
     if (status != 0) throw std::runtime_error("get " + name);
     return value;
@@ -101,22 +106,24 @@ class Importer {
   int set_boolean(void* c, const std::string& name, bool value) const {
     const unsigned r = reference.at(name);
     const int as_int = value;
-    return three ? function<int(void*, const unsigned*, std::size_t, const bool*, std::size_t)>("SetBoolean")(c, &r, 1, &value, 1)
+    return three ? function<int(void*, const unsigned*, std::size_t, const bool*, std::size_t)>("SetBoolean")(c, &r, 1,
+                                                                                                              &value, 1)
                  : function<int(void*, const unsigned*, std::size_t, const int*)>("SetBoolean")(c, &r, 1, &as_int);
   }
   int step(void* c, double t, double h) const {
     if (!three) return function<int(void*, double, double, int)>("DoStep")(c, t, h, 1);
     bool event, terminate, early;
     double last;
-    return function<int(void*, double, double, bool, bool*, bool*, bool*, double*)>("DoStep")(c, t, h, true, &event, &terminate,
-                                                                                               &early, &last);
+    return function<int(void*, double, double, bool, bool*, bool*, bool*, double*)>("DoStep")(
+        c, t, h, true, &event, &terminate, &early, &last);
   }
   // Model exchange
   int new_discrete_states(void* c) const {
     if (three) {
       bool a, b, d, e, f;
       double g;
-      return function<int(void*, bool*, bool*, bool*, bool*, bool*, double*)>("UpdateDiscreteStates")(c, &a, &b, &d, &e, &f, &g);
+      return function<int(void*, bool*, bool*, bool*, bool*, bool*, double*)>("UpdateDiscreteStates")(c, &a, &b, &d, &e,
+                                                                                                      &f, &g);
     }
     struct {
       int a, b, c, d, e;

@@ -34,9 +34,12 @@ IdentifiedModel equations() {
   m.method = "test";
   m.states = {"X1", "X2"};
   m.inputs = {"X6", "u1"};
-  const auto term = [](const char* function, double value) { return EquationTerm{function, {value, 0, value, value}, ""}; };
-  m.equations = {{"X2'", {term("X1^3", -5700), term("sgn(X2)*sqrt(abs(X1))", -0.2), term("exp(-t)*cos(X6)", 0.3), term("u1/(1+X1^2)", 1),
-                          term("tanh(X2)*min(X1, X2)", 2), term("max(X1, 0.1)^1.5", -1)}}};
+  const auto term = [](const char* function, double value) {
+    return EquationTerm{function, {value, 0, value, value}, ""};
+  };
+  m.equations = {{"X2'",
+                  {term("X1^3", -5700), term("sgn(X2)*sqrt(abs(X1))", -0.2), term("exp(-t)*cos(X6)", 0.3),
+                   term("u1/(1+X1^2)", 1), term("tanh(X2)*min(X1, X2)", 2), term("max(X1, 0.1)^1.5", -1)}}};
   return m;
 }
 
@@ -69,7 +72,8 @@ Points points(const IdentifiedModel& model) {
   return out;
 }
 
-std::string list(const std::vector<double>& values, std::size_t from, std::size_t to, const char* open, const char* close) {
+std::string list(const std::vector<double>& values, std::size_t from, std::size_t to, const char* open,
+                 const char* close) {
   std::string text = open;
   for (std::size_t i = from; i < to; ++i) text += fmt::format("{}{:.17g}", i > from ? ", " : "", values[i]);
   return text + close;
@@ -100,7 +104,8 @@ TEST(LanguageExport, PythonFunctionGivesTheSameNumbers) {
     for (const auto& in : p.in) {
       const std::string arguments =
           fmt::format("{:.17g}, {}, {}", in[0], list(in, 1, n + 1, "[", "]"), list(in, n + 1, in.size(), "[", "]"));
-      script += fmt::format("for v in list(plant.rates({0})) + list(plant.outputs({0})): print(repr(float(v)))\n", arguments);
+      script +=
+          fmt::format("for v in list(plant.rates({0})) + list(plant.outputs({0})): print(repr(float(v)))\n", arguments);
     }
     folder.write("main.py", script);
     const auto run = testing::shell(folder.path(), "python3 main.py");
@@ -118,11 +123,12 @@ TEST(LanguageExport, OctaveFunctionGivesTheSameNumbers) {
     const std::size_t n = model_system(model).states.size();
     std::string script = "p = plant();\n";
     for (const auto& in : p.in) {
-      script += fmt::format("[r, y] = plant({:.17g}, {}, {}, p); printf('%.17g\\n', r, y);\n", in[0], list(in, 1, n + 1, "[", "]"),
-                            list(in, n + 1, in.size(), "[", "]"));
+      script += fmt::format("[r, y] = plant({:.17g}, {}, {}, p); printf('%.17g\\n', r, y);\n", in[0],
+                            list(in, 1, n + 1, "[", "]"), list(in, n + 1, in.size(), "[", "]"));
     }
     folder.write("points.m", script);
-    const auto run = testing::shell(folder.path(), "octave --no-gui --no-window-system --quiet points.m 2>warnings.txt");
+    const auto run =
+        testing::shell(folder.path(), "octave --no-gui --no-window-system --quiet points.m 2>warnings.txt");
     ASSERT_EQ(run.exit_code, 0) << run.text;
     expect_numbers(run.text, p);
   }
@@ -168,10 +174,12 @@ TEST(LanguageExport, PythonControllerGivesTheSameForces) {
   const Answers a = answers(design);
   std::string script = "from drive import Controller\nc = Controller()\n";
   for (const Measurement& m : a.in) {
-    script += fmt::format("o = c.step({:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}); print(o.ux, o.uy)\n", m.x, m.y, m.beta, m.omega,
-                          m.omega_dot, m.valid ? "True" : "False");
+    script += fmt::format("o = c.step({:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}); print(o.ux, o.uy)\n", m.x, m.y,
+                          m.beta, m.omega, m.omega_dot, m.valid ? "True" : "False");
   }
-  script += "try:\n    Controller(surface_gain=-1)\n    raise SystemExit(3)\nexcept ValueError as e:\n    assert 'surface_gain' in str(e)\n";
+  script +=
+      "try:\n    Controller(surface_gain=-1)\n    raise SystemExit(3)\nexcept ValueError as e:\n    assert "
+      "'surface_gain' in str(e)\n";
   folder.write("main.py", script);
   const auto run = testing::shell(folder.path(), "python3 main.py");
   ASSERT_EQ(run.exit_code, 0) << run.text;
@@ -179,24 +187,28 @@ TEST(LanguageExport, PythonControllerGivesTheSameForces) {
 }
 
 TEST(LanguageExport, OctaveControllerGivesTheSameForces) {
-  if (!testing::has_program("octave") || !testing::has_program("mkoctfile")) GTEST_SKIP() << "octave or octave-dev is not installed";
+  if (!testing::has_program("octave") || !testing::has_program("mkoctfile"))
+    GTEST_SKIP() << "octave or octave-dev is not installed";
   const ControllerDesign design = testing::design_of("tsmc", "kfe");
   const testing::TemporaryFolder folder;
   write_all(folder, export_matlab(design, {"drive", false, ""}));
   const Answers a = answers(design);
   std::string script = "s = drive();\n";
   for (const Measurement& m : a.in) {
-    script += fmt::format("[o, s] = drive(s, [{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}]); printf('%.17g %.17g\\n', o(1:2));\n", m.x,
-                          m.y, m.beta, m.omega, m.omega_dot, m.valid ? 1 : 0);
+    script += fmt::format(
+        "[o, s] = drive(s, [{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}]); printf('%.17g %.17g\\n', o(1:2));\n",
+        m.x, m.y, m.beta, m.omega, m.omega_dot, m.valid ? 1 : 0);
   }
   folder.write("points.m", script);
-  const auto run = testing::shell(folder.path(), "mkoctfile --mex --output drive.mex drive_mex.c drive.c && "
-                                                 "octave --no-gui --no-window-system --quiet points.m 2>warnings.txt");
+  const auto run = testing::shell(folder.path(),
+                                  "mkoctfile --mex --output drive.mex drive_mex.c drive.c && "
+                                  "octave --no-gui --no-window-system --quiet points.m 2>warnings.txt");
   ASSERT_EQ(run.exit_code, 0) << run.text;
   expect_forces(run.text, a);
 }
 
-// Simulink's headers are not free: a header of our own stands for the macros the S-function uses, and a driver for the solver.
+// Simulink's headers are not free: a header of our own stands for the macros the S-function uses, and a driver for the
+// solver.
 TEST(LanguageExport, SFunctionsCompileAndGiveTheSameForces) {
   const ControllerDesign design = testing::design_of("tsmc", "kfe");
   const testing::TemporaryFolder folder;
@@ -233,7 +245,8 @@ typedef struct { _Alignas(16) unsigned char work[8192]; double x[16], dx[16], in
   const Answers a = answers(design);
   std::string driver = "#include \"drive_sfun.c\"\n#include <stdio.h>\nstatic const double in[][6] = {\n";
   for (const Measurement& m : a.in) {
-    driver += fmt::format("{{{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}}},\n", m.x, m.y, m.beta, m.omega, m.omega_dot, m.valid ? 1 : 0);
+    driver += fmt::format("{{{:.17g}, {:.17g}, {:.17g}, {:.17g}, {:.17g}, {}}},\n", m.x, m.y, m.beta, m.omega,
+                          m.omega_dot, m.valid ? 1 : 0);
   }
   driver += R"(};
 int main(void) {
@@ -250,8 +263,10 @@ int main(void) {
 }
 )";
   folder.write("driver.c", driver);
-  const auto run = testing::shell(folder.path(), "cc -std=c11 -Wall -Wextra -Werror -I. driver.c drive.c -lm -o a.out && "
-                                                 "cc -std=c11 -Wall -Wextra -Wno-unused-function -Werror -I. -c plant_sfun.c && ./a.out");
+  const auto run =
+      testing::shell(folder.path(),
+                     "cc -std=c11 -Wall -Wextra -Werror -I. driver.c drive.c -lm -o a.out && "
+                     "cc -std=c11 -Wall -Wextra -Wno-unused-function -Werror -I. -c plant_sfun.c && ./a.out");
   ASSERT_EQ(run.exit_code, 0) << run.text;
   expect_forces(run.text, a);
 }
@@ -267,7 +282,8 @@ TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
     EXPECT_NE(modelica.text.find("der(" + v.name + ") = "), std::string::npos) << v.name;
     EXPECT_NE(tex.find("\\dot{"), std::string::npos);
   }
-  for (const CodeParameter& p : s.parameters) EXPECT_NE(modelica.text.find("parameter Real " + p.name), std::string::npos) << p.name;
+  for (const CodeParameter& p : s.parameters)
+    EXPECT_NE(modelica.text.find("parameter Real " + p.name), std::string::npos) << p.name;
   EXPECT_NE(modelica.text.find("unit=\"1/(m2.s2)\""), std::string::npos);
   for (const MethodInfo& law : laws()) {
     const std::string text = export_latex(testing::design_of(law.name, "kfe"), {"drive", false, ""}).front().text;

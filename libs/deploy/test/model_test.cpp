@@ -30,8 +30,10 @@ struct CompiledC {
 
 std::filesystem::path build(const testing::TemporaryFolder& folder, const IdentifiedModel& model) {
   for (const SourceFile& f : export_c99(model, {"plant", false, ""})) folder.write(f.name, f.text);
-  const auto built = testing::shell(folder.path(), std::string("cc ") + testing::kStrictC99 + " -fPIC -shared -o plant.so plant.c -lm && "
-                                                       "make check CFLAGS='" + testing::kStrictC99 + "'");
+  const auto built = testing::shell(folder.path(), std::string("cc ") + testing::kStrictC99 +
+                                                       " -fPIC -shared -o plant.so plant.c -lm && "
+                                                       "make check CFLAGS='" +
+                                                       testing::kStrictC99 + "'");
   EXPECT_EQ(built.exit_code, 0) << built.text;
   return folder.path() / "plant.so";
 }
@@ -54,10 +56,14 @@ IdentifiedModel equations() {
   m.method = "paper";
   m.states = {"X1", "X2", "X3", "X4"};
   m.inputs = {"X5", "X6", "ux"};
-  const auto term = [](const char* function, double value) { return EquationTerm{function, {value, 0, value, value}, ""}; };
-  m.equations = {{"X2'", {term("X1", -5700), term("X1*(X1^2+X3^2)", -1e7), term("X2", -1), term("X6^2*cos(X5)", 3e-4),
-                          term("sgn(X2)", -0.02), term("ux", 0.66)}},
-                 {"X4'", {term("X3", -5600), term("abs(X4)*X4", -0.5), term("X6^2*sin(X5)", 3e-4), term("exp(-t)*X6", 1e-5)}}};
+  const auto term = [](const char* function, double value) {
+    return EquationTerm{function, {value, 0, value, value}, ""};
+  };
+  m.equations = {
+      {"X2'",
+       {term("X1", -5700), term("X1*(X1^2+X3^2)", -1e7), term("X2", -1), term("X6^2*cos(X5)", 3e-4),
+        term("sgn(X2)", -0.02), term("ux", 0.66)}},
+      {"X4'", {term("X3", -5600), term("abs(X4)*X4", -0.5), term("X6^2*sin(X5)", 3e-4), term("exp(-t)*X6", 1e-5)}}};
   return m;
 }
 
@@ -139,8 +145,8 @@ TEST(ModelSourceExport, EquationsWithSignAndTimeEqualTheCompiledModel) {
   const CompiledC c(library);
   const CompiledModel compiled(model);
   ASSERT_EQ(compiled.inputs(), (std::vector<std::string>{"X5", "X6", "ux", "t"}));
-  auto* const between =
-      library.get<void(const void*, double, const double*, const double*, const double*, double*)>("plant_rates_between");
+  auto* const between = library.get<void(const void*, double, const double*, const double*, const double*, double*)>(
+      "plant_rates_between");
   auto* const events = library.get<void(const void*, double, const double*, const double*, double*)>("plant_events");
   std::mt19937_64 random(7);
   const auto draw = [&](double size) { return size * (2e-19 * static_cast<double>(random() >> 1) - 0.92); };
@@ -167,7 +173,9 @@ TEST(ModelSourceExport, MapGivesTheNextState) {
   m.method = "map";
   m.states = {"a", "b"};
   m.inputs = {"u1"};
-  const auto term = [](const char* function, double value) { return EquationTerm{function, {value, 0, value, value}, ""}; };
+  const auto term = [](const char* function, double value) {
+    return EquationTerm{function, {value, 0, value, value}, ""};
+  };
   m.equations = {{"a[k+1]", {term("b", 1)}}, {"b[k+1]", {term("a", -0.5), term("b*a^2", 0.1), term("u1", 0.3)}}};
   const testing::SharedLibrary library(build(folder, m));
   const CompiledC c(library);

@@ -1,5 +1,5 @@
-// The exported predictive law beside the library's: its quadratic program on problems far from any rotor, so that every way
-// through the search for the active set is taken, and as an FMU at the force limit.
+// The exported predictive law beside the library's: its quadratic program on problems far from any rotor, so that every
+// way through the search for the active set is taken, and as an FMU at the force limit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,10 +39,12 @@ TEST(PredictiveExport, QuadraticProgramEqualsTheLibrary) {
   folder.write(code.header.name, code.header.text);
   folder.write(code.source.name, code.source.text);
   folder.write("wrapper.c", kWrapper);
-  const auto built = testing::shell(folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared -o w.so wrapper.c -lm");
+  const auto built =
+      testing::shell(folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared -o w.so wrapper.c -lm");
   ASSERT_EQ(built.exit_code, 0) << built.text;
   const testing::SharedLibrary library(folder.path() / "w.so");
-  const auto solve = library.get<int(const double*, int, double, double, const double*, const double*, double*)>("solve_program");
+  const auto solve =
+      library.get<int(const double*, int, double, double, const double*, const double*, double*)>("solve_program");
 
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> u(-1, 1);
@@ -51,9 +53,15 @@ TEST(PredictiveExport, QuadraticProgramEqualsTheLibrary) {
   for (int trial = 0; trial < 2000; ++trial) {
     // A stable plant and a gain small enough to leave it so.
     const double radius = 0.99 * std::sqrt(std::abs(u(random))), angle = 3 * u(random), b = u(random);
-    const SampledAxis plant{radius * std::cos(angle), radius * std::sin(angle), -radius * std::sin(angle), radius * std::cos(angle), u(random), b};
+    const SampledAxis plant{radius * std::cos(angle),
+                            radius * std::sin(angle),
+                            -radius * std::sin(angle),
+                            radius * std::cos(angle),
+                            u(random),
+                            b};
     const double kp = u(random), kd = u(random);
-    const double x = 3 * u(random), v = 3 * u(random), width = std::exp(2 * u(random)), amplitude = 2 * width * u(random), turn = u(random);
+    const double x = 3 * u(random), v = 3 * u(random), width = std::exp(2 * u(random)),
+                 amplitude = 2 * width * u(random), turn = u(random);
     BoundedRegulator::Inputs low, high, w;
     for (int k = 0; k < kLength; ++k) {
       low[static_cast<std::size_t>(k)] = amplitude * std::cos(turn * k) - width;
@@ -99,7 +107,8 @@ TEST(PredictiveExport, FmuAtTheForceLimitEqualsTheLibraryStepByStep) {
     int at_limit = 0;
     double error = 0;
     for (const Measurement& m : testing::run_down_readings(1e-3)) {
-      const std::pair<const char*, double> in[] = {{"x", m.x}, {"y", m.y}, {"beta", m.beta}, {"omega", m.omega}, {"omega_dot", m.omega_dot}};
+      const std::pair<const char*, double> in[] = {
+          {"x", m.x}, {"y", m.y}, {"beta", m.beta}, {"omega", m.omega}, {"omega_dot", m.omega_dot}};
       for (const auto& [name, value] : in) ASSERT_EQ(fmu.set(c, name, value), 0);
       fmu.set_boolean(c, "valid", true);
       ASSERT_EQ(fmu.step(c, m.t, 1e-3), 0);

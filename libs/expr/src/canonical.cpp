@@ -53,7 +53,8 @@ Expr Expr::sum(std::vector<Expr> terms) {
       add(term);
     }
   }
-  std::stable_sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return compare(a.second, b.second) < 0; });
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const auto& a, const auto& b) { return compare(a.second, b.second) < 0; });
   ExprNode node;
   node.kind = Kind::sum;
   for (std::size_t i = 0; i < parts.size();) {
@@ -146,7 +147,8 @@ Expr pow(const Expr& base, const Expr& exponent) {
   if (base.is_number() && exponent.is_number()) {
     const double value = std::pow(base.value(), exponent.value());
     if (!std::isfinite(value)) {
-      throw Error(fmt::format("{}^({}) is not a finite real number", number_text(base.value()), number_text(exponent.value())));
+      throw Error(
+          fmt::format("{}^({}) is not a finite real number", number_text(base.value()), number_text(exponent.value())));
     }
     return Expr(value);
   }
@@ -167,7 +169,8 @@ Expr pow(const Expr& base, const Expr& exponent) {
     return std::fmod(exponent.value(), 2) == 0 ? pow(-base, exponent) : -pow(-base, exponent);
   }
   if (base.kind() == Kind::function) {
-    if (integer && base.function() == Function::abs && std::fmod(exponent.value(), 2) == 0) return pow(base.args()[0], exponent);
+    if (integer && base.function() == Function::abs && std::fmod(exponent.value(), 2) == 0)
+      return pow(base.args()[0], exponent);
     if (base.function() == Function::exp) return exp(exponent * base.args()[0]);
   }
   ExprNode node;
@@ -179,12 +182,14 @@ Expr pow(const Expr& base, const Expr& exponent) {
 Expr Expr::call(Function function, std::vector<Expr> arguments) {
   const bool two = function == Function::min || function == Function::max;
   if (arguments.size() != (two ? 2u : 1u)) {
-    throw Error(fmt::format("{} takes {} argument{}, found {}", to_string(function), two ? 2 : 1, two ? "s" : "", arguments.size()));
+    throw Error(fmt::format("{} takes {} argument{}, found {}", to_string(function), two ? 2 : 1, two ? "s" : "",
+                            arguments.size()));
   }
   const Expr& x = arguments[0];
   if (std::all_of(arguments.begin(), arguments.end(), [](const Expr& a) { return a.is_number(); })) {
     const double value = detail::apply(function, x.value(), arguments.back().value());
-    if (!std::isfinite(value)) throw Error(fmt::format("{}({}) is not a finite number", to_string(function), number_text(x.value())));
+    if (!std::isfinite(value))
+      throw Error(fmt::format("{}({}) is not a finite number", to_string(function), number_text(x.value())));
     return Expr(value);
   }
   if (two) {
@@ -192,7 +197,8 @@ Expr Expr::call(Function function, std::vector<Expr> arguments) {
     if (compare(arguments[0], arguments[1]) > 0) std::swap(arguments[0], arguments[1]);
   } else if (leading_minus(x)) {
     if (function == Function::abs || function == Function::cos) return call(function, {-x});
-    if (function == Function::sgn || function == Function::sin || function == Function::tan || function == Function::tanh) {
+    if (function == Function::sgn || function == Function::sin || function == Function::tan ||
+        function == Function::tanh) {
       return -call(function, {-x});
     }
   }

@@ -15,7 +15,9 @@ using Kind = Expr::Kind;
 namespace detail {
 
 Expr ExprNode::make(ExprNode node) {
-  const auto mix = [&node](std::size_t h) { node.hash ^= h + 0x9e3779b97f4a7c15ULL + (node.hash << 6) + (node.hash >> 2); };
+  const auto mix = [&node](std::size_t h) {
+    node.hash ^= h + 0x9e3779b97f4a7c15ULL + (node.hash << 6) + (node.hash >> 2);
+  };
   node.hash = static_cast<std::size_t>(node.kind) * 31 + static_cast<std::size_t>(node.function);
   if (node.kind == Kind::number) mix(std::hash<double>{}(node.value));
   if (node.kind == Kind::symbol) mix(std::hash<std::string>{}(node.name));
@@ -26,7 +28,8 @@ Expr ExprNode::make(ExprNode node) {
     node.size += arg.size();
     node.depth = std::max(node.depth, arg.depth() + 1);
   }
-  if (node.depth > kMaxDepth) throw Error(fmt::format("term nested {} levels deep: at most {} allowed", node.depth, kMaxDepth));
+  if (node.depth > kMaxDepth)
+    throw Error(fmt::format("term nested {} levels deep: at most {} allowed", node.depth, kMaxDepth));
   if (node.size > kMaxSize) throw Error(fmt::format("term of {} nodes: at most {} allowed", node.size, kMaxSize));
   return Expr(std::make_shared<const ExprNode>(std::move(node)));
 }
@@ -36,19 +39,25 @@ std::pair<Expr, Expr> base_exponent(const Expr& e) {
   return {e, Expr(1)};
 }
 
-bool is_integer(const Expr& e) { return e.is_number() && e.value() == std::floor(e.value()) && std::abs(e.value()) < 1e9; }
+bool is_integer(const Expr& e) {
+  return e.is_number() && e.value() == std::floor(e.value()) && std::abs(e.value()) < 1e9;
+}
 
 bool non_negative(const Expr& e) {
   switch (e.kind()) {
-    case Kind::number: return e.value() >= 0;
-    case Kind::function: return e.function() == Function::abs || e.function() == Function::exp;
+    case Kind::number:
+      return e.value() >= 0;
+    case Kind::function:
+      return e.function() == Function::abs || e.function() == Function::exp;
     case Kind::power: {
       const Expr& n = e.args()[1];
       return (n.is_number() && (!is_integer(n) || std::fmod(n.value(), 2) == 0)) || non_negative(e.args()[0]);
     }
     case Kind::product:
-    case Kind::sum: return std::all_of(e.args().begin(), e.args().end(), non_negative);
-    case Kind::symbol: return false;
+    case Kind::sum:
+      return std::all_of(e.args().begin(), e.args().end(), non_negative);
+    case Kind::symbol:
+      return false;
   }
   return false;
 }
@@ -88,9 +97,12 @@ int sign(double d) { return d < 0 ? -1 : d > 0 ? 1 : 0; }
 int compare_atoms(const Expr& a, const Expr& b) {
   if (a.kind() != b.kind()) return a.kind() < b.kind() ? -1 : 1;
   switch (a.kind()) {
-    case Kind::number: return sign(a.value() - b.value());
-    case Kind::symbol: return compare_names(a.name(), b.name());
-    default: break;
+    case Kind::number:
+      return sign(a.value() - b.value());
+    case Kind::symbol:
+      return compare_names(a.name(), b.name());
+    default:
+      break;
   }
   if (a.kind() == Kind::function && a.function() != b.function()) return a.function() < b.function() ? -1 : 1;
   const std::size_t n = std::min(a.args().size(), b.args().size());
@@ -191,16 +203,26 @@ namespace detail {
 
 double apply(Function function, double x, double y) {
   switch (function) {
-    case Function::abs: return std::abs(x);
-    case Function::sgn: return (x > 0) - (x < 0);
-    case Function::exp: return std::exp(x);
-    case Function::log: return std::log(x);
-    case Function::sin: return std::sin(x);
-    case Function::cos: return std::cos(x);
-    case Function::tan: return std::tan(x);
-    case Function::tanh: return std::tanh(x);
-    case Function::min: return x < y ? x : y;
-    case Function::max: return x > y ? x : y;
+    case Function::abs:
+      return std::abs(x);
+    case Function::sgn:
+      return (x > 0) - (x < 0);
+    case Function::exp:
+      return std::exp(x);
+    case Function::log:
+      return std::log(x);
+    case Function::sin:
+      return std::sin(x);
+    case Function::cos:
+      return std::cos(x);
+    case Function::tan:
+      return std::tan(x);
+    case Function::tanh:
+      return std::tanh(x);
+    case Function::min:
+      return x < y ? x : y;
+    case Function::max:
+      return x > y ? x : y;
   }
   return 0;
 }
@@ -209,7 +231,8 @@ double apply(Function function, double x, double y) {
 
 double evaluate(const Expr& e, const std::map<std::string, double, std::less<>>& values) {
   switch (e.kind()) {
-    case Kind::number: return e.value();
+    case Kind::number:
+      return e.value();
     case Kind::symbol: {
       const auto it = values.find(e.name());
       if (it == values.end()) throw Error(fmt::format("no value given for variable {}", e.name()));

@@ -9,7 +9,8 @@
 namespace whirl {
 
 std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, int high, int low) {
-  if (low < 0 || high < low || high > 20) throw Error(fmt::format("polynomial library of degrees {} to {}: must be 0 <= low <= high <= 20", low, high));
+  if (low < 0 || high < low || high > 20)
+    throw Error(fmt::format("polynomial library of degrees {} to {}: must be 0 <= low <= high <= 20", low, high));
   std::vector<Expr> level{Expr(1)}, terms;
   std::vector<std::size_t> first{0};  // lowest variable that a monomial of the level may still be multiplied with
   if (low == 0) terms = level;
@@ -22,7 +23,8 @@ std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, 
         next_first.push_back(v);
       }
     }
-    if (next.size() > detail::kMaxSize) throw Error(fmt::format("polynomial library of degree {} in {} variables is too large", high, variables.size()));
+    if (next.size() > detail::kMaxSize)
+      throw Error(fmt::format("polynomial library of degree {} in {} variables is too large", high, variables.size()));
     level = std::move(next);
     first = std::move(next_first);
     if (degree >= low) terms.insert(terms.end(), level.begin(), level.end());
@@ -55,8 +57,8 @@ std::vector<Expr> parse_library(const std::vector<std::string>& terms) {
 }
 
 std::vector<Expr> rotor_library() {
-  return parse_library({"1", "X1", "X1^3", "X2", "X6^2*cos(X5)", "X6^2*sin(X5)", "X6*cos(X5)", "X6*sin(X5)", "X3", "X3^3", "X4",
-                        "X1*X3^2", "X1^2*X3", "X6", "X6^2", "sin(X5)", "cos(X5)"});
+  return parse_library({"1", "X1", "X1^3", "X2", "X6^2*cos(X5)", "X6^2*sin(X5)", "X6*cos(X5)", "X6*sin(X5)", "X3",
+                        "X3^3", "X4", "X1*X3^2", "X1^2*X3", "X6", "X6^2", "sin(X5)", "cos(X5)"});
 }
 
 std::vector<std::vector<Expr>> lateral_library() {
@@ -143,7 +145,8 @@ CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGrou
       throw Error(fmt::format("library: two groups are named '{}'", group.name));
     }
     for (const TiedEntry& entry : group.entries) {
-      if (entry.equation >= library.lhs.size()) throw Error(fmt::format("library: group '{}' has too many terms", group.name));
+      if (entry.equation >= library.lhs.size())
+        throw Error(fmt::format("library: group '{}' has too many terms", group.name));
       use(entry.function);
     }
   }
@@ -170,12 +173,14 @@ std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::v
 
 CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
                                 const UnitMap& units) {
-  if (lhs.size() != functions.size()) throw Error(fmt::format("library for {} equations given for {}", functions.size(), lhs.size()));
+  if (lhs.size() != functions.size())
+    throw Error(fmt::format("library for {} equations given for {}", functions.size(), lhs.size()));
   std::vector<TiedGroup> groups;
   for (std::size_t i = 0; i < lhs.size(); ++i) {
     const std::optional<Unit> unit = unit_of_rate(lhs[i], units);
     for (const Expr& function : functions[i]) {
-      groups.push_back({function.str(), {{i, function, 1.0}}, "", unit ? coefficient_unit(function, *unit, units) : ""});
+      groups.push_back(
+          {function.str(), {{i, function, 1.0}}, "", unit ? coefficient_unit(function, *unit, units) : ""});
     }
   }
   return make_library(lhs, std::move(groups));

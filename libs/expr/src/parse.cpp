@@ -1,7 +1,7 @@
 // Recursive descent over: sum = product {(+|-) product}; product = signed {(*|/) signed}; signed = {+|-} power;
 // power = atom [(^|**) signed]; atom = number | name | name ( sum {, sum} ) | ( sum ).
-#include <charconv>
 #include <cctype>
+#include <charconv>
 #include <numbers>
 #include <optional>
 
@@ -18,7 +18,8 @@ constexpr std::size_t kMaxLength = 100000;
 class Parser {
  public:
   explicit Parser(std::string_view text) : text_(text) {
-    if (text.size() > kMaxLength) throw Error(fmt::format("term of {} characters: at most {} allowed", text.size(), kMaxLength));
+    if (text.size() > kMaxLength)
+      throw Error(fmt::format("term of {} characters: at most {} allowed", text.size(), kMaxLength));
   }
 
   Expr parse() {

@@ -31,8 +31,8 @@ std::string latex_name(std::string_view name) {
     index = head.substr(bar + 1) + index;
     head.resize(bar);
   }
-  static constexpr std::string_view greek[] = {"alpha", "beta", "gamma", "delta", "epsilon", "zeta", "theta", "kappa",
-                                               "lambda", "mu", "rho", "sigma", "tau", "phi", "psi", "omega"};
+  static constexpr std::string_view greek[] = {"alpha",  "beta", "gamma", "delta", "epsilon", "zeta", "theta", "kappa",
+                                               "lambda", "mu",   "rho",   "sigma", "tau",     "phi",  "psi",   "omega"};
   bool symbol = head.size() == 1;
   for (const std::string_view letter : greek) {
     if (head == letter) {
@@ -46,7 +46,9 @@ std::string latex_name(std::string_view name) {
   };
   std::string out = symbol ? head : roman(head);
   if (!index.empty()) {
-    out += "_{" + (index.find_first_not_of("0123456789") == std::string::npos || index.size() == 1 ? index : roman(index)) + "}";
+    out += "_{" +
+           (index.find_first_not_of("0123456789") == std::string::npos || index.size() == 1 ? index : roman(index)) +
+           "}";
   }
   return out + std::string(primes, '\'');
 }
@@ -67,10 +69,18 @@ class Printer {
         text = number(e.value());
         if (e.value() < 0) level = kSum;
         break;
-      case Kind::symbol: text = name(e.name()); break;
-      case Kind::function: text = call(e); break;
-      case Kind::power: text = power(e, level); break;
-      case Kind::product: text = product(e, level); break;
+      case Kind::symbol:
+        text = name(e.name());
+        break;
+      case Kind::function:
+        text = call(e);
+        break;
+      case Kind::power:
+        text = power(e, level);
+        break;
+      case Kind::product:
+        text = product(e, level);
+        break;
       case Kind::sum:
         text = sum(e);
         level = kSum;
@@ -104,15 +114,18 @@ class Printer {
   std::string function_name(Function function) const {
     const std::string plain(to_string(function));
     switch (notation_) {
-      case Notation::text: return plain;
+      case Notation::text:
+        return plain;
       case Notation::c99:
         if (function == Function::abs) return "fabs";
         if (function == Function::min) return "fmin";
         if (function == Function::max) return "fmax";
         return plain;
-      case Notation::latex: return function == Function::sgn ? "\\operatorname{sgn}" : "\\" + plain;
+      case Notation::latex:
+        return function == Function::sgn ? "\\operatorname{sgn}" : "\\" + plain;
       case Notation::matlab:
-      case Notation::modelica: return function == Function::sgn ? "sign" : plain;
+      case Notation::modelica:
+        return function == Function::sgn ? "sign" : plain;
       case Notation::python:
         if (function == Function::sgn) return "np.sign";
         if (function == Function::min || function == Function::max) return "np." + plain + "imum";
@@ -163,7 +176,9 @@ class Printer {
     return term(base, kAtom) + (notation_ == Notation::python ? "**" : "^") + term(exponent, kAtom);
   }
 
-  static std::vector<Expr> factors(const Expr& e) { return e.kind() == Kind::product ? e.args() : std::vector<Expr>{e}; }
+  static std::vector<Expr> factors(const Expr& e) {
+    return e.kind() == Kind::product ? e.args() : std::vector<Expr>{e};
+  }
 
   std::string product(const Expr& e, Level& level) const {
     level = kProduct;
@@ -229,7 +244,9 @@ class Printer {
 
 }  // namespace
 
-std::string print(const Expr& e, Notation notation, const PrintOptions& options) { return Printer(notation, options).term(e); }
+std::string print(const Expr& e, Notation notation, const PrintOptions& options) {
+  return Printer(notation, options).term(e);
+}
 
 std::string Expr::str() const { return print(*this, Notation::text); }
 

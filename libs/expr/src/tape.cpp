@@ -68,12 +68,18 @@ class Emitter {
 
   Ref build(const Expr& e) {
     switch (e.kind()) {
-      case Kind::number: return constant(e.value());
-      case Kind::symbol: return variable(e.name());
-      case Kind::function: return function(e);
-      case Kind::power: return power(emit(e.args()[0]), e.args()[1]);
-      case Kind::product: return product(e);
-      case Kind::sum: return sum(e);
+      case Kind::number:
+        return constant(e.value());
+      case Kind::symbol:
+        return variable(e.name());
+      case Kind::function:
+        return function(e);
+      case Kind::power:
+        return power(emit(e.args()[0]), e.args()[1]);
+      case Kind::product:
+        return product(e);
+      case Kind::sum:
+        return sum(e);
     }
     return constant(0);
   }
@@ -85,7 +91,8 @@ class Emitter {
   }
 
   Ref function(const Expr& e) {
-    static constexpr Op ops[] = {Op::abs, Op::sgn, Op::exp, Op::log, Op::sin, Op::cos, Op::tan, Op::tanh, Op::min, Op::max};
+    static constexpr Op ops[] = {Op::abs, Op::sgn, Op::exp,  Op::log, Op::sin,
+                                 Op::cos, Op::tan, Op::tanh, Op::min, Op::max};
     const Op op = ops[static_cast<std::size_t>(e.function())];
     const Ref a = emit(e.args()[0]);
     if ((op == Op::sin || op == Op::cos) && sines_.count(e.args()[0]) != 0 && cosines_.count(e.args()[0]) != 0) {
@@ -160,27 +167,46 @@ class Emitter {
   std::vector<Line> lines_;
 };
 
-bool unary(Tape::Op op) { return op == Tape::Op::neg || op == Tape::Op::sqrt || (op >= Tape::Op::abs && op <= Tape::Op::tanh); }
+bool unary(Tape::Op op) {
+  return op == Tape::Op::neg || op == Tape::Op::sqrt || (op >= Tape::Op::abs && op <= Tape::Op::tanh);
+}
 
 inline double apply(Tape::Op op, double a, double b) noexcept {
   switch (op) {
-    case Tape::Op::add: return a + b;
-    case Tape::Op::sub: return a - b;
-    case Tape::Op::mul: return a * b;
-    case Tape::Op::div: return a / b;
-    case Tape::Op::neg: return -a;
-    case Tape::Op::sqrt: return std::sqrt(a);
-    case Tape::Op::pow: return std::pow(a, b);
-    case Tape::Op::abs: return std::abs(a);
-    case Tape::Op::sgn: return (a > 0) - (a < 0);
-    case Tape::Op::exp: return std::exp(a);
-    case Tape::Op::log: return std::log(a);
-    case Tape::Op::sin: return std::sin(a);
-    case Tape::Op::cos: return std::cos(a);
-    case Tape::Op::tan: return std::tan(a);
-    case Tape::Op::tanh: return std::tanh(a);
-    case Tape::Op::min: return a < b ? a : b;
-    case Tape::Op::max: return a > b ? a : b;
+    case Tape::Op::add:
+      return a + b;
+    case Tape::Op::sub:
+      return a - b;
+    case Tape::Op::mul:
+      return a * b;
+    case Tape::Op::div:
+      return a / b;
+    case Tape::Op::neg:
+      return -a;
+    case Tape::Op::sqrt:
+      return std::sqrt(a);
+    case Tape::Op::pow:
+      return std::pow(a, b);
+    case Tape::Op::abs:
+      return std::abs(a);
+    case Tape::Op::sgn:
+      return (a > 0) - (a < 0);
+    case Tape::Op::exp:
+      return std::exp(a);
+    case Tape::Op::log:
+      return std::log(a);
+    case Tape::Op::sin:
+      return std::sin(a);
+    case Tape::Op::cos:
+      return std::cos(a);
+    case Tape::Op::tan:
+      return std::tan(a);
+    case Tape::Op::tanh:
+      return std::tanh(a);
+    case Tape::Op::min:
+      return a < b ? a : b;
+    case Tape::Op::max:
+      return a > b ? a : b;
   }
   return 0;
 }
@@ -191,17 +217,39 @@ void apply(Tape::Op op, const double* pa, const double* pb, double* pto, Eigen::
   const Eigen::Map<const Eigen::ArrayXd> a(pa, n), b(pb, n);
   Eigen::Map<Eigen::ArrayXd> to(pto, n);
   switch (op) {
-    case Tape::Op::add: to = a + b; break;
-    case Tape::Op::sub: to = a - b; break;
-    case Tape::Op::mul: to = a * b; break;
-    case Tape::Op::div: to = a / b; break;
-    case Tape::Op::neg: to = -a; break;
-    case Tape::Op::abs: to = a.abs(); break;
-    case Tape::Op::sqrt: for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::sqrt(pa[i]); break;  // Eigen's may approximate
-    case Tape::Op::exp: for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::exp(pa[i]); break;
-    case Tape::Op::sin: for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::sin(pa[i]); break;
-    case Tape::Op::cos: for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::cos(pa[i]); break;
-    default: for (Eigen::Index i = 0; i < n; ++i) pto[i] = apply(op, pa[i], pb[i]); break;
+    case Tape::Op::add:
+      to = a + b;
+      break;
+    case Tape::Op::sub:
+      to = a - b;
+      break;
+    case Tape::Op::mul:
+      to = a * b;
+      break;
+    case Tape::Op::div:
+      to = a / b;
+      break;
+    case Tape::Op::neg:
+      to = -a;
+      break;
+    case Tape::Op::abs:
+      to = a.abs();
+      break;
+    case Tape::Op::sqrt:
+      for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::sqrt(pa[i]);
+      break;  // Eigen's may approximate
+    case Tape::Op::exp:
+      for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::exp(pa[i]);
+      break;
+    case Tape::Op::sin:
+      for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::sin(pa[i]);
+      break;
+    case Tape::Op::cos:
+      for (Eigen::Index i = 0; i < n; ++i) pto[i] = std::cos(pa[i]);
+      break;
+    default:
+      for (Eigen::Index i = 0; i < n; ++i) pto[i] = apply(op, pa[i], pb[i]);
+      break;
   }
 }
 
@@ -269,15 +317,18 @@ void Tape::allocate() {
     }
   }
   const std::size_t total = fixed + registers_ + outputs_.size();
-  if (total > kMaxSlots) throw Error(fmt::format("tape needs {} slots: at most {} allowed; compile fewer terms together", total, kMaxSlots));
+  if (total > kMaxSlots)
+    throw Error(fmt::format("tape needs {} slots: at most {} allowed; compile fewer terms together", total, kMaxSlots));
   const auto place = [&](std::uint32_t value) {
     if (value < fixed) return value;
     const std::uint32_t i = value - fixed;
     return output[i] != kNone ? fixed + registers_ + output[i] : fixed + slot[i];
   };
   for (std::uint32_t i = 0; i < n; ++i) {
-    const bool pair = i + 1 < n && steps_[i].op == Op::sin && steps_[i + 1].op == Op::cos && steps_[i + 1].a == steps_[i].a;
-    code_.push_back({steps_[i].op, place(steps_[i].a), place(steps_[i].b), place(fixed + i), pair ? place(fixed + i + 1) : kNone});
+    const bool pair =
+        i + 1 < n && steps_[i].op == Op::sin && steps_[i + 1].op == Op::cos && steps_[i + 1].a == steps_[i].a;
+    code_.push_back(
+        {steps_[i].op, place(steps_[i].a), place(steps_[i].b), place(fixed + i), pair ? place(fixed + i + 1) : kNone});
     if (pair) ++i;
   }
   for (std::uint32_t k = 0; k < outputs_.size(); ++k) {
@@ -359,23 +410,57 @@ std::string Tape::c99(const C99Options& options) const {
     const std::string a = operand(step.a), b = unary(step.op) ? "" : operand(step.b);
     std::string value;
     switch (step.op) {
-      case Op::add: value = a + " + " + b; break;
-      case Op::sub: value = a + " - " + b; break;
-      case Op::mul: value = a + " * " + b; break;
-      case Op::div: value = a + " / " + b; break;
-      case Op::neg: value = "-" + a; break;
-      case Op::sqrt: value = call("sqrt", a); break;
-      case Op::pow: value = call("pow", a + ", " + b); break;
-      case Op::abs: value = call("fabs", a); break;
-      case Op::sgn: value = fmt::format("({})(({} > {z}) - ({} < {z}))", options.type, a, a, fmt::arg("z", literal(0))); break;
-      case Op::exp: value = call("exp", a); break;
-      case Op::log: value = call("log", a); break;
-      case Op::sin: value = call("sin", a); break;
-      case Op::cos: value = call("cos", a); break;
-      case Op::tan: value = call("tan", a); break;
-      case Op::tanh: value = call("tanh", a); break;
-      case Op::min: value = fmt::format("{} < {} ? {} : {}", a, b, a, b); break;
-      case Op::max: value = fmt::format("{} > {} ? {} : {}", a, b, a, b); break;
+      case Op::add:
+        value = a + " + " + b;
+        break;
+      case Op::sub:
+        value = a + " - " + b;
+        break;
+      case Op::mul:
+        value = a + " * " + b;
+        break;
+      case Op::div:
+        value = a + " / " + b;
+        break;
+      case Op::neg:
+        value = "-" + a;
+        break;
+      case Op::sqrt:
+        value = call("sqrt", a);
+        break;
+      case Op::pow:
+        value = call("pow", a + ", " + b);
+        break;
+      case Op::abs:
+        value = call("fabs", a);
+        break;
+      case Op::sgn:
+        value = fmt::format("({})(({} > {z}) - ({} < {z}))", options.type, a, a, fmt::arg("z", literal(0)));
+        break;
+      case Op::exp:
+        value = call("exp", a);
+        break;
+      case Op::log:
+        value = call("log", a);
+        break;
+      case Op::sin:
+        value = call("sin", a);
+        break;
+      case Op::cos:
+        value = call("cos", a);
+        break;
+      case Op::tan:
+        value = call("tan", a);
+        break;
+      case Op::tanh:
+        value = call("tanh", a);
+        break;
+      case Op::min:
+        value = fmt::format("{} < {} ? {} : {}", a, b, a, b);
+        break;
+      case Op::max:
+        value = fmt::format("{} > {} ? {} : {}", a, b, a, b);
+        break;
     }
     text += fmt::format("{}const {} {}{} = {};\n", options.indent, options.type, options.prefix, i, value);
   }

@@ -21,14 +21,22 @@ bool uses(const Expr& e, std::string_view variable) {
 Expr outer_derivative(const Expr& e, std::size_t which) {
   const Expr& x = e.args()[0];
   switch (e.function()) {
-    case Function::abs: return sgn(x);
-    case Function::sgn: return Expr(0);
-    case Function::exp: return e;
-    case Function::log: return pow(x, -1);
-    case Function::sin: return cos(x);
-    case Function::cos: return -sin(x);
-    case Function::tan: return Expr(1) + pow(e, 2);
-    case Function::tanh: return Expr(1) - pow(e, 2);
+    case Function::abs:
+      return sgn(x);
+    case Function::sgn:
+      return Expr(0);
+    case Function::exp:
+      return e;
+    case Function::log:
+      return pow(x, -1);
+    case Function::sin:
+      return cos(x);
+    case Function::cos:
+      return -sin(x);
+    case Function::tan:
+      return Expr(1) + pow(e, 2);
+    case Function::tanh:
+      return Expr(1) - pow(e, 2);
     case Function::min:
     case Function::max: {
       const Expr difference = e.args()[which] - e.args()[1 - which];
@@ -42,8 +50,10 @@ Expr outer_derivative(const Expr& e, std::size_t which) {
 
 Expr differentiate(const Expr& e, std::string_view variable) {
   switch (e.kind()) {
-    case Kind::number: return Expr(0);
-    case Kind::symbol: return Expr(e.name() == variable ? 1 : 0);
+    case Kind::number:
+      return Expr(0);
+    case Kind::symbol:
+      return Expr(e.name() == variable ? 1 : 0);
     case Kind::sum: {
       std::vector<Expr> terms;
       for (const Expr& arg : e.args()) terms.push_back(differentiate(arg, variable));
@@ -63,7 +73,8 @@ Expr differentiate(const Expr& e, std::string_view variable) {
       const Expr &base = e.args()[0], &exponent = e.args()[1];
       std::vector<Expr> terms;
       if (uses(base, variable)) terms.push_back(exponent * pow(base, exponent - 1) * differentiate(base, variable));
-      if (uses(exponent, variable)) terms.push_back(e * Expr::call(Function::log, {base}) * differentiate(exponent, variable));
+      if (uses(exponent, variable))
+        terms.push_back(e * Expr::call(Function::log, {base}) * differentiate(exponent, variable));
       return Expr::sum(std::move(terms));
     }
     case Kind::function: {
@@ -81,11 +92,16 @@ namespace {
 
 Expr rebuild(const Expr& e, std::vector<Expr> args) {
   switch (e.kind()) {
-    case Kind::function: return Expr::call(e.function(), std::move(args));
-    case Kind::power: return pow(args[0], args[1]);
-    case Kind::product: return Expr::product(std::move(args));
-    case Kind::sum: return Expr::sum(std::move(args));
-    default: return e;
+    case Kind::function:
+      return Expr::call(e.function(), std::move(args));
+    case Kind::power:
+      return pow(args[0], args[1]);
+    case Kind::product:
+      return Expr::product(std::move(args));
+    case Kind::sum:
+      return Expr::sum(std::move(args));
+    default:
+      return e;
   }
 }
 

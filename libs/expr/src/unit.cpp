@@ -47,7 +47,7 @@ Unit Unit::parse(std::string_view text) {
   };
   Unit result;
   std::size_t at = 0;
-  double sign = 1;            // of the next factor
+  double sign = 1;  // of the next factor
   bool divided = false, group = false, value = false;
   while (at < text.size()) {
     const char c = text[at];
@@ -121,7 +121,8 @@ std::string Unit::str() const {
 
 std::optional<Unit> unit_of(const Expr& e, const UnitMap& units) {
   switch (e.kind()) {
-    case Expr::Kind::number: return Unit();
+    case Expr::Kind::number:
+      return Unit();
     case Expr::Kind::symbol: {
       const auto it = units.find(e.name());
       if (it == units.end()) return std::nullopt;
@@ -142,9 +143,11 @@ std::optional<Unit> unit_of(const Expr& e, const UnitMap& units) {
       if (e.args()[1].is_number()) return base->power(e.args()[1].value());
       return base->dimensionless() ? base : std::nullopt;
     }
-    default: break;
+    default:
+      break;
   }
-  // A sum and min, max: all alike (a zero constant has every unit, but canonical sums hold none). Functions: of numbers.
+  // A sum and min, max: all alike (a zero constant has every unit, but canonical sums hold none). Functions: of
+  // numbers.
   std::optional<Unit> common;
   for (const Expr& arg : e.args()) {
     const std::optional<Unit> unit = unit_of(arg, units);
@@ -155,9 +158,12 @@ std::optional<Unit> unit_of(const Expr& e, const UnitMap& units) {
   switch (e.function()) {
     case Function::abs:
     case Function::min:
-    case Function::max: return common;
-    case Function::sgn: return Unit();
-    default: return common->dimensionless() ? common : std::nullopt;
+    case Function::max:
+      return common;
+    case Function::sgn:
+      return Unit();
+    default:
+      return common->dimensionless() ? common : std::nullopt;
   }
 }
 
@@ -167,10 +173,11 @@ std::string coefficient_unit(const Expr& term, const Unit& lhs, const UnitMap& u
 }
 
 const UnitMap& rotor_units() {
-  static const UnitMap units = {
-      {"X1", Unit::parse("m")},       {"X2", Unit::parse("m/s")},      {"X3", Unit::parse("m")},  {"X4", Unit::parse("m/s")},
-      {"X5", Unit::parse("rad")},     {"X6", Unit::parse("rad/s")},    {"X7", Unit::parse("rad/s^2")},
-      {"ux", Unit::parse("N")},       {"uy", Unit::parse("N")},        {"t", Unit::parse("s")}};
+  static const UnitMap units = {{"X1", Unit::parse("m")},       {"X2", Unit::parse("m/s")},
+                                {"X3", Unit::parse("m")},       {"X4", Unit::parse("m/s")},
+                                {"X5", Unit::parse("rad")},     {"X6", Unit::parse("rad/s")},
+                                {"X7", Unit::parse("rad/s^2")}, {"ux", Unit::parse("N")},
+                                {"uy", Unit::parse("N")},       {"t", Unit::parse("s")}};
   return units;
 }
 

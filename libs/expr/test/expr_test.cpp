@@ -80,13 +80,17 @@ TEST(ExprParse, RefusesHostileInputWithoutOverflow) {
 }
 
 TEST(ExprCanonical, EqualTermsAreEqualAndHashEqual) {
-  const std::pair<const char*, const char*> same[] = {
-      {"X1*X3^2", "X3*X1*X3"},   {"x + y - x", "y"},           {"2*(x + y)", "2*x + 2*y"},      {"x/x", "1"},
-      {"sin(-x)", "-sin(x)"},    {"cos(x - y)", "cos(y - x)"}, {"abs(-3*x)", "abs(3*x)"},       {"(x*y)^3", "x^3*y^3"},
-      {"(x^2)^3", "x^6"},        {"sqrt(x)^2*0 + 1", "1"},     {"abs(x)^2", "x^2"},             {"exp(x)^2", "exp(2*x)"},
-      {"x^2*x^-2*y", "y"},       {"1/(x*y)", "x^-1/y"},        {"min(x, y)", "min(y, x)"},      {"abs(x)^0.5*abs(x)^1.5", "x^2"},
-      {"1/sqrt(x)", "x^-0.5"},   {"3*x - x - 2*x", "0"},       {"X6*abs(X6)", "abs(X6)*X6"},
-      {"(-x - y)*z", "-(x + y)*z"}, {"(y - x)^3", "-(x - y)^3"}, {"1/(-x - y)", "-1/(x + y)"}};
+  const std::pair<const char*, const char*> same[] = {{"X1*X3^2", "X3*X1*X3"},      {"x + y - x", "y"},
+                                                      {"2*(x + y)", "2*x + 2*y"},   {"x/x", "1"},
+                                                      {"sin(-x)", "-sin(x)"},       {"cos(x - y)", "cos(y - x)"},
+                                                      {"abs(-3*x)", "abs(3*x)"},    {"(x*y)^3", "x^3*y^3"},
+                                                      {"(x^2)^3", "x^6"},           {"sqrt(x)^2*0 + 1", "1"},
+                                                      {"abs(x)^2", "x^2"},          {"exp(x)^2", "exp(2*x)"},
+                                                      {"x^2*x^-2*y", "y"},          {"1/(x*y)", "x^-1/y"},
+                                                      {"min(x, y)", "min(y, x)"},   {"abs(x)^0.5*abs(x)^1.5", "x^2"},
+                                                      {"1/sqrt(x)", "x^-0.5"},      {"3*x - x - 2*x", "0"},
+                                                      {"X6*abs(X6)", "abs(X6)*X6"}, {"(-x - y)*z", "-(x + y)*z"},
+                                                      {"(y - x)^3", "-(x - y)^3"},  {"1/(-x - y)", "-1/(x + y)"}};
   for (const auto& [a, b] : same) {
     EXPECT_EQ(P(a), P(b)) << a << " and " << b << ": " << P(a).str() << ", " << P(b).str();
     EXPECT_EQ(P(a).hash(), P(b).hash()) << a;
@@ -97,11 +101,18 @@ TEST(ExprCanonical, EqualTermsAreEqualAndHashEqual) {
 }
 
 TEST(ExprPrint, Text) {
-  const std::pair<const char*, const char*> cases[] = {
-      {"cos(X5)*X6^2", "X6^2*cos(X5)"}, {"X10 + X2 + 1", "X2 + X10 + 1"},   {"-K1/m*x", "-K1*x/m"},
-      {"a/(b*c)", "a/(b*c)"},           {"(a + b)^2/c", "(a + b)^2/c"},     {"-(x - y)", "-x + y"},
-      {"sqrt(x)", "sqrt(x)"},           {"2^x", "2^x"},                     {"x^-2", "1/x^2"},
-      {"x^(y + 1)", "x^(y + 1)"},       {"0.1*x", "0.1*x"},                 {"(x^2)^0.3", "(x^2)^0.3"}};
+  const std::pair<const char*, const char*> cases[] = {{"cos(X5)*X6^2", "X6^2*cos(X5)"},
+                                                       {"X10 + X2 + 1", "X2 + X10 + 1"},
+                                                       {"-K1/m*x", "-K1*x/m"},
+                                                       {"a/(b*c)", "a/(b*c)"},
+                                                       {"(a + b)^2/c", "(a + b)^2/c"},
+                                                       {"-(x - y)", "-x + y"},
+                                                       {"sqrt(x)", "sqrt(x)"},
+                                                       {"2^x", "2^x"},
+                                                       {"x^-2", "1/x^2"},
+                                                       {"x^(y + 1)", "x^(y + 1)"},
+                                                       {"0.1*x", "0.1*x"},
+                                                       {"(x^2)^0.3", "(x^2)^0.3"}};
   for (const auto& [in, out] : cases) EXPECT_EQ(P(in).str(), out);
 }
 
@@ -190,7 +201,8 @@ TEST(ExprProperty, OrderIsTotal) {
   std::mt19937_64 rng(8);
   std::vector<Expr> terms;
   for (int i = 0; i < 120; ++i) terms.push_back(P(testing::random_term(rng, 2)));
-  for (const char* text : {"x^0.5", "(x*y)^0.5", "(x^2)^0.5", "x^-1", "x^2", "x", "x*y", "y^x", "(x + y)^2", "2*x"}) terms.push_back(P(text));
+  for (const char* text : {"x^0.5", "(x*y)^0.5", "(x^2)^0.5", "x^-1", "x^2", "x", "x*y", "y^x", "(x + y)^2", "2*x"})
+    terms.push_back(P(text));
   for (const Expr& a : terms) {
     for (const Expr& b : terms) {
       EXPECT_EQ(compare(a, b), -compare(b, a));
@@ -234,7 +246,8 @@ TEST(ExprProperty, ExpandAndSubstituteKeepTheValue) {
     at["s"] = 0.2;
     at["X1"] = std::sin(0.2) + 2;
     const double expected = evaluate(e, at);
-    EXPECT_NEAR(evaluate(substitute(e, {{"X1", P("sin(s) + 2")}}), at), expected, 1e-9 * (1 + std::abs(expected))) << e.str();
+    EXPECT_NEAR(evaluate(substitute(e, {{"X1", P("sin(s) + 2")}}), at), expected, 1e-9 * (1 + std::abs(expected)))
+        << e.str();
   }
 }
 

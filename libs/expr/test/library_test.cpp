@@ -22,10 +22,14 @@ std::vector<std::string> texts(const std::vector<Expr>& terms) {
 TEST(Library, Builders) {
   EXPECT_THAT(texts(polynomial_library({"x", "y"}, 2)), ::testing::ElementsAre("1", "x", "y", "x^2", "x*y", "y^2"));
   EXPECT_EQ(polynomial_library({"a", "b", "c"}, 5).size(), 56u);  // (5 + 3)! / (5! 3!)
-  EXPECT_THAT(texts(fourier_library({"X5"}, 2)), ::testing::ElementsAre("sin(X5)", "cos(X5)", "sin(2*X5)", "cos(2*X5)"));
-  EXPECT_THAT(texts(product_library(parse_library({"x", "y"}), parse_library({"x", "y"}))), ::testing::ElementsAre("x^2", "x*y", "y^2"));
-  EXPECT_THAT(texts(union_library({parse_library({"x", "2*y"}), parse_library({"y", "-x", "z"})})), ::testing::ElementsAre("x", "2*y", "z"));
-  EXPECT_THAT(texts(modal_library({{-1.5, 20.0}, {-2, 0}})), ::testing::ElementsAre("exp(-1.5*t)*cos(20*t)", "exp(-1.5*t)*sin(20*t)", "exp(-2*t)"));
+  EXPECT_THAT(texts(fourier_library({"X5"}, 2)),
+              ::testing::ElementsAre("sin(X5)", "cos(X5)", "sin(2*X5)", "cos(2*X5)"));
+  EXPECT_THAT(texts(product_library(parse_library({"x", "y"}), parse_library({"x", "y"}))),
+              ::testing::ElementsAre("x^2", "x*y", "y^2"));
+  EXPECT_THAT(texts(union_library({parse_library({"x", "2*y"}), parse_library({"y", "-x", "z"})})),
+              ::testing::ElementsAre("x", "2*y", "z"));
+  EXPECT_THAT(texts(modal_library({{-1.5, 20.0}, {-2, 0}})),
+              ::testing::ElementsAre("exp(-1.5*t)*cos(20*t)", "exp(-1.5*t)*sin(20*t)", "exp(-2*t)"));
   const Expr late = modal_library({{-1, 5}}, 2.0)[0];
   EXPECT_EQ(evaluate(late, {{"t", 1.9}}), 0);
   EXPECT_DOUBLE_EQ(evaluate(late, {{"t", 2.3}}), std::exp(-0.3) * std::cos(1.5));
@@ -39,11 +43,13 @@ TEST(Library, Builders) {
 }
 
 TEST(Unit, ParsesPrintsAndMultiplies) {
-  for (const char* text : {"m/s^2", "1/(m^2 s^2)", "1", "kg m^2", "1/s", "V/m", "kg^0.5"}) EXPECT_EQ(Unit::parse(text).str(), text);
+  for (const char* text : {"m/s^2", "1/(m^2 s^2)", "1", "kg m^2", "1/s", "V/m", "kg^0.5"})
+    EXPECT_EQ(Unit::parse(text).str(), text);
   EXPECT_EQ(Unit::parse("N/kg"), Unit::parse("m/s^2"));
   EXPECT_EQ(Unit::parse("rad/s"), Unit::parse("Hz"));
   EXPECT_EQ((Unit::parse("N") / Unit::parse("m^3")).str(), "kg/(m^2 s^2)");
-  for (const char* text : {"m/", "m/s/s", "m/(s", "m^", "2 m", "m/s kg", "%"}) EXPECT_THROW(Unit::parse(text), Error) << text;
+  for (const char* text : {"m/", "m/s/s", "m/(s", "m^", "2 m", "m/s kg", "%"})
+    EXPECT_THROW(Unit::parse(text), Error) << text;
 }
 
 TEST(Unit, OfTerms) {
@@ -72,19 +78,31 @@ TEST(LibraryReference, TiedGroupsAreTheRotorModel) {
   const CandidateLibrary library = tied_rotor_library(true, true, true);
   ASSERT_EQ(library.groups.size(), 12u);
   for (int round = 0; round < 20; ++round) {
-    const std::complex<double> i(0, 1), z(u(rng), u(rng)), v(u(rng), u(rng)), eps(u(rng), u(rng)), kc(u(rng), u(rng)), cc(u(rng), u(rng)), d(u(rng), u(rng)), force(u(rng), u(rng));
+    const std::complex<double> i(0, 1), z(u(rng), u(rng)), v(u(rng), u(rng)), eps(u(rng), u(rng)), kc(u(rng), u(rng)),
+        cc(u(rng), u(rng)), d(u(rng), u(rng)), force(u(rng), u(rng));
     const double k1 = u(rng), k2 = u(rng), c = u(rng), b = u(rng), w = u(rng), a = u(rng), gain = u(rng);
     const std::complex<double> F = std::exp(i * b) * (w * w - i * a);
     const std::complex<double> acceleration =
         -k1 * z - kc * std::conj(z) - k2 * std::norm(z) * z - c * v - cc * std::conj(v) + eps * F + d + gain * force;
-    const std::map<std::string, double, std::less<>> at = {{"X1", z.real()}, {"X2", v.real()}, {"X3", z.imag()}, {"X4", v.imag()},
-                                                           {"X5", b}, {"X6", w}, {"X7", a}, {"ux", force.real()}, {"uy", force.imag()}};
-    const std::map<std::string, double> unknown = {{"k1", k1}, {"k2", k2}, {"c", c}, {"eps_re", eps.real()}, {"eps_im", eps.imag()},
-                                                   {"k1_conj_re", kc.real()}, {"k1_conj_im", kc.imag()}, {"c_conj_re", cc.real()},
-                                                   {"c_conj_im", cc.imag()}, {"gain", gain}, {"d_re", d.real()}, {"d_im", d.imag()}};
+    const std::map<std::string, double, std::less<>> at = {
+        {"X1", z.real()}, {"X2", v.real()}, {"X3", z.imag()},     {"X4", v.imag()},    {"X5", b},
+        {"X6", w},        {"X7", a},        {"ux", force.real()}, {"uy", force.imag()}};
+    const std::map<std::string, double> unknown = {{"k1", k1},
+                                                   {"k2", k2},
+                                                   {"c", c},
+                                                   {"eps_re", eps.real()},
+                                                   {"eps_im", eps.imag()},
+                                                   {"k1_conj_re", kc.real()},
+                                                   {"k1_conj_im", kc.imag()},
+                                                   {"c_conj_re", cc.real()},
+                                                   {"c_conj_im", cc.imag()},
+                                                   {"gain", gain},
+                                                   {"d_re", d.real()},
+                                                   {"d_im", d.imag()}};
     double lhs[2] = {0, 0};
     for (const TiedGroup& group : library.groups) {
-      for (const TiedEntry& entry : group.entries) lhs[entry.equation] += unknown.at(group.name) * entry.factor * evaluate(entry.function, at);
+      for (const TiedEntry& entry : group.entries)
+        lhs[entry.equation] += unknown.at(group.name) * entry.factor * evaluate(entry.function, at);
     }
     EXPECT_NEAR(lhs[0], acceleration.real(), 1e-14);
     EXPECT_NEAR(lhs[1], acceleration.imag(), 1e-14);

@@ -22,7 +22,8 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, unsigned see
 }
 
 TEST(Tape, SharesSubexpressions) {
-  const Tape tape = compile(parse_library({"X6^2*cos(X5)", "X6^2*sin(X5)", "X6*cos(X5)", "3*X6^2*cos(X5)"}), {"X5", "X6"});
+  const Tape tape =
+      compile(parse_library({"X6^2*cos(X5)", "X6^2*sin(X5)", "X6*cos(X5)", "3*X6^2*cos(X5)"}), {"X5", "X6"});
   EXPECT_EQ(tape.steps().size(), 7u);  // X6*X6, cos, sin, three products, times 3
   EXPECT_EQ(tape.n_outputs(), 4u);
 }
@@ -70,7 +71,8 @@ TEST(TapeProperty, BlocksPointsAndTreesAgree) {
       tape.evaluate_point(row.data(), point);
       for (int k = 0; k < 12; ++k) {
         EXPECT_EQ(point[k], out(10 + i, k)) << terms[static_cast<std::size_t>(k)].str();
-        const double tree = evaluate(terms[static_cast<std::size_t>(k)], {{"X1", row[0]}, {"X2", row[1]}, {"X3", row[2]}, {"t", row[3]}});
+        const double tree = evaluate(terms[static_cast<std::size_t>(k)],
+                                     {{"X1", row[0]}, {"X2", row[1]}, {"X3", row[2]}, {"t", row[3]}});
         EXPECT_NEAR(point[k], tree, 1e-10 * (1 + std::abs(tree))) << terms[static_cast<std::size_t>(k)].str();
       }
     }
@@ -85,8 +87,23 @@ TEST(TapeReference, RotorLibraryByHand) {
   const Eigen::MatrixXd out = tape.evaluate(in);
   for (Eigen::Index i = 0; i < in.rows(); ++i) {
     const double x = in(i, 0), v = in(i, 1), y = in(i, 2), w = in(i, 3), b = in(i, 4), r = in(i, 5);
-    const double expected[] = {1, x, x * x * x, v, r * r * std::cos(b), r * r * std::sin(b), r * std::cos(b), r * std::sin(b), y,
-                               y * y * y, w, x * y * y, x * x * y, r, r * r, std::sin(b), std::cos(b)};
+    const double expected[] = {1,
+                               x,
+                               x * x * x,
+                               v,
+                               r * r * std::cos(b),
+                               r * r * std::sin(b),
+                               r * std::cos(b),
+                               r * std::sin(b),
+                               y,
+                               y * y * y,
+                               w,
+                               x * y * y,
+                               x * x * y,
+                               r,
+                               r * r,
+                               std::sin(b),
+                               std::cos(b)};
     for (int k = 0; k < 17; ++k) EXPECT_NEAR(out(i, k), expected[k], 1e-15 * (1 + std::abs(expected[k]))) << k;
   }
 }
@@ -103,7 +120,8 @@ TEST(TapeExport, C99GivesTheSameBits) {
     std::ofstream c(base + ".c");
     c << "#include <math.h>\n#include <stdio.h>\n"
       << "static void f(double X1, double X2, double X3, double t, double* out) {\n"
-      << "  (void)X1; (void)X2; (void)X3; (void)t;\n" << tape.c99(options) << "}\n"
+      << "  (void)X1; (void)X2; (void)X3; (void)t;\n"
+      << tape.c99(options) << "}\n"
       << "int main(void) {\n  double x[4], out[40];\n"
       << "  while (scanf(\"%la %la %la %la\", x, x + 1, x + 2, x + 3) == 4) {\n    f(x[0], x[1], x[2], x[3], out);\n"
       << "    for (int k = 0; k < 40; ++k) printf(\"%a\\n\", out[k]);\n  }\n  return 0;\n}\n";
@@ -115,7 +133,8 @@ TEST(TapeExport, C99GivesTheSameBits) {
       points << fmt::format("{:a} {:a} {:a} {:a}\n", in(i, 0), in(i, 1), in(i, 2), in(i, 3));
     }
   }
-  const std::string build = "cc -std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -ffp-contract=off -o " + base + " " + base + ".c -lm";
+  const std::string build =
+      "cc -std=c99 -Wall -Wextra -Wconversion -pedantic -Werror -ffp-contract=off -o " + base + " " + base + ".c -lm";
   ASSERT_EQ(std::system(build.c_str()), 0);
   ASSERT_EQ(std::system((base + " < " + base + ".in > " + base + ".out").c_str()), 0);
   std::ifstream result(base + ".out");

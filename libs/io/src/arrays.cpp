@@ -75,10 +75,13 @@ void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
     }
     table.name = array.group;
     for (Eigen::Index c = 0; c < channels; ++c) {
-      const auto part = [&](const Eigen::MatrixXd& m) { return along_rows ? Eigen::VectorXd(m.col(c)) : Eigen::VectorXd(m.row(c).transpose()); };
+      const auto part = [&](const Eigen::MatrixXd& m) {
+        return along_rows ? Eigen::VectorXd(m.col(c)) : Eigen::VectorXd(m.row(c).transpose());
+      };
       Signal signal = make_signal(array.name, array.unit, part(array.value));
       if (channels > 1) signal.name += fmt::format("({})", c + 1);
-      if (array.imaginary.size() > 0) signal.imaginary = make_signal(array.name, array.unit, part(array.imaginary)).value;
+      if (array.imaginary.size() > 0)
+        signal.imaginary = make_signal(array.name, array.unit, part(array.imaginary)).value;
       add_signal(file, table, std::move(signal));
     }
   }

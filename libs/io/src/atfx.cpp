@@ -67,10 +67,12 @@ class Reader {
     for (const auto& u : data.children(unit.name.c_str())) {
       unit_name_[child(u, unit, "id")] = child(u, unit, "name");
       // Some writers state the relation from this side only.
-      for (const auto& q : words(child(u, unit, "measurement_quantities"))) unit_of_quantity_[q] = child(u, unit, "name");
+      for (const auto& q : words(child(u, unit, "measurement_quantities")))
+        unit_of_quantity_[q] = child(u, unit, "name");
     }
     for (const auto& q : data.children(quantity.name.c_str())) quantities_[child(q, quantity, "id")] = q;
-    for (const auto& t : data.children(table.name.c_str())) rows_[child(t, table, "id")] = child(t, table, "number_of_rows");
+    for (const auto& t : data.children(table.name.c_str()))
+      rows_[child(t, table, "id")] = child(t, table, "number_of_rows");
     const Element& column = elements_["AoLocalColumn"];
     if (!column.name.empty()) {
       for (const auto& c : data.children(column.name.c_str())) read_column(c, column);
@@ -93,10 +95,12 @@ class Reader {
     Element element;
     element.name = node.child_value("name");
     for (const auto& a : node.children("application_attribute")) {
-      if (*a.child_value("base_attribute") != '\0') element.attribute[a.child_value("base_attribute")] = a.child_value("name");
+      if (*a.child_value("base_attribute") != '\0')
+        element.attribute[a.child_value("base_attribute")] = a.child_value("name");
     }
     for (const auto& r : node.children("relation_attribute")) {
-      if (*r.child_value("base_relation") != '\0') element.attribute[r.child_value("base_relation")] = r.child_value("name");
+      if (*r.child_value("base_relation") != '\0')
+        element.attribute[r.child_value("base_relation")] = r.child_value("name");
     }
     elements_.emplace(node.child_value("basetype"), element);
   }
@@ -127,7 +131,8 @@ class Reader {
     const std::string table = child(node, element, "submatrix");
     std::from_chars(table.data(), table.data() + table.size(), column.submatrix);
     const std::string flag = child(node, element, "global_flag");
-    if (!flag.empty() && flag != "15") file_.warnings.push_back(fmt::format("column '{}' is flagged {}, not valid throughout", column.name, flag));
+    if (!flag.empty() && flag != "15")
+      file_.warnings.push_back(fmt::format("column '{}' is flagged {}, not valid throughout", column.name, flag));
 
     bool complex = false;
     const auto quantity = quantities_.find(child(node, element, "measurement_quantity"));
@@ -140,7 +145,8 @@ class Reader {
 
     const std::string representation = child(node, element, "sequence_representation");
     const auto values_name = element.attribute.find("values");
-    const pugi::xml_node values = values_name == element.attribute.end() ? pugi::xml_node() : node.child(values_name->second.c_str());
+    const pugi::xml_node values =
+        values_name == element.attribute.end() ? pugi::xml_node() : node.child(values_name->second.c_str());
     const pugi::xml_node part = values.child("component");
     pugi::xml_node inline_values;
     for (const auto& v : values.children()) {
@@ -156,7 +162,8 @@ class Reader {
         if (parameters.empty()) fail(fmt::format("implicit column '{}' has no parameters", column.name));
         implicit.start = number(parameters[0], column.name);
         if (representation == "implicit_linear") {
-          if (parameters.size() < 2) fail(fmt::format("implicit column '{}': start and increment are expected", column.name));
+          if (parameters.size() < 2)
+            fail(fmt::format("implicit column '{}': start and increment are expected", column.name));
           implicit.step = number(parameters[1], column.name);
         } else if (representation != "implicit_constant") {
           fail(fmt::format("column '{}': representation '{}' cannot be read", column.name, representation));
@@ -180,7 +187,8 @@ class Reader {
       std::vector<double> numbers;
       for (const auto& w : words(inline_values.child_value())) numbers.push_back(number(w, column.name));
       column.complex = complex || type.starts_with("A_COMPLEX");
-      if (column.complex && numbers.size() % 2 != 0) fail(fmt::format("complex column '{}': Re and Im must come in pairs", column.name));
+      if (column.complex && numbers.size() % 2 != 0)
+        fail(fmt::format("complex column '{}': Re and Im must come in pairs", column.name));
       column.value = as_column(numbers, column.complex);
     } else {
       file_.warnings.push_back(fmt::format("column '{}' has no values in this file", column.name));
@@ -192,10 +200,12 @@ class Reader {
     const std::string text = part.child_value(what);
     long value = 0;
     const auto trimmed = words(text);
-    if (trimmed.size() != 1) fail(fmt::format("binary column '{}': {} = '{}': must be one integer", column, what, text.substr(0, 40)));
+    if (trimmed.size() != 1)
+      fail(fmt::format("binary column '{}': {} = '{}': must be one integer", column, what, text.substr(0, 40)));
     const auto [end, error] = std::from_chars(trimmed[0].data(), trimmed[0].data() + trimmed[0].size(), value);
     if (error != std::errc() || end != trimmed[0].data() + trimmed[0].size() || value < 0) {
-      fail(fmt::format("binary column '{}': {} = '{}': must be a non-negative integer", column, what, text.substr(0, 40)));
+      fail(fmt::format("binary column '{}': {} = '{}': must be a non-negative integer", column, what,
+                       text.substr(0, 40)));
     }
     return value;
   }
@@ -203,7 +213,8 @@ class Reader {
   std::vector<double> read_component(const pugi::xml_node& part, const std::string& column) {
     const std::string identifier = part.child_value("identifier");
     const auto found = binary_name_.find(identifier);
-    if (found == binary_name_.end()) fail(fmt::format("binary column '{}': no file is listed for '{}'", column, identifier));
+    if (found == binary_name_.end())
+      fail(fmt::format("binary column '{}': no file is listed for '{}'", column, identifier));
     auto bytes = binary_.find(found->second);
     if (bytes == binary_.end()) bytes = binary_.emplace(found->second, components_(found->second)).first;
     const std::string& data = bytes->second;
@@ -214,27 +225,35 @@ class Reader {
       big = true;
       type.resize(type.size() - 4);
     }
-    const std::size_t width = type == "ieeefloat8" || type == "dt_longlong"                       ? 8
-                              : type == "ieeefloat4" || type == "dt_long" || type == "dt_ulong"   ? 4
-                              : type == "dt_short" || type == "dt_ushort"                          ? 2
-                              : type == "dt_byte" || type == "dt_sbyte" || type == "dt_boolean"    ? 1
-                                                                                                   : 0;
+    const std::size_t width = type == "ieeefloat8" || type == "dt_longlong"                     ? 8
+                              : type == "ieeefloat4" || type == "dt_long" || type == "dt_ulong" ? 4
+                              : type == "dt_short" || type == "dt_ushort"                       ? 2
+                              : type == "dt_byte" || type == "dt_sbyte" || type == "dt_boolean" ? 1
+                                                                                                : 0;
     if (width == 0) fail(fmt::format("binary column '{}': data type '{}' cannot be read", column, type));
     const auto length = static_cast<std::size_t>(field(part, "length", column));
     const auto start = static_cast<std::size_t>(field(part, "inioffset", column));
-    const auto per_block = static_cast<std::size_t>(*part.child_value("valperblock") != '\0' ? field(part, "valperblock", column) : 1);
-    const auto block = static_cast<std::size_t>(*part.child_value("blocksize") != '\0' ? field(part, "blocksize", column) : 0);
+    const auto per_block =
+        static_cast<std::size_t>(*part.child_value("valperblock") != '\0' ? field(part, "valperblock", column) : 1);
+    const auto block =
+        static_cast<std::size_t>(*part.child_value("blocksize") != '\0' ? field(part, "blocksize", column) : 0);
     std::vector<std::size_t> offsets;
-    for (const auto& w : words(part.child_value("valoffsets"))) offsets.push_back(static_cast<std::size_t>(std::max(0.0, number(w, column))));
+    for (const auto& w : words(part.child_value("valoffsets")))
+      offsets.push_back(static_cast<std::size_t>(std::max(0.0, number(w, column))));
     if (offsets.empty()) offsets.push_back(0);
-    if (per_block < 1 || per_block > (1u << 20)) fail(fmt::format("binary column '{}': {} values per block", column, per_block));
+    if (per_block < 1 || per_block > (1u << 20))
+      fail(fmt::format("binary column '{}': {} values per block", column, per_block));
     // One offset for several values: they follow each other.
     while (offsets.size() < per_block) offsets.push_back(offsets.back() + width);
     const std::size_t stride = block > 0 ? block : per_block * width;
     if (stride == 0 || start > data.size() || stride > data.size() + 1) {
-      if (length > 0) fail(fmt::format("binary column '{}': block of {} bytes at {} lies outside '{}' ({} bytes)", column, stride, start, found->second, data.size()));
+      if (length > 0)
+        fail(fmt::format("binary column '{}': block of {} bytes at {} lies outside '{}' ({} bytes)", column, stride,
+                         start, found->second, data.size()));
     }
-    if (length > data.size()) fail(fmt::format("binary column '{}': {} values cannot stand in the {} bytes of '{}'", column, length, data.size(), found->second));
+    if (length > data.size())
+      fail(fmt::format("binary column '{}': {} values cannot stand in the {} bytes of '{}'", column, length,
+                       data.size(), found->second));
 
     const bool swap = big != (std::endian::native == std::endian::big);
     std::vector<double> numbers;
@@ -242,8 +261,8 @@ class Reader {
     for (std::size_t n = 0; n < length; ++n) {
       const std::size_t at = start + n / per_block * stride + offsets[n % per_block];
       if (at > data.size() || data.size() - at < width) {
-        fail(fmt::format("binary column '{}': value {} of {} lies beyond the end of '{}' ({} bytes)", column, n + 1, length,
-                         found->second, data.size()));
+        fail(fmt::format("binary column '{}': value {} of {} lies beyond the end of '{}' ({} bytes)", column, n + 1,
+                         length, found->second, data.size()));
       }
       char raw[8] = {};
       std::memcpy(raw, data.data() + at, width);
@@ -278,7 +297,8 @@ class Reader {
       if (rows == 0 && !declared.empty()) {
         const double count = number(declared[0], column.name);
         if (!(count >= 0 && count <= static_cast<double>(kMostImplicitRows))) {
-          fail(fmt::format("implicit column '{}': {} rows: must be 0 to {}", column.name, declared[0], kMostImplicitRows));
+          fail(fmt::format("implicit column '{}': {} rows: must be 0 to {}", column.name, declared[0],
+                           kMostImplicitRows));
         }
         rows = static_cast<Eigen::Index>(count);
       }
@@ -286,7 +306,8 @@ class Reader {
         column.text.assign(static_cast<std::size_t>(rows), implicit.text);
       } else {
         column.value.resize(rows);
-        for (Eigen::Index i = 0; i < rows; ++i) column.value[i] = implicit.start + implicit.step * static_cast<double>(i);
+        for (Eigen::Index i = 0; i < rows; ++i)
+          column.value[i] = implicit.start + implicit.step * static_cast<double>(i);
       }
     }
   }
@@ -346,7 +367,8 @@ SignalFile signals_from_atfx(const AtfxFile& file) {
       const double scale = signal.quantity ? unit_from_label(signal.unit)->to_si(1) : 1;
       signal.imaginary = scale * column.value.imag();
     }
-    if (!signal.quantity) result.findings.push_back(fmt::format("column '{}' has the unknown unit '{}'", column.name, column.unit));
+    if (!signal.quantity)
+      result.findings.push_back(fmt::format("column '{}' has the unknown unit '{}'", column.name, column.unit));
     add_signal(result, table, std::move(signal));
   }
   if (texts > 0) result.contents.push_back(fmt::format("{} columns of text", texts));

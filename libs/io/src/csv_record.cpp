@@ -19,13 +19,11 @@ std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
                         static_cast<Eigen::Index>(n));
   Eigen::Index total = 0;
   while (const Eigen::Index rows = stream.next(block)) {
-    for (std::size_t c = 0; c < n; ++c)
-      parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));
+    for (std::size_t c = 0; c < n; ++c) parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));
     total += rows;
   }
   if (total < min_samples) {
-    throw Error::in_file(stream.source(), 0,
-                         fmt::format("{} samples; at least {} are needed", total, min_samples));
+    throw Error::in_file(stream.source(), 0, fmt::format("{} samples; at least {} are needed", total, min_samples));
   }
   std::vector<Channel> out;
   for (std::size_t c = 0; c < n; ++c) {
@@ -62,15 +60,13 @@ double simplest_step(double dt, double tolerance) {
 }
 
 /// Step and start of a time column; throws unless it is a uniform grid.
-void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options,
-                  Recording& record) {
+void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options, Recording& record) {
   const Eigen::Index n = t.size();
   for (Eigen::Index i = 1; i < n; ++i) {
     if (!(t[i] > t[i - 1])) {
       throw Error::in_file(
           stream.source(), stream.line_of(i),
-          fmt::format("time {} s does not follow {} s of the line before; time must increase{}", t[i],
-                      t[i - 1],
+          fmt::format("time {} s does not follow {} s of the line before; time must increase{}", t[i], t[i - 1],
                       t[i] == t[i - 1] ? " (too few digits? leave the time out and state the rate)" : ""));
     }
   }
@@ -104,12 +100,11 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
     if (worst == 0 || std::abs(t[i] - t[i - 1] - dt) > std::abs(t[worst] - t[worst - 1] - dt)) worst = i;
   }
   if (!good) {
-    throw Error::in_file(
-        stream.source(), stream.line_of(worst),
-        fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp "
-                    "must be within {} % of a step of a uniform grid{}",
-                    t[worst] - t[worst - 1], dt, 100 * options.time_tolerance,
-                    options.rate ? "" : " (times rounded? state the rate)"));
+    throw Error::in_file(stream.source(), stream.line_of(worst),
+                         fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp "
+                                     "must be within {} % of a step of a uniform grid{}",
+                                     t[worst] - t[worst - 1], dt, 100 * options.time_tolerance,
+                                     options.rate ? "" : " (times rounded? state the rate)"));
   }
   record.t0 = t[0];
   record.dt = dt;
@@ -130,14 +125,13 @@ Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* d
   } else {
     record.dt = 1 / *options.rate;
   }
-  if (record.channels.empty())
-    throw Error::in_file(record.source, stream.line_of(-1), "no channel beside the time");
+  if (record.channels.empty()) throw Error::in_file(record.source, stream.line_of(-1), "no channel beside the time");
   if (options.refuse_constant) {
     for (const Channel& c : record.channels) {
       if (c.samples.minCoeff() == c.samples.maxCoeff()) {
         throw Error::in_file(record.source, 0,
-                             fmt::format("channel '{}' is constant ({:g} {}); is the sensor connected?",
-                                         c.name, c.samples[0], si_unit(c.quantity)));
+                             fmt::format("channel '{}' is constant ({:g} {}); is the sensor connected?", c.name,
+                                         c.samples[0], si_unit(c.quantity)));
       }
     }
   }
@@ -169,8 +163,7 @@ Table parse_table(std::string_view bytes, std::string_view name, const CsvOption
 }
 
 const Channel* Table::find(std::string_view name) const {
-  const auto it =
-      std::find_if(columns.begin(), columns.end(), [&](const Channel& c) { return c.name == name; });
+  const auto it = std::find_if(columns.begin(), columns.end(), [&](const Channel& c) { return c.name == name; });
   return it == columns.end() ? nullptr : &*it;
 }
 

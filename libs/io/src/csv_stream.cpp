@@ -22,8 +22,7 @@ std::string_view trim(std::string_view text, std::string_view what = kBlank) {
 
 std::string_view unquote(std::string_view text) {
   text = trim(text, " ");
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = trim(text.substr(1, text.size() - 2));
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim(text.substr(1, text.size() - 2));
   return text;
 }
 
@@ -164,8 +163,7 @@ struct CsvStream::State {
     std::string_view text;
     do {  // blank lines and comments may stand before the header
       if (!get_line(text)) fail("has no header and no data", 0);
-      dialect.carriage_return =
-          text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
+      dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
     } while (trim(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
 
@@ -179,8 +177,7 @@ struct CsvStream::State {
     }
     if (fields.size() > kMaxColumns)
       fail(fmt::format("{} columns; at most {} are allowed", fields.size(), kMaxColumns));
-    const bool headless =
-        std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
+    const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
     if (headless) {
       if (options.columns.empty()) {
         fail(
@@ -205,17 +202,16 @@ struct CsvStream::State {
       const std::size_t colon = spec.rfind(':');
       const std::string from = spec.substr(0, colon);
       const std::string to = colon == std::string::npos ? spec : spec.substr(colon + 1);
-      std::size_t i =
-          static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
+      std::size_t i = static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
       if (i == header.size()) {
         std::size_t number = 0;
         const auto [p, ec] = std::from_chars(from.data(), from.data() + from.size(), number);
         if (ec != std::errc{} || p != from.data() + from.size() || number < 1 || number > target.size()) {
           std::string present;
           for (const std::string& h : header) present += (present.empty() ? "" : ", ") + shown(h);
-          fail(fmt::format("no column '{}'; {}", from,
-                           headless ? fmt::format("the file has no header: write 1 to {}", target.size())
-                                    : "present: " + present));
+          fail(fmt::format(
+              "no column '{}'; {}", from,
+              headless ? fmt::format("the file has no header: write 1 to {}", target.size()) : "present: " + present));
         }
         i = number - 1;
       }
@@ -279,8 +275,7 @@ struct CsvStream::State {
     const auto bad = [&](std::string_view why) {
       fail(fmt::format("{}: '{}' {}", column_name(file_column), shown(text), why));
     };
-    if (text.empty())
-      fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
+    if (text.empty()) fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
     std::string copy(text);
     if (dialect.delimiter != ',') {
       const char other = dialect.decimal == ',' ? '.' : ',';
@@ -299,8 +294,7 @@ struct CsvStream::State {
   [[noreturn]] void ragged(std::string_view text) const {
     const std::size_t have = split(text, dialect.delimiter).size();
     const std::size_t want = target.size() + (dialect.trailing_delimiter ? 1 : 0);
-    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has",
-                     want,
+    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has", want,
                      dialect.delimiter == ',' && have == 2 * want && !dialect.trailing_delimiter
                          ? "; decimal commas need ';' between the values"
                          : ""));
@@ -366,8 +360,7 @@ int CsvStream::time_decimals() const { return state_->exponent ? -1 : state_->de
 Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
   State& s = *state_;
   if (block.cols() != static_cast<Eigen::Index>(s.columns.size())) {
-    throw Error(
-        fmt::format("CsvStream::next: block has {} columns, the file {}", block.cols(), s.columns.size()));
+    throw Error(fmt::format("CsvStream::next: block has {} columns, the file {}", block.cols(), s.columns.size()));
   }
   if (!s.decimal_known) s.find_decimal();
   Eigen::Index row = 0;

@@ -22,16 +22,16 @@ const UnitSuffix* chosen_unit(std::string_view name, Quantity quantity, const Cs
     if (w.name != name) continue;
     const UnitSuffix* unit = find_unit(w.unit->suffix, quantity);
     if (!unit) {
-      throw Error(fmt::format("{}: '{}' is a {}; allowed units: {}", wish, name, to_string(quantity),
-                              allowed_units(quantity)));
+      throw Error(
+          fmt::format("{}: '{}' is a {}; allowed units: {}", wish, name, to_string(quantity), allowed_units(quantity)));
     }
     return unit;
   }
   return &si_suffix(quantity);
 }
 
-void write_columns(const std::filesystem::path& path, const std::vector<Output>& columns, Eigen::Index rows,
-                   double t0, double dt) {
+void write_columns(const std::filesystem::path& path, const std::vector<Output>& columns, Eigen::Index rows, double t0,
+                   double dt) {
   ByteSink sink(path);
   std::string text;
   for (const Output& c : columns) text += (&c == &columns.front() ? "" : ",") + c.header;
@@ -53,8 +53,8 @@ void write_columns(const std::filesystem::path& path, const std::vector<Output>&
   sink.close();
 }
 
-void write_channels(const std::filesystem::path& path, const std::vector<Channel>& channels, bool time,
-                    double t0, double dt, const CsvWriteOptions& options) {
+void write_channels(const std::filesystem::path& path, const std::vector<Channel>& channels, bool time, double t0,
+                    double dt, const CsvWriteOptions& options) {
   std::vector<Output> columns;
   const auto add = [&](const std::string& name, Quantity quantity, const double* samples) {
     if (quantity == Quantity::dimensionless && (name.ends_with("_re") || name.ends_with("_im"))) {
@@ -67,13 +67,11 @@ void write_channels(const std::filesystem::path& path, const std::vector<Channel
   if (time) add("t", Quantity::time, nullptr);
   for (const Channel& c : channels) {
     if (c.name.empty() || c.name.find_first_of(",;\t\"\r\n#:") != std::string::npos) {
-      throw Error(
-          fmt::format("{}: channel name '{}' cannot be written as a CSV header", path.string(), c.name));
+      throw Error(fmt::format("{}: channel name '{}' cannot be written as a CSV header", path.string(), c.name));
     }
     if (c.samples.size() != channels.front().samples.size()) {
-      throw Error(fmt::format("{}: channels '{}' and '{}' have {} and {} samples", path.string(),
-                              channels.front().name, c.name, channels.front().samples.size(),
-                              c.samples.size()));
+      throw Error(fmt::format("{}: channels '{}' and '{}' have {} and {} samples", path.string(), channels.front().name,
+                              c.name, channels.front().samples.size(), c.samples.size()));
     }
     add(c.name, c.quantity, c.samples.data());
   }

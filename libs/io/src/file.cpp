@@ -105,8 +105,7 @@ struct ByteSource::State {
       if (rc == Z_STREAM_END) {
         member_done = true;
       } else if (rc != Z_OK && rc != Z_BUF_ERROR) {
-        throw Error::in_file(name, 0,
-                             std::string("damaged gzip data: ") + (z.msg ? z.msg : "unknown reason"));
+        throw Error::in_file(name, 0, std::string("damaged gzip data: ") + (z.msg ? z.msg : "unknown reason"));
       }
     }
     return done;
@@ -116,11 +115,9 @@ struct ByteSource::State {
 ByteSource::ByteSource(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->name = path.string();
   std::error_code ec;
-  if (std::filesystem::is_directory(path, ec))
-    throw Error::in_file(state_->name, 0, "is a folder, not a file");
+  if (std::filesystem::is_directory(path, ec)) throw Error::in_file(state_->name, 0, "is a folder, not a file");
   state_->file.reset(std::fopen(path.c_str(), "rb"));
-  if (!state_->file)
-    throw Error::in_file(state_->name, 0, std::string("cannot be opened: ") + std::strerror(errno));
+  if (!state_->file) throw Error::in_file(state_->name, 0, std::string("cannot be opened: ") + std::strerror(errno));
   state_->start();
 }
 

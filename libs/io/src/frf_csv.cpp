@@ -19,15 +19,12 @@ FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
   frf.kind = kind;
   frf.frequency = freq.samples;
   const Eigen::Index lines = freq.samples.size();
-  const double step =
-      lines > 1 ? (freq.samples[lines - 1] - freq.samples[0]) / static_cast<double>(lines - 1) : 0;
+  const double step = lines > 1 ? (freq.samples[lines - 1] - freq.samples[0]) / static_cast<double>(lines - 1) : 0;
   for (Eigen::Index i = 0; i < lines; ++i) {
-    if (!(step > 0) ||
-        std::abs(freq.samples[i] - freq.samples[0] - static_cast<double>(i) * step) > 0.05 * step) {
-      throw Error::in_file(
-          table.source, table.first_line + i,
-          fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz",
-                      freq.samples[i], step));
+    if (!(step > 0) || std::abs(freq.samples[i] - freq.samples[0] - static_cast<double>(i) * step) > 0.05 * step) {
+      throw Error::in_file(table.source, table.first_line + i,
+                           fmt::format("frequency {:g} Hz is not on a uniform ascending axis with a step of {:g} Hz",
+                                       freq.samples[i], step));
     }
   }
   std::size_t used = 1;
@@ -64,8 +61,7 @@ FrequencyResponse read_frf_csv(const std::filesystem::path& path, FrfKind kind) 
 void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& frf) {
   std::set<std::string> names;
   for (const FrfChannel& c : frf.channels) {
-    if (!c.response.empty() && c.response.find_first_of(",;:#\"\t\r\n") == std::string::npos)
-      names.insert(c.response);
+    if (!c.response.empty() && c.response.find_first_of(",;:#\"\t\r\n") == std::string::npos) names.insert(c.response);
   }
   const bool keep = names.size() == frf.channels.size();
   Table table;
@@ -75,8 +71,7 @@ void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& f
     const std::string name = keep ? c.response : fmt::format("H{}", i + 1);
     table.columns.push_back({name + "_re", Quantity::dimensionless, c.value.real()});
     table.columns.push_back({name + "_im", Quantity::dimensionless, c.value.imag()});
-    if (c.coherence.size() > 0)
-      table.columns.push_back({name + "_coherence", Quantity::dimensionless, c.coherence});
+    if (c.coherence.size() > 0) table.columns.push_back({name + "_coherence", Quantity::dimensionless, c.coherence});
   }
   write_csv(path, table);
 }

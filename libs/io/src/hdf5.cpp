@@ -65,7 +65,7 @@ struct Visit {
   std::size_t bytes;  ///< of the file
   SignalFile result;
   std::vector<NamedArray> arrays;
-  std::string problem;  ///< to be thrown when the library has returned
+  std::string problem;           ///< to be thrown when the library has returned
   hsize_t first = 0, count = 0;  ///< rows of the channels to be read; count 0: all
   hsize_t length = 0;            ///< of the channels, where rows are chosen
 };
@@ -78,11 +78,12 @@ void read_dataset(Visit& visit, const char* path) {
   }
   const Id type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
-  const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 && H5Tget_member_class(type, 0) == H5T_FLOAT &&
-                       H5Tget_member_class(type, 1) == H5T_FLOAT;
+  const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 &&
+                       H5Tget_member_class(type, 0) == H5T_FLOAT && H5Tget_member_class(type, 1) == H5T_FLOAT;
   const std::string matlab = text_attribute(data, "MATLAB_class");
   if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || matlab == "char") {
-    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path, kind == H5T_STRING || matlab == "char" ? "text" : "not numeric"));
+    visit.result.contents.push_back(
+        fmt::format("'{}': {} (passed over)", path, kind == H5T_STRING || matlab == "char" ? "text" : "not numeric"));
     return;
   }
   const int rank = H5Sget_simple_extent_ndims(space);
@@ -91,11 +92,13 @@ void read_dataset(Visit& visit, const char* path) {
     visit.result.contents.push_back(fmt::format("'{}': {} dimensions (passed over)", path, rank));
     return;
   }
-  const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1, columns = rank > 1 ? static_cast<double>(sizes[1]) : 1;
+  const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1,
+               columns = rank > 1 ? static_cast<double>(sizes[1]) : 1;
   // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
   const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
   if (rows * columns * static_cast<double>(H5Tget_size(type)) > 1100 * stored || rows * columns > 1e9) {
-    visit.problem = fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
+    visit.problem =
+        fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
     return;
   }
   if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
@@ -114,7 +117,8 @@ void read_dataset(Visit& visit, const char* path) {
   if (visit.count > 0 && rank > 0 && sizes[axis] > 1) {
     if (visit.length == 0) visit.length = sizes[axis];
     if (sizes[axis] != visit.length) {
-      visit.problem = fmt::format("dataset '{}' has {} samples, others {}: such a file cannot be read part by part", path, sizes[axis], visit.length);
+      visit.problem = fmt::format("dataset '{}' has {} samples, others {}: such a file cannot be read part by part",
+                                  path, sizes[axis], visit.length);
       return;
     }
     if (visit.first >= visit.length) return;
@@ -128,7 +132,8 @@ void read_dataset(Visit& visit, const char* path) {
   const Id chosen(H5Screate_simple(rank, sizes, nullptr), H5Sclose);
   if (from != H5S_ALL) into = chosen;
   // Stored row by row: read as the transpose.
-  const auto r = static_cast<Eigen::Index>(rank > 0 ? sizes[0] : 1), c = static_cast<Eigen::Index>(rank > 1 ? sizes[1] : 1);
+  const auto r = static_cast<Eigen::Index>(rank > 0 ? sizes[0] : 1),
+             c = static_cast<Eigen::Index>(rank > 1 ? sizes[1] : 1);
   const auto read = [&](hid_t memory, Eigen::MatrixXd& to) {
     Eigen::MatrixXd transposed(c, r);
     if (H5Dread(data, memory, into, from, H5P_DEFAULT, transposed.data()) < 0) {
@@ -199,7 +204,8 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
   H5Pset_fapl_core(access, 1 << 16, false);
   H5Pset_file_image(access, const_cast<char*>(bytes.data()), bytes.size());
   const Id file(bytes.empty() ? hid_t{-1} : H5Fopen("memory", H5F_ACC_RDONLY, access), H5Fclose);
-  if (file < 0) throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
+  if (file < 0)
+    throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
   Visit visit{};
   visit.bytes = bytes.size();
   return collect(file, std::move(visit), name, bytes.starts_with("MATLAB 7.3"));
@@ -215,7 +221,8 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
     for (char& c : name) c = c == '/' ? '_' : c;
     const hsize_t size = static_cast<hsize_t>(channel.samples.size());
     const Id space(H5Screate_simple(1, &size, nullptr), H5Sclose), scalar(H5Screate(H5S_SCALAR), H5Sclose);
-    const Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    const Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+                  H5Dclose);
     good = good && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, channel.samples.data()) >= 0;
     const std::string unit(si_unit(channel.quantity));
     const Id text(H5Tcopy(H5T_C_S1), H5Tclose);

@@ -55,8 +55,7 @@ Steps neighbour_steps(const Eigen::VectorXd& x, double minimum, double maximum) 
 std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   if (x.size() < 16) return {0, 0};
   std::vector<double> jumps(static_cast<std::size_t>(x.size() - 1));
-  for (Eigen::Index i = 1; i < x.size(); ++i)
-    jumps[static_cast<std::size_t>(i - 1)] = std::abs(x[i] - x[i - 1]);
+  for (Eigen::Index i = 1; i < x.size(); ++i) jumps[static_cast<std::size_t>(i - 1)] = std::abs(x[i] - x[i - 1]);
   const auto middle = jumps.begin() + static_cast<std::ptrdiff_t>(jumps.size() / 2);
   std::nth_element(jumps.begin(), middle, jumps.end());
   const double limit = 20 * *middle;
@@ -85,33 +84,31 @@ std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, con
   const double range = info.maximum - info.minimum;
   const bool held = static_cast<double>(steps.equal) > 0.2 * static_cast<double>(x.size());
   const double levels = range / steps.smallest;
-  if (levels < 64)
-    out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
+  if (levels < 64) out.push_back(fmt::format("coarse: about {:.0f} levels between minimum and maximum", levels + 1));
 
   for (const auto& [value, name] : {std::pair{info.maximum, "maximum"}, std::pair{info.minimum, "minimum"}}) {
     const Runs at_end = equal_runs(x, 3, [v = value](double s) { return s == v; });
     if (at_end.long_ones >= 3 && !held && levels >= 64) {
-      out.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name,
-                                value, si_unit(c.quantity), at_end.long_ones));
+      out.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
+                                si_unit(c.quantity), at_end.long_ones));
     }
   }
   // A hold is suspicious when it is much longer than quantisation explains.
   const Runs any = equal_runs(x, 10, [&](double s) { return s != info.minimum && s != info.maximum; });
   if (any.longest >= 10 && !held) {
-    out.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)",
-                              any.longest, at(any.longest_at)));
+    out.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)", any.longest,
+                              at(any.longest_at)));
   }
   if (held) {
-    out.push_back(
-        fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
-                    100.0 * static_cast<double>(steps.equal) / static_cast<double>(x.size() - 1)));
+    out.push_back(fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
+                              100.0 * static_cast<double>(steps.equal) / static_cast<double>(x.size() - 1)));
   }
   const bool oscillates = c.quantity == Quantity::displacement || c.quantity == Quantity::velocity ||
                           c.quantity == Quantity::acceleration || c.quantity == Quantity::force;
   const double alternating = std::sqrt(std::max(0.0, info.rms * info.rms - info.mean * info.mean));
   if (oscillates && std::abs(info.mean) > 3 * alternating) {
-    out.push_back(fmt::format("mean {:.4g} {} is {:.1f} times the alternating rms: remove the offset?",
-                              info.mean, si_unit(c.quantity), std::abs(info.mean) / alternating));
+    out.push_back(fmt::format("mean {:.4g} {} is {:.1f} times the alternating rms: remove the offset?", info.mean,
+                              si_unit(c.quantity), std::abs(info.mean) / alternating));
   }
   if (const auto [count, first] = spikes(x); count > 0 && !held) {
     out.push_back(fmt::format("{} single-sample spikes, the first at {}", count, at(first)));
@@ -137,8 +134,8 @@ ChannelInfo statistics(const std::string& name, const Eigen::VectorXd& samples) 
 std::string channel_lines(const std::vector<ChannelInfo>& channels) {
   std::size_t width = 12;
   for (const ChannelInfo& c : channels) width = std::max(width, c.name.size());
-  std::string out = fmt::format("{:<{}} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", width, "quantity", "unit", "min",
-                                "max", "mean", "rms");
+  std::string out = fmt::format("{:<{}} {:<22} {:>8} {:>12} {:>12} {:>12} {:>12}\n", "channel", width, "quantity",
+                                "unit", "min", "max", "mean", "rms");
   for (const ChannelInfo& c : channels) {
     const std::string quantity = c.unit == si_unit(c.quantity) ? std::string(to_string(c.quantity)) : "not known";
     out += fmt::format("{:<{}} {:<22} {:>8} {:>12.5g} {:>12.5g} {:>12.5g} {:>12.5g}\n", c.name, width, quantity,
@@ -169,15 +166,24 @@ FileInfo describe(const SignalFile& file) {
   FileInfo info{file.source, file.format, {}, file.contents, file.findings};
   for (const SignalTable& table : file.tables) {
     const bool time = table.abscissa == Quantity::time;
-    TableInfo ti{table.name, time ? "time" : table.abscissa ? "frequency" : "rows", table.start, table.step,
-                 static_cast<long>(table.rows()), {}};
-    if (table.x.size() > 0) info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
+    TableInfo ti{table.name,
+                 time             ? "time"
+                 : table.abscissa ? "frequency"
+                                  : "rows",
+                 table.start,
+                 table.step,
+                 static_cast<long>(table.rows()),
+                 {}};
+    if (table.x.size() > 0)
+      info.findings.push_back(fmt::format("the {} values of table '{}' are not uniform", ti.abscissa, table.name));
     Recording axis;
     axis.t0 = table.start;
     axis.dt = table.step > 0 ? table.step : 1;
     for (const Signal& signal : table.signals) {
       const bool complex = signal.imaginary.size() > 0;
-      const Eigen::VectorXd shown = complex ? Eigen::VectorXd((signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt()) : signal.value;
+      const Eigen::VectorXd shown =
+          complex ? Eigen::VectorXd((signal.value.cwiseAbs2() + signal.imaginary.cwiseAbs2()).cwiseSqrt())
+                  : signal.value;
       ChannelInfo ci = statistics(signal.name, shown);
       ci.quantity = signal.quantity.value_or(Quantity::dimensionless);
       ci.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
@@ -194,8 +200,8 @@ FileInfo describe(const SignalFile& file) {
 }
 
 std::string to_string(const RecordingInfo& info) {
-  return fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source, info.channels.size(), info.samples,
-                     info.rate, info.duration) +
+  return fmt::format("{}: {} channels, {} samples, {:.9g} Hz, {:.6g} s\n", info.source, info.channels.size(),
+                     info.samples, info.rate, info.duration) +
          channel_lines(info.channels);
 }
 
@@ -204,10 +210,11 @@ std::string to_string(const FileInfo& info) {
   for (const TableInfo& t : info.tables) {
     const std::string title = t.name.empty() ? "" : t.name + ": ";
     if (t.abscissa == "time" && t.step > 0) {
-      out += fmt::format("\n{}{} channels, {} samples, {:.9g} Hz, {:.6g} s\n", title, t.channels.size(), t.rows, 1 / t.step,
-                         t.step * static_cast<double>(t.rows));
+      out += fmt::format("\n{}{} channels, {} samples, {:.9g} Hz, {:.6g} s\n", title, t.channels.size(), t.rows,
+                         1 / t.step, t.step * static_cast<double>(t.rows));
     } else if (t.step > 0) {
-      out += fmt::format("\n{}{} channels, {} lines from {:g} Hz in steps of {:g} Hz\n", title, t.channels.size(), t.rows, t.start, t.step);
+      out += fmt::format("\n{}{} channels, {} lines from {:g} Hz in steps of {:g} Hz\n", title, t.channels.size(),
+                         t.rows, t.start, t.step);
     } else {
       out += fmt::format("\n{}{} channels, {} {}\n", title, t.channels.size(), t.rows,
                          t.abscissa == "rows" ? "rows without an axis" : t.abscissa + " values that are not uniform");

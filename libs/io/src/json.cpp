@@ -80,8 +80,7 @@ struct Builder : nlohmann::json_sax<nlohmann::json> {
   bool end_array() override { return close(); }
   bool parse_error(std::size_t at, const std::string& token, const nlohmann::json::exception&) override {
     position = at;
-    problem =
-        token.empty() ? "unexpected end or character" : fmt::format("unexpected '{}'", token.substr(0, 40));
+    problem = token.empty() ? "unexpected end or character" : fmt::format("unexpected '{}'", token.substr(0, 40));
     return false;
   }
 };
@@ -203,8 +202,8 @@ void JsonReader::require_schema(std::string_view name, int version) const {
     throw error(fmt::format("schema '{}', must be '{}/{}'", text->substr(0, 60), name, version));
   }
   if (found > version) {
-    throw error(fmt::format("schema '{}' was written by a newer program; this one reads up to '{}/{}'", *text,
-                            name, version));
+    throw error(
+        fmt::format("schema '{}' was written by a newer program; this one reads up to '{}/{}'", *text, name, version));
   }
 }
 
@@ -246,8 +245,7 @@ double JsonReader::number_or_nan() const {
 }
 long JsonReader::integer() const {
   const double v = number();
-  if (v != std::floor(v) || std::abs(v) > 9007199254740992.0)
-    throw error(fmt::format("{} is not an integer", v));
+  if (v != std::floor(v) || std::abs(v) > 9007199254740992.0) throw error(fmt::format("{} is not an integer", v));
   return static_cast<long>(v);
 }
 bool JsonReader::flag() const { return expect<bool>(*this, *value_, "true or false"); }
@@ -300,9 +298,7 @@ Estimate read_estimate(const JsonReader& in) {
 
 Json to_json(const Summary& s) {
   Json out;
-  out.set("status", to_string(s.status))
-      .set("residual", s.residual)
-      .set("condition_number", s.condition_number);
+  out.set("status", to_string(s.status)).set("residual", s.residual).set("condition_number", s.condition_number);
   return std::move(out.set("chi_square", s.chi_square).set("trust", s.trust).set("warnings", s.warnings));
 }
 
@@ -328,10 +324,7 @@ Summary read_summary(const JsonReader& in) {
 Json to_json(const Provenance& p) {
   Json out;
   // A seed is a 64-bit integer; JSON numbers hold 53 bits, so it is text.
-  out.set("version", p.version)
-      .set("inputs", p.inputs)
-      .set("options", p.options)
-      .set("seed", std::to_string(p.seed));
+  out.set("version", p.version).set("inputs", p.inputs).set("options", p.options).set("seed", std::to_string(p.seed));
   return out;
 }
 
@@ -343,8 +336,7 @@ Provenance read_provenance(const JsonReader& in) {
   const JsonReader seed = in.at("seed");
   const std::string& digits = seed.text();
   const auto [end, ec] = std::from_chars(digits.data(), digits.data() + digits.size(), p.seed);
-  if (ec != std::errc{} || end != digits.data() + digits.size())
-    throw seed.error("must be a whole number as text");
+  if (ec != std::errc{} || end != digits.data() + digits.size()) throw seed.error("must be a whole number as text");
   return p;
 }
 
@@ -352,9 +344,7 @@ Json start_document(std::string_view schema, int version) {
   return std::move(Json::object().set("schema", fmt::format("{}/{}", schema, version)));
 }
 
-void save_json(const std::filesystem::path& path, const Json& document) {
-  write_text(path, document.dump() + "\n");
-}
+void save_json(const std::filesystem::path& path, const Json& document) { write_text(path, document.dump() + "\n"); }
 Json load_json(const std::filesystem::path& path) { return parse_json(read_text(path), path.string()); }
 
 }  // namespace whirl

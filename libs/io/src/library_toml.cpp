@@ -30,8 +30,10 @@ CandidateLibrary load(const Settings& settings, const std::vector<std::string>& 
     const std::string group = fmt::format("group[{}]", g);
     const std::vector<Expr> places = terms(settings, group + ".terms");
     if (places.size() != lhs.size()) {
-      throw settings.error(group + ".terms", fmt::format("holds {} terms, must be one for each of the {} equations (\"0\" "
-                                                         "where the unknown does not stand)", places.size(), lhs.size()));
+      throw settings.error(group + ".terms",
+                           fmt::format("holds {} terms, must be one for each of the {} equations (\"0\" "
+                                       "where the unknown does not stand)",
+                                       places.size(), lhs.size()));
     }
     const std::string coefficient = settings.text(group + ".coefficient", "");
     if (!coefficient.empty()) (void)term(settings, group + ".coefficient", coefficient);
@@ -41,8 +43,9 @@ CandidateLibrary load(const Settings& settings, const std::vector<std::string>& 
     } catch (const Error& e) {
       throw settings.error(group + ".unit", e.what());
     }
-    groups.push_back(tied_group(settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient),
-                                places, coefficient, unit));
+    groups.push_back(
+        tied_group(settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient),
+                   places, coefficient, unit));
     if (groups.back().entries.empty()) throw settings.error(group + ".terms", "must not be 0 everywhere");
   }
   const std::vector<Expr> common = terms(settings, "common");
@@ -56,7 +59,8 @@ CandidateLibrary load(const Settings& settings, const std::vector<std::string>& 
   }
   settings.finish();
   if (std::all_of(known.begin(), known.end(), [](const Expr& e) { return e.is_number(0); })) known.clear();
-  if (groups.empty() && known.empty()) throw Error::in_file(settings.source(), 0, "no candidate term: give common, [terms] or [[group]]");
+  if (groups.empty() && known.empty())
+    throw Error::in_file(settings.source(), 0, "no candidate term: give common, [terms] or [[group]]");
   try {
     return make_library(lhs, std::move(groups), std::move(known));
   } catch (const Error& e) {
@@ -97,7 +101,8 @@ std::string to_toml(const CandidateLibrary& library, const std::vector<std::stri
   std::string tied;
   for (const TiedGroup& group : library.groups) {
     const TiedEntry& first = group.entries.front();
-    if (group.entries.size() == 1 && first.factor == 1 && group.coefficient.empty() && group.name == first.function.str()) {
+    if (group.entries.size() == 1 && first.factor == 1 && group.coefficient.empty() &&
+        group.name == first.function.str()) {
       untied[first.equation].push_back(group.name);
       continue;
     }

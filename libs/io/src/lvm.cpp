@@ -99,7 +99,8 @@ class Reader {
     }
     const auto channels = static_cast<std::size_t>(declared);
     const std::size_t stride = x_columns_ == 2 ? 2 : 1, first = 1;
-    if (first + stride * (channels - 1) >= names.size()) lines_.fail(fmt::format("{} columns for {} channels", names.size(), channels));
+    if (first + stride * (channels - 1) >= names.size())
+      lines_.fail(fmt::format("{} columns for {} channels", names.size(), channels));
     std::vector<std::string> titles;
     for (std::size_t c = 0; c < channels; ++c) titles.emplace_back(names[first + stride * c]);
     std::vector<std::vector<double>> values(channels), xs(x_columns_ == 2 ? channels : x_columns_);
@@ -133,11 +134,15 @@ class Reader {
       }
       const std::string declared_samples = value(header, "Samples", c);
       if (!declared_samples.empty() && number(declared_samples, "Samples") != static_cast<double>(n)) {
-        file_.findings.push_back(fmt::format("channel '{}': header declares {} samples, {} are present", titles[c], declared_samples, n));
+        file_.findings.push_back(
+            fmt::format("channel '{}': header declares {} samples, {} are present", titles[c], declared_samples, n));
       }
-      Signal signal = make_signal(titles[c], value(header, "Y_Unit_Label", c), Eigen::Map<const Eigen::VectorXd>(values[c].data(), n));
+      Signal signal = make_signal(titles[c], value(header, "Y_Unit_Label", c),
+                                  Eigen::Map<const Eigen::VectorXd>(values[c].data(), n));
       if (!signal.quantity) {
-        file_.findings.push_back(fmt::format("channel '{}' has {}", titles[c], signal.unit.empty() ? "no unit" : "the unknown unit '" + signal.unit + "'"));
+        file_.findings.push_back(
+            fmt::format("channel '{}' has {}", titles[c],
+                        signal.unit.empty() ? "no unit" : "the unknown unit '" + signal.unit + "'"));
       }
       add_signal(file_, table, std::move(signal));
     }
@@ -162,8 +167,10 @@ void write_lvm(const std::filesystem::path& path, const Recording& recording) {
     return line + "\n";
   };
   std::string out = fmt::format(
-      "LabVIEW Measurement\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tNo\n"
-      "X_Columns\tNo\nTime_Pref\tRelative\n{}\n\nChannels\t{}\n", kEnd, recording.channels.size());
+      "LabVIEW "
+      "Measurement\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\nMulti_Headings\tNo\n"
+      "X_Columns\tNo\nTime_Pref\tRelative\n{}\n\nChannels\t{}\n",
+      kEnd, recording.channels.size());
   out += per_channel("Samples", [](const Channel& c) { return c.samples.size(); });
   out += per_channel("Y_Unit_Label", [](const Channel& c) { return si_unit(c.quantity); });
   out += per_channel("X_Dimension", [](const Channel&) { return "Time"; });

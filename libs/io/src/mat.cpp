@@ -1,5 +1,5 @@
-// MAT-files of version 5, read and written by hand: the library for them trusts the sizes in the file, and a damaged file
-// makes it allocate or crash. Layout: The MathWorks, MAT-File Format (a 128 byte header, then tagged elements).
+// MAT-files of version 5, read and written by hand: the library for them trusts the sizes in the file, and a damaged
+// file makes it allocate or crash. Layout: The MathWorks, MAT-File Format (a 128 byte header, then tagged elements).
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -17,8 +17,20 @@
 namespace whirl {
 namespace {
 
-enum : std::uint32_t { kInt8 = 1, kUint8 = 2, kInt16 = 3, kUint16 = 4, kInt32 = 5, kUint32 = 6, kSingle = 7, kDouble = 9,
-                       kInt64 = 12, kUint64 = 13, kMatrix = 14, kCompressed = 15 };
+enum : std::uint32_t {
+  kInt8 = 1,
+  kUint8 = 2,
+  kInt16 = 3,
+  kUint16 = 4,
+  kInt32 = 5,
+  kUint32 = 6,
+  kSingle = 7,
+  kDouble = 9,
+  kInt64 = 12,
+  kUint64 = 13,
+  kMatrix = 14,
+  kCompressed = 15
+};
 enum : unsigned { kCell = 1, kStruct = 2, kObject = 3, kChar = 4, kSparse = 5, kDoubleClass = 6, kUint64Class = 15 };
 constexpr std::size_t kMostInflated = std::size_t{1} << 30;
 
@@ -30,11 +42,22 @@ struct Element {
 
 std::size_t width_of(std::uint32_t type) {
   switch (type) {
-    case kInt8: case kUint8: return 1;
-    case kInt16: case kUint16: return 2;
-    case kInt32: case kUint32: case kSingle: return 4;
-    case kDouble: case kInt64: case kUint64: return 8;
-    default: return 0;
+    case kInt8:
+    case kUint8:
+      return 1;
+    case kInt16:
+    case kUint16:
+      return 2;
+    case kInt32:
+    case kUint32:
+    case kSingle:
+      return 4;
+    case kDouble:
+    case kInt64:
+    case kUint64:
+      return 8;
+    default:
+      return 0;
   }
 }
 
@@ -94,7 +117,8 @@ class Reader {
       return element;
     }
     std::size_t size = get<std::uint32_t>(bytes, at + 4);
-    const bool unpacked = !inside && base > 0;  // some writers state the size of a compressed variable with too much padding
+    const bool unpacked =
+        !inside && base > 0;  // some writers state the size of a compressed variable with too much padding
     if (unpacked) size = std::min(size, bytes.size() - at - 8);
     if (size > bytes.size() - at - 8) {
       fail(base + at, fmt::format("element of {} bytes, but {} are left", size, bytes.size() - at - 8));
@@ -125,27 +149,48 @@ class Reader {
     return out;
   }
 
-  Eigen::MatrixXd numbers(const Element& element, Eigen::Index rows, Eigen::Index columns, const std::string& name) const {
+  Eigen::MatrixXd numbers(const Element& element, Eigen::Index rows, Eigen::Index columns,
+                          const std::string& name) const {
     const std::size_t width = width_of(element.type), count = static_cast<std::size_t>(rows * columns);
     if (width == 0) fail(element.at, fmt::format("variable '{}': data type {} cannot be read", name, element.type));
     if (element.data.size() < count * width) {
-      fail(element.at, fmt::format("variable '{}': {} values of {} bytes do not fit into {} bytes", name, count, width, element.data.size()));
+      fail(element.at, fmt::format("variable '{}': {} values of {} bytes do not fit into {} bytes", name, count, width,
+                                   element.data.size()));
     }
     Eigen::MatrixXd m(rows, columns);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t at = i * width;
       double v = 0;
       switch (element.type) {
-        case kInt8: v = get<std::int8_t>(element.data, at); break;
-        case kUint8: v = get<std::uint8_t>(element.data, at); break;
-        case kInt16: v = get<std::int16_t>(element.data, at); break;
-        case kUint16: v = get<std::uint16_t>(element.data, at); break;
-        case kInt32: v = get<std::int32_t>(element.data, at); break;
-        case kUint32: v = get<std::uint32_t>(element.data, at); break;
-        case kSingle: v = get<float>(element.data, at); break;
-        case kInt64: v = static_cast<double>(get<std::int64_t>(element.data, at)); break;
-        case kUint64: v = static_cast<double>(get<std::uint64_t>(element.data, at)); break;
-        default: v = get<double>(element.data, at);
+        case kInt8:
+          v = get<std::int8_t>(element.data, at);
+          break;
+        case kUint8:
+          v = get<std::uint8_t>(element.data, at);
+          break;
+        case kInt16:
+          v = get<std::int16_t>(element.data, at);
+          break;
+        case kUint16:
+          v = get<std::uint16_t>(element.data, at);
+          break;
+        case kInt32:
+          v = get<std::int32_t>(element.data, at);
+          break;
+        case kUint32:
+          v = get<std::uint32_t>(element.data, at);
+          break;
+        case kSingle:
+          v = get<float>(element.data, at);
+          break;
+        case kInt64:
+          v = static_cast<double>(get<std::int64_t>(element.data, at));
+          break;
+        case kUint64:
+          v = static_cast<double>(get<std::uint64_t>(element.data, at));
+          break;
+        default:
+          v = get<double>(element.data, at);
       }
       m.data()[i] = v;
     }
@@ -167,14 +212,18 @@ class Reader {
     const std::string name(label.data);
     if (kind == kCell || kind == kStruct || kind == kObject || kind == kSparse) {
       file_.contents.push_back(fmt::format("'{}': {} (passed over)", name,
-                                           kind == kCell ? "cell array" : kind == kStruct ? "structure" : kind == kObject ? "object" : "sparse matrix"));
+                                           kind == kCell     ? "cell array"
+                                           : kind == kStruct ? "structure"
+                                           : kind == kObject ? "object"
+                                                             : "sparse matrix"));
       return;
     }
     // Dimensions beyond the second are taken together. Checked against the bytes before anything is allocated.
     double rows = get<std::int32_t>(sizes.data, 0), columns = 1;
     for (std::size_t d = 4; d + 4 <= sizes.data.size(); d += 4) columns *= get<std::int32_t>(sizes.data, d);
     if (!(rows >= 0 && columns >= 0 && rows * columns <= static_cast<double>(matrix.data.size()))) {
-      fail(sizes.at, fmt::format("variable '{}': {:g} x {:g} values in {} bytes", name, rows, columns, matrix.data.size()));
+      fail(sizes.at,
+           fmt::format("variable '{}': {:g} x {:g} values in {} bytes", name, rows, columns, matrix.data.size()));
     }
     if (kind == kChar || rows * columns == 0) {
       file_.contents.push_back(fmt::format("'{}': {}", name, kind == kChar ? "text" : "empty"));
@@ -187,7 +236,8 @@ class Reader {
     NamedArray array;
     array.name = name;
     array.value = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
-    if (complex) array.imaginary = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
+    if (complex)
+      array.imaginary = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
     arrays_.push_back(std::move(array));
   }
 
@@ -224,7 +274,8 @@ void put_column(std::string& out, const std::string& name, const Eigen::VectorXd
   put_u32(sizes, 1);
   put_element(matrix, kInt32, sizes);
   put_element(matrix, kInt8, identifier(name));
-  put_element(matrix, kDouble, {reinterpret_cast<const char*>(value.data()), static_cast<std::size_t>(value.size()) * 8});
+  put_element(matrix, kDouble,
+              {reinterpret_cast<const char*>(value.data()), static_cast<std::size_t>(value.size()) * 8});
   put_element(out, kMatrix, matrix);
 }
 
@@ -233,7 +284,8 @@ void put_column(std::string& out, const std::string& name, const Eigen::VectorXd
 SignalFile parse_mat(std::string_view bytes, std::string_view name) { return Reader(bytes, name).read(); }
 
 void write_mat(const std::filesystem::path& path, const Recording& recording) {
-  if (recording.size() > (Eigen::Index{1} << 28)) throw Error(fmt::format("{}: a MAT v5 variable holds up to 2 GiB", path.string()));
+  if (recording.size() > (Eigen::Index{1} << 28))
+    throw Error(fmt::format("{}: a MAT v5 variable holds up to 2 GiB", path.string()));
   std::string out = "MATLAB 5.0 MAT-file, written by whirl";
   out.resize(124, ' ');
   const std::uint16_t version = 0x0100, order = 'M' << 8 | 'I';

@@ -60,21 +60,11 @@ void read_finish(const JsonReader& in, T& value) {
 Json rotor_json(const RotorModel& r) {
   Json modes = Json::array();
   for (const ForcedMode& m : r.modes) {
-    modes.push(Json::object()
-                   .set("omega", m.omega)
-                   .set("zeta", m.zeta)
-                   .set("participation", to_json(m.participation)));
+    modes.push(Json::object().set("omega", m.omega).set("zeta", m.zeta).set("participation", to_json(m.participation)));
   }
   Json out;
-  out.set("k1", r.k1)
-      .set("k2", r.k2)
-      .set("c", r.c)
-      .set("k1_conj", to_json(r.k1_conj))
-      .set("c_conj", to_json(r.c_conj));
-  out.set("eps", to_json(r.eps))
-      .set("offset", to_json(r.offset))
-      .set("gain", r.gain)
-      .set("modes", std::move(modes));
+  out.set("k1", r.k1).set("k2", r.k2).set("c", r.c).set("k1_conj", to_json(r.k1_conj)).set("c_conj", to_json(r.c_conj));
+  out.set("eps", to_json(r.eps)).set("offset", to_json(r.offset)).set("gain", r.gain).set("modes", std::move(modes));
   return out;
 }
 
@@ -108,9 +98,7 @@ Json map_json(const std::map<std::string, double>& values) {
 
 constexpr std::array<std::string_view, 5> kRotorParameters{"k1", "k2", "c", "e", "e_phase"};
 
-std::array<double, 5> rotor_values(const RotorModel& r) {
-  return {r.k1, r.k2, r.c, std::abs(r.eps), std::arg(r.eps)};
-}
+std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.c, std::abs(r.eps), std::arg(r.eps)}; }
 
 }  // namespace
 
@@ -141,9 +129,7 @@ std::string_view parameter_unit(std::string_view name) {
 
 Json to_json(const StiffnessLaw& law) {
   Json out = start_document("whirl.stiffness", 1);
-  out.set("k1", to_json(law.k1, "N/m"))
-      .set("k2", to_json(law.k2, "N/m^3"))
-      .set("offset", to_json(law.offset, "m"));
+  out.set("k1", to_json(law.k1, "N/m")).set("k2", to_json(law.k2, "N/m^3")).set("offset", to_json(law.offset, "m"));
   out.set("cubic_p_value", law.cubic_p_value).set("hysteresis_N", law.hysteresis).set("points", law.points);
   finish(out, law.summary, law.provenance);
   return out;
@@ -173,9 +159,7 @@ Json to_json(const FrequencyResponse& frf) {
     channels.push(std::move(channel));
   }
   Json out = start_document("whirl.frf", 1);
-  out.set("kind", to_string(frf.kind))
-      .set("unit", frf_unit(frf.kind))
-      .set("estimator", to_string(frf.estimator));
+  out.set("kind", to_string(frf.kind)).set("unit", frf_unit(frf.kind)).set("estimator", to_string(frf.estimator));
   out.set("window_decay_1_s", frf.window_decay).set("averages", frf.averages);
   out.set("frequency_hz", Json(frf.frequency)).set("channels", std::move(channels));
   finish(out, frf.summary, frf.provenance);
@@ -269,8 +253,7 @@ ModalModel from_json(const Json& document, std::string_view source) {
 
 Json to_json(const IdentifiedModel& model) {
   Json parameters = Json::object();
-  for (const auto& [name, estimate] : model.parameters)
-    parameters.set(name, to_json(estimate, parameter_unit(name)));
+  for (const auto& [name, estimate] : model.parameters) parameters.set(name, to_json(estimate, parameter_unit(name)));
   if (model.rotor) {
     const std::array<double, 5> values = rotor_values(*model.rotor);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -281,15 +264,13 @@ Json to_json(const IdentifiedModel& model) {
     }
   }
   const std::size_t n = model.parameters.size();
-  const bool complete =
-      model.parameter_covariance.size() == n * n && parameters.get<Json::Object>()->size() == n;
+  const bool complete = model.parameter_covariance.size() == n * n && parameters.get<Json::Object>()->size() == n;
   Json equations = Json::array();
   for (const Equation& e : model.equations) {
     Json terms = Json::array();
     for (const EquationTerm& t : e.terms) {
       Json term = Json::object().set("function", t.function).set("coefficient", t.coefficient.value);
-      term.set("sd", t.coefficient.sd)
-          .set("ci95", Json::array().push(t.coefficient.low).push(t.coefficient.high));
+      term.set("sd", t.coefficient.sd).set("ci95", Json::array().push(t.coefficient.low).push(t.coefficient.high));
       terms.push(std::move(term.set("unit", t.unit)));
     }
     equations.push(Json::object().set("lhs", e.lhs).set("terms", std::move(terms)));
@@ -313,8 +294,7 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   IdentifiedModel model;
   model.method = in.at("method").text();
   const JsonReader parameters = in.at("parameters");
-  for (const auto& [name, value] : parameters.members())
-    model.parameters.emplace_back(name, read_estimate(value));
+  for (const auto& [name, value] : parameters.members()) model.parameters.emplace_back(name, read_estimate(value));
   if (in.has("rotor")) {
     model.rotor = read_rotor(in.at("rotor"));
     for (const std::string_view name : kRotorParameters) (void)parameters.at(name);
@@ -340,8 +320,7 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   }
   model.rotor_covariance = in.at("rotor_covariance").numbers();
   if (!model.rotor_covariance.empty() && model.rotor_covariance.size() != 25) {
-    throw in.at("rotor_covariance")
-        .error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));
+    throw in.at("rotor_covariance").error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));
   }
   if (in.has("parameter_covariance")) model.parameter_covariance = in.at("parameter_covariance").numbers();
   const std::size_t n = model.parameters.size();
@@ -357,12 +336,8 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
 
 Json to_json(const ControllerDesign& design) {
   Json out = start_document("whirl.controller", 1);
-  out.set("law", design.law)
-      .set("estimator", design.estimator)
-      .set("parameters", map_json(design.parameters));
-  out.set("model", rotor_json(design.model))
-      .set("sample_time_s", design.sample_time)
-      .set("delay_s", design.delay);
+  out.set("law", design.law).set("estimator", design.estimator).set("parameters", map_json(design.parameters));
+  out.set("model", rotor_json(design.model)).set("sample_time_s", design.sample_time).set("delay_s", design.delay);
   out.set("force_limit_N", design.force_limit).set("feedforward", design.feedforward);
   out.set("margins", map_json(design.margins));
   finish(out, design.summary, design.provenance);

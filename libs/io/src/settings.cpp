@@ -26,8 +26,8 @@ struct Entry {
 };
 
 constexpr std::string_view type_name(const Value& v) {
-  constexpr std::string_view names[] = {
-      "a number", "a number", "true or false", "text", "an array of numbers", "an array of texts"};
+  constexpr std::string_view names[] = {"a number",         "a number", "true or false", "text", "an array of numbers",
+                                        "an array of texts"};
   return names[v.index()];
 }
 
@@ -74,8 +74,7 @@ struct Settings::State {
         load(*inner, full);
       } else if (array && !array->empty() && array->is_homogeneous(toml::node_type::table)) {
         arrays.emplace_back(full, array->size());
-        for (std::size_t i = 0; i < array->size(); ++i)
-          load(*(*array)[i].as_table(), fmt::format("{}[{}]", full, i));
+        for (std::size_t i = 0; i < array->size(); ++i) load(*(*array)[i].as_table(), fmt::format("{}[{}]", full, i));
       } else {
         Entry e{path, key, {}, {}, line};
         std::ostringstream shown;
@@ -137,8 +136,8 @@ struct Settings::State {
       const UnitSuffix* unit = nullptr;
       if (e.key == name) {
         if (quantity != Quantity::dimensionless) {
-          fail(e, fmt::format("has no unit; write {}_{} (allowed units: {})", name,
-                              si_suffix(quantity).suffix, allowed_units(quantity)));
+          fail(e, fmt::format("has no unit; write {}_{} (allowed units: {})", name, si_suffix(quantity).suffix,
+                              allowed_units(quantity)));
         }
         unit = &si_suffix(quantity);
       } else {
@@ -146,8 +145,7 @@ struct Settings::State {
         if (!split.unit || split.name != name) continue;
         unit = find_unit(split.unit->suffix, quantity);
         if (!unit) {
-          fail(e,
-               fmt::format("must be a {}; allowed units: {}", to_string(quantity), allowed_units(quantity)));
+          fail(e, fmt::format("must be a {}; allowed units: {}", to_string(quantity), allowed_units(quantity)));
         }
       }
       if (found.first) fail(e, fmt::format("is given twice, see line {}", found.first->line));
@@ -209,8 +207,7 @@ std::optional<double> Settings::find_number(std::string_view path, Quantity quan
   return unit->to_si(state_->number_of(*entry));
 }
 
-double Settings::number(std::string_view path, Quantity quantity, double fallback, double low,
-                        double high) const {
+double Settings::number(std::string_view path, Quantity quantity, double fallback, double low, double high) const {
   const auto value = find_number(path, quantity);
   if (!value) return fallback;
   if (!(*value >= low && *value <= high)) {
@@ -228,8 +225,7 @@ double Settings::require_number(std::string_view path, Quantity quantity, double
   return number(path, quantity, 0, low, high);
 }
 
-std::vector<double> Settings::numbers(std::string_view path, Quantity quantity,
-                                      std::vector<double> fallback) const {
+std::vector<double> Settings::numbers(std::string_view path, Quantity quantity, std::vector<double> fallback) const {
   const auto [table, name] = split_path(path);
   state_->learn(quantity == Quantity::dimensionless ? std::string(path)
                                                     : fmt::format("{}_{}", path, si_suffix(quantity).suffix));
@@ -274,10 +270,9 @@ std::vector<std::string> Settings::texts(std::string_view path, std::vector<std:
 
 bool Settings::has(std::string_view path) const {
   const auto [table, name] = split_path(path);
-  return std::any_of(state_->entries.begin(), state_->entries.end(),
-                     [&, t = table, n = name](const Entry& e) {
-                       return e.table == t && (e.key == n || split_unit(e.key).name == n);
-                     });
+  return std::any_of(state_->entries.begin(), state_->entries.end(), [&, t = table, n = name](const Entry& e) {
+    return e.table == t && (e.key == n || split_unit(e.key).name == n);
+  });
 }
 
 std::vector<std::string> Settings::keys(std::string_view path) const {
@@ -330,8 +325,7 @@ bool Settings::assign(std::string_view table, std::string_view key, std::string&
   return v != nullptr;
 }
 
-bool Settings::assign_integer(std::string_view table, std::string_view key, long& field, long low,
-                              long high) const {
+bool Settings::assign_integer(std::string_view table, std::string_view key, long& field, long low, long high) const {
   const std::string path = join(table, key);
   const long* v = state_->typed<long>(path, "a whole number");
   if (!v) return false;

@@ -81,7 +81,8 @@ SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions&
     }
   }
   for (Channel& channel : channels) {
-    table.signals.push_back({channel.name, std::string(si_unit(channel.quantity)), channel.quantity, std::move(channel.samples), {}});
+    table.signals.push_back(
+        {channel.name, std::string(si_unit(channel.quantity)), channel.quantity, std::move(channel.samples), {}});
   }
   file.source = path.string();
   file.tables.push_back(std::move(table));
@@ -137,21 +138,40 @@ SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& opt
   SignalFile file;
   const std::string name = path.string();
   switch (format) {
-    case FileFormat::csv: file = signals_from_csv(path, options); break;
-    case FileFormat::uff: file = signals_from_uff(read_uff(path)); break;
-    case FileFormat::atfx: file = signals_from_atfx(read_atfx(path)); break;
-    case FileFormat::mat: file = parse_mat(read_text(path), name); break;
-    case FileFormat::hdf5: file = parse_hdf5(read_text(path), name); break;
-    case FileFormat::wav: file = parse_wav(read_text(path), name); break;
-    case FileFormat::lvm: file = parse_lvm(read_text(path), name); break;
-    case FileFormat::json: throw Error::in_file(name, 1, "JSON holds results, not signals");
+    case FileFormat::csv:
+      file = signals_from_csv(path, options);
+      break;
+    case FileFormat::uff:
+      file = signals_from_uff(read_uff(path));
+      break;
+    case FileFormat::atfx:
+      file = signals_from_atfx(read_atfx(path));
+      break;
+    case FileFormat::mat:
+      file = parse_mat(read_text(path), name);
+      break;
+    case FileFormat::hdf5:
+      file = parse_hdf5(read_text(path), name);
+      break;
+    case FileFormat::wav:
+      file = parse_wav(read_text(path), name);
+      break;
+    case FileFormat::lvm:
+      file = parse_lvm(read_text(path), name);
+      break;
+    case FileFormat::json:
+      throw Error::in_file(name, 1, "JSON holds results, not signals");
   }
   std::filesystem::path plain = path;
   if (plain.extension() == ".gz") plain.replace_extension();
   std::string extension = plain.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  const auto claims = [&](const FormatName& f) { return std::find(f.extensions.begin(), f.extensions.end(), extension) != f.extensions.end(); };
-  const auto own = std::find_if(formats().begin(), formats().end(), [&](const FormatName& f) { return f.format == format; });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  const auto claims = [&](const FormatName& f) {
+    return std::find(f.extensions.begin(), f.extensions.end(), extension) != f.extensions.end();
+  };
+  const auto own =
+      std::find_if(formats().begin(), formats().end(), [&](const FormatName& f) { return f.format == format; });
   const auto other = std::find_if(formats().begin(), formats().end(), claims);
   if (other != formats().end() && !claims(*own)) {
     file.findings.push_back(fmt::format("named {} but its content is {}", extension, own->words));
@@ -180,8 +200,10 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
     while (at < signals.size() && signals[at]->name != choice.header) ++at;
     if (at == signals.size()) {
       std::size_t number = 0;
-      const auto [end, error] = std::from_chars(choice.header.data(), choice.header.data() + choice.header.size(), number);
-      if (error == std::errc() && end == choice.header.data() + choice.header.size() && number >= 1 && number <= signals.size()) {
+      const auto [end, error] =
+          std::from_chars(choice.header.data(), choice.header.data() + choice.header.size(), number);
+      if (error == std::errc() && end == choice.header.data() + choice.header.size() && number >= 1 &&
+          number <= signals.size()) {
         at = number - 1;
       } else {
         std::string present;
@@ -209,18 +231,21 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
     if (options.rate) {
       require_range("rate", *options.rate, 1e-9, 1e12, "Hz");
       if (step > 0 && std::abs(*options.rate * step - 1) > 1e-3) {
-        throw fail(fmt::format("the rate given is {} Hz, but channel '{}' has {:.9g} Hz", *options.rate, signal.name, 1 / step));
+        throw fail(fmt::format("the rate given is {} Hz, but channel '{}' has {:.9g} Hz", *options.rate, signal.name,
+                               1 / step));
       }
       step = 1 / *options.rate;
     }
-    if (!(step > 0)) throw fail(fmt::format("channel '{}' states no times: state the sample rate (--rate, Hz)", signal.name));
+    if (!(step > 0))
+      throw fail(fmt::format("channel '{}' states no times: state the sample rate (--rate, Hz)", signal.name));
     if (i == 0) {
       recording.dt = step;
       recording.t0 = table.start;
     } else if (std::abs(step - recording.dt) > 1e-6 * recording.dt || signal.value.size() != recording.size() ||
                std::abs(table.start - recording.t0) > 0.05 * recording.dt) {
-      throw fail(fmt::format("channel '{}' has other times ({} samples at {:g} Hz) than '{}': choose channels with --columns",
-                             signal.name, signal.value.size(), 1 / step, recording.channels.front().name));
+      throw fail(
+          fmt::format("channel '{}' has other times ({} samples at {:g} Hz) than '{}': choose channels with --columns",
+                      signal.name, signal.value.size(), 1 / step, recording.channels.front().name));
     }
     std::optional<Quantity> quantity = signal.quantity;
     Eigen::VectorXd value = signal.value;
@@ -229,13 +254,14 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
         value = value.unaryExpr([&](double v) { return unit->to_si(choices[i].factor * v); });
         quantity = unit->quantity;
       } else if (*quantity != unit->quantity || choices[i].factor != 1) {
-        throw fail(fmt::format("channel '{}' is in {} by the file: it cannot be taken in {}", signal.name, signal.unit, unit->suffix));
+        throw fail(fmt::format("channel '{}' is in {} by the file: it cannot be taken in {}", signal.name, signal.unit,
+                               unit->suffix));
       }
     }
     if (!quantity) {
       throw fail(fmt::format("channel '{}' has {}: state it with --columns '{}:name_unit' (units: {})", signal.name,
-                             signal.unit.empty() ? "no unit" : fmt::format("the unknown unit '{}'", signal.unit), signal.name,
-                             allowed_units()));
+                             signal.unit.empty() ? "no unit" : fmt::format("the unknown unit '{}'", signal.unit),
+                             signal.name, allowed_units()));
     }
     std::string name = choices[i].name;
     if (name.empty() || recording.has(name)) name += fmt::format("#{}", i + 1);
@@ -244,7 +270,8 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
   for (const std::string& required : options.required) {
     const NameWithUnit split = split_unit(required);
     const Channel* channel = recording.find(split.unit != nullptr ? split.name : required);
-    if (channel == nullptr || (split.unit != nullptr && channel->quantity != split.unit->quantity)) recording.at(required);
+    if (channel == nullptr || (split.unit != nullptr && channel->quantity != split.unit->quantity))
+      recording.at(required);
   }
   if (recording.size() < options.min_samples) {
     throw fail(fmt::format("{} samples; at least {} are needed", recording.size(), options.min_samples));
@@ -254,20 +281,42 @@ Recording recording_of(const SignalFile& file, const CsvOptions& options) {
 }
 
 Recording read_recording(const std::filesystem::path& path, const CsvOptions& options) {
-  return file_format(path) == FileFormat::csv ? read_csv(path, options) : recording_of(read_signals(path, options), options);
+  return file_format(path) == FileFormat::csv ? read_csv(path, options)
+                                              : recording_of(read_signals(path, options), options);
 }
 
 const UnitSuffix* unit_from_label(std::string_view label) {
   std::string text(label);
-  for (const auto& [from, to] : {std::pair<std::string_view, std::string_view>{"\xC2\xB2", "2"}, {"\xC2\xB5", "u"}, {"\xCE\xBC", "u"},
-                                 {"**", ""}, {"^", ""}, {"(", ""}, {")", ""}, {"[", ""}, {"]", ""}, {" ", ""}, {"/", "_"}}) {
+  for (const auto& [from, to] : {std::pair<std::string_view, std::string_view>{"\xC2\xB2", "2"},
+                                 {"\xC2\xB5", "u"},
+                                 {"\xCE\xBC", "u"},
+                                 {"**", ""},
+                                 {"^", ""},
+                                 {"(", ""},
+                                 {")", ""},
+                                 {"[", ""},
+                                 {"]", ""},
+                                 {" ", ""},
+                                 {"/", "_"}}) {
     for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size())) {
       text.replace(at, from.size(), to);
     }
   }
-  for (const auto& [word, suffix] : {std::pair<std::string_view, std::string_view>{"sec", "s"}, {"seconds", "s"}, {"Seconds", "s"},
-                                     {"G", "g"}, {"volt", "V"}, {"Volt", "V"}, {"volts", "V"}, {"Volts", "V"}, {"newton", "N"},
-                                     {"Newton", "N"}, {"newtons", "N"}, {"Newtons", "N"}, {"RPM", "rpm"}, {"-", "1"}, {"%", "percent"}}) {
+  for (const auto& [word, suffix] : {std::pair<std::string_view, std::string_view>{"sec", "s"},
+                                     {"seconds", "s"},
+                                     {"Seconds", "s"},
+                                     {"G", "g"},
+                                     {"volt", "V"},
+                                     {"Volt", "V"},
+                                     {"volts", "V"},
+                                     {"Volts", "V"},
+                                     {"newton", "N"},
+                                     {"Newton", "N"},
+                                     {"newtons", "N"},
+                                     {"Newtons", "N"},
+                                     {"RPM", "rpm"},
+                                     {"-", "1"},
+                                     {"%", "percent"}}) {
     if (text == word) text = suffix;
   }
   return text.empty() ? nullptr : find_unit(text);
@@ -293,7 +342,8 @@ Signal make_signal(std::string name, std::string_view unit_label, Eigen::VectorX
 
 void add_signal(SignalFile& file, const SignalTable& like, Signal signal) {
   if (!std::isfinite(like.start) || !std::isfinite(like.step) || like.step < 0) {
-    file.findings.push_back(fmt::format("channel '{}': an abscissa from {:g} in steps of {:g} makes no sense", signal.name, like.start, like.step));
+    file.findings.push_back(fmt::format("channel '{}': an abscissa from {:g} in steps of {:g} makes no sense",
+                                        signal.name, like.start, like.step));
     SignalTable without = like;
     without.start = without.step = 0;
     add_signal(file, without, std::move(signal));

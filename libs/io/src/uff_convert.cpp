@@ -14,12 +14,18 @@ namespace {
 
 Quantity quantity_of(int type) {
   switch (type) {
-    case 8: return Quantity::displacement;
-    case 11: return Quantity::velocity;
-    case 12: return Quantity::acceleration;
-    case 13: return Quantity::force;
-    case 15: return Quantity::pressure;
-    default: return Quantity::dimensionless;
+    case 8:
+      return Quantity::displacement;
+    case 11:
+      return Quantity::velocity;
+    case 12:
+      return Quantity::acceleration;
+    case 13:
+      return Quantity::force;
+    case 15:
+      return Quantity::pressure;
+    default:
+      return Quantity::dimensionless;
   }
 }
 
@@ -28,20 +34,23 @@ bool is_blank(const std::string& unit) { return unit.empty() || unit == "NONE"; 
 // Dataset 164 with code 1 states that the file is in SI.
 bool states_si(const UffFile& file) { return file.units.size() == 1 && file.units[0].code == 1; }
 
-const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label, const std::string& what) {
+const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label,
+                              const std::string& what) {
   if (const UnitSuffix* unit = unit_from_label(label)) return *unit;
   if (is_blank(label) && states_si(file) && quantity_of(axis.type) != Quantity::dimensionless) {
     return si_suffix(quantity_of(axis.type));
   }
-  throw Error::in_file(file.source, 0,
-                       fmt::format("{} has {}: state it (allowed units: {})", what,
-                                   is_blank(label) ? "no unit" : fmt::format("the unknown unit '{}'", label), allowed_units()));
+  throw Error::in_file(
+      file.source, 0,
+      fmt::format("{} has {}: state it (allowed units: {})", what,
+                  is_blank(label) ? "no unit" : fmt::format("the unknown unit '{}'", label), allowed_units()));
 }
 
 // A point without direction is known by its name, where it has one.
 std::string point_name(const UffPoint& point) {
   if (point.direction == 0 && !is_blank(point.name)) return point.name;
-  static const char* const names[] = {"-RZ", "-RY", "-RX", "-Z", "-Y", "-X", "S", "+X", "+Y", "+Z", "+RX", "+RY", "+RZ"};
+  static const char* const names[] = {"-RZ", "-RY", "-RX", "-Z",  "-Y",  "-X", "S",
+                                      "+X",  "+Y",  "+Z",  "+RX", "+RY", "+RZ"};
   const int direction = point.direction >= -6 && point.direction <= 6 ? point.direction : 0;
   return fmt::format("{}:{}", point.node, names[direction + 6]);
 }
@@ -73,8 +82,9 @@ UffPoint point_of(const std::string& name, long number) {
 }  // namespace
 
 SignalFile signals_from_uff(const UffFile& file) {
-  static const char* const types[] = {"general", "time response", "auto spectrum", "cross spectrum", "frequency response",
-                                      "transmissibility", "coherence", "autocorrelation", "crosscorrelation", "power spectral density"};
+  static const char* const types[] = {
+      "general",          "time response", "auto spectrum",   "cross spectrum",   "frequency response",
+      "transmissibility", "coherence",     "autocorrelation", "crosscorrelation", "power spectral density"};
   SignalFile result;
   result.source = file.source;
   result.format = "universal file";
@@ -96,12 +106,15 @@ SignalFile signals_from_uff(const UffFile& file) {
     std::string name = f.response.node != 0 || f.response.direction != 0 ? point_name(f.response) : f.ordinate.label;
     // The field of a point's name holds ten characters; the first line of the function may hold all of it.
     if (name == f.response.name && f.id[0].starts_with(name)) name = f.id[0];
-    if (f.type != 0 && f.type != 1 && (f.reference.node != 0 || f.reference.direction != 0)) name += "/" + point_name(f.reference);
+    if (f.type != 0 && f.type != 1 && (f.reference.node != 0 || f.reference.direction != 0))
+      name += "/" + point_name(f.reference);
     const std::size_t number = static_cast<std::size_t>(&f - file.functions.data()) + 1;
     const auto used = [&](const SignalTable& t) {
-      return t.name == table.name && std::any_of(t.signals.begin(), t.signals.end(), [&](const Signal& s) { return s.name == name; });
+      return t.name == table.name &&
+             std::any_of(t.signals.begin(), t.signals.end(), [&](const Signal& s) { return s.name == name; });
     };
-    if (name.empty() || name == "NONE" || std::any_of(result.tables.begin(), result.tables.end(), used)) name += fmt::format("#{}", number);
+    if (name.empty() || name == "NONE" || std::any_of(result.tables.begin(), result.tables.end(), used))
+      name += fmt::format("#{}", number);
     std::string label = is_blank(f.ordinate.unit) ? "" : f.ordinate.unit;
     if (!is_blank(f.denominator.unit)) label += "/" + f.denominator.unit;
     const Quantity stated = quantity_of(f.ordinate.type);
@@ -113,7 +126,8 @@ SignalFile signals_from_uff(const UffFile& file) {
       signal.quantity = ordinate->quantity;
       signal.value = signal.value.unaryExpr([&](double v) { return ordinate->to_si(v); }).eval();
     } else if (f.type <= 1) {
-      result.findings.push_back(fmt::format("channel '{}' has {}", name, label.empty() ? "no unit" : fmt::format("the unknown unit '{}'", label)));
+      result.findings.push_back(fmt::format("channel '{}' has {}", name,
+                                            label.empty() ? "no unit" : fmt::format("the unknown unit '{}'", label)));
     }
     add_signal(result, table, std::move(signal));
   }
@@ -144,25 +158,33 @@ FrequencyResponse frf_from_uff(const UffFile& file) {
       if (motion.starts_with("(1/N)*")) {
         motion = motion.substr(6);
         force = "N";
-      } else if (const auto slash = motion.rfind('/'); slash != std::string::npos && unit_from_label(motion) == nullptr) {
+      } else if (const auto slash = motion.rfind('/');
+                 slash != std::string::npos && unit_from_label(motion) == nullptr) {
         force = motion.substr(slash + 1);
         motion.resize(slash);
       }
     }
     const UnitSuffix& numerator = motion_unit(file, f.ordinate, motion, what + " (response)");
-    const UnitSuffix& denominator = motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}}, force,
-                                                what + " (force)");
+    const UnitSuffix& denominator =
+        motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}}, force, what + " (force)");
     if (denominator.quantity != Quantity::force) {
-      throw Error::in_file(file.source, 0, fmt::format("{} is per {}: must be per force", what, to_string(denominator.quantity)));
+      throw Error::in_file(file.source, 0,
+                           fmt::format("{} is per {}: must be per force", what, to_string(denominator.quantity)));
     }
     FrfKind kind = FrfKind::accelerance;
     switch (numerator.quantity) {
-      case Quantity::displacement: kind = FrfKind::receptance; break;
-      case Quantity::velocity: kind = FrfKind::mobility; break;
-      case Quantity::acceleration: break;
+      case Quantity::displacement:
+        kind = FrfKind::receptance;
+        break;
+      case Quantity::velocity:
+        kind = FrfKind::mobility;
+        break;
+      case Quantity::acceleration:
+        break;
       default:
-        throw Error::in_file(file.source, 0, fmt::format("{} shows {}: must be displacement, velocity or acceleration", what,
-                                                         to_string(numerator.quantity)));
+        throw Error::in_file(file.source, 0,
+                             fmt::format("{} shows {}: must be displacement, velocity or acceleration", what,
+                                         to_string(numerator.quantity)));
     }
     const Eigen::Index n = f.value.size();
     if (frf.channels.empty()) {
@@ -173,8 +195,11 @@ FrequencyResponse frf_from_uff(const UffFile& file) {
                (n > 1 && std::abs(f.dx - (frf.frequency[1] - frf.frequency[0])) > 1e-4 * f.dx)) {
       throw Error::in_file(file.source, 0, what + ": must have the kind and the frequencies of the first");
     }
-    frf.channels.push_back({point_name(f.response), point_name(f.reference),
-                            f.value * (numerator.to_si(1) / denominator.to_si(1)), {}, {}});
+    frf.channels.push_back({point_name(f.response),
+                            point_name(f.reference),
+                            f.value * (numerator.to_si(1) / denominator.to_si(1)),
+                            {},
+                            {}});
   }
   if (frf.channels.empty()) throw Error::in_file(file.source, 0, "no frequency response (dataset 58, function type 4)");
   for (const auto& warning : file.warnings) frf.summary.warn(warning);

@@ -56,7 +56,8 @@ class Reader {
       if (lines_.done()) break;
       read_block();
     }
-    if (file_.units.size() > 1) warn("more than one unit system (dataset 164): the units of each value are not certain");
+    if (file_.units.size() > 1)
+      warn("more than one unit system (dataset 164): the units of each value are not certain");
     return std::move(file_);
   }
 
@@ -97,7 +98,8 @@ class Reader {
       form.binary = true;
       const long order = integer(lines_, line, 7, 6);
       const long floats = integer(lines_, line, 13, 6);
-      if (order != 1 && order != 2) lines_.fail(fmt::format("byte order {}: must be 1 (little) or 2 (big endian)", order));
+      if (order != 1 && order != 2)
+        lines_.fail(fmt::format("byte order {}: must be 1 (little) or 2 (big endian)", order));
       if (floats != 2) lines_.fail(fmt::format("floating-point format {}: only 2 (IEEE) can be read", floats));
       form.little = order == 1;
       const long bytes = integer(lines_, line, 31, 12);
@@ -108,17 +110,33 @@ class Reader {
     const long dataset = integer(lines_, number, 0, 6);
     if (binary && dataset != 58) lines_.fail(fmt::format("dataset {}b: only 58 may be binary", dataset));
     switch (dataset) {
-      case 58: read_function(form); break;
-      case 55: read_shape(); break;
-      case 15: read_nodes(); break;
-      case 2411: read_nodes_double(); break;
-      case 2412: read_elements(); break;
-      case 82: read_trace(); break;
-      case 18: read_systems(); break;
+      case 58:
+        read_function(form);
+        break;
+      case 55:
+        read_shape();
+        break;
+      case 15:
+        read_nodes();
+        break;
+      case 2411:
+        read_nodes_double();
+        break;
+      case 2412:
+        read_elements();
+        break;
+      case 82:
+        read_trace();
+        break;
+      case 18:
+        read_systems();
+        break;
       case 151:
         while (!block_ends()) file_.header.push_back(text_of(lines_.next()));
         break;
-      case 164: read_units(); break;
+      case 164:
+        read_units();
+        break;
       default:
         file_.skipped.push_back(static_cast<int>(dataset));
         skip_block();
@@ -172,7 +190,8 @@ class Reader {
     }
     const auto count = static_cast<Eigen::Index>(numbers.size() / per_value);
     if (count < f.declared) {
-      warn(fmt::format("line {}: function '{}' declares {} values, {} are present", lines_.line(), f.id[0], f.declared, count));
+      warn(fmt::format("line {}: function '{}' declares {} values, {} are present", lines_.line(), f.id[0], f.declared,
+                       count));
     }
     f.value.resize(count);
     if (!f.even) f.x.resize(count);
@@ -190,7 +209,8 @@ class Reader {
     const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
     const std::size_t count = std::min(wanted, raw.size() / width);
     if (form.bytes != wanted * width && raw.size() == form.bytes) {
-      warn(fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
+      warn(
+          fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
     }
     std::vector<double> numbers(count);
     const bool swap = form.little != (std::endian::native == std::endian::little);
@@ -205,7 +225,8 @@ class Reader {
       } else {
         std::memcpy(&numbers[i], value, 8);
       }
-      if (!std::isfinite(numbers[i])) lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", i + 1));
+      if (!std::isfinite(numbers[i]))
+        lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", i + 1));
     }
     return numbers;
   }
@@ -224,13 +245,15 @@ class Reader {
     if (per_node < 1 || per_node > 100) lines_.fail(fmt::format("{} values per node: must be 1 to 100", per_node));
     line = header_line("header of a shape");
     const long integers = integer(lines_, line, 0, 10), reals = integer(lines_, line, 10, 10);
-    if (integers < 0 || integers > 100 || reals < 0 || reals > 100) lines_.fail("counts of the header must be 0 to 100");
+    if (integers < 0 || integers > 100 || reals < 0 || reals > 100)
+      lines_.fail("counts of the header must be 0 to 100");
     for (long i = 0; i < integers; ++i) {
       const long column = (i + 2) % 8;
       if (column == 0) line = header_line("header of a shape");
       s.integers.push_back(integer(lines_, line, static_cast<std::size_t>(column) * 10, 10));
     }
-    while (s.reals.size() < static_cast<std::size_t>(reals)) append_numbers(lines_, header_line("header of a shape"), s.reals);
+    while (s.reals.size() < static_cast<std::size_t>(reals))
+      append_numbers(lines_, header_line("header of a shape"), s.reals);
     s.reals.resize(static_cast<std::size_t>(reals));
     const std::size_t width = static_cast<std::size_t>(per_node) * (s.complex ? 2 : 1);
     std::vector<double> values;
@@ -253,7 +276,8 @@ class Reader {
     s.value.resize(static_cast<Eigen::Index>(s.nodes.size()), per_node);
     const double* at = values.data();
     for (Eigen::Index n = 0; n < s.value.rows(); ++n) {
-      for (Eigen::Index k = 0; k < per_node; ++k, at += s.complex ? 2 : 1) s.value(n, k) = {at[0], s.complex ? at[1] : 0.0};
+      for (Eigen::Index k = 0; k < per_node; ++k, at += s.complex ? 2 : 1)
+        s.value(n, k) = {at[0], s.complex ? at[1] : 0.0};
     }
     file_.shapes.push_back(std::move(s));
   }
@@ -281,7 +305,8 @@ class Reader {
 
   void read_labels(std::size_t count, std::vector<long>& labels, const char* what) {
     while (labels.size() < count) {
-      if (lines_.done() || is_delimiter(lines_.peek())) lines_.fail(fmt::format("{} lists {} of {} nodes", what, labels.size(), count));
+      if (lines_.done() || is_delimiter(lines_.peek()))
+        lines_.fail(fmt::format("{} lists {} of {} nodes", what, labels.size(), count));
       const std::string_view line = lines_.next();
       for (std::size_t k = 0; k < 8 && labels.size() < count && !columns(line, 10 * k, 10).empty(); ++k) {
         labels.push_back(integer(lines_, line, 10 * k, 10));
@@ -335,7 +360,8 @@ class Reader {
     units.code = small(integer(lines_, line, 0, 10));
     units.description = text_of(columns(line, 10, 20));
     std::vector<double> factors;
-    while (factors.size() < 4 && !lines_.done() && !is_delimiter(lines_.peek())) append_numbers(lines_, lines_.next(), factors);
+    while (factors.size() < 4 && !lines_.done() && !is_delimiter(lines_.peek()))
+      append_numbers(lines_, lines_.next(), factors);
     if (factors.size() < 3) lines_.fail("length, force and temperature factors are expected");
     units.length = factors[0];
     units.force = factors[1];

@@ -58,7 +58,9 @@ long integer(const TextLines& lines, std::string_view line, std::size_t first, s
 }
 
 void append_numbers(const TextLines& lines, std::string_view line, std::vector<double>& numbers) {
-  const auto digit = [&](std::size_t i) { return i < line.size() && std::isdigit(static_cast<unsigned char>(line[i])); };
+  const auto digit = [&](std::size_t i) {
+    return i < line.size() && std::isdigit(static_cast<unsigned char>(line[i]));
+  };
   const auto sign = [&](std::size_t i) { return i < line.size() && (line[i] == '+' || line[i] == '-'); };
   std::size_t i = 0;
   while (true) {

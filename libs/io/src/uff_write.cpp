@@ -32,8 +32,11 @@ std::string field(const std::string& text, std::size_t width) {
 
 std::string id_line(const std::string& text) { return (text.empty() ? std::string("NONE") : cut(text, 80)) + "\n"; }
 
-// E13.5 and E20.12 with three-digit exponents where needed (the column grows by one then, never without a blank before).
-std::string number(double value, bool single) { return single ? fmt::format(" {:12.5E}", value) : fmt::format(" {:19.12E}", value); }
+// E13.5 and E20.12 with three-digit exponents where needed (the column grows by one then, never without a blank
+// before).
+std::string number(double value, bool single) {
+  return single ? fmt::format(" {:12.5E}", value) : fmt::format(" {:19.12E}", value);
+}
 
 void numbers(std::string& out, const std::vector<double>& values, bool single) {
   const std::size_t per_line = single ? 6 : 4;
@@ -48,15 +51,19 @@ std::string axis(const UffAxis& a) {
                      field(a.unit.empty() ? "NONE" : a.unit, 20));
 }
 
-std::string block(int dataset, const std::string& body) { return fmt::format("    -1\n{:6d}\n{}    -1\n", dataset, body); }
+std::string block(int dataset, const std::string& body) {
+  return fmt::format("    -1\n{:6d}\n{}    -1\n", dataset, body);
+}
 
 std::string function_body(const UffFunction& f) {
   std::string out;
   for (const auto& id : f.id) out += id_line(id);
-  out += fmt::format("{:5d}{:10d}{:5d}{:10d} {}{:10d}{:4d} {}{:10d}{:4d}\n", f.type, 0, 0, 0, field(f.response.name, 10),
-                     f.response.node, f.response.direction, field(f.reference.name, 10), f.reference.node, f.reference.direction);
+  out += fmt::format("{:5d}{:10d}{:5d}{:10d} {}{:10d}{:4d} {}{:10d}{:4d}\n", f.type, 0, 0, 0,
+                     field(f.response.name, 10), f.response.node, f.response.direction, field(f.reference.name, 10),
+                     f.reference.node, f.reference.direction);
   const int ordinate = f.complex ? (f.single ? 5 : 6) : (f.single ? 2 : 4);
-  out += fmt::format("{:10d}{:10d}{:10d}{:13.5E}{:13.5E}{:13.5E}\n", ordinate, f.value.size(), f.even ? 1 : 0, f.x0, f.dx, 0.0);
+  out += fmt::format("{:10d}{:10d}{:10d}{:13.5E}{:13.5E}{:13.5E}\n", ordinate, f.value.size(), f.even ? 1 : 0, f.x0,
+                     f.dx, 0.0);
   out += axis(f.abscissa) + axis(f.ordinate) + axis(f.denominator) + axis(f.z);
   std::vector<double> values;
   for (Eigen::Index i = 0; i < f.value.size(); ++i) {
@@ -71,8 +78,8 @@ std::string function_body(const UffFunction& f) {
 std::string shape_body(const UffShape& s) {
   std::string out;
   for (const auto& id : s.id) out += id_line(id);
-  out += fmt::format("{:10d}{:10d}{:10d}{:10d}{:10d}{:10d}\n", 1, s.analysis, s.characteristic, s.specific, s.complex ? 5 : 2,
-                     s.value.cols());
+  out += fmt::format("{:10d}{:10d}{:10d}{:10d}{:10d}{:10d}\n", 1, s.analysis, s.characteristic, s.specific,
+                     s.complex ? 5 : 2, s.value.cols());
   std::vector<long> integers{static_cast<long>(s.integers.size()), static_cast<long>(s.reals.size())};
   integers.insert(integers.end(), s.integers.begin(), s.integers.end());
   for (std::size_t i = 0; i < integers.size(); ++i) {
@@ -109,8 +116,8 @@ std::string format_uff(const UffFile& file) {
   if (!file.nodes.empty()) {
     std::string body;
     for (const auto& n : file.nodes) {
-      body += fmt::format("{:10d}{:10d}{:10d}{:10d}{:13.5E}{:13.5E}{:13.5E}\n", n.label, 0, 0, 1, n.position[0], n.position[1],
-                          n.position[2]);
+      body += fmt::format("{:10d}{:10d}{:10d}{:10d}{:13.5E}{:13.5E}{:13.5E}\n", n.label, 0, 0, 1, n.position[0],
+                          n.position[1], n.position[2]);
     }
     out += block(15, body);
   }

@@ -111,21 +111,18 @@ double UnitSuffix::from_si(double si) const {
 std::span<const UnitSuffix> all_units() { return kUnits; }
 
 const UnitSuffix* find_unit(std::string_view suffix) {
-  const auto it =
-      std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.suffix == suffix; });
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.suffix == suffix; });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
 const UnitSuffix* find_unit(std::string_view suffix, Quantity quantity) {
-  const auto it = std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) {
-    return u.suffix == suffix && u.quantity == quantity;
-  });
+  const auto it = std::find_if(kUnits.begin(), kUnits.end(),
+                               [&](const UnitSuffix& u) { return u.suffix == suffix && u.quantity == quantity; });
   return it == kUnits.end() ? nullptr : &*it;
 }
 
 const UnitSuffix& si_suffix(Quantity quantity) {
-  return *std::find_if(kUnits.begin(), kUnits.end(),
-                       [&](const UnitSuffix& u) { return u.quantity == quantity; });
+  return *std::find_if(kUnits.begin(), kUnits.end(), [&](const UnitSuffix& u) { return u.quantity == quantity; });
 }
 
 NameWithUnit split_unit(std::string_view name) {
@@ -165,8 +162,7 @@ std::string unit_problem(std::string_view name) {
   for (const UnitSuffix& u : kUnits) {
     if (lower(u.suffix) == lower(suffix)) hint = fmt::format(" (did you mean '{}'?)", u.suffix);
   }
-  return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint,
-                     allowed_units());
+  return fmt::format("'{}' has the unknown unit '{}'{}; allowed units: {}", name, suffix, hint, allowed_units());
 }
 
 std::string nearest(std::string_view word, std::span<const std::string> candidates) {

@@ -1,4 +1,5 @@
-// WAV by libsndfile. Values are parts of full scale: a WAV file knows no unit unless its comment names the channels as ours do.
+// WAV by libsndfile. Values are parts of full scale: a WAV file knows no unit unless its comment names the channels as
+// ours do.
 #include <fmt/format.h>
 #include <sndfile.h>
 
@@ -59,14 +60,16 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   const auto fail = [&](const std::string& message) { return Error::in_file(name, 0, message); };
   if (bytes.size() < 44) throw fail(fmt::format("byte {}: file ends inside the WAV header", bytes.size()));
   const std::string_view riff = bytes.substr(0, 4);
-  if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64") || bytes.substr(8, 4) != "WAVE") throw fail("byte 0: not a WAV file");
+  if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64") || bytes.substr(8, 4) != "WAVE")
+    throw fail("byte 0: not a WAV file");
   Memory memory{bytes, {}, 0};
   SF_VIRTUAL_IO io = virtual_io();
   SF_INFO info{};
   const Handle file(sf_open_virtual(&io, SFM_READ, &info, &memory), sf_close);
   if (file == nullptr) throw fail(fmt::format("byte {}: {}", memory.at, sf_strerror(nullptr)));
   if (info.channels < 1 || info.channels > 1024 || info.samplerate < 1) {
-    throw fail(fmt::format("{} channels at {} Hz: must be 1 to 1024 channels at 1 Hz or more", info.channels, info.samplerate));
+    throw fail(fmt::format("{} channels at {} Hz: must be 1 to 1024 channels at 1 Hz or more", info.channels,
+                           info.samplerate));
   }
   // Read until the data end: the count in the header may lie.
   const auto channels = static_cast<std::size_t>(info.channels);
@@ -80,7 +83,8 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   SignalFile result;
   result.source = name;
   result.format = "WAV";
-  if (rows < info.frames) result.findings.push_back(fmt::format("header declares {} samples, {} are present", info.frames, rows));
+  if (rows < info.frames)
+    result.findings.push_back(fmt::format("header declares {} samples, {} are present", info.frames, rows));
   std::vector<std::string> names;
   const char* comment = sf_get_string(file.get(), SF_STR_COMMENT);
   if (comment != nullptr && std::string_view(comment).starts_with(kComment)) {
@@ -99,11 +103,14 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   table.abscissa = Quantity::time;
   table.step = 1.0 / info.samplerate;
   for (std::size_t c = 0; c < channels; ++c) {
-    const Eigen::Map<const Eigen::VectorXd, 0, Eigen::InnerStride<>> column(values.data() + c, rows, Eigen::InnerStride<>(info.channels));
+    const Eigen::Map<const Eigen::VectorXd, 0, Eigen::InnerStride<>> column(values.data() + c, rows,
+                                                                            Eigen::InnerStride<>(info.channels));
     if (!column.allFinite()) throw fail(fmt::format("channel {}: values that are not finite", c + 1));
     table.signals.push_back(make_signal(named ? names[c] : std::to_string(c + 1), "", column));
   }
-  if (!named) result.findings.push_back("values are parts of full scale: a calibration is required (--columns 1:name_unit*FACTOR)");
+  if (!named)
+    result.findings.push_back(
+        "values are parts of full scale: a calibration is required (--columns 1:name_unit*FACTOR)");
   result.tables.push_back(std::move(table));
   return result;
 }
@@ -111,7 +118,8 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
 void write_wav(const std::filesystem::path& path, const Recording& recording) {
   const double rate = recording.rate();
   if (std::abs(rate - std::round(rate)) > 1e-6 * rate || rate > 1e9) {
-    throw Error(fmt::format("{}: a WAV file states whole numbers of Hz, the record has {:.9g} Hz", path.string(), rate));
+    throw Error(
+        fmt::format("{}: a WAV file states whole numbers of Hz, the record has {:.9g} Hz", path.string(), rate));
   }
   Memory memory;
   SF_VIRTUAL_IO io = virtual_io();

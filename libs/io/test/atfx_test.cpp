@@ -61,7 +61,8 @@ TEST(AtfxReference, EveryDataTypeInline) {
 }
 
 TEST(AtfxReference, SmallTables) {
-  for (const auto& [name, columns] : {std::pair{"Simple", 5u}, {"Bus", 5u}, {"BusWithIndex", 7u}, {"Workflow", 0u}, {"Geometry", 24u}}) {
+  for (const auto& [name, columns] :
+       {std::pair{"Simple", 5u}, {"Bus", 5u}, {"BusWithIndex", 7u}, {"Workflow", 0u}, {"Geometry", 24u}}) {
     const auto path = whirl::testing::data_file(std::string("atfx/Example_") + name + ".atfx");
     WHIRL_REQUIRE_DATA(path);
     EXPECT_EQ(whirl::read_atfx(path).columns.size(), columns) << name;

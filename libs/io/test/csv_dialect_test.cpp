@@ -52,16 +52,14 @@ TEST(CsvProperty, EveryDialectGivesTheSameDoubles) {
   }
   int dialects = 0;
   for (unsigned bits = 0; bits < 64; ++bits) {
-    for (const auto& [delimiter, decimal] :
-         {std::pair{',', '.'}, {';', '.'}, {';', ','}, {'\t', ','}, {'\t', '.'}}) {
+    for (const auto& [delimiter, decimal] : {std::pair{',', '.'}, {';', '.'}, {';', ','}, {'\t', ','}, {'\t', '.'}}) {
       const Dialect d{delimiter,       decimal,         (bits & 1) != 0,  (bits & 2) != 0,
                       (bits & 4) != 0, (bits & 8) != 0, (bits & 16) != 0, (bits & 32) != 0};
       const Recording r = parse_csv(written(header, rows, d), "d.csv");
       ASSERT_EQ(r.size(), 40);
       ASSERT_EQ(r.dt, 0.25);
       for (Eigen::Index i = 0; i < 40; ++i) {
-        ASSERT_EQ(r["x"][i], rows[static_cast<std::size_t>(i)][1])
-            << to_string(CsvDialect{delimiter, decimal});
+        ASSERT_EQ(r["x"][i], rows[static_cast<std::size_t>(i)][1]) << to_string(CsvDialect{delimiter, decimal});
         ASSERT_EQ(r["ux"][i], rows[static_cast<std::size_t>(i)][2]);
       }
       ++dialects;

@@ -61,18 +61,15 @@ TEST(Csv, ColumnsOptionSelectsAndNames) {
   EXPECT_EQ(r["y"][1], 4);
   EXPECT_EQ(r["u"][1], 3e-3);
   EXPECT_EQ(parse_csv("1,2\n3,4\n", "a.csv", {.rate = 1, .columns = {"2:x_m"}})["x"][0], 2);
-  EXPECT_EQ(parse_csv("note,x_mm\nabc,1\n\"d,e\",2\n", "a.csv", {.rate = 1, .columns = {"x_mm"}})["x"][1],
-            2e-3);
+  EXPECT_EQ(parse_csv("note,x_mm\nabc,1\n\"d,e\",2\n", "a.csv", {.rate = 1, .columns = {"x_mm"}})["x"][1], 2e-3);
 }
 
 TEST(Csv, EveryDefectNamesFileLineColumnAndWhatIsAllowed) {
   EXPECT_THAT(error_of_csv("t_s,x_furlong\n0,1\n"),
-              AllOf(HasSubstr("a.csv:1:"), HasSubstr("'x_furlong' has the unknown unit 'furlong'"),
-                    HasSubstr(" mm ")));
+              AllOf(HasSubstr("a.csv:1:"), HasSubstr("'x_furlong' has the unknown unit 'furlong'"), HasSubstr(" mm ")));
   EXPECT_THAT(error_of_csv("t_s,x_MM\n0,1\n"), HasSubstr("did you mean 'mm'?"));
   EXPECT_THAT(error_of_csv("t_s,x\n0,1\n"), HasSubstr("'x' has no unit; write name_unit, e.g. 'x_mm'"));
-  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,nan\n"),
-              HasSubstr("a.csv:3: column 'x_mm': 'nan' is not finite"));
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,nan\n"), HasSubstr("a.csv:3: column 'x_mm': 'nan' is not finite"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,-1e999\n"), HasSubstr("'-1e999' is not finite"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,\n"), HasSubstr("a.csv:3: column 'x_mm': empty"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,1.5x\n"), HasSubstr("'1.5x' is not a number"));
@@ -91,23 +88,19 @@ TEST(Csv, EveryDefectNamesFileLineColumnAndWhatIsAllowed) {
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,2\n", {.required = {"x_N"}}),
               HasSubstr("column 'x_mm' is a displacement, must be a force; allowed units: N mN"));
   EXPECT_THAT(error_of_csv("1,2\n3,4\n", {.rate = 1}), HasSubstr("no header"));
-  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,1\n", {.refuse_constant = true}),
-              HasSubstr("channel 'x' is constant"));
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n1,1\n", {.refuse_constant = true}), HasSubstr("channel 'x' is constant"));
   EXPECT_THAT(error_of_csv(""), HasSubstr("no header and no data"));
   EXPECT_THAT(error_of_csv(std::string("t_s,x\0_mm\n", 10)), HasSubstr("zero bytes"));
   EXPECT_THAT(error_of_csv(std::string(5000, ',')), HasSubstr("5000 columns; at most 4096"));
   EXPECT_THAT(error_of_csv("\xff\xfet"), HasSubstr("UTF-16"));
   EXPECT_THAT(error_of_csv(std::string(3 << 20, '1')), HasSubstr("longer than"));
-  EXPECT_THAT(error_of([] { read_csv("/nonexistent/a.csv"); }),
-              HasSubstr("/nonexistent/a.csv: cannot be opened"));
+  EXPECT_THAT(error_of([] { read_csv("/nonexistent/a.csv"); }), HasSubstr("/nonexistent/a.csv: cannot be opened"));
 }
 
 TEST(Csv, RefusesTimeThatIsNotUniformAndShowsTheSteps) {
-  EXPECT_THAT(
-      error_of_csv("t_s,x_mm\n0,1\n0.1,1\n0.3,1\n0.4,1\n0.5,1\n0.6,1\n"),
-      AllOf(HasSubstr("a.csv:4: time is not uniform: step 0.2 s here, 0.12 s on average"), HasSubstr("5 %")));
-  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n0.1,1\n0.1,1\n"),
-              HasSubstr("a.csv:4: time 0.1 s does not follow 0.1 s"));
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n0.1,1\n0.3,1\n0.4,1\n0.5,1\n0.6,1\n"),
+              AllOf(HasSubstr("a.csv:4: time is not uniform: step 0.2 s here, 0.12 s on average"), HasSubstr("5 %")));
+  EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n0.1,1\n0.1,1\n"), HasSubstr("a.csv:4: time 0.1 s does not follow 0.1 s"));
   EXPECT_THAT(error_of_csv("t_s,x_mm\n0,1\n0.1,1\n", {.rate = 20}), HasSubstr("the rate given is 20 Hz"));
 }
 
@@ -150,8 +143,7 @@ TEST(Csv, WriteAndReadGiveTheSameDoubles) {
   }
   write_csv(dir / "b.csv", r, {.units = {"x_mm", "t_ms"}});
   EXPECT_TRUE(read_csv(dir / "b.csv")["x"].isApprox(r["x"], 1e-15));
-  EXPECT_THAT(error_of([&] { write_csv(dir / "b.csv", r, {.units = {"x_N"}}); }),
-              HasSubstr("allowed units: m cm mm"));
+  EXPECT_THAT(error_of([&] { write_csv(dir / "b.csv", r, {.units = {"x_N"}}); }), HasSubstr("allowed units: m cm mm"));
 }
 
 TEST(Csv, TablesKeepComplexPartsAndNamedUnits) {

@@ -20,8 +20,7 @@ TEST(HashReference, Sha256OfTheNistExamples) {
   EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
             "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
-  EXPECT_EQ(sha256(std::string(1000000, 'a')),
-            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 TEST(HashProperty, PiecesGiveTheHashOfTheWhole) {
@@ -36,8 +35,7 @@ TEST(HashProperty, PiecesGiveTheHashOfTheWhole) {
 TEST(HashReference, OfTheSilverboxFileAsPublished) {
   const auto file = testing::data_file("silverbox/SNLS80mV.csv");
   WHIRL_REQUIRE_DATA(file);
-  EXPECT_EQ(input_record(file),
-            "SNLS80mV.csv sha256:ae62d5a91230c10f76e6dd02c8a4fac3c9d4d8a95fbf50e87cb0c4885003e0f1");
+  EXPECT_EQ(input_record(file), "SNLS80mV.csv sha256:ae62d5a91230c10f76e6dd02c8a4fac3c9d4d8a95fbf50e87cb0c4885003e0f1");
 }
 
 TEST(Units, SuffixesGiveSi) {

@@ -18,8 +18,7 @@ using ::testing::IsEmpty;
 
 Eigen::VectorXd sine(double amplitude, double offset = 0) {
   Eigen::VectorXd x(2000);
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    x[i] = offset + amplitude * std::sin(0.0731 * static_cast<double>(i));
+  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = offset + amplitude * std::sin(0.0731 * static_cast<double>(i));
   return x;
 }
 
@@ -47,8 +46,7 @@ TEST(Info, FindsWhatIsSuspicious) {
   EXPECT_THAT(info_of(sine(0.1, 5), Quantity::angular_velocity).findings, IsEmpty());
   Eigen::VectorXd spike = sine(1);
   spike[77] = 9;
-  EXPECT_THAT(info_of(spike).findings,
-              ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
+  EXPECT_THAT(info_of(spike).findings, ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
   const Eigen::VectorXd coarse = (sine(2) * 4).array().round();
   EXPECT_THAT(info_of(coarse).findings,
               ElementsAre(HasSubstr("coarse: about 17 levels"), HasSubstr("repeat their neighbour")));

@@ -28,12 +28,10 @@ IdentifiedModel rotor_model() {
   m.method = "weak";
   m.states = {"X1", "X2"};
   m.inputs = {"X5"};
-  m.equations = {{"X2'",
-                  {{"X1", Estimate::from_sd(-5667.1, 3.2), "1/s^2"},
-                   {"X1^3", {-1e7, kNan, kNan, kNan}, "1/(m^2 s^2)"}}}};
-  m.parameters = {{"k1", Estimate::from_sd(5667.1, 3.2)},
-                  {"k2", Estimate::from_sd(1e7, 1e5)},
-                  {"c", Estimate::from_sd(1, 0.1)}};
+  m.equations = {
+      {"X2'", {{"X1", Estimate::from_sd(-5667.1, 3.2), "1/s^2"}, {"X1^3", {-1e7, kNan, kNan, kNan}, "1/(m^2 s^2)"}}}};
+  m.parameters = {
+      {"k1", Estimate::from_sd(5667.1, 3.2)}, {"k2", Estimate::from_sd(1e7, 1e5)}, {"c", Estimate::from_sd(1, 0.1)}};
   RotorModel r;
   r.k1 = 5667.1;
   r.k2 = 1e7;
@@ -110,8 +108,7 @@ TEST(ModelJson, TheOtherResultsRoundTrip) {
   EXPECT_EQ(to_json(frf_back).dump(), to_json(frf).dump());
 
   ModalModel modes;
-  modes.modes = {
-      {Estimate::from_sd(12, 0.1), Estimate::from_sd(0.01, 0.001), {-1, 75}, Eigen::VectorXcd::Random(2)}};
+  modes.modes = {{Estimate::from_sd(12, 0.1), Estimate::from_sd(0.01, 0.001), {-1, 75}, Eigen::VectorXcd::Random(2)}};
   modes.lower = modes.upper = modes.upper_slope = Eigen::VectorXcd::Random(2);
   modes.responses = {"3:+X", "4:+Y"};
   modes.references = {"3:+X", "3:+X"};
@@ -142,8 +139,7 @@ TEST(ModelJson, EveryDefectNamesFilePathAndReason) {
     return error_of([&] { from_json<IdentifiedModel>(parse_json(text, "m.json"), "m.json"); });
   };
   EXPECT_EQ(with("weak", "weak"), "no error");
-  EXPECT_THAT(with("whirl.model/1", "whirl.model/2"),
-              AllOf(HasSubstr("m.json: $: "), HasSubstr("newer program")));
+  EXPECT_THAT(with("whirl.model/1", "whirl.model/2"), AllOf(HasSubstr("m.json: $: "), HasSubstr("newer program")));
   EXPECT_THAT(with("whirl.model/1", "whirl.modes/1"), HasSubstr("must be 'whirl.model/1'"));
   EXPECT_THAT(with("whirl.model/1", "whirl.model/1x"), HasSubstr("must be 'whirl.model/1'"));
   EXPECT_THAT(with("\"schema\"", "\"scheme\""), HasSubstr("no key 'schema'"));
@@ -154,8 +150,7 @@ TEST(ModelJson, EveryDefectNamesFilePathAndReason) {
               HasSubstr("$.equations[0].terms[0].coefficient: is null"));
   EXPECT_THAT(with("\"coefficient\": -5667.1", "\"coefficient\": NaN"), HasSubstr("damaged JSON"));
   EXPECT_THAT(with("\"coefficient\": -5667.1", "\"coefficient\": 1e999"), HasSubstr("m.json"));
-  EXPECT_THAT(with("\"status\": \"warning\"", "\"status\": \"fine\""),
-              HasSubstr("must be ok, warning or unusable"));
+  EXPECT_THAT(with("\"status\": \"warning\"", "\"status\": \"fine\""), HasSubstr("must be ok, warning or unusable"));
   EXPECT_THAT(with("\"seed\": \"1", "\"seed\": \"x"), HasSubstr("$.provenance.seed"));
   EXPECT_THAT(error_of([] { parse_json("{\n\"a\": 1,\n}", "x.json"); }), HasSubstr("x.json:3: damaged JSON"));
   EXPECT_THAT(error_of([] { parse_json("{\"a\":1,\"a\":2}", "x.json"); }), HasSubstr("key 'a' stands twice"));

@@ -40,7 +40,8 @@ name = "k1"
 coefficient = "K1/m"
 unit = "1/s^2"
 terms = ["-x", "-2*y"]
-)", "library.toml");
+)",
+                                                      "library.toml");
   ASSERT_EQ(library.groups.size(), 6u);
   EXPECT_EQ(library.groups[0].name, "k1");
   EXPECT_EQ(library.groups[0].entries[1].factor, -2);
@@ -73,7 +74,8 @@ TEST(LibraryToml, RotorLibrariesRoundTrip) {
 
 TEST(LibraryTomlProperty, RandomTiedLibrariesRoundTrip) {
   std::mt19937_64 random(5);
-  const char* pool[] = {"x", "y'", "x^2*y", "sin(b)", "b'^2*cos(b) + b''*sin(b)", "sgn(x')", "0", "-0.3*x*abs(x)", "2.5e-7"};
+  const char* pool[] = {"x",       "y'", "x^2*y",         "sin(b)", "b'^2*cos(b) + b''*sin(b)",
+                        "sgn(x')", "0",  "-0.3*x*abs(x)", "2.5e-7"};
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<TiedGroup> groups;
     for (std::size_t g = 0; g < 1 + random() % 4; ++g) {
@@ -82,7 +84,8 @@ TEST(LibraryTomlProperty, RandomTiedLibrariesRoundTrip) {
       if (tied_group("", places).entries.empty()) places[0] = Expr(1);
       groups.push_back(tied_group(fmt::format("g{}", g), places, g % 2 ? "K/m" : "", "1/s^2"));
     }
-    const CandidateLibrary library = make_library({"x''", "y''", "w'"}, groups, {Expr(0), Expr::parse("-9.81*x"), Expr(1)});
+    const CandidateLibrary library =
+        make_library({"x''", "y''", "w'"}, groups, {Expr(0), Expr::parse("-9.81*x"), Expr(1)});
     expect_equal(parse_library_toml(to_toml(library), "l"), library);
   }
 }
@@ -99,9 +102,11 @@ TEST(LibraryToml, FaultsAreNamedWithTheirPlace) {
   EXPECT_NE(message("equations = [\"x'\"]\ncommon = [\"x^\"]").find("l.toml:2"), std::string::npos);
   EXPECT_NE(message("equations = [\"x'\"]\n[terms]\n\"y'\" = [\"x\"]").find("y'"), std::string::npos);
   EXPECT_NE(message("equations = [\"x'\"]").find("no candidate"), std::string::npos);
-  EXPECT_NE(message("equations = [\"x'\", \"y'\"]\n[[group]]\nterms = [\"x\"]").find("one for each of the 2"), std::string::npos);
+  EXPECT_NE(message("equations = [\"x'\", \"y'\"]\n[[group]]\nterms = [\"x\"]").find("one for each of the 2"),
+            std::string::npos);
   EXPECT_NE(message("equations = [\"x'\"]\n[[group]]\nterms = [\"0\"]").find("0 everywhere"), std::string::npos);
-  EXPECT_NE(message("equations = [\"x'\"]\n[[group]]\nunit = \"m//s\"\nterms = [\"x\"]").find("l.toml:3"), std::string::npos);
+  EXPECT_NE(message("equations = [\"x'\"]\n[[group]]\nunit = \"m//s\"\nterms = [\"x\"]").find("l.toml:3"),
+            std::string::npos);
   EXPECT_NE(message("equations = [\"x'\", \"x'\"]\ncommon = [\"x\"]").find("twice"), std::string::npos);
 }
 

@@ -54,8 +54,7 @@ TEST(Settings, EveryRefusalNamesFileLineKeyAndWhatIsAllowed) {
               AllOf(HasSubstr("rig.toml:4: rotor.mass_gram = 1500: must be between 0 and 1 kg")));
   EXPECT_THAT(error_of([&] { s.number("rotor.mass", Quantity::force, 0); }),
               HasSubstr("must be a force; allowed units: N mN"));
-  EXPECT_THAT(error_of([&] { s.number("rotor.ratio", Quantity::time, 0); }),
-              HasSubstr("has no unit; write ratio_s"));
+  EXPECT_THAT(error_of([&] { s.number("rotor.ratio", Quantity::time, 0); }), HasSubstr("has no unit; write ratio_s"));
   EXPECT_THAT(error_of([&] { s.integer("rotor.ratio", 0); }),
               HasSubstr("rig.toml:6: rotor.ratio = 0.7: is a number, must be a whole number"));
   EXPECT_THAT(error_of([&] { s.integer("rotor.bits", 0, 1, 8); }), HasSubstr("must be between 1 and 8"));
@@ -101,8 +100,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
 TEST(Settings, ApplyFillsVisitedFieldsInAnyUnitOfTheQuantity) {
   Machine m;
   const Settings s = parse_settings(
-      "[rotor]\nmass_g = 5\nripple_rpm = 60\n[laser]\nbits = 16\non = true\n[laser.1]\nrunout_mm = 0.02\n",
-      "rig.toml");
+      "[rotor]\nmass_g = 5\nripple_rpm = 60\n[laser]\nbits = 16\non = true\n[laser.1]\nrunout_mm = 0.02\n", "rig.toml");
   apply(s, m);
   s.finish();
   EXPECT_DOUBLE_EQ(m.mass, 5e-3);
@@ -115,8 +113,7 @@ TEST(Settings, ApplyFillsVisitedFieldsInAnyUnitOfTheQuantity) {
   EXPECT_TRUE(m.on);
   EXPECT_THAT(error_of([&] { apply(parse_settings("laser.bits = 5000000000", "a.toml"), m); }),
               HasSubstr("laser.bits = 5000000000: must be between -2147483648 and 2147483647"));
-  EXPECT_THAT(error_of([&] { apply(parse_settings("rotor.mass_mm = 1", "a.toml"), m); }),
-              HasSubstr("must be a mass"));
+  EXPECT_THAT(error_of([&] { apply(parse_settings("rotor.mass_mm = 1", "a.toml"), m); }), HasSubstr("must be a mass"));
 }
 
 TEST(Settings, WrittenTomlReadsBack) {

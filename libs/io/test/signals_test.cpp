@@ -24,7 +24,9 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using whirl::testing::error_of;
 
-std::filesystem::path corpus(const std::string& file) { return std::filesystem::path(WHIRL_SOURCE_DIR) / "tests/fuzz/corpus" / file; }
+std::filesystem::path corpus(const std::string& file) {
+  return std::filesystem::path(WHIRL_SOURCE_DIR) / "tests/fuzz/corpus" / file;
+}
 
 class Folder {
  public:
@@ -93,7 +95,8 @@ TEST(Signals, RowsOfAnHdf5FileAreThoseOfTheWhole) {
     ASSERT_EQ(part.size(), std::min<Eigen::Index>(count, 300 - first));
     EXPECT_NEAR(part.t0, 2 + static_cast<double>(first) * record.dt, 1e-12);
     EXPECT_DOUBLE_EQ(part.dt, record.dt);
-    for (const char* name : {"force", "acc"}) EXPECT_EQ(part[name], Eigen::VectorXd(record[name].segment(first, part.size())));
+    for (const char* name : {"force", "acc"})
+      EXPECT_EQ(part[name], Eigen::VectorXd(record[name].segment(first, part.size())));
   }
   for (const Eigen::Index beyond : {299, 300}) EXPECT_TRUE(read_hdf5_rows(folder / "r.h5", beyond, 10).tables.empty());
   EXPECT_THAT(error_of([&] { (void)read_hdf5_rows(folder / "none.h5", 0, 10); }), HasSubstr("no HDF5 file"));

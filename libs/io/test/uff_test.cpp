@@ -11,9 +11,9 @@
 namespace {
 using Complex = std::complex<double>;
 
-#define WHIRL_READ_UFF(file, name)                               \
-  const auto path_ = whirl::testing::data_file("uff/" name);     \
-  WHIRL_REQUIRE_DATA(path_);                                     \
+#define WHIRL_READ_UFF(file, name)                           \
+  const auto path_ = whirl::testing::data_file("uff/" name); \
+  WHIRL_REQUIRE_DATA(path_);                                 \
   const whirl::UffFile file = whirl::read_uff(path_)
 
 TEST(UffReference, ArtemisGeometry) {
@@ -228,9 +228,14 @@ TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
     std::string damaged = text;
     for (int k = 0; k < 1 + run % 4; ++k) {
       switch (run % 3) {
-        case 0: damaged[position(random)] = static_cast<char>(byte(random)); break;
-        case 1: damaged.resize(std::min(damaged.size(), position(random) + 1)); break;
-        default: damaged[position(random)] = "9-1E .\n"[byte(random) % 7];
+        case 0:
+          damaged[position(random)] = static_cast<char>(byte(random));
+          break;
+        case 1:
+          damaged.resize(std::min(damaged.size(), position(random) + 1));
+          break;
+        default:
+          damaged[position(random)] = "9-1E .\n"[byte(random) % 7];
       }
     }
     try {
@@ -256,7 +261,8 @@ TEST(Uff, HugeCountsInAHeaderDoNotAllocate) {
 TEST(Uff, WhatIsNotAUniversalFileIsAnError) {
   EXPECT_THROW(whirl::parse_uff("", "memory"), whirl::Error);
   EXPECT_THROW(whirl::parse_uff("t_s,x_mm\n0,1\n", "memory"), whirl::Error);
-  EXPECT_THROW(whirl::parse_uff("    -1\n    58b     1     3          11         100\n    -1\n", "memory"), whirl::Error);
+  EXPECT_THROW(whirl::parse_uff("    -1\n    58b     1     3          11         100\n    -1\n", "memory"),
+               whirl::Error);
   EXPECT_THROW(whirl::parse_uff("    -1\n    15\n abc\n    -1\n", "memory"), whirl::Error);
 }
 

@@ -52,7 +52,8 @@ Expr function_back(const std::string& name, const Expr& x) {
 }  // namespace
 
 symbol Names::declare(const std::string& name, Kind kind) {
-  if (name.empty() || Expr::parse(name).kind() != Expr::Kind::symbol) throw Error("name '" + name + "': must be letters, digits and primes");
+  if (name.empty() || Expr::parse(name).kind() != Expr::Kind::symbol)
+    throw Error("name '" + name + "': must be letters, digits and primes");
   if (has(name)) throw Error("name '" + name + "' is declared twice");
   const GiNaC::realsymbol s(name);
   symbols_.emplace(name, std::pair<symbol, Kind>{s, kind});
@@ -74,8 +75,10 @@ double expanded_size(const Expr& e) {
   double size = e.kind() == Expr::Kind::sum ? 0 : 1;
   for (const Expr& arg : e.args()) {
     const double part = expanded_size(arg);
-    if (e.kind() == Expr::Kind::sum) size += part;
-    else size *= part;
+    if (e.kind() == Expr::Kind::sum)
+      size += part;
+    else
+      size *= part;
   }
   if (e.kind() == Expr::Kind::function && size <= 1000) return 1;  // an argument stays one factor
   if (e.kind() != Expr::Kind::power || !e.args()[1].is_number()) return size;
@@ -100,31 +103,47 @@ ex Names::read(const std::string& text, const char* what) const {
 ex Names::from(const Expr& e) const {
   const auto arg = [&](std::size_t i) { return from(e.args()[i]); };
   switch (e.kind()) {
-    case Expr::Kind::number: return rational(e.value());
-    case Expr::Kind::symbol: return at(e.name());
-    case Expr::Kind::power: return GiNaC::pow(arg(0), arg(1));
+    case Expr::Kind::number:
+      return rational(e.value());
+    case Expr::Kind::symbol:
+      return at(e.name());
+    case Expr::Kind::power:
+      return GiNaC::pow(arg(0), arg(1));
     case Expr::Kind::sum:
     case Expr::Kind::product: {
       ex result = e.kind() == Expr::Kind::sum ? 0 : 1;
       for (const Expr& part : e.args()) {
-        if (e.kind() == Expr::Kind::sum) result += from(part);
-        else result *= from(part);
+        if (e.kind() == Expr::Kind::sum)
+          result += from(part);
+        else
+          result *= from(part);
       }
       return result;
     }
-    case Expr::Kind::function: break;
+    case Expr::Kind::function:
+      break;
   }
   switch (e.function()) {
-    case Function::abs: return magnitude(arg(0));
-    case Function::sgn: return sign(arg(0));
-    case Function::exp: return GiNaC::exp(arg(0));
-    case Function::log: return GiNaC::log(arg(0));
-    case Function::sin: return GiNaC::sin(arg(0));
-    case Function::cos: return GiNaC::cos(arg(0));
-    case Function::tan: return GiNaC::tan(arg(0));
-    case Function::tanh: return GiNaC::tanh(arg(0));
-    case Function::min: return (arg(0) + arg(1) - magnitude(arg(0) - arg(1))) / 2;
-    case Function::max: return (arg(0) + arg(1) + magnitude(arg(0) - arg(1))) / 2;
+    case Function::abs:
+      return magnitude(arg(0));
+    case Function::sgn:
+      return sign(arg(0));
+    case Function::exp:
+      return GiNaC::exp(arg(0));
+    case Function::log:
+      return GiNaC::log(arg(0));
+    case Function::sin:
+      return GiNaC::sin(arg(0));
+    case Function::cos:
+      return GiNaC::cos(arg(0));
+    case Function::tan:
+      return GiNaC::tan(arg(0));
+    case Function::tanh:
+      return GiNaC::tanh(arg(0));
+    case Function::min:
+      return (arg(0) + arg(1) - magnitude(arg(0) - arg(1))) / 2;
+    case Function::max:
+      return (arg(0) + arg(1) + magnitude(arg(0) - arg(1))) / 2;
   }
   return 0;
 }
@@ -168,7 +187,8 @@ bool is_call(const ex& e, const char* name) {
   return GiNaC::is_a<GiNaC::function>(e) && GiNaC::ex_to<GiNaC::function>(e).get_name() == name;
 }
 
-/// sin(s + p) and cos(s + p) of states s and parameters p by the addition theorem: each then stands in a factor of its own.
+/// sin(s + p) and cos(s + p) of states s and parameters p by the addition theorem: each then stands in a factor of its
+/// own.
 struct SplitAngles : GiNaC::map_function {
   explicit SplitAngles(const Names& n) : names(n) {}
   const Names& names;
@@ -199,7 +219,8 @@ ex reduced(const ex& e, const Names& names) {
   for (const ex& angle : angles) {
     const ex sine = GiNaC::sin(angle), square = 1 - GiNaC::pow(GiNaC::cos(angle), 2);
     for (int power = 8; power >= 2; --power) {
-      result = result.subs(GiNaC::pow(sine, power) == GiNaC::pow(square, power / 2) * GiNaC::pow(sine, power % 2)).expand();
+      result =
+          result.subs(GiNaC::pow(sine, power) == GiNaC::pow(square, power / 2) * GiNaC::pow(sine, power % 2)).expand();
     }
   }
   return result;
@@ -217,7 +238,8 @@ struct InsertValues : GiNaC::map_function {
   const Names& names;
   ex operator()(const ex& e) override {
     const bool root = GiNaC::is_a<GiNaC::power>(e) && !e.op(1).info(GiNaC::info_flags::posint);
-    if ((root || GiNaC::is_a<GiNaC::function>(e)) && names.uses(e, Names::Kind::state) && names.uses(e, Names::Kind::parameter)) {
+    if ((root || GiNaC::is_a<GiNaC::function>(e)) && names.uses(e, Names::Kind::state) &&
+        names.uses(e, Names::Kind::parameter)) {
       return e.subs(values);
     }
     return e.nops() > 0 ? e.map(*this) : e;
@@ -237,8 +259,10 @@ Split split(const ex& summand, const Names& names) {
     const ex factor = GiNaC::is_a<GiNaC::mul>(summand) ? summand.op(i) : summand;
     const bool state = names.uses(factor, Names::Kind::state);
     if (state && names.uses(factor, Names::Kind::parameter)) {
-      throw Error(fmt::format("a parameter without exact value stands inside '{}', which states enter too: the equations are "
-                              "not linear in unknowns; give the parameter a value", names.to(factor).str()));
+      throw Error(
+          fmt::format("a parameter without exact value stands inside '{}', which states enter too: the equations are "
+                      "not linear in unknowns; give the parameter a value",
+                      names.to(factor).str()));
     }
     (state ? result.states : result.parameters) *= factor;
   }

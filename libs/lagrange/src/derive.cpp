@@ -19,7 +19,8 @@ struct Motion {
 };
 
 Motion declare_motion(Names& names, const std::string& name) {
-  return {names.declare(name, Kind::state), names.declare(name + "'", Kind::state), names.declare(name + "''", Kind::state)};
+  return {names.declare(name, Kind::state), names.declare(name + "'", Kind::state),
+          names.declare(name + "''", Kind::state)};
 }
 
 /// pivot = parameters * states, inverted; false when it is no such product.
@@ -40,7 +41,8 @@ bool invert(const ex& pivot, const Names& names, ex& inverse) {
   return true;
 }
 
-/// Solves M a = h by elimination with diagonal pivots that hold no states, or a factor of states; empty when there are none.
+/// Solves M a = h by elimination with diagonal pivots that hold no states, or a factor of states; empty when there are
+/// none.
 std::vector<ex> solved(GiNaC::matrix mass, std::vector<ex> h, const Names& names) {
   const unsigned n = mass.rows();
   std::vector<bool> done(n, false);
@@ -78,8 +80,10 @@ std::vector<ex> own_accelerations(const GiNaC::matrix& mass, std::vector<ex> h, 
   for (unsigned i = 0; i < mass.rows(); ++i) {
     ex inverse;
     if (!invert(mass(i, i), names, inverse)) {
-      throw Error(fmt::format("the inertia of '{}', {}, is not a product of parameters and states: the equations are not linear "
-                              "in unknowns; give parameters a value", problem.coordinates[i], names.to(mass(i, i)).str()));
+      throw Error(fmt::format(
+          "the inertia of '{}', {}, is not a product of parameters and states: the equations are not linear "
+          "in unknowns; give parameters a value",
+          problem.coordinates[i], names.to(mass(i, i)).str()));
     }
     for (unsigned j = 0; j < mass.cols(); ++j) {
       if (j != i) h[i] -= mass(i, j) * motions[j].acceleration;
@@ -138,8 +142,10 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
   std::vector<ex> h;
   for (std::size_t i = 0; i < n; ++i) {
     const ex momentum = kinetic.diff(motions[i].rate);
-    ex force = kinetic.diff(motions[i].q) - potential.diff(motions[i].q) - rayleigh.diff(motions[i].rate) - momentum.diff(GiNaC::ex_to<symbol>(time));
-    if (const auto it = problem.forces.find(problem.coordinates[i]); it != problem.forces.end()) force += read(it->second, "force");
+    ex force = kinetic.diff(motions[i].q) - potential.diff(motions[i].q) - rayleigh.diff(motions[i].rate) -
+               momentum.diff(GiNaC::ex_to<symbol>(time));
+    if (const auto it = problem.forces.find(problem.coordinates[i]); it != problem.forces.end())
+      force += read(it->second, "force");
     for (std::size_t j = 0; j < n; ++j) {
       mass(static_cast<unsigned>(i), static_cast<unsigned>(j)) = reduced(momentum.diff(motions[j].rate), names);
       force -= momentum.diff(motions[j].q) * motions[j].rate;
@@ -155,7 +161,8 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
     result.rhs.push_back(names.to(h[i]));
   }
   const ex determinant = reduced(mass.determinant(), names);
-  if (determinant.is_zero()) throw Error("the mass matrix is singular: some coordinate has no kinetic energy of its own");
+  if (determinant.is_zero())
+    throw Error("the mass matrix is singular: some coordinate has no kinetic energy of its own");
   result.determinant = names.to(GiNaC::factor(determinant));
 
   std::vector<ex> accelerations = solved(mass, h, names);
@@ -180,7 +187,8 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
     }
     result.accelerations.push_back(names.to(a));
   }
-  for (const auto& [name, order] : problem.order) result.notes.push_back(fmt::format("powers of {} above {} left out", name, order));
+  for (const auto& [name, order] : problem.order)
+    result.notes.push_back(fmt::format("powers of {} above {} left out", name, order));
   for (const std::string& name : moving) result.lhs.push_back(name + "''");
   result.library = tied_library(accelerations, moving, problem, exact, names, result.notes);
   return result;

@@ -21,7 +21,8 @@ using Eigen::VectorXd;
 /// Relations c(p) = u with their derivatives, exact values put in.
 class Relations {
  public:
-  Relations(const std::vector<Expr>& terms, const std::vector<std::string>& names) : rows_(static_cast<Index>(terms.size())), columns_(static_cast<Index>(names.size())) {
+  Relations(const std::vector<Expr>& terms, const std::vector<std::string>& names)
+      : rows_(static_cast<Index>(terms.size())), columns_(static_cast<Index>(names.size())) {
     std::vector<Expr> all = terms;
     for (const Expr& term : terms) {
       for (const std::string& name : names) all.push_back(differentiate(term, name));
@@ -41,16 +42,16 @@ class Relations {
 };
 
 struct Problem {
-  std::vector<std::string> names;      // of the parameters sought
+  std::vector<std::string> names;  // of the parameters sought
   std::vector<std::string> units;
-  std::vector<Expr> relations;         // one per observation, in `names`
+  std::vector<Expr> relations;  // one per observation, in `names`
   VectorXd observed;
-  MatrixXd whitening;                  // L^-1 of the observations' covariance L L^T
+  MatrixXd whitening;  // L^-1 of the observations' covariance L L^T
 };
 
 struct Solution {
   VectorXd p;
-  MatrixXd jacobian;   // of the relations
+  MatrixXd jacobian;  // of the relations
   double chi_square = std::numeric_limits<double>::infinity();
 };
 
@@ -66,8 +67,8 @@ using Decomposition = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
 /// Least squares, of minimal norm where a is rank-deficient.
 MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) { return Decomposition(a).solve(b); }
 
-/// Start: the logarithms of the products of powers among the relations form a linear system in log|p|; functions and sums
-/// in them are taken at the values that p already has.
+/// Start: the logarithms of the products of powers among the relations form a linear system in log|p|; functions and
+/// sums in them are taken at the values that p already has.
 VectorXd start(const Problem& problem, VectorXd p) {
   const Index n = p.size(), m = problem.observed.size();
   MatrixXd a = MatrixXd::Zero(m, n);
@@ -78,9 +79,12 @@ VectorXd start(const Problem& problem, VectorXd p) {
     const Expr& relation = problem.relations[static_cast<std::size_t>(r)];
     double rest = 1;
     for (const Expr& factor : relation.kind() == Expr::Kind::product ? relation.args() : std::vector<Expr>{relation}) {
-      const bool power = factor.kind() == Expr::Kind::power && factor.args()[0].kind() == Expr::Kind::symbol && factor.args()[1].is_number();
+      const bool power = factor.kind() == Expr::Kind::power && factor.args()[0].kind() == Expr::Kind::symbol &&
+                         factor.args()[1].is_number();
       const Expr& base = power ? factor.args()[0] : factor;
-      const auto name = base.kind() == Expr::Kind::symbol ? std::find(problem.names.begin(), problem.names.end(), base.name()) : problem.names.end();
+      const auto name = base.kind() == Expr::Kind::symbol
+                            ? std::find(problem.names.begin(), problem.names.end(), base.name())
+                            : problem.names.end();
       if (name == problem.names.end()) {
         rest *= evaluate(factor, values);
       } else {
@@ -172,7 +176,8 @@ Solution solve(const Problem& problem, const Relations& relations) {
   return best;
 }
 
-/// Inverse square root of the covariance. Exact or missing uncertainties count as 1e-7 of the value: they must not rule.
+/// Inverse square root of the covariance. Exact or missing uncertainties count as 1e-7 of the value: they must not
+/// rule.
 MatrixXd whitening(const VectorXd& value, MatrixXd covariance) {
   const double largest = value.cwiseAbs().maxCoeff();
   for (Index i = 0; i < value.size(); ++i) {
@@ -302,15 +307,17 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   const std::vector<Index>& references = space.references;
   result.excess = static_cast<int>(rows - space.seen.cols());
   result.summary.residual = solution.chi_square;
-  // Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no solution.
+  // Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no
+  // solution.
   const double bound = result.excess + 6 * std::sqrt(2.0 * result.excess) + 10;
   if (!std::isfinite(solution.chi_square) || (result.excess == 0 && solution.chi_square > 1e-3)) {
     result.summary.fail("no parameters give the unknowns of the fit");
     return result;
   }
   if (result.excess > 0 && intervals && solution.chi_square > bound) {
-    result.summary.warn(fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
-                                    solution.chi_square, result.excess, result.excess > 1 ? "s" : ""));
+    result.summary.warn(
+        fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
+                    solution.chi_square, result.excess, result.excess > 1 ? "s" : ""));
   }
   // Directions that the fit does not see get no variance here and are not reported.
   const MatrixXd basis = scale.asDiagonal() * space.seen;
@@ -326,9 +333,10 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
     const auto itself = std::find(problem.names.begin(), problem.names.end(), name);
     const std::optional<Unit> unit = unit_of(term, units);
     // An angle's own text: in products rad is the number one.
-    const std::string text = itself != problem.names.end() ? problem.units[static_cast<std::size_t>(itself - problem.names.begin())]
-                             : unit                         ? unit->str()
-                                                            : "";
+    const std::string text = itself != problem.names.end()
+                                 ? problem.units[static_cast<std::size_t>(itself - problem.names.begin())]
+                             : unit ? unit->str()
+                                    : "";
     return PhysicalQuantity{name, text, intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
   };
   const auto determined = [&](const Expr& e) {
@@ -369,7 +377,8 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
     std::string list, ask;
     for (const std::string& name : result.undetermined) list += (list.empty() ? "" : ", ") + name;
     for (const Index r : references) ask += (ask.empty() ? "" : " and ") + problem.names[static_cast<std::size_t>(r)];
-    result.summary.warn(fmt::format("not determined by this fit: {}{}", list, ask.empty() ? "" : "; a value of " + ask + " would determine what hangs on it"));
+    result.summary.warn(fmt::format("not determined by this fit: {}{}", list,
+                                    ask.empty() ? "" : "; a value of " + ask + " would determine what hangs on it"));
   }
   if (!intervals) result.summary.warn("the fit states no uncertainties: no intervals");
   return result;

@@ -26,7 +26,9 @@ Symmetry parse_symmetry(const std::string& text, const LagrangeProblem& problem)
   }
   const std::size_t n = s.coordinates.size();
   const bool fits = s.kind == "mirror" ? n > 0 : (s.kind == "rotation" || s.kind == "exchange") && n > 0 && n % 2 == 0;
-  if (!fits) throw Error(fmt::format("symmetry '{}': must be 'rotation x y [u v ...]', 'exchange x y [u v ...]' or 'mirror x [y ...]'", text));
+  if (!fits)
+    throw Error(fmt::format(
+        "symmetry '{}': must be 'rotation x y [u v ...]', 'exchange x y [u v ...]' or 'mirror x [y ...]'", text));
   return s;
 }
 
@@ -80,7 +82,8 @@ GiNaC::exmap symmetry_ties(const std::vector<ex>& functions, const LagrangeProbl
           rest = (rest - factor * p).expand();
         }
         if (row.size() != parameters.size() || !rest.is_zero()) {
-          throw Error(fmt::format("symmetry '{}' asks {} = 0, which is not linear in parameters", text, names.to(condition).str()));
+          throw Error(fmt::format("symmetry '{}' asks {} = 0, which is not linear in parameters", text,
+                                  names.to(condition).str()));
         }
         rows.push_back(std::move(row));
       }

@@ -26,7 +26,8 @@ struct Table {
   std::vector<Expr> known;
 
   void add(std::size_t place, const Expr& monomial, const GiNaC::numeric& factor) {
-    auto it = std::find_if(unknowns.begin(), unknowns.end(), [&](const Unknown& u) { return u.coefficient == monomial; });
+    auto it =
+        std::find_if(unknowns.begin(), unknowns.end(), [&](const Unknown& u) { return u.coefficient == monomial; });
     if (it == unknowns.end()) it = unknowns.insert(unknowns.end(), {monomial, {}});
     it->factors.resize(std::max(it->factors.size(), place + 1));
     it->factors[place] += factor;
@@ -89,7 +90,8 @@ class Order {
   std::map<std::string, std::size_t, std::less<>> rank_;
 };
 
-Table tabulate(const std::vector<ex>& accelerations, const GiNaC::exmap& exact, const LagrangeProblem& problem, const Names& names) {
+Table tabulate(const std::vector<ex>& accelerations, const GiNaC::exmap& exact, const LagrangeProblem& problem,
+               const Names& names) {
   const Order order(problem);
   Table table;
   table.known.resize(accelerations.size());
@@ -139,7 +141,8 @@ CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::v
     return name;
   };
   for (const auto& [name, unused] : problem.names) {
-    if (!names.has(name) || !names.uses(names.at(name), Names::Kind::state)) throw Error(fmt::format("names: '{}' is no variable", name));
+    if (!names.has(name) || !names.uses(names.at(name), Names::Kind::state))
+      throw Error(fmt::format("names: '{}' is no variable", name));
   }
   const auto add_names = [&](const std::string& name) {
     for (const char* primes : {"", "'", "''"}) renamed[name + primes] = Expr::symbol(rename(name + primes));

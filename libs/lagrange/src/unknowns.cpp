@@ -46,10 +46,10 @@ std::vector<std::pair<double, Expr>> monomials(const Expr& e) {
 
 /// Coefficients that are one random number: the same size and sd in several equations of a tied fit.
 struct Variable {
-  Estimate coefficient;         ///< magnitude
-  Eigen::VectorXd column;       ///< of places, signs included
+  Estimate coefficient;           ///< magnitude
+  Eigen::VectorXd column;         ///< of places, signs included
   std::ptrdiff_t parameter = -1;  ///< of the model with this coefficient; -1: none
-  double sign = 1;              ///< of that parameter
+  double sign = 1;                ///< of that parameter
 };
 
 /// Index of the parameter that an untied fit keeps for a term: "v': x^3", or "x^3" alone; -1: none.
@@ -95,8 +95,9 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     if (equation == nullptr) {
       std::string found;
       for (const Equation& e : model.equations) found += " " + e.lhs;
-      throw Error(fmt::format("the model has no equation for {} (it has{}): choose the names of the derivation to match, [names]",
-                              library.lhs[i], found));
+      throw Error(fmt::format(
+          "the model has no equation for {} (it has{}): choose the names of the derivation to match, [names]",
+          library.lhs[i], found));
     }
     for (const EquationTerm& term : equation->terms) {
       Eigen::VectorXd column = Eigen::VectorXd::Zero(places.size());
@@ -111,7 +112,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
         continue;
       }
       const double sign = term.coefficient.value < 0 ? -1 : 1;
-      auto it = std::find_if(variables.begin(), variables.end(), [&](const Variable& v) { return same(v.coefficient, term.coefficient); });
+      auto it = std::find_if(variables.begin(), variables.end(),
+                             [&](const Variable& v) { return same(v.coefficient, term.coefficient); });
       if (it == variables.end()) {
         it = variables.insert(variables.end(), {term.coefficient, Eigen::VectorXd::Zero(places.size())});
         it->coefficient.value = std::abs(it->coefficient.value);
@@ -140,7 +142,8 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
   }
   const std::size_t m = model.parameters.size();
   const bool joint = m > 0 && model.parameter_covariance.size() == m * m &&
-                     std::all_of(variables.begin(), variables.end(), [](const Variable& v) { return v.coefficient.sd == 0 || v.parameter >= 0; });
+                     std::all_of(variables.begin(), variables.end(),
+                                 [](const Variable& v) { return v.coefficient.sd == 0 || v.parameter >= 0; });
   if (!joint && model.rotor_covariance.empty() && library.groups.size() > 1) {
     result.notes.push_back("the model states no covariances: unknowns count as independent");
   }
@@ -178,9 +181,10 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     const double variance = covariance(spread.row(p), spread.row(p));
     const double width = variance < 0 ? 0 : std::sqrt(variance);  // rounding
     if (std::abs(misfit[p]) > 1e-9 * scale && !(std::abs(misfit[p]) <= 4 * width)) {
-      throw Error(fmt::format("the model does not keep the ties of the derivation: in {} the coefficient of {} is off by {:.3g}; the "
-                              "machine is less symmetric than the energies say: give it more parameters", library.lhs[places.equation(p)],
-                              places.function(p).str(), misfit[p]));
+      throw Error(fmt::format(
+          "the model does not keep the ties of the derivation: in {} the coefficient of {} is off by {:.3g}; the "
+          "machine is less symmetric than the energies say: give it more parameters",
+          library.lhs[places.equation(p)], places.function(p).str(), misfit[p]));
     }
   }
   result.covariance = Eigen::MatrixXd::Zero(map.rows(), map.rows());
@@ -225,7 +229,8 @@ UnknownEstimates unknown_estimates(const IdentifiedModel& model, const Candidate
         result.covariance(i, j) = model.parameter_covariance[pi * m + by_name[static_cast<std::size_t>(j)]];
       }
     }
-    if (n > 1 && model.parameter_covariance.empty()) result.notes.push_back("the model states no covariances: unknowns count as independent");
+    if (n > 1 && model.parameter_covariance.empty())
+      result.notes.push_back("the model states no covariances: unknowns count as independent");
     return result;
   }
   UnknownEstimates result = from_equations(model, library);

@@ -29,7 +29,8 @@ const TiedGroup& group(const LagrangeEquations& eq, const std::string& coefficie
 void expect_group(const LagrangeEquations& eq, const std::string& coefficient, const std::vector<const char*>& terms) {
   const std::vector<Expr> found = group_terms(group(eq, coefficient), terms.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    EXPECT_EQ(expand(found[i] - Expr::parse(terms[i])), Expr(0)) << coefficient << " in equation " << i << ": " << found[i].str();
+    EXPECT_EQ(expand(found[i] - Expr::parse(terms[i])), Expr(0))
+        << coefficient << " in equation " << i << ": " << found[i].str();
   }
 }
 
@@ -54,10 +55,13 @@ TEST(LagrangeReference, PaperRotorSolvedGivesEquationTwentyOneAndTheCoupling) {
   p.kinetic = "m*((x' - e*sin(b)*b')^2 + (y' + e*cos(b)*b')^2)/2 + J_bar*b'^2/2";
   p.order = {{"e", 1}};
   const LagrangeEquations eq = derive(p);
-  expect_same(eq.accelerations[0], "-K1/m*x - K2/m*x^3 - K2/m*x*y^2 - Cx/m*x' + e*b'^2*cos(b) + e/J_bar*tau*sin(b) + Ux/m");
-  expect_same(eq.accelerations[1], "-K1/m*y - K2/m*y^3 - K2/m*x^2*y - Cy/m*y' + e*b'^2*sin(b) - e/J_bar*tau*cos(b) + Uy/m");
+  expect_same(eq.accelerations[0],
+              "-K1/m*x - K2/m*x^3 - K2/m*x*y^2 - Cx/m*x' + e*b'^2*cos(b) + e/J_bar*tau*sin(b) + Ux/m");
+  expect_same(eq.accelerations[1],
+              "-K1/m*y - K2/m*y^3 - K2/m*x^2*y - Cy/m*y' + e*b'^2*sin(b) - e/J_bar*tau*cos(b) + Uy/m");
   expect_same(eq.accelerations[2],
-              "tau/J_bar + e/J_bar*((K1*y + K2*y*(x^2 + y^2) + Cy*y' - Uy)*cos(b) - (K1*x + K2*x*(x^2 + y^2) + Cx*x' - Ux)*sin(b))");
+              "tau/J_bar + e/J_bar*((K1*y + K2*y*(x^2 + y^2) + Cy*y' - Uy)*cos(b) - (K1*x + K2*x*(x^2 + y^2) + Cx*x' - "
+              "Ux)*sin(b))");
 }
 
 // The tied library of a prescribed angle is the one that the identification uses, written by hand there.
@@ -74,8 +78,8 @@ TEST(LagrangeReference, PrescribedAngleGivesTheTiedRotorLibrary) {
   }
 }
 
-// Eq. 24 without its exponentials: with the motor and friction torques of eqs. 7 to 11 for one direction of rotation, the
-// functions of all three equations are the 17 of the paper.
+// Eq. 24 without its exponentials: with the motor and friction torques of eqs. 7 to 11 for one direction of rotation,
+// the functions of all three equations are the 17 of the paper.
 TEST(LagrangeReference, TorqueLawGivesTheFunctionsOfEquationTwentyFour) {
   LagrangeProblem p = tied_rotor();
   p.inputs.clear();
@@ -106,8 +110,8 @@ TEST(LagrangeReference, TorqueLawGivesTheFunctionsOfEquationTwentyFour) {
   };
   // Any direction: sgn and X6|X6| beside them.
   const LagrangeEquations both = derive(p);
-  EXPECT_EQ(functions(both, 0), sorted(parse_library({"X1", "X1^3", "X1*X3^2", "X2", "X6^2*cos(X5)", "sin(X5)", "X6*sin(X5)",
-                                                      "sgn(X6)*sin(X5)", "X6*abs(X6)*sin(X5)"})));
+  EXPECT_EQ(functions(both, 0), sorted(parse_library({"X1", "X1^3", "X1*X3^2", "X2", "X6^2*cos(X5)", "sin(X5)",
+                                                      "X6*sin(X5)", "sgn(X6)*sin(X5)", "X6*abs(X6)*sin(X5)"})));
   EXPECT_EQ(functions(both, 2), sorted(parse_library({"1", "X6", "sgn(X6)", "X6*abs(X6)"})));
   p.positive = {"b'"};
   const LagrangeEquations forward = derive(p);
@@ -132,12 +136,25 @@ TEST(LagrangeProperty, RotorLibraryAgreesWithTheDerivationAtRandomStates) {
     disk.cubic = 1e3 * (2 + number(random));
     disk.damping_x = 1 + number(random);
     disk.damping_y = 1 + number(random);
-    const DiskState s{number(random), number(random), number(random), number(random), 3 * number(random), 5 * number(random)};
+    const DiskState s{number(random), number(random),     number(random),
+                      number(random), 3 * number(random), 5 * number(random)};
     const double ux = number(random), uy = number(random), tau = number(random);
-    const Values v{{"x", s.x},     {"y", s.y},         {"b", s.beta},  {"x'", s.dx},       {"y'", s.dy},
-                   {"b'", s.omega}, {"m", disk.mass},   {"J", disk.inertia}, {"e", disk.eccentricity},
-                   {"K1", disk.stiffness}, {"K2", disk.cubic}, {"Cx", disk.damping_x}, {"Cy", disk.damping_y},
-                   {"Ux", ux},     {"Uy", uy},         {"tau", tau}};
+    const Values v{{"x", s.x},
+                   {"y", s.y},
+                   {"b", s.beta},
+                   {"x'", s.dx},
+                   {"y'", s.dy},
+                   {"b'", s.omega},
+                   {"m", disk.mass},
+                   {"J", disk.inertia},
+                   {"e", disk.eccentricity},
+                   {"K1", disk.stiffness},
+                   {"K2", disk.cubic},
+                   {"Cx", disk.damping_x},
+                   {"Cy", disk.damping_y},
+                   {"Ux", ux},
+                   {"Uy", uy},
+                   {"tau", tau}};
     const DiskAcceleration expected = lagrange_acceleration(disk, s, ux, uy, tau);
     const double scale = 1 + std::abs(expected.ddx) + std::abs(expected.ddy) + std::abs(expected.alpha);
     EXPECT_NEAR(evaluate(eq.accelerations[0], v), expected.ddx, 1e-10 * scale);
@@ -146,8 +163,8 @@ TEST(LagrangeProperty, RotorLibraryAgreesWithTheDerivationAtRandomStates) {
   }
 }
 
-// For every shipped kind of system, at random states and parameters: M q'' = h holds for the accelerations, and the library
-// with its coefficients evaluated gives the same accelerations.
+// For every shipped kind of system, at random states and parameters: M q'' = h holds for the accelerations, and the
+// library with its coefficients evaluated gives the same accelerations.
 TEST(LagrangeProperty, LibraryTimesCoefficientsIsTheAcceleration) {
   std::mt19937_64 random(17);
   std::uniform_real_distribution<double> number(0.4, 1.6);
@@ -172,14 +189,16 @@ TEST(LagrangeProperty, LibraryTimesCoefficientsIsTheAcceleration) {
       double scale = 1;
       if (!eq.implicit) {
         for (Eigen::Index j = 0; j < n; ++j) {
-          v[p.coordinates[static_cast<std::size_t>(j)] + "''"] = evaluate(eq.accelerations[static_cast<std::size_t>(j)], v);
+          v[p.coordinates[static_cast<std::size_t>(j)] + "''"] =
+              evaluate(eq.accelerations[static_cast<std::size_t>(j)], v);
         }
       }
       for (Eigen::Index i = 0; i < n; ++i) {
         const auto row = static_cast<std::size_t>(i);
         if (!eq.implicit) {
           double force = -evaluate(eq.rhs[row], v);
-          for (std::size_t j = 0; j < p.coordinates.size(); ++j) force += evaluate(eq.mass[row][j], v) * v[p.coordinates[j] + "''"];
+          for (std::size_t j = 0; j < p.coordinates.size(); ++j)
+            force += evaluate(eq.mass[row][j], v) * v[p.coordinates[j] + "''"];
           EXPECT_NEAR(force, 0, 1e-10 * (1 + std::abs(evaluate(eq.rhs[row], v)))) << p.kinetic;
         }
         const double a = evaluate(eq.accelerations[row], v);
@@ -190,8 +209,8 @@ TEST(LagrangeProperty, LibraryTimesCoefficientsIsTheAcceleration) {
   }
 }
 
-// Lagrange's equation written out with the derivatives of `expr`, which share nothing with the computer algebra: its left
-// minus right side vanishes at the accelerations found.
+// Lagrange's equation written out with the derivatives of `expr`, which share nothing with the computer algebra: its
+// left minus right side vanishes at the accelerations found.
 TEST(LagrangeProperty, EveryDerivedAccelerationSolvesLagrangesEquation) {
   std::mt19937_64 random(23);
   std::uniform_real_distribution<double> number(-1, 1);
@@ -204,8 +223,8 @@ TEST(LagrangeProperty, EveryDerivedAccelerationSolvesLagrangesEquation) {
     for (std::size_t i = 0; i < p.coordinates.size(); ++i) {
       const std::string& q = p.coordinates[i];
       const Expr momentum = differentiate(kinetic, q + "'");
-      std::vector<Expr> parts{differentiate(momentum, "t"), -differentiate(kinetic, q), differentiate(read(p.potential), q),
-                              differentiate(read(p.rayleigh), q + "'")};
+      std::vector<Expr> parts{differentiate(momentum, "t"), -differentiate(kinetic, q),
+                              differentiate(read(p.potential), q), differentiate(read(p.rayleigh), q + "'")};
       for (const std::string& m : motions) {
         parts.push_back(differentiate(momentum, m) * Expr::symbol(m + "'"));
         parts.push_back(differentiate(momentum, m + "'") * Expr::symbol(m + "''"));
@@ -280,7 +299,8 @@ TEST(LagrangeReference, GyroscopicRotorTiesBothPlanes) {
 TEST(Lagrange, SymmetriesTieTheParametersOfAGeneralPotential) {
   LagrangeProblem p;
   p.coordinates = {"x", "y"};
-  for (const char* name : {"m", "Kx", "Ky", "Kxy", "a", "b", "c", "d", "Cx", "Cy"}) p.parameters.push_back({name, "", {}});
+  for (const char* name : {"m", "Kx", "Ky", "Kxy", "a", "b", "c", "d", "Cx", "Cy"})
+    p.parameters.push_back({name, "", {}});
   p.kinetic = "m*(x'^2 + y'^2)/2";
   p.potential = "Kx*x^2/2 + Ky*y^2/2 + Kxy*x*y + a*x^4 + b*x^2*y^2 + c*y^4 + d*x^3";
   p.rayleigh = "Cx*x'^2/2 + Cy*y'^2/2";

@@ -46,8 +46,10 @@ TEST(PhysicalReference, RotorGivesStiffnessDampingAndUnbalanceOnceTheMassIsKnown
   EXPECT_NEAR(quantity(blind.parameters, "phi").value.value, 2.2, 1e-8);
   EXPECT_EQ(blind.parameters.size(), 2u);
   for (const char* name : {"K1/m", "K2/m", "C/m"}) {
-    EXPECT_NEAR(quantity(blind.combinations, name).value.value, evaluate(Expr::parse(name), kRotor), 1e-6 * evaluate(Expr::parse(name), kRotor));
-    EXPECT_NEAR(quantity(blind.combinations, name).value.sd, 1e-3 * evaluate(Expr::parse(name), kRotor), 1e-6 * evaluate(Expr::parse(name), kRotor));
+    EXPECT_NEAR(quantity(blind.combinations, name).value.value, evaluate(Expr::parse(name), kRotor),
+                1e-6 * evaluate(Expr::parse(name), kRotor));
+    EXPECT_NEAR(quantity(blind.combinations, name).value.sd, 1e-3 * evaluate(Expr::parse(name), kRotor),
+                1e-6 * evaluate(Expr::parse(name), kRotor));
   }
   EXPECT_EQ(quantity(blind.combinations, "K2/m").unit, "1/(m^2 s^2)");
   EXPECT_EQ(blind.undetermined, (std::vector<std::string>{"m", "K1", "K2", "C"}));
@@ -77,7 +79,8 @@ TEST(PhysicalReference, InputGainGivesTheMass) {
   const CandidateLibrary library = derive(p).library;
   const PhysicalParameters found = physical_parameters(library, exact_unknowns(library, kRotor, 1e-4), p.parameters);
   EXPECT_TRUE(found.undetermined.empty());
-  for (const auto& [name, value] : kRotor) EXPECT_NEAR(quantity(found.parameters, name).value.value, value, 1e-6 * value) << name;
+  for (const auto& [name, value] : kRotor)
+    EXPECT_NEAR(quantity(found.parameters, name).value.value, value, 1e-6 * value) << name;
 }
 
 TEST(PhysicalReference, ExcessRelationsAreCheckedAgainstEachOther) {
@@ -105,7 +108,8 @@ TEST(PhysicalReference, PendulumLengthNeedsOnlyGravity) {
   for (PhysicalParameter& q : p.parameters) {
     if (q.name == "g") q.value = Estimate{9.81, 0, 9.81, 9.81};
   }
-  const PhysicalParameters found = physical_parameters(derive(p).library, exact_unknowns(derive(p).library, truth, 0.01), p.parameters);
+  const PhysicalParameters found =
+      physical_parameters(derive(p).library, exact_unknowns(derive(p).library, truth, 0.01), p.parameters);
   EXPECT_NEAR(quantity(found.parameters, "l").value.value, 0.7, 1e-7);
   EXPECT_NEAR(quantity(found.parameters, "l").value.sd, 0.007, 1e-5);
   EXPECT_NEAR(quantity(found.combinations, "c/m").value.value, 0.025, 1e-8);
@@ -116,7 +120,8 @@ TEST(PhysicalReference, SofteningSpringIsNegative) {
   const CandidateLibrary library = derive(p).library;
   const Values truth{{"m", 0.3}, {"c", 0.2}, {"k", 40}, {"k3", -900}};
   const PhysicalParameters found = physical_parameters(library, exact_unknowns(library, truth, 0.01), p.parameters);
-  for (const auto& [name, value] : truth) EXPECT_NEAR(quantity(found.parameters, name).value.value, value, 1e-6 * std::abs(value)) << name;
+  for (const auto& [name, value] : truth)
+    EXPECT_NEAR(quantity(found.parameters, name).value.value, value, 1e-6 * std::abs(value)) << name;
 }
 
 // The 95 % intervals cover the truth in 95 % of fits whose unknowns scatter by a full covariance.
@@ -154,7 +159,8 @@ TEST(PhysicalProperty, IntervalsCoverTheTruth) {
   EXPECT_EQ(hits.size(), kRotor.size());
 }
 
-// An identified model in the form that the rotor identification writes: one function per unknown, covariance of the rotor.
+// An identified model in the form that the rotor identification writes: one function per unknown, covariance of the
+// rotor.
 TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
   LagrangeProblem p = tied_rotor();
   p.inputs.clear();
@@ -166,7 +172,8 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
   model.equations = {{"X2'", {}}, {"X4'", {}}};
   for (std::size_t g = 0; g < 5; ++g) {
     for (const TiedEntry& e : rotor.groups[g].entries) {
-      model.equations[e.equation].terms.push_back({e.function.str(), Estimate::from_sd(e.factor * values[g], std::abs(values[g]) * 1e-3), ""});
+      model.equations[e.equation].terms.push_back(
+          {e.function.str(), Estimate::from_sd(e.factor * values[g], std::abs(values[g]) * 1e-3), ""});
     }
   }
   model.equations[0].terms.push_back({"X3", Estimate::from_sd(0.1, 1), ""});
@@ -178,7 +185,8 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
     while (at < 5 && Expr::parse(library.groups[at].coefficient) != Expr::parse(rotor.groups[g].coefficient)) ++at;
     ASSERT_LT(at, 5u);
     EXPECT_NEAR(u.value[static_cast<Eigen::Index>(at)], values[g], 1e-9 * std::abs(values[g]));
-    EXPECT_NEAR(u.covariance(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(at)), std::pow(values[g] * 1e-3, 2), 1e-9 * values[g] * values[g]);
+    EXPECT_NEAR(u.covariance(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(at)),
+                std::pow(values[g] * 1e-3, 2), 1e-9 * values[g] * values[g]);
   }
   model.rotor_covariance.assign(25, 0);
   for (std::size_t i = 0; i < 5; ++i) model.rotor_covariance[6 * i] = 1 + static_cast<double>(i);
@@ -196,7 +204,9 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
 TEST(PhysicalReference, UnknownsByNameWithTheirCovariance) {
   const CandidateLibrary library = derive(simple_pendulum()).library;
   IdentifiedModel model;
-  model.parameters = {{"other", Estimate::from_sd(1, 1)}, {library.groups[0].name, Estimate::from_sd(14, 2)}, {library.groups[1].name, Estimate::from_sd(0.05, 0.1)}};
+  model.parameters = {{"other", Estimate::from_sd(1, 1)},
+                      {library.groups[0].name, Estimate::from_sd(14, 2)},
+                      {library.groups[1].name, Estimate::from_sd(0.05, 0.1)}};
   model.parameter_covariance = {1, 0, 0, 0, 4, 0.06, 0, 0.06, 0.01};
   const UnknownEstimates u = unknown_estimates(model, library);
   EXPECT_EQ(u.value, Eigen::Vector2d(14, 0.05));
@@ -210,8 +220,10 @@ TEST(PhysicalReference, CoefficientsOfAnUntiedFitKeepTheirCovariance) {
   for (std::size_t g = 0; g < 2; ++g) {
     const TiedEntry& entry = library.groups[g].entries.front();
     const Estimate unknown = g == 0 ? Estimate::from_sd(14, 2) : Estimate::from_sd(0.05, 0.1);
-    model.equations[0].terms.push_back({entry.function.str(), Estimate::from_sd(entry.factor * unknown.value, unknown.sd), ""});
-    model.parameters.emplace_back(library.lhs[0] + ": " + entry.function.str(), model.equations[0].terms.back().coefficient);
+    model.equations[0].terms.push_back(
+        {entry.function.str(), Estimate::from_sd(entry.factor * unknown.value, unknown.sd), ""});
+    model.parameters.emplace_back(library.lhs[0] + ": " + entry.function.str(),
+                                  model.equations[0].terms.back().coefficient);
   }
   const double sign = library.groups[0].entries.front().factor * library.groups[1].entries.front().factor;
   model.parameter_covariance = {4, 0.06 * sign, 0.06 * sign, 0.01};

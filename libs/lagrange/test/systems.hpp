@@ -16,7 +16,7 @@ inline LagrangeProblem paper_rotor() {
   LagrangeProblem p;
   p.coordinates = {"x", "y", "b"};
   p.inputs = {"Ux", "Uy", "tau"};
-  p.parameters = {parameter("m", "kg"),   parameter("J", "kg m^2"), parameter("e", "m"),    parameter("K1", "N/m"),
+  p.parameters = {parameter("m", "kg"),     parameter("J", "kg m^2"), parameter("e", "m"),     parameter("K1", "N/m"),
                   parameter("K2", "N/m^3"), parameter("Cx", "N s/m"), parameter("Cy", "N s/m")};
   p.kinetic = "m*((x' - e*sin(b)*b')^2 + (y' + e*cos(b)*b')^2)/2 + (J - m*e^2)*b'^2/2";
   p.potential = "K1*(x^2 + y^2)/2 + K2*(x^2 + y^2)^2/4";
@@ -31,8 +31,8 @@ inline LagrangeProblem tied_rotor() {
   p.coordinates = {"x", "y"};
   p.prescribed = {{"b", ""}};
   p.inputs = {"ux", "uy"};
-  p.parameters = {parameter("m", "kg"), parameter("e", "m"), parameter("phi", "rad"), parameter("K1", "N/m"),
-                  parameter("K2", "N/m^3"), parameter("C", "N s/m")};
+  p.parameters = {parameter("m", "kg"),   parameter("e", "m"),      parameter("phi", "rad"),
+                  parameter("K1", "N/m"), parameter("K2", "N/m^3"), parameter("C", "N s/m")};
   p.kinetic = "m*((x' - e*sin(b + phi)*b')^2 + (y' + e*cos(b + phi)*b')^2)/2";
   p.potential = "K1*(x^2 + y^2)/2 + K2*(x^2 + y^2)^2/4";
   p.rayleigh = "C*(x'^2 + y'^2)/2";
@@ -97,9 +97,9 @@ inline LagrangeProblem gyroscopic_rotor() {
   LagrangeProblem p;
   p.coordinates = {"x", "y", "u", "v"};
   p.prescribed = {{"b", ""}};
-  p.parameters = {parameter("m", "kg"),     parameter("Id", "kg m^2"), parameter("Ip", "kg m^2"), parameter("e", "m"),
-                  parameter("k11", "N/m"),  parameter("k12", "N"),     parameter("k22", "N m"),   parameter("c11", "N s/m"),
-                  parameter("c22", "N m s")};
+  p.parameters = {parameter("m", "kg"),    parameter("Id", "kg m^2"), parameter("Ip", "kg m^2"),
+                  parameter("e", "m"),     parameter("k11", "N/m"),   parameter("k12", "N"),
+                  parameter("k22", "N m"), parameter("c11", "N s/m"), parameter("c22", "N m s")};
   p.kinetic = "m*((x' - e*sin(b)*b')^2 + (y' + e*cos(b)*b')^2)/2 + Id*(u'^2 + v'^2)/2 + Ip*(b'^2 + b'*(v*u' - u*v'))/2";
   p.forces = {{"u", "Ip*b''*v/2"}, {"v", "-Ip*b''*u/2"}};  // the driving torque Ip b'' turns with the tilted axis
   p.potential = "k11*(x^2 + y^2)/2 + k12*(x*u + y*v) + k22*(u^2 + v^2)/2";
@@ -108,8 +108,8 @@ inline LagrangeProblem gyroscopic_rotor() {
 }
 
 inline std::vector<LagrangeProblem> all_systems() {
-  return {paper_rotor(), tied_rotor(), duffing_oscillator(), simple_pendulum(), two_masses(),
-          anisotropic_rotor(), cart_pendulum(), gyroscopic_rotor()};
+  return {paper_rotor(), tied_rotor(),        duffing_oscillator(), simple_pendulum(),
+          two_masses(),  anisotropic_rotor(), cart_pendulum(),      gyroscopic_rotor()};
 }
 
 }  // namespace whirl

@@ -18,8 +18,8 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Noise of each line as the fourth difference shows it: a resonance over many lines cancels, independent noise does not.
-// The binomial weights 1 4 6 4 1 have squares that sum to 70.
+// Noise of each line as the fourth difference shows it: a resonance over many lines cancels, independent noise does
+// not. The binomial weights 1 4 6 4 1 have squares that sum to 70.
 Eigen::VectorXd line_scatter(const Eigen::VectorXcd& h) {
   Eigen::VectorXd scatter = Eigen::VectorXd::Zero(h.size());
   for (Eigen::Index i = 2; i + 2 < h.size(); ++i) {
@@ -28,20 +28,21 @@ Eigen::VectorXd line_scatter(const Eigen::VectorXcd& h) {
   return scatter;
 }
 
-// Whether that scatter is curvature of smooth, noise-free data: then the sixth difference (weights 1 6 15 20 15 6 1, squares
-// summing to 924) is far smaller still, where for independent noise it would be as large.
+// Whether that scatter is curvature of smooth, noise-free data: then the sixth difference (weights 1 6 15 20 15 6 1,
+// squares summing to 924) is far smaller still, where for independent noise it would be as large.
 bool is_smooth(const Eigen::VectorXcd& h, const Eigen::VectorXd& scatter) {
   std::vector<double> fourth, sixth;
   for (Eigen::Index i = 3; i + 3 < h.size(); ++i) {
     fourth.push_back(scatter[i]);
-    sixth.push_back(std::abs(h[i - 3] - 6.0 * h[i - 2] + 15.0 * h[i - 1] - 20.0 * h[i] + 15.0 * h[i + 1] - 6.0 * h[i + 2] +
-                             h[i + 3]) / std::sqrt(924.0));
+    sixth.push_back(std::abs(h[i - 3] - 6.0 * h[i - 2] + 15.0 * h[i - 1] - 20.0 * h[i] + 15.0 * h[i + 1] -
+                             6.0 * h[i + 2] + h[i + 3]) /
+                    std::sqrt(924.0));
   }
   return median(sixth) < 0.3 * median(fourth);
 }
 
-// Exponent e of noise ~ |H|^e, from the lines where |H| is small and middling: about 0 for equal noise, 1 for proportional.
-// (The highest third holds the peaks, whose curvature a few lines wide would pass for noise.)
+// Exponent e of noise ~ |H|^e, from the lines where |H| is small and middling: about 0 for equal noise, 1 for
+// proportional. (The highest third holds the peaks, whose curvature a few lines wide would pass for noise.)
 double noise_exponent(const Eigen::MatrixXcd& h) {
   double sum = 0;
   double weight = 0;
@@ -108,7 +109,8 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
     }
     band.h.col(c) = channel.value.segment(first, n);
     if (!band.h.col(c).allFinite()) {
-      throw Error(fmt::format("channel {}/{}: every line in the band must be finite", channel.response, channel.reference));
+      throw Error(
+          fmt::format("channel {}/{}: every line in the band must be finite", channel.response, channel.reference));
     }
     if (band.h.col(c).norm() == 0) {
       throw Error(fmt::format("channel {}/{} is zero in the band", channel.response, channel.reference));
@@ -125,7 +127,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   }
   if (weighting == LineWeighting::automatic) {
     band.guessed_weight = !has_variance;
-    weighting = has_variance                    ? LineWeighting::variance
+    weighting = has_variance                   ? LineWeighting::variance
                 : noise_exponent(band.h) > 0.5 ? LineWeighting::proportional
                                                : LineWeighting::flat;
   }
@@ -139,7 +141,8 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
         // A line whose few blows happened to agree must not own the fit.
         const double floor = 0.1 * median({variance.data(), variance.data() + n});
         band.weight.col(c) = variance.cwiseMax(std::max(floor, 1e-12 * size.squaredNorm() / static_cast<double>(n)))
-                                 .cwiseSqrt().cwiseInverse();
+                                 .cwiseSqrt()
+                                 .cwiseInverse();
         break;
       }
       case LineWeighting::proportional:
@@ -180,7 +183,8 @@ Grid arrange_grid(const FrequencyResponse& frf) {
   const auto columns = static_cast<Eigen::Index>(grid.references.size());
   grid.channel = Eigen::MatrixXi::Constant(rows, columns, -1);
   for (Eigen::Index c = 0; c < count; ++c) {
-    grid.channel(cells[static_cast<std::size_t>(c)].first, cells[static_cast<std::size_t>(c)].second) = static_cast<int>(c);
+    grid.channel(cells[static_cast<std::size_t>(c)].first, cells[static_cast<std::size_t>(c)].second) =
+        static_cast<int>(c);
   }
   if (rows * columns == count && grid.channel.minCoeff() >= 0) {
     // The matrix fraction may stand on either side: its size is that of the smaller set.

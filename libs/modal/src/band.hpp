@@ -10,15 +10,15 @@ namespace whirl {
 
 /// The lines of a fit with their weights. Weights make the noise of every line and channel about equal.
 struct Band {
-  Eigen::VectorXd omega;   ///< rad/s, uniform, > 0
-  Eigen::MatrixXcd h;      ///< lines x channels
-  Eigen::MatrixXd weight;  ///< lines x channels
-  bool common_weight = false;  ///< all columns of `weight` are multiples of the first: one Gram matrix serves all
+  Eigen::VectorXd omega;        ///< rad/s, uniform, > 0
+  Eigen::MatrixXcd h;           ///< lines x channels
+  Eigen::MatrixXd weight;       ///< lines x channels
+  bool common_weight = false;   ///< all columns of `weight` are multiples of the first: one Gram matrix serves all
   bool guessed_weight = false;  ///< flat or proportional was chosen by the scatter between lines
-  double decay = 0;        ///< of the exponential window, 1/s: the lines lie at s = decay + j omega
-  int power = 0;               ///< d: 0 receptance, 1 mobility, 2 accelerance
-  double low = 0, high = 0;    ///< Hz, first and last line
-  double noise_floor = 0;      ///< norm(noise)/norm(h) from the stated variances; 0 when they are unknown
+  double decay = 0;             ///< of the exponential window, 1/s: the lines lie at s = decay + j omega
+  int power = 0;                ///< d: 0 receptance, 1 mobility, 2 accelerance
+  double low = 0, high = 0;     ///< Hz, first and last line
+  double noise_floor = 0;       ///< norm(noise)/norm(h) from the stated variances; 0 when they are unknown
 
   Eigen::Index lines() const { return h.rows(); }
   Eigen::Index channels() const { return h.cols(); }
@@ -36,7 +36,8 @@ struct Grid {
   std::vector<std::string> outputs, references;
   Eigen::MatrixXi channel;  ///< outputs x references -> channel
 };
-/// References are taken jointly when every response was measured to each of them; else each channel is an output of its own.
+/// References are taken jointly when every response was measured to each of them; else each channel is an output of its
+/// own.
 Grid arrange_grid(const FrequencyResponse& frf);
 
 }  // namespace whirl

@@ -1,10 +1,11 @@
 // One blow of the hammer: where its pulse is, whether it was clipped, whether the hammer hit again.
+#include "blow.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "blow.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl {
@@ -91,7 +92,8 @@ BlowCheck check_blow(const Eigen::Ref<const Eigen::VectorXd>& force, double dt, 
 
   // Flat top behind a filter: three samples near the peak that differ by next to nothing.
   for (Eigen::Index i = pulse.first + 1; i + 1 <= pulse.last; ++i) {
-    check.overload |= x[i] > 0.8 * peak && std::abs(x[i + 1] - x[i]) < 1e-6 * peak && std::abs(x[i] - x[i - 1]) < 1e-6 * peak;
+    check.overload |=
+        x[i] > 0.8 * peak && std::abs(x[i + 1] - x[i]) < 1e-6 * peak && std::abs(x[i] - x[i - 1]) < 1e-6 * peak;
   }
 
   const double threshold = std::max(0.03 * peak, 8 * noise);

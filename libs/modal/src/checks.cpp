@@ -34,7 +34,8 @@ ModeShapes mode_shapes(const ModalModel& model) {
   const auto at = [&](const std::vector<std::string>& fixed, const std::vector<std::string>& moving) {
     std::vector<Eigen::Index> rows;
     for (std::size_t c = 0; c < fixed.size(); ++c) {
-      if (fixed[c] == fixed.front() && std::find(shapes.points.begin(), shapes.points.end(), moving[c]) == shapes.points.end()) {
+      if (fixed[c] == fixed.front() &&
+          std::find(shapes.points.begin(), shapes.points.end(), moving[c]) == shapes.points.end()) {
         rows.push_back(static_cast<Eigen::Index>(c));
         shapes.points.push_back(moving[c]);
       }
@@ -58,9 +59,10 @@ ModeShapes mode_shapes(const ModalModel& model) {
 std::vector<ModeMatch> match_modes(const ModalModel& first, const ModalModel& second) {
   const ModeShapes a = mode_shapes(first), b = mode_shapes(second);
   if (a.points.empty() || a.points != b.points) {
-    throw Error(fmt::format("modes over {} cannot be compared with modes over {}: must be the same points in the same order",
-                            a.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(a.points, ", ")),
-                            b.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(b.points, ", "))));
+    throw Error(
+        fmt::format("modes over {} cannot be compared with modes over {}: must be the same points in the same order",
+                    a.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(a.points, ", ")),
+                    b.points.empty() ? "unnamed points" : fmt::format("{}", fmt::join(b.points, ", "))));
   }
   std::vector<ModeMatch> matches;
   for (std::size_t i = 0; i < first.modes.size(); ++i) {
@@ -85,7 +87,8 @@ std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf) {
   for (std::size_t a = 0; a < frf.channels.size(); ++a) {
     for (std::size_t b = a + 1; b < frf.channels.size(); ++b) {
       const FrfChannel &first = frf.channels[a], &second = frf.channels[b];
-      if (first.response != second.reference || first.reference != second.response || first.response == first.reference) continue;
+      if (first.response != second.reference || first.reference != second.response || first.response == first.reference)
+        continue;
       const double mean = (first.value + second.value).norm() / 2;
       if (!(mean > 0)) continue;
       const bool stated = first.variance.size() == first.value.size() && second.variance.size() == second.value.size();

@@ -16,8 +16,8 @@ using Eigen::VectorXcd;
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
 
-// Impulse responses of the band shifted to 0 Hz: one block (outputs x references) per sample, side by side. Lines at positive
-// frequencies only make them complex, with one pole z = exp((p - j w0) dt) per mode.
+// Impulse responses of the band shifted to 0 Hz: one block (outputs x references) per sample, side by side. Lines at
+// positive frequencies only make them complex, with one pole z = exp((p - j w0) dt) per mode.
 struct Impulse {
   MatrixXcd blocks;  ///< outputs x (references * samples)
   Index outputs = 0, references = 0, samples = 0;
@@ -38,17 +38,20 @@ Impulse impulse_of(const Band& band, const Grid& grid) {
   for (Index o = 0; o < h.outputs; ++o) {
     for (Index i = 0; i < h.references; ++i) {
       const Index c = grid.channel(o, i);
-      const VectorXcd response = inverse_fft(band.h.col(c) * (std::sqrt(static_cast<double>(lines)) / band.h.col(c).norm()));
+      const VectorXcd response =
+          inverse_fft(band.h.col(c) * (std::sqrt(static_cast<double>(lines)) / band.h.col(c).norm()));
       for (Index n = 0; n < h.samples; ++n) h.blocks(o, n * h.references + i) = response[n];
     }
   }
   return h;
 }
 
-void keep(std::vector<StabilisationPole>& poles, const Band& band, int order, Complex pole, const VectorXcd& participation,
-          double max_damping) {
+void keep(std::vector<StabilisationPole>& poles, const Band& band, int order, Complex pole,
+          const VectorXcd& participation, double max_damping) {
   const double f = std::abs(pole) / (2 * kPi);
-  if (!(pole.real() < 0) || !(pole.imag() > 0) || f < band.low || f > band.high || -pole.real() > max_damping * std::abs(pole)) return;
+  if (!(pole.real() < 0) || !(pole.imag() > 0) || f < band.low || f > band.high ||
+      -pole.real() > max_damping * std::abs(pole))
+    return;
   StabilisationPole found;
   found.order = order;
   found.pole = pole;
@@ -59,7 +62,8 @@ void keep(std::vector<StabilisationPole>& poles, const Band& band, int order, Co
 }  // namespace
 
 // sum_{r=0..n} h(t + r) A_r = 0 with A_n = I, least squares over outputs and times; one Gram matrix for all orders.
-std::vector<StabilisationPole> lsce_poles(const Band& band, const Grid& grid, const Orders& orders, double max_damping) {
+std::vector<StabilisationPole> lsce_poles(const Band& band, const Grid& grid, const Orders& orders,
+                                          double max_damping) {
   const Impulse h = impulse_of(band, grid);
   const Index refs = h.references, size = refs * (orders.high + 1);
   const Index times = std::min<Index>(h.samples - orders.high, 20 * orders.high);
@@ -96,7 +100,8 @@ std::vector<StabilisationPole> lsce_poles(const Band& band, const Grid& grid, co
 std::vector<StabilisationPole> era_poles(const Band& band, const Grid& grid, const Orders& orders, double max_damping) {
   const Impulse h = impulse_of(band, grid);
   // Blocks enough for the highest order with room; more cost as their cube.
-  const Index columns = std::min<Index>(h.samples / 2 - 2, 2 * orders.high), rows = std::min<Index>(h.samples / 2 - 2, 3 * orders.high);
+  const Index columns = std::min<Index>(h.samples / 2 - 2, 2 * orders.high),
+              rows = std::min<Index>(h.samples / 2 - 2, 3 * orders.high);
   MatrixXcd h0(rows * h.outputs, columns * h.references), h1 = h0;
   for (Index r = 0; r < rows; ++r) {
     for (Index c = 0; c < columns; ++c) {
@@ -109,28 +114,33 @@ std::vector<StabilisationPole> era_poles(const Band& band, const Grid& grid, con
   for (int order = orders.low; order <= orders.high; order += orders.step) {
     const Index n = std::min<Index>(order, svd.singularValues().size());
     const Eigen::VectorXd scale = svd.singularValues().head(n).cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    const MatrixXcd a = scale.asDiagonal() * (svd.matrixU().leftCols(n).adjoint() * h1 * svd.matrixV().leftCols(n)) * scale.asDiagonal();
+    const MatrixXcd a = scale.asDiagonal() * (svd.matrixU().leftCols(n).adjoint() * h1 * svd.matrixV().leftCols(n)) *
+                        scale.asDiagonal();
     const Eigen::ComplexEigenSolver<MatrixXcd> eigen(a);
     if (eigen.info() != Eigen::Success) continue;
     // Input matrix in modal coordinates: participation of the references.
-    const MatrixXcd b = svd.singularValues().head(n).cwiseSqrt().asDiagonal() * svd.matrixV().leftCols(n).adjoint().leftCols(h.references);
+    const MatrixXcd b = svd.singularValues().head(n).cwiseSqrt().asDiagonal() *
+                        svd.matrixV().leftCols(n).adjoint().leftCols(h.references);
     const MatrixXcd modal = eigen.eigenvectors().partialPivLu().solve(b);
     for (Index k = 0; k < n; ++k) {
       const Complex z = eigen.eigenvalues()[k];
       if (std::abs(z) < 1e-3) continue;
       double angle = std::arg(z);
       if (angle < -0.05 * kPi) angle += 2 * kPi;
-      keep(poles, band, order, Complex(std::log(std::abs(z)), angle) / h.dt + Complex(0, h.omega0), modal.row(k).transpose(), max_damping);
+      keep(poles, band, order, Complex(std::log(std::abs(z)), angle) / h.dt + Complex(0, h.omega0),
+           modal.row(k).transpose(), max_damping);
     }
   }
   return poles;
 }
 
-// H = P/D with P and D in polynomials of s that are orthonormal over the lines: P under the weight W, D under W |H|. Both come
-// from Arnoldi iterations with s; the Hessenberg matrix of D's gives the roots without powers of s.
-std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid, const Orders& orders, double max_damping) {
+// H = P/D with P and D in polynomials of s that are orthonormal over the lines: P under the weight W, D under W |H|.
+// Both come from Arnoldi iterations with s; the Hessenberg matrix of D's gives the roots without powers of s.
+std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid, const Orders& orders,
+                                              double max_damping) {
   const Index lines = band.lines(), top = orders.high;
-  const double centre = 0.5 * (band.omega[0] + band.omega[lines - 1]), half = 0.5 * (band.omega[lines - 1] - band.omega[0]);
+  const double centre = 0.5 * (band.omega[0] + band.omega[lines - 1]),
+               half = 0.5 * (band.omega[lines - 1] - band.omega[0]);
   const VectorXcd x = Complex(0, 1) * ((band.omega.array() - centre) / half).matrix().cast<Complex>();
   const auto arnoldi = [&](const Eigen::VectorXd& weight, MatrixXcd& q, MatrixXcd& hessenberg) {
     q.resize(lines, top + 1);
@@ -163,11 +173,13 @@ std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid
   std::vector<StabilisationPole> poles;
   Index done = 0;
   for (int order = orders.low; order <= orders.high; order += orders.step) {
-    for (const MatrixXcd& rows : g) reduced -= rows.middleRows(done, order + 1 - done).adjoint() * rows.middleRows(done, order + 1 - done);
+    for (const MatrixXcd& rows : g)
+      reduced -= rows.middleRows(done, order + 1 - done).adjoint() * rows.middleRows(done, order + 1 - done);
     done = order + 1;
     MatrixXcd m11 = reduced.topLeftCorner(order, order);
     m11.diagonal().array() += 1e-14;
-    const VectorXcd c = m11.llt().solve(-reduced.col(order).head(order));  // of the lower polynomials; the highest has 1
+    const VectorXcd c =
+        m11.llt().solve(-reduced.col(order).head(order));  // of the lower polynomials; the highest has 1
     if (!c.allFinite()) continue;
     MatrixXcd comrade = roots.topLeftCorner(order, order);
     comrade.col(order - 1) -= roots(order, order - 1) * c;

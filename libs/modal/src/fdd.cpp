@@ -19,7 +19,8 @@ using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
 
 // Frequency and damping from the bell around a peak: its inverse transform is an autocorrelation exp(p |tau|).
-void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line, const Eigen::VectorXd& lag_window, AmbientMode& mode) {
+void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line, const Eigen::VectorXd& lag_window,
+              AmbientMode& mode) {
   const Index m = fast_fft_length(block);
   Eigen::VectorXcd spectrum = Eigen::VectorXcd::Zero(m);
   spectrum.head(bell.size()) = bell.cast<Complex>();
@@ -38,11 +39,13 @@ void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line
     const double size = std::abs(r[k]) / std::abs(r[0]) * lag_window[0] / window;
     if (size > 0.9) continue;
     if (size < 0.2) break;
-    n += 1, st += tau, stt += tau * tau, sl += std::log(size), stl += tau * std::log(size), sp += phase, stp += tau * phase;
+    n += 1, st += tau, stt += tau * tau, sl += std::log(size), stl += tau * std::log(size), sp += phase,
+        stp += tau * phase;
   }
   const double spread = n * stt - st * st;
   if (n < 4 || !(spread > 0)) return;
-  const double decay = -(n * stl - st * sl) / spread, omega = (n * stp - st * sp) / spread + 2 * kPi * line * static_cast<double>(first);
+  const double decay = -(n * stl - st * sl) / spread,
+               omega = (n * stp - st * sp) / spread + 2 * kPi * line * static_cast<double>(first);
   if (!(decay > 0) || !(omega > 0)) return;
   mode.frequency = std::hypot(omega, decay) / (2 * kPi);
   mode.damping = decay / std::hypot(omega, decay);
@@ -59,14 +62,17 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
                               to_string(c.quantity), to_string(recording.channels.front().quantity)));
     }
   }
-  const Index block = 2 * (options.line > 0 ? static_cast<Index>(std::lround(recording.rate() / options.line / 2)) : recording.size() / 65);
+  const Index block = 2 * (options.line > 0 ? static_cast<Index>(std::lround(recording.rate() / options.line / 2))
+                                            : recording.size() / 65);
   if (block < 64 || block > recording.size() / 4) {
-    throw Error(fmt::format("{}: blocks of {} samples in a record of {}: must be 64 to a quarter of it", recording.source, block, recording.size()));
+    throw Error(fmt::format("{}: blocks of {} samples in a record of {}: must be 64 to a quarter of it",
+                            recording.source, block, recording.size()));
   }
   AmbientModes result;
   for (const Channel& c : recording.channels) result.channels.push_back(c.name);
   Eigen::VectorXd window(block), lag_window = Eigen::VectorXd::Zero(block);
-  for (Index i = 0; i < block; ++i) window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(block));
+  for (Index i = 0; i < block; ++i)
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(block));
   for (Index lag = 0; lag < block; ++lag) lag_window[lag] = window.head(block - lag).dot(window.tail(block - lag));
 
   const Index lines = block / 2 + 1;
@@ -79,7 +85,8 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
       const Eigen::VectorXd part = recording.channels[static_cast<std::size_t>(c)].samples.segment(first, block);
       transforms.col(c) = real_fft((part.array() - part.mean()).matrix().cwiseProduct(window));
     }
-    for (Index k = 0; k < lines; ++k) spectra[static_cast<std::size_t>(k)] += transforms.row(k).transpose() * transforms.row(k).conjugate();
+    for (Index k = 0; k < lines; ++k)
+      spectra[static_cast<std::size_t>(k)] += transforms.row(k).transpose() * transforms.row(k).conjugate();
   }
   const double scale = 2 / (window.squaredNorm() * recording.rate() * static_cast<double>(averages));
   result.frequency = Eigen::VectorXd::LinSpaced(lines, 0, static_cast<double>(lines - 1)) * line;
@@ -109,7 +116,9 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
     Index largest = 0;
     vectors.col(k).cwiseAbs().maxCoeff(&largest);
     mode.shape = vectors.col(k) / vectors(largest, k);
-    const auto belongs = [&](Index i) { return mac(vectors.col(i), vectors.col(k)) >= options.least_mac && first[i] > 0.002 * first[k]; };
+    const auto belongs = [&](Index i) {
+      return mac(vectors.col(i), vectors.col(k)) >= options.least_mac && first[i] > 0.002 * first[k];
+    };
     Index begin = k, end = k;
     while (begin > 1 && belongs(begin - 1)) --begin;
     while (end + 1 < lines && belongs(end + 1)) ++end;
@@ -117,12 +126,14 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
     result.modes.push_back(std::move(mode));
   }
   if (result.modes.empty()) result.summary.fail("no peak stands out of the spectra");
-  result.summary.trust = fmt::format("{} modes from {} blocks of {:.4g} s, lines of {:.3g} Hz; the excitation is taken as white",
-                                     result.modes.size(), averages, static_cast<double>(block) * recording.dt, line);
+  result.summary.trust =
+      fmt::format("{} modes from {} blocks of {:.4g} s, lines of {:.3g} Hz; the excitation is taken as white",
+                  result.modes.size(), averages, static_cast<double>(block) * recording.dt, line);
   for (const AmbientMode& mode : result.modes) {
     if (2 * mode.damping * mode.frequency < line) {
-      result.summary.warn(fmt::format("mode at {:.5g} Hz is narrower than a line of {:.3g} Hz: its damping is uncertain; ask for a finer line",
-                                      mode.frequency, line));
+      result.summary.warn(fmt::format(
+          "mode at {:.5g} Hz is narrower than a line of {:.3g} Hz: its damping is uncertain; ask for a finer line",
+          mode.frequency, line));
     }
   }
   return result;

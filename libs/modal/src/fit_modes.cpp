@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "residue_fit.hpp"
 #include "residual_search.hpp"
+#include "residue_fit.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl {
@@ -29,7 +29,7 @@ struct Refined {
   PoleFit fit;
   bool converged = false;
   Eigen::MatrixXcd residual = {};
-  double correlated = 1;  ///< lines, see correlated_lines
+  double correlated = 1;    ///< lines, see correlated_lines
   std::size_t started = 0;  ///< so many leading poles come from the stabilisation diagram, the others from the search
 };
 
@@ -40,8 +40,9 @@ double freedom(const Band& band, const Poles& poles, const ResidualTerms& terms)
          static_cast<double>(band.channels()) * (2 * n + static_cast<double>(terms.count())) - 2 * n;
 }
 
-// Lines over which what is left hangs together: 1 for independent noise, more when the model leaves structure. That many
-// lines then count as one observation, in every test and error bar. Sum of the autocorrelation up to its first zero.
+// Lines over which what is left hangs together: 1 for independent noise, more when the model leaves structure. That
+// many lines then count as one observation, in every test and error bar. Sum of the autocorrelation up to its first
+// zero.
 double correlated_lines(const Band& band, const Eigen::MatrixXcd& residual) {
   const Eigen::MatrixXcd weighted = residual.cwiseProduct(band.weight.cast<Complex>());
   const Index n = weighted.rows();
@@ -82,8 +83,8 @@ Poles moved(const Poles& poles, const VectorXd& step, const Band& band) {
   return result;
 }
 
-// True when a step would move no pole inside the band by more than a small part of its standard deviation. (Poles outside
-// stand for what the residuals cannot; they may creep along a flat valley for long.)
+// True when a step would move no pole inside the band by more than a small part of its standard deviation. (Poles
+// outside stand for what the residuals cannot; they may creep along a flat valley for long.)
 bool is_small(const Band& band, const Poles& poles, const MatrixXd& inverse, const VectorXd& step, double variance) {
   for (std::size_t k = 0; k < poles.size(); ++k) {
     const double f = frequency_of(poles[k]);
@@ -95,8 +96,8 @@ bool is_small(const Band& band, const Poles& poles, const MatrixXd& inverse, con
   return true;
 }
 
-// Gauss-Newton with Levenberg damping, its factor by the ratio of real to predicted gain (Nielsen). Stops when a step would
-// gain less than 0.03 of one noise variance per pole, or would move nothing that matters.
+// Gauss-Newton with Levenberg damping, its factor by the ratio of real to predicted gain (Nielsen). Stops when a step
+// would gain less than 0.03 of one noise variance per pole, or would move nothing that matters.
 Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations) {
   Refined best{start, fit_poles(band, start, terms, true)};
   best.started = started;
@@ -145,7 +146,8 @@ MatrixXd covariance_of(const Band& band, const Refined& state, const ResidualTer
   MatrixXd scaled = scale.asDiagonal() * state.fit.jtj * scale.asDiagonal();
   scaled.diagonal().array() += 1e-12;
   const MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(scaled.rows(), scaled.cols()));
-  return correlated * state.fit.total() / freedom(band, state.poles, terms) * (scale.asDiagonal() * inverse * scale.asDiagonal());
+  return correlated * state.fit.total() / freedom(band, state.poles, terms) *
+         (scale.asDiagonal() * inverse * scale.asDiagonal());
 }
 
 // Drops poles that the data do not hold: damping out of range, real part not known to a factor, or an energy that noise
@@ -179,8 +181,9 @@ bool drop_unsupported(const Band& band, Refined& state, const ResidualTerms& ter
   return dropped;
 }
 
-// Poles that only split a peak because the model leaves structure there: left out when the others, moved to do without, fit
-// as well within what structure of that length can do by chance. Tested: what the search added, and close neighbours.
+// Poles that only split a peak because the model leaves structure there: left out when the others, moved to do without,
+// fit as well within what structure of that length can do by chance. Tested: what the search added, and close
+// neighbours.
 void drop_splits(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
   for (std::size_t k = state.poles.size(); k-- > 0 && state.correlated > 1.5;) {
     const Complex p = state.poles[k];
@@ -197,10 +200,12 @@ void drop_splits(const Band& band, Refined& state, const ResidualTerms& terms, c
   }
 }
 
-// Adds poles that stand out in what the model leaves, as long as that helps. `equal`: the same lines without weights, empty
-// when `band` has none. Where the measured variance follows the resonance, the weighted residual of a missing mode is flat
-// across its peak: what no weighted search finds is looked for without weights. Returns true when the model changed.
-bool search(const Band& band, const Band& equal, Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
+// Adds poles that stand out in what the model leaves, as long as that helps. `equal`: the same lines without weights,
+// empty when `band` has none. Where the measured variance follows the resonance, the weighted residual of a missing
+// mode is flat across its peak: what no weighted search finds is looked for without weights. Returns true when the
+// model changed.
+bool search(const Band& band, const Band& equal, Refined& state, const ResidualTerms& terms,
+            const ModeOptions& options) {
   const auto attempt = [&](const Poles& candidates) {
     Poles more = state.poles;
     for (const Complex candidate : candidates) {
@@ -211,7 +216,8 @@ bool search(const Band& band, const Band& equal, Refined& state, const ResidualT
     for (int round = 0; round < 3 && drop_unsupported(band, next, terms, options); ++round) {
       next = refine(band, next.poles, next.started, terms, options.max_iterations);
     }
-    const bool gained = next.fit.total() < state.fit.total() && (next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total());
+    const bool gained = next.fit.total() < state.fit.total() &&
+                        (next.poles.size() > state.poles.size() || next.fit.total() < 0.99 * state.fit.total());
     if (gained) state = std::move(next);
     return gained;
   };
@@ -232,8 +238,8 @@ bool search(const Band& band, const Band& equal, Refined& state, const ResidualT
 
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   const Band full = select_band(frf, options.poles.band_low, options.poles.band_high, options.poles.weighting);
-  const ResidualTerms terms{options.residues.lower_residual, options.residues.upper_residual, options.residues.upper_slope,
-                            options.residues.complex_residuals};
+  const ResidualTerms terms{options.residues.lower_residual, options.residues.upper_residual,
+                            options.residues.upper_slope, options.residues.complex_residuals};
   StabilisationDiagram diagram = stabilisation_diagram(frf, options.poles);
   Poles poles;
   for (const auto& cluster : select_poles(diagram, options.poles)) {
@@ -244,25 +250,31 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   ModalModel model;
   // The search works with one weight for all channels (one Gram matrix); the last refinement with each channel's own.
   const Band band = full.common_weight ? full : with_common_weight(full);
-  const Band equal = full.common_weight ? Band{} : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
+  const Band equal = full.common_weight
+                         ? Band{}
+                         : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
   Refined state{poles, {}, true};
   if (options.refine) {
     state = refine(band, poles, poles.size(), terms, options.max_iterations);
     const bool found_more = options.search && search(band, equal, state, terms, options);
     // Not before the first search: a strong mode that the diagram missed would pass for noise and hide all others.
-    if (!found_more && drop_unsupported(band, state, terms, options)) state = refine(band, state.poles, state.started, terms, 3);
+    if (!found_more && drop_unsupported(band, state, terms, options))
+      state = refine(band, state.poles, state.started, terms, 3);
     state = refine(full, state.poles, state.started, terms, options.max_iterations);
     drop_splits(full, state, terms, options);
-    while (drop_unsupported(full, state, terms, options, state.correlated)) state = refine(full, state.poles, state.started, terms, 3);
+    while (drop_unsupported(full, state, terms, options, state.correlated))
+      state = refine(full, state.poles, state.started, terms, 3);
   } else {
     state.fit = fit_poles(full, poles, terms, true);
   }
 
   std::vector<std::size_t> order(state.poles.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return std::abs(state.poles[a]) < std::abs(state.poles[b]); });
+  std::sort(order.begin(), order.end(),
+            [&](auto a, auto b) { return std::abs(state.poles[a]) < std::abs(state.poles[b]); });
   const ResidueFit residues = unpack_residues(full, state.poles, terms, state.fit);
-  const MatrixXd covariance = options.refine && !state.poles.empty() ? covariance_of(full, state, terms, state.correlated) : MatrixXd();
+  const MatrixXd covariance =
+      options.refine && !state.poles.empty() ? covariance_of(full, state, terms, state.correlated) : MatrixXd();
   for (std::size_t i : order) {
     const Complex p = state.poles[i];
     Mode mode;
@@ -296,9 +308,10 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
   for (const Mode& mode : model.modes) {
     if (mode.frequency.value < full.low || mode.frequency.value > full.high) continue;
     if (full.decay == 0 && -mode.pole.real() / full.line_width() < 3) {
-      model.summary.warn(fmt::format("mode at {:.5g} Hz still rings at the end of a record of 1/df = {:.3g} s: leakage makes its "
-                                     "damping too high; use an exponential window",
-                                     mode.frequency.value, 1 / full.line_width()));
+      model.summary.warn(
+          fmt::format("mode at {:.5g} Hz still rings at the end of a record of 1/df = {:.3g} s: leakage makes its "
+                      "damping too high; use an exponential window",
+                      mode.frequency.value, 1 / full.line_width()));
     }
     if (2 * mode.damping.value * mode.frequency.value < full.line_width()) {
       model.summary.warn(fmt::format("mode at {:.5g} Hz is narrower than a line: its damping is limited by resolution",
@@ -311,9 +324,10 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
       const double distance = std::abs(mode.frequency.value - times * strong.frequency.value);
       if ((times == 2 || times == 3) && distance < mode.damping.value * mode.frequency.value &&
           mode.residues.norm() < 0.01 * strong.residues.norm()) {
-        model.summary.warn(fmt::format("mode at {:.5g} Hz lies at {:g} times the far stronger one at {:.5g} Hz: it may be the "
-                                       "distortion of a nonlinear stiffness, not a mode",
-                                       mode.frequency.value, times, strong.frequency.value));
+        model.summary.warn(
+            fmt::format("mode at {:.5g} Hz lies at {:g} times the far stronger one at {:.5g} Hz: it may be the "
+                        "distortion of a nonlinear stiffness, not a mode",
+                        mode.frequency.value, times, strong.frequency.value));
         break;
       }
     }
@@ -332,8 +346,8 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
                                    state.correlated));
   }
   model.summary.residual = model.reconstruction_error;
-  model.summary.trust = fmt::format("{} modes between {:.4g} and {:.4g} Hz, reconstruction within {:.3g} %", model.modes.size(),
-                                    full.low, full.high, 100 * model.reconstruction_error);
+  model.summary.trust = fmt::format("{} modes between {:.4g} and {:.4g} Hz, reconstruction within {:.3g} %",
+                                    model.modes.size(), full.low, full.high, 100 * model.reconstruction_error);
   model.provenance.version = version();
   return model;
 }

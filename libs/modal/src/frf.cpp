@@ -30,13 +30,17 @@ const Channel& force_channel(const Recording& recording, const FrfOptions& optio
 
 FrfKind kind_of(const Channel& channel) {
   switch (channel.quantity) {
-    case Quantity::displacement: return FrfKind::receptance;
-    case Quantity::velocity: return FrfKind::mobility;
-    case Quantity::acceleration: return FrfKind::accelerance;
-    default: break;
+    case Quantity::displacement:
+      return FrfKind::receptance;
+    case Quantity::velocity:
+      return FrfKind::mobility;
+    case Quantity::acceleration:
+      return FrfKind::accelerance;
+    default:
+      break;
   }
-  throw Error(fmt::format("response channel '{}' is a {}: must be displacement, velocity or acceleration{}", channel.name,
-                          to_string(channel.quantity),
+  throw Error(fmt::format("response channel '{}' is a {}: must be displacement, velocity or acceleration{}",
+                          channel.name, to_string(channel.quantity),
                           channel.quantity == Quantity::voltage ? "; calibrate it first" : ""));
 }
 
@@ -61,8 +65,10 @@ struct CrossSpectra {
 std::complex<double> estimate(FrfEstimator estimator, double k, double ff, double aa, std::complex<double> af) {
   const std::complex<double> fa = std::conj(af);
   switch (estimator) {
-    case FrfEstimator::h1: return af / ff;
-    case FrfEstimator::h2: return aa / fa;
+    case FrfEstimator::h1:
+      return af / ff;
+    case FrfEstimator::h2:
+      return aa / fa;
     case FrfEstimator::hv: {
       if (!std::isfinite(k)) return af / ff;
       const double difference = aa - k * ff;
@@ -142,8 +148,8 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
   const double dt = blows.front().dt;
   const std::string force_name = force_channel(blows.front(), options).name;
-  // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only scales
-  // its residues, where a start long before the pulse would leave ripples over 1/(that time).
+  // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only
+  // scales its residues, where a start long before the pulse would leave ripples over 1/(that time).
   Eigen::Index n = blows.front().size();
   std::vector<Pulse> pulses;
   for (const auto& blow : blows) {
@@ -156,7 +162,8 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   result.estimator = options.estimator;
   bool first_response = true;
   for (const auto& channel : blows.front().channels) {
-    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time) continue;
+    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time)
+      continue;
     const FrfKind kind = kind_of(channel);
     if (first_response) result.kind = kind;
     if (kind != result.kind) {
@@ -164,8 +171,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
                               to_string(kind), to_string(result.kind)));
     }
     first_response = false;
-    result.channels.push_back(
-        {channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
+    result.channels.push_back({channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
   }
   if (result.channels.empty()) throw Error("no response channel beside the force");
 
@@ -259,9 +265,9 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
                                      result.frequency[kept - 1], 1 / length);
   result.provenance.version = version();
   for (const auto& recording : recordings) result.provenance.inputs.push_back(recording.source);
-  result.provenance.options = fmt::format("estimator {} window_end {:g} force_window {} band_drop_db {:g}",
-                                          to_string(options.estimator), options.window_end, options.window_force,
-                                          options.band_drop_db);
+  result.provenance.options =
+      fmt::format("estimator {} window_end {:g} force_window {} band_drop_db {:g}", to_string(options.estimator),
+                  options.window_end, options.window_force, options.band_drop_db);
   return result;
 }
 
@@ -278,7 +284,8 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
     if ((part.frequency.head(lines) - joined.frequency).cwiseAbs().maxCoeff() > 1e-6 * step) {
       throw Error("frequency responses to join: must share one frequency axis");
     }
-    if (part.kind != joined.kind || std::abs(part.window_decay - joined.window_decay) > 1e-6 * (1 + joined.window_decay)) {
+    if (part.kind != joined.kind ||
+        std::abs(part.window_decay - joined.window_decay) > 1e-6 * (1 + joined.window_decay)) {
       throw Error("frequency responses to join: must be of one kind and one exponential window");
     }
     joined.averages = std::min(joined.averages, part.averages);
@@ -288,8 +295,9 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
       if (channel.variance.size() > 0) channel.variance.conservativeResize(lines);
       for (const FrfChannel& other : joined.channels) {
         if (other.response == channel.response && other.reference == channel.reference) {
-          throw Error(fmt::format("frequency responses to join: {} / {} stands in two of them: the points hit must have different names",
-                                  channel.response, channel.reference));
+          throw Error(fmt::format(
+              "frequency responses to join: {} / {} stands in two of them: the points hit must have different names",
+              channel.response, channel.reference));
         }
       }
       joined.channels.push_back(std::move(channel));

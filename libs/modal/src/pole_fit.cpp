@@ -1,13 +1,14 @@
 // Variable projection. With columns Phi (pole pairs and residual terms) and their pole derivatives Psi, everything the
 // Gauss-Newton step needs follows from the Gram matrix of [Phi Psi] and its products with the data.
 //
-// The Gram matrix of the pole columns costs O(poles x lines), not O(poles^2 x lines): on s = decay + j w the conjugate of
-// 1/(s - x) is -1/(s' - a), s' = j w, a = -x* (x, y shifted by the decay), and partial fractions split every product,
+// The Gram matrix of the pole columns costs O(poles x lines), not O(poles^2 x lines): on s = decay + j w the conjugate
+// of 1/(s - x) is -1/(s' - a), s' = j w, a = -x* (x, y shifted by the decay), and partial fractions split every
+// product,
 //
 //   1/((s'-a)(s'-b)) = [1/(s'-a) - 1/(s'-b)]/(a-b),
 //
-// so that all entries follow from F_m(x) = sum_lines W |s|^2d/(s'-x)^m, m = 1, 2. Columns for which that difference would
-// cancel (poles far closer to the axis than to the nearest line) and the residual terms are summed as they are.
+// so that all entries follow from F_m(x) = sum_lines W |s|^2d/(s'-x)^m, m = 1, 2. Columns for which that difference
+// would cancel (poles far closer to the axis than to the nearest line) and the residual terms are summed as they are.
 #include "pole_fit.hpp"
 
 #include <Eigen/Dense>
@@ -80,13 +81,17 @@ struct Normal {
 class NormalEquations {
  public:
   NormalEquations(const Band& band, const Poles& poles, const ResidualTerms& terms, bool derivatives)
-      : band_(band), terms_(terms), derivatives_(derivatives), n_(static_cast<Index>(poles.size())),
+      : band_(band),
+        terms_(terms),
+        derivatives_(derivatives),
+        n_(static_cast<Index>(poles.size())),
         per_pole_(derivatives ? 4 : 2) {
     const double step = band.lines() > 1 ? band.omega[1] - band.omega[0] : 1;
     for (Index k = 0; k < n_; ++k) {
       const Complex p = poles[static_cast<std::size_t>(k)] - band.decay;
       shifted_.push_back(p);
-      const Index nearest = std::clamp(static_cast<Index>(std::lround((p.imag() - band.omega[0]) / step)), Index{0}, band.lines() - 1);
+      const Index nearest =
+          std::clamp(static_cast<Index>(std::lround((p.imag() - band.omega[0]) / step)), Index{0}, band.lines() - 1);
       if (std::abs(p.imag() - band.omega[nearest]) > 30 * -p.real()) direct_.push_back(k);
     }
     terms_count_ = Index{terms.lower} + Index{terms.upper} + Index{terms.slope};
@@ -104,7 +109,8 @@ class NormalEquations {
     const Index fractions = per_pole_ * n_;
     MatrixXd rows(kSlice, 2 * fractions), y(kSlice, 2 * sides * groups);
     MatrixXd products = MatrixXd::Zero(2 * fractions, 2 * sides * groups);
-    std::vector<MatrixXcd> direct(static_cast<std::size_t>(groups), MatrixXcd::Zero(direct_count_, group + direct_count_));
+    std::vector<MatrixXcd> direct(static_cast<std::size_t>(groups),
+                                  MatrixXcd::Zero(direct_count_, group + direct_count_));
     for (Index first = 0; first < band_.lines(); first += kSlice) {
       const Index n = std::min(kSlice, band_.lines() - first);
       fill_fractions(band_, shifted_, first, n, derivatives_, rows);
@@ -125,7 +131,8 @@ class NormalEquations {
         for (Index c = 0; c < group; ++c) {
           const Index channel = g * group + c;
           const double scale = band_.weight(first, channel) / band_.weight(first, g * group);
-          side.col(c) = scale * band_.h.col(channel).segment(first, n).cwiseProduct(factor.conjugate()).cwiseProduct(w2);
+          side.col(c) =
+              scale * band_.h.col(channel).segment(first, n).cwiseProduct(factor.conjugate()).cwiseProduct(w2);
         }
         side.rightCols(direct_count_) = strength.asDiagonal() * plain;
         direct[static_cast<std::size_t>(g)].noalias() += plain.adjoint() * side;
@@ -164,7 +171,9 @@ class NormalEquations {
     Normal normal{MatrixXd::Zero(2 * pairs + tail, 2 * pairs + tail), MatrixXd(2 * pairs + tail, group)};
     const auto row_of = [&](Index pair) { return pair < n_ ? 2 * pair : m + 2 * (pair - n_); };
     const auto fraction_of = [&](Index pair) { return pair < n_ ? per_pole_ * pair : per_pole_ * (pair - n_) + 2; };
-    const auto scale_of = [&](Index pair) { return pair < n_ ? 1.0 : half_width(pair - n_); };  // per half width of change
+    const auto scale_of = [&](Index pair) {
+      return pair < n_ ? 1.0 : half_width(pair - n_);
+    };  // per half width of change
     const Index step = terms_.complex ? 2 : 1;
 
     // Products with data and with the residual terms.
@@ -215,7 +224,8 @@ class NormalEquations {
         }
         for (Index a = 0; a < per_pole_ / 2; ++a) {
           for (Index b = 0; b < per_pole_ / 2; ++b) {
-            const Complex uu = sums(2 * a, 2 * b), uv = sums(2 * a, 2 * b + 1), vu = sums(2 * a + 1, 2 * b), vv = sums(2 * a + 1, 2 * b + 1);
+            const Complex uu = sums(2 * a, 2 * b), uv = sums(2 * a, 2 * b + 1), vu = sums(2 * a + 1, 2 * b),
+                          vv = sums(2 * a + 1, 2 * b + 1);
             Eigen::Matrix2d block;
             block << (uu + uv + vu + vv).real(), (kJ * (uu - uv + vu - vv)).real(), (uu + uv - vu - vv).imag(),
                 (uu - uv - vu + vv).real();

@@ -12,11 +12,11 @@ using Poles = std::vector<std::complex<double>>;
 
 /// Paper eq. 20 with the residues and residuals eliminated: what is left is a function of the poles alone.
 struct PoleFit {
-  Eigen::MatrixXd residues;   ///< per pole Re a, Im a; then the residuals in use; columns = channels
-  Eigen::VectorXd cost;       ///< weighted squared error per channel
-  Eigen::MatrixXd jtj;        ///< of (Re p, Im p) per pole, Gauss-Newton with residues eliminated; empty when not asked for
+  Eigen::MatrixXd residues;  ///< per pole Re a, Im a; then the residuals in use; columns = channels
+  Eigen::VectorXd cost;      ///< weighted squared error per channel
+  Eigen::MatrixXd jtj;  ///< of (Re p, Im p) per pole, Gauss-Newton with residues eliminated; empty when not asked for
   Eigen::VectorXd jtr;
-  Eigen::VectorXd rise;       ///< weighted squared error that comes back when the pole is left out (others refit)
+  Eigen::VectorXd rise;  ///< weighted squared error that comes back when the pole is left out (others refit)
 
   double total() const { return cost.sum(); }
 };
@@ -25,7 +25,9 @@ struct PoleFit {
 struct ResidualTerms {
   bool lower = true, upper = true, slope = true;
   bool complex = false;  ///< each term has an imaginary factor too
-  Eigen::Index count() const { return (Eigen::Index{lower} + Eigen::Index{upper} + Eigen::Index{slope}) * (complex ? 2 : 1); }
+  Eigen::Index count() const {
+    return (Eigen::Index{lower} + Eigen::Index{upper} + Eigen::Index{slope}) * (complex ? 2 : 1);
+  }
 };
 
 PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& terms, bool with_jacobian);

@@ -18,9 +18,9 @@ double median_of(Eigen::VectorXd values) {
 
 // Sums over blocks of 2^level lines: a wide peak needs no more than a few blocks per half-width.
 struct Level {
-  Eigen::MatrixXcd data;    // sum of W^2 r
-  Eigen::MatrixXd weight;   // sum of W^2
-  Eigen::VectorXd omega;    // mean
+  Eigen::MatrixXcd data;   // sum of W^2 r
+  Eigen::MatrixXd weight;  // sum of W^2
+  Eigen::VectorXd omega;   // mean
 };
 
 std::vector<Level> pyramid(const Band& band, const Eigen::MatrixXcd& residual, int levels) {

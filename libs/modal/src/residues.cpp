@@ -39,15 +39,17 @@ ResidueFit unpack_residues(const Band& band, const Poles& poles, const ResidualT
   return result;
 }
 
-ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<Complex>& poles, const ResidueOptions& options) {
+ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<Complex>& poles,
+                        const ResidueOptions& options) {
   const Band band = select_band(frf, options.band_low, options.band_high, options.weighting);
   for (const Complex pole : poles) {
     if (!(pole.real() < 0) || !(pole.imag() > 0) || !std::isfinite(std::abs(pole))) {
-      throw Error(fmt::format("pole {:g}{:+g}j rad/s: must have a negative real and a positive imaginary part", pole.real(),
-                              pole.imag()));
+      throw Error(fmt::format("pole {:g}{:+g}j rad/s: must have a negative real and a positive imaginary part",
+                              pole.real(), pole.imag()));
     }
   }
-  const ResidualTerms terms{options.lower_residual, options.upper_residual, options.upper_slope, options.complex_residuals};
+  const ResidualTerms terms{options.lower_residual, options.upper_residual, options.upper_slope,
+                            options.complex_residuals};
   if (2 * band.lines() < 2 * static_cast<Eigen::Index>(poles.size()) + terms.count()) {
     throw Error(fmt::format("{} poles on {} lines: too few lines", poles.size(), band.lines()));
   }

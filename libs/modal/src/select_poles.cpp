@@ -41,7 +41,9 @@ double distance(const Cluster& cluster, const StabilisationPole& pole, const Pol
 void prune(Cluster& cluster, const std::vector<StabilisationPole>& poles) {
   if (cluster.members.size() < 5) return;
   for (const bool by_damping : {false, true}) {
-    const auto value = [&](std::size_t i) { return by_damping ? std::log(poles[i].damping()) : std::abs(poles[i].pole); };
+    const auto value = [&](std::size_t i) {
+      return by_damping ? std::log(poles[i].damping()) : std::abs(poles[i].pole);
+    };
     std::vector<double> values;
     for (std::size_t i : cluster.members) values.push_back(value(i));
     std::sort(values.begin(), values.end());
@@ -61,9 +63,11 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
     poles[i].cluster = -1;
     if (poles[i].stable()) order.push_back(i);
   }
-  std::sort(order.begin(), order.end(), [&](auto a, auto b) { return std::abs(poles[a].pole) < std::abs(poles[b].pole); });
+  std::sort(order.begin(), order.end(),
+            [&](auto a, auto b) { return std::abs(poles[a].pole) < std::abs(poles[b].pole); });
 
-  // Greedy sweep upwards in frequency: a pole joins the nearest of the last six clusters that has none of its order yet.
+  // Greedy sweep upwards in frequency: a pole joins the nearest of the last six clusters that has none of its order
+  // yet.
   std::vector<Cluster> clusters;
   for (std::size_t i : order) {
     Cluster* nearest = nullptr;
@@ -104,7 +108,8 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
 
   const double needed = options.presence * static_cast<double>(diagram.orders.size());
   std::vector<PoleCluster> result;
-  std::erase_if(clusters, [&](const Cluster& c) { return c.members.empty() || static_cast<double>(c.orders.size()) < needed; });
+  std::erase_if(clusters,
+                [&](const Cluster& c) { return c.members.empty() || static_cast<double>(c.orders.size()) < needed; });
   std::sort(clusters.begin(), clusters.end(), [](const auto& a, const auto& b) { return a.size < b.size; });
   for (const auto& cluster : clusters) {
     std::vector<double> re, im, f, zeta;

@@ -31,9 +31,10 @@ Eigen::VectorXcd lag_sums(const Eigen::VectorXcd& x, Index m) {
 
 // One band: lines [first, first + n) of `band`. Appends the poles of every order that lie in [core_low, core_high) Hz.
 //
-// Per output o: X = [W z^r], Y = [-W z^r (x) H_o], z = exp(-j theta); R = X^H X, S = X^H Y, T = Y^H Y are block Toeplitz:
-// entry (r, s) depends on r - s alone and is an inverse FFT. With R = L L^H and G = L^-1 S, the reduced normal matrix of
-// order m is M_m = T - sum_{r <= m} g_r^H g_r on the leading m + 1 blocks: one factorisation serves all orders.
+// Per output o: X = [W z^r], Y = [-W z^r (x) H_o], z = exp(-j theta); R = X^H X, S = X^H Y, T = Y^H Y are block
+// Toeplitz: entry (r, s) depends on r - s alone and is an inverse FFT. With R = L L^H and G = L^-1 S, the reduced
+// normal matrix of order m is M_m = T - sum_{r <= m} g_r^H g_r on the leading m + 1 blocks: one factorisation serves
+// all orders.
 void poles_of_band(const Band& band, const Grid& grid, Index first, Index n, double core_low, double core_high,
                    const Orders& orders, double max_damping, std::vector<StabilisationPole>& poles) {
   const Index refs = grid.channel.cols();
@@ -48,7 +49,8 @@ void poles_of_band(const Band& band, const Grid& grid, Index first, Index n, dou
   for (Index o = 0; o < grid.channel.rows(); ++o) {
     Eigen::VectorXd noise = Eigen::VectorXd::Zero(n);
     for (Index i = 0; i < refs; ++i) {
-      noise += band.weight.col(grid.channel(o, i)).segment(first, n).cwiseAbs2().cwiseInverse() / static_cast<double>(refs);
+      noise +=
+          band.weight.col(grid.channel(o, i)).segment(first, n).cwiseAbs2().cwiseInverse() / static_cast<double>(refs);
     }
     const Eigen::VectorXcd w2 = noise.cwiseInverse().cast<Complex>();
     const auto at = [m](const Eigen::VectorXcd& sums, Index lag) { return sums[lag < 0 ? lag + m : lag]; };
@@ -166,13 +168,15 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
   const Index core = n / bands;
   const Index overlap = bands > 1 ? core / 5 : 0;
   const int most = static_cast<int>(std::max<Index>(2, std::min<Index>(core / 8, 60)));
-  Orders orders{options.min_order, options.max_order > 0 ? options.max_order : std::min(most, whole ? 60 : 32), options.order_step};
+  Orders orders{options.min_order, options.max_order > 0 ? options.max_order : std::min(most, whole ? 60 : 32),
+                options.order_step};
   if (options.max_order > 0 && 4 * static_cast<Index>(options.max_order) > core) {
     throw Error(fmt::format("max_order = {}: must be at most {} for {} lines", options.max_order, core / 4, core));
   }
   if (orders.low <= 0) orders.low = std::max(2, orders.high / 3);
   if (orders.step <= 0) orders.step = std::max(1, (orders.high - orders.low) / 10);
-  if (orders.low > orders.high) throw Error(fmt::format("min_order = {}: must be at most max_order = {}", orders.low, orders.high));
+  if (orders.low > orders.high)
+    throw Error(fmt::format("min_order = {}: must be at most max_order = {}", orders.low, orders.high));
 
   StabilisationDiagram diagram;
   diagram.references = grid.references;
@@ -189,7 +193,8 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
     const double high = b + 1 == bands ? band.high : band.low + band.line_width() * static_cast<double>((b + 1) * core);
     poles_of_band(band, grid, first, end - first, low, high, orders, options.max_damping, diagram.poles);
   }
-  std::stable_sort(diagram.poles.begin(), diagram.poles.end(), [](const auto& a, const auto& b) { return a.order < b.order; });
+  std::stable_sort(diagram.poles.begin(), diagram.poles.end(),
+                   [](const auto& a, const auto& b) { return a.order < b.order; });
   mark_stable(diagram.poles, diagram.orders, options);
   return diagram;
 }

@@ -29,8 +29,8 @@ double interpolate(const std::vector<std::pair<double, double>>& branch, double 
   return lower->second + share * (upper->second - lower->second);
 }
 
-// Largest difference of the residual (which is flat, so linear interpolation is exact enough) between the points where the
-// deflection grows and those where it falls, over the range both cover. 0 when there is one direction only.
+// Largest difference of the residual (which is flat, so linear interpolation is exact enough) between the points where
+// the deflection grows and those where it falls, over the range both cover. 0 when there is one direction only.
 double branch_difference(const Eigen::VectorXd& d, const Eigen::VectorXd& residual) {
   std::vector<std::pair<double, double>> branches[2];
   for (Eigen::Index i = 0; i < d.size(); ++i) {
@@ -58,15 +58,16 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                            const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options) {
   const Eigen::Index n = deflection.size();
   if (force.size() != n) {
-    throw Error(fmt::format("force-deflection table with {} deflections and {} forces: must be equally many", n,
-                            force.size()));
+    throw Error(
+        fmt::format("force-deflection table with {} deflections and {} forces: must be equally many", n, force.size()));
   }
   if (!deflection.allFinite() || !force.allFinite()) throw Error("force-deflection table: every value must be finite");
   require_range("confidence", options.confidence, 0.5, 0.999999);
   const std::set<double> distinct(deflection.data(), deflection.data() + n);
   const Eigen::Index parameters = options.fit_offset ? 3 : 2;
   if (distinct.size() < 4) {
-    throw Error(fmt::format("force-deflection table with {} different deflections: must have at least 4", distinct.size()));
+    throw Error(
+        fmt::format("force-deflection table with {} different deflections: must have at least 4", distinct.size()));
   }
 
   // Scaled to deflection and force of order 1, so that the parameters are comparable.
@@ -120,7 +121,8 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   law.points = n;
   law.k1 = with_interval(p[0] * fs / ds, std::sqrt(covariance(0, 0)) * fs / ds, t);
   law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), std::sqrt(covariance(1, 1)) * fs / std::pow(ds, 3), t);
-  law.offset = options.fit_offset ? with_interval(p[2] * ds, std::sqrt(covariance(2, 2)) * ds, t) : Estimate{0, 0, 0, 0};
+  law.offset =
+      options.fit_offset ? with_interval(p[2] * ds, std::sqrt(covariance(2, 2)) * ds, t) : Estimate{0, 0, 0, 0};
   const double sd_k2 = std::sqrt(covariance(1, 1));
   law.cubic_p_value = sd_k2 > 0 ? 2 * boost::math::cdf(boost::math::complement(student, std::abs(p[1]) / sd_k2))
                                 : (p[1] == 0 ? 1.0 : 0.0);
@@ -132,8 +134,8 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues();
   law.summary.condition_number = std::sqrt(eigenvalues.maxCoeff() / std::max(eigenvalues.minCoeff(), 1e-300));
-  law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m", law.summary.residual,
-                                  deflection.minCoeff(), deflection.maxCoeff());
+  law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m",
+                                  law.summary.residual, deflection.minCoeff(), deflection.maxCoeff());
   if (!converged) law.summary.fail("stiffness fit did not converge");
   if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
   if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
@@ -175,7 +177,8 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
     k[i] = law.k1.value;
     // A table without scatter must not own the fit.
     weight[i] = 1 / std::max({law.k1.sd, 0.1 * mean_sd, 1e-12 * std::abs(law.k1.value)});
-    if (law.summary.status == Status::unusable) result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.warnings.back()));
+    if (law.summary.status == Status::unusable)
+      result.summary.fail(fmt::format("table {}: {}", i + 1, law.summary.warnings.back()));
   }
   Eigen::Index columns = 3;
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rank(basis);
@@ -205,8 +208,9 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
       boost::math::chi_squared_distribution<double>(static_cast<double>(columns - 1)), statistic));
   result.summary.residual = (weight.cwiseProduct(basis * p - k)).norm() / std::sqrt(static_cast<double>(n));
   if (result.p_value < 0.05) {
-    result.summary.warn(fmt::format("shaft is anisotropic: stiffness differs by {:.3g} % between its principal directions",
-                                    200 * amplitude / p[0]));
+    result.summary.warn(
+        fmt::format("shaft is anisotropic: stiffness differs by {:.3g} % between its principal directions",
+                    200 * amplitude / p[0]));
   }
   return result;
 }

@@ -31,7 +31,8 @@ Complex truth(Complex s) {
 }
 
 // Half-sine blows of 2 ms and the exact response to them (force linear between samples).
-whirl::Recording simulate(const std::vector<Blow>& blows, double duration, double noise, unsigned seed, double dt = 1e-4) {
+whirl::Recording simulate(const std::vector<Blow>& blows, double duration, double noise, unsigned seed,
+                          double dt = 1e-4) {
   const auto n = static_cast<Eigen::Index>(std::lround(duration / dt));
   Eigen::VectorXd f = Eigen::VectorXd::Zero(n), x = Eigen::VectorXd::Zero(n);
   for (const auto& blow : blows) {
@@ -53,7 +54,7 @@ whirl::Recording simulate(const std::vector<Blow>& blows, double duration, doubl
   std::normal_distribution<double> normal;
   const double fs = noise * f.maxCoeff(), xs = noise * x.cwiseAbs().maxCoeff();
   for (Eigen::Index i = 0; i < n; ++i) {
-    f[i] += fs * normal(random) + 0.3;   // both channels carry an offset
+    f[i] += fs * normal(random) + 0.3;  // both channels carry an offset
     x[i] += xs * normal(random) - 1e-6;
   }
   whirl::Recording recording;
@@ -159,7 +160,8 @@ TEST(FrfProperty, SecondHitIsFoundFrom5To300MsWhateverTheRecordLength) {
 
 TEST(Frf, ReboundInsideTheRecordDoesNotSpoilH1) {
   std::vector<whirl::BlowReport> reports;
-  const auto frf = whirl::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)}, {.window_end = 0.01}, &reports);
+  const auto frf =
+      whirl::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)}, {.window_end = 0.01}, &reports);
   EXPECT_EQ(reports[0].second_hits.size(), 1u);
   EXPECT_TRUE(reports[0].used);
   EXPECT_LT(error(frf), 0.033);
@@ -185,7 +187,8 @@ TEST(FrfProperty, ClippingOfTwoSamplesOrMoreIsFound) {
 
 TEST(Frf, SlowQuantisedSignalRestsOnItsExtremeWithoutBeingClipped) {
   Eigen::VectorXd x(4000);
-  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = std::round(1000 * std::sin(2 * kPi * 3 * static_cast<double>(i) / 4000));
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    x[i] = std::round(1000 * std::sin(2 * kPi * 3 * static_cast<double>(i) / 4000));
   EXPECT_FALSE(whirl::is_overloaded(x));
   EXPECT_TRUE(whirl::is_overloaded(x.cwiseMin(800.0)) || whirl::is_overloaded(x, 1000));
   EXPECT_TRUE(whirl::is_overloaded(x, 1000));

@@ -15,7 +15,8 @@ using whirl::testing::make_synthetic;
 using whirl::testing::score;
 
 TEST(ModesProperty, EveryMethodFindsTheModesOfAFewQuietFrfs) {
-  for (const auto method : {whirl::PoleMethod::plscf, whirl::PoleMethod::lsce, whirl::PoleMethod::era, whirl::PoleMethod::rfp}) {
+  for (const auto method :
+       {whirl::PoleMethod::plscf, whirl::PoleMethod::lsce, whirl::PoleMethod::era, whirl::PoleMethod::rfp}) {
     whirl::testing::SyntheticOptions synthetic;
     synthetic.modes = 6;
     synthetic.doublets = 0;
@@ -42,7 +43,8 @@ TEST(ModesReference, ComplexityOfAShapeIsThatOfItsPhases) {
   const Eigen::VectorXcd line = Complex(0.6, 0.8) * Eigen::Vector3d(1, -2, 0.5).cast<Complex>();
   EXPECT_NEAR(whirl::mode_complexity(line).mpc, 1, 1e-12);
   EXPECT_NEAR(whirl::mode_complexity(line).mpd, 0, 1e-7);
-  const Eigen::VectorXcd travelling = (Eigen::VectorXcd(2) << Complex(1, 0), Complex(0, 1)).finished();  // forward whirl
+  const Eigen::VectorXcd travelling =
+      (Eigen::VectorXcd(2) << Complex(1, 0), Complex(0, 1)).finished();  // forward whirl
   EXPECT_NEAR(whirl::mode_complexity(travelling).mpc, 0, 1e-12);
   const Eigen::VectorXcd bent = (Eigen::VectorXcd(2) << Complex(1, 0.1), Complex(1, -0.1)).finished();
   EXPECT_NEAR(whirl::mode_complexity(bent).mpd, std::atan(0.1), 1e-9);
@@ -61,7 +63,8 @@ TEST(ModesProperty, ReciprocityAndDrivePointsOfAPassiveStructureHold) {
       whirl::FrfChannel channel{names[i], names[j], Eigen::VectorXcd::Zero(400), {}, {}};
       for (Eigen::Index l = 0; l < 400; ++l) {
         const Complex s(0, 2 * std::numbers::pi * frf.frequency[l]);
-        for (int k = 0; k < 2; ++k) channel.value[l] += shape[k][i] * shape[k][j] / ((s - poles[k]) * (s - std::conj(poles[k])));
+        for (int k = 0; k < 2; ++k)
+          channel.value[l] += shape[k][i] * shape[k][j] / ((s - poles[k]) * (s - std::conj(poles[k])));
       }
       frf.channels.push_back(channel);
     }
@@ -77,7 +80,7 @@ TEST(ModesProperty, ReciprocityAndDrivePointsOfAPassiveStructureHold) {
   EXPECT_NEAR((shapes.value(1, 1) / shapes.value(0, 1)).real(), -0.9 / 0.5, 1e-4);
   frf.channels[1].value *= 1.2;  // one sensor off
   EXPECT_NEAR(whirl::check_reciprocity(frf)[0].difference, 0.2 / 1.1, 1e-9);
-  frf.channels[0].value *= -1;   // a sensor turned round
+  frf.channels[0].value *= -1;  // a sensor turned round
   model = whirl::fit_modes(frf);
   EXPECT_EQ(whirl::check_drive_points(model).at(0).wrong_modes.size(), model.modes.size());
 }

@@ -1,5 +1,3 @@
-#include "whirl/modal/fit_modes.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
@@ -7,6 +5,7 @@
 #include "measured.hpp"
 #include "synthetic.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/testing/data.hpp"
 
@@ -238,7 +237,8 @@ TEST(ModesReference, NoiseFreeDataOf35ModesGiveNoOtherPoleInTheBand) {
   EXPECT_LT(model.reconstruction_error, 1e-4);
 }
 
-// Blows differ most where the structure rings most, so that weights by the measured variance all but hide a dominant pair.
+// Blows differ most where the structure rings most, so that weights by the measured variance all but hide a dominant
+// pair.
 TEST(ModesProperty, DominantDoubletIsFoundWhenTheVarianceFollowsTheResonance) {
   auto options = small(2);
   options.responses = 2;

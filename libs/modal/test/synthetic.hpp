@@ -14,13 +14,13 @@ namespace whirl::testing {
 /// A class of structures with known modes, and their noisy frequency responses.
 struct SyntheticOptions {
   int modes = 35;
-  int doublets = 6;               ///< pairs among them
-  double doublet_gap = 0.005;     ///< relative
-  double low = 5, high = 1000;    ///< Hz
-  double line = 0.0625;           ///< Hz
+  int doublets = 6;             ///< pairs among them
+  double doublet_gap = 0.005;   ///< relative
+  double low = 5, high = 1000;  ///< Hz
+  double line = 0.0625;         ///< Hz
   int responses = 6, references = 2;
   double noise = 0.01;
-  bool proportional = false;      ///< noise sd per line is noise |H(f)|; else noise rms|H|
+  bool proportional = false;  ///< noise sd per line is noise |H(f)|; else noise rms|H|
   double damping_low = 0.002, damping_high = 0.02;
   FrfKind kind = FrfKind::accelerance;
   unsigned seed = 1;
@@ -29,8 +29,8 @@ struct SyntheticOptions {
 struct Synthetic {
   std::vector<std::complex<double>> poles;  ///< inside the band, ascending
   FrequencyResponse frf;
-  std::vector<Eigen::VectorXcd> clean;      ///< noise-free value per channel
-  double noise_ratio = 0;                   ///< norm(noise) / norm(frf)
+  std::vector<Eigen::VectorXcd> clean;  ///< noise-free value per channel
+  double noise_ratio = 0;               ///< norm(noise) / norm(frf)
 };
 
 /// Real mode shapes, a rigid-body term and modes above the band.
@@ -48,7 +48,8 @@ inline Synthetic make_synthetic(const SyntheticOptions& options) {
   }
   // Doublets at evenly spread sites, not the lowest ones.
   for (int d = 0; d < options.doublets; ++d) {
-    frequencies.push_back(frequencies[static_cast<std::size_t>((d + 1) * sites / (options.doublets + 1))] * (1 + options.doublet_gap));
+    frequencies.push_back(frequencies[static_cast<std::size_t>((d + 1) * sites / (options.doublets + 1))] *
+                          (1 + options.doublet_gap));
   }
   std::sort(frequencies.begin(), frequencies.end());
   const int inside = options.modes;
@@ -65,7 +66,8 @@ inline Synthetic make_synthetic(const SyntheticOptions& options) {
   for (std::size_t k = 0; k <= poles.size(); ++k) {  // the last one is the rigid body
     shapes.emplace_back();
     // Sensors and hammer are not put on the nodes of a mode by choice: factors between 0.3 and 1 of either sign.
-    for (int i = 0; i < points; ++i) shapes.back().push_back((uniform(random) < 0.5 ? -1 : 1) * (0.3 + 0.7 * uniform(random)));
+    for (int i = 0; i < points; ++i)
+      shapes.back().push_back((uniform(random) < 0.5 ? -1 : 1) * (0.3 + 0.7 * uniform(random)));
   }
   const auto lines = static_cast<Eigen::Index>(std::floor((options.high - options.low) / options.line + 1e-9)) + 1;
   result.frf.frequency = Eigen::VectorXd::LinSpaced(lines, 0, static_cast<double>(lines - 1)) * options.line;
@@ -83,7 +85,8 @@ inline Synthetic make_synthetic(const SyntheticOptions& options) {
         Complex h = shapes[poles.size()][static_cast<std::size_t>(o)] *
                     shapes[poles.size()][static_cast<std::size_t>(options.responses + r)] / (s * s);
         for (std::size_t k = 0; k < poles.size(); ++k) {
-          const double phi = shapes[k][static_cast<std::size_t>(o)] * shapes[k][static_cast<std::size_t>(options.responses + r)];
+          const double phi =
+              shapes[k][static_cast<std::size_t>(o)] * shapes[k][static_cast<std::size_t>(options.responses + r)];
           h += phi / ((s - poles[k]) * (s - std::conj(poles[k])));
         }
         channel.value[i] = h * std::pow(s, static_cast<int>(options.kind));
@@ -106,12 +109,12 @@ inline Synthetic make_synthetic(const SyntheticOptions& options) {
 
 /// How a fit compares with the truth, modes matched one to one (nearest first).
 struct ModeScore {
-  int frequency = 0;  ///< modes with frequency within 0.1 %
-  int both = 0;       ///< of these, damping within 5 %
-  int poles = 0;      ///< reported inside the band
-  int extra = 0;      ///< reported poles without a true mode
+  int frequency = 0;    ///< modes with frequency within 0.1 %
+  int both = 0;         ///< of these, damping within 5 %
+  int poles = 0;        ///< reported inside the band
+  int extra = 0;        ///< reported poles without a true mode
   int sharp_extra = 0;  ///< of these, those that claim a frequency within 0.1 % and damping within 5 % (one sd)
-  int covered_frequency = 0, covered_damping = 0;  ///< matched modes whose 95 % interval holds the truth
+  int covered_frequency = 0, covered_damping = 0;               ///< matched modes whose 95 % interval holds the truth
   double median_frequency_error = 0, median_damping_error = 0;  ///< relative
 };
 
@@ -151,7 +154,8 @@ inline ModeScore score(const std::vector<std::complex<double>>& truth, const Mod
     ++result.poles;
     if (used_m[m]) continue;
     ++result.extra;
-    result.sharp_extra += mode.frequency.sd < 1e-3 * mode.frequency.value && mode.damping.sd < 0.05 * mode.damping.value;
+    result.sharp_extra +=
+        mode.frequency.sd < 1e-3 * mode.frequency.value && mode.damping.sd < 0.05 * mode.damping.value;
   }
   const auto median = [](std::vector<double> v) {
     if (v.empty()) return NAN;

@@ -38,11 +38,11 @@ constexpr std::array<std::pair<const char*, Quantity>, 18> kColumns{{
 
 struct Log {
   explicit Log(long rows) : table(rows, static_cast<Eigen::Index>(kColumns.size())) { table.setZero(); }
-  void row(long k, std::complex<double> z, std::complex<double> u, const Measurement& m,
-           const ControllerState& c, std::complex<double> open) {
-    table.row(k) << z.real(), z.imag(), m.x, m.y, c.estimate.z.real(), c.estimate.z.imag(),
-        c.estimate.v.real(), c.estimate.v.imag(), c.requested.real(), c.requested.imag(), u.real(), u.imag(),
-        c.s.real(), c.s.imag(), m.beta, m.omega, open.real(), open.imag();
+  void row(long k, std::complex<double> z, std::complex<double> u, const Measurement& m, const ControllerState& c,
+           std::complex<double> open) {
+    table.row(k) << z.real(), z.imag(), m.x, m.y, c.estimate.z.real(), c.estimate.z.imag(), c.estimate.v.real(),
+        c.estimate.v.imag(), c.requested.real(), c.requested.imag(), u.real(), u.imag(), c.s.real(), c.s.imag(), m.beta,
+        m.omega, open.real(), open.imag();
   }
   Eigen::MatrixXd table;
 };
@@ -72,8 +72,7 @@ ClosedLoopPlant::ClosedLoopPlant(const RigParameters& rig, const ClosedLoopOptio
   open_ = segment_peaks(x, segment_, std::lround(options.skip * rig.timing.rate));
 }
 
-ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log,
-                                       std::uint64_t seed) const {
+ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording* log, std::uint64_t seed) const {
   Controller controller = make_controller(design);
   RigRun experiment = options_.run;
   if (seed != 0) experiment.seed = seed;

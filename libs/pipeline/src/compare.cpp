@@ -18,8 +18,14 @@ RigParameters without_added_mass(RigParameters rig) {
 /// The rig with nothing wrong but its rotor.
 RigParameters perfect(RigParameters p) {
   p.modes.clear();
-  p.laser = {.noise = 0, .range = p.laser.range, .bits = 0, .rate = p.laser.rate, .latency = 0,
-             .runout_1x = 0, .runout_2x = 0, .runout_3x = 0};
+  p.laser = {.noise = 0,
+             .range = p.laser.range,
+             .bits = 0,
+             .rate = p.laser.rate,
+             .latency = 0,
+             .runout_1x = 0,
+             .runout_2x = 0,
+             .runout_3x = 0};
   p.actuator.bits = 0;
   p.actuator.gain_error = p.actuator.axis_rotation = 0;
   p.actuator.bandwidth = 0;
@@ -31,9 +37,7 @@ RigParameters perfect(RigParameters p) {
 
 }  // namespace
 
-std::string ComparedMethod::label() const {
-  return law + ", " + estimator + (feedforward ? "" : ", no feedforward");
-}
+std::string ComparedMethod::label() const { return law + ", " + estimator + (feedforward ? "" : ", no feedforward"); }
 
 ComparedMethod parse_method(const std::string& text) {
   std::vector<std::string> parts{""};
@@ -151,8 +155,7 @@ std::vector<FloorCase> physical_floor(const ControllerDesign& design, const RigP
          p.actuator.bits = rig.actuator.bits;
        }},
       {"structural modes", [&](RigParameters& p) { p.modes = rig.modes; }},
-      {"encoder and speed ripple",
-       [&](RigParameters& p) { p.encoder = rig.encoder, p.profile = rig.profile; }},
+      {"encoder and speed ripple", [&](RigParameters& p) { p.encoder = rig.encoder, p.profile = rig.profile; }},
       {"all of it: the rig", [&](RigParameters& p) { p = rig; }},
   };
   ClosedLoopOptions options;

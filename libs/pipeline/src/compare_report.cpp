@@ -46,7 +46,8 @@ const ComparedResult* find_label(const Comparison& c, const std::string& start) 
 // The best method, eq. 43 and PD as the paper has them; without what was not compared, none twice.
 std::vector<const ComparedResult*> shown(const Comparison& c) {
   std::vector<const ComparedResult*> out;
-  for (const ComparedResult* r : {find_label(c, "pd, lpf, no"), find_label(c, "tsmc_paper, lpf"), &best_result(c.results)}) {
+  for (const ComparedResult* r :
+       {find_label(c, "pd, lpf, no"), find_label(c, "tsmc_paper, lpf"), &best_result(c.results)}) {
     if (r != nullptr && std::ranges::find(out, r) == out.end()) out.push_back(r);
   }
   return out;
@@ -72,9 +73,8 @@ report::Figure effort_figure(const Comparison& c) {
   report::Figure figure;
   figure.title = "Whole-run peak against effort";
   figure.description = "One mark per method: rms force against the largest displacement; lower left is better.";
-  report::Panel& panel =
-      figure.panel("", {"force, rms", {"N", 1}, report::Scale::linear},
-                   {"largest |x|, peak", {"mm", 1e-3}, report::Scale::logarithmic});
+  report::Panel& panel = figure.panel("", {"force, rms", {"N", 1}, report::Scale::linear},
+                                      {"largest |x|, peak", {"mm", 1e-3}, report::Scale::logarithmic});
   panel.height = 380;
   const auto add = [&](bool everywhere, const char* name, report::Mark mark, int color) {
     std::vector<double> x, y;
@@ -104,8 +104,11 @@ report::Figure segment_figure(const Comparison& c) {
   panel.x.low = -0.4, panel.x.high = 4.4;
   panel.height = 300;
   const Eigen::VectorXd x = category_axis(5);
-  const auto paper = [](const std::array<double, 5>& peaks) { return Eigen::Map<const Eigen::VectorXd>(peaks.data(), 5).eval(); };
-  panel.line("open loop", x, segment_values(c.results.front().nominal.open), {.color = 7, .mark = report::Mark::circle});
+  const auto paper = [](const std::array<double, 5>& peaks) {
+    return Eigen::Map<const Eigen::VectorXd>(peaks.data(), 5).eval();
+  };
+  panel.line("open loop", x, segment_values(c.results.front().nominal.open),
+             {.color = 7, .mark = report::Mark::circle});
   panel.line("paper, open loop", x, paper(kPaperOpen),
              {.color = 7, .dash = report::Dash::dotted, .mark = report::Mark::cross});
   panel.line("paper, TSMC", x, paper(kPaperClosed),
@@ -198,9 +201,11 @@ report::Table comparison_table(const Comparison& c) {
   }
   t.notes = {
       "Peaks of the true disk centre, x axis, zero-to-peak, the first 0.5 s left out; per segment and in brackets the "
-      "suppression against the same rig without control. The paper does not name the kind of its amplitudes; its percentages "
+      "suppression against the same rig without control. The paper does not name the kind of its amplitudes; its "
+      "percentages "
       "do not depend on it. Whole run: mean over the seeds.",
-      "Excess TV: total variation of the force above that of the smooth force that cancels the unbalance. Fails: conditions "
+      "Excess TV: total variation of the force above that of the smooth force that cancels the unbalance. Fails: "
+      "conditions "
       "of the robustness matrix. Differences below about 10 % are within the scatter of the tuning."};
   return t;
 }
@@ -218,7 +223,8 @@ report::Table matrix_table(const Comparison& c) {
     t.add(std::move(row));
   }
   t.notes = {
-      "FAILS: standing limit cycle or offset (rms above 30 um at standstill), divergence, trip, or saturated more than 30 % "
+      "FAILS: standing limit cycle or offset (rms above 30 um at standstill), divergence, trip, or saturated more than "
+      "30 % "
       "of the time. Delay in samples; told: the controller knows of it."};
   return t;
 }
@@ -226,7 +232,9 @@ report::Table matrix_table(const Comparison& c) {
 report::Table failures_table(const Comparison& c) {
   report::Table t;
   t.caption = "Conditions in which a method fails, and its largest peak where it does not";
-  t.columns = {{"method", "", report::Align::left}, {"peak", "um"}, {"in", "", report::Align::left},
+  t.columns = {{"method", "", report::Align::left},
+               {"peak", "um"},
+               {"in", "", report::Align::left},
                {"fails with", "", report::Align::left}};
   for (const ComparedResult& r : c.results) {
     const RobustnessCase* worst = nullptr;
@@ -247,7 +255,8 @@ report::Table failures_table(const Comparison& c) {
 report::Table floor_table(const Comparison& c) {
   report::Table t;
   const bool balanced = has_balanced(c);
-  t.caption = fmt::format("Physical floor: {} with one imperfection of the machine at a time", best_result(c.results).label);
+  t.caption =
+      fmt::format("Physical floor: {} with one imperfection of the machine at a time", best_result(c.results).label);
   t.columns = {{"what is not perfect", "", report::Align::left}, {"whole run", "um peak"}};
   if (balanced) t.columns.push_back({"balanced", "um peak"});
   for (const FloorCase& f : c.floor) {
@@ -293,7 +302,8 @@ report::Document comparison_report(const Comparison& c) {
   doc.title = "Control laws compared on one rig";
   doc.subtitle = "same identified model, tuning budget, scenarios, runs and seeds";
   doc.paragraph(
-      "Every method is tuned on a plant made of the identified model and the data sheets alone and then run, unchanged, on "
+      "Every method is tuned on a plant made of the identified model and the data sheets alone and then run, "
+      "unchanged, on "
       "the virtual rig with seeds the tuning has not seen. Only methods with the same knowledge are alike: those with "
       "feedforward cancel the identified unbalance, those of kfe and kfo estimate it while running.");
   doc.callout(best.stable_everywhere() ? report::Callout::Kind::agrees : report::Callout::Kind::warning,
@@ -310,7 +320,8 @@ report::Document comparison_report(const Comparison& c) {
   if (!c.results.front().matrix.empty()) doc.section("Robustness").table(matrix_table(c));
   doc.section("What physics allows");
   doc.paragraph(
-      "The controller sees the disk through its sensors and acts late. Each row gives the best method one imperfection and "
+      "The controller sees the disk through its sensors and acts late. Each row gives the best method one imperfection "
+      "and "
       "takes all others away.");
   doc.table(floor_table(c));
   doc.section("Where it comes from").code(c.command_line).provenance(c.provenance);

@@ -58,10 +58,8 @@ std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOp
   return out;
 }
 
-void set_variables(ControllerDesign& d, const std::vector<Variable>& variables,
-                   const std::vector<double>& u) {
-  for (std::size_t i = 0; i < variables.size(); ++i)
-    d.parameters[variables[i].name] = variables[i].value(u[i]);
+void set_variables(ControllerDesign& d, const std::vector<Variable>& variables, const std::vector<double>& u) {
+  for (std::size_t i = 0; i < variables.size(); ++i) d.parameters[variables[i].name] = variables[i].value(u[i]);
   for (std::size_t i = 0; i < variables.size(); ++i) {
     if (!variables[i].gain_over_layer) continue;
     d.parameters["boundary_layer"] = switching_gain_of(resolve_parameters(d)) / variables[i].value(u[i]);
@@ -104,8 +102,7 @@ void run_search(Search& search) {
   const auto n = static_cast<unsigned>(search.variables.size());
   const int budget = search.options->evaluations, wide = budget - budget / 3;
   std::vector<double> u(n);
-  for (unsigned i = 0; i < n; ++i)
-    u[i] = std::clamp(search.variables[i].unit(search.variables[i].start), 0.02, 0.98);
+  for (unsigned i = 0; i < n; ++i) u[i] = std::clamp(search.variables[i].unit(search.variables[i].start), 0.02, 0.98);
   double value = search.objective(u);
   if (n == 0 || budget <= 1) return;
 
@@ -114,8 +111,7 @@ void run_search(Search& search) {
   global.set_lower_bounds(0);
   global.set_upper_bounds(1);
   // The default population, 10 (n + 1), would spend the whole budget on random points.
-  global.set_population(
-      std::max<unsigned>(n + 2, std::min<unsigned>(10 * (n + 1), static_cast<unsigned>(wide) / 3)));
+  global.set_population(std::max<unsigned>(n + 2, std::min<unsigned>(10 * (n + 1), static_cast<unsigned>(wide) / 3)));
   global.set_maxeval(wide - 1);
   global.set_min_objective(nlopt_objective, &search);
   global.optimize(u, value);
@@ -151,10 +147,10 @@ Runout identified_runout(const IdentifiedModel& model) {
 
 ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignOptions& options) {
   if (!identified.rotor) {
-    throw Error(fmt::format(
-        "model identified by method {}: it is no rotor with stiffness, damping and unbalance, so no "
-        "controller can be designed from it",
-        identified.method));
+    throw Error(
+        fmt::format("model identified by method {}: it is no rotor with stiffness, damping and unbalance, so no "
+                    "controller can be designed from it",
+                    identified.method));
   }
   const RotorModel& model = *identified.rotor;
   ControllerDesign d;
@@ -171,8 +167,7 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   const auto& e = options.estimator;
   const bool has_model = e == "kalman" || e == "kfe" || e == "kfo" || e == "eso";
   d.parameters["predict"] = has_model ? 1 : 0;
-  if (options.law == "tsmc_paper")
-    d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
+  if (options.law == "tsmc_paper") d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
   const Runout runout = options.runout ? *options.runout : identified_runout(identified);
   if (!runout.empty()) d.parameters.merge(runout_parameters(runout));
   if (has_model && e != "eso") {
@@ -211,9 +206,8 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
   best.provenance.version = version();
   best.provenance.inputs = model.provenance.inputs;
   best.provenance.seed = options.seed;
-  best.provenance.options =
-      fmt::format("law={} estimator={} evaluations={} feedforward={} delay={:.4g}", best.law, best.estimator,
-                  options.evaluations, best.feedforward, best.delay);
+  best.provenance.options = fmt::format("law={} estimator={} evaluations={} feedforward={} delay={:.4g}", best.law,
+                                        best.estimator, options.evaluations, best.feedforward, best.delay);
   return best;
 }
 

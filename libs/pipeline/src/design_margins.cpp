@@ -40,8 +40,7 @@ double static_control_stiffness(const ControllerDesign& design) {
 }
 
 /// Largest value of a grown quantity that stays stable, by bisection between a stable and an unstable one.
-double largest_stable(double stable, double unstable, int steps,
-                      const std::function<bool(double)>& is_stable) {
+double largest_stable(double stable, double unstable, int steps, const std::function<bool(double)>& is_stable) {
   for (int i = 0; i < steps; ++i) {
     const double middle = 0.5 * (stable + unstable);
     (is_stable(middle) ? stable : unstable) = middle;
@@ -127,18 +126,17 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
     const double scale = values.count("length_scale") ? values.at("length_scale") : 1e-3;
     const double linear = values.count("linear_gain") ? values.at("linear_gain") : 0;
     const double s0 = top * x0 + linear * x0 + c * scale * std::pow(x0 / scale, r);
-    const double reach = reach_time(s0, rho, bound),
-                 slide = slide_time_fast_terminal(x0, linear, c, r, scale);
+    const double reach = reach_time(s0, rho, bound), slide = slide_time_fast_terminal(x0, linear, c, r, scale);
     if (std::isfinite(reach)) margins["reach_time_s"] = reach;
     if (r < 1 && std::isfinite(slide)) margins["slide_time_s"] = slide;
   }
   design.summary.residual = run.closed.all;
-  design.summary.trust =
-      certified ? fmt::format(
-                      "stable on the tuning plant with {} unknown samples of delay, gain up to {:.2g} "
-                      "times and stiffness {:.0f} % lower; simulation only",
-                      delay, margins["gain_margin"], percent)
-                : "not certified: see the warnings";
+  design.summary.trust = certified
+                             ? fmt::format(
+                                   "stable on the tuning plant with {} unknown samples of delay, gain up to {:.2g} "
+                                   "times and stiffness {:.0f} % lower; simulation only",
+                                   delay, margins["gain_margin"], percent)
+                             : "not certified: see the warnings";
 }
 
 }  // namespace whirl

@@ -7,9 +7,7 @@
 namespace whirl {
 
 std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double stiffness_uncertainty) {
-  const auto error = [](double scale, double degrees) {
-    return std::polar(scale, degrees * std::numbers::pi / 180);
-  };
+  const auto error = [](double scale, double degrees) { return std::polar(scale, degrees * std::numbers::pi / 180); };
   std::vector<TuningScenario> all{
       {"nominal", 1, 1.1, 0.8, error(1.04, -4)},
       {"one more sample of delay", 1, 1, 1, error(0.96, 4), 1, 1},
@@ -65,8 +63,7 @@ double tuning_cost(const ClosedLoopMetrics& m) {
   for (std::size_t i = 0; i < 4; ++i) {
     if (m.open.segment[i] > 0) ratio += m.closed.segment[i] / m.open.segment[i], ++entered;
   }
-  double cost =
-      0.5 * ratio / std::max(entered, 1) + 0.5 * m.closed.all / m.open.all + 0.02 * m.total_variation / 1000;
+  double cost = 0.5 * ratio / std::max(entered, 1) + 0.5 * m.closed.all / m.open.all + 0.02 * m.total_variation / 1000;
   // Graded, so that a search can climb out.
   if (m.standstill_rms > kLimitCycle) cost += 1 + std::min(1.0, std::log10(m.standstill_rms / kLimitCycle));
   if (m.saturated > 0.3) cost += m.saturated;

@@ -21,8 +21,8 @@ struct TuningScenario {
 std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double stiffness_uncertainty);
 
 /// The plant of a scenario.
-ClosedLoopPlant scenario_plant(const TuningScenario& scenario, const RotorModel& model,
-                               const Hardware& hardware, std::uint64_t seed);
+ClosedLoopPlant scenario_plant(const TuningScenario& scenario, const RotorModel& model, const Hardware& hardware,
+                               std::uint64_t seed);
 
 /// The hardware as the tuning plant has it: where the design removes a runout table, a tenth of the expected
 /// runout is left.

@@ -76,7 +76,9 @@ LagrangeFile load(const Settings& settings) {
 
 }  // namespace
 
-LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name) { return load(parse_settings(text, name)); }
+LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name) {
+  return load(parse_settings(text, name));
+}
 
 LagrangeFile read_lagrange_file(const std::filesystem::path& path) { return load(read_settings(path)); }
 

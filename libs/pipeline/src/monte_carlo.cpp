@@ -42,8 +42,8 @@ struct LaneRig {
 
 template <int Lanes>
 struct LaneLoop {
-  LaneLoop(const BatchRig<Lanes>* batch, LaneArray<Lanes>* ux, LaneArray<Lanes>* uy, int lane, const ControllerDesign& design,
-           const RigParameters& rig)
+  LaneLoop(const BatchRig<Lanes>* batch, LaneArray<Lanes>* ux, LaneArray<Lanes>* uy, int lane,
+           const ControllerDesign& design, const RigParameters& rig)
       : view{batch, ux, uy, lane, 0.5 * rig.laser.range},
         controller(make_controller(design)),
         clock(1 / rig.timing.rate),
@@ -57,8 +57,8 @@ struct LaneLoop {
 
 /// The samples `indices`, at most Lanes of them; the lanes left over repeat the last one.
 template <int Lanes>
-std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const RigDraw& draw, const std::vector<int>& indices,
-                                        std::shared_ptr<const RigTables> like) {
+std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const RigDraw& draw,
+                                        const std::vector<int>& indices, std::shared_ptr<const RigTables> like) {
   constexpr auto kLanes = static_cast<std::size_t>(Lanes);
   std::vector<DrawnRig> rigs;
   std::array<std::shared_ptr<const RigTables>, kLanes> tables;
@@ -135,8 +135,8 @@ Proportion proportion(long count, long n) {
   return p;
 }
 
-MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model,
-                             const Hardware& hardware, const MonteCarloOptions& options, const Ranks& ranks) {
+MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model, const Hardware& hardware,
+                             const MonteCarloOptions& options, const Ranks& ranks) {
   if (!model.rotor) throw Error("Monte Carlo: the model is no rotor");
   require_range("samples", options.samples, 1, 1e7);
   if (options.lanes != 8 && options.lanes != 16 && options.lanes != 32) {
@@ -157,8 +157,8 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   if (ranks.rank == 0) {
     out.samples.resize(n);
     if (!options.checkpoint.empty()) {
-      checkpoint = std::make_unique<MonteCarloCheckpoint>(options.checkpoint, study_key(options, design), centre, out.samples,
-                                                         done);
+      checkpoint = std::make_unique<MonteCarloCheckpoint>(options.checkpoint, study_key(options, design), centre,
+                                                          out.samples, done);
     }
   }
   if (ranks.size > 1) ranks.broadcast(done);

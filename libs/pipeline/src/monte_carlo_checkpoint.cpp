@@ -24,10 +24,9 @@ MonteCarloSample sample_from(const RotorModel& centre, const double* n) {
 }
 
 std::string study_key(const MonteCarloOptions& o, const ControllerDesign& design) {
-  const std::string text =
-      fmt::format("{} {} {:a} {:a} {:a} {:a} {:a} {:a} {}", o.samples, o.seed, o.covariance_scale, o.stiffness_sd,
-                  o.damping_sd, o.unbalance_sd, o.gain_sd, o.rotation_sd, o.key) +
-      to_json(design).dump();
+  const std::string text = fmt::format("{} {} {:a} {:a} {:a} {:a} {:a} {:a} {}", o.samples, o.seed, o.covariance_scale,
+                                       o.stiffness_sd, o.damping_sd, o.unbalance_sd, o.gain_sd, o.rotation_sd, o.key) +
+                           to_json(design).dump();
   return "whirl.robustness.checkpoint/1 " + sha256(text);
 }
 
@@ -39,7 +38,9 @@ MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, co
   if (std::ifstream in(path, std::ios::binary); in) {
     std::string line;
     if (!std::getline(in, line) || line != key) {
-      throw Error(path_ + ": checkpoint of another study (other controller, model, seed or options); remove it or name another");
+      throw Error(
+          path_ +
+          ": checkpoint of another study (other controller, model, seed or options); remove it or name another");
     }
     while (std::getline(in, line) && !in.eof()) {  // eof: the last line has no end
       double numbers[kSampleNumbers];

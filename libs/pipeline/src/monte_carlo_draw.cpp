@@ -19,8 +19,8 @@ Root covariance_root(const IdentifiedModel& model) {
   Root root{};
   if (c.empty()) return root;
   if (c.size() != 25) {
-    throw Error(fmt::format(
-        "rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
+    throw Error(
+        fmt::format("rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
   }
   std::array<double, 5> sd{};
   for (std::size_t i = 0; i < 5; ++i) sd[i] = c[6 * i] > 0 ? std::sqrt(c[6 * i]) : 1;

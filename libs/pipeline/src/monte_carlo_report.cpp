@@ -15,14 +15,19 @@ std::string percent(const Proportion& p) {
 }
 
 Json to_json(const Proportion& p) {
-  return Json::object().set("count", p.count).set("of", p.n).set("value", p.value).set("ci95", std::vector{p.low, p.high});
+  return Json::object()
+      .set("count", p.count)
+      .set("of", p.n)
+      .set("value", p.value)
+      .set("ci95", std::vector{p.low, p.high});
 }
 
 }  // namespace
 
 report::Table monte_carlo_table(const MonteCarloResult& r, const MonteCarloOptions& o) {
   report::Table t;
-  t.caption = fmt::format("{} machines drawn from the identified covariance and the hardware's tolerances", r.samples.size());
+  t.caption =
+      fmt::format("{} machines drawn from the identified covariance and the hardware's tolerances", r.samples.size());
   t.columns = {{"quantity", "", report::Align::left}, {"value", ""}};
   const auto mm = [](double v) { return fmt::format("{:.4f} mm peak", 1e3 * v); };
   t.add({"whole-run peak, median", mm(r.peak_median)});
@@ -31,7 +36,8 @@ report::Table monte_carlo_table(const MonteCarloResult& r, const MonteCarloOptio
   t.add({"largest", mm(r.peak_worst)});
   t.add({"stable", percent(r.stable)});
   if (o.limit > 0) t.add({fmt::format("above {:g} mm or not stable", 1e3 * o.limit), percent(r.exceeds)});
-  t.notes = {"In brackets the 95 % interval of Clopper and Pearson. It covers the draws, not what the model leaves out."};
+  t.notes = {
+      "In brackets the 95 % interval of Clopper and Pearson. It covers the draws, not what the model leaves out."};
   return t;
 }
 
@@ -48,13 +54,20 @@ Json to_json(const MonteCarloResult& r, const MonteCarloOptions& o) {
     open.push_back(s.open_peak), peak.push_back(s.peak), still.push_back(s.standstill_rms), stable.push_back(s.stable);
   }
   document.set("samples", Json::object()
-                              .set("k1", k1).set("k2", k2).set("c", c).set("eps_re", re).set("eps_im", im)
-                              .set("open_peak", open).set("peak", peak).set("standstill_rms", still).set("stable", stable));
+                              .set("k1", k1)
+                              .set("k2", k2)
+                              .set("c", c)
+                              .set("eps_re", re)
+                              .set("eps_im", im)
+                              .set("open_peak", open)
+                              .set("peak", peak)
+                              .set("standstill_rms", still)
+                              .set("stable", stable));
   return document;
 }
 
-report::Document monte_carlo_report(const MonteCarloResult& r, const MonteCarloOptions& o, const ControllerDesign& design,
-                                    const Provenance& provenance) {
+report::Document monte_carlo_report(const MonteCarloResult& r, const MonteCarloOptions& o,
+                                    const ControllerDesign& design, const Provenance& provenance) {
   report::Document doc;
   doc.title = fmt::format("Robustness of {} with {}", design.law, design.estimator);
   doc.table(monte_carlo_table(r, o));

@@ -24,8 +24,8 @@ VectorXd speed_at(const VectorXd& time, const Rotation& turning, double dt) {
   });
 }
 
-// The spectra in `bins` equal steps of speed: of each step the largest amplitudes, and where none falls into it those of
-// the nearest step.
+// The spectra in `bins` equal steps of speed: of each step the largest amplitudes, and where none falls into it those
+// of the nearest step.
 Eigen::MatrixXd over_speed(const Spectrogram& map, const VectorXd& speed, double low, double high, Index bins) {
   Eigen::MatrixXd out = Eigen::MatrixXd::Constant(map.amplitude.rows(), bins, NAN);
   for (Index j = 0; j < speed.size(); ++j) {
@@ -53,8 +53,9 @@ std::string_view window_name(Window window) {
 
 Rotation required_rotation(const Recording& record) {
   if (auto turning = rotation_of(record)) return *std::move(turning);
-  throw Error(fmt::format("{}: no rotor angle: needs a channel beta (rad) or pulses (key, keyphasor, tacho) over two turns or more",
-                          record.source));
+  throw Error(fmt::format(
+      "{}: no rotor angle: needs a channel beta (rad) or pulses (key, keyphasor, tacho) over two turns or more",
+      record.source));
 }
 
 report::Figure map_view(const std::string& what, const Recording& r, const std::string& channel, const ViewOptions& o) {
@@ -68,11 +69,12 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   const double sweep = turning ? turning->sweep_rate(r.dt) / kTurn : 0;
   s.block = o.resolution > 0 ? std::lround(r.rate() / o.resolution)
             // 2X moves twice as fast.
-            : turning        ? sweep_block(2 * sweep, r.dt, r.size())
-                             : std::max<Index>(std::min<Index>(64, r.size()), r.size() / 40);
+            : turning ? sweep_block(2 * sweep, r.dt, r.size())
+                      : std::max<Index>(std::min<Index>(64, r.size()), r.size() / 40);
   s.block = std::clamp<Index>(s.block, 1, r.size());
   const Index columns = what == "cascade" ? 60 : 240;
-  Spectrogram map = full ? full_spectrogram(r["x"], r["y"], r.dt, s, columns) : spectrogram(r[channel], r.dt, s, columns);
+  Spectrogram map =
+      full ? full_spectrogram(r["x"], r["y"], r.dt, s, columns) : spectrogram(r[channel], r.dt, s, columns);
 
   const double highest = o.highest_frequency > 0 ? o.highest_frequency
                          : turning               ? std::min(0.5 * r.rate(), 4 * turning->highest_speed() / kTurn)
@@ -94,15 +96,16 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
                  ? report::cascade(VectorXd::LinSpaced(bins, slowest, fastest), map.frequency, amplitude, o.kind)
                  : report::run_map(slowest, fastest, high, amplitude, o.kind, o.natural_frequencies);
   } else {
-    figure = report::waterfall(r.t0 + map.time[0], r.t0 + map.time[map.time.size() - 1], high, map.amplitude, o.kind, speed,
-                               full ? low : 0);
+    figure = report::waterfall(r.t0 + map.time[0], r.t0 + map.time[map.time.size() - 1], high, map.amplitude, o.kind,
+                               speed, full ? low : 0);
     for (const double f : o.natural_frequencies) {
-      figure.panels.front().horizontal(f, report::format_number(f, 4) + " Hz", {.color = 3, .width = 1, .dash = report::Dash::dotted});
+      figure.panels.front().horizontal(f, report::format_number(f, 4) + " Hz",
+                                       {.color = 3, .width = 1, .dash = report::Dash::dotted});
     }
   }
-  figure.panels.front().title = fmt::format("{}: {} window, noise bandwidth {:.3g} Hz{}", full ? "x + i y" : channel,
-                                            window_name(s.window), map.noise_bandwidth,
-                                            turning && sweep > 1e-3 ? fmt::format(", sweep {:.3g} Hz/s", sweep) : "");
+  figure.panels.front().title =
+      fmt::format("{}: {} window, noise bandwidth {:.3g} Hz{}", full ? "x + i y" : channel, window_name(s.window),
+                  map.noise_bandwidth, turning && sweep > 1e-3 ? fmt::format(", sweep {:.3g} Hz/s", sweep) : "");
   return figure;
 }
 

@@ -13,6 +13,7 @@ std::string_view window_name(Window window);
 Rotation required_rotation(const Recording& record);
 
 /// "waterfall", "full-waterfall", "cascade" or "run-map" of one channel (x and y where full).
-report::Figure map_view(const std::string& what, const Recording& record, const std::string& channel, const ViewOptions& options);
+report::Figure map_view(const std::string& what, const Recording& record, const std::string& channel,
+                        const ViewOptions& options);
 
 }  // namespace whirl

@@ -26,8 +26,9 @@ constexpr double kRpm = kTurn / 60;
 
 constexpr View kViews[] = {
     {"traces", "channels over time"},
-    {"orbit", "path of the disk centre, raw and 1X, with a dot where the angle is zero; without --from and --to ten turns "
-              "around the largest radius"},
+    {"orbit",
+     "path of the disk centre, raw and 1X, with a dot where the angle is zero; without --from and --to ten turns "
+     "around the largest radius"},
     {"spectrum", "one-sided amplitude spectrum"},
     {"full-spectrum", "spectrum of x + i y: forward whirl at positive, backward whirl at negative frequency"},
     {"waterfall", "spectra over time as a colour map, with the 1X and 2X lines"},
@@ -58,8 +59,9 @@ Recording cut(const Recording& r, const ViewOptions& o) {
   const auto first = static_cast<Index>(std::clamp(std::ceil((o.begin - r.t0) / r.dt - 1e-6), 0.0, n));
   const auto end = static_cast<Index>(std::clamp(std::floor((o.end - r.t0) / r.dt + 1e-6) + 1, 0.0, n));
   if (end - first < 16) {
-    throw Error(fmt::format("{}: {} samples between {:g} and {:g} s (the record has {:g} to {:g} s): must be 16 or more", r.source,
-                            std::max<Index>(0, end - first), o.begin, o.end, r.t0, r.t0 + r.dt * (n - 1)));
+    throw Error(
+        fmt::format("{}: {} samples between {:g} and {:g} s (the record has {:g} to {:g} s): must be 16 or more",
+                    r.source, std::max<Index>(0, end - first), o.begin, o.end, r.t0, r.t0 + r.dt * (n - 1)));
   }
   Recording out;
   out.t0 = r.t0 + r.dt * static_cast<double>(first);
@@ -73,11 +75,13 @@ Figure traces(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   std::vector<std::string> channels = o.channels;
   if (channels.empty()) {
     for (const char* name : {"x", "y", "ux", "uy"}) {
-      if (std::ranges::any_of(runs, [&](const ViewedRun& r) { return r.record.has(name); })) channels.emplace_back(name);
+      if (std::ranges::any_of(runs, [&](const ViewedRun& r) { return r.record.has(name); }))
+        channels.emplace_back(name);
     }
   }
   for (const Channel& c : runs.back().record.channels) {
-    if (o.channels.empty() && channels.size() < 4 && c.quantity != Quantity::angle && std::ranges::count(channels, c.name) == 0) {
+    if (o.channels.empty() && channels.size() < 4 && c.quantity != Quantity::angle &&
+        std::ranges::count(channels, c.name) == 0) {
       channels.push_back(c.name);
     }
   }
@@ -85,7 +89,8 @@ Figure traces(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
 }
 
 // x = mean + Re(Z e^{j theta}) over the part, by least squares.
-std::pair<double, std::complex<double>> synchronous_fit(const Eigen::Ref<const VectorXd>& x, const Eigen::Ref<const VectorXd>& angle) {
+std::pair<double, std::complex<double>> synchronous_fit(const Eigen::Ref<const VectorXd>& x,
+                                                        const Eigen::Ref<const VectorXd>& angle) {
   Eigen::MatrixX3d a(x.size(), 3);
   a.col(0).setOnes();
   a.col(1) = angle.array().cos();
@@ -115,13 +120,16 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   ViewOptions range = o;
   range.begin = begin, range.end = end;
   for (const ViewedRun& r : runs) parts.push_back(cut(r.record, range));
-  for (std::size_t i = 0; i < runs.size(); ++i) part_names.push_back({runs.size() > 1 ? runs[i].name : "unfiltered", parts[i]});
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    part_names.push_back({runs.size() > 1 ? runs[i].name : "unfiltered", parts[i]});
   Figure figure = report::orbit(part_names, parts.back().t0, parts.back().t0 + parts.back().duration());
   const auto turning = rotation_of(last);
   if (!turning) return figure;
-  const Index first = std::max<Index>(turning->first, static_cast<Index>(std::lround((parts.back().t0 - last.t0) / last.dt)));
+  const Index first =
+      std::max<Index>(turning->first, static_cast<Index>(std::lround((parts.back().t0 - last.t0) / last.dt)));
   const Index count = std::min<Index>(turning->first + turning->size() - first, parts.back().size());
-  if (count < 16 || turning->angle[first - turning->first + count - 1] - turning->angle[first - turning->first] < kTurn) return figure;
+  if (count < 16 || turning->angle[first - turning->first + count - 1] - turning->angle[first - turning->first] < kTurn)
+    return figure;
   const auto angle = turning->angle.segment(first - turning->first, count);
   const auto [cx, zx] = synchronous_fit(last["x"].segment(first, count), angle);
   const auto [cy, zy] = synchronous_fit(last["y"].segment(first, count), angle);
@@ -158,22 +166,26 @@ Figure spectra(const std::vector<ViewedRun>& runs, const ViewOptions& o, bool fu
     const Recording r = cut(run.record, o);
     s.block = o.resolution > 0 ? std::min<Index>(r.size(), std::lround(r.rate() / o.resolution)) : 0;
     for (const std::string& channel : channels) {
-      const AmplitudeSpectrum a = full ? full_spectrum(r["x"], r["y"], r.dt, s) : amplitude_spectrum(r[channel], r.dt, s);
+      const AmplitudeSpectrum a =
+          full ? full_spectrum(r["x"], r["y"], r.dt, s) : amplitude_spectrum(r[channel], r.dt, s);
       if (!full) quantity = r.at(channel).quantity;
       line = a.noise_bandwidth;
       const double highest = o.highest_frequency > 0 ? o.highest_frequency : 0.5 * r.rate();
       Index from = 0, to = a.frequency.size();
       while (from < to && a.frequency[from] < -highest) ++from;
       while (to > from && a.frequency[to - 1] > highest) --to;
-      curves.push_back({runs.size() > 1 ? run.name : full ? "" : channel, a.frequency.segment(from, to - from),
-                        a.amplitude.segment(from, to - from)});
+      curves.push_back({runs.size() > 1 ? run.name
+                        : full          ? ""
+                                        : channel,
+                        a.frequency.segment(from, to - from), a.amplitude.segment(from, to - from)});
       if (full) break;
     }
   }
   std::vector<std::pair<std::string, double>> marks;
   if (const auto turning = rotation_of(cut(runs.back().record, o))) {
     const double mean = turning->speed.mean();
-    if (turning->speed.maxCoeff() - turning->speed.minCoeff() < 0.02 * mean) marks = {{"1X", mean / kTurn}, {"2X", 2 * mean / kTurn}};
+    if (turning->speed.maxCoeff() - turning->speed.minCoeff() < 0.02 * mean)
+      marks = {{"1X", mean / kTurn}, {"2X", 2 * mean / kTurn}};
   }
   Figure figure = full ? report::full_spectrum(curves, o.kind) : report::spectrum(curves, o.kind, quantity, marks);
   if (full) {
@@ -191,8 +203,8 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   const Rotation turning = required_rotation(r);
   const std::string& channel = channel_of(o);
   // A quarter of the lowest distance of two orders, so that they are told apart, but not faster than they change.
-  const double bandwidth = o.bandwidth > 0 ? o.bandwidth
-                                           : std::clamp(0.25 * turning.speed.mean() / kTurn, 0.5, 0.05 / r.dt);
+  const double bandwidth =
+      o.bandwidth > 0 ? o.bandwidth : std::clamp(0.25 * turning.speed.mean() / kTurn, 0.5, 0.05 / r.dt);
   const VectorXd part = r[channel].segment(turning.first, turning.size());
   VoldKalmanOptions filter;
   filter.bandwidth = bandwidth;
@@ -250,8 +262,16 @@ std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& n
     return r;
   };
   return {{"open loop", part({{"x_open", "x"}, {"y_open", "y"}, {"beta", "beta"}, {"omega", "omega"}})},
-          {"closed loop", part({{"x_true", "x"}, {"y_true", "y"}, {"vx_est", "dx"}, {"vy_est", "dy"}, {"ux", "ux"}, {"uy", "uy"},
-                                {"s_x", "s_x"}, {"s_y", "s_y"}, {"beta", "beta"}, {"omega", "omega"}})}};
+          {"closed loop", part({{"x_true", "x"},
+                                {"y_true", "y"},
+                                {"vx_est", "dx"},
+                                {"vy_est", "dy"},
+                                {"ux", "ux"},
+                                {"uy", "uy"},
+                                {"s_x", "s_x"},
+                                {"s_y", "s_y"},
+                                {"beta", "beta"},
+                                {"omega", "omega"}})}};
 }
 
 Figure synchronous_view(const std::string& what, const std::vector<report::SynchronousCurve>& curves) {

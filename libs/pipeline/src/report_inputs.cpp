@@ -12,7 +12,8 @@ namespace {
 void add_json(ReportInputs& in, const std::filesystem::path& file, const std::string& name) {
   const Json document = load_json(file);
   const Json* schema = document.find("schema");
-  const std::string kind = schema != nullptr && schema->get<std::string>() != nullptr ? *schema->get<std::string>() : "";
+  const std::string kind =
+      schema != nullptr && schema->get<std::string>() != nullptr ? *schema->get<std::string>() : "";
   const auto is = [&](const char* what) { return kind.starts_with(std::string(what) + "/"); };
   const std::string source = file.string();
   if (is("whirl.model")) {
@@ -30,8 +31,10 @@ void add_json(ReportInputs& in, const std::filesystem::path& file, const std::st
   } else if (is("whirl.validation")) {
     in.validations.push_back({name, document});
   } else {
-    throw Error::in_file(source, 0, "schema '" + kind + "' cannot be reported: must be a model, controller, frf, modes, stiffness, "
-                                    "run or validation of whirl");
+    throw Error::in_file(source, 0,
+                         "schema '" + kind +
+                             "' cannot be reported: must be a model, controller, frf, modes, stiffness, "
+                             "run or validation of whirl");
   }
 }
 
@@ -53,7 +56,8 @@ std::optional<report::SynchronousCurve> read_bode_table(const std::filesystem::p
   if (speed == nullptr || amplitude == nullptr || phase == nullptr) return std::nullopt;
   report::SynchronousCurve curve{file.stem().string(), speed->samples, {}};
   curve.vector.resize(speed->samples.size());
-  for (Eigen::Index i = 0; i < curve.vector.size(); ++i) curve.vector[i] = std::polar(amplitude->samples[i], phase->samples[i]);
+  for (Eigen::Index i = 0; i < curve.vector.size(); ++i)
+    curve.vector[i] = std::polar(amplitude->samples[i], phase->samples[i]);
   return curve;
 }
 

@@ -76,9 +76,9 @@ std::optional<Rotation> from_encoder(const Recording& record, const VectorXd& re
     out.angle = smooth;
     out.speed = at_samples(fit.angle.omega);
   } else {
-    throw Error(fmt::format("{}: beta turns back between {:g} and {:g} s: choose a part in which the shaft turns forward",
-                            record.source, record.t0 + record.dt * static_cast<double>(first),
-                            record.t0 + record.dt * static_cast<double>(last)));
+    throw Error(fmt::format(
+        "{}: beta turns back between {:g} and {:g} s: choose a part in which the shaft turns forward", record.source,
+        record.t0 + record.dt * static_cast<double>(first), record.t0 + record.dt * static_cast<double>(last)));
   }
   return out;
 }
@@ -120,8 +120,9 @@ report::SynchronousCurve order_curve(const Recording& record, const Rotation& ro
     if (v.speed[i] < slow_roll) sum += v.value[i], ++count;
   }
   if (count == 0) {
-    throw Error(fmt::format("{}: no revolution is slower than the slow-roll speed of {:g} rpm; the slowest has {:.0f} rpm",
-                            record.source, slow_roll * 60 / kTurn, v.speed.minCoeff() * 60 / kTurn));
+    throw Error(
+        fmt::format("{}: no revolution is slower than the slow-roll speed of {:g} rpm; the slowest has {:.0f} rpm",
+                    record.source, slow_roll * 60 / kTurn, v.speed.minCoeff() * 60 / kTurn));
   }
   curve.vector.array() -= sum / static_cast<double>(count);
   return curve;

@@ -10,7 +10,11 @@ const std::array<const char*, 4> kSegmentNames{"1 before the critical region", "
 namespace {
 
 Json entry(const std::string& name, double open, double closed, double suppression) {
-  return Json::object().set("name", name).set("open_peak", open).set("closed_peak", closed).set("suppression", suppression);
+  return Json::object()
+      .set("name", name)
+      .set("open_peak", open)
+      .set("closed_peak", closed)
+      .set("suppression", suppression);
 }
 
 }  // namespace
@@ -35,14 +39,17 @@ Json to_json(const ClosedLoopMetrics& m) {
 report::Table segment_table(const ClosedLoopMetrics& m, const std::string& caption, bool with_paper) {
   report::Table table;
   table.caption = caption;
-  table.columns = {{"segment", "", report::Align::left}, {"open loop, peak", "mm"}, {"closed loop, peak", "mm"},
+  table.columns = {{"segment", "", report::Align::left},
+                   {"open loop, peak", "mm"},
+                   {"closed loop, peak", "mm"},
                    {"suppression", "%"}};
   if (with_paper) {
     for (const char* name : {"paper, open", "paper, closed"}) table.columns.push_back({name, "mm"});
     table.columns.push_back({"paper, suppression", "%"});
-    table.notes = {"Peaks of the true disk centre, x axis, zero-to-peak, without the first 0.5 s. The paper's Table 4 prints "
-                   "6.45 and 0.26 mm for segment 3, its text 3.25 and below 0.17 mm for the same: most likely peak-to-peak "
-                   "against zero-to-peak. Row 5 is not defined there; read as the whole run."};
+    table.notes = {
+        "Peaks of the true disk centre, x axis, zero-to-peak, without the first 0.5 s. The paper's Table 4 prints "
+        "6.45 and 0.26 mm for segment 3, its text 3.25 and below 0.17 mm for the same: most likely peak-to-peak "
+        "against zero-to-peak. Row 5 is not defined there; read as the whole run."};
   }
   for (std::size_t i = 0; i < 5; ++i) {
     const bool whole = i == 4;

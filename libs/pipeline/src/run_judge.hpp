@@ -7,15 +7,18 @@
 
 namespace whirl {
 
-/// Follows the true motion of one closed-loop run: peaks, the standstill at its end, divergence. The same for scalar runs
-/// and lanes.
+/// Follows the true motion of one closed-loop run: peaks, the standstill at its end, divergence. The same for scalar
+/// runs and lanes.
 class RunJudge {
  public:
   static constexpr double kLimitCycle = 30e-6;  ///< m rms at standstill
 
   /// `open_peak`: of the plant without control, m. `rate` in Hz, `skip` in s.
   RunJudge(double open_peak, double rate, double skip, long ticks) noexcept
-      : diverged_(3 * open_peak + 5e-3), skip_(std::lround(skip * rate)), settle_(std::lround(0.5 * rate)), ticks_(ticks) {}
+      : diverged_(3 * open_peak + 5e-3),
+        skip_(std::lround(skip * rate)),
+        settle_(std::lround(0.5 * rate)),
+        ticks_(ticks) {}
 
   /// Displacement and speed at the next tick; false: the motion has diverged and the run is over.
   bool motion(std::complex<double> z, double omega) noexcept {
@@ -54,12 +57,15 @@ class RunJudge {
   double survived() const noexcept {
     return static_cast<double>(trip_ != Fault::none ? trip_tick_ : tick_) / static_cast<double>(ticks_);
   }
-  double saturated() const noexcept { return static_cast<double>(saturated_) / static_cast<double>(std::max(tick_, 1L)); }
+  double saturated() const noexcept {
+    return static_cast<double>(saturated_) / static_cast<double>(std::max(tick_, 1L));
+  }
   double standstill_rms() const noexcept {
     return still_ > 0 ? std::sqrt(std::max(still_x_, still_y_) / static_cast<double>(still_)) : 0;
   }
   bool stable(double saturation_limit) const noexcept {
-    return tick_ == ticks_ && trip_ == Fault::none && standstill_rms() <= kLimitCycle && saturated() <= saturation_limit;
+    return tick_ == ticks_ && trip_ == Fault::none && standstill_rms() <= kLimitCycle &&
+           saturated() <= saturation_limit;
   }
 
  private:

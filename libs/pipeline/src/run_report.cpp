@@ -64,9 +64,10 @@ class RunReport {
     }
     for (const CriticalRow& c : criticals()) {
       doc_.callout(Callout::Kind::note, "Largest 1X amplitude of " + c.run,
-                   fmt::format("{} at {:.0f} rpm in channel {}{}.", report::format_amplitude(c.amplitude, AmplitudeKind::peak),
-                               c.critical / kRpm, c.channel,
-                               c.reading ? fmt::format(", amplification factor {} by half power", format_fixed(c.reading->factor, 1))
+                   fmt::format("{} at {:.0f} rpm in channel {}{}.",
+                               report::format_amplitude(c.amplitude, AmplitudeKind::peak), c.critical / kRpm, c.channel,
+                               c.reading ? fmt::format(", amplification factor {} by half power",
+                                                       format_fixed(c.reading->factor, 1))
                                          : ""));
       any = true;
     }
@@ -107,7 +108,8 @@ class RunReport {
   }
 
   // A figure that the record may not allow (no angle, no y) is left out with its reason.
-  void draw(const std::string& what, const std::vector<ViewedRun>& run, const ViewOptions& options, const std::string& caption) {
+  void draw(const std::string& what, const std::vector<ViewedRun>& run, const ViewOptions& options,
+            const std::string& caption) {
     try {
       doc_.figure(view(what, run, options), caption);
     } catch (const Error& e) {
@@ -124,15 +126,18 @@ class RunReport {
       const std::vector<ViewedRun> run{{name, record}};
       ViewOptions v = view_options();
       draw("traces", run, v, "Time traces of " + name + ".");
-      draw("run-map", run, v, "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
+      draw("run-map", run, v,
+           "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
       draw("waterfall", run, v, "Waterfall: spectra over time.");
       draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
-      draw("bode", run, v, "Bode plot of the 1X vectors, one per revolution. " + std::string(kBeats) + slow_roll_note());
+      draw("bode", run, v,
+           "Bode plot of the 1X vectors, one per revolution. " + std::string(kBeats) + slow_roll_note());
       draw("polar", run, v, "Polar plot of the same vectors.");
       draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
       draw("orbit", run, v, "Orbit around the largest radius; dots where the rotor angle is zero.");
       draw("full-spectrum", run, v, "Full spectrum: forward whirl at positive, backward whirl at negative frequency.");
-      if (!left_out_.empty()) doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
+      if (!left_out_.empty())
+        doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
     }
     for (const auto& [name, curve] : in_.bode) {
       doc_.subsection(name);
@@ -143,7 +148,9 @@ class RunReport {
   }
 
   std::string slow_roll_note() const {
-    return o_.slow_roll > 0 ? fmt::format(" The mean vector below {:.0f} rpm (slow roll) is taken off.", o_.slow_roll / kRpm) : "";
+    return o_.slow_roll > 0
+               ? fmt::format(" The mean vector below {:.0f} rpm (slow roll) is taken off.", o_.slow_roll / kRpm)
+               : "";
   }
 
   void tests() {
@@ -158,8 +165,10 @@ class RunReport {
     }
     for (const auto& [name, frf] : in_.responses) {
       doc_.subsection(name);
-      doc_.figure(report::frequency_response(frf, 0, {}, in_.modes.empty() ? std::vector<Mode>{} : in_.modes.front().value.modes),
-                  "Frequency response of " + frf.channels.front().response + " to " + frf.channels.front().reference + ".");
+      doc_.figure(
+          report::frequency_response(frf, 0, {},
+                                     in_.modes.empty() ? std::vector<Mode>{} : in_.modes.front().value.modes),
+          "Frequency response of " + frf.channels.front().response + " to " + frf.channels.front().reference + ".");
     }
     for (const auto& [name, modes] : in_.modes) {
       doc_.table(mode_list(name, modes));
@@ -188,8 +197,8 @@ class RunReport {
       if (!model.rotor && (model.states.empty() || model.states.front() != "X1")) continue;
       for (const auto& record : in_.records) {
         if (!record.value.has("x") || !record.value.has("y") || !record.value.has("beta")) continue;
-        const bool trained = std::ranges::any_of(model.provenance.inputs,
-                                                 [&](const std::string& input) { return input.starts_with(record.name + " "); });
+        const bool trained = std::ranges::any_of(
+            model.provenance.inputs, [&](const std::string& input) { return input.starts_with(record.name + " "); });
         const Validation v = validate_model(model, record.value);
         add_validation(table, model_name, record.name, trained, v);
         if (!trained && v.summary.status != Status::unusable && (worst_record == nullptr || v.nrmse > worst.nrmse)) {
@@ -233,17 +242,21 @@ class RunReport {
       doc_.subsection(name);
       const double w0 = natural_frequency(log);
       const ClosedLoopMetrics m = metrics_of_log(log, w0, force_limit());
-      doc_.table(segment_table(m, fmt::format("Segments by rotor speed (natural frequency {:.2f} Hz), {}", w0 / (2 * std::numbers::pi), name),
-                               o_.with_paper));
+      doc_.table(segment_table(
+          m,
+          fmt::format("Segments by rotor speed (natural frequency {:.2f} Hz), {}", w0 / (2 * std::numbers::pi), name),
+          o_.with_paper));
       doc_.key_values(effort_values(m));
       const std::vector<ViewedRun> runs = viewed_runs(log, name);
       std::vector<report::NamedRun> both;
       for (const ViewedRun& r : runs) both.push_back({r.name, r.record});
       const std::vector<report::Segment> parts = segment_times(log, w0);
-      doc_.figure(report::time_traces(both, {"x", "y"}, parts), "Displacement without and with control; segments shaded.");
+      doc_.figure(report::time_traces(both, {"x", "y"}, parts),
+                  "Displacement without and with control; segments shaded.");
       doc_.figure(report::control_force({{name, runs.back().record}}, force_limit(), parts), "Control force.");
       if (runs.back().record.has("s_x")) {
-        doc_.figure(report::time_traces({{name, runs.back().record}}, {"s_x", "s_y"}, parts), "Sliding variables s(t).");
+        doc_.figure(report::time_traces({{name, runs.back().record}}, {"s_x", "s_y"}, parts),
+                    "Sliding variables s(t).");
       }
       left_out_.clear();
       const ViewOptions v = view_options();
@@ -252,7 +265,8 @@ class RunReport {
       draw("orders", {runs.back()}, v, "Orders of the closed loop.");
       doc_.figure(report::phase_plane(both, "x", parts), "Phase plane per segment.");
       draw("funnel", runs, v, "Path of the disk centre over time.");
-      if (!left_out_.empty()) doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
+      if (!left_out_.empty())
+        doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
     }
     for (const auto& [name, json] : in_.runs) doc_.table(run_file_table(name, json, o_.with_paper));
   }
@@ -263,7 +277,8 @@ class RunReport {
     if (zones.rows.empty() && grades.rows.empty()) return;
     doc_.section("Judged by the standards' numbers");
     doc_.callout(Callout::Kind::note, "Guidance, not a statement of compliance",
-                 "Limits are those commonly quoted of ISO 20816-3, ISO 21940-11 and API 617; compare with the current editions.");
+                 "Limits are those commonly quoted of ISO 20816-3, ISO 21940-11 and API 617; compare with the current "
+                 "editions.");
     if (!zones.rows.empty()) doc_.table(zones);
     if (!grades.rows.empty()) doc_.table(grades);
   }
@@ -277,6 +292,8 @@ class RunReport {
 
 }  // namespace
 
-Document run_report(const ReportInputs& inputs, const ReportOptions& options) { return RunReport(inputs, options).build(); }
+Document run_report(const ReportInputs& inputs, const ReportOptions& options) {
+  return RunReport(inputs, options).build();
+}
 
 }  // namespace whirl

@@ -35,8 +35,13 @@ std::optional<double> amplitude_at(const report::SynchronousCurve& curve, double
 report::Table run_table(const std::vector<NamedFile<Recording>>& records) {
   report::Table t;
   t.caption = "Records";
-  t.columns = {{"record", "", Align::left}, {"rate", "Hz"}, {"duration", "s"}, {"speed", "rpm"}, {"sweep", "rpm/s"},
-               {"largest |x|, peak", "mm"}, {"channels", "", Align::left}};
+  t.columns = {{"record", "", Align::left},
+               {"rate", "Hz"},
+               {"duration", "s"},
+               {"speed", "rpm"},
+               {"sweep", "rpm/s"},
+               {"largest |x|, peak", "mm"},
+               {"channels", "", Align::left}};
   for (const auto& [name, r] : records) {
     std::vector<std::string> names;
     for (const Channel& c : r.channels) names.push_back(c.name);
@@ -44,7 +49,8 @@ report::Table run_table(const std::vector<NamedFile<Recording>>& records) {
     t.add({name, report::format_number(r.rate(), 5), report::format_number(r.duration(), 4),
            turning ? rpm(turning->speed[0]) + " → " + rpm(turning->speed[turning->size() - 1]) : "–",
            turning ? fmt::format("{:.0f}", turning->sweep_rate(r.dt) / kRpm) : "–",
-           r.has("x") ? format_fixed(1e3 * r["x"].cwiseAbs().maxCoeff(), 3) : "–", fmt::format("{}", fmt::join(names, ", "))});
+           r.has("x") ? format_fixed(1e3 * r["x"].cwiseAbs().maxCoeff(), 3) : "–",
+           fmt::format("{}", fmt::join(names, ", "))});
   }
   t.notes = {"Sweep: largest rate of change of the speed over a twentieth of the run."};
   return t;
@@ -53,8 +59,9 @@ report::Table run_table(const std::vector<NamedFile<Recording>>& records) {
 report::Table critical_table(const std::vector<CriticalRow>& rows, double service_speed) {
   report::Table t;
   t.caption = "Critical speeds: largest 1X amplitude and half-power amplification factor";
-  t.columns = {{"run", "", Align::left}, {"channel", "", Align::left}, {"critical", "rpm"}, {"1X, peak", "µm"},
-               {"0.707 at", "rpm"}, {"AF", ""}, {"sweep", "rpm/s"}, {"sweep · AF²", ""}};
+  t.columns = {{"run", "", Align::left}, {"channel", "", Align::left}, {"critical", "rpm"},
+               {"1X, peak", "µm"},       {"0.707 at", "rpm"},          {"AF", ""},
+               {"sweep", "rpm/s"},       {"sweep · AF²", ""}};
   const bool service = service_speed > 0;
   if (service) {
     t.columns.push_back({"margin", "%"});
@@ -64,8 +71,9 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
     std::vector<std::string> row{r.run, r.channel, rpm(r.critical), um(r.amplitude)};
     if (r.reading) {
       const Amplification& a = *r.reading;
-      row.insert(row.end(), {rpm(a.low) + ", " + rpm(a.high), format_fixed(a.factor, 1), fmt::format("{:.0f}", a.sweep_rate / kRpm),
-                             format_fixed(a.sweep * a.factor * a.factor, 2)});
+      row.insert(row.end(),
+                 {rpm(a.low) + ", " + rpm(a.high), format_fixed(a.factor, 1),
+                  fmt::format("{:.0f}", a.sweep_rate / kRpm), format_fixed(a.sweep * a.factor * a.factor, 2)});
     } else {
       row.insert(row.end(), {"–", "–", "–", "–"});
     }
@@ -76,13 +84,17 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
     }
     t.add(std::move(row));
   }
-  t.notes = {"AF = critical speed / width at 0.707 of the peak (API 617, 684). A run through the critical speed widens, shifts and "
-             "lowers the peak: sweep · AF² = |dΩ/dt| AF² / Ω² should be far below 1 (it is the sweep in bandwidths squared); where "
-             "it is not, AF is that of the run, not of the rotor."};
+  t.notes = {
+      "AF = critical speed / width at 0.707 of the peak (API 617, 684). A run through the critical speed widens, "
+      "shifts and "
+      "lowers the peak: sweep · AF² = |dΩ/dt| AF² / Ω² should be far below 1 (it is the sweep in bandwidths squared); "
+      "where "
+      "it is not, AF is that of the run, not of the rotor."};
   if (service) {
-    t.notes.push_back(fmt::format("Margin: distance of the critical speed from {} rpm. Asked for: 17 (1 − 1/(AF − 1.5)) %, at most 16 % "
-                                  "below the operating range, 10 % more above it; nothing when AF < 2.5.",
-                                  rpm(service_speed)));
+    t.notes.push_back(fmt::format(
+        "Margin: distance of the critical speed from {} rpm. Asked for: 17 (1 − 1/(AF − 1.5)) %, at most 16 % "
+        "below the operating range, 10 % more above it; nothing when AF < 2.5.",
+        rpm(service_speed)));
   }
   return t;
 }
@@ -90,8 +102,15 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
 report::Table zone_table(const std::vector<CriticalRow>& rows, double service_speed) {
   report::Table t;
   t.caption = "Shaft vibration zones (ISO 20816-3): 1X, peak-to-peak";
-  t.columns = {{"run", "", Align::left}, {"channel", "", Align::left}, {"at", "", Align::left}, {"speed", "rpm"}, {"1X, p-p", "µm"},
-               {"A/B", "µm"}, {"B/C", "µm"}, {"C/D", "µm"}, {"zone", "", Align::center}};
+  t.columns = {{"run", "", Align::left},
+               {"channel", "", Align::left},
+               {"at", "", Align::left},
+               {"speed", "rpm"},
+               {"1X, p-p", "µm"},
+               {"A/B", "µm"},
+               {"B/C", "µm"},
+               {"C/D", "µm"},
+               {"zone", "", Align::center}};
   const auto add = [&](const CriticalRow& r, const char* at, double speed, double amplitude) {
     t.add({r.run, r.channel, at, rpm(speed), um(2 * amplitude), um(shaft_vibration_limit('A', speed)),
            um(shaft_vibration_limit('B', speed)), um(shaft_vibration_limit('C', speed)),
@@ -99,11 +118,13 @@ report::Table zone_table(const std::vector<CriticalRow>& rows, double service_sp
   };
   for (const CriticalRow& r : rows) {
     const double speed = service_speed > 0 ? service_speed : r.curve.speed.maxCoeff();
-    if (const auto a = amplitude_at(r.curve, speed)) add(r, service_speed > 0 ? "service speed" : "highest speed", speed, *a);
+    if (const auto a = amplitude_at(r.curve, speed))
+      add(r, service_speed > 0 ? "service speed" : "highest speed", speed, *a);
     add(r, "largest (passage)", r.critical, r.amplitude);
   }
-  t.notes = {"The zones judge steady running of machines above 15 kW (the standard's scope); they do not judge the passage "
-             "through a critical speed, whose row is for orientation."};
+  t.notes = {
+      "The zones judge steady running of machines above 15 kW (the standard's scope); they do not judge the passage "
+      "through a critical speed, whose row is for orientation."};
   return t;
 }
 
@@ -111,7 +132,8 @@ report::Table grade_table(const std::vector<NamedFile<IdentifiedModel>>& models,
                           double service_speed) {
   report::Table t;
   t.caption = "Balance quality (ISO 21940-11) from the identified eccentricity";
-  t.columns = {{"model", "", Align::left}, {"e", "µm"}, {"speed", "rpm"}, {"e · Ω", "mm/s"}, {"grade", ""}, {"e for G 6.3", "µm"}};
+  t.columns = {{"model", "", Align::left}, {"e", "µm"},   {"speed", "rpm"},
+               {"e · Ω", "mm/s"},          {"grade", ""}, {"e for G 6.3", "µm"}};
   double speed = service_speed;
   for (const CriticalRow& r : rows) {
     if (service_speed <= 0) speed = std::max(speed, r.curve.speed.maxCoeff());
@@ -135,7 +157,8 @@ report::Table mode_list(const std::string& name, const ModalModel& modes) {
   for (std::size_t i = 0; i < modes.modes.size(); ++i) {
     const Mode& m = modes.modes[i];
     t.add({std::to_string(i + 1), report::format_estimate(m.frequency),
-           report::format_estimate({100 * m.damping.value, 100 * m.damping.sd, 100 * m.damping.low, 100 * m.damping.high})});
+           report::format_estimate(
+               {100 * m.damping.value, 100 * m.damping.sd, 100 * m.damping.low, 100 * m.damping.high})});
   }
   return t;
 }
@@ -143,13 +166,21 @@ report::Table mode_list(const std::string& name, const ModalModel& modes) {
 report::Table validation_columns() {
   report::Table t;
   t.caption = "Models run free against records, rms error";
-  t.columns = {{"model", "", Align::left}, {"record", "", Align::left}, {"used for the fit", ""}, {"x", "mm rms"}, {"y", "mm rms"},
-               {"noise of x", "mm rms"}, {"nrmse", "%"}, {"note", "", Align::left}};
-  t.notes = {"Errors against the measured record contain its noise. Fitted to each run: its initial state, nothing else."};
+  t.columns = {{"model", "", Align::left},
+               {"record", "", Align::left},
+               {"used for the fit", ""},
+               {"x", "mm rms"},
+               {"y", "mm rms"},
+               {"noise of x", "mm rms"},
+               {"nrmse", "%"},
+               {"note", "", Align::left}};
+  t.notes = {
+      "Errors against the measured record contain its noise. Fitted to each run: its initial state, nothing else."};
   return t;
 }
 
-void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained, const Validation& v) {
+void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained,
+                    const Validation& v) {
   table.add({model, record, trained ? "yes" : "no", format_fixed(1e3 * v.rmse_x, 4), format_fixed(1e3 * v.rmse_y, 4),
              format_fixed(1e3 * v.noise_x, 4), format_fixed(100 * v.nrmse, 2),
              v.fold_sensitive ? "fold-sensitive" : std::string(to_string(v.summary.status))});
@@ -160,8 +191,8 @@ void add_validation_file(report::Table& table, const std::string& name, const Js
   for (const JsonReader& run : in.at("runs").items()) {
     if (!run.has("rmse_x")) continue;
     table.add({name, run.at("file").text(), "–", format_fixed(1e3 * run.at("rmse_x").number_or_nan(), 4),
-               format_fixed(1e3 * run.at("rmse_y").number_or_nan(), 4), "–", format_fixed(100 * run.at("nrmse").number_or_nan(), 2),
-               "as written"});
+               format_fixed(1e3 * run.at("rmse_y").number_or_nan(), 4), "–",
+               format_fixed(100 * run.at("nrmse").number_or_nan(), 2), "as written"});
   }
 }
 
@@ -177,19 +208,21 @@ report::Table run_file_table(const std::string& name, const Json& json, bool wit
   m.closed.all = in.at("whole").at("closed_peak").number();
   report::Table t = segment_table(m, "Segments as written in " + name, with_paper);
   t.notes.push_back(fmt::format("Force {} N rms, {} N peak, total variation {} N/s; {} % of ticks saturated; trip: {}.",
-                                format_fixed(in.at("force_rms").number(), 2), format_fixed(in.at("force_peak").number(), 1),
+                                format_fixed(in.at("force_rms").number(), 2),
+                                format_fixed(in.at("force_peak").number(), 1),
                                 format_fixed(in.at("total_variation").number(), 0),
                                 format_fixed(100 * in.at("saturated").number(), 2), in.at("trip").text()));
   return t;
 }
 
 std::vector<std::pair<std::string, std::string>> controller_values(const ControllerDesign& d) {
-  std::vector<std::pair<std::string, std::string>> out{{"law", d.law},
-                                                       {"estimator", d.estimator},
-                                                       {"unbalance feedforward", d.feedforward ? "yes" : "no"},
-                                                       {"sample time", report::format_quantity(d.sample_time, Quantity::time)},
-                                                       {"delay assumed", report::format_quantity(d.delay, Quantity::time)},
-                                                       {"force limit", report::format_quantity(d.force_limit, Quantity::force)}};
+  std::vector<std::pair<std::string, std::string>> out{
+      {"law", d.law},
+      {"estimator", d.estimator},
+      {"unbalance feedforward", d.feedforward ? "yes" : "no"},
+      {"sample time", report::format_quantity(d.sample_time, Quantity::time)},
+      {"delay assumed", report::format_quantity(d.delay, Quantity::time)},
+      {"force limit", report::format_quantity(d.force_limit, Quantity::force)}};
   for (const auto& [name, value] : d.parameters) out.emplace_back(name, report::format_number(value, 5));
   for (const auto& [name, value] : d.margins) out.emplace_back("margin: " + name, report::format_number(value, 4));
   return out;
@@ -200,7 +233,8 @@ std::vector<std::pair<std::string, std::string>> effort_values(const ClosedLoopM
           {"total variation of the force", format_fixed(m.total_variation, 0) + " N/s"},
           {"at the force limit", format_fixed(100 * m.saturated, 2) + " % of ticks"},
           {"largest radius", report::format_amplitude(m.radial_peak, AmplitudeKind::peak)},
-          {"standstill", m.standstill_rms > 0 ? report::format_amplitude(m.standstill_rms, AmplitudeKind::rms) : "not in the run"}};
+          {"standstill",
+           m.standstill_rms > 0 ? report::format_amplitude(m.standstill_rms, AmplitudeKind::rms) : "not in the run"}};
 }
 
 ClosedLoopMetrics metrics_of_log(const Recording& log, double natural_frequency, double force_limit) {
@@ -212,13 +246,16 @@ ClosedLoopMetrics metrics_of_log(const Recording& log, double natural_frequency,
   m.suppression = suppression(m.open, m.closed);
   const Eigen::VectorXd &x = log["x_true"], &y = log["y_true"], &u = log["ux"];
   const Eigen::Index n = x.size();
-  m.radial_peak = std::sqrt((x.tail(n - std::min(skip, n - 1)).cwiseAbs2() + y.tail(n - std::min(skip, n - 1)).cwiseAbs2()).maxCoeff());
+  m.radial_peak = std::sqrt(
+      (x.tail(n - std::min(skip, n - 1)).cwiseAbs2() + y.tail(n - std::min(skip, n - 1)).cwiseAbs2()).maxCoeff());
   m.force_rms = std::sqrt(u.squaredNorm() / static_cast<double>(n));
   m.force_peak = u.cwiseAbs().maxCoeff();
   m.total_variation = (u.tail(n - 1) - u.head(n - 1)).cwiseAbs().sum() / log.duration();
   if (force_limit > 0) {
-    m.saturated = static_cast<double>((u.array().abs() >= 0.999 * force_limit || log["uy"].array().abs() >= 0.999 * force_limit).count()) /
-                  static_cast<double>(n);
+    m.saturated =
+        static_cast<double>(
+            (u.array().abs() >= 0.999 * force_limit || log["uy"].array().abs() >= 0.999 * force_limit).count()) /
+        static_cast<double>(n);
   }
   Eigen::Index still = n;
   while (still > 0 && log["omega"][still - 1] == 0) --still;

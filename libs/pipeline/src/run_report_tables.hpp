@@ -26,7 +26,8 @@ report::Table grade_table(const std::vector<NamedFile<IdentifiedModel>>& models,
                           double service_speed);
 report::Table mode_list(const std::string& name, const ModalModel& modes);
 report::Table validation_columns();
-void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained, const Validation& v);
+void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained,
+                    const Validation& v);
 void add_validation_file(report::Table& table, const std::string& name, const Json& json);
 report::Table run_file_table(const std::string& name, const Json& json, bool with_paper);
 std::vector<std::pair<std::string, std::string>> controller_values(const ControllerDesign& design);

@@ -122,8 +122,8 @@ class StudyRunner {
 
   void identify() {
     int done = 0;
-    for (const char* name : {"rundown_balanced", "rundown_2.5g", "rundown_5g", "rundown_balanced_20db",
-                             "rundown_5g_20db"}) {
+    for (const char* name :
+         {"rundown_balanced", "rundown_2.5g", "rundown_5g", "rundown_balanced_20db", "rundown_5g_20db"}) {
       step(fmt::format("identify {}", name), 0.1 + 0.03 * done++);
       const Recording& record = study_.record(name).record.measured;
       const std::string label = std::string(name).substr(8);
@@ -162,7 +162,8 @@ class StudyRunner {
     ValidateOptions validate_options;
     validate_options.unbalance = unbalance;
     validate_options.clean = r.record.truth;
-    StudyValidation row{figure, record, method, trained_on, record.find(trained_on) == std::string::npos || r.run_up, {}};
+    StudyValidation row{figure, record, method, trained_on, record.find(trained_on) == std::string::npos || r.run_up,
+                        {}};
     const std::string key = method + "_" + (trained_on.starts_with("ideal") ? "ideal" : trained_on.substr(8));
     row.validation = validate_model(study_.models.at(key), r.record.measured, validate_options);
     if (record == trained_on) row.held_out = false;

@@ -27,7 +27,9 @@ Recording selected(const Recording& log, const std::vector<std::pair<std::string
   for (const auto& [from, to] : channels) r.add(to, log.at(from).quantity, log[from]);
   return r;
 }
-Recording open_loop(const Recording& log) { return selected(log, {{"x_open", "x"}, {"y_open", "y"}, {"beta", "beta"}}); }
+Recording open_loop(const Recording& log) {
+  return selected(log, {{"x_open", "x"}, {"y_open", "y"}, {"beta", "beta"}});
+}
 Recording closed_loop(const Recording& log) {
   return selected(log, {{"x_true", "x"}, {"y_true", "y"}, {"ux", "ux"}, {"uy", "uy"}, {"beta", "beta"}});
 }
@@ -59,10 +61,11 @@ class Report {
   Document build() {
     doc_.title = "Identification and control of a rotor through its critical speed";
     doc_.subtitle = "The study of Piramoon, Ayoubi and Bashash (IEEE Access 2024) on a virtual rig";
-    doc_.paragraph("Every number below was computed by the run that wrote this page. The machine is simulated: the paper does not "
-                   "publish its parameters or records, so its method and percentages can be reproduced, not its curves. "
-                   "Identification and control see what a laboratory sees: records and data sheets. The rig's true parameters "
-                   "are read by this report only.");
+    doc_.paragraph(
+        "Every number below was computed by the run that wrote this page. The machine is simulated: the paper does not "
+        "publish its parameters or records, so its method and percentages can be reproduced, not its curves. "
+        "Identification and control see what a laboratory sees: records and data sheets. The rig's true parameters "
+        "are read by this report only.");
     agreement();
     tests();
     identification();
@@ -90,22 +93,26 @@ class Report {
       all = all && value >= paper[i];
       found += fmt::format("{}{} %", i ? ", " : "", format_fixed(100 * value, 1));
     }
-    doc_.callout(all ? Callout::Kind::agrees : Callout::Kind::disagrees,
-                 "Suppression of Table 4 by the terminal sliding mode controller",
-                 fmt::format("Found {} in segments 1 to 4 and over the whole run; the paper has 61, 91, 96, 81.8 and 92.7 %.",
-                             found));
+    doc_.callout(
+        all ? Callout::Kind::agrees : Callout::Kind::disagrees,
+        "Suppression of Table 4 by the terminal sliding mode controller",
+        fmt::format("Found {} in segments 1 to 4 and over the whole run; the paper has 61, 91, 96, 81.8 and 92.7 %.",
+                    found));
     const double open = s_.run("balanced_tsmc").run.metrics.open.all, open5 = tsmc.open.all;
     const bool levels = std::abs(open / 1.242e-3 - 1) < 0.1 && std::abs(open5 / 6.45e-3 - 1) < 0.1;
-    doc_.callout(levels ? Callout::Kind::agrees : Callout::Kind::disagrees, "Open-loop levels",
-                 fmt::format("{} mm balanced and {} mm with 5 g, zero-to-peak; the paper has 1.242 and 6.45 mm. The rig was "
-                             "calibrated to them, so this is no evidence.",
-                             format_fixed(1e3 * open, 3), format_fixed(1e3 * open5, 3)));
+    doc_.callout(
+        levels ? Callout::Kind::agrees : Callout::Kind::disagrees, "Open-loop levels",
+        fmt::format("{} mm balanced and {} mm with 5 g, zero-to-peak; the paper has 1.242 and 6.45 mm. The rig was "
+                    "calibrated to them, so this is no evidence.",
+                    format_fixed(1e3 * open, 3), format_fixed(1e3 * open5, 3)));
     const double pd = s_.run("balanced_pd").run.metrics.suppression.all;
     const double st = s_.run("balanced_tsmc").run.metrics.suppression.all;
-    doc_.callout(std::abs(pd - 0.551) < 0.05 ? Callout::Kind::agrees : Callout::Kind::disagrees, "PD against TSMC (Fig. 18)",
-                 fmt::format("With the same tuning budget PD suppresses the balanced rotor by {} % and TSMC by {} %; the paper has "
-                             "55.1 and 82.9 % with a PD tuned by hand. {}",
-                             format_fixed(100 * pd, 1), format_fixed(100 * st, 1), feedforward_statement(s_)));
+    doc_.callout(
+        std::abs(pd - 0.551) < 0.05 ? Callout::Kind::agrees : Callout::Kind::disagrees, "PD against TSMC (Fig. 18)",
+        fmt::format(
+            "With the same tuning budget PD suppresses the balanced rotor by {} % and TSMC by {} %; the paper has "
+            "55.1 and 82.9 % with a PD tuned by hand. {}",
+            format_fixed(100 * pd, 1), format_fixed(100 * st, 1), feedforward_statement(s_)));
     const auto worst = [&](const char* key) {
       double error = 0;
       for (const char* name : {"k1", "c", "e"}) {
@@ -119,13 +126,14 @@ class Report {
       return error;
     };
     const double paper_error = worst("paper_ideal"), weak_error = worst("weak_ideal");
-    doc_.callout(paper_error > 0.05 ? Callout::Kind::disagrees : Callout::Kind::agrees,
-                 "A small simulation error does not show that the coefficients are right",
-                 fmt::format("On the ideal rotor at 20 dB the worst error among K1, C and e is {} for the paper's chain and "
-                             "{} % for the weak form.",
-                             std::isfinite(paper_error) ? format_fixed(100 * paper_error, 1) + " %"
-                                                        : std::string("not defined (a term was dropped)"),
-                             format_fixed(100 * weak_error, 3)));
+    doc_.callout(
+        paper_error > 0.05 ? Callout::Kind::disagrees : Callout::Kind::agrees,
+        "A small simulation error does not show that the coefficients are right",
+        fmt::format("On the ideal rotor at 20 dB the worst error among K1, C and e is {} for the paper's chain and "
+                    "{} % for the weak form.",
+                    std::isfinite(paper_error) ? format_fixed(100 * paper_error, 1) + " %"
+                                               : std::string("not defined (a term was dropped)"),
+                    format_fixed(100 * weak_error, 3)));
   }
 
   void tests() {
@@ -136,15 +144,17 @@ class Report {
                 "Paper Fig. 4: force against deflection of the shaft, loading and unloading, with the law of eq. 12.");
     doc_.key_values({{"K1", report::format_estimate(s_.stiffness.k1, "N/m")},
                      {"K1 of the rig, x axis",
-                      report::format_estimate({s_.options.rig.rotor.stiffness * (1 + s_.options.rig.rotor.stiffness_split)}, "N/m")},
+                      report::format_estimate(
+                          {s_.options.rig.rotor.stiffness * (1 + s_.options.rig.rotor.stiffness_split)}, "N/m")},
                      {"K2", report::format_estimate(s_.stiffness.k2, "N/m^3")},
                      {"K2 of the rig", report::format_estimate({s_.options.rig.rotor.cubic}, "N/m^3")},
                      {"cubic term", s_.stiffness.cubic_p_value < 0.05 ? "significant" : "not significant"}});
     doc_.summary(s_.stiffness.summary, "Stiffness test");
     doc_.subsection("Hammer test (section IV-B)");
-    doc_.figure(report::frequency_response(s_.frf, 0, reconstruction(s_.frf, s_.modes, 0), s_.modes.modes),
-                "Paper Fig. 6: accelerance from hammer blows with the fitted modes of eq. 20. The rig has five modes, the "
-                "paper's machine 35.");
+    doc_.figure(
+        report::frequency_response(s_.frf, 0, reconstruction(s_.frf, s_.modes, 0), s_.modes.modes),
+        "Paper Fig. 6: accelerance from hammer blows with the fitted modes of eq. 20. The rig has five modes, the "
+        "paper's machine 35.");
     doc_.table(mode_table(s_));
     doc_.summary(s_.modes.summary, "Hammer test");
   }
@@ -161,7 +171,8 @@ class Report {
     doc_.table(rig_parameter_table(s_));
   }
 
-  const Validation& validation_of(const std::string& record, const std::string& method, const std::string& trained) const {
+  const Validation& validation_of(const std::string& record, const std::string& method,
+                                  const std::string& trained) const {
     for (const StudyValidation& v : s_.validations) {
       if (v.record == record && v.method == method && v.trained_on == trained) return v.validation;
     }
@@ -199,17 +210,18 @@ class Report {
     const Recording measured_open = s_.record("rundown_5g").record.measured;
     const Recording simulated_closed = closed_loop(simulated);
     doc_.subsection("Simulation before the experiment (Fig. 17)");
-    doc_.figure(report::time_traces({{"measured, open loop", measured_open}, {"simulated, closed loop", simulated_closed}},
-                                    {"x"}),
+    doc_.figure(report::time_traces(
+                    {{"measured, open loop", measured_open}, {"simulated, closed loop", simulated_closed}}, {"x"}),
                 "Paper Fig. 17: closed loop simulated on the identified model against the measured open loop.");
     const ControllerDesign& tsmc = s_.designs.at("tsmc");
     const auto seconds = [&](const char* key) {
       const auto it = tsmc.margins.find(key);
       return it == tsmc.margins.end() ? std::string("none is guaranteed") : report::format_number(it->second, 3) + " s";
     };
-    doc_.paragraph(fmt::format("The paper reads 0.55 s from its figure as the time to reach a finite-time state. Its eq. 30 is the time "
-                               "of sliding on the surface only. Upper bounds for this design: reaching {}, sliding {}.",
-                               seconds("reach_time_s"), seconds("slide_time_s")));
+    doc_.paragraph(fmt::format(
+        "The paper reads 0.55 s from its figure as the time to reach a finite-time state. Its eq. 30 is the time "
+        "of sliding on the surface only. Upper bounds for this design: reaching {}, sliding {}.",
+        seconds("reach_time_s"), seconds("slide_time_s")));
     balanced();
     loaded();
   }
@@ -246,8 +258,10 @@ class Report {
     }
     rows.push_back({"whole run", run.run.metrics.open.all, run.run.metrics.closed.all, paper[4]});
     doc_.figure(report::suppression(rows, AmplitudeKind::peak), "Suppression per segment beside the paper's Table 4.");
-    doc_.table(segment_table(s_.run("5g_best").run.metrics, "The same with the best design (" + s_.designs.at("best").law +
-                             " with " + s_.designs.at("best").estimator + ")", true));
+    doc_.table(segment_table(s_.run("5g_best").run.metrics,
+                             "The same with the best design (" + s_.designs.at("best").law + " with " +
+                                 s_.designs.at("best").estimator + ")",
+                             true));
     doc_.figure(report::time_traces(both, {"x"}), "Paper Fig. 19: X displacement, open and closed loop, 5 g.");
     report::Figure force_x = report::control_force({{"TSMC", closed}}, limit), force_y = force_x;
     force_x.panels = {force_x.panels.at(0)};

@@ -49,8 +49,7 @@ TEST(ClosedLoopUnit, LogAgreesWithTheMetrics) {
   run.log.check();
   EXPECT_EQ(run.log.size(), 14000);
   const Eigen::Index skip = 500;
-  EXPECT_DOUBLE_EQ(run.log["x_true"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(),
-                   run.metrics.closed.all);
+  EXPECT_DOUBLE_EQ(run.log["x_true"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.closed.all);
   EXPECT_DOUBLE_EQ(run.log["ux"].cwiseAbs().maxCoeff(), run.metrics.force_peak);
   EXPECT_NEAR(std::sqrt(run.log["ux"].squaredNorm() / 14000), run.metrics.force_rms, 1e-9);
   EXPECT_DOUBLE_EQ(run.log["x_open"].tail(run.log.size() - skip).cwiseAbs().maxCoeff(), run.metrics.open.all);
@@ -71,8 +70,8 @@ TEST(ClosedLoopUnit, UnstableAndTrippedRunsAreToldApart) {
   EXPECT_LT(tripped.survived, 1);
 }
 
-// A quarter of the force is not enough for the synchronous part at full speed: knowing the limit ahead is worth a third of
-// the peak. With all of it the two are one law.
+// A quarter of the force is not enough for the synchronous part at full speed: knowing the limit ahead is worth a third
+// of the peak. With all of it the two are one law.
 TEST(ClosedLoopReference, PredictiveControlGainsWhereTheForceEnds) {
   for (const double part : {1.0, 0.25}) {
     RigParameters rig;
@@ -80,7 +79,8 @@ TEST(ClosedLoopReference, PredictiveControlGainsWhereTheForceEnds) {
     const ClosedLoopPlant plant(rig);
     ControllerDesign d = pd(rig, 0);
     d.estimator = "kfe";
-    d.parameters = {{"position_scale", 1e-4}, {"velocity_scale", 0.02}, {"predict", 1}, {"sensor_delay", rig.laser.latency}};
+    d.parameters = {
+        {"position_scale", 1e-4}, {"velocity_scale", 0.02}, {"predict", 1}, {"sensor_delay", rig.laser.latency}};
     d.law = "lqr";
     const ClosedLoopMetrics regulator = plant.run(d);
     d.law = "mpc";

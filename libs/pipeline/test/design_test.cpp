@@ -97,8 +97,7 @@ TEST(DesignE2e, RunoutFromASlowRollIsRemoved) {
   o.runout = estimate_runout(record_open_loop(slow).measured);
   o.fixed = {{"kp", -450}, {"kd", 27}, {"acceleration_noise", 0.57}, {"eccentricity_walk", 9.4e-6}};
   const ControllerDesign with = untuned_design(identified(rig), o);
-  EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6,
-              1e-6);
+  EXPECT_NEAR(std::hypot(with.parameters.at("runout_x_cos_1"), with.parameters.at("runout_x_sin_1")), 12e-6, 1e-6);
   const ClosedLoopPlant plant(rig);
   const double removed = plant.run(with).closed.all;
   o.runout.reset();

@@ -95,8 +95,12 @@ TEST(ProportionReference, ClopperPearsonEndsHoldTheTails) {
     };
     EXPECT_LE(p.low, p.value);
     EXPECT_GE(p.high, p.value);
-    if (k > 0) { EXPECT_NEAR(tail(p.low, true), 0.025, 1e-9) << k; }
-    if (k < n) { EXPECT_NEAR(tail(p.high, false), 0.025, 1e-9) << k; }
+    if (k > 0) {
+      EXPECT_NEAR(tail(p.low, true), 0.025, 1e-9) << k;
+    }
+    if (k < n) {
+      EXPECT_NEAR(tail(p.high, false), 0.025, 1e-9) << k;
+    }
   }
   EXPECT_NEAR(proportion(0, 20).high, 1 - std::pow(0.025, 1.0 / 20), 1e-12);
 }
@@ -116,8 +120,8 @@ TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
     EXPECT_EQ(eight.samples[i].peak, sixteen.samples[i].peak) << i;
     EXPECT_EQ(eight.samples[i].open_peak, sixteen.samples[i].open_peak) << i;
   }
-  // No tolerances: sample 0 is the tuning plant with other runout phases and noise, so that its open loop is that of the
-  // scalar rig.
+  // No tolerances: sample 0 is the tuning plant with other runout phases and noise, so that its open loop is that of
+  // the scalar rig.
   o.stiffness_sd = o.damping_sd = o.unbalance_sd = o.gain_sd = o.rotation_sd = 0;
   o.samples = 1;
   const MonteCarloResult exact = monte_carlo(d, model, data_sheet(rig), o);

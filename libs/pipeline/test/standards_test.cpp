@@ -10,9 +10,8 @@ constexpr double kRpm = 2 * std::numbers::pi / 60;
 TEST(StandardsReference, AmplificationOfALightlyDampedResonanceIsHalfOfOneOverTheDampingRatio) {
   const double w0 = 1000 * kRpm, zeta = 0.02;
   whirl::report::SynchronousCurve curve{"x", Eigen::VectorXd::LinSpaced(4001, 0.8 * w0, 1.2 * w0), {}};
-  curve.vector = curve.speed.unaryExpr([&](double w) {
-    return 1e-5 * w * w / std::complex<double>(w0 * w0 - w * w, 2 * zeta * w0 * w);
-  });
+  curve.vector = curve.speed.unaryExpr(
+      [&](double w) { return 1e-5 * w * w / std::complex<double>(w0 * w0 - w * w, 2 * zeta * w0 * w); });
   const auto a = whirl::amplification(curve);
   ASSERT_TRUE(a.has_value());
   EXPECT_NEAR(a->factor, 1 / (2 * zeta), 0.01 / (2 * zeta));

@@ -15,8 +15,7 @@ long to_tenths(double px) { return std::lround(std::clamp(std::isnan(px) ? 0 : p
 std::string tenths(long value) {
   if (value % 10 == 0) return std::to_string(value / 10);
   const long whole = std::labs(value) / 10;
-  return fmt::format("{}{}.{}", value < 0 ? "-" : "", whole == 0 ? "" : std::to_string(whole),
-                     std::labs(value) % 10);
+  return fmt::format("{}{}.{}", value < 0 ? "-" : "", whole == 0 ? "" : std::to_string(whole), std::labs(value) % 10);
 }
 
 void append_pair(std::string& out, long x, long y) {
@@ -105,13 +104,26 @@ void Canvas::mark(double x, double y, Mark mark, int color, double opacity) {
     out_ += fmt::format("<path class=\"s{}\" stroke-width=\"1.4\"{} d=\"{}{}\"/>\n", color, alpha, at, shape);
   };
   switch (mark) {
-    case Mark::none: break;
-    case Mark::circle: filled("m-2.8 0a2.8 2.8 0 1 0 5.6 0a2.8 2.8 0 1 0-5.6 0z"); break;
-    case Mark::square: filled("m-2.5-2.5h5v5h-5z"); break;
-    case Mark::triangle: filled("m0-3.2l3.2 5.6h-6.4z"); break;
-    case Mark::diamond: filled("m0-3.5l3.5 3.5l-3.5 3.5l-3.5-3.5z"); break;
-    case Mark::cross: open("m-3-3l6 6m0-6l-6 6"); break;
-    case Mark::plus: open("m-3.5 0h7m-3.5-3.5v7"); break;
+    case Mark::none:
+      break;
+    case Mark::circle:
+      filled("m-2.8 0a2.8 2.8 0 1 0 5.6 0a2.8 2.8 0 1 0-5.6 0z");
+      break;
+    case Mark::square:
+      filled("m-2.5-2.5h5v5h-5z");
+      break;
+    case Mark::triangle:
+      filled("m0-3.2l3.2 5.6h-6.4z");
+      break;
+    case Mark::diamond:
+      filled("m0-3.5l3.5 3.5l-3.5 3.5l-3.5-3.5z");
+      break;
+    case Mark::cross:
+      open("m-3-3l6 6m0-6l-6 6");
+      break;
+    case Mark::plus:
+      open("m-3.5 0h7m-3.5-3.5v7");
+      break;
   }
 }
 

@@ -12,20 +12,28 @@ namespace {
 
 std::string_view kind_name(Callout::Kind kind) {
   switch (kind) {
-    case Callout::Kind::agrees: return "Agrees";
-    case Callout::Kind::disagrees: return "Does not agree";
-    case Callout::Kind::warning: return "Warning";
-    case Callout::Kind::note: break;
+    case Callout::Kind::agrees:
+      return "Agrees";
+    case Callout::Kind::disagrees:
+      return "Does not agree";
+    case Callout::Kind::warning:
+      return "Warning";
+    case Callout::Kind::note:
+      break;
   }
   return "Note";
 }
 
 std::string_view kind_class(Callout::Kind kind) {
   switch (kind) {
-    case Callout::Kind::agrees: return "good";
-    case Callout::Kind::disagrees: return "bad";
-    case Callout::Kind::warning: return "warn";
-    case Callout::Kind::note: break;
+    case Callout::Kind::agrees:
+      return "good";
+    case Callout::Kind::disagrees:
+      return "bad";
+    case Callout::Kind::warning:
+      return "warn";
+    case Callout::Kind::note:
+      break;
   }
   return "info";
 }
@@ -63,8 +71,9 @@ class HtmlWriter {
     out_ += "</ul>\n";
   }
   void operator()(const FigureBlock& block) {
-    out_ += fmt::format("<figure>\n<div class=\"drawing\">{}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>\n",
-                        to_svg(block.figure, {.embedded = true}), ++figures_, escape_markup(block.caption));
+    out_ += fmt::format(
+        "<figure>\n<div class=\"drawing\">{}</div>\n<figcaption><b>Figure {}.</b> {}</figcaption>\n</figure>\n",
+        to_svg(block.figure, {.embedded = true}), ++figures_, escape_markup(block.caption));
   }
   void operator()(const Table& table) {
     Table numbered = table;
@@ -82,7 +91,8 @@ class HtmlWriter {
   }
   void operator()(const KeyValues& block) { out_ += definition_list(block.items, "values"); }
   void operator()(const Callout& c) {
-    out_ += fmt::format("<aside class=\"{}\"><b>{}: {}</b>", kind_class(c.kind), kind_name(c.kind), escape_markup(c.title));
+    out_ +=
+        fmt::format("<aside class=\"{}\"><b>{}: {}</b>", kind_class(c.kind), kind_name(c.kind), escape_markup(c.title));
     if (!c.text.empty()) out_ += "<p>" + escape_markup(c.text) + "</p>";
     out_ += "</aside>\n";
   }
@@ -219,9 +229,10 @@ Document& Document::provenance(const Provenance& origin) {
 std::string to_html(const Document& document) {
   HtmlWriter body;
   for (const Block& block : document.blocks) std::visit(body, block);
-  std::string out = "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
-                    "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
-                    "<meta name=\"color-scheme\" content=\"light dark\"/>\n";
+  std::string out =
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n"
+      "<meta name=\"color-scheme\" content=\"light dark\"/>\n";
   out += "<title>" + escape_markup(document.title) + "</title>\n<style>\n";
   out += kDocumentStyle;
   out += figure_style(true) + "\n</style>\n</head>\n<body>\n<main>\n<header>\n";

@@ -34,7 +34,8 @@ struct Mapping {
 
 /// The points that matter at this size. Marks are all kept: each is a reading.
 Matrix2Xd reduce(const PanelLayout& layout, const Series& s, const Matrix2Xd& points) {
-  if (s.kind != Series::Kind::line || s.style.mark != Mark::none || points.cols() < 2 * layout.plot.width) return points;
+  if (s.kind != Series::Kind::line || s.style.mark != Mark::none || points.cols() < 2 * layout.plot.width)
+    return points;
   const Eigen::VectorXd x = points.row(0), y = points.row(1);
   if (!x.allFinite() || !std::is_sorted(x.data(), x.data() + x.size())) return points;
   const auto kept = decimate_columns(x, y, layout.plot.x, layout.plot.right(), static_cast<int>(layout.plot.width));
@@ -121,8 +122,9 @@ void draw_color_bar(Canvas& canvas, const PanelLayout& layout, const HeatMap& ma
   // The bar runs over the limits in equal steps of colour whatever the scale.
   const Limits unit_limits;
   const Eigen::MatrixXd ramp = Eigen::VectorXd::LinSpaced(128, 0, 1);
-  canvas.raw(fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" href=\"{}\"/>\n",
-                         px(bar.x), px(bar.y), px(bar.width), px(bar.height), png_data_uri(ramp, unit_limits, 1)));
+  canvas.raw(
+      fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" href=\"{}\"/>\n",
+                  px(bar.x), px(bar.y), px(bar.width), px(bar.height), png_data_uri(ramp, unit_limits, 1)));
   canvas.rect(bar, "frame");
   const Ticks ticks = ticks_of(limits, bar.height, 34);
   double widest = 0;
@@ -141,10 +143,11 @@ void draw_heat_map(Canvas& canvas, const Mapping& map, const HeatMap& heat) {
   const double dy = (heat.y_high - heat.y_low) / std::max<Index>(1, heat.values.rows() - 1);
   const double left = map.x(heat.x_low - dx / 2), right = map.x(heat.x_high + dx / 2);
   const double top = map.y(heat.y_high + dy / 2), bottom = map.y(heat.y_low - dy / 2);
-  canvas.raw(fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
-                         "style=\"image-rendering:pixelated\" href=\"{}\"/>\n",
-                         px(left), px(top), px(right - left), px(bottom - top),
-                         png_data_uri(heat.values, color_limits(heat), heat.color.unit.factor)));
+  canvas.raw(
+      fmt::format("<image x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" preserveAspectRatio=\"none\" "
+                  "style=\"image-rendering:pixelated\" href=\"{}\"/>\n",
+                  px(left), px(top), px(right - left), px(bottom - top),
+                  png_data_uri(heat.values, color_limits(heat), heat.color.unit.factor)));
 }
 
 void draw_axes(Canvas& canvas, const PanelLayout& layout) {
@@ -181,8 +184,8 @@ void draw_axes(Canvas& canvas, const PanelLayout& layout) {
     canvas.line(plot.x - 2, y, plot.x, y, "ax");
   }
   if (layout.x_labels) {
-    canvas.text(plot.x + plot.width / 2, plot.bottom() + layout.bottom - 4, axis_text(layout.panel.x, layout.x.exponent),
-                Anchor::middle);
+    canvas.text(plot.x + plot.width / 2, plot.bottom() + layout.bottom - 4,
+                axis_text(layout.panel.x, layout.x.exponent), Anchor::middle);
   }
   canvas.text(plot.x - 7 - widest - 9, plot.y + plot.height / 2, axis_text(layout.panel.y, layout.y.exponent),
               Anchor::middle, "", -90);
@@ -211,8 +214,10 @@ void draw_labels(Canvas& canvas, const Mapping& map) {
     return rows;
   };
   const auto beside = [&](double value) {
-    return std::vector<Eigen::Vector2d>{{plot.right(), map.y(value) - 4}, {plot.right(), map.y(value) + 13},
-                                        {plot.x, map.y(value) - 4}, {plot.x, map.y(value) + 13}};
+    return std::vector<Eigen::Vector2d>{{plot.right(), map.y(value) - 4},
+                                        {plot.right(), map.y(value) + 13},
+                                        {plot.x, map.y(value) - 4},
+                                        {plot.x, map.y(value) + 13}};
   };
   for (const Span& span : map.layout.panel.spans) {
     if (span.direction == Direction::vertical) {
@@ -238,8 +243,16 @@ void draw_labels(Canvas& canvas, const Mapping& map) {
       continue;
     }
     placer.place(canvas, note.text,
-                 {{x + half, y - 4}, {x - half, y - 4}, {x + half, y + 13}, {x - half, y + 13}, {x, y - 8}, {x, y + 17},
-                  {x, y - 20}, {x + half, y - 18}, {x - half, y - 18}, {x, y - 8}});
+                 {{x + half, y - 4},
+                  {x - half, y - 4},
+                  {x + half, y + 13},
+                  {x - half, y + 13},
+                  {x, y - 8},
+                  {x, y + 17},
+                  {x, y - 20},
+                  {x + half, y - 18},
+                  {x - half, y - 18},
+                  {x, y - 8}});
   }
 }
 
@@ -265,12 +278,23 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
   int bar = 0;
   for (const Series& s : panel.series) {
     switch (s.kind) {
-      case Series::Kind::band: draw_band(canvas, map, s); break;
-      case Series::Kind::errors: draw_errors(canvas, map, s); break;
-      case Series::Kind::step: draw_step(canvas, map, s); break;
-      case Series::Kind::stem: draw_stems(canvas, map, s); break;
-      case Series::Kind::bars: draw_bars(canvas, map, s, bar++, static_cast<int>(bar_series)); break;
-      default: draw_points(canvas, s, reduce(layout, s, map.points(s.x, s.y)));
+      case Series::Kind::band:
+        draw_band(canvas, map, s);
+        break;
+      case Series::Kind::errors:
+        draw_errors(canvas, map, s);
+        break;
+      case Series::Kind::step:
+        draw_step(canvas, map, s);
+        break;
+      case Series::Kind::stem:
+        draw_stems(canvas, map, s);
+        break;
+      case Series::Kind::bars:
+        draw_bars(canvas, map, s, bar++, static_cast<int>(bar_series));
+        break;
+      default:
+        draw_points(canvas, s, reduce(layout, s, map.points(s.x, s.y)));
     }
   }
   for (const ReferenceLine& line : panel.lines) {

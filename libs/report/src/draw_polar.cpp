@@ -36,8 +36,7 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     const std::string label = fmt::format("{}°", degrees);
     const double width = text_width(label);
     placer.reserve({text.x() - (side > 0.1 ? 0 : side < -0.1 ? width : width / 2), text.y() - 6, width, 13});
-    canvas.text(text.x(), text.y() + 4, label,
-                side > 0.1 ? Anchor::start : side < -0.1 ? Anchor::end : Anchor::middle);
+    canvas.text(text.x(), text.y() + 4, label, side > 0.1 ? Anchor::start : side < -0.1 ? Anchor::end : Anchor::middle);
   }
   circle(radius, "frame");
   for (const Series& s : panel.series) {
@@ -57,8 +56,12 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     const Eigen::Vector2d outside =
         p + Eigen::Vector2d(std::cos(note.x) * half, -std::sin(note.x) * 14 + 4);  // away from the centre
     placer.place(canvas, note.text,
-                 {outside, {p.x() + half, p.y() - 4}, {p.x() - half, p.y() - 4}, {p.x() + half, p.y() + 13},
-                  {p.x() - half, p.y() + 13}, {p.x(), p.y() - 18}});
+                 {outside,
+                  {p.x() + half, p.y() - 4},
+                  {p.x() - half, p.y() - 4},
+                  {p.x() + half, p.y() + 13},
+                  {p.x() - half, p.y() + 13},
+                  {p.x(), p.y() - 18}});
   }
   canvas.text(centre.x(), plot.bottom() + 14, axis_text(panel.y, rings.exponent), Anchor::middle);
 }

@@ -17,12 +17,11 @@ using Kind = Expr::Kind;
 struct Greek {
   std::string_view name, letter;
 };
-constexpr std::array<Greek, 24> kGreek = {{{"alpha", "α"}, {"beta", "β"},   {"gamma", "γ"}, {"delta", "δ"},
-                                           {"eps", "ε"},   {"epsilon", "ε"}, {"zeta", "ζ"},  {"eta", "η"},
-                                           {"theta", "θ"}, {"kappa", "κ"},  {"lambda", "λ"}, {"mu", "μ"},
-                                           {"nu", "ν"},    {"xi", "ξ"},     {"rho", "ρ"},   {"sigma", "σ"},
-                                           {"tau", "τ"},   {"phi", "φ"},    {"chi", "χ"},   {"psi", "ψ"},
-                                           {"omega", "ω"}, {"Omega", "Ω"},  {"Delta", "Δ"}, {"pi", "π"}}};
+constexpr std::array<Greek, 24> kGreek = {
+    {{"alpha", "α"}, {"beta", "β"}, {"gamma", "γ"}, {"delta", "δ"}, {"eps", "ε"},    {"epsilon", "ε"},
+     {"zeta", "ζ"},  {"eta", "η"},  {"theta", "θ"}, {"kappa", "κ"}, {"lambda", "λ"}, {"mu", "μ"},
+     {"nu", "ν"},    {"xi", "ξ"},   {"rho", "ρ"},   {"sigma", "σ"}, {"tau", "τ"},    {"phi", "φ"},
+     {"chi", "χ"},   {"psi", "ψ"},  {"omega", "ω"}, {"Omega", "Ω"}, {"Delta", "Δ"},  {"pi", "π"}}};
 
 /// A name on paper: letter or word, subscript, number of dots.
 struct Symbol {
@@ -84,8 +83,9 @@ std::string name_mathml(std::string_view name, const NameMap& names) {
 std::string name_latex(std::string_view name, const NameMap& names) {
   const Symbol symbol = read_name(name, names);
   const bool greek = greek_letter(symbol.base) != symbol.base;
-  std::string out = greek ? "\\" + (symbol.base == "eps" ? "varepsilon" : symbol.base)
-                    : symbol.base.size() > 1 ? "\\mathrm{" + symbol.base + "}" : symbol.base;
+  std::string out = greek                    ? "\\" + (symbol.base == "eps" ? "varepsilon" : symbol.base)
+                    : symbol.base.size() > 1 ? "\\mathrm{" + symbol.base + "}"
+                                             : symbol.base;
   constexpr std::string_view kDots[] = {"dot", "ddot", "dddot"};
   if (symbol.dots > 0) out = fmt::format("\\{}{{{}}}", kDots[std::min(symbol.dots, 3) - 1], out);
   if (!symbol.subscript.empty()) out += "_{" + symbol.subscript + "}";
@@ -112,12 +112,18 @@ class MathmlWriter {
 
   std::string write(const Expr& e, int precedence = 0) const {
     switch (e.kind()) {
-      case Kind::number: return number(e.value(), precedence);
-      case Kind::symbol: return name_mathml(e.name(), names_);
-      case Kind::function: return call(e);
-      case Kind::power: return power(e.args()[0], e.args()[1], precedence);
-      case Kind::product: return parenthesise(product(e), precedence > 1);
-      case Kind::sum: return parenthesise(sum(e), precedence > 0);
+      case Kind::number:
+        return number(e.value(), precedence);
+      case Kind::symbol:
+        return name_mathml(e.name(), names_);
+      case Kind::function:
+        return call(e);
+      case Kind::power:
+        return power(e.args()[0], e.args()[1], precedence);
+      case Kind::product:
+        return parenthesise(product(e), precedence > 1);
+      case Kind::sum:
+        return parenthesise(sum(e), precedence > 0);
     }
     return {};
   }
@@ -153,7 +159,8 @@ class MathmlWriter {
     if (exponent.is_number(1)) return write(base, precedence);
     if (exponent.is_number(0.5)) return "<msqrt>" + write(base) + "</msqrt>";
     const bool function = base.kind() == Kind::function && base.function() != Function::abs;
-    const std::string inside = function || base.kind() == Kind::power ? parenthesise(write(base), true) : write(base, 2);
+    const std::string inside =
+        function || base.kind() == Kind::power ? parenthesise(write(base), true) : write(base, 2);
     return "<msup>" + inside + write(exponent) + "</msup>";
   }
   static std::string fraction(const std::string& top, const std::string& bottom) {
@@ -214,7 +221,7 @@ RoundedEstimate magnitude(const EquationTerm& term) {
 }  // namespace
 
 const NameMap& rotor_names() {
-  static const NameMap names = {{"X1", "x"},    {"X2", "x'"},    {"X3", "y"},      {"X4", "y'"},    {"X5", "beta"},
+  static const NameMap names = {{"X1", "x"},     {"X2", "x'"},     {"X3", "y"},   {"X4", "y'"}, {"X5", "beta"},
                                 {"X6", "beta'"}, {"X7", "beta''"}, {"ux", "u_x"}, {"uy", "u_y"}};
   return names;
 }
@@ -315,9 +322,10 @@ std::vector<std::string> estimate_cells(const Estimate& estimate, const std::str
   const bool interval = std::isfinite(estimate.low) && std::isfinite(estimate.high);
   // The interval's ends need as many digits as tell them from the value.
   const double half = 0.5 * (estimate.high - estimate.low);
-  const int digits = interval && half > 0 && estimate.value != 0
-                         ? std::clamp(2 + static_cast<int>(std::ceil(std::log10(std::abs(estimate.value) / half))), 3, 10)
-                         : 4;
+  const int digits =
+      interval && half > 0 && estimate.value != 0
+          ? std::clamp(2 + static_cast<int>(std::ceil(std::log10(std::abs(estimate.value) / half))), 3, 10)
+          : 4;
   return {format_estimate(estimate),
           interval ? format_number(estimate.low, digits) + " … " + format_number(estimate.high, digits) : "–",
           pretty_unit(unit)};
@@ -326,9 +334,9 @@ std::vector<std::string> estimate_cells(const Estimate& estimate, const std::str
 /// SI units of the parameters that RotorModel names.
 std::string parameter_unit(const std::string& name) {
   static const std::map<std::string, std::string> units = {
-      {"k1", "1/s^2"}, {"k2", "1/(m^2 s^2)"}, {"c", "1/s"},         {"e", "m"},          {"eps_re", "m"},
-      {"eps_im", "m"}, {"e_phase", "rad"},    {"gain", "1/kg"},     {"k1_conj_re", "1/s^2"}, {"k1_conj_im", "1/s^2"},
-      {"c_conj_re", "1/s"}, {"c_conj_im", "1/s"}};
+      {"k1", "1/s^2"},         {"k2", "1/(m^2 s^2)"},   {"c", "1/s"},         {"e", "m"},
+      {"eps_re", "m"},         {"eps_im", "m"},         {"e_phase", "rad"},   {"gain", "1/kg"},
+      {"k1_conj_re", "1/s^2"}, {"k1_conj_im", "1/s^2"}, {"c_conj_re", "1/s"}, {"c_conj_im", "1/s"}};
   const auto found = units.find(name);
   return found != units.end() ? found->second : "";
 }
@@ -338,8 +346,11 @@ std::string parameter_unit(const std::string& name) {
 Table coefficient_table(const IdentifiedModel& model) {
   Table table;
   table.caption = "Coefficients of the identified equations";
-  table.columns = {{"equation", "", Align::left}, {"function", "", Align::left}, {"coefficient ± sd", "", Align::right},
-                   {"95 % interval", "", Align::center}, {"unit", "", Align::left}};
+  table.columns = {{"equation", "", Align::left},
+                   {"function", "", Align::left},
+                   {"coefficient ± sd", "", Align::right},
+                   {"95 % interval", "", Align::center},
+                   {"unit", "", Align::left}};
   const NameMap& names = names_of(model);
   for (const Equation& equation : model.equations) {
     for (const EquationTerm& term : equation.terms) {
@@ -363,8 +374,10 @@ bool names_term(const IdentifiedModel& model, std::string_view parameter) {
 Table parameter_table(const IdentifiedModel& model) {
   Table table;
   table.caption = "Physical parameters";
-  table.columns = {{"parameter", "", Align::left}, {"value ± sd", "", Align::right},
-                   {"95 % interval", "", Align::center}, {"unit", "", Align::left}};
+  table.columns = {{"parameter", "", Align::left},
+                   {"value ± sd", "", Align::right},
+                   {"95 % interval", "", Align::center},
+                   {"unit", "", Align::left}};
   for (const auto& [name, estimate] : model.parameters) {
     if (names_term(model, name)) continue;
     std::vector<std::string> row = {name};

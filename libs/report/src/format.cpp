@@ -25,9 +25,7 @@ int leading_exponent(double value, int digits) {
 
 }  // namespace
 
-Unit si(Quantity quantity) {
-  return {quantity == Quantity::dimensionless ? "" : pretty_unit(si_unit(quantity)), 1};
-}
+Unit si(Quantity quantity) { return {quantity == Quantity::dimensionless ? "" : pretty_unit(si_unit(quantity)), 1}; }
 
 Unit engineering_unit(Quantity quantity, double magnitude) {
   struct Choice {
@@ -153,11 +151,21 @@ std::string escape_markup(std::string_view text) {
   out.reserve(text.size());
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
       default:
         if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;
     }

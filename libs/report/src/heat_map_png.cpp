@@ -67,7 +67,8 @@ std::string png_data_uri(const Eigen::MatrixXd& values, const Limits& limits, do
     const double at = std::min(1.0, level / (kLevels - 1.0)) * (kAnchors.size() - 1);
     const auto low = std::min(kAnchors.size() - 2, static_cast<std::size_t>(at));
     for (std::size_t c = 0; c < 3; ++c) {
-      const double mixed = kAnchors[low][c] + (at - static_cast<double>(low)) * (kAnchors[low + 1][c] - kAnchors[low][c]);
+      const double mixed =
+          kAnchors[low][c] + (at - static_cast<double>(low)) * (kAnchors[low + 1][c] - kAnchors[low][c]);
       palette += static_cast<char>(std::lround(mixed));
     }
     alpha += static_cast<char>(level == kMissing ? 0 : 255);

@@ -20,9 +20,12 @@ const Unit kDegree{"°", std::numbers::pi / 180};
 
 std::string_view frf_unit(FrfKind kind) {
   switch (kind) {
-    case FrfKind::receptance: return "m/N";
-    case FrfKind::mobility: return "m/(s N)";
-    case FrfKind::accelerance: break;
+    case FrfKind::receptance:
+      return "m/N";
+    case FrfKind::mobility:
+      return "m/(s N)";
+    case FrfKind::accelerance:
+      break;
   }
   return "m/(s² N)";
 }
@@ -43,7 +46,8 @@ void check_size(Index size, Index expected, std::string_view what) {
 Figure frequency_response(const FrequencyResponse& response, Index channel, const VectorXcd& reconstruction,
                           const std::vector<Mode>& modes) {
   if (channel < 0 || channel >= static_cast<Index>(response.channels.size())) {
-    throw Error::in_field("channel", std::to_string(channel), fmt::format("0 to {}", static_cast<Index>(response.channels.size()) - 1));
+    throw Error::in_field("channel", std::to_string(channel),
+                          fmt::format("0 to {}", static_cast<Index>(response.channels.size()) - 1));
   }
   const FrfChannel& c = response.channels[static_cast<std::size_t>(channel)];
   const VectorXd& f = response.frequency;
@@ -53,9 +57,10 @@ Figure frequency_response(const FrequencyResponse& response, Index channel, cons
   figure.shared_x = true;
   const Axis x{"frequency", kHertz};
 
-  Panel& top = figure.panel(fmt::format("{} per force {}, {} of {} averages", c.response, c.reference,
-                                        to_string(response.estimator), response.averages),
-                            x, {std::string(to_string(response.kind)), {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
+  Panel& top = figure.panel(
+      fmt::format("{} per force {}, {} of {} averages", c.response, c.reference, to_string(response.estimator),
+                  response.averages),
+      x, {std::string(to_string(response.kind)), {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
   top.line("measured", f, magnitude(c.value), {.color = 7});
   if (reconstruction.size() > 0) {
     check_size(reconstruction.size(), f.size(), "reconstruction");
@@ -95,18 +100,23 @@ Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderP
     xs[pole.stable].push_back(pole.frequency);
     ys[pole.stable].push_back(pole.order);
   }
-  const auto vector = [](const std::vector<double>& v) { return VectorXd(VectorXd::Map(v.data(), static_cast<Index>(v.size()))); };
+  const auto vector = [](const std::vector<double>& v) {
+    return VectorXd(VectorXd::Map(v.data(), static_cast<Index>(v.size())));
+  };
   Panel& diagram = figure.panel("", x, {"model order", {}});
   diagram.height = 260;
-  if (!xs[0].empty()) diagram.scatter("not stable", vector(xs[0]), vector(ys[0]), {.color = 7, .mark = Mark::cross, .opacity = 0.5});
+  if (!xs[0].empty())
+    diagram.scatter("not stable", vector(xs[0]), vector(ys[0]), {.color = 7, .mark = Mark::cross, .opacity = 0.5});
   if (!xs[1].empty()) diagram.scatter("stable", vector(xs[1]), vector(ys[1]), {.color = 0});
   VectorXd sum = VectorXd::Zero(response.frequency.size());
   for (const FrfChannel& c : response.channels) {
     check_size(c.value.size(), sum.size(), "frequency response");
     sum += c.value.array().abs().matrix();
   }
-  Panel& magnitudes = figure.panel("", x, {"sum of " + std::string(to_string(response.kind)),
-                                           {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
+  Panel& magnitudes = figure.panel("", x,
+                                   {"sum of " + std::string(to_string(response.kind)),
+                                    {std::string(frf_unit(response.kind)), 1},
+                                    Scale::logarithmic});
   magnitudes.height = 130;
   magnitudes.line("", response.frequency, sum.unaryExpr([](double v) { return v > 0 ? v : NAN; }), {.color = 7});
   for (Panel& panel : figure.panels) {
@@ -115,7 +125,8 @@ Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderP
   return figure;
 }
 
-Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes, const std::vector<Mode>& modes) {
+Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes,
+                   const std::vector<Mode>& modes) {
   check_size(shapes.rows(), static_cast<Index>(points.size()), "mode shape");
   check_size(shapes.cols(), static_cast<Index>(modes.size()), "number of mode shapes");
   Figure figure;
@@ -129,7 +140,8 @@ Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXc
     Index largest = 0;
     if (shape.real().cwiseAbs().maxCoeff(&largest) > 0) shape /= shape(largest).real();
     const Mode& mode = modes[static_cast<std::size_t>(k)];
-    Panel& panel = figure.panel(fmt::format("{} Hz, damping {} %", format_number(mode.frequency.value, 5), format_number(100 * mode.damping.value, 3)),
+    Panel& panel = figure.panel(fmt::format("{} Hz, damping {} %", format_number(mode.frequency.value, 5),
+                                            format_number(100 * mode.damping.value, 3)),
                                 {"", {}}, {"shape", {}});
     panel.height = 110;
     panel.categories = points;
@@ -143,13 +155,15 @@ Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXc
 
 Figure force_deflection(const VectorXd& deflection, const VectorXd& force, const StiffnessLaw& law, double force_sd) {
   if (deflection.size() == 0 || deflection.size() != force.size()) {
-    throw Error(fmt::format("figure: {} deflections and {} forces: must be equal and not empty", deflection.size(), force.size()));
+    throw Error(fmt::format("figure: {} deflections and {} forces: must be equal and not empty", deflection.size(),
+                            force.size()));
   }
   Figure figure;
   figure.title = "Force against deflection";
   figure.width = 560;
-  Panel& panel = figure.panel("", {"deflection", engineering_unit(Quantity::displacement, deflection.cwiseAbs().maxCoeff())},
-                              {"force", engineering_unit(Quantity::force, force.cwiseAbs().maxCoeff())});
+  Panel& panel =
+      figure.panel("", {"deflection", engineering_unit(Quantity::displacement, deflection.cwiseAbs().maxCoeff())},
+                   {"force", engineering_unit(Quantity::force, force.cwiseAbs().maxCoeff())});
   panel.height = 300;
   const VectorXd d = VectorXd::LinSpaced(121, deflection.minCoeff(), deflection.maxCoeff());
   const double offset = std::isfinite(law.offset.value) ? law.offset.value : 0;

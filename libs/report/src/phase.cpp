@@ -34,7 +34,8 @@ void draw_phases(Panel& panel, const std::vector<PhaseCurve>& curves) {
     return lead.size() > 0 && lead.maxCoeff() - lead.minCoeff() > 1.5 * kTurn;
   });
   if (winds) panel.y.low = -std::numbers::pi, panel.y.high = std::numbers::pi;
-  for (const PhaseCurve& c : curves) panel.line("", c.x, winds ? phase_with_gaps(c.vector) : continuous_phase(c.vector), c.style);
+  for (const PhaseCurve& c : curves)
+    panel.line("", c.x, winds ? phase_with_gaps(c.vector) : continuous_phase(c.vector), c.style);
 }
 
 }  // namespace whirl::report

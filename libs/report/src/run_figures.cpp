@@ -37,7 +37,8 @@ Axis axis_of(const std::vector<NamedRun>& runs, const std::string& channel) {
   // Without the channel in any run, at() says so for the last.
   const auto with = std::ranges::find_if(runs, [&](const NamedRun& run) { return run.recording.has(channel); });
   const Channel& first = (with == runs.end() ? runs.back() : *with).recording.at(channel);
-  return {fmt::format("{} {}", to_string(first.quantity), channel), engineering_unit(first.quantity, largest(runs, channel))};
+  return {fmt::format("{} {}", to_string(first.quantity), channel),
+          engineering_unit(first.quantity, largest(runs, channel))};
 }
 
 void add_segments(Panel& panel, const std::vector<Segment>& segments) {
@@ -74,7 +75,8 @@ Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::str
     Panel& panel = figure.panel("", {"time", kSecond}, axis_of(runs, channel));
     for (std::size_t i = 0; i < runs.size(); ++i) {
       const Recording& r = runs[i].recording;
-      if (r.has(channel)) panel.line(runs.size() > 1 ? runs[i].name : "", r.times(), r[channel], style_of(i, runs.size()));
+      if (r.has(channel))
+        panel.line(runs.size() > 1 ? runs[i].name : "", r.times(), r[channel], style_of(i, runs.size()));
     }
     add_segments(panel, segments);
   }
@@ -125,7 +127,8 @@ Figure orbit(const std::vector<NamedRun>& runs, double begin, double end) {
   return figure;
 }
 
-Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel, const std::vector<Segment>& segments) {
+Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel,
+                   const std::vector<Segment>& segments) {
   require_runs(runs);
   Figure figure;
   figure.title = "Phase plane";
@@ -145,8 +148,8 @@ Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel
       panel.line(runs.size() > 1 ? runs[i].name : "", x, v, style_of(i, runs.size(), 0.7));
     }
     if (panel.series.empty()) {
-      throw Error(fmt::format("figure: no run has samples in segment '{}' ({:g} to {:g} s)", segment.name, segment.begin,
-                              segment.end));
+      throw Error(fmt::format("figure: no run has samples in segment '{}' ({:g} to {:g} s)", segment.name,
+                              segment.begin, segment.end));
     }
     panel.x = {"displacement " + channel, engineering_unit(Quantity::displacement, size)};
     panel.y = {"velocity", engineering_unit(Quantity::velocity, speed)};

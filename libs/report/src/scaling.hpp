@@ -10,7 +10,7 @@ namespace whirl::report {
 struct Limits {
   double low = 0, high = 1;
   bool logarithmic = false;
-  bool degrees = false;  ///< ticks at divisions of a turn
+  bool degrees = false;                 ///< ticks at divisions of a turn
   double fraction(double shown) const;  ///< 0 at low, 1 at high; NaN where a logarithm does not exist
 };
 

@@ -66,7 +66,8 @@ HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
   }
   if (!(largest > 0)) throw Error("figure: amplitude map has no positive value");
   HeatMap map;
-  map.values = amplitude.unaryExpr([&](double a) { return std::isnan(a) ? a : std::max(-80.0, 20 * std::log10(a / largest)); });
+  map.values =
+      amplitude.unaryExpr([&](double a) { return std::isnan(a) ? a : std::max(-80.0, 20 * std::log10(a / largest)); });
   map.color = {"re " + format_amplitude(largest, kind), {"dB", 1}};
   map.color.high = 0;
   return map;
@@ -91,7 +92,8 @@ Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kin
 Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
                  AmplitudeKind kind, const VectorXd& speed, double frequency_low) {
   if (speed.size() != 0 && speed.size() != amplitude.cols()) {
-    throw Error(fmt::format("figure: waterfall has {} columns but {} speeds: must be equal", amplitude.cols(), speed.size()));
+    throw Error(
+        fmt::format("figure: waterfall has {} columns but {} speeds: must be equal", amplitude.cols(), speed.size()));
   }
   Figure figure;
   figure.title = frequency_low < 0 ? "Waterfall of full spectra" : "Waterfall";
@@ -122,22 +124,24 @@ Figure waterfall(double time_begin, double time_end, double frequency_high, cons
 
 Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
   if (amplitude.cols() != speed.size() || amplitude.rows() != frequency.size() || speed.size() < 2) {
-    throw Error(fmt::format("figure: cascade of {} x {} amplitudes with {} frequencies and {} speeds: must agree, with two speeds or more",
-                            amplitude.rows(), amplitude.cols(), frequency.size(), speed.size()));
+    throw Error(fmt::format(
+        "figure: cascade of {} x {} amplitudes with {} frequencies and {} speeds: must agree, with two speeds or more",
+        amplitude.rows(), amplitude.cols(), frequency.size(), speed.size()));
   }
   Figure figure;
   figure.title = "Cascade";
   Panel& panel = figure.panel("", {"frequency", kHertz}, {"rotor speed", kRpm});
   panel.kind = Panel::Kind::projected;
-  panel.z = {fmt::format("amplitude, {}", short_name(kind)), engineering_unit(Quantity::displacement, amplitude.maxCoeff())};
+  panel.z = {fmt::format("amplitude, {}", short_name(kind)),
+             engineering_unit(Quantity::displacement, amplitude.maxCoeff())};
   panel.height = 420;
   for (Index j = 0; j < speed.size(); ++j) {
-    panel.line3("", frequency, VectorXd::Constant(frequency.size(), speed[j]), amplitude.col(j), {.color = 0, .width = 0.7});
+    panel.line3("", frequency, VectorXd::Constant(frequency.size(), speed[j]), amplitude.col(j),
+                {.color = 0, .width = 0.7});
   }
   for (const int order : {1, 2}) {
-    const VectorXd f = (order * speed / kTurn).unaryExpr([&](double v) {
-      return v > frequency[frequency.size() - 1] ? NAN : v;
-    });
+    const VectorXd f =
+        (order * speed / kTurn).unaryExpr([&](double v) { return v > frequency[frequency.size() - 1] ? NAN : v; });
     panel.line3(fmt::format("{}X", order), f, speed, VectorXd::Zero(speed.size()),
                 {.color = order == 1 ? 1 : 4, .width = 1.2, .dash = Dash::dashed});
   }
@@ -199,7 +203,8 @@ Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
   Figure figure;
   figure.title = "Polar plot of the 1X vector";
   figure.width = 480;
-  Panel& panel = figure.panel("", {}, {"angle = phase lead; radius = 1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
+  Panel& panel = figure.panel(
+      "", {}, {"angle = phase lead; radius = 1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
   panel.kind = Panel::Kind::polar;
   panel.height = 380;
   for (const SynchronousCurve& c : curves) {
@@ -214,8 +219,8 @@ Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
     const Index at = std::lower_bound(way.data(), way.data() + way.size() - 1, wanted) - way.data();
     panel.annotate(std::arg(first.vector(at)), std::abs(first.vector(at)),
                    fmt::format("{:.0f} rpm", first.speed(at) / kRpm.factor));
-    panel.scatter("", VectorXd::Constant(1, std::arg(first.vector(at))), VectorXd::Constant(1, std::abs(first.vector(at))),
-                  {.color = 0});
+    panel.scatter("", VectorXd::Constant(1, std::arg(first.vector(at))),
+                  VectorXd::Constant(1, std::abs(first.vector(at))), {.color = 0});
   }
   return figure;
 }
@@ -230,7 +235,9 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
   figure.title = "Order tracks";
   figure.shared_x = true;
   const Axis t{"time", {"s", 1}};
-  figure.panel("", t, {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, envelope.cwiseAbs().maxCoeff())});
+  figure.panel(
+      "", t,
+      {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, envelope.cwiseAbs().maxCoeff())});
   figure.panel("", t, {"phase lead", kDegree}).height = 120;
   Panel& speeds = figure.panel("", t, {"rotor speed", kRpm});
   speeds.height = 90;
@@ -263,8 +270,9 @@ Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind) {
   const VectorXd place = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
   Figure figure;
   figure.title = "Suppression";
-  Panel& amplitude = figure.panel("", {}, {fmt::format("amplitude, {}", short_name(kind)),
-                                           engineering_unit(Quantity::displacement, open.maxCoeff())});
+  Panel& amplitude = figure.panel(
+      "", {},
+      {fmt::format("amplitude, {}", short_name(kind)), engineering_unit(Quantity::displacement, open.maxCoeff())});
   amplitude.categories = names;
   amplitude.height = 190;
   amplitude.bars("without control", place, open, {.color = 7});
@@ -278,8 +286,10 @@ Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind) {
   if (any_paper) share.bars("paper", place, paper, {.color = 4});
   const double step = any_paper ? 0.185 : 0;
   for (Index i = 0; i < n; ++i) {
-    if (std::isfinite(percent(i))) share.annotate(place(i) - step, std::max(0.0, percent(i)), format_fixed(percent(i), 1), true);
-    if (std::isfinite(paper(i))) share.annotate(place(i) + step, std::max(0.0, paper(i)), format_fixed(paper(i), 1), true);
+    if (std::isfinite(percent(i)))
+      share.annotate(place(i) - step, std::max(0.0, percent(i)), format_fixed(percent(i), 1), true);
+    if (std::isfinite(paper(i)))
+      share.annotate(place(i) + step, std::max(0.0, paper(i)), format_fixed(paper(i), 1), true);
   }
   return figure;
 }

@@ -10,7 +10,7 @@ namespace whirl::report {
 namespace {
 
 constexpr double kTitleHeight = 22;
-constexpr double kGap = 14;          ///< between panels, px
+constexpr double kGap = 14;  ///< between panels, px
 constexpr double kColorBarWidth = 86;
 
 double widest(const std::vector<std::string>& labels) {
@@ -119,7 +119,8 @@ void add_head_room(PanelLayout& layout) {
   const double room = std::min(0.4 * panel.height, 14 * rows);
   Limits& y = layout.limits.y;
   const double share = room / (panel.height - room);
-  y.high = y.logarithmic ? std::min(1e305, y.high * std::pow(y.high / y.low, share)) : y.high + (y.high - y.low) * share;
+  y.high =
+      y.logarithmic ? std::min(1e305, y.high * std::pow(y.high / y.low, share)) : y.high + (y.high - y.low) * share;
 }
 
 /// Cartesian panels of one column get the same x limits. Throws Error when their scales differ.
@@ -132,8 +133,8 @@ void join_x_limits(std::vector<PanelLayout>& layouts, std::size_t columns) {
     double low = INFINITY, high = -INFINITY;
     for (const PanelLayout* layout : column) {
       if (layout->limits.x.logarithmic != column.front()->limits.x.logarithmic) {
-        throw Error(fmt::format("figure: panels '{}' and '{}' share x: must have the same scale", column.front()->panel.title,
-                                layout->panel.title));
+        throw Error(fmt::format("figure: panels '{}' and '{}' share x: must have the same scale",
+                                column.front()->panel.title, layout->panel.title));
       }
       low = std::min(low, layout->limits.x.low);
       high = std::max(high, layout->limits.x.high);
@@ -210,9 +211,10 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
   }
 
   Canvas canvas;
-  canvas.raw(fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"wf\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-                         "height=\"{1}\" role=\"img\">\n",
-                         px(figure.width), px(y)));
+  canvas.raw(
+      fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"wf\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+                  "height=\"{1}\" role=\"img\">\n",
+                  px(figure.width), px(y)));
   if (!figure.title.empty()) canvas.raw(fmt::format("<title>{}</title>\n", escape_markup(figure.title)));
   if (!figure.description.empty()) canvas.raw(fmt::format("<desc>{}</desc>\n", escape_markup(figure.description)));
   if (!options.embedded) {
@@ -223,9 +225,15 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
     const double title_y = layout.plot.y - (layout.legend_height > 0 ? layout.legend_height + 4 : 0) - 7;
     canvas.text(layout.plot.x, title_y, layout.panel.title, Anchor::start, "title");
     switch (layout.panel.kind) {
-      case Panel::Kind::cartesian: draw_cartesian(canvas, layout); break;
-      case Panel::Kind::polar: draw_polar(canvas, layout); break;
-      case Panel::Kind::projected: draw_projected(canvas, layout); break;
+      case Panel::Kind::cartesian:
+        draw_cartesian(canvas, layout);
+        break;
+      case Panel::Kind::polar:
+        draw_polar(canvas, layout);
+        break;
+      case Panel::Kind::projected:
+        draw_projected(canvas, layout);
+        break;
     }
   }
   canvas.raw("</svg>\n");

@@ -18,9 +18,7 @@ void check(const Table& table, std::size_t cells) {
   }
 }
 
-std::string_view css(Align align) {
-  return align == Align::left ? "l" : align == Align::right ? "r" : "c";
-}
+std::string_view css(Align align) { return align == Align::left ? "l" : align == Align::right ? "r" : "c"; }
 
 std::string header(const Column& column) {
   return column.unit.empty() ? column.header : column.header + " [" + pretty_unit(column.unit) + "]";
@@ -46,7 +44,8 @@ std::string to_html(const Table& table) {
   out += "<thead><tr>";
   for (const Column& column : table.columns) {
     out += fmt::format("<th scope=\"col\" class=\"{}\">{}", css(column.align), escape_markup(column.header));
-    if (!column.unit.empty()) out += fmt::format(" <span class=\"unit\">[{}]</span>", escape_markup(pretty_unit(column.unit)));
+    if (!column.unit.empty())
+      out += fmt::format(" <span class=\"unit\">[{}]</span>", escape_markup(pretty_unit(column.unit)));
     out += "</th>";
   }
   out += "</tr></thead>\n<tbody>\n";
@@ -96,7 +95,8 @@ std::string to_text(const Table& table) {
 
 std::string to_csv(const Table& table) {
   std::string out;
-  for (std::size_t c = 0; c < table.columns.size(); ++c) out += (c == 0 ? "" : ",") + escape_csv(header(table.columns[c]));
+  for (std::size_t c = 0; c < table.columns.size(); ++c)
+    out += (c == 0 ? "" : ",") + escape_csv(header(table.columns[c]));
   out += '\n';
   for (const auto& row : table.rows) {
     check(table, row.size());

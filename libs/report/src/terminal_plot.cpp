@@ -35,8 +35,8 @@ class Dots {
     const double steps = std::ceil(std::max({std::abs(x1 - x0), std::abs(y1 - y0), 1.0}));
     if (steps > 1e5) return;
     for (double k = 0; k <= steps; ++k) {
-      set(static_cast<int>(std::lround(x0 + (x1 - x0) * k / steps)), static_cast<int>(std::lround(y0 + (y1 - y0) * k / steps)),
-          color);
+      set(static_cast<int>(std::lround(x0 + (x1 - x0) * k / steps)),
+          static_cast<int>(std::lround(y0 + (y1 - y0) * k / steps)), color);
     }
   }
   std::string row(int r, bool with_color) const {
@@ -49,7 +49,8 @@ class Dots {
         continue;
       }
       // U+2800 + bits in UTF-8.
-      const std::string glyph = {'\xE2', static_cast<char>(0xA0 | cell.bits >> 6), static_cast<char>(0x80 | (cell.bits & 0x3F))};
+      const std::string glyph = {'\xE2', static_cast<char>(0xA0 | cell.bits >> 6),
+                                 static_cast<char>(0x80 | (cell.bits & 0x3F))};
       out += with_color ? fmt::format("\x1b[{}m{}\x1b[0m", kAnsi[cell.color], glyph) : glyph;
     }
     if (!with_color) out.erase(out.find_last_not_of(' ') + 1);
@@ -131,21 +132,24 @@ std::string shades(const HeatMap& map, const PanelLimits& limits, const Panel& p
   const auto range = [](double low, double high, double first, double last, Index n) {
     // Cells whose centre lies in [low, high]; the nearest one when none does.
     const double step = n > 1 ? (last - first) / static_cast<double>(n - 1) : 1;
-    const auto from = static_cast<Index>(std::ceil((low - first) / step)), to = static_cast<Index>(std::floor((high - first) / step));
+    const auto from = static_cast<Index>(std::ceil((low - first) / step)),
+               to = static_cast<Index>(std::floor((high - first) / step));
     const Index near = std::lround((0.5 * (low + high) - first) / step);
     return from > to ? std::pair{near, near} : std::pair{from, to};
   };
   const auto shown = [](const Limits& l, double fraction) { return l.low + fraction * (l.high - l.low); };
   const auto [i0, i1] = range(shown(limits.y, 1 - (row + 1.0) / rows) * panel.y.unit.factor,
-                              shown(limits.y, 1 - static_cast<double>(row) / rows) * panel.y.unit.factor, map.y_low, map.y_high,
-                              map.values.rows());
+                              shown(limits.y, 1 - static_cast<double>(row) / rows) * panel.y.unit.factor, map.y_low,
+                              map.y_high, map.values.rows());
   std::string out;
   for (int c = 0; c < columns; ++c) {
-    const auto [j0, j1] = range(shown(limits.x, static_cast<double>(c) / columns) * panel.x.unit.factor,
-                                shown(limits.x, (c + 1.0) / columns) * panel.x.unit.factor, map.x_low, map.x_high, map.values.cols());
+    const auto [j0, j1] =
+        range(shown(limits.x, static_cast<double>(c) / columns) * panel.x.unit.factor,
+              shown(limits.x, (c + 1.0) / columns) * panel.x.unit.factor, map.x_low, map.x_high, map.values.cols());
     double largest = NAN;
     for (Index j = std::max<Index>(0, j0); j <= std::min(j1, map.values.cols() - 1); ++j) {
-      for (Index i = std::max<Index>(0, i0); i <= std::min(i1, map.values.rows() - 1); ++i) largest = std::fmax(largest, map.values(i, j));
+      for (Index i = std::max<Index>(0, i0); i <= std::min(i1, map.values.rows() - 1); ++i)
+        largest = std::fmax(largest, map.values(i, j));
     }
     const double f = color.fraction(largest / map.color.unit.factor);
     out += std::isnan(f) ? " " : kShades[std::clamp(static_cast<int>(5 * f), 0, 4)];
@@ -203,7 +207,8 @@ std::string draw_panel(const Panel& panel, const TerminalOptions& options) {
   for (const bool tick : ticked) ruler += tick ? "┬" : "─";
   out += ruler + "\n" + numbers + "\n";
   const std::string name = axis_text(panel.x, x.exponent);
-  const std::size_t free = static_cast<std::size_t>(options.columns) - std::min<std::size_t>(display_width(name), options.columns);
+  const std::size_t free =
+      static_cast<std::size_t>(options.columns) - std::min<std::size_t>(display_width(name), options.columns);
   return out + std::string(free / 2, ' ') + name + "\n";
 }
 

@@ -41,11 +41,12 @@ void write_figure(const Figure& figure, const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
   if (ending == ".png" || ending == ".pdf") {
     const std::string svg = to_svg(figure);
-    const int code = run_program({"rsvg-convert", "--format=" + ending.substr(1), "--zoom=2", "--background-color=white", "--output",
-                                  file.string()},
+    const int code = run_program({"rsvg-convert", "--format=" + ending.substr(1), "--zoom=2",
+                                  "--background-color=white", "--output", file.string()},
                                  svg);
     if (code == 127) {
-      throw Error::in_file(file.string(), 0, "PNG and PDF figures need the program rsvg-convert (Debian: apt install librsvg2-bin)");
+      throw Error::in_file(file.string(), 0,
+                           "PNG and PDF figures need the program rsvg-convert (Debian: apt install librsvg2-bin)");
     }
     if (code != 0) throw Error::in_file(file.string(), 0, "cannot be written (does the folder exist?)");
     return;

@@ -46,7 +46,8 @@ inline Figure one_of_each() {
   bars.bars("rig", Eigen::Vector2d(0, 1), Eigen::Vector2d(88, 95));
   Panel& map = figure.panel("Waterfall", {"time", kSecond}, {"frequency", {"Hz", 1}});
   HeatMap heat;
-  heat.values = Eigen::MatrixXd::NullaryExpr(6, 8, [](Eigen::Index i, Eigen::Index j) { return 1e-6 * double(1 + i * j); });
+  heat.values =
+      Eigen::MatrixXd::NullaryExpr(6, 8, [](Eigen::Index i, Eigen::Index j) { return 1e-6 * double(1 + i * j); });
   heat.values(0, 0) = NAN;
   heat.x_high = 1;
   heat.y_high = 50;
@@ -63,7 +64,8 @@ inline Figure one_of_each() {
   funnel.kind = Panel::Kind::projected;
   funnel.z = {"x", kMm};
   funnel.line3("run", angle, 1e-3 * angle.array().cos(), 1e-3 * angle.array().sin());
-  Panel& log = figure.panel("Density", {"frequency", {"Hz", 1}, Scale::logarithmic}, {"PSD", {"m²/Hz", 1}, Scale::logarithmic});
+  Panel& log =
+      figure.panel("Density", {"frequency", {"Hz", 1}, Scale::logarithmic}, {"PSD", {"m²/Hz", 1}, Scale::logarithmic});
   log.step("hold", Eigen::VectorXd::LinSpaced(5, 1, 100), Eigen::VectorXd::LinSpaced(5, 1e-9, 1e-5));
   Panel& stems = figure.panel("Orders", {"order", {}}, {"amplitude, rms", {"µm", 1e-6}});
   stems.stem("orders", Eigen::Vector3d(1, 2, 3), Eigen::Vector3d(2e-5, 4e-6, 1e-6), {.mark = Mark::diamond});

@@ -58,7 +58,10 @@ TEST(ReportFormat, UnitsWithSuperscripts) {
 
 TEST(ReportFormat, MarkupAndCsvAreEscaped) {
   EXPECT_EQ(escape_markup("a<b & \"c\" > 'd'"), "a&lt;b &amp; &quot;c&quot; &gt; &#39;d&#39;");
-  EXPECT_EQ(escape_markup(std::string_view("a\x01" "b\0c", 5)), "abc");
+  EXPECT_EQ(escape_markup(std::string_view("a\x01"
+                                           "b\0c",
+                                           5)),
+            "abc");
   EXPECT_EQ(escape_csv("a,\"b\""), "\"a,\"\"b\"\"\"");
   EXPECT_EQ(escape_csv("plain"), "plain");
 }

@@ -22,10 +22,18 @@ Eigen::VectorXd awkward(std::mt19937_64& random, Eigen::Index n) {
   for (double& value : v) {
     value = constant ? scale : scale * normal(random);
     switch (kind(random)) {
-      case 0: value = std::numeric_limits<double>::quiet_NaN(); break;
-      case 1: value = std::uniform_int_distribution<int>(0, 20)(random) == 0 ? std::numeric_limits<double>::infinity() : value; break;
-      case 2: value = std::uniform_int_distribution<int>(0, 20)(random) == 0 ? 1e300 : value; break;
-      default: break;
+      case 0:
+        value = std::numeric_limits<double>::quiet_NaN();
+        break;
+      case 1:
+        value =
+            std::uniform_int_distribution<int>(0, 20)(random) == 0 ? std::numeric_limits<double>::infinity() : value;
+        break;
+      case 2:
+        value = std::uniform_int_distribution<int>(0, 20)(random) == 0 ? 1e300 : value;
+        break;
+      default:
+        break;
     }
   }
   return v;
@@ -46,13 +54,27 @@ TEST(ReportFigureProperty, AnyDataGivesAWellFormedDrawingOrAnError) {
       const Eigen::Index n = std::uniform_int_distribution<int>(0, 3)(random) == 0 ? i % 3 : 1 + 37 * (i % 60);
       const Eigen::VectorXd x = awkward(random, n), y = awkward(random, n);
       switch (std::uniform_int_distribution<int>(0, 8)(random)) {
-        case 0: p.line("l", x, y); break;
-        case 1: p.scatter("s", x, y); break;
-        case 2: p.step("t", x, y); break;
-        case 3: p.stem("m", x, y); break;
-        case 4: p.bars("b", x, y); break;
-        case 5: p.band("d", x, y, awkward(random, n)); break;
-        case 6: p.error_bars("e", x, y, awkward(random, n), awkward(random, n)); break;
+        case 0:
+          p.line("l", x, y);
+          break;
+        case 1:
+          p.scatter("s", x, y);
+          break;
+        case 2:
+          p.step("t", x, y);
+          break;
+        case 3:
+          p.stem("m", x, y);
+          break;
+        case 4:
+          p.bars("b", x, y);
+          break;
+        case 5:
+          p.band("d", x, y, awkward(random, n));
+          break;
+        case 6:
+          p.error_bars("e", x, y, awkward(random, n), awkward(random, n));
+          break;
         case 7:
           p.kind = Panel::Kind::polar;
           p.line("p", x, y);

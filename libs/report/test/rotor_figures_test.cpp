@@ -12,9 +12,9 @@
 namespace whirl::report {
 namespace {
 
-using ::testing::HasSubstr;
 using Eigen::Index;
 using Eigen::VectorXd;
+using ::testing::HasSubstr;
 
 /// Circular whirl of radius `radius` at 10 turns per second, 2 s at 1 kHz.
 Recording circle(double radius) {
@@ -120,11 +120,13 @@ TEST(ReportRotorFigures, ModalFiguresShowPolesAndCoherence) {
 TEST(ReportRotorFigures, SpectraNameTheirAmplitude) {
   const VectorXd f = VectorXd::LinSpaced(100, 0, 99);
   const VectorXd a = 1e-4 / (1 + (f.array() - 24).square());
-  EXPECT_THAT(drawn(spectrum({{"open", f, a}, {"closed", f, 0.1 * a}}, AmplitudeKind::rms, Quantity::displacement, {{"1X", 24}})),
+  EXPECT_THAT(drawn(spectrum({{"open", f, a}, {"closed", f, 0.1 * a}}, AmplitudeKind::rms, Quantity::displacement,
+                             {{"1X", 24}})),
               HasSubstr("displacement, rms [mm]"));
   EXPECT_THAT(drawn(full_spectrum({{"", f.array() - 50, a}}, AmplitudeKind::peak)), HasSubstr("backward whirl"));
   const Eigen::MatrixXd map = a * VectorXd::LinSpaced(20, 1, 2).transpose();
-  EXPECT_THAT(drawn(waterfall(0, 5, 99, map, AmplitudeKind::peak, VectorXd::LinSpaced(20, 150, 10))), HasSubstr("peak [dB]"));
+  EXPECT_THAT(drawn(waterfall(0, 5, 99, map, AmplitudeKind::peak, VectorXd::LinSpaced(20, 150, 10))),
+              HasSubstr("peak [dB]"));
   EXPECT_THAT(drawn(run_map(1, 200, 99, map, AmplitudeKind::peak, {24})), HasSubstr("24.00 Hz"));
   EXPECT_THROW((void)waterfall(0, 5, 99, map, AmplitudeKind::peak, VectorXd::Zero(3)), Error);
   EXPECT_THROW((void)waterfall(0, 5, 99, 0 * map, AmplitudeKind::peak), Error);
@@ -165,8 +167,9 @@ TEST(ReportRotorFigures, PhaseThatWindsIsShownWithinATurn) {
 }
 
 TEST(ReportRotorFigures, SuppressionBesideThePaper) {
-  const Figure figure = suppression({{"through the natural frequency", 6.45e-3, 0.26e-3, 96}, {"whole run", 6.45e-3, 0.47e-3}},
-                                    AmplitudeKind::peak_to_peak);
+  const Figure figure =
+      suppression({{"through the natural frequency", 6.45e-3, 0.26e-3, 96}, {"whole run", 6.45e-3, 0.47e-3}},
+                  AmplitudeKind::peak_to_peak);
   const std::string svg = drawn(figure);
   EXPECT_THAT(svg, HasSubstr(">96.0</text>"));
   EXPECT_THAT(svg, HasSubstr(">92.7</text>"));

@@ -65,7 +65,8 @@ TEST(ReportTerminalPlot, AHeatMapIsDrawnInShadesWhereItsValuesAre) {
   figure.panel("", {"x", {}}, {"y", {}}).heat_maps.push_back(map);
   const std::string text = to_terminal(figure, {.columns = 60, .rows = 8});
   std::vector<std::string> rows;
-  for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1) rows.push_back(text.substr(at, end - at));
+  for (std::size_t at = 0, end = 0; (end = text.find('\n', at)) != std::string::npos; at = end + 1)
+    rows.push_back(text.substr(at, end - at));
   std::vector<std::size_t> dark;
   for (std::size_t r = 1; r < 9; ++r) dark.push_back(rows[r].find("█"));
   for (std::size_t r = 0; r < 8; ++r) EXPECT_EQ(dark[r] != std::string::npos, r < 4) << r << "\n" << text;

@@ -52,10 +52,10 @@ struct BatchRig<Lanes>::State {
     Lane x, y;
   };
 
-  std::shared_ptr<const RigTables> tables;                       // of lane 0: all that the lanes share
-  std::array<std::shared_ptr<const RigTables>, Lanes> own;       // of every lane
-  bool one_plant = true;                                         // and one noise
-  std::vector<Normal> normals;                                   // one, or one per lane
+  std::shared_ptr<const RigTables> tables;                  // of lane 0: all that the lanes share
+  std::array<std::shared_ptr<const RigTables>, Lanes> own;  // of every lane
+  bool one_plant = true;                                    // and one noise
+  std::vector<Normal> normals;                              // one, or one per lane
   LateralCoefficients<Lane> coefficients;
   Lane eps_re, eps_im, actuator_gain, axis_cos, axis_sin;
   long ticks_done = 0, steps = 0, captured = 0;
@@ -187,8 +187,7 @@ struct BatchRig<Lanes>::State {
   void measure() noexcept {
     const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(ticks_done)];
     const Pair& r = readings[slot(ticks_done)];
-    reading = {
-        static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
+    reading = {static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
   }
 
   void update_target() noexcept {
@@ -262,8 +261,7 @@ struct BatchRig<Lanes>::State {
     for (int i = 1; i <= n; ++i, f += 2) {
       step(f);
       ++steps;
-      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps)
-        capture(i);
+      if (captured <= t.angle->ticks && t.angle->sensor_step[static_cast<std::size_t>(captured)] == steps) capture(i);
     }
     for (int lane = 0; lane < Lanes; lane += kWidth) propagate_modes(lane);
     ++ticks_done;

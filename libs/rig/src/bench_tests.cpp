@@ -41,11 +41,11 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
   StiffnessTable table{Eigen::VectorXd(total), Eigen::VectorXd(total)};
   for (int i = 0; i < total; ++i) {
     const int step = i < o.points ? i : total - 1 - i;
-    // Set by hand to about a graduation: without that scatter the rounding of the dial would be the same in every table.
+    // Set by hand to about a graduation: without that scatter the rounding of the dial would be the same in every
+    // table.
     const double d = o.max_deflection * step / (o.points - 1) + 0.5 * o.deflection_resolution * normal();
     const std::complex<double> z = d * along;
-    const std::complex<double> spring =
-        mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
+    const std::complex<double> spring = mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
     const double force = (spring * std::conj(along)).real();
     table.force[i] = rounded(force + o.force_noise * normal(), o.force_resolution);
     table.deflection[i] = rounded(d + o.zero_offset, o.deflection_resolution);
@@ -81,9 +81,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   const Eigen::Index samples = std::lround(o.duration * o.rate);
   std::vector<Recording> records;
   for (int blow = 0; blow < o.blows; ++blow) {
-    const auto between = [&](double low, double high) {
-      return low + (high - low) * 0.5 * (1 + normal.uniform());
-    };
+    const auto between = [&](double low, double high) { return low + (high - low) * 0.5 * (1 + normal.uniform()); };
     const double peak = between(o.force_min, o.force_max), length = between(o.pulse_min, o.pulse_max);
     // The blow does not fall on a sample.
     const double start = o.pretrigger + between(0, 1) / o.rate;
@@ -109,16 +107,14 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
       }
       const auto noise = [&] { return o.converter_noise * normal(); };
       force[i] = digitise(pulse(t), o.hammer_volt_per_newton, o.hammer_range, o.bits, noise());
-      acc_x[i] =
-          digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
-      acc_y[i] =
-          digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      acc_x[i] = digitise(acceleration.real(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
+      acc_y[i] = digitise(acceleration.imag(), o.accelerometer_volt_per_ms2, o.accelerometer_range, o.bits, noise());
       for (int s = 0; s < kSubsteps; ++s) {
         const double now = t + s * step, mid = now + 0.5 * step, end = now + step;
         for (std::size_t k = 0; k < modes.size(); ++k) {
           const std::complex<double> gain = parameters.modes[k].participation / mass * along;
-          steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now),
-                                                 gain * pulse(mid), gain * pulse(end));
+          steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now), gain * pulse(mid),
+                                                 gain * pulse(end));
         }
         rotor = tilted_step(coefficients, tilt, rotor, input(now), input(mid), input(end), step);
       }

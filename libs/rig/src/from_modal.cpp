@@ -18,8 +18,7 @@ RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel, cons
   found.reserve(modal.modes.size());
   for (const Mode& mode : modal.modes) {
     if (channel < 0 || channel >= mode.residues.size()) {
-      throw Error::in_field("channel", fmt::format("{}", channel),
-                            fmt::format("0 to {}", mode.residues.size() - 1));
+      throw Error::in_field("channel", fmt::format("{}", channel), fmt::format("0 to {}", mode.residues.size() - 1));
     }
     const double omega = std::abs(mode.pole);
     const double inverse_mass = -2 * mode.pole.imag() * mode.residues[channel].imag();

@@ -29,9 +29,7 @@ class Normal {
   }
 
   /// Uniform in [-1, 1).
-  double uniform() noexcept {
-    return static_cast<double>(static_cast<std::int64_t>(random_()) >> 11) * 0x1p-52;
-  }
+  double uniform() noexcept { return static_cast<double>(static_cast<std::int64_t>(random_()) >> 11) * 0x1p-52; }
 
  private:
   std::mt19937_64 random_;

@@ -16,8 +16,7 @@ void add_noise(Eigen::VectorXd& x, double snr_db, Normal& normal) {
 
 }  // namespace
 
-OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& run,
-                                std::optional<double> snr_db) {
+OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& run, std::optional<double> snr_db) {
   RigParameters p = parameters;
   if (snr_db) p.laser.noise = 0;
   VirtualRig rig(p, run);
@@ -28,8 +27,7 @@ OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& r
     const Measurement m = rig.read();
     const AngleState a = truth.angle();
     measured.row(k) << m.x, m.y, m.beta;
-    real.row(k) << truth.z().real(), truth.z().imag(), truth.dz().real(), truth.dz().imag(), a.beta, a.omega,
-        a.alpha;
+    real.row(k) << truth.z().real(), truth.z().imag(), truth.dz().real(), truth.dz().imag(), a.beta, a.omega, a.alpha;
     rig.write({});
     rig.advance();
   }

@@ -16,14 +16,8 @@ constexpr double kTurn = 2 * std::numbers::pi;
 void make_ideal(RigParameters& p) {
   p.modes.clear();
   p.rotor.stiffness_split = p.rotor.damping_split = p.rotor.cross_stiffness = 0;
-  p.laser = RigLaser{.noise = 0,
-                     .range = 1,
-                     .bits = 0,
-                     .rate = 0,
-                     .latency = 0,
-                     .runout_1x = 0,
-                     .runout_2x = 0,
-                     .runout_3x = 0};
+  p.laser = RigLaser{
+      .noise = 0, .range = 1, .bits = 0, .rate = 0, .latency = 0, .runout_1x = 0, .runout_2x = 0, .runout_3x = 0};
   p.actuator.bits = 0;
   p.actuator.gain_error = p.actuator.axis_rotation = 0;
   p.actuator.bandwidth = 0;
@@ -89,7 +83,8 @@ GyroscopicRotor gyroscopic_rotor(const RigParameters& p) {
   r.mass = p.rotor.mass;
   r.polar = p.tilt.polar;
   r.diametral = p.tilt.diametral;
-  r.shaft = {p.rotor.stiffness + p.tilt.coupling * p.tilt.coupling / p.tilt.stiffness, p.tilt.coupling, p.tilt.stiffness};
+  r.shaft = {p.rotor.stiffness + p.tilt.coupling * p.tilt.coupling / p.tilt.stiffness, p.tilt.coupling,
+             p.tilt.stiffness};
   r.damping = p.rotor.damping;
   r.tilt_damping = 2 * p.tilt.damping_ratio * std::sqrt(p.tilt.stiffness * p.tilt.diametral);
   r.cubic = p.rotor.cubic;
@@ -182,10 +177,9 @@ void RigParameters::check() const {
   // sells.
   const double step_rate = timing.rate * timing.substeps;
   if (laser.rate > 0 && !whole(step_rate / laser.rate)) {
-    throw Error::in_field(
-        "timing.substeps", fmt::format("{}", timing.substeps),
-        fmt::format("such that rate x substeps ({:g} Hz) is a multiple of laser.rate ({:g} Hz)", step_rate,
-                    laser.rate));
+    throw Error::in_field("timing.substeps", fmt::format("{}", timing.substeps),
+                          fmt::format("such that rate x substeps ({:g} Hz) is a multiple of laser.rate ({:g} Hz)",
+                                      step_rate, laser.rate));
   }
   if (laser.rate == 0 && !whole(laser.latency * step_rate)) {
     throw Error::in_field("laser.latency", fmt::format("{:g} s", laser.latency),

@@ -12,8 +12,7 @@ void raise(double& peak, double value) {
 }
 }  // namespace
 
-std::vector<int> segments(const Eigen::VectorXd& omega, double natural_frequency,
-                          const SegmentBounds& bounds) {
+std::vector<int> segments(const Eigen::VectorXd& omega, double natural_frequency, const SegmentBounds& bounds) {
   std::vector<int> segment(static_cast<std::size_t>(omega.size()));
   for (Eigen::Index i = 0; i < omega.size(); ++i) {
     const double ratio = std::abs(omega[i]) / natural_frequency;

@@ -90,8 +90,7 @@ void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double om
   using Complex = std::complex<double>;
   const ModeStep step(mode.omega, mode.zeta, angle.step);
   const auto force = [&](std::size_t half) { return Complex(angle.forcing[half].x, angle.forcing[half].y); };
-  Complex q =
-      force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
+  Complex q = force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
   Complex dq = Complex(0, omega0) * q;
   std::size_t tick = 0;
   for (std::size_t i = 0; tick < seen.size(); ++i) {
@@ -111,8 +110,8 @@ TiltCoefficients tilt_coefficients(const RigParameters& parameters) {
   if (!parameters.tilt.active()) return {};
   const GyroscopicRotor r = gyroscopic_rotor(parameters);
   const double id = r.diametral;
-  return {r.shaft.k12 / r.mass, r.shaft.k12 / r.shaft.k22, r.polar / id,       r.tilt_damping / id,
-          r.shaft.k12 / id,     r.shaft.k22 / id,          (1 - r.polar / id) * r.chi};
+  return {r.shaft.k12 / r.mass, r.shaft.k12 / r.shaft.k22, r.polar / id, r.tilt_damping / id, r.shaft.k12 / id,
+          r.shaft.k22 / id,     (1 - r.polar / id) * r.chi};
 }
 
 AngleTables::AngleTables(const RigParameters& p) {
@@ -146,9 +145,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   const RigParameters& p = parameters;
   p.check();
   const bool same = like != nullptr && like->parameters.profile == p.profile &&
-                    like->parameters.laser.rate == p.laser.rate &&
-                    like->parameters.laser.latency == p.laser.latency && like->parameters.encoder == p.encoder &&
-                    like->parameters.timing == p.timing;
+                    like->parameters.laser.rate == p.laser.rate && like->parameters.laser.latency == p.laser.latency &&
+                    like->parameters.encoder == p.encoder && like->parameters.timing == p.timing;
   angle = same ? like->angle : std::make_shared<const AngleTables>(p);
 
   const RotorModel model = p.true_model();
@@ -180,8 +178,7 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   for (const ForcedMode& mode : model.modes) add_forced_mode(mode, *angle, first.omega, not_disk);
   for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();
-    for (const RigMode& mode : p.modes)
-      maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
+    for (const RigMode& mode : p.modes) maps.push_back(mode_map(mode, p.rotor.mass, p.actuator.bandwidth, i * step));
   }
   sensor_lsb = p.laser.bits > 0 ? p.laser.range / std::ldexp(1.0, p.laser.bits) : 0;
   volt_lsb = p.actuator.bits > 0 ? 2 * p.actuator.voltage_limit / std::ldexp(1.0, p.actuator.bits) : 0;

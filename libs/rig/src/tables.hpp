@@ -22,15 +22,14 @@ TiltCoefficients tilt_coefficients(const RigParameters& parameters);
 struct AngleTables {
   explicit AngleTables(const RigParameters& parameters);
 
-  long ticks = 0;   ///< control ticks of the profile
-  double step = 0;  ///< Runge-Kutta step, s
-  std::vector<LateralInput<double>>
-      forcing;                    ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
-  std::vector<double> omega;      ///< speed at every half step, rad/s
-  std::vector<long> sensor_step;  ///< per tick: step whose end is the sensor instant read there
+  long ticks = 0;                                 ///< control ticks of the profile
+  double step = 0;                                ///< Runge-Kutta step, s
+  std::vector<LateralInput<double>> forcing;      ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
+  std::vector<double> omega;                      ///< speed at every half step, rad/s
+  std::vector<long> sensor_step;                  ///< per tick: step whose end is the sensor instant read there
   std::vector<std::complex<double>> sensor_turn;  ///< per tick: e^{i beta} at that instant
-  std::vector<AngleState> measured_angle;    ///< per tick
-  std::vector<AngleState> true_angle;        ///< per tick
+  std::vector<AngleState> measured_angle;         ///< per tick
+  std::vector<AngleState> true_angle;             ///< per tick
 };
 
 /// All of a rig that does not depend on the command or the noise.
@@ -46,8 +45,7 @@ class RigTables {
   double lag_half_step = 0;       ///< exp(-step / (2 tau)); 0 without lag
   TiltedState start;
   TiltCoefficients tilt;
-  std::vector<LateralInput<double>>
-      not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
+  std::vector<LateralInput<double>> not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]
 
   double sensor_lsb = 0, volt_lsb = 0;  ///< 0 without converter

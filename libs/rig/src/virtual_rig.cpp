@@ -123,8 +123,7 @@ struct VirtualRig::State {
   double to_volts(double command) const noexcept {
     const RigActuator& a = tables->parameters.actuator;
     double volts = command / a.force_per_volt;
-    if (!(std::abs(volts) <= a.voltage_limit))
-      volts = std::isnan(volts) ? 0 : std::copysign(a.voltage_limit, volts);
+    if (!(std::abs(volts) <= a.voltage_limit)) volts = std::isnan(volts) ? 0 : std::copysign(a.voltage_limit, volts);
     return tables->volt_lsb > 0 ? std::nearbyint(volts / tables->volt_lsb) * tables->volt_lsb : volts;
   }
 
@@ -135,8 +134,7 @@ struct VirtualRig::State {
     if (!run.faults.empty()) {
       if (const ScriptedFault* f = active(RigFault::extra_delay, RigAxis::both)) delay += f->delay_samples;
     }
-    const LateralInput<double> command =
-        tick >= delay ? commands[slot(tick - delay)] : LateralInput<double>{};
+    const LateralInput<double> command = tick >= delay ? commands[slot(tick - delay)] : LateralInput<double>{};
     double u = to_volts(command.x) * a.force_per_volt, v = to_volts(command.y) * a.force_per_volt;
     if (!run.faults.empty()) {
       if (active(RigFault::actuator_loss, RigAxis::x)) u = 0;
@@ -216,9 +214,7 @@ VirtualRig& VirtualRig::operator=(VirtualRig&&) noexcept = default;
 VirtualRig::~VirtualRig() = default;
 
 Measurement VirtualRig::read() const noexcept { return state_->measurement; }
-void VirtualRig::write(const Command& c) noexcept {
-  state_->commands[State::slot(state_->tick)] = {c.ux, c.uy};
-}
+void VirtualRig::write(const Command& c) noexcept { state_->commands[State::slot(state_->tick)] = {c.ux, c.uy}; }
 void VirtualRig::advance() noexcept { state_->advance(); }
 bool VirtualRig::done() const noexcept { return state_->tick >= state_->tables->angle->ticks; }
 double VirtualRig::time() const noexcept { return state_->measurement.t; }
@@ -227,16 +223,10 @@ long VirtualRig::ticks() const noexcept { return state_->tables->angle->ticks; }
 void VirtualRig::restart(std::uint64_t seed) noexcept { state_->restart(seed); }
 
 std::complex<double> RigTruth::z() const noexcept { return {rig_->state_->rotor.x, rig_->state_->rotor.y}; }
-std::complex<double> RigTruth::dz() const noexcept {
-  return {rig_->state_->rotor.vx, rig_->state_->rotor.vy};
-}
+std::complex<double> RigTruth::dz() const noexcept { return {rig_->state_->rotor.vx, rig_->state_->rotor.vy}; }
 std::complex<double> RigTruth::tilt() const noexcept { return {rig_->state_->tilt.x, rig_->state_->tilt.y}; }
-std::complex<double> RigTruth::force() const noexcept {
-  return {rig_->state_->force.x, rig_->state_->force.y};
-}
-std::complex<double> RigTruth::commanded() const noexcept {
-  return {rig_->state_->applied.x, rig_->state_->applied.y};
-}
+std::complex<double> RigTruth::force() const noexcept { return {rig_->state_->force.x, rig_->state_->force.y}; }
+std::complex<double> RigTruth::commanded() const noexcept { return {rig_->state_->applied.x, rig_->state_->applied.y}; }
 AngleState RigTruth::angle() const noexcept {
   return rig_->state_->tables->angle->true_angle[static_cast<std::size_t>(rig_->state_->tick)];
 }

@@ -23,8 +23,7 @@ double worst_difference(const RigParameters& p, long ticks) {
   for (long k = 0; k < ticks && !batch.done(); ++k) {
     const auto& m = batch.read();
     for (int lane = 0; lane < Lanes; ++lane) {
-      const double gain =
-          2.1371e3 * lane;  // not commensurate with the converter steps: ties round either way
+      const double gain = 2.1371e3 * lane;  // not commensurate with the converter steps: ties round either way
       ux[lane] = -gain * (m.x[lane] - last_x[lane]);
       uy[lane] = -gain * (m.y[lane] - last_y[lane]);
       VirtualRig& rig = scalar[static_cast<std::size_t>(lane)];
@@ -32,8 +31,7 @@ double worst_difference(const RigParameters& p, long ticks) {
       const Measurement now = rig.read();
       rig.write({-gain * (now.x - old.x), -gain * (now.y - old.y)});
       old = now;
-      worst = std::max(
-          {worst, std::abs(batch.true_x()[lane] - RigTruth(rig).z().real()), std::abs(m.y[lane] - now.y)});
+      worst = std::max({worst, std::abs(batch.true_x()[lane] - RigTruth(rig).z().real()), std::abs(m.y[lane] - now.y)});
       rig.advance();
     }
     last_x = m.x, last_y = m.y;

@@ -105,8 +105,7 @@ TEST(VirtualRigReference, ModesAreSeenByTheSensorAndDrivenByTheActuator) {
   VirtualRig free(p);
   for (int k = 0; k < 200; ++k) {
     const double w = 2 * M_PI * 46, wd = w * std::sqrt(1 - 0.008 * 0.008), t = 1e-3 * k;
-    const double q =
-        30e-6 * std::exp(-0.008 * w * t) * (std::cos(wd * t) + 0.008 * w / wd * std::sin(wd * t));
+    const double q = 30e-6 * std::exp(-0.008 * w * t) * (std::cos(wd * t) + 0.008 * w / wd * std::sin(wd * t));
     ASSERT_NEAR(free.read().x, q, 1e-11) << k;
     free.advance();
   }

@@ -29,8 +29,7 @@ TEST(RigLevelsReference, PeaksOfThePaper) {
   const SegmentPeaks five = open_loop_peaks(with_added_mass(5));
   EXPECT_NEAR(five.all, 6.45e-3, 0.005e-3);
   const double table4[] = {0.41e-3, 2.25e-3, 6.45e-3, 2.59e-3};
-  for (std::size_t i = 0; i < 4; ++i)
-    EXPECT_NEAR(five.segment[i] / table4[i], 1.0, 0.10) << "segment " << i + 1;
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(five.segment[i] / table4[i], 1.0, 0.10) << "segment " << i + 1;
 }
 
 TEST(RigLevelsReference, PeakToPeakReadingHalvesTheLevels) {
@@ -71,8 +70,7 @@ TEST(RigLevelsProperty, TrueMotionIsThatOfTheTrueModel) {
   const RigParameters p;
   const OpenLoopRecord r = record_open_loop(p);
   const AngleSignal angle = angle_signal(p.profile, 1e-3);
-  const Response s =
-      simulate(p.true_model(), angle, steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
+  const Response s = simulate(p.true_model(), angle, steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
   // Up to the jump of beta'' at the end of the ramp, where the refined angle of `simulate` is not smooth.
   EXPECT_NEAR((s.z.real() - r.truth["x"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
   EXPECT_NEAR((s.z.imag() - r.truth["y"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);

@@ -22,8 +22,7 @@ struct Damper {
 };
 
 TEST(VirtualRigRealtime, ClosedLoopAllocatesNothingAndDamps) {
-  static_assert(
-      noexcept(std::declval<VirtualRig&>().advance())&& noexcept(std::declval<VirtualRig&>().read()));
+  static_assert(noexcept(std::declval<VirtualRig&>().advance())&& noexcept(std::declval<VirtualRig&>().read()));
   RigRun run;
   run.faults = {{RigFault::sensor_stuck, 1, 1.01}, {RigFault::extra_delay, 2, 2.1, RigAxis::both, 1}};
   VirtualRig rig(RigParameters{}, run);

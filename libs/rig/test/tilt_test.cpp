@@ -76,7 +76,8 @@ TEST(TiltedRigReference, WhirlFrequenciesFollowTheCharacteristicEquationOverSpee
   }
 }
 
-// The quartic m Id w^4 - m Ip Omega w^3 - (m k22 + Id k11) w^2 + Ip Omega k11 w + k11 k22 - k12^2 = 0 by Newton's method.
+// The quartic m Id w^4 - m Ip Omega w^3 - (m k22 + Id k11) w^2 + Ip Omega k11 w + k11 k22 - k12^2 = 0 by Newton's
+// method.
 TEST(TiltedRigReference, UndampedWhirlFrequenciesAreTheRootsOfTheQuartic) {
   RigParameters p = tilting(0);
   p.rotor.damping = p.tilt.damping_ratio = 0;
@@ -166,7 +167,8 @@ TEST(TiltedRig, HammerTestShowsTheTiltModeAndThePullTestTheStaticStiffness) {
     Complex sum = 0;  // of the ring-down behind the blow
     for (Eigen::Index i = 200; i < blow.size(); ++i) {
       const double part = static_cast<double>(i - 200) / static_cast<double>(blow.size() - 200);
-      sum += (1 - std::cos(2 * std::numbers::pi * part)) * blow["acc_x"][i] * std::polar(1.0, -w * blow.dt * static_cast<double>(i));
+      sum += (1 - std::cos(2 * std::numbers::pi * part)) * blow["acc_x"][i] *
+             std::polar(1.0, -w * blow.dt * static_cast<double>(i));
     }
     return std::abs(sum);
   };

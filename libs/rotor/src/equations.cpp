@@ -11,8 +11,7 @@ std::complex<double> unbalance_forcing(double beta, double omega, double alpha) 
 
 Eigen::VectorXcd unbalance_forcing(const AngleSignal& angle) {
   Eigen::VectorXcd f(angle.beta.size());
-  for (Eigen::Index i = 0; i < f.size(); ++i)
-    f[i] = unbalance_forcing(angle.beta[i], angle.omega[i], angle.alpha[i]);
+  for (Eigen::Index i = 0; i < f.size(); ++i) f[i] = unbalance_forcing(angle.beta[i], angle.omega[i], angle.alpha[i]);
   return f;
 }
 
@@ -27,22 +26,21 @@ RotorModel UnbalancedDisk::rotor_model() const {
   return m;
 }
 
-DiskAcceleration lagrange_acceleration(const UnbalancedDisk& d, const DiskState& s, double ux, double uy,
-                                       double tau) {
+DiskAcceleration lagrange_acceleration(const UnbalancedDisk& d, const DiskState& s, double ux, double uy, double tau) {
   const double spring = d.stiffness + d.cubic * (s.x * s.x + s.y * s.y);
   const double fx = spring * s.x + d.damping_x * s.dx - ux;
   const double fy = spring * s.y + d.damping_y * s.dy - uy;
   const double cb = std::cos(s.beta + d.phase), sb = std::sin(s.beta + d.phase), w2 = s.omega * s.omega;
   const double alpha = (tau + d.eccentricity * (fy * cb - fx * sb)) / d.inertia_about_g();
-  return {d.eccentricity * (alpha * sb + w2 * cb) - fx / d.mass,
-          d.eccentricity * (-alpha * cb + w2 * sb) - fy / d.mass, alpha};
+  return {d.eccentricity * (alpha * sb + w2 * cb) - fx / d.mass, d.eccentricity * (-alpha * cb + w2 * sb) - fy / d.mass,
+          alpha};
 }
 
 double mechanical_energy(const UnbalancedDisk& d, const DiskState& s) {
   const double e = d.eccentricity, sb = std::sin(s.beta + d.phase), cb = std::cos(s.beta + d.phase);
   const double gx = s.dx - e * s.omega * sb, gy = s.dy + e * s.omega * cb, rho2 = s.x * s.x + s.y * s.y;
-  return 0.5 * d.mass * (gx * gx + gy * gy) + 0.5 * d.inertia_about_g() * s.omega * s.omega +
-         0.5 * d.stiffness * rho2 + 0.25 * d.cubic * rho2 * rho2;
+  return 0.5 * d.mass * (gx * gx + gy * gy) + 0.5 * d.inertia_about_g() * s.omega * s.omega + 0.5 * d.stiffness * rho2 +
+         0.25 * d.cubic * rho2 * rho2;
 }
 
 }  // namespace whirl

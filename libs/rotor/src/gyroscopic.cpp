@@ -97,8 +97,8 @@ GyroscopicResponse simulate(const GyroscopicRotor& r, const AngleSignal& angle) 
   const auto rate = [&](double half_steps, const State& s) {
     const Eigen::Index i = base + std::lround(half_steps);
     const Complex f = forcing[i];
-    const Complex ddz = (r.mass * r.eps * f - r.damping * s[2] -
-                         (r.shaft.k11 + r.cubic * std::norm(s[0])) * s[0] - r.shaft.k12 * s[1]) /
+    const Complex ddz = (r.mass * r.eps * f - r.damping * s[2] - (r.shaft.k11 + r.cubic * std::norm(s[0])) * s[0] -
+                         r.shaft.k12 * s[1]) /
                         r.mass;
     const Complex ddpsi = (d * r.chi * f + Complex(-r.tilt_damping, r.polar * angle.omega[i]) * s[3] -
                            r.shaft.k12 * s[0] - r.shaft.k22 * s[1]) /
@@ -109,8 +109,7 @@ GyroscopicResponse simulate(const GyroscopicRotor& r, const AngleSignal& angle) 
   const Eigen::Vector2cd steady = steady_unbalance(r, angle.omega[0]);
   State s(steady[0] * start, steady[1] * start, turn * steady[0] * start, turn * steady[1] * start);
   const Eigen::Index n = angle.samples();
-  GyroscopicResponse out{angle.dt, Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n),
-                         Eigen::VectorXcd(n)};
+  GyroscopicResponse out{angle.dt, Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(n)};
   for (Eigen::Index k = 0; k < n; ++k) {
     out.z[k] = s[0];
     out.psi[k] = s[1];

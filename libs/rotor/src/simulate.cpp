@@ -29,8 +29,7 @@ AngleSignal refine(const AngleSignal& angle, int substeps) {
     const double b1 = angle.beta[i + 1] - b0 - w0 - a0;
     const double w1 = angle.omega[i + 1] * h - w0 - 2 * a0;
     const double a1 = angle.alpha[i + 1] * h * h - 2 * a0;
-    const double c3 = 10 * b1 - 4 * w1 + 0.5 * a1, c4 = -15 * b1 + 7 * w1 - a1,
-                 c5 = 6 * b1 - 3 * w1 + 0.5 * a1;
+    const double c3 = 10 * b1 - 4 * w1 + 0.5 * a1, c4 = -15 * b1 + 7 * w1 - a1, c5 = 6 * b1 - 3 * w1 + 0.5 * a1;
     for (int k = 0; k < substeps; ++k) {
       const double s = static_cast<double>(k) / substeps;
       const Eigen::Index at = i * substeps + k;
@@ -53,8 +52,8 @@ struct Steps {
 
 // Calls store(i, state) at every `per_sample`-th step.
 template <class Store>
-void integrate_main(const Steps& steps, const WhirlState& start, int per_sample,
-                    const Eigen::VectorXcd& force, Store&& store) {
+void integrate_main(const Steps& steps, const WhirlState& start, int per_sample, const Eigen::VectorXcd& force,
+                    Store&& store) {
   const RotorModel& m = steps.model;
   const LateralCoefficients<double> a = lateral_coefficients(m);
   const double er = m.eps.real(), ei = m.eps.imag();
@@ -76,8 +75,8 @@ void integrate_main(const Steps& steps, const WhirlState& start, int per_sample,
   }
 }
 
-void add_forced_mode(const ForcedMode& mode, const AngleSignal& angle, const Eigen::VectorXcd& forcing,
-                     double h, int per_sample, Response& out) {
+void add_forced_mode(const ForcedMode& mode, const AngleSignal& angle, const Eigen::VectorXcd& forcing, double h,
+                     int per_sample, Response& out) {
   const ModeStep step(mode.omega, mode.zeta, h);
   const double w = angle.omega[0];
   Complex q = forcing[0] / Complex(mode.omega * mode.omega - w * w, 2 * mode.zeta * mode.omega * w),
@@ -111,8 +110,7 @@ auto store_in(Response& out) {
 
 void check_grid(const Eigen::Index size, double dt) {
   if (!(dt > 0)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "above 0");
-  if (size % 2 == 0)
-    throw Error::in_field("angle size", fmt::format("{}", size), "odd: 2 N - 1 entries for N samples");
+  if (size % 2 == 0) throw Error::in_field("angle size", fmt::format("{}", size), "odd: 2 N - 1 entries for N samples");
 }
 
 }  // namespace
@@ -139,15 +137,13 @@ Response simulate(const RotorModel& model, const AngleSignal& angle, const Whirl
   check_grid(angle.beta.size(), angle.dt);
   if (angle.omega.size() != angle.beta.size() || angle.alpha.size() != angle.beta.size()) {
     throw Error::in_field(
-        "angle",
-        fmt::format("{} / {} / {} entries", angle.beta.size(), angle.omega.size(), angle.alpha.size()),
+        "angle", fmt::format("{} / {} / {} entries", angle.beta.size(), angle.omega.size(), angle.alpha.size()),
         "of equal length in beta, omega and alpha");
   }
   if (substeps < 1) throw Error::in_field("substeps", fmt::format("{}", substeps), "at least 1");
   const Eigen::Index samples = angle.samples();
   if (force.size() != 0 && force.size() != samples) {
-    throw Error::in_field("force", fmt::format("{} values", force.size()),
-                          fmt::format("one per sample ({})", samples));
+    throw Error::in_field("force", fmt::format("{} values", force.size()), fmt::format("one per sample ({})", samples));
   }
   if (force.size() != 0 && model.gain == 0)
     throw Error("force given, but model.gain = 0: the effect of a force is not known");
@@ -165,8 +161,8 @@ Response simulate(const RotorModel& model, const AngleSignal& angle) {
   return simulate(model, angle, steady_whirl(model, angle.omega[0], angle.beta[0]));
 }
 
-DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start,
-                               double dt, Eigen::Index samples) {
+DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start, double dt,
+                               Eigen::Index samples) {
   using State = Eigen::Matrix<double, 6, 1>;  // eq. 22
   if (!(disk.inertia_about_g() > 0)) throw Error("disk.inertia must be above mass * eccentricity^2");
   if (samples < 1) throw Error::in_field("samples", fmt::format("{}", samples), "at least 1");

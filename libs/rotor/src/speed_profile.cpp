@@ -38,8 +38,7 @@ AngleFunction::AngleFunction(const SpeedProfile& p)
     const double s = t - piece.start, phase = ripple_omega_ * t + ripple_phase_;
     return s * (piece.speed + 0.5 * piece.slope * s) +
            ripple_ *
-               (piece.slope * std::sin(phase) / ripple_omega_ -
-                (piece.speed + piece.slope * s) * std::cos(phase)) /
+               (piece.slope * std::sin(phase) / ripple_omega_ - (piece.speed + piece.slope * s) * std::cos(phase)) /
                ripple_omega_;
   };
   double angle = p.beta_start;
@@ -113,12 +112,11 @@ AngleSignal angle_signal(const SpeedProfile& profile, double dt, Eigen::Index sa
 
 double TorqueModel::torque(double omega) const {
   if (omega == 0) return motor - std::clamp(motor, -coulomb, coulomb);
-  return motor - motor_slope * omega - std::copysign(coulomb, omega) - viscous * omega -
-         drag * omega * std::abs(omega);
+  return motor - motor_slope * omega - std::copysign(coulomb, omega) - viscous * omega - drag * omega * std::abs(omega);
 }
 
-AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0,
-                                double dt, Eigen::Index samples) {
+AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
+                                Eigen::Index samples) {
   if (!(inertia > 0)) throw Error::in_field("inertia", fmt::format("{:g} kg m^2", inertia), "above 0");
   AngleSignal signal = empty_signal(dt, samples);
   Eigen::Vector2d state(beta0, omega0);

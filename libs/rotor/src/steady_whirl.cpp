@@ -42,8 +42,7 @@ double smallest_amplitude2(double d, double k, double g, double level) {
 WhirlState steady_whirl(const RotorModel& m, double omega, double beta) {
   if (omega == 0) return {};
   const Complex d(m.k1 - omega * omega, m.c * omega), i_omega(0, omega), level = m.eps * omega * omega;
-  const Complex cf = m.k1_conj + i_omega * m.c_conj,
-                cb = std::conj(m.k1_conj) + i_omega * std::conj(m.c_conj);
+  const Complex cf = m.k1_conj + i_omega * m.c_conj, cb = std::conj(m.k1_conj) + i_omega * std::conj(m.c_conj);
   const double a2 = smallest_amplitude2(d.real(), m.k2, d.imag(), std::norm(level));
   Complex zf = level / (d + m.k2 * a2), w = 0;
   const auto residual = [&](const Eigen::Vector4d& u) {

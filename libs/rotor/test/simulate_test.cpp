@@ -43,8 +43,7 @@ TEST(SimulateReference, JeffcottSteadyState) {
     EXPECT_NEAR(std::abs(s.z - expected * std::polar(1.0, 0.4)), 0, 1e-12);
     const AngleSignal angle = constant_speed(omega, 1e-3, 2000);
     const Response r = simulate(m, angle, steady_whirl(m, omega), 4);
-    EXPECT_NEAR(std::abs(r.z[1999] - expected * std::polar(1.0, angle.beta[3998])), 0,
-                1e-6 * std::abs(expected));
+    EXPECT_NEAR(std::abs(r.z[1999] - expected * std::polar(1.0, angle.beta[3998])), 0, 1e-6 * std::abs(expected));
   }
 }
 
@@ -53,8 +52,7 @@ TEST(SimulateReference, FreeDecay) {
   const Response r = simulate(jeffcott(w, zeta), constant_speed(0, 1e-3, 501), 1e-3, 0.0);
   for (Eigen::Index i : {100, 300, 500}) {
     const double t = 1e-3 * static_cast<double>(i);
-    const double expected =
-        1e-3 * std::exp(-zeta * w * t) * (std::cos(wd * t) + zeta * w / wd * std::sin(wd * t));
+    const double expected = 1e-3 * std::exp(-zeta * w * t) * (std::cos(wd * t) + zeta * w / wd * std::sin(wd * t));
     EXPECT_NEAR(r.z[i].real(), expected, 2e-9);
     EXPECT_EQ(r.z[i].imag(), 0);
   }
@@ -101,9 +99,7 @@ TEST(SimulateConvergence, DrivenRotorHasOrderFourAndBalancesEnergy) {
                      r.lateral.dz[steps].imag(), r.angle.beta[2 * steps],    r.angle.omega[2 * steps]};
   };
   const DiskState truth = end(32000);
-  const auto error = [&](int steps) {
-    return std::abs(end(steps).x - truth.x) + std::abs(end(steps).y - truth.y);
-  };
+  const auto error = [&](int steps) { return std::abs(end(steps).x - truth.x) + std::abs(end(steps).y - truth.y); };
   EXPECT_NEAR(std::log2(error(1000) / error(2000)), 4.0, 0.1);
   // No damping and no torque: energy is conserved although the unbalance feeds the lateral motion from the
   // rotation.
@@ -127,12 +123,8 @@ TEST(SimulateProperty, DrivenRotorMatchesPrescribedAngleOfItsOwnRotation) {
 }
 
 TEST(SimulateProperty, DrivenRotorComesToRest) {
-  UnbalancedDisk d{.mass = 1.5,
-                   .inertia = 0.01,
-                   .stiffness = 8500,
-                   .damping_x = 15,
-                   .damping_y = 15,
-                   .eccentricity = 1e-4};
+  UnbalancedDisk d{
+      .mass = 1.5, .inertia = 0.01, .stiffness = 8500, .damping_x = 15, .damping_y = 15, .eccentricity = 1e-4};
   const DrivenResponse r = simulate_driven(d, {.coulomb = 0.1}, {.omega = 30}, 1e-3, 8001);
   EXPECT_EQ(r.angle.omega[16000], 0);
   EXPECT_NEAR(r.angle.beta[16000], 45, 0.5);
@@ -182,8 +174,7 @@ TEST(SimulateReference, PeaksOfTwoHardeningRotors) {
     a.eps = std::polar(8e-5, 0.7) + grams / 5 * std::polar(1.7e-4, 1.2);
     return simulate(a, angle_signal(p, 1e-3)).z.real().cwiseAbs().maxCoeff();
   };
-  const SpeedProfile down = SpeedProfile::run_down(2 * M_PI * 30, 12),
-                     up = SpeedProfile::run_up(2 * M_PI * 30, 12);
+  const SpeedProfile down = SpeedProfile::run_down(2 * M_PI * 30, 12), up = SpeedProfile::run_up(2 * M_PI * 30, 12);
   EXPECT_NEAR(peak(0, down), 1.19e-3, 5e-6);
   EXPECT_NEAR(peak(0, up), 1.38e-3, 5e-6);
   EXPECT_NEAR(peak(2.5, down), 2.23e-3, 6e-6);
@@ -212,8 +203,7 @@ TEST(SimulateReference, ForcedModeIsExactFarAboveTheSampleRate) {
     expected += mode.participation * omega * omega /
                 Complex(mode.omega * mode.omega - omega * omega, 2 * mode.zeta * mode.omega * omega);
   }
-  EXPECT_NEAR(std::abs(seen[2999] * std::polar(1.0, -angle.beta[5998]) - expected) / std::abs(expected), 0,
-              2e-4);
+  EXPECT_NEAR(std::abs(seen[2999] * std::polar(1.0, -angle.beta[5998]) - expected) / std::abs(expected), 0, 2e-4);
 }
 
 TEST(SimulateConvergence, ForcedModesHaveOrderFour) {

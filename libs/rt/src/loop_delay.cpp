@@ -40,7 +40,8 @@ WeakForm weak_form(const Eigen::Ref<const Eigen::VectorXd>& z, long begin, long 
     out.centre(i) = static_cast<int>(c);
     for (int k = -kHalf; k <= kHalf; ++k) {
       const double r = static_cast<double>(k) / kHalf, q = 1 - r * r;
-      const double phi = q * q * q * q, d1 = -8 * r * q * q * q / kHalf, d2 = (48 * r * r * q * q - 8 * q * q * q) / (kHalf * kHalf);
+      const double phi = q * q * q * q, d1 = -8 * r * q * q * q / kHalf,
+                   d2 = (48 * r * r * q * q - 8 * q * q * q) / (kHalf * kHalf);
       out.acceleration(i) += d2 * z(c + k);
       out.left.row(i) += Eigen::RowVector3d(d1 * z(c + k), -phi * z(c + k), phi);
     }
@@ -131,7 +132,8 @@ LoopDelay loop_delay(const Eigen::Ref<const Eigen::VectorXd>& u, const Eigen::Re
   std::array<double, kParts> part;
   double mean = 0, square = 0;
   for (int i = 0; i < kParts; ++i) {
-    part[static_cast<std::size_t>(i)] = best_delay(weak_form(z, z.size() * i / kParts, z.size() * (i + 1) / kParts), u) * h;
+    part[static_cast<std::size_t>(i)] =
+        best_delay(weak_form(z, z.size() * i / kParts, z.size() * (i + 1) / kParts), u) * h;
     mean += part[static_cast<std::size_t>(i)] / kParts;
   }
   for (const double p : part) square += (p - mean) * (p - mean);

@@ -58,8 +58,9 @@ RealtimeThread::RealtimeThread(const RealtimeOptions& o) {
     if (idle_handle_ >= 0 && ::write(idle_handle_, &zero, sizeof zero) == sizeof zero) {
       granted_.push_back("no deep idle states");
     } else {
-      refused_.push_back(fmt::format("deep idle states stay allowed (/dev/cpu_dma_latency: {}); give this user write access",
-                                     std::strerror(errno)));
+      refused_.push_back(
+          fmt::format("deep idle states stay allowed (/dev/cpu_dma_latency: {}); give this user write access",
+                      std::strerror(errno)));
     }
   }
   if (o.cpu >= 0) {
@@ -81,9 +82,10 @@ RealtimeThread::RealtimeThread(const RealtimeOptions& o) {
     if (fifo_) {
       granted_.push_back(fmt::format("SCHED_FIFO {}", o.priority));
     } else {
-      refused_.push_back(fmt::format("no SCHED_FIFO {} ({}); raise the rtprio limit (ulimit -r, limits.conf) or give the "
-                                     "program CAP_SYS_NICE",
-                                     o.priority, std::strerror(error)));
+      refused_.push_back(
+          fmt::format("no SCHED_FIFO {} ({}); raise the rtprio limit (ulimit -r, limits.conf) or give the "
+                      "program CAP_SYS_NICE",
+                      o.priority, std::strerror(error)));
     }
   }
 #ifdef __SSE__

@@ -50,14 +50,31 @@ struct Field {
   bool real;  // double, otherwise int32
   const char* unit;
 };
-#define WHIRL_FIELD(name, unit) Field{#name, offsetof(LoopSample, name), sizeof(LoopSample::name) == 8, unit}
-constexpr Field kFields[] = {
-    WHIRL_FIELD(t, "s"), WHIRL_FIELD(scheduled, "s"), WHIRL_FIELD(started, "s"), WHIRL_FIELD(x, "m"), WHIRL_FIELD(y, "m"),
-    WHIRL_FIELD(beta, "rad"), WHIRL_FIELD(omega, "rad/s"), WHIRL_FIELD(omega_dot, "rad/s^2"), WHIRL_FIELD(x_est, "m"),
-    WHIRL_FIELD(y_est, "m"), WHIRL_FIELD(vx_est, "m/s"), WHIRL_FIELD(vy_est, "m/s"), WHIRL_FIELD(dx_est, "m/s^2"),
-    WHIRL_FIELD(dy_est, "m/s^2"), WHIRL_FIELD(s_x, "m/s"), WHIRL_FIELD(s_y, "m/s"), WHIRL_FIELD(ux_requested, "N"),
-    WHIRL_FIELD(uy_requested, "N"), WHIRL_FIELD(ux, "N"), WHIRL_FIELD(uy, "N"), WHIRL_FIELD(flags, ""), WHIRL_FIELD(trip, ""),
-    WHIRL_FIELD(missed, "")};
+#define WHIRL_FIELD(name, unit) \
+  Field { #name, offsetof(LoopSample, name), sizeof(LoopSample::name) == 8, unit }
+constexpr Field kFields[] = {WHIRL_FIELD(t, "s"),
+                             WHIRL_FIELD(scheduled, "s"),
+                             WHIRL_FIELD(started, "s"),
+                             WHIRL_FIELD(x, "m"),
+                             WHIRL_FIELD(y, "m"),
+                             WHIRL_FIELD(beta, "rad"),
+                             WHIRL_FIELD(omega, "rad/s"),
+                             WHIRL_FIELD(omega_dot, "rad/s^2"),
+                             WHIRL_FIELD(x_est, "m"),
+                             WHIRL_FIELD(y_est, "m"),
+                             WHIRL_FIELD(vx_est, "m/s"),
+                             WHIRL_FIELD(vy_est, "m/s"),
+                             WHIRL_FIELD(dx_est, "m/s^2"),
+                             WHIRL_FIELD(dy_est, "m/s^2"),
+                             WHIRL_FIELD(s_x, "m/s"),
+                             WHIRL_FIELD(s_y, "m/s"),
+                             WHIRL_FIELD(ux_requested, "N"),
+                             WHIRL_FIELD(uy_requested, "N"),
+                             WHIRL_FIELD(ux, "N"),
+                             WHIRL_FIELD(uy, "N"),
+                             WHIRL_FIELD(flags, ""),
+                             WHIRL_FIELD(trip, ""),
+                             WHIRL_FIELD(missed, "")};
 #undef WHIRL_FIELD
 
 Handle cycle_type() {
@@ -165,8 +182,11 @@ struct LoopRecorder::State {
       // Attributes end at 64 KiB; texts are datasets of bytes.
       const hsize_t size = std::max<std::size_t>(text.size(), 1);
       const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose);
-      const Handle data(H5Dcreate2(root, name.c_str(), H5T_NATIVE_UINT8, space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-      if (!data || H5Dwrite(data.get(), H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.empty() ? " " : text.data()) < 0) {
+      const Handle data(
+          H5Dcreate2(root, name.c_str(), H5T_NATIVE_UINT8, space.get(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+          H5Dclose);
+      if (!data ||
+          H5Dwrite(data.get(), H5T_NATIVE_UINT8, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.empty() ? " " : text.data()) < 0) {
         throw failed("writing the head");
       }
     }
@@ -225,7 +245,8 @@ void LoopRecorder::append(const LoopSample& sample) {
 void LoopRecorder::event(const LoopEvent& e) {
   EventRow row{e.tick, e.t, {}};
   std::memcpy(row.text.data(), e.text.data(), std::min(e.text.size(), row.text.size() - 1));
-  if (!append_rows(state_->events.get(), state_->event.get(), state_->event_rows, 1, &row)) throw state_->failed("writing");
+  if (!append_rows(state_->events.get(), state_->event.get(), state_->event_rows, 1, &row))
+    throw state_->failed("writing");
   state_->flush();
 }
 

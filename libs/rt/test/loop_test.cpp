@@ -67,8 +67,7 @@ TEST_F(LoopRealtime, TripLatchesWithReasonAndTickUntilCleared) {
   EXPECT_EQ(loop.cycle().trip, Fault::displacement_limit);
   EXPECT_EQ(rig.written.ux, 0);
   rig.next.x = 0;
-  controller.next =
-      Expected<Command, Fault>::fault(Fault::stale_sensor);  // a later fault does not replace the first
+  controller.next = Expected<Command, Fault>::fault(Fault::stale_sensor);  // a later fault does not replace the first
   EXPECT_EQ(loop.cycle().trip, Fault::displacement_limit);
   EXPECT_EQ(loop.safety().trip_tick, 1);
   EXPECT_EQ(controller.steps, 2) << "a tripped loop asks the controller no more";

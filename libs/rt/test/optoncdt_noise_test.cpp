@@ -1,5 +1,5 @@
-// Ten million bytes of noise and of damaged frames: what is accepted is what was sent. The distance sent is a function of the
-// frame's number, so that a frame put together from pieces is told from a true one.
+// Ten million bytes of noise and of damaged frames: what is accepted is what was sent. The distance sent is a function
+// of the frame's number, so that a frame put together from pieces is told from a true one.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -63,7 +63,8 @@ TEST(OptoncdtNoiseProperty, NothingWrongIsAcceptedAroundBurstsOfNoise) {
     const std::uint64_t length = 1 + random() % 64, kind = random() % 3;
     for (std::uint64_t i = 0; i < length; ++i) {
       const auto any = static_cast<std::uint8_t>(random());
-      const auto in_order = static_cast<std::uint8_t>((std::array<unsigned, 6>{0, 0x40, 0x80, 0, 0x40, 0xc0})[i % 6] | (any & 0x3f));
+      const auto in_order =
+          static_cast<std::uint8_t>((std::array<unsigned, 6>{0, 0x40, 0x80, 0, 0x40, 0xc0})[i % 6] | (any & 0x3f));
       line.push(kind == 0 ? any : kind == 1 ? any & 0x7f : in_order);
     }
     const std::uint64_t frames = 1 + random() % 8;

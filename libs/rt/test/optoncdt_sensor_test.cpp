@@ -68,9 +68,7 @@ TEST(OptoncdtSensor, TheCounterShowsLostFramesAndKeepsTheIndexTrue) {
   EXPECT_GT(sensor.lost_frames(), 10u);
   EXPECT_GT(sensor.statistics().dropped, 0u);
   const Scale scale(0.010);
-  const auto raw = [&](const Sample& s) {
-    return std::lround((s.reading.distance / 0.010 + 0.01) * 65520 / 1.02);
-  };
+  const auto raw = [&](const Sample& s) { return std::lround((s.reading.distance / 0.010 + 0.01) * 65520 / 1.02); };
   for (const Sample& s : samples) {
     // Index and value advance together although frames are missing.
     ASSERT_EQ(raw(s) - raw(samples[0]), static_cast<long>(s.index - samples[0].index));
@@ -105,8 +103,7 @@ TEST(OptoncdtSensor, StartUpErrorsNameDeviceCommandAndReason) {
   Simulator::Options refusing;
   refusing.refuse = "MEASRATE";
   const Simulator r(refusing);
-  EXPECT_THAT(error_of(options_for(r, false)),
-              AllOf(HasSubstr(r.device()), HasSubstr("refused 'MEASRATE 4': E204")));
+  EXPECT_THAT(error_of(options_for(r, false)), AllOf(HasSubstr(r.device()), HasSubstr("refused 'MEASRATE 4': E204")));
   Simulator::Options mute;
   mute.mute = true;
   const Simulator m(mute);

@@ -137,7 +137,8 @@ TEST(Optoncdt, AFrameCountsOnlyWhenItFollowsAWholeOne) {
   EXPECT_EQ(d.statistics().unconfirmed, 2u);
 }
 
-// Bytes that vanish from the middle of one frame to the same place of the next leave an unbroken order: the counter tells.
+// Bytes that vanish from the middle of one frame to the same place of the next leave an unbroken order: the counter
+// tells.
 TEST(Optoncdt, AGapInTheCounterIsAGap) {
   for (const bool with_counter : {true, false}) {
     Bytes line;
@@ -169,8 +170,7 @@ TEST(OptoncdtProperty, EveryLostByteCostsItsFrameAndTheNext) {
     FrameDecoder d(1);
     const auto got = frames(d, cut);
     ASSERT_EQ(got.size(), std::max(sent.size() - 2, lost / 3)) << lost;
-    for (std::size_t i = 0; i < got.size(); ++i)
-      ASSERT_EQ(got[i].raw[0], sent[i < lost / 3 ? i : i + 2]) << lost;
+    for (std::size_t i = 0; i < got.size(); ++i) ASSERT_EQ(got[i].raw[0], sent[i < lost / 3 ? i : i + 2]) << lost;
     // Two bytes of the damaged value are left; at the end of the line they still wait for the third.
     EXPECT_EQ(d.statistics().dropped, lost + 1 == line.size() ? 0u : 2u);
   }

@@ -50,8 +50,8 @@ TEST(PaceRealtime, InTimeTheGridNeverMoves) {
 TEST(PaceRealtime, SkipLeavesOutWhatIsPastAndKeepsThePhase) {
   ScriptedTime time;
   PacedClock clock(time, options(OverrunPolicy::skip));
-  clock.wait();          // at 1 ms
-  time.t += 3'200'000;   // until 4.2 ms: the instants 2, 3 and 4 are gone
+  clock.wait();         // at 1 ms
+  time.t += 3'200'000;  // until 4.2 ms: the instants 2, 3 and 4 are gone
   EXPECT_EQ(clock.wait(), 3);
   EXPECT_EQ(time.t, 5 * kMs);
   EXPECT_EQ(clock.scheduled(), 5 * kMs);

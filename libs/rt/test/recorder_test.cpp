@@ -17,7 +17,8 @@ namespace whirl {
 namespace {
 
 struct RecorderTest : ::testing::Test {
-  std::filesystem::path folder = std::filesystem::temp_directory_path() / ("whirl_recorder_" + std::to_string(::getpid()));
+  std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("whirl_recorder_" + std::to_string(::getpid()));
   RecorderTest() { std::filesystem::create_directories(folder); }
   ~RecorderTest() override { std::filesystem::remove_all(folder); }
 };

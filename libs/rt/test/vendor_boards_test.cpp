@@ -57,7 +57,8 @@ struct QuanserBoardTest : ::testing::Test {
   std::int32_t* count = fake.at<std::int32_t>("fake_count");
   int* failing = fake.at<int>("fake_failing");
   int* expired = fake.at<int>("fake_expired");
-  VendorBoardOptions options{.library = WHIRL_FAKE_HIL, .device = "0", .outputs = {2, 3}, .encoder = 1, .counts = -4096};
+  VendorBoardOptions options{
+      .library = WHIRL_FAKE_HIL, .device = "0", .outputs = {2, 3}, .encoder = 1, .counts = -4096};
 };
 
 TEST_F(QuanserBoardTest, ReadsWritesAndLeavesZero) {

@@ -75,7 +75,8 @@ double step_size(const Eigen::VectorXd& y) {
     multiples += std::abs(m - std::round(m)) < 1e-2;
   }
   if (100 * multiples < 99 * (y.size() - 1)) return 0;
-  // A smooth sweep also has differences in multiples of one step; its third differences vanish, those of a counter do not.
+  // A smooth sweep also has differences in multiples of one step; its third differences vanish, those of a counter do
+  // not.
   double third = 0;
   for (Eigen::Index i = 3; i < y.size(); ++i) {
     const double d = y[i] - 3 * (y[i - 1] - y[i - 2]) - y[i - 3];
@@ -105,16 +106,16 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
   AngleFit fit = evaluate(choose_curve(t, y, options, floor), dt, n);
   fit.resolution = resolution;
   if (resolution > 0 && fit.residual > resolution) {
-    fit.summary.warn(fmt::format("angle: the smooth fit leaves {:.2g} rad rms, {:.1f} times the resolution: the speed varies "
-                                 "faster than {:g} s",
-                                 fit.residual, fit.residual / resolution, options.shortest_interval));
+    fit.summary.warn(
+        fmt::format("angle: the smooth fit leaves {:.2g} rad rms, {:.1f} times the resolution: the speed varies "
+                    "faster than {:g} s",
+                    fit.residual, fit.residual / resolution, options.shortest_interval));
   }
   fit.summary.residual = fit.residual;
   return fit;
 }
 
-std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low,
-                                double middle) {
+std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low, double middle) {
   std::vector<double> times;
   if (signal.size() < 2) return times;
   const double bottom = signal.minCoeff(), range = signal.maxCoeff() - bottom;
@@ -130,8 +131,7 @@ std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal,
   return times;
 }
 
-AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples,
-                           const AngleFitOptions& options) {
+AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples, const AngleFitOptions& options) {
   require_range("dt", dt, 1e-9, 1e3, "s");
   if (times.size() < 6) {
     throw Error::in_field("once-per-turn pulses", fmt::format("{}", times.size()), "at least 6");
@@ -177,7 +177,8 @@ AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index sa
 AngleSignal angle_from_profile(double beta0, double omega0, double alpha, double dt, Eigen::Index samples) {
   require_range("dt", dt, 1e-9, 1e3, "s");
   require_range("samples", static_cast<double>(samples), 1, 1e10);
-  const Eigen::ArrayXd t = 0.5 * dt * Eigen::ArrayXd::LinSpaced(2 * samples - 1, 0, static_cast<double>(2 * samples - 2));
+  const Eigen::ArrayXd t =
+      0.5 * dt * Eigen::ArrayXd::LinSpaced(2 * samples - 1, 0, static_cast<double>(2 * samples - 2));
   return {dt, beta0 + omega0 * t + 0.5 * alpha * t.square(), omega0 + alpha * t,
           Eigen::VectorXd::Constant(2 * samples - 1, alpha)};
 }

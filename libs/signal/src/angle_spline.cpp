@@ -64,7 +64,8 @@ SmoothCurve SmoothCurve::spline(const Eigen::VectorXd& t, const Eigen::VectorXd&
       for (int d = 0; j + d <= kDegree; ++d) normal.band(d, i + j) += bj * b[static_cast<std::size_t>(kDegree - j - d)];
     }
   }
-  // A spline interval without readings (pulses near standstill) leaves a gap; this keeps it at the smallest coefficients.
+  // A spline interval without readings (pulses near standstill) leaves a gap; this keeps it at the smallest
+  // coefficients.
   normal.band.row(0).array() += 1e-12 * normal.band.row(0).mean();
   normal.factorize();
   normal.solve_lower(right);

@@ -18,9 +18,12 @@ Eigen::VectorXd central_difference(const Eigen::Ref<const Eigen::VectorXd>& x, d
   if (n < 1) throw Error::in_field("samples to differentiate", std::to_string(x.size()), "more than the order");
   const auto at = [&](int offset) { return x.segment(order / 2 + offset, n); };
   switch (order) {
-    case 2: return (at(1) - at(-1)) / (2 * dt);
-    case 4: return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * dt);
-    default: return (45 * (at(1) - at(-1)) - 9 * (at(2) - at(-2)) + (at(3) - at(-3))) / (60 * dt);
+    case 2:
+      return (at(1) - at(-1)) / (2 * dt);
+    case 4:
+      return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * dt);
+    default:
+      return (45 * (at(1) - at(-1)) - 9 * (at(2) - at(-2)) + (at(3) - at(-3))) / (60 * dt);
   }
 }
 
@@ -55,8 +58,8 @@ Eigen::VectorXd total_variation_derivative(const Eigen::Ref<const Eigen::VectorX
   if (!(alpha > 0)) throw Error::in_field("total variation weight", std::to_string(alpha), "above 0");
   const Eigen::Index n = x.size();
   if (n < 3) throw Error::in_field("samples to differentiate", std::to_string(n), "at least 3");
-  // With g = A u + x_0 as the unknown (g_0 = x_0 up to the fit), u_i = (g_{i+1} - g_i)/dt lives on the midpoints and the
-  // normal equations are pentadiagonal: (I + D2' W D2) g = x, W = alpha / (dt |D2 g| / dt), lagged.
+  // With g = A u + x_0 as the unknown (g_0 = x_0 up to the fit), u_i = (g_{i+1} - g_i)/dt lives on the midpoints and
+  // the normal equations are pentadiagonal: (I + D2' W D2) g = x, W = alpha / (dt |D2 g| / dt), lagged.
   const Eigen::Index m = n - 2;
   Eigen::VectorXd g = x;
   const double floor = 1e-8 * (x.maxCoeff() - x.minCoeff() + 1e-300);

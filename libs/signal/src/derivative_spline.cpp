@@ -10,7 +10,8 @@ SmoothedSignal smoothing_spline(const Eigen::Ref<const Eigen::VectorXd>& x, doub
   const Eigen::Index n = x.size();
   if (n < 4) throw Error::in_field("samples to smooth", std::to_string(n), "at least 4");
   if (!(lambda >= 0)) throw Error::in_field("spline smoothing lambda", std::to_string(lambda), "at least 0");
-  // gamma = g'' at the inner knots: (R + lambda Q'Q) gamma = Q'x, g = x - lambda Q gamma (Green and Silverman 1994, eq. 2.12).
+  // gamma = g'' at the inner knots: (R + lambda Q'Q) gamma = Q'x, g = x - lambda Q gamma (Green and Silverman 1994,
+  // eq. 2.12).
   const Eigen::Index m = n - 2;
   const double q2 = 1 / (dt * dt);
   Eigen::VectorXd d0 = Eigen::VectorXd::Constant(m, 2 * dt / 3 + 6 * lambda * q2);

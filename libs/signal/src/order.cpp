@@ -17,7 +17,8 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kTurn = 2 * kPi;
 constexpr double kHalfWidth = 24;  // of the interpolation kernel, in its own samples
 
-// Modified Bessel function of order 0 by its series: the Kaiser window's shape (beta = 10 puts its side lobes below -100 dB).
+// Modified Bessel function of order 0 by its series: the Kaiser window's shape (beta = 10 puts its side lobes below
+// -100 dB).
 double bessel0(double x) {
   double sum = 1, term = 1;
   for (int k = 1; term > 1e-17 * sum; ++k) {
@@ -53,7 +54,8 @@ double interpolate(const Eigen::Ref<const Eigen::VectorXd>& x, double position, 
   static const Kernel kernel;
   const double reach = kHalfWidth / cutoff;
   double sum = 0, norm = 0;
-  for (auto i = static_cast<Index>(std::ceil(position - reach)); i <= static_cast<Index>(std::floor(position + reach)); ++i) {
+  for (auto i = static_cast<Index>(std::ceil(position - reach)); i <= static_cast<Index>(std::floor(position + reach));
+       ++i) {
     const double weight = kernel.at((static_cast<double>(i) - position) * cutoff);
     // Beyond the ends the signal goes on by odd reflection, which keeps a slope.
     const Index last = x.size() - 1;
@@ -74,26 +76,30 @@ double interpolate(const Eigen::Ref<const Eigen::VectorXd>& x, double position, 
 void check(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle, double dt) {
   require_range("dt", dt, 1e-15, 1e6, "s");
   if (x.size() != angle.size() || x.size() < 4) {
-    throw Error(fmt::format("order analysis of {} samples with {} angles: must be equally many, at least 4", x.size(), angle.size()));
+    throw Error(fmt::format("order analysis of {} samples with {} angles: must be equally many, at least 4", x.size(),
+                            angle.size()));
   }
   for (Index i = 1; i < angle.size(); ++i) {
     if (!(angle[i] > angle[i - 1])) {
-      throw Error(fmt::format("rotor angle falls or stands at sample {} ({:g} rad): must rise (not wrapped, forward rotation)", i, angle[i]));
+      throw Error(
+          fmt::format("rotor angle falls or stands at sample {} ({:g} rad): must rise (not wrapped, forward rotation)",
+                      i, angle[i]));
     }
   }
 }
 
 }  // namespace
 
-AngularSignal resample_in_angle(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
-                                double dt, int per_turn) {
+AngularSignal resample_in_angle(const Eigen::Ref<const Eigen::VectorXd>& x,
+                                const Eigen::Ref<const Eigen::VectorXd>& angle, double dt, int per_turn) {
   check(x, angle, dt);
   require_range("per_turn", per_turn, 4, 1 << 16);
   const double step = kTurn / per_turn;
   const Index n = angle.size();
   const double first_turn = std::ceil(angle[0] / kTurn - 1e-9);
   const auto turns = static_cast<Index>(std::floor(angle[n - 1] / kTurn + 1e-9) - first_turn);
-  if (turns < 1) throw Error(fmt::format("record of {:.2f} turns: must hold a whole one", (angle[n - 1] - angle[0]) / kTurn));
+  if (turns < 1)
+    throw Error(fmt::format("record of {:.2f} turns: must hold a whole one", (angle[n - 1] - angle[0]) / kTurn));
   AngularSignal result;
   result.per_turn = per_turn;
   result.first_angle = first_turn * kTurn;
@@ -112,8 +118,8 @@ AngularSignal resample_in_angle(const Eigen::Ref<const Eigen::VectorXd>& x, cons
   return result;
 }
 
-OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle, double dt,
-                           double order, int turns) {
+OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
+                           double dt, double order, int turns) {
   require_range("turns", turns, 1, 100000);
   require_range("order", order, 1.0 / turns, 1000);
   const double lines = order * turns;
@@ -147,8 +153,8 @@ OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eig
   return result;
 }
 
-OrderMap order_map(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle, double dt,
-                   double highest_order, int turns) {
+OrderMap order_map(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
+                   double dt, double highest_order, int turns) {
   require_range("highest_order", highest_order, 1, 1000);
   require_range("turns", turns, 1, 100000);
   const int per_turn = std::max(64, static_cast<int>(std::ceil(4 * highest_order)));

@@ -12,25 +12,29 @@ namespace whirl {
 using Eigen::Index;
 using Complex = std::complex<double>;
 
-// Normal equations (r^2 D^T D + C^H C) a = C^H 2x with the unknowns of one instant side by side, which makes them a Hermitian
-// band of (poles + 1) * orders: a Cholesky factor without fill outside it, in time linear in the samples.
-Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
-                              double dt, const std::vector<double>& orders, const VoldKalmanOptions& options) {
+// Normal equations (r^2 D^T D + C^H C) a = C^H 2x with the unknowns of one instant side by side, which makes them a
+// Hermitian band of (poles + 1) * orders: a Cholesky factor without fill outside it, in time linear in the samples.
+Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x,
+                              const Eigen::Ref<const Eigen::VectorXd>& angle, double dt,
+                              const std::vector<double>& orders, const VoldKalmanOptions& options) {
   const Index n = x.size();
   const auto k = static_cast<Index>(orders.size());
   require_range("dt", dt, 1e-15, 1e6, "s");
   require_range("poles", options.poles, 1, 3);
   require_range("bandwidth", options.bandwidth, 1e-9, 0.5 / dt, "Hz");
   if (angle.size() != n || n < 8 || k < 1) {
-    throw Error(fmt::format("order tracking of {} samples with {} angles and {} orders: must be equally many, at least 8, and one order",
-                            n, angle.size(), k));
+    throw Error(fmt::format(
+        "order tracking of {} samples with {} angles and {} orders: must be equally many, at least 8, and one order", n,
+        angle.size(), k));
   }
   // Transfer of one order: 1/(1 + r^2 (2 sin(w/2))^(2p)), -3 dB at half the bandwidth.
   const double edge = 2 * std::sin(std::numbers::pi * options.bandwidth * dt / 2);
   const double r2 = (std::numbers::sqrt2 - 1) / std::pow(edge, 2 * options.poles);
   if (r2 > 1e12) {
-    throw Error(fmt::format("bandwidth = {:g} Hz with {} poles at {:g} Hz sample rate: too narrow for double precision, reduce the "
-                            "sample rate or the poles", options.bandwidth, options.poles, 1 / dt));
+    throw Error(fmt::format(
+        "bandwidth = {:g} Hz with {} poles at {:g} Hz sample rate: too narrow for double precision, reduce the "
+        "sample rate or the poles",
+        options.bandwidth, options.poles, 1 / dt));
   }
   std::vector<double> difference{1};
   for (int p = 0; p < options.poles; ++p) {
@@ -50,7 +54,8 @@ Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x, const 
       const double order_a = orders[static_cast<std::size_t>(a)];
       right[i * k + a] = 2 * x[i] * std::polar(1.0, -order_a * angle[i]);
       for (Index b = 0; b <= a; ++b) {
-        entries.emplace_back(i * k + a, i * k + b, std::polar(1.0, (orders[static_cast<std::size_t>(b)] - order_a) * angle[i]));
+        entries.emplace_back(i * k + a, i * k + b,
+                             std::polar(1.0, (orders[static_cast<std::size_t>(b)] - order_a) * angle[i]));
       }
       for (Index j = std::max<Index>(0, i - reach + 1); j <= i; ++j) {
         // (D^T D)(i, j): the differences that hold both instants.
@@ -67,7 +72,8 @@ Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x, const 
   const Eigen::SimplicialLLT<Eigen::SparseMatrix<Complex>, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(matrix);
   if (factor.info() != Eigen::Success) throw Error("order tracking: the orders cannot be told apart in this bandwidth");
   const Eigen::VectorXcd solution = factor.solve(right);
-  return Eigen::Map<const Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(solution.data(), n, k);
+  return Eigen::Map<const Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(solution.data(), n,
+                                                                                                   k);
 }
 
 }  // namespace whirl

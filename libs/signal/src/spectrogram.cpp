@@ -37,15 +37,16 @@ Spectrogram collect(Index samples, double dt, Index block, Index columns, F&& sp
 
 }  // namespace
 
-Spectrogram spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, const SpectrumOptions& options, Index columns) {
+Spectrogram spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, const SpectrumOptions& options,
+                        Index columns) {
   SpectrumOptions one = options;
   one.block = 0;
   return collect(x.size(), dt, options.block, columns,
                  [&](Index first) { return amplitude_spectrum(x.segment(first, options.block), dt, one); });
 }
 
-Spectrogram full_spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y, double dt,
-                             const SpectrumOptions& options, Index columns) {
+Spectrogram full_spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
+                             double dt, const SpectrumOptions& options, Index columns) {
   if (x.size() != y.size()) throw Error("orbit with x and y of different length: must be equally many samples");
   SpectrumOptions one = options;
   one.block = 0;

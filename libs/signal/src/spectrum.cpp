@@ -14,9 +14,12 @@ namespace {
 
 double factor_from_peak(AmplitudeKind kind) {
   switch (kind) {
-    case AmplitudeKind::peak: return 1;
-    case AmplitudeKind::peak_to_peak: return 2;
-    case AmplitudeKind::rms: return 1 / std::numbers::sqrt2;
+    case AmplitudeKind::peak:
+      return 1;
+    case AmplitudeKind::peak_to_peak:
+      return 2;
+    case AmplitudeKind::rms:
+      return 1 / std::numbers::sqrt2;
   }
   return 1;
 }

@@ -40,7 +40,8 @@ TEST(CentralDifferenceConvergence, ObservedOrderIsTheNominalOne) {
 
 TEST(CentralDifferenceProperty, OrderFourIsExactForQuarticPolynomials) {
   const double dt = 0.1;
-  const Eigen::VectorXd x = sampled(30, dt, [](double t) { return 1 + t - 2 * t * t + 0.5 * t * t * t - t * t * t * t; });
+  const Eigen::VectorXd x =
+      sampled(30, dt, [](double t) { return 1 + t - 2 * t * t + 0.5 * t * t * t - t * t * t * t; });
   const Eigen::VectorXd truth = sampled(30, dt, [](double t) { return 1 - 4 * t + 1.5 * t * t - 4 * t * t * t; });
   EXPECT_LT((central_difference(x, dt, 4) - truth.segment(2, 26)).cwiseAbs().maxCoeff(), 1e-10);
 }
@@ -58,7 +59,9 @@ TEST(SpectralDerivativeProperty, SineBelowTheCutoffIsDifferentiatedExactlyInside
   const Eigen::Index inside = 200;
   const auto error = [&](int k, double (*truth)(double)) {
     return (spectral_derivative(x, dt, k, 20.0) - sampled(n, dt, truth))
-        .segment(inside, n - 2 * inside).cwiseAbs().maxCoeff();
+        .segment(inside, n - 2 * inside)
+        .cwiseAbs()
+        .maxCoeff();
   };
   EXPECT_LT(error(0, wave), 1e-5);
   EXPECT_LT(error(1, wave1), 1e-3);
@@ -125,9 +128,12 @@ TEST(SavitzkyGolayProperty, PolynomialsOfItsDegreeAreExactToTheEnds) {
   const Eigen::VectorXd x = sampled(40, dt, cubic);
   EXPECT_LT((savitzky_golay(x, dt, 11, 3) - x).cwiseAbs().maxCoeff(), 1e-11);
   EXPECT_LT((savitzky_golay(x, dt, 11, 3, 1) - sampled(40, dt, [](double t) { return -1 + 6 * t - 1.5 * t * t; }))
-                .cwiseAbs().maxCoeff(), 1e-9);
-  EXPECT_LT((savitzky_golay(x, dt, 11, 3, 2) - sampled(40, dt, [](double t) { return 6 - 3 * t; }))
-                .cwiseAbs().maxCoeff(), 1e-8);
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-9);
+  EXPECT_LT(
+      (savitzky_golay(x, dt, 11, 3, 2) - sampled(40, dt, [](double t) { return 6 - 3 * t; })).cwiseAbs().maxCoeff(),
+      1e-8);
   EXPECT_THROW(savitzky_golay(x, dt, 10, 3), Error);
 }
 

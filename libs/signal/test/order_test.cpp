@@ -67,14 +67,16 @@ TEST(OrderReference, HalfOrderNeedsTwoTurns) {
   Eigen::VectorXd x(run.angle.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = (z * std::polar(1.0, 0.5 * run.angle[i])).real();
   const auto vectors = whirl::order_vectors(x, run.angle, run.dt, 0.5, 2);
-  for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k) EXPECT_LT(std::abs(vectors.value[k] - z), 2e-3 * std::abs(z));
+  for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k)
+    EXPECT_LT(std::abs(vectors.value[k] - z), 2e-3 * std::abs(z));
   EXPECT_THROW(whirl::order_vectors(x, run.angle, run.dt, 0.5, 1), whirl::Error);
 }
 
 TEST(OrderReference, MapShowsEachOrderAtItsAmplitude) {
   const RunUp run;
   Eigen::VectorXd x(run.angle.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = 0.5 + 3 * std::cos(run.angle[i]) + 1.5 * std::cos(3 * run.angle[i] + 1);
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    x[i] = 0.5 + 3 * std::cos(run.angle[i]) + 1.5 * std::cos(3 * run.angle[i] + 1);
   const auto map = whirl::order_map(x, run.angle, run.dt, 5, 4);
   ASSERT_EQ(map.order[4], 1);
   for (Eigen::Index b = 1; b + 1 < map.speed.size(); ++b) {

@@ -67,7 +67,8 @@ TEST(SpectrumReference, SineAmplitudeInEachKindAndWindow) {
   const Eigen::Index n = 1000;
   const double dt = 1e-3, amplitude = 2.5;
   Eigen::VectorXd x(n);
-  for (Eigen::Index i = 0; i < n; ++i) x[i] = 0.7 + amplitude * std::cos(2 * kPi * 50 * static_cast<double>(i) * dt + 0.4);
+  for (Eigen::Index i = 0; i < n; ++i)
+    x[i] = 0.7 + amplitude * std::cos(2 * kPi * 50 * static_cast<double>(i) * dt + 0.4);
   for (auto w : {whirl::Window::rectangular, whirl::Window::hann, whirl::Window::flat_top}) {
     const auto peak = whirl::amplitude_spectrum(x, dt, {.window = w});
     EXPECT_NEAR(peak.frequency[50], 50, 1e-9);
@@ -83,7 +84,8 @@ TEST(SpectrumReference, SineAmplitudeInEachKindAndWindow) {
 TEST(SpectrumReference, FlatTopShowsASineBetweenLinesWithinATenthPercent) {
   const Eigen::Index n = 500;
   Eigen::VectorXd x(n);
-  for (Eigen::Index i = 0; i < n; ++i) x[i] = std::sin(2 * kPi * 40.5 * static_cast<double>(i) / static_cast<double>(n));
+  for (Eigen::Index i = 0; i < n; ++i)
+    x[i] = std::sin(2 * kPi * 40.5 * static_cast<double>(i) / static_cast<double>(n));
   EXPECT_NEAR(whirl::amplitude_spectrum(x, 1, {.window = whirl::Window::flat_top}).amplitude.maxCoeff(), 1, 1.2e-3);
 }
 

@@ -4,7 +4,8 @@
 
 namespace whirl::detail {
 
-/// Fills the unit of every coefficient that has none from the quantities of the record's channels; "s'" is s per second.
+/// Fills the unit of every coefficient that has none from the quantities of the record's channels; "s'" is s per
+/// second.
 void set_coefficient_units(IdentifiedModel& model, const Recording& record);
 
 }  // namespace whirl::detail

@@ -106,7 +106,8 @@ std::string held_out_part(Eigen::Index first, Eigen::Index samples, const std::s
   return fmt::format("the last {:.0f} % of {}", 100 * rest, source.empty() ? "the record" : source);
 }
 
-HoldoutSplit split_holdout(const std::vector<Recording>& records, double share, const std::vector<std::string>& energy) {
+HoldoutSplit split_holdout(const std::vector<Recording>& records, double share,
+                           const std::vector<std::string>& energy) {
   require_range("share held out", share, 0.01, 0.9);
   if (records.empty()) throw Error("no record to split");
   HoldoutSplit split;

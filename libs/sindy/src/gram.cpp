@@ -174,7 +174,8 @@ GramBlock reduce_block(const GramBlock& b, const Elimination& e) {
 
 Problem reduce(const Problem& problem, const Elimination& e) {
   if (e.map.rows() != problem.total.terms() || e.fixed.size() != problem.total.terms()) {
-    throw Error(fmt::format("elimination for {} coefficients applied to {} terms", e.map.rows(), problem.total.terms()));
+    throw Error(
+        fmt::format("elimination for {} coefficients applied to {} terms", e.map.rows(), problem.total.terms()));
   }
   Problem p;
   p.total = reduce_block(problem.total, e);

@@ -110,8 +110,8 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   }
   detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, result.active, options, false);
   if (options.search_modes && grown.usable() && grown.chi_square > 1.3) {
-    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms taken up
-    // so far stands in for a mode. Kept when that explains the records.
+    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
+    // taken up so far stands in for a mode. Kept when that explains the records.
     detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, result.active, options, true);
     if (with_modes.usable() && (with_modes.chi_square < 1.3 || with_modes.chi_square < 0.5 * grown.chi_square)) {
       grown = std::move(with_modes);

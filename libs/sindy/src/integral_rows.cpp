@@ -19,7 +19,8 @@ std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, con
     const auto fill = [&](const std::vector<std::string>& names, Eigen::MatrixXd& columns) {
       for (std::size_t k = 0; k < names.size(); ++k) {
         const Eigen::VectorXd& samples = r[names[k]];
-        if (samples.size() != n) throw Error(fmt::format("{}: channel '{}' is not as long as the first", r.source, names[k]));
+        if (samples.size() != n)
+          throw Error(fmt::format("{}: channel '{}' is not as long as the first", r.source, names[k]));
         columns.col(static_cast<Eigen::Index>(k)) = samples;
       }
     };

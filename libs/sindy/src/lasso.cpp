@@ -100,7 +100,8 @@ std::vector<LassoKnot> lasso_path(const Eigen::MatrixXd& g, const Eigen::VectorX
     Eigen::VectorXd direction_full = Eigen::VectorXd::Zero(q);
     if (!a.empty()) {
       Eigen::VectorXd signs(static_cast<Eigen::Index>(a.size()));
-      for (std::size_t k = 0; k < a.size(); ++k) signs[static_cast<Eigen::Index>(k)] = s[static_cast<std::size_t>(a[k])];
+      for (std::size_t k = 0; k < a.size(); ++k)
+        signs[static_cast<Eigen::Index>(k)] = s[static_cast<std::size_t>(a[k])];
       direction_full(a) = factor.solve(signs);
     }
     const Eigen::VectorXd slope = g * direction_full;

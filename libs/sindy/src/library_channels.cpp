@@ -33,7 +33,9 @@ Recording with_derivatives(const Recording& record, const std::vector<std::strin
   Recording out = record;
   for (Channel& c : out.channels) {  // readings of an angle may be wrapped and quantised
     if (c.quantity == Quantity::angle && std::find(names.begin(), names.end(), c.name) != names.end()) {
-      c.samples = angle_from_encoder(c.samples, record.dt).angle.beta(Eigen::seqN(Eigen::Index{0}, record.size(), Eigen::Index{2})).eval();
+      c.samples = angle_from_encoder(c.samples, record.dt)
+                      .angle.beta(Eigen::seqN(Eigen::Index{0}, record.size(), Eigen::Index{2}))
+                      .eval();
     }
   }
   for (const std::string& name : names) {

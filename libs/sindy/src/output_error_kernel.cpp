@@ -7,9 +7,9 @@ namespace {
 
 /// Linear lateral dynamics about the present motion: a = f(z, v) and its derivatives, in real numbers.
 struct Local {
-  double ax, ay;                    // acceleration
-  double kxx, kxy, kyy;             // minus d a / d z (symmetric)
-  double cxx, cxy, cyy;             // minus d a / d v
+  double ax, ay;         // acceleration
+  double kxx, kxy, kyy;  // minus d a / d z (symmetric)
+  double cxx, cxy, cyy;  // minus d a / d v
 };
 
 inline Local local(const RotorModel& m, Complex eps, double x, double y, double vx, double vy, Complex f) {
@@ -152,8 +152,8 @@ Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, cons
   return out;
 }
 
-Eigen::VectorXcd main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, double dt,
-                           Complex z0, Complex dz0) {
+Eigen::VectorXcd main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, double dt, Complex z0,
+                           Complex dz0) {
   const Eigen::Index n = (forcing.size() + 1) / 2;
   Eigen::VectorXcd z(n);
   double x = z0.real(), y = z0.imag(), vx = dz0.real(), vy = dz0.imag();

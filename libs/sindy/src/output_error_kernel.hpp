@@ -9,7 +9,22 @@ namespace whirl::detail {
 using Complex = std::complex<double>;
 
 /// Sensitivity lanes of the main mode, all integrated together in one pass of vector arithmetic.
-enum Lane : int { kK1, kK2, kC, kEpsRe, kEpsIm, kX0, kY0, kVx0, kVy0, kConjKRe, kConjKIm, kConjCRe, kConjCIm, kProfile };
+enum Lane : int {
+  kK1,
+  kK2,
+  kC,
+  kEpsRe,
+  kEpsIm,
+  kX0,
+  kY0,
+  kVx0,
+  kVy0,
+  kConjKRe,
+  kConjKIm,
+  kConjCRe,
+  kConjCIm,
+  kProfile
+};
 
 struct Sensitivities {
   Eigen::VectorXcd z;  ///< main mode at the samples
@@ -27,8 +42,8 @@ Sensitivities main_mode_sensitivities(const RotorModel& model, std::complex<doub
 Eigen::VectorXcd main_mode(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
                            double dt, std::complex<double> z0, std::complex<double> dz0);
 
-/// Response q at the samples to F on the half grid: q'' + 2 zeta w q' + w^2 q = F from steady state at sample 0 (the first
-/// speed `omega0`), advanced exactly for an F quadratic over each step, so that w dt may exceed 1.
+/// Response q at the samples to F on the half grid: q'' + 2 zeta w q' + w^2 q = F from steady state at sample 0 (the
+/// first speed `omega0`), advanced exactly for an F quadratic over each step, so that w dt may exceed 1.
 Eigen::VectorXcd modal_response(double w, double zeta, const Eigen::VectorXcd& forcing, double dt, double omega0);
 
 }  // namespace whirl::detail

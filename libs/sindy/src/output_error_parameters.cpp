@@ -20,15 +20,16 @@ void add_complex(std::vector<Parameter>& list, const std::string& base, Kind kin
 }
 
 // Poles stay positive and stable; a step may shrink them by a third at most.
-double bounded(double value, double change, double most) {
-  return std::clamp(value + change, value / 1.5, most);
-}
+double bounded(double value, double change, double most) { return std::clamp(value + change, value / 1.5, most); }
 
 double& real_lane(Point& p, const Parameter& q) {
   switch (q.index) {
-    case kK1: return p.model.k1;
-    case kK2: return p.model.k2;
-    case kC: return p.model.c;
+    case kK1:
+      return p.model.k1;
+    case kK2:
+      return p.model.k2;
+    case kC:
+      return p.model.c;
     default:
       if (q.record < 0) return p.delay;
       return p.profile[static_cast<std::size_t>(q.record)][q.index - kProfile];
@@ -38,17 +39,28 @@ double& real_lane(Point& p, const Parameter& q) {
 std::pair<Complex*, bool> complex_lane(Point& p, const Parameter& q) {
   OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
   switch (q.index) {
-    case kEpsRe: return {&r->eps, false};
-    case kEpsIm: return {&r->eps, true};
-    case kX0: return {&r->z0, false};
-    case kY0: return {&r->z0, true};
-    case kVx0: return {&r->dz0, false};
-    case kVy0: return {&r->dz0, true};
-    case kConjKRe: return {&p.model.k1_conj, false};
-    case kConjKIm: return {&p.model.k1_conj, true};
-    case kConjCRe: return {&p.model.c_conj, false};
-    case kConjCIm: return {&p.model.c_conj, true};
-    default: return {nullptr, false};
+    case kEpsRe:
+      return {&r->eps, false};
+    case kEpsIm:
+      return {&r->eps, true};
+    case kX0:
+      return {&r->z0, false};
+    case kY0:
+      return {&r->z0, true};
+    case kVx0:
+      return {&r->dz0, false};
+    case kVy0:
+      return {&r->dz0, true};
+    case kConjKRe:
+      return {&p.model.k1_conj, false};
+    case kConjKIm:
+      return {&p.model.k1_conj, true};
+    case kConjCRe:
+      return {&p.model.c_conj, false};
+    case kConjCIm:
+      return {&p.model.c_conj, true};
+    default:
+      return {nullptr, false};
   }
 }
 void move_lane(Point& p, const Parameter& q, double d) {
@@ -108,16 +120,34 @@ void move(Point& p, const Parameter& q, double d) {
   const auto k = static_cast<std::size_t>(q.index);
   OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
   switch (q.kind) {
-    case Kind::lane: move_lane(p, q, d); break;
-    case Kind::offset: r->offset += dc; break;
-    case Kind::participation: r->participation[k] += dc; break;
-    case Kind::decay: r->decay[k] += dc; break;
-    case Kind::runout: r->runout[k] += dc; break;
+    case Kind::lane:
+      move_lane(p, q, d);
+      break;
+    case Kind::offset:
+      r->offset += dc;
+      break;
+    case Kind::participation:
+      r->participation[k] += dc;
+      break;
+    case Kind::decay:
+      r->decay[k] += dc;
+      break;
+    case Kind::runout:
+      r->runout[k] += dc;
+      break;
     // Poles keep their sign: a step may not leave the stable half plane.
-    case Kind::pole_w: p.model.modes[k].omega = bounded(p.model.modes[k].omega, d, INFINITY); break;
-    case Kind::pole_zeta: p.model.modes[k].zeta = bounded(p.model.modes[k].zeta, d, 0.9); break;
-    case Kind::decay_w: p.decays[k].omega = bounded(p.decays[k].omega, d, INFINITY); break;
-    case Kind::decay_zeta: p.decays[k].zeta = bounded(p.decays[k].zeta, d, 0.9); break;
+    case Kind::pole_w:
+      p.model.modes[k].omega = bounded(p.model.modes[k].omega, d, INFINITY);
+      break;
+    case Kind::pole_zeta:
+      p.model.modes[k].zeta = bounded(p.model.modes[k].zeta, d, 0.9);
+      break;
+    case Kind::decay_w:
+      p.decays[k].omega = bounded(p.decays[k].omega, d, INFINITY);
+      break;
+    case Kind::decay_zeta:
+      p.decays[k].zeta = bounded(p.decays[k].zeta, d, 0.9);
+      break;
   }
 }
 
@@ -125,15 +155,24 @@ double value(const Point& p, const Parameter& q) {
   const auto k = static_cast<std::size_t>(q.index);
   const auto part = [&](Complex v) { return q.imaginary ? v.imag() : v.real(); };
   switch (q.kind) {
-    case Kind::lane: return lane_value(p, q);
-    case Kind::offset: return part(p.records[static_cast<std::size_t>(q.record)].offset);
-    case Kind::participation: return part(p.records[static_cast<std::size_t>(q.record)].participation[k]);
-    case Kind::decay: return part(p.records[static_cast<std::size_t>(q.record)].decay[k]);
-    case Kind::runout: return part(p.records[static_cast<std::size_t>(q.record)].runout[k]);
-    case Kind::pole_w: return p.model.modes[k].omega;
-    case Kind::pole_zeta: return p.model.modes[k].zeta;
-    case Kind::decay_w: return p.decays[k].omega;
-    case Kind::decay_zeta: return p.decays[k].zeta;
+    case Kind::lane:
+      return lane_value(p, q);
+    case Kind::offset:
+      return part(p.records[static_cast<std::size_t>(q.record)].offset);
+    case Kind::participation:
+      return part(p.records[static_cast<std::size_t>(q.record)].participation[k]);
+    case Kind::decay:
+      return part(p.records[static_cast<std::size_t>(q.record)].decay[k]);
+    case Kind::runout:
+      return part(p.records[static_cast<std::size_t>(q.record)].runout[k]);
+    case Kind::pole_w:
+      return p.model.modes[k].omega;
+    case Kind::pole_zeta:
+      return p.model.modes[k].zeta;
+    case Kind::decay_w:
+      return p.decays[k].omega;
+    case Kind::decay_zeta:
+      return p.decays[k].zeta;
   }
   return 0;
 }

@@ -8,14 +8,15 @@
 
 namespace whirl::detail {
 
-/// What a parameter of the output-error fit acts on. A lane is integrated with the motion, the others enter the readings.
+/// What a parameter of the output-error fit acts on. A lane is integrated with the motion, the others enter the
+/// readings.
 enum class Kind { lane, offset, participation, pole_w, pole_zeta, decay_w, decay_zeta, decay, runout };
 
 struct Parameter {
   std::string name;
   Kind kind;
-  int record;      // -1: shared
-  int index = 0;   // lane, mode, amplitude
+  int record;     // -1: shared
+  int index = 0;  // lane, mode, amplitude
   bool imaginary = false;
 };
 

@@ -69,7 +69,7 @@ void OutputErrorProblem::start_state(Point& p) {
 }
 
 void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities& sens, const Eigen::VectorXd& residual,
-                Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
+                                    Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
   const RotorRecord& m = measured_[static_cast<std::size_t>(r)];
   const Eigen::Index n = m.size();
   std::vector<Eigen::Index> global;
@@ -90,14 +90,30 @@ void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities
     }
     const Eigen::VectorXcd* g = nullptr;
     switch (q.kind) {
-      case Kind::offset: g = &ones; break;
-      case Kind::participation: g = &s.modal[k]; break;
-      case Kind::pole_w: g = &s.modal_w[k]; break;
-      case Kind::pole_zeta: g = &s.modal_zeta[k]; break;
-      case Kind::decay_w: g = &s.decay_w[k]; break;
-      case Kind::decay_zeta: g = &s.decay_zeta[k]; break;
-      case Kind::decay: g = &s.decay[k]; break;
-      default: g = &s.runout[k]; break;
+      case Kind::offset:
+        g = &ones;
+        break;
+      case Kind::participation:
+        g = &s.modal[k];
+        break;
+      case Kind::pole_w:
+        g = &s.modal_w[k];
+        break;
+      case Kind::pole_zeta:
+        g = &s.modal_zeta[k];
+        break;
+      case Kind::decay_w:
+        g = &s.decay_w[k];
+        break;
+      case Kind::decay_zeta:
+        g = &s.decay_zeta[k];
+        break;
+      case Kind::decay:
+        g = &s.decay[k];
+        break;
+      default:
+        g = &s.runout[k];
+        break;
     }
     if (q.imaginary) {
       jacobian.col(column).head(n) = -g->imag() / m.noise_x;

@@ -137,14 +137,14 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   const double lowest = eigen.eigenvalues()[0], highest = eigen.eigenvalues()[problem.size() - 1];
   fit.summary.condition_number = lowest > 0 ? std::sqrt(highest / lowest) : INFINITY;
   if (!(lowest > 1e-13 * highest)) {
-    fit.summary.fail(fmt::format("the output-error equations are singular (condition number {:.1e})",
-                                 fit.summary.condition_number));
+    fit.summary.fail(
+        fmt::format("the output-error equations are singular (condition number {:.1e})", fit.summary.condition_number));
     return fit;
   }
-  fit.covariance = scale.cwiseInverse().asDiagonal() *
-                   (eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                    eigen.eigenvectors().transpose()) *
-                   scale.cwiseInverse().asDiagonal();
+  fit.covariance =
+      scale.cwiseInverse().asDiagonal() *
+      (eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose()) *
+      scale.cwiseInverse().asDiagonal();
   fit.values.resize(problem.size());
   for (const detail::Parameter& q : problem.parameters()) {
     fit.values[static_cast<Eigen::Index>(fit.names.size())] = detail::value(point, q);

@@ -58,7 +58,8 @@ IdentifiedModel rotor_shell(const RotorRecord& record, std::string method) {
   IdentifiedModel model;
   model.method = std::move(method);
   model.states = {"X1", "X2", "X3", "X4"};
-  model.equations = {{"X1'", {{"X2", {1, 0, 1, 1}, "1"}}}, {"X2'", {}}, {"X3'", {{"X4", {1, 0, 1, 1}, "1"}}}, {"X4'", {}}};
+  model.equations = {
+      {"X1'", {{"X2", {1, 0, 1, 1}, "1"}}}, {"X2'", {}}, {"X3'", {{"X4", {1, 0, 1, 1}, "1"}}}, {"X4'", {}}};
   model.sample_time = record.dt;
   model.noise_sd = std::sqrt(0.5 * record.noise_variance());
   model.provenance.version = std::string(version());
@@ -80,15 +81,16 @@ void set_inputs(IdentifiedModel& model) {
 }
 
 /// Free run of the library model from the first usable sample; rmse against the measured displacement.
-void simulate_training(IdentifiedModel& model, const RotorRecord& record, Eigen::Index first, const Eigen::VectorXd& start) {
+void simulate_training(IdentifiedModel& model, const RotorRecord& record, Eigen::Index first,
+                       const Eigen::VectorXd& start) {
   const CompiledModel compiled(model);
   const Eigen::Index n = record.size() - first;
   AngleSignal angle{record.dt, record.angle.beta.tail(2 * n - 1), record.angle.omega.tail(2 * n - 1),
                     record.angle.alpha.tail(2 * n - 1)};
   const Eigen::MatrixXd inputs = half_grid_inputs(compiled, angle, record.dt * static_cast<double>(first));
   const double largest = record.z.cwiseAbs().maxCoeff();
-  const ModelRun run = simulate(compiled, inputs, start, record.dt, n, 1e3 * std::max(largest, 1e-12) *
-                                std::max(1.0, record.speed_high()));
+  const ModelRun run = simulate(compiled, inputs, start, record.dt, n,
+                                1e3 * std::max(largest, 1e-12) * std::max(1.0, record.speed_high()));
   if (run.diverged || run.state("X1").cwiseAbs().maxCoeff() > 1e3 * largest ||
       run.state("X3").cwiseAbs().maxCoeff() > 1e3 * largest) {
     model.summary.fail(fmt::format("the free run of the identified model diverges {:.3g} s after its start",
@@ -104,12 +106,11 @@ void simulate_training(IdentifiedModel& model, const RotorRecord& record, Eigen:
   e.value = rmse_y;
   model.parameters.emplace_back("rmse_y", e);
   model.summary.residual = std::hypot(rmse_x, rmse_y) / std::sqrt(2.0);
-  model.summary.chi_square =
-      0.5 * (std::pow(rmse_x / record.noise_x, 2) + std::pow(rmse_y / record.noise_y, 2));
+  model.summary.chi_square = 0.5 * (std::pow(rmse_x / record.noise_x, 2) + std::pow(rmse_y / record.noise_y, 2));
 }
 
-/// State at sample `first`: where the rotor turns at least once in 100 samples from the fit of 1, e^{i beta}, e^{-i beta}
-/// to them, else `filtered` (a filter attenuates the whirl and so its start).
+/// State at sample `first`: where the rotor turns at least once in 100 samples from the fit of 1, e^{i beta}, e^{-i
+/// beta} to them, else `filtered` (a filter attenuates the whirl and so its start).
 Eigen::VectorXd start_state(const RotorRecord& record, Eigen::Index first, const Eigen::VectorXd& filtered) {
   constexpr Eigen::Index rows = 100;
   if (first + rows > record.size()) return filtered;
@@ -119,8 +120,7 @@ Eigen::VectorXd start_state(const RotorRecord& record, Eigen::Index first, const
   for (Eigen::Index i = 0; i < rows; ++i) {
     basis.row(i) << 1.0, std::polar(1.0, beta(i)), std::polar(1.0, -beta(i));
   }
-  const Eigen::VectorXcd p =
-      (basis.adjoint() * basis).ldlt().solve(basis.adjoint() * record.z.segment(first, rows));
+  const Eigen::VectorXcd p = (basis.adjoint() * basis).ldlt().solve(basis.adjoint() * record.z.segment(first, rows));
   const std::complex<double> forward = p[1] * std::polar(1.0, beta(0)), backward = p[2] * std::polar(1.0, -beta(0));
   const std::complex<double> z = p[0] + forward + backward;
   const std::complex<double> dz = std::complex<double>(0, record.angle.omega[2 * first]) * (forward - backward);
@@ -168,7 +168,8 @@ PaperRegression prepare(const RotorRecord& record, const PaperOptions& options) 
   if (whole_equation) {
     const Eigen::Index reach = gaussian_reach(sd);
     const Eigen::Index inside = theta.rows() - 2 * reach;
-    if (inside < 16) throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
+    if (inside < 16)
+      throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
     theta = gaussian_filter_columns(theta, sd).middleRows(reach, inside).eval();
     target = gaussian_filter_columns(target, sd).middleRows(reach, inside).eval();
     r.start = gaussian_filter_columns(d.variables.leftCols(4), sd).row(reach);
@@ -212,10 +213,11 @@ IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& op
   model = regress(record, r, options.solver);
   simulate_training(model, record, r.first, start_state(record, r.first, r.start));
   model.summary.trust =
-      "Reproduction of the published chain: a small error of the training run does not validate the coefficients, which "
+      "Reproduction of the published chain: a small error of the training run does not validate the coefficients, "
+      "which "
       "one-sided filtering biases by tens of percent; use the weak form for a model.";
-  model.provenance.options = fmt::format("filter_sd={:g} solver={} terms={}", options.filter_sd, options.solver.method,
-                                         r.terms.size());
+  model.provenance.options =
+      fmt::format("filter_sd={:g} solver={} terms={}", options.filter_sd, options.solver.method, r.terms.size());
   return model;
 }
 
@@ -240,7 +242,8 @@ IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentO
   const Derivatives d = differentiate_record(record, 0, false);
   const Eigen::Index reach = gaussian_reach(sd);
   const Eigen::Index inside = d.target.rows() - 2 * reach;
-  if (inside < 16) throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
+  if (inside < 16)
+    throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
 
   const Eigen::Index unknowns = static_cast<Eigen::Index>(library.groups.size());
   std::vector<Problem> problems;
@@ -282,13 +285,14 @@ IdentifiedModel identify_consistent(const RotorRecord& record, const ConsistentO
   if (options.offset && rotor.k1 != 0) rotor.offset = std::complex<double>(fit.xi[5], fit.xi[6]) / rotor.k1;
   model.rotor = rotor;
   for (int j = 0; j < 3; ++j) {
-    model.parameters.emplace_back(library.groups[static_cast<std::size_t>(j)].name, Estimate::from_sd(fit.xi[j], fit.sd[j]));
+    model.parameters.emplace_back(library.groups[static_cast<std::size_t>(j)].name,
+                                  Estimate::from_sd(fit.xi[j], fit.sd[j]));
   }
   const double e = std::abs(rotor.eps);
   const double cos = e > 0 ? rotor.eps.real() / e : 1, sin = e > 0 ? rotor.eps.imag() / e : 0;
   model.parameters.emplace_back("e", Estimate::from_sd(e, std::hypot(cos * fit.sd[3], sin * fit.sd[4])));
-  model.parameters.emplace_back("e_phase", Estimate::from_sd(std::arg(rotor.eps),
-                                                             e > 0 ? std::hypot(sin * fit.sd[3], cos * fit.sd[4]) / e : 0));
+  model.parameters.emplace_back(
+      "e_phase", Estimate::from_sd(std::arg(rotor.eps), e > 0 ? std::hypot(sin * fit.sd[3], cos * fit.sd[4]) / e : 0));
   set_inputs(model);
   model.summary.condition_number = fit.summary.condition_number;
   for (const std::string& w : fit.summary.warnings) model.summary.warn(w);

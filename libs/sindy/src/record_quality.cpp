@@ -80,12 +80,14 @@ void check_signals(const std::vector<Recording>& records, const std::vector<std:
       } else if (s.largest == 0) {
         summary.fail(fmt::format("channel {} is zero throughout", name));
       } else if (s.largest < kSmall || s.largest > kLarge) {
-        summary.fail(fmt::format("channel {} has values of size {:.1e}: its powers leave the range of numbers; use a unit in "
-                                 "which they lie between {:g} and {:g}",
-                                 name, s.largest, kSmall, kLarge));
+        summary.fail(
+            fmt::format("channel {} has values of size {:.1e}: its powers leave the range of numbers; use a unit in "
+                        "which they lie between {:g} and {:g}",
+                        name, s.largest, kSmall, kLarge));
       } else if (s.spread <= 1e-12 * s.largest) {
-        summary.fail(state ? fmt::format("channel {} is constant: it shows no motion", name)
-                           : fmt::format("input {} is constant: what it does cannot be told from the constant term", name));
+        summary.fail(
+            state ? fmt::format("channel {} is constant: it shows no motion", name)
+                  : fmt::format("input {} is constant: what it does cannot be told from the constant term", name));
       } else {
         // White noise has the same rms after differencing, a sampled motion far less.
         if (state && !discrete) {
@@ -109,7 +111,8 @@ void check_signals(const std::vector<Recording>& records, const std::vector<std:
     for (std::size_t j = 0; j < i; ++j) {
       if (signals[i].samples.size() != signals[j].samples.size()) continue;
       if (1 - std::abs(correlation(signals[i], signals[j])) < 1e-9) {
-        summary.fail(fmt::format("channels {} and {} carry the same signal: leave one out", signals[j].name, signals[i].name));
+        summary.fail(
+            fmt::format("channels {} and {} carry the same signal: leave one out", signals[j].name, signals[i].name));
       }
     }
   }

@@ -18,8 +18,7 @@ struct Place {
 /// Solves (N + mu diag N) step = g in columns scaled to unit diagonal; g may have several columns.
 Eigen::MatrixXd damped_solve(const Eigen::MatrixXd& n, const Eigen::MatrixXd& g, double mu) {
   if (g.size() == 0) return g;  // no term is left in the model
-  const Eigen::VectorXd scale =
-      n.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
+  const Eigen::VectorXd scale = n.diagonal().unaryExpr([](double d) { return d > 0 ? 1 / std::sqrt(d) : 0.0; });
   Eigen::MatrixXd m = scale.asDiagonal() * n * scale.asDiagonal();
   m.diagonal().array() += mu + 1e-13;
   return scale.asDiagonal() * m.ldlt().solve(scale.asDiagonal() * g);
@@ -56,9 +55,10 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   const Eigen::Index n_out = static_cast<Eigen::Index>(outputs.size());
   for (const FreeRun& r : runs) {
     const Eigen::Index rows = r.measured.rows();
-    if (rows < 2 || r.measured.cols() != n_out || r.start.size() != static_cast<Eigen::Index>(compiled.states().size()) ||
-        (!compiled.inputs().empty() && (r.inputs.rows() != 2 * rows - 1 ||
-                                        r.inputs.cols() != static_cast<Eigen::Index>(compiled.inputs().size())))) {
+    if (rows < 2 || r.measured.cols() != n_out ||
+        r.start.size() != static_cast<Eigen::Index>(compiled.states().size()) ||
+        (!compiled.inputs().empty() &&
+         (r.inputs.rows() != 2 * rows - 1 || r.inputs.cols() != static_cast<Eigen::Index>(compiled.inputs().size())))) {
       throw Error("a run for refinement has sizes that do not fit the model");
     }
   }
@@ -120,7 +120,8 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
       const Eigen::VectorXd step = damped_solve(sums.normal, sums.gradient, mu);
       detail::SensitivitySystem next = system;
       const std::vector<double*> theta = free_terms(next);
-      const Eigen::VectorXd change = tied ? Eigen::VectorXd(options.ties * step.head(unknowns)) : Eigen::VectorXd(step.head(p));
+      const Eigen::VectorXd change =
+          tied ? Eigen::VectorXd(options.ties * step.head(unknowns)) : Eigen::VectorXd(step.head(p));
       for (Eigen::Index j = 0; j < p; ++j) *theta[static_cast<std::size_t>(j)] += change[j];
       std::vector<FreeRun> moved = trial;
       if (options.free_start) {
@@ -148,11 +149,13 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   const double freedom = static_cast<double>(sums.rows - sums.gradient.size());
   const double variance = sums.cost / freedom;
   result.covariance =
-      variance * damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), unknowns), 0).topRows(unknowns);
+      variance *
+      damped_solve(sums.normal, Eigen::MatrixXd::Identity(sums.normal.rows(), unknowns), 0).topRows(unknowns);
   const std::vector<double*> theta = free_terms(system);
   for (std::size_t j = 0; j < places.size(); ++j) {
     const Eigen::Index i = static_cast<Eigen::Index>(j);
-    const double square = tied ? options.ties.row(i) * result.covariance * options.ties.row(i).transpose() : result.covariance(i, i);
+    const double square =
+        tied ? options.ties.row(i) * result.covariance * options.ties.row(i).transpose() : result.covariance(i, i);
     result.model.equations[places[j].equation].terms[places[j].term].coefficient =
         Estimate::from_sd(*theta[j], std::sqrt(std::max(0.0, square)));
   }
@@ -189,7 +192,8 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
     const double left = all.normal(j, j) - couplings.col(static_cast<Eigen::Index>(k)).dot(solved);
     if (!(left > 1e-10 * all.normal(j, j))) continue;  // the model explains this column
     const double gradient = all.gradient[j] - solved.dot(Eigen::VectorXd(all.gradient(base)));
-    result.scores.push_back({labels[k].first, labels[k].second, gradient * gradient / left / variance, gradient / left});
+    result.scores.push_back(
+        {labels[k].first, labels[k].second, gradient * gradient / left / variance, gradient / left});
   }
   std::sort(result.scores.begin(), result.scores.end(),
             [](const TermScore& a, const TermScore& b) { return a.score > b.score; });

@@ -1,5 +1,7 @@
 #include "whirl/sindy/regression.hpp"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -11,8 +13,6 @@
 #include <random>
 
 #include "scaled.hpp"
-#include <fmt/ranges.h>
-
 #include "whirl/core/error.hpp"
 
 namespace whirl {
@@ -84,9 +84,9 @@ std::size_t choose(const Path& path, const Scaled& s, Selection rule) {
   for (std::size_t k = 0; k < n; ++k) {
     terms[k] = static_cast<int>(support_of(path.w[k]).size());
     const double mean_square = s.rss(path.w[k]);
-    score[k] = by_cv                     ? curve.mean[static_cast<Eigen::Index>(k)]
+    score[k] = by_cv                    ? curve.mean[static_cast<Eigen::Index>(k)]
                : rule == Selection::aic ? aic(s, mean_square, terms[k])
-                                         : bic(s, mean_square, terms[k]);
+                                        : bic(s, mean_square, terms[k]);
   }
   std::size_t best = 0;
   for (std::size_t k = 1; k < n; ++k) {
@@ -183,10 +183,14 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
   if (lasso) {
     path = lasso_with_path(problem, s, o, m == "lasso_cd", validate);
   } else {
-    if (m == "lspl") path = lspl(s);
-    else if (m == "ssr") path = ssr(s);
-    else if (m == "frols") path = frols(s, o.max_terms);
-    else if (m == "best_subset") path = best_subset(s, o.max_terms);
+    if (m == "lspl")
+      path = lspl(s);
+    else if (m == "ssr")
+      path = ssr(s);
+    else if (m == "frols")
+      path = frols(s, o.max_terms);
+    else if (m == "best_subset")
+      path = best_subset(s, o.max_terms);
     if (validate) cross_validate_supports(problem, s, o.folds, path);
   }
   const std::size_t best = choose(path, s, rule);
@@ -200,8 +204,9 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
 }  // namespace detail
 
 const std::vector<std::string>& regression_methods() {
-  static const std::vector<std::string> names{"ols",  "ridge", "lasso", "lasso_cd", "sqrt_lasso",  "lspl",     "stlsq",
-                                              "sr3", "sr3_l1", "ssr",  "frols",    "best_subset", "backward", "ensemble"};
+  static const std::vector<std::string> names{"ols",   "ridge",       "lasso",    "lasso_cd", "sqrt_lasso",
+                                              "lspl",  "stlsq",       "sr3",      "sr3_l1",   "ssr",
+                                              "frols", "best_subset", "backward", "ensemble"};
   return names;
 }
 
@@ -220,8 +225,8 @@ void check(const Problem& problem, const SolveOptions& o) {
   require_range("noise floor", o.noise_floor, 0, 1);
   const GramBlock& t = problem.total;
   if (t.gram.rows() != t.terms() || t.gram.cols() != t.terms() || t.terms() < 1) {
-    throw Error(fmt::format("Gram matrix {} x {} with {} moments: sizes must agree", t.gram.rows(), t.gram.cols(),
-                            t.terms()));
+    throw Error(
+        fmt::format("Gram matrix {} x {} with {} moments: sizes must agree", t.gram.rows(), t.gram.cols(), t.terms()));
   }
   if (!(t.rows >= 1)) throw Error("a regression needs at least one row of finite values");
   if (!t.gram.allFinite() || !t.moment.allFinite() || !std::isfinite(t.energy)) {

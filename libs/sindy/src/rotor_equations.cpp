@@ -65,8 +65,9 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
   }
   const double k1 = view["k1"].value, root = std::sqrt(k1), damping = view["c"].value;
   p.emplace_back("natural_frequency", Estimate::from_sd(root, view["k1"].sd / (2 * root)));
-  p.emplace_back("damping_ratio", Estimate::from_sd(damping / (2 * root),
-                                                    view.sum({{1 / (2 * root), "c"}, {-damping / (4 * k1 * root), "k1"}}).sd));
+  p.emplace_back("damping_ratio",
+                 Estimate::from_sd(damping / (2 * root),
+                                   view.sum({{1 / (2 * root), "c"}, {-damping / (4 * k1 * root), "k1"}}).sd));
   for (const char* name : {"k1_conj_re", "k1_conj_im", "c_conj_re", "c_conj_im"}) {
     if (view.has(name)) p.emplace_back(name, view[name]);
   }

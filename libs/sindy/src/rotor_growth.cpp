@@ -82,13 +82,15 @@ std::string label(const std::string& term, const Growth& g) {
   return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
 }
 
-/// Candidates to try next: the best one that the model can take up. Near resonance conj z and conj z' look alike, so when
-/// both are significant the fit decides between them.
-std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth, const std::vector<std::string>& refused,
-                                    double threshold) {
+/// Candidates to try next: the best one that the model can take up. Near resonance conj z and conj z' look alike, so
+/// when both are significant the fit decides between them.
+std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
+                                    const std::vector<std::string>& refused, double threshold) {
   for (const ScoreCandidate& c : test.candidates) {
-    if (!c.in_model || c.score < threshold || std::find(refused.begin(), refused.end(), c.term) != refused.end()) continue;
-    if (c.term.starts_with("mode") && c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) {
+    if (!c.in_model || c.score < threshold || std::find(refused.begin(), refused.end(), c.term) != refused.end())
+      continue;
+    if (c.term.starts_with("mode") && c.score < 3 * threshold &&
+        growth.modes[std::stoul(c.term.substr(5)) - 1].searched) {
       continue;
     }
     if (c.term.starts_with("conj z")) {
@@ -157,7 +159,8 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
                                        : values * (grown.fit.summary.chi_square - fit.summary.chi_square) /
                                              std::max(1.0, fit.summary.chi_square);
     if (drop >= options.score_threshold) {
-      if (growth.start.modes.size() >= kMostSearched) std::erase_if(growth.modes, [](const auto& c) { return c.searched; });
+      if (growth.start.modes.size() >= kMostSearched)
+        std::erase_if(growth.modes, [](const auto& c) { return c.searched; });
       grown.added.push_back(chosen);
       refused.clear();
       continue;
@@ -168,12 +171,11 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
       fit = std::move(grown.fit);
       continue;
     }
-    if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold &&
-        test.chi_square > 1.3) {
-      grown.warnings.push_back(fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model "
-                                           "does not have",
-                                           label(test.candidates.front().term, before), test.candidates.front().score,
-                                           options.score_threshold));
+    if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold && test.chi_square > 1.3) {
+      grown.warnings.push_back(fmt::format(
+          "the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model "
+          "does not have",
+          label(test.candidates.front().term, before), test.candidates.front().score, options.score_threshold));
     }
     return grown;
   }

@@ -12,9 +12,7 @@ namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-double spread(const Eigen::VectorXd& v) {
-  return std::sqrt((v.array() - v.mean()).square().mean());
-}
+double spread(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
 // Longest stretch of equal samples at the largest or smallest value.
 Eigen::Index clipped_run(const Eigen::VectorXd& v) {
@@ -30,7 +28,8 @@ Eigen::Index clipped_run(const Eigen::VectorXd& v) {
 void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   Summary& s = r.summary;
   if (r.size() < 1000) s.fail(fmt::format("the record has {} samples; at least 1000 are needed", r.size()));
-  if (r.turns() < 5) s.fail(fmt::format("the rotor turns {:.2g} times in the record; at least 5 turns are needed", r.turns()));
+  if (r.turns() < 5)
+    s.fail(fmt::format("the rotor turns {:.2g} times in the record; at least 5 turns are needed", r.turns()));
   const double sx = spread(x), sy = spread(y);
   for (const auto& [name, sd, noise] : {std::tuple("x", sx, r.noise_x), std::tuple("y", sy, r.noise_y)}) {
     if (sd <= 1e-12) {
@@ -38,7 +37,8 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
     } else if (sd < 1.2 * noise) {
       s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
     } else if (const Eigen::Index run = clipped_run(*name == 'x' ? x : y); run >= 4) {
-      s.warn(fmt::format("channel {} stays at its extreme value for {} samples: the sensor range is too small", name, run));
+      s.warn(fmt::format("channel {} stays at its extreme value for {} samples: the sensor range is too small", name,
+                         run));
     }
   }
   if (sx > 1e-12 && sy > 1e-12) {

@@ -16,7 +16,7 @@ struct Scaled {
   std::vector<int> sign;        // per column
   double rows = 0;              // for criteria
   double y_rms = 0;
-  double floor = 0;             // error of the rows that no term can explain, share of the target
+  double floor = 0;  // error of the rows that no term can explain, share of the target
 
   Eigen::Index size() const { return c.size(); }
   double rss(const Eigen::VectorXd& w) const;  // mean squared residual, scaled target: in [0, 1] for least squares
@@ -46,8 +46,8 @@ struct Path {
 struct Fold {
   Scaled train, test;
 };
-/// Folds in the scaling of `s`: fold f holds the contiguous time blocks f, f + folds, ... A run-up changes speed from block
-/// to block: one long block per fold would train on other speeds than it tests.
+/// Folds in the scaling of `s`: fold f holds the contiguous time blocks f, f + folds, ... A run-up changes speed from
+/// block to block: one long block per fold would train on other speeds than it tests.
 std::vector<Fold> make_folds(const Problem& problem, const Scaled& s, int folds);
 
 Eigen::VectorXd stlsq(const Scaled& s, const SolveOptions& o);
@@ -67,7 +67,7 @@ Eigen::VectorXd sqrt_lasso(const Scaled& s, const SolveOptions& o, double& param
 Path lspl(const Scaled& s);
 
 /// Scaled solution of any method; fills path and parameter when they exist.
-Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveOptions& o, Path* path, double* parameter,
-                           Eigen::VectorXd* inclusion);
+Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveOptions& o, Path* path,
+                           double* parameter, Eigen::VectorXd* inclusion);
 
 }  // namespace whirl::detail

@@ -121,7 +121,8 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     const Eigen::VectorXcd on_half_grid = half_grid_forcing(own.angle);
     for (std::size_t k = 0; k < options.modes.size(); ++k) {
       const ForcedMode& mode = options.modes[k];
-      const Eigen::VectorXcd q = detail::modal_response(mode.omega, mode.zeta, on_half_grid, records[r].dt, own.angle.omega[0]);
+      const Eigen::VectorXcd q =
+          detail::modal_response(mode.omega, mode.zeta, on_half_grid, records[r].dt, own.angle.omega[0]);
       candidate(fmt::format("mode {}", k + 1), true, {w.rotor(own.eps * q, stiffness, m.c)});
     }
     for (std::size_t k = 0; k < options.decays.size(); ++k) {

@@ -11,12 +11,12 @@
 #include "record_quality.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
-#include "whirl/sindy/evidence.hpp"
-#include "whirl/sindy/refine.hpp"
-#include "whirl/sindy/simulate_model.hpp"
 #include "whirl/signal/derivative.hpp"
 #include "whirl/signal/filter.hpp"
 #include "whirl/signal/resample.hpp"
+#include "whirl/sindy/evidence.hpp"
+#include "whirl/sindy/refine.hpp"
+#include "whirl/sindy/simulate_model.hpp"
 
 namespace whirl {
 namespace {
@@ -124,12 +124,14 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   }
   const Eigen::Index cut = kEnd * k + gaussian_reach(sd);
   const Eigen::Index inside = n - 2 * cut;
-  if (inside < 100) throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
+  if (inside < 100)
+    throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
   SolveOptions solver = options.solver;
   for (std::size_t j = 0; j < terms.size(); ++j) {
     if (terms[j].is_number()) solver.keep.push_back(static_cast<int>(j));
   }
-  const SparseFit fit = solve(make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
+  const SparseFit fit =
+      solve(make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
 
   Equation kinematic{rate, {{rate, {1, 0, 1, 1}, ""}}};
   Equation motion{rate + "'", {}};
@@ -151,8 +153,9 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
 
   std::vector<std::string> candidates = options.candidates;
   if (candidates.empty()) {
-    candidates = {output + "^2", output + "^4", output + "^5", output + "*" + rate, output + "^2*" + rate,
-                  rate + "*abs(" + rate + ")", "sgn(" + rate + ")", input + "*" + output};
+    candidates = {output + "^2",       output + "^4",         output + "^5",
+                  output + "*" + rate, output + "^2*" + rate, rate + "*abs(" + rate + ")",
+                  "sgn(" + rate + ")", input + "*" + output};
   }
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
   const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
@@ -160,9 +163,9 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
     Equation e{rate + "'", {}};
     for (const std::string& text : candidates) {
       const Expr c = split_coefficient(Expr::parse(text)).second;
-      const bool present = std::any_of(m.equations[1].terms.begin(), m.equations[1].terms.end(), [&](const EquationTerm& t) {
-        return split_coefficient(Expr::parse(t.function)).second == c;
-      });
+      const bool present =
+          std::any_of(m.equations[1].terms.begin(), m.equations[1].terms.end(),
+                      [&](const EquationTerm& t) { return split_coefficient(Expr::parse(t.function)).second == c; });
       if (!present) e.terms.push_back({text, {}, ""});
     }
     return std::vector<Equation>{e};

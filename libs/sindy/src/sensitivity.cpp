@@ -63,8 +63,8 @@ StepSums SensitivitySystem::run(const std::vector<FreeRun>& runs, double dt, con
   // Sensitivities have one row per unknown and one column per state, so that the long dimension is contiguous.
   Eigen::VectorXd x(n_), xs(n_), x1(n_), x2(n_), x3(n_), x4(n_);
   Eigen::MatrixXd s(local, n_), stage(local, n_), s1(local, n_), s2(local, n_), s3(local, n_), s4(local, n_);
-  const auto slope = [&](const Eigen::VectorXd& at, const Eigen::MatrixXd& sens, const double* input, Eigen::VectorXd& kx,
-                         Eigen::MatrixXd& ks) {
+  const auto slope = [&](const Eigen::VectorXd& at, const Eigen::MatrixXd& sens, const double* input,
+                         Eigen::VectorXd& kx, Eigen::MatrixXd& ks) {
     rate(at.data(), input);
     kx = dx_;
     for (Eigen::Index i = 0; i < n_; ++i) {

@@ -38,7 +38,8 @@ std::vector<FreeRun> cut_runs(const CompiledModel& model, const std::vector<Stre
       runs.push_back(std::move(run));
     }
   }
-  const std::size_t limit = std::max<std::size_t>(4, static_cast<std::size_t>(most / std::max<Eigen::Index>(1, length)));
+  const std::size_t limit =
+      std::max<std::size_t>(4, static_cast<std::size_t>(most / std::max<Eigen::Index>(1, length)));
   if (runs.size() <= limit) return runs;
   std::vector<FreeRun> spread;
   for (std::size_t k = 0; k < limit; ++k) spread.push_back(std::move(runs[k * runs.size() / limit]));

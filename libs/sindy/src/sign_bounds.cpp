@@ -30,7 +30,9 @@ std::string allowed(const std::string& equation, const Candidates& candidates) {
   return fmt::format("of an equation that is sought ({})", fmt::join(sought, ", "));
 }
 
-std::string text_of(const BoundOutcome& b) { return fmt::format("{}: {} {} 0", b.equation, b.function, b.sign > 0 ? ">=" : "<="); }
+std::string text_of(const BoundOutcome& b) {
+  return fmt::format("{}: {} {} 0", b.equation, b.function, b.sign > 0 ? ">=" : "<=");
+}
 
 }  // namespace
 
@@ -38,7 +40,8 @@ Signs resolve_signs(const std::vector<SignBound>& bounds, const Candidates& cand
   Signs signs;
   for (const SignBound& bound : bounds) {
     const std::string label = bound.equation.empty() ? bound.function : bound.equation + ":" + bound.function;
-    if (bound.sign != 1 && bound.sign != -1) throw Error::in_field("sign of " + label, std::to_string(bound.sign), "1 or -1");
+    if (bound.sign != 1 && bound.sign != -1)
+      throw Error::in_field("sign of " + label, std::to_string(bound.sign), "1 or -1");
     const auto [number, function] = split_coefficient(Expr::parse(bound.function));
     bool found = false;
     for (const auto& [lhs, terms] : candidates) {
@@ -49,7 +52,8 @@ Signs resolve_signs(const std::vector<SignBound>& bounds, const Candidates& cand
         found = true;
         const int sign = number * factor < 0 ? -bound.sign : bound.sign;
         const auto [at, added] = signs[lhs].emplace(term.str(), sign);
-        if (!added && at->second != sign) throw Error(fmt::format("sign bounds of {}: {} contradict each other", lhs, term.str()));
+        if (!added && at->second != sign)
+          throw Error(fmt::format("sign bounds of {}: {} contradict each other", lhs, term.str()));
       }
     }
     if (!found) throw Error::in_field("sign bound", label, allowed(bound.equation, candidates));
@@ -84,7 +88,8 @@ std::vector<TermScore> blocked_terms(const Problem& problem, const SparseFit& fi
   return blocked;
 }
 
-std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<TermScore>& blocked, IdentifiedModel& model) {
+std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<TermScore>& blocked,
+                                          IdentifiedModel& model) {
   std::vector<BoundOutcome> outcomes;
   for (const auto& [lhs, terms] : signs) {
     for (const auto& [function, sign] : terms) {
@@ -104,9 +109,10 @@ std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<
         outcome.t = std::copysign(std::sqrt(s.score), s.coefficient);
       }
       if (outcome.active) {
-        model.summary.warn(fmt::format("the sign bound {} is active: the records ask for about {:.3g} (t {:.3g}); the coefficient is "
-                                       "held at 0 and has no interval, the intervals of the other terms hold with it there",
-                                       text_of(outcome), outcome.unbounded, outcome.t));
+        model.summary.warn(
+            fmt::format("the sign bound {} is active: the records ask for about {:.3g} (t {:.3g}); the coefficient is "
+                        "held at 0 and has no interval, the intervals of the other terms hold with it there",
+                        text_of(outcome), outcome.unbounded, outcome.t));
       }
       outcomes.push_back(std::move(outcome));
     }

@@ -17,11 +17,13 @@ Signs resolve_signs(const std::vector<SignBound>& bounds, const Candidates& cand
 /// 0: free.
 int sign_of(const Signs& signs, const std::string& lhs, const std::string& function);
 
-/// Bounded terms that the fit left out and that least squares beside its terms would give the other sign, with at least `t_value`.
+/// Bounded terms that the fit left out and that least squares beside its terms would give the other sign, with at least
+/// `t_value`.
 std::vector<TermScore> blocked_terms(const Problem& problem, const SparseFit& fit, const std::vector<int>& sign,
                                      const std::string& lhs, double t_value);
 
 /// Cuts the intervals of bounded terms at their bound, tells what became of every bound and warns of active ones.
-std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<TermScore>& blocked, IdentifiedModel& model);
+std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<TermScore>& blocked,
+                                          IdentifiedModel& model);
 
 }  // namespace whirl::detail

@@ -1,10 +1,10 @@
 #include "whirl/sindy/simulate_model.hpp"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <tuple>
-
-#include <fmt/ranges.h>
 
 #include "whirl/core/error.hpp"
 #include "whirl/signal/resample.hpp"
@@ -34,8 +34,10 @@ class Hoist {
       case Expr::Kind::product:
         if (!alone.empty()) kept.push_back((*this)(Expr::product(alone)));
         return Expr::product(kept);
-      case Expr::Kind::power: return pow(kept[0], kept[1]);
-      default: return Expr::call(e.function(), kept);
+      case Expr::Kind::power:
+        return pow(kept[0], kept[1]);
+      default:
+        return Expr::call(e.function(), kept);
     }
   }
 
@@ -45,8 +47,9 @@ class Hoist {
  private:
   bool uses_states(const Expr& e) const {
     const std::vector<std::string> names = variables(e);
-    return std::any_of(names.begin(), names.end(),
-                       [&](const std::string& n) { return std::find(states_.begin(), states_.end(), n) != states_.end(); });
+    return std::any_of(names.begin(), names.end(), [&](const std::string& n) {
+      return std::find(states_.begin(), states_.end(), n) != states_.end();
+    });
   }
   Expr symbol_for(const Expr& e) {
     const auto at = std::find(signals_.begin(), signals_.end(), e);
@@ -124,7 +127,8 @@ CompiledModel::CompiledModel(const IdentifiedModel& model) {
   functions_ = compile(functions, symbols);
   const std::size_t padded = (states_.size() + 3) / 4 * 4;
   coefficients_.setZero(static_cast<Eigen::Index>(padded), static_cast<Eigen::Index>(functions.size()));
-  for (const auto& [i, k, number] : entries) coefficients_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) += number;
+  for (const auto& [i, k, number] : entries)
+    coefficients_(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k)) += number;
 }
 
 void CompiledModel::rate_of(const double* states_and_signals, double* out) const noexcept {
@@ -201,12 +205,16 @@ Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& 
   for (std::size_t k = 0; k < model.inputs().size(); ++k) {
     const std::string& name = model.inputs()[k];
     const Eigen::Index column = static_cast<Eigen::Index>(k);
-    if (name == "X5") u.col(column) = angle.beta;
-    else if (name == "X6") u.col(column) = angle.omega;
-    else if (name == "X7") u.col(column) = angle.alpha;
+    if (name == "X5")
+      u.col(column) = angle.beta;
+    else if (name == "X6")
+      u.col(column) = angle.omega;
+    else if (name == "X7")
+      u.col(column) = angle.alpha;
     else if (name == "t")
       u.col(column).setLinSpaced(u.rows(), t0, t0 + 0.5 * angle.dt * static_cast<double>(u.rows() - 1));
-    else throw Error::in_field("input of a rotor model", name, "X5, X6, X7 or t");
+    else
+      throw Error::in_field("input of a rotor model", name, "X5, X6, X7 or t");
   }
   return u;
 }
@@ -218,8 +226,7 @@ Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& re
     const std::string& name = model.inputs()[k];
     const Eigen::Index column = static_cast<Eigen::Index>(k);
     if (name == "t" && !recording.has("t")) {
-      u.col(column).setLinSpaced(rows, recording.t0,
-                                 recording.t0 + 0.5 * recording.dt * static_cast<double>(rows - 1));
+      u.col(column).setLinSpaced(rows, recording.t0, recording.t0 + 0.5 * recording.dt * static_cast<double>(rows - 1));
     } else {
       u.col(column) = upsample(recording[name], 2);
     }

@@ -64,8 +64,9 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
     return model;
   }
   const detail::OutputWeights weights = detail::output_weights(data);
-  const detail::Followed followed = detail::refine_and_select(model, data.candidates(), data.signs(), regression.alternatives,
-                                                              data.stretches(), weights.sd, data.rate(), options);
+  const detail::Followed followed =
+      detail::refine_and_select(model, data.candidates(), data.signs(), regression.alternatives, data.stretches(),
+                                weights.sd, data.rate(), options);
   detail::set_coefficient_units(model, like);
   detail::judge_refined(data, weights, followed, regression.least, model);
   conclude(followed.blocked);
@@ -75,7 +76,8 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
 
 }  // namespace
 
-IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options, std::vector<BoundOutcome>* bounds) {
+IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
+                          std::vector<BoundOutcome>* bounds) {
   detail::require_equal_steps(records);
   detail::SindyData data(options);
   Summary summary;

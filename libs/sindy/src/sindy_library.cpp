@@ -44,7 +44,8 @@ SindyOptions options_of(const CandidateLibrary& library, SindyOptions o) {
     orders.push_back(map ? 0 : static_cast<int>(lhs.size() - end));
     o.states.push_back(lhs.substr(0, end));
   }
-  if (orders.empty() || *std::min_element(orders.begin(), orders.end()) != *std::max_element(orders.begin(), orders.end()) ||
+  if (orders.empty() ||
+      *std::min_element(orders.begin(), orders.end()) != *std::max_element(orders.begin(), orders.end()) ||
       orders.front() > 2 || (orders.front() == 0 && !library.lhs.front().ends_with("[k+1]"))) {
     throw Error(fmt::format("equations of {}: must all be x' or all x'' or all x[k+1]", fmt::join(library.lhs, ", ")));
   }
@@ -153,7 +154,8 @@ class LibraryFit {
     }
     model_.summary.condition_number = fit.summary.condition_number;
     for (std::size_t i = 0; i < equations; ++i) {
-      const double residual = std::sqrt(problems[i].total.residual(fit.xi) / std::max(problems[i].total.energy, 1e-300));
+      const double residual =
+          std::sqrt(problems[i].total.residual(fit.xi) / std::max(problems[i].total.energy, 1e-300));
       if (residual > least_.residual) least_ = {library_.lhs[i], residual};
     }
     model_.summary.residual = least_.residual;
@@ -165,8 +167,9 @@ class LibraryFit {
     std::vector<std::string> names;
     for (int g : wanted) names.push_back(library_.groups[static_cast<std::size_t>(g)].name);
     for (const CollinearGroup& c : collinear_groups(gram, names, 1e6)) {
-      model_.summary.fail(fmt::format("the records cannot tell {} apart (condition index {:.1e}): tie them or leave some out",
-                                      fmt::join(c.terms, ", "), c.condition_index));
+      model_.summary.fail(
+          fmt::format("the records cannot tell {} apart (condition index {:.1e}): tie them or leave some out",
+                      fmt::join(c.terms, ", "), c.condition_index));
     }
     if (fit.support.empty()) model_.summary.fail("no candidate term explains any left-hand side");
     support_ = fit.support;
@@ -179,7 +182,8 @@ class LibraryFit {
   void write_equations() {
     model_.equations.clear();
     if (data_.options().order == 2) {
-      for (const std::string& s : data_.options().states) model_.equations.push_back({s + "'", {{s + "'", {1, 0, 1, 1}, ""}}});
+      for (const std::string& s : data_.options().states)
+        model_.equations.push_back({s + "'", {{s + "'", {1, 0, 1, 1}, ""}}});
     }
     std::vector<Eigen::VectorXd> rows;
     for (std::size_t i = 0; i < library_.lhs.size(); ++i) {
@@ -213,8 +217,9 @@ class LibraryFit {
       const TiedGroup& group = library_.groups[static_cast<std::size_t>(support_[k])];
       const auto same = [&](const TiedGroup& g) { return g.name == group.name; };
       const bool alone = std::count_if(library_.groups.begin(), library_.groups.end(), same) == 1;
-      model_.parameters.emplace_back(alone ? group.name : library_.lhs[group.entries.front().equation] + ": " + group.name,
-                                     Estimate::from_sd(values_[j], std::sqrt(covariance(j, j))));
+      model_.parameters.emplace_back(
+          alone ? group.name : library_.lhs[group.entries.front().equation] + ": " + group.name,
+          Estimate::from_sd(values_[j], std::sqrt(covariance(j, j))));
     }
     model_.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
   }
@@ -243,7 +248,8 @@ class LibraryFit {
     const double dt = model_.sample_time;
     Eigen::Index longest = 0;
     for (const detail::Stretch& s : data_.stretches()) longest = std::max(longest, s.samples());
-    Eigen::Index length = std::min(longest, std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / data_.rate() / dt)));
+    Eigen::Index length =
+        std::min(longest, std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / data_.rate() / dt)));
     const auto refined_at = [&](Eigen::Index at) {
       const CompiledModel compiled(model_);
       options.ties = ties_;
@@ -356,7 +362,8 @@ Prepared prepare(const std::vector<Recording>& given, const CandidateLibrary& an
 
 }  // namespace
 
-IdentifiedModel fit_library(const std::vector<Recording>& records, const CandidateLibrary& library, const SindyOptions& options) {
+IdentifiedModel fit_library(const std::vector<Recording>& records, const CandidateLibrary& library,
+                            const SindyOptions& options) {
   const Prepared p = prepare(records, library, options);
   IdentifiedModel model;
   if (p.data == nullptr) {
@@ -377,12 +384,11 @@ std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& record
   regression.refine = false;
   const Prepared p = prepare(records, library, regression);
   if (p.data == nullptr) throw Error(p.summary.warnings.back());
-  return detail::compare_all(p.library.groups.size(), options.solver,
-                             [&](const SolveOptions& solver) {
-                               IdentifiedModel model = LibraryFit(*p.data, p.library, solver).run();
-                               detail::set_coefficient_units(model, p.like);
-                               return model;
-                             });
+  return detail::compare_all(p.library.groups.size(), options.solver, [&](const SolveOptions& solver) {
+    IdentifiedModel model = LibraryFit(*p.data, p.library, solver).run();
+    detail::set_coefficient_units(model, p.like);
+    return model;
+  });
 }
 
 }  // namespace whirl

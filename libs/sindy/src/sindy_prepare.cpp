@@ -196,7 +196,8 @@ Regression regress(const SindyData& data, const SolveOptions& solver_options) {
       for (const std::string& function : problem.names) solver.sign.push_back(sign_of(data.signs(), lhs, function));
     }
     const SparseFit fit = solve(problem, solver);
-    for (TermScore& s : blocked_terms(problem, fit, solver.sign, lhs, options.t_value)) result.blocked.push_back(std::move(s));
+    for (TermScore& s : blocked_terms(problem, fit, solver.sign, lhs, options.t_value))
+      result.blocked.push_back(std::move(s));
     const auto name = [&](Eigen::Index j) { return problem.names[static_cast<std::size_t>(j)]; };
     Equation equation{lhs, {}};
     for (int j : fit.support) equation.terms.push_back({name(j), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});

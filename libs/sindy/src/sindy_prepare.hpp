@@ -12,8 +12,8 @@
 
 namespace whirl::detail {
 
-/// Records made ready for the regressions of fit_sindy. Batches may be added one after the other: the sums grow with the
-/// number of terms only, and of the samples a part is kept for the refinement.
+/// Records made ready for the regressions of fit_sindy. Batches may be added one after the other: the sums grow with
+/// the number of terms only, and of the samples a part is kept for the refinement.
 class SindyData {
  public:
   /// Throws Error for options that do not fit together.

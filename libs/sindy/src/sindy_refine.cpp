@@ -22,7 +22,8 @@ struct Weak {
 };
 
 /// Terms below the limits or across their sign bound, least worth first.
-std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares, const Signs& signs, const SindyOptions& options) {
+std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares, const Signs& signs,
+                             const SindyOptions& options) {
   std::vector<Weak> weak;
   for (std::size_t e = 0; e < model.equations.size(); ++e) {
     const double total = shares.of(model.equations[e]);
@@ -32,7 +33,8 @@ std::vector<Weak> weak_terms(const IdentifiedModel& model, const Shares& shares,
       if (c.sd == 0) continue;  // known
       const double share = total > 0 ? std::abs(c.value) * shares.of(term.function) / total : 0;
       const bool crosses = sign_of(signs, model.equations[e].lhs, term.function) * c.value < 0;
-      const double worth = crosses ? -1 : std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
+      const double worth =
+          crosses ? -1 : std::min(std::abs(c.value) / c.sd / options.t_value, share / options.least_share);
       if (!(worth >= 1)) weak.push_back({e, t, worth});
     }
   }
@@ -56,7 +58,8 @@ std::vector<Equation> absent_terms(const IdentifiedModel& model, const Candidate
     Equation absent{e.lhs, {}};
     for (const Expr& c : at->second) {
       const std::string text = c.str();
-      const bool present = std::any_of(e.terms.begin(), e.terms.end(), [&](const EquationTerm& t) { return t.function == text; });
+      const bool present =
+          std::any_of(e.terms.begin(), e.terms.end(), [&](const EquationTerm& t) { return t.function == text; });
       if (!present) absent.terms.push_back({text, {}, ""});
     }
     out.push_back(std::move(absent));
@@ -66,14 +69,16 @@ std::vector<Equation> absent_terms(const IdentifiedModel& model, const Candidate
 
 bool within(const Equation& small, const Equation& large) {
   return std::all_of(small.terms.begin(), small.terms.end(), [&](const EquationTerm& a) {
-    return std::any_of(large.terms.begin(), large.terms.end(), [&](const EquationTerm& b) { return a.function == b.function; });
+    return std::any_of(large.terms.begin(), large.terms.end(),
+                       [&](const EquationTerm& b) { return a.function == b.function; });
   });
 }
 
 class Selector {
  public:
-  Selector(const IdentifiedModel& model, const Candidates& candidates, const Signs& signs, const std::vector<Stretch>& stretches,
-           const Eigen::VectorXd& sd, double characteristic_rate, const SindyOptions& options)
+  Selector(const IdentifiedModel& model, const Candidates& candidates, const Signs& signs,
+           const std::vector<Stretch>& stretches, const Eigen::VectorXd& sd, double characteristic_rate,
+           const SindyOptions& options)
       : candidates_(candidates),
         signs_(signs),
         stretches_(stretches),
@@ -134,10 +139,11 @@ class Selector {
     return true;
   }
 
-  /// Four times longer runs hold more information: fewer starts to estimate, slow and nearly dependent terms told apart.
-  /// Kept while the free run still follows (chaos and model error end it). False when it was not.
+  /// Four times longer runs hold more information: fewer starts to estimate, slow and nearly dependent terms told
+  /// apart. Kept while the free run still follows (chaos and model error end it). False when it was not.
   bool lengthen(IdentifiedModel& model) {
-    const bool whole = std::all_of(stretches_.begin(), stretches_.end(), [&](const Stretch& s) { return s.samples() < 2 * length_; });
+    const bool whole =
+        std::all_of(stretches_.begin(), stretches_.end(), [&](const Stretch& s) { return s.samples() < 2 * length_; });
     if (whole || spent()) return false;
     const Eigen::Index length = length_;
     return attempt(model, [&](IdentifiedModel& trial) {
@@ -152,8 +158,8 @@ class Selector {
     });
   }
 
-  /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls. False when it did not,
-  /// or the terms then did not settle.
+  /// Tries another right-hand side of one equation; keeps it when the criterion of the free runs falls. False when it
+  /// did not, or the terms then did not settle.
   bool exchange(IdentifiedModel& model, const Equation& other) {
     const auto at = static_cast<std::size_t>(std::find_if(model.equations.begin(), model.equations.end(),
                                                           [&](const Equation& e) { return e.lhs == other.lhs; }) -
@@ -171,8 +177,10 @@ class Selector {
       few.max_iterations = 6;
       found = refined(found.model, few);
       const double rows = samples();
-      const double now = rows * std::log(square(followed_.rmse)) + std::log(rows) * static_cast<double>(present.terms.size());
-      const double then = rows * std::log(square(found.rmse)) + std::log(rows) * static_cast<double>(other.terms.size());
+      const double now =
+          rows * std::log(square(followed_.rmse)) + std::log(rows) * static_cast<double>(present.terms.size());
+      const double then =
+          rows * std::log(square(found.rmse)) + std::log(rows) * static_cast<double>(other.terms.size());
       if (then >= now) return false;
       take(trial, found);
       return settle(trial) == Outcome::settled;
@@ -181,7 +189,9 @@ class Selector {
 
   double rmse() const { return followed_.rmse; }
   bool converged() const { return followed_.converged; }
-  Followed followed() const { return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance, followed_.blocked}; }
+  Followed followed() const {
+    return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance, followed_.blocked};
+  }
 
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
@@ -195,7 +205,8 @@ class Selector {
   };
   static double square(double x) { return x * x; }
 
-  Refined refined(const IdentifiedModel& model, const RefineOptions& options, const std::vector<Equation>& candidates = {}) {
+  Refined refined(const IdentifiedModel& model, const RefineOptions& options,
+                  const std::vector<Equation>& candidates = {}) {
     Refined result = refine_free_run(model, runs_, dt_, options, candidates);
     passes_ += result.passes;
     return result;
@@ -248,7 +259,8 @@ class Selector {
       }
     }
     const Eigen::VectorXd unit = covariance.diagonal().cwiseSqrt();
-    const Eigen::MatrixXd correlation = unit.cwiseInverse().asDiagonal() * covariance * unit.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd correlation =
+        unit.cwiseInverse().asDiagonal() * covariance * unit.cwiseInverse().asDiagonal();
     Problem wald;
     wald.total.gram = correlation.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
     const Eigen::VectorXd t = theta.cwiseQuotient(unit);
@@ -275,7 +287,8 @@ class Selector {
     return true;
   }
 
-  /// Adds the absent term with the largest score and tells its name; empty when none is significant. A sign bound in its way is noted.
+  /// Adds the absent term with the largest score and tells its name; empty when none is significant. A sign bound in
+  /// its way is noted.
   std::string add_best(IdentifiedModel& model, const Refined& scored, const std::set<std::string>& rejected) {
     for (const TermScore& s : scored.scores) {
       if (s.score < options_.t_value * options_.t_value) break;
@@ -326,14 +339,16 @@ Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates,
   if (outcome == Selector::Outcome::stopped) {
     model.summary.fail(fmt::format("after {} passes over the free runs terms still come and go", options.max_passes));
     for (Equation& e : model.equations) {
-      std::erase_if(e.terms, [&](const EquationTerm& t) { return sign_of(signs, e.lhs, t.function) * t.coefficient.value < 0; });
+      std::erase_if(e.terms,
+                    [&](const EquationTerm& t) { return sign_of(signs, e.lhs, t.function) * t.coefficient.value < 0; });
     }
   }
   while (selector.lengthen(model)) {
   }
   for (const Equation& other : alternatives) selector.exchange(model, other);
   if (selector.spent() && outcome == Selector::Outcome::settled) {
-    model.summary.warn(fmt::format("the trial of other terms was cut short after {} passes over the free runs", options.max_passes));
+    model.summary.warn(
+        fmt::format("the trial of other terms was cut short after {} passes over the free runs", options.max_passes));
   }
   if (!selector.converged()) model.summary.warn("the refinement on free runs did not converge");
   // Weighted residuals have variance 1 when only the estimated noise is left.

@@ -42,10 +42,14 @@ Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record) {
   Eigen::MatrixXd in(record.size(), static_cast<Eigen::Index>(names.size()));
   for (std::size_t k = 0; k < names.size(); ++k) {
     const Eigen::Index column = static_cast<Eigen::Index>(k);
-    if (record.has(names[k])) in.col(column) = record[names[k]];
-    else if (names[k] == "t") in.col(column) = record.times();
-    else if (k < compiled.states().size()) in.col(column) = smooth.col(column);
-    else in.col(column) = record[names[k]];  // tells the name that is missing
+    if (record.has(names[k]))
+      in.col(column) = record[names[k]];
+    else if (names[k] == "t")
+      in.col(column) = record.times();
+    else if (k < compiled.states().size())
+      in.col(column) = smooth.col(column);
+    else
+      in.col(column) = record[names[k]];  // tells the name that is missing
   }
   return compiled.tape().evaluate(in);
 }
@@ -133,8 +137,10 @@ void PartwiseScore::add(const Recording& part) {
 void PartwiseScore::follow(bool last) {
   constexpr Eigen::Index kContext = 256;  // samples around those scored, for the interpolation of inputs and the starts
   const Eigen::Index ready = last ? waiting_.size() : waiting_.size() - kContext;
-  if (horizon_ > 0) follow_restarted(ready, last);
-  else follow_on(ready, last);
+  if (horizon_ > 0)
+    follow_restarted(ready, last);
+  else
+    follow_on(ready, last);
   const Eigen::Index drop = std::max<Eigen::Index>(0, next_ - kContext);
   waiting_ = part_of(waiting_, drop, waiting_.size() - drop);
   next_ -= drop;
@@ -156,7 +162,8 @@ void PartwiseScore::follow_on(Eigen::Index ready, bool last) {
 void PartwiseScore::follow_restarted(Eigen::Index ready, bool last) {
   const Eigen::Index piece = std::max<Eigen::Index>(2, std::lround(horizon_ / waiting_.dt));
   std::vector<Eigen::Index> firsts;
-  for (Eigen::Index first = next_; last ? first < ready : first + piece <= ready; first += piece) firsts.push_back(first);
+  for (Eigen::Index first = next_; last ? first < ready : first + piece <= ready; first += piece)
+    firsts.push_back(first);
   if (firsts.empty()) return;
   const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_);
   Eigen::MatrixXd starts = smoothed_states(compiled_, waiting_);
@@ -167,7 +174,8 @@ void PartwiseScore::follow_restarted(Eigen::Index ready, bool last) {
   }
 }
 
-void PartwiseScore::compare(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& start, Eigen::Index count, Eigen::Index counted) {
+void PartwiseScore::compare(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& start, Eigen::Index count,
+                            Eigen::Index counted) {
   const ModelRun run = simulate(compiled_, inputs.middleRows(2 * next_, 2 * count - 1), start, waiting_.dt, count);
   for (StateScore& s : scores_) {
     s.rmse += run.diverged ? std::numeric_limits<double>::infinity()
@@ -206,7 +214,9 @@ std::vector<StateScore> score(const IdentifiedModel& model, const Recording& rec
   return whole.finish();
 }
 
-HeldOutParts::HeldOutParts(const IdentifiedModel& model, std::string what) : model_(model) { result_.what = std::move(what); }
+HeldOutParts::HeldOutParts(const IdentifiedModel& model, std::string what) : model_(model) {
+  result_.what = std::move(what);
+}
 
 void HeldOutParts::add(const Recording& part) {
   constexpr Eigen::Index kLead = 65536;  // samples that tell the period
@@ -217,8 +227,10 @@ void HeldOutParts::add(const Recording& part) {
       near_->add(part);
       return;
     }
-    if (lead_.size() == 0) lead_ = part;
-    else append(lead_, part);
+    if (lead_.size() == 0)
+      lead_ = part;
+    else
+      append(lead_, part);
     if (lead_.size() >= kLead) begin();
   } catch (const Error& e) {
     result_.reason = e.what();

@@ -47,9 +47,10 @@ void judge_regression(const SindyData& data, IdentifiedModel& model) {
   if (!(s.residual < kFail)) {
     s.fail(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms)", 100 * s.residual));
   } else if (s.residual > kWarn) {
-    s.warn(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms): noise in the columns biases the "
-                       "coefficients",
-                       100 * s.residual));
+    s.warn(
+        fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms): noise in the columns biases the "
+                    "coefficients",
+                    100 * s.residual));
   }
   s.trust = s.status == Status::unusable
                 ? "Do not use this model."
@@ -57,8 +58,8 @@ void judge_regression(const SindyData& data, IdentifiedModel& model) {
                               data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual);
 }
 
-void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed, const LeastExplained& least,
-                   IdentifiedModel& model) {
+void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed,
+                   const LeastExplained& least, IdentifiedModel& model) {
   const auto& [weight, noisy] = weights;
   Summary& s = model.summary;
   double total = 0;  // mean square of what free runs leave unexplained beyond the noise, by the motion
@@ -71,23 +72,26 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
     mean /= rows;
     for (const Stretch& stretch : data.stretches()) squares += (stretch.raw.col(k).array() - mean).square().sum();
     const double rmse = followed.output_rmse[k];
-    total += std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
+    total +=
+        std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
   }
   const double unexplained = std::sqrt(total), horizon = followed.horizon, period = 2 * std::numbers::pi / data.rate();
-  const std::string missing =
-      fmt::format("a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and should "
-                  "be an input; least explained is {} ({:.0f} % left)", least.lhs, 100 * least.residual);
+  const std::string missing = fmt::format(
+      "a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and "
+      "should "
+      "be an input; least explained is {} ({:.0f} % left)",
+      least.lhs, 100 * least.residual);
   if (horizon <= 0) {
     s.fail("free runs of the model diverge at once: " + missing);
   } else if (!(unexplained < 0.15)) {
-    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: {}", horizon, 100 * unexplained,
-                       missing));
+    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: {}", horizon,
+                       100 * unexplained, missing));
   } else if (horizon < 0.24 * period) {
-    s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}", horizon,
-                       horizon / period, missing));
+    s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}",
+                       horizon, horizon / period, missing));
   } else if (noisy && s.chi_square > 1.3) {
-    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained", s.chi_square,
-                       100 * unexplained));
+    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained",
+                       s.chi_square, 100 * unexplained));
   } else if (unexplained > 0.01) {
     s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
   }
@@ -102,9 +106,10 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
   if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
   s.trust = s.status == Status::unusable
                 ? "Do not use this model."
-                : fmt::format("Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
-                              "extrapolation.",
-                              std::min(horizon, longest), ranges(data));
+                : fmt::format(
+                      "Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
+                      "extrapolation.",
+                      std::min(horizon, longest), ranges(data));
 }
 
 }  // namespace whirl::detail

@@ -122,8 +122,7 @@ std::vector<int> importance_order(const Scaled& s) {
 Path ssr(const Scaled& s) {
   Path path;
   eliminate_stepwise(
-      s,
-      [](const std::vector<int>& support, const Eigen::VectorXd& w) { return Eigen::VectorXd(w(support)); },
+      s, [](const std::vector<int>& support, const Eigen::VectorXd& w) { return Eigen::VectorXd(w(support)); },
       [&](const Eigen::VectorXd& w, double, int) {
         path.w.push_back(w);
         path.parameter.push_back(static_cast<double>(support_of(w).size()));

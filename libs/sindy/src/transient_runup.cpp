@@ -195,7 +195,8 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   fit.alpha = speed_line[1];
   const double departure = (line * speed_line - run.omega).cwiseAbs().maxCoeff() / fastest;
   if (departure > 0.01) {
-    fit.summary.warn(fmt::format("the speed leaves its straight line by {:.1f} %: the beats are placed wrongly", 100 * departure));
+    fit.summary.warn(
+        fmt::format("the speed leaves its straight line by {:.1f} %: the beats are placed wrongly", 100 * departure));
   }
 
   const double low = options.omega_low > 0 ? options.omega_low : slowest;
@@ -204,8 +205,8 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   const Sweep sweep(fit.omega0, fit.alpha, time, std::max(fastest, high), options.model);
   const auto column = [&](double w, double zeta) { return sweep.at_revolutions(sweep.fine(w, zeta)); };
 
-  // Grid: a quarter of the smallest half-power width would be needed to see every valley in the steady model; Gauss-Newton
-  // bridges the rest.
+  // Grid: a quarter of the smallest half-power width would be needed to see every valley in the steady model;
+  // Gauss-Newton bridges the rest.
   struct Cell {
     double w, zeta;
     Eigen::VectorXcd q;
@@ -242,7 +243,8 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
         const double det = aa * bb - std::norm(ab);
         if (det < 1e-6 * aa * bb) continue;
         const double explained = (bb * std::norm(with_z[a]) + aa * std::norm(with_z[b]) -
-                                  2 * std::real(std::conj(with_z[a]) * ab * with_z[b])) / det;
+                                  2 * std::real(std::conj(with_z[a]) * ab * with_z[b])) /
+                                 det;
         starts.push_back({total - explained, {a, b}});
       }
     }
@@ -325,10 +327,12 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   for (int k = 0; k < options.modes; ++k) {
     const double w = std::exp(found[2 * k]), zeta = std::exp(found[2 * k + 1]);
     fit.modes.push_back({Estimate::from_sd(w, w * std::sqrt(covariance(2 * k, 2 * k))),
-                         Estimate::from_sd(zeta, zeta * std::sqrt(covariance(2 * k + 1, 2 * k + 1))), p.coefficients[k]});
+                         Estimate::from_sd(zeta, zeta * std::sqrt(covariance(2 * k + 1, 2 * k + 1))),
+                         p.coefficients[k]});
     fine += p.coefficients[k] * sweep.fine(w, zeta);
     if (w < 1.001 * low || w > 0.999 * high || zeta < 1.01 * options.zeta_low || zeta > 0.99 * options.zeta_high) {
-      fit.summary.warn(fmt::format("mode {} lies at the edge of the search ({:.4g} rad/s, zeta {:.3g})", k + 1, w, zeta));
+      fit.summary.warn(
+          fmt::format("mode {} lies at the edge of the search ({:.4g} rad/s, zeta {:.3g})", k + 1, w, zeta));
     }
   }
   std::sort(fit.modes.begin(), fit.modes.end(),
@@ -340,7 +344,8 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
   split_peak(run.omega, run.vector, 0.01 * top, fit.peak_speed_measured, fit.beats_measured);
   fit.amplification = half_power(run.omega, run.vector);
   fit.summary.trust = fmt::format(
-      "Frequencies and damping hold for this run at {:.3g} rad/s^2{}; one probe and one run do not fix two modes uniquely.",
+      "Frequencies and damping hold for this run at {:.3g} rad/s^2{}; one probe and one run do not fix two modes "
+      "uniquely.",
       fit.alpha, options.model == RunupModel::steady ? ", taken as infinitely slow" : "");
   return fit;
 }

@@ -37,9 +37,12 @@ double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static
 
 std::string_view to_string(UnbalanceSource source) {
   switch (source) {
-    case UnbalanceSource::identified: return "identified";
-    case UnbalanceSource::added: return "identified plus known added";
-    case UnbalanceSource::refitted: return "refitted to this run";
+    case UnbalanceSource::identified:
+      return "identified";
+    case UnbalanceSource::added:
+      return "identified plus known added";
+    case UnbalanceSource::refitted:
+      return "refitted to this run";
   }
   return "?";
 }
@@ -111,9 +114,10 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));
   v.summary.chi_square = fit.summary.chi_square;
   if (v.fold_sensitive) {
-    v.summary.warn(fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
-                               "whether the rotor jumps; do not average it with other runs",
-                               100 * options.fold_change, 1e3 * v.fold_shift));
+    v.summary.warn(
+        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
+                    "whether the rotor jumps; do not average it with other runs",
+                    100 * options.fold_change, 1e3 * v.fold_shift));
   }
   for (const std::string& w : fit.summary.warnings) v.summary.warn(w);
   v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),

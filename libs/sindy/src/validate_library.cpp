@@ -9,7 +9,9 @@
 namespace whirl {
 namespace {
 
-double rms(const Eigen::VectorXd& v) { return v.size() ? std::sqrt(v.squaredNorm() / static_cast<double>(v.size())) : 0; }
+double rms(const Eigen::VectorXd& v) {
+  return v.size() ? std::sqrt(v.squaredNorm() / static_cast<double>(v.size())) : 0;
+}
 
 // x, x', y, y' at the first sample from a synchronous orbit fitted to the first tenth of a second.
 Eigen::Vector4d initial_state(const RotorRecord& record) {
@@ -21,7 +23,8 @@ Eigen::Vector4d initial_state(const RotorRecord& record) {
     basis.row(i) << 1, std::cos(beta), std::sin(beta);
     xy.row(i) << record.z[i].real(), record.z[i].imag();
   }
-  if (std::abs(record.angle.omega[0]) * record.dt * static_cast<double>(n) < 1) return {0, 0, 0, 0};  // run-up from rest
+  if (std::abs(record.angle.omega[0]) * record.dt * static_cast<double>(n) < 1)
+    return {0, 0, 0, 0};  // run-up from rest
   const Eigen::MatrixXd c = basis.colPivHouseholderQr().solve(xy);
   const double beta = record.angle.beta[0], omega = record.angle.omega[0];
   Eigen::Vector4d state;

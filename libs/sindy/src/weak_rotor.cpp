@@ -49,9 +49,8 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
   const std::size_t count = records.size();
   std::vector<Prepared> prepared;
   for (const RotorRecord& r : records) {
-    const Eigen::Index half = options.half_width > 0
-                                  ? static_cast<Eigen::Index>(std::lround(options.half_width / r.dt))
-                                  : detail::default_half_width(r);
+    const Eigen::Index half = options.half_width > 0 ? static_cast<Eigen::Index>(std::lround(options.half_width / r.dt))
+                                                     : detail::default_half_width(r);
     if (half < 8 || 4 * half > r.size()) {
       throw Error::in_field("half_width", fmt::format("{} samples", half), "from 8 samples to a quarter of the record");
     }
@@ -120,18 +119,18 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
     const Eigen::VectorXd singular = upper.jacobiSvd().singularValues();
     fit.summary.condition_number = singular[0] / singular[unknowns - 1];
     if (!(fit.summary.condition_number < 1e10)) {
-      fit.summary.fail(fmt::format("the weak equations are singular (condition number {:.1e})",
-                                   fit.summary.condition_number));
+      fit.summary.fail(
+          fmt::format("the weak equations are singular (condition number {:.1e})", fit.summary.condition_number));
       return fit;
     }
     const Eigen::VectorXd y = qr.solve(b);
     fit.values = y.cwiseQuotient(scale);
     fit.summary.chi_square = (b - scaled * y).squaredNorm() / static_cast<double>(total - unknowns);
     fit.rows = total;
-    const Eigen::MatrixXd inverse = upper.triangularView<Eigen::Upper>().solve(
-        Eigen::MatrixXd(Eigen::MatrixXd::Identity(unknowns, unknowns)));
-    fit.covariance = scale.cwiseInverse().asDiagonal() * (inverse * inverse.transpose()) *
-                     scale.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd inverse =
+        upper.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(unknowns, unknowns)));
+    fit.covariance =
+        scale.cwiseInverse().asDiagonal() * (inverse * inverse.transpose()) * scale.cwiseInverse().asDiagonal();
 
     m.k1 = fit.values[0];
     m.k2 = fit.values[1];
@@ -147,7 +146,8 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
       if (m.k1 > 0) fit.offset[r] += Complex(fit.values[own + 2], fit.values[own + 3]) / m.k1;
     }
     if (!(m.k1 > 0)) {
-      fit.summary.fail(fmt::format("the fitted stiffness is not positive (k1 = {:.4g} 1/s^2): the data do not follow a rotor", m.k1));
+      fit.summary.fail(fmt::format(
+          "the fitted stiffness is not positive (k1 = {:.4g} 1/s^2): the data do not follow a rotor", m.k1));
       return fit;
     }
   }

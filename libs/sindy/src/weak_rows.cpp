@@ -37,8 +37,8 @@ WeakRows::WeakRows(const AngleSignal& angle, Eigen::Index half)
   }
 }
 
-// Sum over each window of (bend phi_tt + phi_t * slope + phi * level) e^{-i s beta} v, slope and level per sample; empty
-// weights are left out.
+// Sum over each window of (bend phi_tt + phi_t * slope + phi * level) e^{-i s beta} v, slope and level per sample;
+// empty weights are left out.
 void WeakRows::add_rows(bool backward, const Eigen::VectorXcd& v, bool bend, const Eigen::VectorXcd& slope,
                         const Eigen::VectorXcd& level, Eigen::VectorXcd& into) const {
   const Eigen::Index n = v.size(), length = phi_.size();
@@ -130,7 +130,7 @@ BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, dou
   for (std::size_t a = 0; a < l.size(); ++a) {
     for (std::size_t b = a; b < l.size() && first[b] - first[a] < reach; ++b) {
       const Eigen::Index shift = first[b] - first[a], common = length - shift;
-      const Complex same = l[a].tail(common).dot(l[b].head(common));                       // sum l_b conj(l_a)
+      const Complex same = l[a].tail(common).dot(l[b].head(common));                        // sum l_b conj(l_a)
       const Complex cross = (l_turned[b].head(common).transpose() * l[a].tail(common))(0);  // sum e^{-2ib} l_b l_a
       const std::size_t rows_a = (a + 1 < l.size() ? first_row[a + 1] : centre.size()) - first_row[a];
       const std::size_t rows_b = (b + 1 < l.size() ? first_row[b + 1] : centre.size()) - first_row[b];
@@ -182,7 +182,8 @@ Eigen::VectorXd stack(const Eigen::VectorXcd& v) {
 Eigen::VectorXd smooth_square(const Eigen::VectorXcd& z, double dt, double noise_variance) {
   const double sd = 0.02 / dt;  // samples
   const Eigen::Index reach = std::max<Eigen::Index>(1, static_cast<Eigen::Index>(3 * sd));
-  Eigen::ArrayXd kernel = Eigen::ArrayXd::LinSpaced(2 * reach + 1, -static_cast<double>(reach), static_cast<double>(reach));
+  Eigen::ArrayXd kernel =
+      Eigen::ArrayXd::LinSpaced(2 * reach + 1, -static_cast<double>(reach), static_cast<double>(reach));
   kernel = (-0.5 * (kernel / sd).square()).exp();
   kernel /= kernel.sum();
   const Eigen::Index n = z.size();

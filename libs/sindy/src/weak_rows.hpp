@@ -10,8 +10,8 @@ namespace whirl::detail {
 
 using Complex = std::complex<double>;
 
-/// Order-tracked test functions on one record: rows ordered by centre, forward (e^{-i beta}) then backward (e^{+i beta}).
-/// The phase beta(t_c) of the centre is left out: it turns a row as a whole and no result depends on it.
+/// Order-tracked test functions on one record: rows ordered by centre, forward (e^{-i beta}) then backward (e^{+i
+/// beta}). The phase beta(t_c) of the centre is left out: it turns a row as a whole and no result depends on it.
 class WeakRows {
  public:
   /// `half` samples on either side of a centre; a centre every half / 4 samples.
@@ -44,8 +44,8 @@ class WeakRows {
 
 /// The equation of motion in weak form on one record, with z taken about the equilibrium.
 struct WeakSystem {
-  Eigen::MatrixXcd terms;   ///< columns -P0 z, -P0 (|z|^2 - 2 s2) z, P1 z, P0 F, P0 1, -P0 conj z, P1 conj z
-  Eigen::VectorXcd right;   ///< P2 z
+  Eigen::MatrixXcd terms;  ///< columns -P0 z, -P0 (|z|^2 - 2 s2) z, P1 z, P0 F, P0 1, -P0 conj z, P1 conj z
+  Eigen::VectorXcd right;  ///< P2 z
 };
 WeakSystem weak_system(const WeakRows& rows, const Eigen::VectorXcd& z, double noise_variance,
                        const Eigen::VectorXcd& forcing);

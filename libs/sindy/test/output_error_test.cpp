@@ -1,9 +1,8 @@
-#include "whirl/sindy/output_error_rotor.hpp"
-
 #include <gtest/gtest.h>
 
 #include "../src/output_error_kernel.hpp"
 #include "rotor_synthetic.hpp"
+#include "whirl/sindy/output_error_rotor.hpp"
 #include "whirl/sindy/weak_rotor.hpp"
 
 namespace whirl {
@@ -26,7 +25,8 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const Sweep sweep{20, 5, 2, 0.3, 1e-3};
   const Eigen::VectorXcd f = half_forcing(sweep.angle());
   const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
-  const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), 1e-3, z0, v0);
+  const detail::Sensitivities s =
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), 1e-3, z0, v0);
   const auto check = [&](int lane, auto&& changed, double step) {
     const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
     Eigen::VectorXcd found(d.size());
@@ -53,7 +53,8 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   check(detail::kConjKIm, with([](RotorModel& r, double d) { r.k1_conj += Complex(0, d); }), 1e-2);
   check(detail::kConjCRe, with([](RotorModel& r, double d) { r.c_conj += d; }), 1e-4);
   check(detail::kConjCIm, with([](RotorModel& r, double d) { r.c_conj += Complex(0, d); }), 1e-4);
-  check(detail::kX0, [&](double d) { return run(m, d); }, 1e-8);
+  check(
+      detail::kX0, [&](double d) { return run(m, d); }, 1e-8);
   // The derivative of F by a quadratic change of the angle.
   const AngleSignal angle = sweep.angle();
   const double horizon = 0.5 * angle.dt * static_cast<double>(angle.beta.size() - 1);
@@ -70,12 +71,14 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const Eigen::MatrixXcd slope = (turned(1e-4) - turned(-1e-4)) / 2e-4;
   const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, 1e-3, z0, v0);
   const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), 1e-3, z0, v0) -
-                                     detail::main_mode(m, m.eps, turned(-1e-4), 1e-3, z0, v0)) / 2e-4;
+                                     detail::main_mode(m, m.eps, turned(-1e-4), 1e-3, z0, v0)) /
+                                    2e-4;
   Eigen::VectorXcd found(by_angle.size());
   found.real() = p.dx.col(detail::kProfile);
   found.imag() = p.dy.col(detail::kProfile);
   EXPECT_LT((found - by_angle).norm(), 1e-5 * by_angle.norm());
-  check(detail::kVy0, [&](double d) { return run(m, 0, Complex(0, d)); }, 1e-6);
+  check(
+      detail::kVy0, [&](double d) { return run(m, 0, Complex(0, d)); }, 1e-6);
 }
 
 TEST(OutputErrorKernelReference, StiffForcedModeFollowsItsSteadyState) {
@@ -84,7 +87,8 @@ TEST(OutputErrorKernelReference, StiffForcedModeFollowsItsSteadyState) {
   const double w = kTurn * 310, zeta = 0.01, w0 = sweep.omega0();
   const Eigen::VectorXcd q = detail::modal_response(w, zeta, half_forcing(sweep.angle()), 1e-3, w0);
   for (Eigen::Index i = 0; i < q.size(); i += 97) {
-    const Complex steady = std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) / Complex(w * w - w0 * w0, 2 * zeta * w * w0);
+    const Complex steady =
+        std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) / Complex(w * w - w0 * w0, 2 * zeta * w * w0);
     EXPECT_LT(std::abs(q[i] - steady), 1e-4 * std::abs(steady));
   }
 }

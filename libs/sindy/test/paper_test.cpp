@@ -1,4 +1,3 @@
-#include "whirl/sindy/compare.hpp"
 #include "whirl/sindy/paper.hpp"
 
 #include <gtest/gtest.h>
@@ -10,6 +9,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/simulate.hpp"
+#include "whirl/sindy/compare.hpp"
 
 namespace whirl {
 namespace {
@@ -82,8 +82,8 @@ TEST(ConsistentModeProperty, CleanDataGiveTheTruthWhereThePapersOrderDoesNot) {
 
   // Physics-only library with its own phase terms: only the filter differs.
   PaperOptions physics;
-  physics.library = {"X1", "X1^3", "X1*X3^2", "X2", "X6^2*cos(X5)", "X6^2*sin(X5)", "cos(X5)", "sin(X5)",
-                     "X3", "X3^3", "X1^2*X3", "X4"};
+  physics.library = {"X1",      "X1^3",    "X1*X3^2", "X2",   "X6^2*cos(X5)", "X6^2*sin(X5)",
+                     "cos(X5)", "sin(X5)", "X3",      "X3^3", "X1^2*X3",      "X4"};
   physics.solver = {.method = "lspl"};
   const IdentifiedModel one_sided = identify_paper(record, physics);
   EXPECT_GT(std::abs(percent(value(one_sided, "e"), std::abs(truth.eps))), 20);
@@ -204,7 +204,8 @@ TEST(SimulateModel, MapsDivergenceAndTimeAreHandled) {
   Recording r;
   r.dt = 0.1;
   r.add("x", Quantity::dimensionless, Eigen::VectorXd::Zero(11));
-  EXPECT_NEAR(simulate(compiled, half_grid_inputs(compiled, r), Eigen::VectorXd::Zero(1), 0.1, 11).values(10, 0), 1, 1e-12);
+  EXPECT_NEAR(simulate(compiled, half_grid_inputs(compiled, r), Eigen::VectorXd::Zero(1), 0.1, 11).values(10, 0), 1,
+              1e-12);
 
   IdentifiedModel bad;
   bad.states = {"x"};

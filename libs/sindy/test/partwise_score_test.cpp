@@ -1,9 +1,10 @@
+#include "whirl/sindy/partwise_score.hpp"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "whirl/testing/zoo.hpp"
-#include "whirl/sindy/partwise_score.hpp"
 
 namespace whirl {
 namespace {

@@ -267,7 +267,8 @@ TEST(EliminationProperty, TiedAndFixedCoefficientsSolveTheConstrainedProblem) {
   kkt.bottomLeftCorner(3, 9) = as;
   const Eigen::VectorXd direct = scale.cwiseProduct(kkt.fullPivLu().solve(rhs).head(9));
   for (int j = 0; j < 9; ++j) EXPECT_NEAR(xi[j] / direct[j], 1, 1e-6) << j;
-  EXPECT_THROW(eliminate((Eigen::MatrixXd(2, 2) << 1, 1, 2, 2).finished(), (Eigen::VectorXd(2) << 1, 3).finished()), Error);
+  EXPECT_THROW(eliminate((Eigen::MatrixXd(2, 2) << 1, 1, 2, 2).finished(), (Eigen::VectorXd(2) << 1, 3).finished()),
+               Error);
 }
 
 TEST(EnsembleProperty, InclusionSeparatesTrueFromFalseTerms) {

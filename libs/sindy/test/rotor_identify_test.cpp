@@ -1,5 +1,3 @@
-#include "whirl/sindy/identify_rotor.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +5,7 @@
 
 #include "rotor_synthetic.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/sindy/identify_rotor.hpp"
 
 namespace whirl {
 namespace {
@@ -41,8 +40,7 @@ TEST(IdentifyRotorReference, TargetsAtTwentyDecibels) {
 TEST(IdentifyRotorReference, AnisotropyIsFoundByOneTerm) {
   RotorModel truth = rotor_a();
   truth.k1_conj = std::polar(0.01 * truth.k1, 0.4);
-  const RotorIdentification r =
-      identify_rotor_detailed({record(with_noise(motion(truth, {}), 20, 3), {})});
+  const RotorIdentification r = identify_rotor_detailed({record(with_noise(motion(truth, {}), 20, 3), {})});
   EXPECT_EQ(r.added, std::vector<std::string>{"conj z"});
   EXPECT_EQ(r.model.summary.status, Status::ok);
   const ModelError e = model_error(*r.model.rotor, truth);
@@ -180,7 +178,8 @@ TEST(IdentifyRotor, ClippedSensorIsNamed) {
   EXPECT_THAT(found.summary.warnings, ::testing::Contains(::testing::HasSubstr("range")));
 }
 
-/// What a probe adds to the motion and how late it is, with the true motion delayed by interpolation in the angle's time.
+/// What a probe adds to the motion and how late it is, with the true motion delayed by interpolation in the angle's
+/// time.
 TEST(IdentifyRotorReference, SensorDelayAndRunoutAreFoundBesideTheUnbalance) {
   const RotorModel truth = rotor_a();
   // A finer record, so that a delay of half a millisecond is a whole number of its samples.
@@ -271,7 +270,8 @@ TEST(IdentifyRotor, IllPosedInputIsUnusableWithAReason) {
 
 TEST(IdentifyRotor, DataThatDoNotFollowARotorAreNotCalledOk) {
   // x and y exchanged: the whirl runs against the rotation.
-  const IdentifiedModel swapped = identify_rotor(broken([](Recording& r) { std::swap(r.channels[0].samples, r.channels[1].samples); }));
+  const IdentifiedModel swapped =
+      identify_rotor(broken([](Recording& r) { std::swap(r.channels[0].samples, r.channels[1].samples); }));
   EXPECT_EQ(swapped.summary.status, Status::unusable);
   // Angle running at half the speed.
   const IdentifiedModel half = identify_rotor(broken([](Recording& r) { r.channels[2].samples *= 0.5; }));

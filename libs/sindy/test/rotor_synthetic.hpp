@@ -10,8 +10,8 @@
 #include "whirl/core/angle_signal.hpp"
 #include "whirl/core/integrate.hpp"
 #include "whirl/core/rotor_model.hpp"
-#include "whirl/sindy/rotor_record.hpp"
 #include "whirl/signal/angle.hpp"
+#include "whirl/sindy/rotor_record.hpp"
 
 /// Synthetic rotor records for the tests, made apart from the code under test: Runge-Kutta with ten steps per sample,
 /// angle in closed form.
@@ -90,7 +90,12 @@ inline Eigen::VectorXcd motion(const RotorModel& m, const AngleLaw& law, double 
 }
 inline Eigen::VectorXcd motion(const RotorModel& m, const Sweep& sweep) {
   const double b0 = sweep.beta0, w0 = sweep.omega0(), a = sweep.alpha();
-  return motion(m, [=](double t) { return std::array{b0 + t * (w0 + 0.5 * a * t), w0 + a * t, a}; }, sweep.dt, sweep.samples());
+  return motion(
+      m,
+      [=](double t) {
+        return std::array{b0 + t * (w0 + 0.5 * a * t), w0 + a * t, a};
+      },
+      sweep.dt, sweep.samples());
 }
 
 /// White noise of `snr` dB below the standard deviation of each axis.

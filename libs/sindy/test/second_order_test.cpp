@@ -35,7 +35,8 @@ class Silverbox {
     r.dt = 16384e-7;
     r.source = "SNLS80mV.csv";
     const auto cut = [&](const std::vector<double>& v) {
-      return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(v.data() + first, static_cast<Eigen::Index>(last - first)));
+      return Eigen::VectorXd(
+          Eigen::Map<const Eigen::VectorXd>(v.data() + first, static_cast<Eigen::Index>(last - first)));
     };
     r.add("u", Quantity::voltage, cut(u_));
     r.add("y", Quantity::voltage, cut(y_));
@@ -64,7 +65,8 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   WHIRL_REQUIRE_DATA(path);
   const Silverbox data(path);
   ASSERT_EQ(data.size(), 131072u);
-  const Recording train = data.rows(40650, 40650 + 26076), test = data.rows(105712, 127400), arrow = data.rows(100, 40575);
+  const Recording train = data.rows(40650, 40650 + 26076), test = data.rows(105712, 127400),
+                  arrow = data.rows(100, 40575);
   const auto errors = [&](const IdentifiedModel& m) {
     return std::pair{free_run_error(m, test, "y"), free_run_error(m, arrow, "y")};
   };
@@ -109,8 +111,10 @@ IdentifiedModel duffing() {
   IdentifiedModel m;
   m.states = {"y", "y'"};
   m.inputs = {"u"};
-  m.equations = {{"y'", {{"y'", {1, 0, 1, 1}, ""}}},
-                 {"y''", {{"y", {-90, 1, 0, 0}, ""}, {"y'", {-0.9, 1, 0, 0}, ""}, {"y^3", {-40, 1, 0, 0}, ""}, {"u", {5, 1, 0, 0}, ""}}}};
+  m.equations = {
+      {"y'", {{"y'", {1, 0, 1, 1}, ""}}},
+      {"y''",
+       {{"y", {-90, 1, 0, 0}, ""}, {"y'", {-0.9, 1, 0, 0}, ""}, {"y^3", {-40, 1, 0, 0}, ""}, {"u", {5, 1, 0, 0}, ""}}}};
   return m;
 }
 Recording drive(double dt, Eigen::Index n) {

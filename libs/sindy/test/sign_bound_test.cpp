@@ -3,10 +3,10 @@
 #include <cmath>
 #include <random>
 
-#include "whirl/testing/zoo.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/sindy/regression.hpp"
 #include "whirl/sindy/sindy.hpp"
+#include "whirl/testing/zoo.hpp"
 
 namespace whirl {
 namespace {
@@ -135,7 +135,8 @@ TEST(SignBoundProperty, BestSubsetIsTheBestOfAllSupportsAndEveryMethodStaysWithi
       o.method = method;
       o.resamples = 10;
       const SparseFit bounded = solve(problem, o);
-      for (std::size_t j = 0; j < o.sign.size(); ++j) EXPECT_GE(o.sign[j] * bounded.xi[static_cast<Eigen::Index>(j)], 0) << method;
+      for (std::size_t j = 0; j < o.sign.size(); ++j)
+        EXPECT_GE(o.sign[j] * bounded.xi[static_cast<Eigen::Index>(j)], 0) << method;
     }
   }
 }
@@ -143,7 +144,8 @@ TEST(SignBoundProperty, BestSubsetIsTheBestOfAllSupportsAndEveryMethodStaysWithi
 /// Duffing oscillator with a quadratic term: v' = -x + 0.1 x^2 - x^3 - 0.3 v + u.
 Recording duffing_record(double noise) {
   testing::ZooSystem s;
-  s.truth = testing::zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.3, "v"}, {-1, "x"}, {0.1, "x^2"}, {-1, "x^3"}, {1, "u"}}}}, {"u"});
+  s.truth = testing::zoo_model(
+      {{"x", {{1, "v"}}}, {"v", {{-0.3, "v"}, {-1, "x"}, {0.1, "x^2"}, {-1, "x^3"}, {1, "u"}}}}, {"u"});
   s.start = {1, 0};
   s.dt = 0.02;
   s.samples = 4000;

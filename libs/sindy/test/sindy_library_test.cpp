@@ -75,13 +75,16 @@ TEST(FitLibrary, KnownPartsCandidatesAndTies) {
 
 TEST(FitLibrary, InseparableGroupsAndBadLibrariesAreTold) {
   const Recording r = zoo("Duffing free", 0.01, 4);
-  const IdentifiedModel twice = fit_library(
-      {r}, make_library({"x'", "v'"}, {tied_group("a", {Expr::parse("v"), Expr(0.0)}, "a"), tied_group("b", {Expr(0.0), Expr::parse("x")}, "b"),
-                                       tied_group("d", {Expr(0.0), Expr::parse("2*x")}, "d")}));
+  const IdentifiedModel twice =
+      fit_library({r}, make_library({"x'", "v'"}, {tied_group("a", {Expr::parse("v"), Expr(0.0)}, "a"),
+                                                   tied_group("b", {Expr(0.0), Expr::parse("x")}, "b"),
+                                                   tied_group("d", {Expr(0.0), Expr::parse("2*x")}, "d")}));
   EXPECT_EQ(twice.summary.status, Status::unusable);
   ASSERT_FALSE(twice.summary.warnings.empty());
-  EXPECT_NE(twice.summary.warnings.front().find("cannot tell b, d apart"), std::string::npos) << twice.summary.warnings.front();
-  EXPECT_THROW(fit_library({r}, make_library({"x'", "v''"}, {tied_group("a", {Expr::parse("v"), Expr::parse("x")})})), Error);
+  EXPECT_NE(twice.summary.warnings.front().find("cannot tell b, d apart"), std::string::npos)
+      << twice.summary.warnings.front();
+  EXPECT_THROW(fit_library({r}, make_library({"x'", "v''"}, {tied_group("a", {Expr::parse("v"), Expr::parse("x")})})),
+               Error);
   EXPECT_THROW(fit_library({r}, make_library({"x'"}, {tied_group("a", {Expr::parse("w")})})), Error);
 }
 

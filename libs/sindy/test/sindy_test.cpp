@@ -225,7 +225,8 @@ TEST(FitSindy, ASearchThatIsCutShortSaysSo) {
   driver.max_passes = 10;
   const IdentifiedModel wrong = fit_sindy({r}, driver);
   EXPECT_EQ(wrong.summary.status, Status::unusable);
-  EXPECT_NE(warnings(wrong).find("after 10 passes over the free runs terms still come and go"), std::string::npos) << warnings(wrong);
+  EXPECT_NE(warnings(wrong).find("after 10 passes over the free runs terms still come and go"), std::string::npos)
+      << warnings(wrong);
   o.max_passes = 0;
   EXPECT_THROW(fit_sindy({r}, o), Error);
 }
@@ -236,7 +237,8 @@ TEST(FitSindy, ParametersAreTheCoefficientsWithTheirCovariance) {
   ASSERT_EQ(m.parameters.size(), 5u);
   ASSERT_EQ(m.parameter_covariance.size(), 25u);
   EXPECT_EQ(m.parameter("v': x^3")->value, coefficient(m, "v'", "x^3"));
-  for (std::size_t i = 0; i < 5; ++i) EXPECT_NEAR(std::sqrt(m.parameter_covariance[6 * i]) / m.parameters[i].second.sd, 1, 1e-9);
+  for (std::size_t i = 0; i < 5; ++i)
+    EXPECT_NEAR(std::sqrt(m.parameter_covariance[6 * i]) / m.parameters[i].second.sd, 1, 1e-9);
 }
 
 TEST(FitSindy, BadInputIsToldByName) {

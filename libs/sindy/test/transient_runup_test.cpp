@@ -53,8 +53,8 @@ TEST(TransientRunupReference, MeasuredRunThroughTheCriticalSpeed) {
   };
   const TransientRunupFit steady = fit(RunupModel::steady, 2);
   const TransientRunupFit transient = fit(RunupModel::transient, 2);
-  // Reference values: steady, one mode 74.8 % at 1655 rpm, two 78.7 %; transient, one mode 68.7 % at 1587 rpm, two 86.2 %
-  // at 1575 rpm (zeta 0.012) and 1659 rpm (zeta 0.029).
+  // Reference values: steady, one mode 74.8 % at 1655 rpm, two 78.7 %; transient, one mode 68.7 % at 1587 rpm, two 86.2
+  // % at 1575 rpm (zeta 0.012) and 1659 rpm (zeta 0.029).
   EXPECT_NEAR(fit(RunupModel::steady, 1).fit_percent, 74.8, 0.5);
   EXPECT_NEAR(fit(RunupModel::transient, 1).fit_percent, 68.7, 0.5);
   EXPECT_NEAR(steady.fit_percent, 78.7, 0.5);
@@ -135,7 +135,8 @@ TEST(TransientRunupReference, RecoversTwoCloseModesOfAFastRun) {
   EXPECT_EQ(fit.summary.status, Status::ok);
   EXPECT_GT(fit.fit_percent, 97);
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_NEAR(fit.modes[k].omega.value, truth[k].omega.value, 4 * fit.modes[k].omega.sd + 1e-4 * truth[k].omega.value);
+    EXPECT_NEAR(fit.modes[k].omega.value, truth[k].omega.value,
+                4 * fit.modes[k].omega.sd + 1e-4 * truth[k].omega.value);
     EXPECT_NEAR(fit.modes[k].zeta.value, truth[k].zeta.value, 4 * fit.modes[k].zeta.sd + 1e-3 * truth[k].zeta.value);
     EXPECT_LT(fit.modes[k].zeta.sd, 0.05 * truth[k].zeta.value);
   }

@@ -52,7 +52,8 @@ struct ComediBoard::Api {
     bool good = true;
     for (std::size_t i = 0; i < 2; ++i) {
       const double v = std::clamp(volts[i], output_range[i]->low, output_range[i]->high);
-      good = data_write(device, output, o.outputs[i], 0, kGround, from_phys(v, output_range[i], output_most[i])) >= 0 && good;
+      good = data_write(device, output, o.outputs[i], 0, kGround, from_phys(v, output_range[i], output_most[i])) >= 0 &&
+             good;
     }
     return good;
   }
@@ -75,10 +76,12 @@ ComediBoard::ComediBoard(const VendorBoardOptions& options)
   const auto range = [&](unsigned sub, unsigned channel, Api::Range*& r, unsigned& most) {
     r = api_->get_range(api_->device, sub, channel, 0);
     most = api_->get_maxdata(api_->device, sub, channel);
-    if (!r || most == 0) throw Error::in_file(options.device, 0, fmt::format("has no channel {} in subdevice {}", channel, sub));
+    if (!r || most == 0)
+      throw Error::in_file(options.device, 0, fmt::format("has no channel {} in subdevice {}", channel, sub));
   };
   for (std::size_t i = 0; i < 4; ++i) range(api_->input, options.inputs[i], api_->input_range[i], api_->input_most[i]);
-  for (std::size_t i = 0; i < 2; ++i) range(api_->output, options.outputs[i], api_->output_range[i], api_->output_most[i]);
+  for (std::size_t i = 0; i < 2; ++i)
+    range(api_->output, options.outputs[i], api_->output_range[i], api_->output_most[i]);
   // A counter of fewer bits than 32 fills the upper ones, so that both wrap at the same place.
   const unsigned most = api_->get_maxdata(api_->device, api_->counter, options.encoder);
   if (most == 0) throw Error::in_file(options.device, 0, fmt::format("has no counter {}", options.encoder));

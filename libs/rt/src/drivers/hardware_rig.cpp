@@ -17,7 +17,8 @@ constexpr long kApart = 1000;    // cycles after which a clock that runs apart i
 constexpr double kTurned = 0.1;  // rad the rotor turns before a standing angle is suspicious
 
 void check(const PositionInput& p, double rate) {
-  if (p.direction != 1 && p.direction != -1) throw Error::in_field("direction", fmt::format("{}", p.direction), "1 or -1");
+  if (p.direction != 1 && p.direction != -1)
+    throw Error::in_field("direction", fmt::format("{}", p.direction), "1 or -1");
   require_range("gain", p.gain, 1e-3, 1e3);
   if (p.laser.device.empty()) {
     require_range("analog", p.analog, 0, 3);
@@ -55,7 +56,8 @@ HardwareRig::HardwareRig(const HardwareOptions& options, std::unique_ptr<Board> 
     : options_(options), board_(std::move(board)) {
   require_range("sample_time", options.sample_time, 1e-5, 1, "s");
   for (const ForceOutput& f : options.force) {
-    if (f.direction != 1 && f.direction != -1) throw Error::in_field("direction", fmt::format("{}", f.direction), "1 or -1");
+    if (f.direction != 1 && f.direction != -1)
+      throw Error::in_field("direction", fmt::format("{}", f.direction), "1 or -1");
     require_range("force_per_volt", f.force_per_volt, 1e-6, 1e6, "N/V");
     require_range("limit", f.limit, 0, 1000, "V");
   }
@@ -272,7 +274,8 @@ Fault HardwareRig::fault() const noexcept {
   if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   const double stood = static_cast<double>(angle_repeated_) * options_.sample_time;
-  if (options_.stuck > 0 && stood > options_.stuck && std::abs(reading_.omega) * stood > kTurned) return Fault::stale_sensor;
+  if (options_.stuck > 0 && stood > options_.stuck && std::abs(reading_.omega) * stood > kTurned)
+    return Fault::stale_sensor;
   return Fault::none;
 }
 

@@ -49,8 +49,7 @@ std::string_view to_string(SensorError error) {
 Scale::Scale(double range, bool mastering) : range_(range), mastering_(mastering) {
   const auto known = {0.01, 0.025, 0.05, 0.1, 0.2, 0.5};
   if (std::none_of(known.begin(), known.end(), [&](double r) { return std::abs(range - r) < 1e-9; })) {
-    throw Error::in_field("laser range", fmt::format("{:g} m", range),
-                          "0.01, 0.025, 0.05, 0.1, 0.2 or 0.5 m");
+    throw Error::in_field("laser range", fmt::format("{:g} m", range), "0.01, 0.025, 0.05, 0.1, 0.2 or 0.5 m");
   }
 }
 
@@ -123,8 +122,7 @@ bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
     return false;
   }
   if (flag >= 2 && have_ == 2) {
-    value.raw = static_cast<std::uint32_t>(held_[0] & 0x3f) |
-                static_cast<std::uint32_t>(held_[1] & 0x3f) << 6 |
+    value.raw = static_cast<std::uint32_t>(held_[0] & 0x3f) | static_cast<std::uint32_t>(held_[1] & 0x3f) << 6 |
                 static_cast<std::uint32_t>(byte & 0x3f) << 12;
     value.first = flag == 2;
     have_ = 0;
@@ -139,8 +137,7 @@ bool ValueDecoder::push(std::uint8_t byte, Value& value) noexcept {
 
 FrameDecoder::FrameDecoder(int values_per_frame, int counter) : expected_(values_per_frame), counter_at_(counter) {
   if (values_per_frame < 1 || values_per_frame > static_cast<int>(kMaxValues)) {
-    throw Error::in_field("values per frame", fmt::format("{}", values_per_frame),
-                          fmt::format("1 to {}", kMaxValues));
+    throw Error::in_field("values per frame", fmt::format("{}", values_per_frame), fmt::format("1 to {}", kMaxValues));
   }
   require_range("place of the counter", counter, -1, values_per_frame - 1);
 }

@@ -41,8 +41,7 @@ ssize_t read_until(int fd, void* to, std::size_t size, Clock::time_point deadlin
 
 int open_line(const SensorOptions& options) {
   const int fd = ::open(options.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-  if (fd < 0)
-    throw Error::in_file(options.device, 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
+  if (fd < 0) throw Error::in_file(options.device, 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
   termios2 t{};
   bool good = ::ioctl(fd, TCGETS2, &t) == 0;
   t.c_iflag = 0;
@@ -56,9 +55,8 @@ int open_line(const SensorOptions& options) {
   if (!good) {
     const int reason = errno;
     ::close(fd);
-    throw Error::in_file(
-        options.device, 0,
-        fmt::format("is no serial line with {} baud: {}", options.baud, std::strerror(reason)));
+    throw Error::in_file(options.device, 0,
+                         fmt::format("is no serial line with {} baud: {}", options.baud, std::strerror(reason)));
   }
   ::ioctl(fd, TCFLSH, TCIOFLUSH);
   return fd;
@@ -67,7 +65,9 @@ int open_line(const SensorOptions& options) {
 }  // namespace
 
 Sensor::Sensor(const SensorOptions& options)
-    : options_(options), scale_(options.range, options.mastering), decoder_(options.counter ? 2 : 1, options.counter ? 1 : -1) {
+    : options_(options),
+      scale_(options.range, options.mastering),
+      decoder_(options.counter ? 2 : 1, options.counter ? 1 : -1) {
   require_range("baud", options.baud, 9600, 1000000);
   require_range("measuring_rate", options.measuring_rate, 250, 8000, "Hz");
   require_range("timeout", options.timeout, 1e-3, 60, "s");
@@ -106,10 +106,9 @@ void Sensor::command(const std::string& text) {
     std::array<char, 256> buffer;
     const ssize_t n = read_until(fd_, buffer.data(), buffer.size(), deadline);
     if (n <= 0) {
-      throw Error::in_file(
-          options_.device, 0,
-          fmt::format("no answer to '{}' within {:g} s; is the sensor connected and set to {} baud?", text,
-                      options_.timeout, options_.baud));
+      throw Error::in_file(options_.device, 0,
+                           fmt::format("no answer to '{}' within {:g} s; is the sensor connected and set to {} baud?",
+                                       text, options_.timeout, options_.baud));
     }
     reply.append(buffer.data(), static_cast<std::size_t>(n));
     if (reply.size() > (1u << 16)) reply.erase(0, 1u << 15);
@@ -136,8 +135,8 @@ void Sensor::wait_for_frames() {
     if (n <= 0) {
       throw Error::in_file(
           options_.device, 0,
-          fmt::format("{} clean frames within {:g} s after the start, {} are needed ({} bytes, {} dropped)",
-                      clean, options_.timeout, kCleanFrames, statistics().bytes, statistics().dropped));
+          fmt::format("{} clean frames within {:g} s after the start, {} are needed ({} bytes, {} dropped)", clean,
+                      options_.timeout, kCleanFrames, statistics().bytes, statistics().dropped));
     }
     end_ = static_cast<std::size_t>(n);
     for (begin_ = 0; begin_ < end_ && clean < kCleanFrames; ++begin_) {

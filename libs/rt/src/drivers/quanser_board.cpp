@@ -15,8 +15,8 @@ struct QuanserBoard::Api {
   int (*close)(Card) = nullptr;
   int (*set_input_ranges)(Card, Channels, std::uint32_t, const double*, const double*) = nullptr;
   int (*set_output_ranges)(Card, Channels, std::uint32_t, const double*, const double*) = nullptr;
-  int (*read)(Card, Channels, std::uint32_t, Channels, std::uint32_t, Channels, std::uint32_t, Channels, std::uint32_t, double*,
-              std::int32_t*, char*, double*) = nullptr;
+  int (*read)(Card, Channels, std::uint32_t, Channels, std::uint32_t, Channels, std::uint32_t, Channels, std::uint32_t,
+              double*, std::int32_t*, char*, double*) = nullptr;
   int (*write_analog)(Card, Channels, std::uint32_t, const double*) = nullptr;
   int (*expiration_state)(Card, Channels, std::uint32_t, const double*) = nullptr;
   int (*watchdog_start)(Card, double) = nullptr;
@@ -48,16 +48,20 @@ QuanserBoard::QuanserBoard(const VendorBoardOptions& options)
       api_(std::make_unique<Api>(options.library.empty() ? "libhil.so" : options.library)),
       angle_(options.counts, options.bandwidth, options.sample_time) {
   const auto check = [&](int code, const char* what) {
-    if (code < 0) throw Error(fmt::format("board {} {}: {} failed with code {}", options.card, options.device, what, code));
+    if (code < 0)
+      throw Error(fmt::format("board {} {}: {} failed with code {}", options.card, options.device, what, code));
   };
   check(api_->open(options.card.c_str(), options.device.c_str(), &api_->card), "hil_open");
   constexpr std::array<double, 4> low{-10, -10, -10, -10}, high{10, 10, 10, 10};
   constexpr std::array<double, 2> zero{};
-  check(api_->set_input_ranges(api_->card, options_.inputs.data(), 4, low.data(), high.data()), "hil_set_analog_input_ranges");
-  check(api_->set_output_ranges(api_->card, options_.outputs.data(), 2, low.data(), high.data()), "hil_set_analog_output_ranges");
+  check(api_->set_input_ranges(api_->card, options_.inputs.data(), 4, low.data(), high.data()),
+        "hil_set_analog_input_ranges");
+  check(api_->set_output_ranges(api_->card, options_.outputs.data(), 2, low.data(), high.data()),
+        "hil_set_analog_output_ranges");
   check(api_->write_analog(api_->card, options_.outputs.data(), 2, zero.data()), "hil_write_analog");
   // Without these the outputs stay as they are when the watchdog expires.
-  check(api_->expiration_state(api_->card, options_.outputs.data(), 2, zero.data()), "hil_watchdog_set_analog_expiration_state");
+  check(api_->expiration_state(api_->card, options_.outputs.data(), 2, zero.data()),
+        "hil_watchdog_set_analog_expiration_state");
   check(api_->watchdog_start(api_->card, options_.watchdog), "hil_watchdog_start");
 }
 
@@ -69,8 +73,8 @@ QuanserBoard::~QuanserBoard() {
 
 bool QuanserBoard::read(BoardReading& out) noexcept {
   std::int32_t count = 0;
-  if (api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0, out.analog.data(), &count,
-                 nullptr, nullptr) < 0) {
+  if (api_->read(api_->card, options_.inputs.data(), 4, &options_.encoder, 1, nullptr, 0, nullptr, 0, out.analog.data(),
+                 &count, nullptr, nullptr) < 0) {
     connected_ = false;
     return false;
   }

@@ -10,7 +10,8 @@ namespace whirl {
 /// A shared library, loaded while this object lives.
 class SharedLibrary {
  public:
-  explicit SharedLibrary(const std::string& name) : name_(name), handle_(::dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+  explicit SharedLibrary(const std::string& name)
+      : name_(name), handle_(::dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
     if (!handle_) throw Error(fmt::format("board library {}: {}", name, ::dlerror()));
   }
   ~SharedLibrary() { ::dlclose(handle_); }

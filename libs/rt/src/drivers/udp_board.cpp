@@ -54,8 +54,9 @@ void encode(const NumberedCommand& c, std::span<std::byte, kCommandSize> out) no
 
 void encode(const BoardReading& r, std::span<std::byte, kReadingSize> out) noexcept {
   const ReadingBytes bytes{
-      kReadingMagic, r.tick, (r.output ? kOutput : 0u) | (r.expired ? kExpired : 0u) | (r.done ? kDone : 0u), r.answered,
-      r.beta,        r.omega, r.omega_dot, r.analog};
+      kReadingMagic, r.tick,  (r.output ? kOutput : 0u) | (r.expired ? kExpired : 0u) | (r.done ? kDone : 0u),
+      r.answered,    r.beta,  r.omega,
+      r.omega_dot,   r.analog};
   std::memcpy(out.data(), &bytes, sizeof bytes);
 }
 
@@ -69,8 +70,15 @@ std::optional<BoardReading> decode_reading(std::span<const std::byte> bytes) noe
   ReadingBytes b;
   if (!take(bytes, kReadingMagic, b)) return {};
   if (!std::isfinite(b.beta) || !std::isfinite(b.omega) || !std::isfinite(b.omega_dot)) return {};
-  return BoardReading{b.tick,  b.beta,     b.omega, b.omega_dot, b.analog,
-                      b.answered, (b.flags & kOutput) != 0, (b.flags & kExpired) != 0, (b.flags & kDone) != 0};
+  return BoardReading{b.tick,
+                      b.beta,
+                      b.omega,
+                      b.omega_dot,
+                      b.analog,
+                      b.answered,
+                      (b.flags & kOutput) != 0,
+                      (b.flags & kExpired) != 0,
+                      (b.flags & kDone) != 0};
 }
 
 Address parse_address(const std::string& text) {

@@ -39,7 +39,8 @@ struct ShellResult {
 };
 inline ShellResult shell(const std::filesystem::path& folder, const std::string& command) {
   const std::filesystem::path log = folder / "shell.log";
-  const int status = std::system(("cd '" + folder.string() + "' && (" + command + ") >'" + log.string() + "' 2>&1").c_str());
+  const int status =
+      std::system(("cd '" + folder.string() + "' && (" + command + ") >'" + log.string() + "' 2>&1").c_str());
   std::ifstream in(log);
   std::ostringstream text;
   text << in.rdbuf();

@@ -25,8 +25,8 @@ inline ControllerDesign design_of(const std::string& law, const std::string& est
   return d;
 }
 
-/// 20 s of readings of a run-down through the critical speed: an orbit of the given radius in m and a little of a second
-/// frequency; the angle wrapped, so that single precision holds it.
+/// 20 s of readings of a run-down through the critical speed: an orbit of the given radius in m and a little of a
+/// second frequency; the angle wrapped, so that single precision holds it.
 inline std::vector<Measurement> run_down_readings(double radius = 1e-4) {
   std::vector<Measurement> readings(20000);
   for (std::size_t k = 0; k < readings.size(); ++k) {

@@ -19,12 +19,13 @@ struct ZooSystem {
   std::vector<double> start;
   double dt = 0.01;
   Eigen::Index samples = 0;
-  std::vector<std::string> library;                ///< empty: the default one
-  std::function<double(double)> input;             ///< of t, when the truth has an input "u"
+  std::vector<std::string> library;     ///< empty: the default one
+  std::function<double(double)> input;  ///< of t, when the truth has an input "u"
 };
 
-inline IdentifiedModel zoo_model(std::vector<std::pair<std::string, std::vector<std::pair<double, std::string>>>> equations,
-                                 std::vector<std::string> inputs = {}) {
+inline IdentifiedModel zoo_model(
+    std::vector<std::pair<std::string, std::vector<std::pair<double, std::string>>>> equations,
+    std::vector<std::string> inputs = {}) {
   IdentifiedModel m;
   for (auto& [state, terms] : equations) {
     m.states.push_back(state);
@@ -38,8 +39,8 @@ inline IdentifiedModel zoo_model(std::vector<std::pair<std::string, std::vector<
 
 /// Canonical systems with their usual parameters (Brunton et al. 2016; Messenger and Bortz 2021; Strogatz 1994).
 inline std::vector<ZooSystem> zoo() {
-  const std::vector<std::string> pendulum_library{"1", "x", "v", "sin(x)", "cos(x)", "x^2", "x*v", "v^2",
-                                                  "x^3", "x^2*v", "x*v^2", "v^3"};
+  const std::vector<std::string> pendulum_library{"1",   "x",   "v",   "sin(x)", "cos(x)", "x^2",
+                                                  "x*v", "v^2", "x^3", "x^2*v",  "x*v^2",  "v^3"};
   IdentifiedModel lorenz96 = [] {
     std::vector<std::pair<std::string, std::vector<std::pair<double, std::string>>>> e;
     const auto x = [](int i) { return "x" + std::to_string((i + 5) % 5 + 1); };
@@ -49,27 +50,87 @@ inline std::vector<ZooSystem> zoo() {
     return zoo_model(e);
   }();
   return {
-      {"linear", zoo_model({{"x", {{-0.1, "x"}, {2, "y"}}}, {"y", {{-2, "x"}, {-0.1, "y"}}}}), {2, 0}, 0.02, 1250, {}, {}},
-      {"cubic", zoo_model({{"x", {{-0.1, "x^3"}, {2, "y^3"}}}, {"y", {{-2, "x^3"}, {-0.1, "y^3"}}}}), {2, 0}, 0.01, 2500, {}, {}},
-      {"Van der Pol", zoo_model({{"x", {{1, "y"}}}, {"y", {{-1, "x"}, {2, "y"}, {-2, "x^2*y"}}}}), {2, 0}, 0.02, 2000, {}, {}},
-      {"Lotka-Volterra", zoo_model({{"x", {{1.5, "x"}, {-1, "x*y"}}}, {"y", {{-3, "y"}, {1, "x*y"}}}}), {2, 1}, 0.01, 2500, {}, {}},
-      {"Duffing free", zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.2, "v"}, {-1, "x"}, {-2, "x^3"}}}}), {2, 0}, 0.02, 2000, {}, {}},
-      {"Duffing forced", zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.3, "v"}, {1, "x"}, {-1, "x^3"}, {1, "u"}}}}, {"u"}),
-       {1, 0}, 0.02, 4000, {}, [](double t) { return 0.5 * std::cos(1.2 * t); }},
-      {"Hopf", zoo_model({{"x", {{0.5, "x"}, {-1, "y"}, {-1, "x^3"}, {-1, "x*y^2"}}},
-                          {"y", {{1, "x"}, {0.5, "y"}, {-1, "x^2*y"}, {-1, "y^3"}}}}), {2, 0}, 0.02, 2000, {}, {}},
-      {"pendulum", zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.1, "v"}, {-4, "sin(x)"}}}}), {2.8, 0}, 0.01, 3000,
-       pendulum_library, {}},
-      {"Lorenz", zoo_model({{"x", {{-10, "x"}, {10, "y"}}}, {"y", {{28, "x"}, {-1, "y"}, {-1, "x*z"}}},
-                            {"z", {{-8.0 / 3, "z"}, {1, "x*y"}}}}), {-8, 7, 27}, 0.005, 4000, {}, {}},
-      {"Roessler", zoo_model({{"x", {{-1, "y"}, {-1, "z"}}}, {"y", {{1, "x"}, {0.2, "y"}}},
-                              {"z", {{0.2, "1"}, {-5.7, "z"}, {1, "x*z"}}}}), {3, 5, 0.1}, 0.02, 6000, {}, {}},
+      {"linear",
+       zoo_model({{"x", {{-0.1, "x"}, {2, "y"}}}, {"y", {{-2, "x"}, {-0.1, "y"}}}}),
+       {2, 0},
+       0.02,
+       1250,
+       {},
+       {}},
+      {"cubic",
+       zoo_model({{"x", {{-0.1, "x^3"}, {2, "y^3"}}}, {"y", {{-2, "x^3"}, {-0.1, "y^3"}}}}),
+       {2, 0},
+       0.01,
+       2500,
+       {},
+       {}},
+      {"Van der Pol",
+       zoo_model({{"x", {{1, "y"}}}, {"y", {{-1, "x"}, {2, "y"}, {-2, "x^2*y"}}}}),
+       {2, 0},
+       0.02,
+       2000,
+       {},
+       {}},
+      {"Lotka-Volterra",
+       zoo_model({{"x", {{1.5, "x"}, {-1, "x*y"}}}, {"y", {{-3, "y"}, {1, "x*y"}}}}),
+       {2, 1},
+       0.01,
+       2500,
+       {},
+       {}},
+      {"Duffing free",
+       zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.2, "v"}, {-1, "x"}, {-2, "x^3"}}}}),
+       {2, 0},
+       0.02,
+       2000,
+       {},
+       {}},
+      {"Duffing forced",
+       zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.3, "v"}, {1, "x"}, {-1, "x^3"}, {1, "u"}}}}, {"u"}),
+       {1, 0},
+       0.02,
+       4000,
+       {},
+       [](double t) { return 0.5 * std::cos(1.2 * t); }},
+      {"Hopf",
+       zoo_model({{"x", {{0.5, "x"}, {-1, "y"}, {-1, "x^3"}, {-1, "x*y^2"}}},
+                  {"y", {{1, "x"}, {0.5, "y"}, {-1, "x^2*y"}, {-1, "y^3"}}}}),
+       {2, 0},
+       0.02,
+       2000,
+       {},
+       {}},
+      {"pendulum",
+       zoo_model({{"x", {{1, "v"}}}, {"v", {{-0.1, "v"}, {-4, "sin(x)"}}}}),
+       {2.8, 0},
+       0.01,
+       3000,
+       pendulum_library,
+       {}},
+      {"Lorenz",
+       zoo_model({{"x", {{-10, "x"}, {10, "y"}}},
+                  {"y", {{28, "x"}, {-1, "y"}, {-1, "x*z"}}},
+                  {"z", {{-8.0 / 3, "z"}, {1, "x*y"}}}}),
+       {-8, 7, 27},
+       0.005,
+       4000,
+       {},
+       {}},
+      {"Roessler",
+       zoo_model({{"x", {{-1, "y"}, {-1, "z"}}},
+                  {"y", {{1, "x"}, {0.2, "y"}}},
+                  {"z", {{0.2, "1"}, {-5.7, "z"}, {1, "x*z"}}}}),
+       {3, 5, 0.1},
+       0.02,
+       6000,
+       {},
+       {}},
       {"Lorenz-96", lorenz96, {1, 8, 4, 3, 6}, 0.005, 4000, {}, {}},
   };
 }
 
-/// The record of a system, integrated with 10 Runge-Kutta steps per sample, with white noise of `noise` times the rms of
-/// each state (about its mean). Inputs are exact.
+/// The record of a system, integrated with 10 Runge-Kutta steps per sample, with white noise of `noise` times the rms
+/// of each state (about its mean). Inputs are exact.
 inline Recording zoo_record(const ZooSystem& s, double noise, std::uint64_t seed) {
   constexpr Eigen::Index fine = 10;
   const CompiledModel model(s.truth);
@@ -78,7 +139,8 @@ inline Recording zoo_record(const ZooSystem& s, double noise, std::uint64_t seed
   for (Eigen::Index i = 0; i < inputs.rows() && inputs.cols() > 0; ++i) {
     inputs(i, 0) = s.input(0.5 * s.dt / fine * static_cast<double>(i));
   }
-  const Eigen::VectorXd start = Eigen::Map<const Eigen::VectorXd>(s.start.data(), static_cast<Eigen::Index>(s.start.size()));
+  const Eigen::VectorXd start =
+      Eigen::Map<const Eigen::VectorXd>(s.start.data(), static_cast<Eigen::Index>(s.start.size()));
   const ModelRun run = simulate(model, inputs, start, s.dt / fine, steps);
   Recording r;
   r.dt = s.dt;

@@ -13,7 +13,8 @@ namespace whirl::monitor {
 class ClientQueue {
  public:
   /// `wake` is called after a push, from the pushing thread, outside the lock.
-  explicit ClientQueue(std::size_t capacity, std::function<void()> wake = {}) : capacity_(capacity), wake_(std::move(wake)) {}
+  explicit ClientQueue(std::size_t capacity, std::function<void()> wake = {})
+      : capacity_(capacity), wake_(std::move(wake)) {}
 
   void push(MessagePtr message) {
     {

@@ -19,9 +19,11 @@ enum class FrameKind : std::uint32_t {
   min_max = 2,      ///< smallest and largest of each group of 2^k samples, alternating
   decimated = 3,    ///< the first of each group of 2^k samples (orbit, phase plane)
   spectrum = 4,     ///< averaged amplitude, peak, line 0 at 0 Hz
-  synchronous = 5,  ///< per revolution: speed (rad/s), its end (s after t_ns), then Re and Im of the 1X vector per tracked channel
-  full_spectrum = 6,  ///< averaged amplitude, peak, of x + j y: an odd number of lines, 0 Hz in the middle, backward first
-  waterfall = 7,    ///< amplitude, peak, of the newest block of the first tracked channel; t_ns: its middle
+  synchronous = 5,  ///< per revolution: speed (rad/s), its end (s after t_ns), then Re and Im of the 1X vector per
+                    ///< tracked channel
+  full_spectrum =
+      6,          ///< averaged amplitude, peak, of x + j y: an odd number of lines, 0 Hz in the middle, backward first
+  waterfall = 7,  ///< amplitude, peak, of the newest block of the first tracked channel; t_ns: its middle
 };
 
 /// Binary frame, little-endian, 20-byte header, then float32 values channel by channel (NaN marks a gap):

@@ -39,9 +39,9 @@ class FrameSource {
  public:
   virtual ~FrameSource() = default;
   virtual const StreamInfo& info() const = 0;
-  /// Moves the samples that have arrived since the last call into the first rows of `block` (samples x channels, SI) and
-  /// returns their number; `t_first` is the time of row 0, s. Rows continue at the stream's rate: a lost sample is a row
-  /// of NaN. Returns 0 when there is nothing new. Never waits.
+  /// Moves the samples that have arrived since the last call into the first rows of `block` (samples x channels, SI)
+  /// and returns their number; `t_first` is the time of row 0, s. Rows continue at the stream's rate: a lost sample is
+  /// a row of NaN. Returns 0 when there is nothing new. Never waits.
   virtual Eigen::Index read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) = 0;
   /// Names and values shown beside the plots: state, overruns, trip reason, ...
   virtual std::vector<std::pair<std::string, std::string>> status() const = 0;
@@ -78,10 +78,10 @@ class PlaybackSource : public FrameSource {
   double speed_;
   bool loop_, paused_ = false;
   Clock clock_;
-  double started_ = 0;          ///< clock value at which `from_` was due
-  double from_ = 0;             ///< samples played when the clock was restarted
-  Eigen::Index next_ = 0;       ///< next sample of the recording
-  std::int64_t lap_ = 0;        ///< complete passes
+  double started_ = 0;     ///< clock value at which `from_` was due
+  double from_ = 0;        ///< samples played when the clock was restarted
+  Eigen::Index next_ = 0;  ///< next sample of the recording
+  std::int64_t lap_ = 0;   ///< complete passes
 };
 
 /// Samples that a loop pushes into a ring, which must outlive the source. What it is told and asked besides (`status`,

@@ -23,8 +23,8 @@
 namespace whirl::monitor {
 
 struct HubOptions {
-  double frame_rate = 30;          ///< frames per second, 1 to 60
-  Eigen::Index frame_groups = 512; ///< most values (or min/max pairs) per channel and frame
+  double frame_rate = 30;           ///< frames per second, 1 to 60
+  Eigen::Index frame_groups = 512;  ///< most values (or min/max pairs) per channel and frame
   SpectrumSettings spectrum;
   RecorderOptions recorder;
   /// Largest |value| allowed per channel name, SI. Each crossing goes to the log once, with time and speed.
@@ -45,14 +45,15 @@ class Hub {
   /// One pass: reads what arrived, publishes frames. For tests without the thread.
   void step();
 
-  /// A client joins: it gets the description of the stream and the log so far first, then everything published. Thread-safe.
+  /// A client joins: it gets the description of the stream and the log so far first, then everything published.
+  /// Thread-safe.
   void add(const std::shared_ptr<ClientQueue>& client);
   void remove(const std::shared_ptr<ClientQueue>& client);
 
   /// A command of an authorised user, as JSON text such as {"command":"record","value":1}.
   /// Commands: record (1, 0), reset (averages), spectrum (block, averages, averaging, window), limit (channel, value),
-  /// marker (text), and those of the source. An urgent one of the source acts before this returns, all others in the next
-  /// step; each goes to the log, refused ones with the reason. Thread-safe.
+  /// marker (text), and those of the source. An urgent one of the source acts before this returns, all others in the
+  /// next step; each goes to the log, refused ones with the reason. Thread-safe.
   void submit(std::string json);
   /// A line for the log, from any thread.
   void report(std::string line);

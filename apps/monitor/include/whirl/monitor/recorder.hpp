@@ -10,15 +10,15 @@
 namespace whirl::monitor {
 
 struct RecorderOptions {
-  std::filesystem::path folder;             ///< below which each record gets its own folder; empty: no recording
+  std::filesystem::path folder;               ///< below which each record gets its own folder; empty: no recording
   std::uintmax_t size_limit = 1'000'000'000;  ///< bytes of one record
   std::uintmax_t free_space = 500'000'000;    ///< bytes that must stay free on the disk
 };
 
 /// Writes the full stream, every sample in SI, to run_NNN/record.csv (for read_csv) with run_NNN/settings.json and
 /// run_NNN/events.csv (t_s,event) beside it.
-/// A lost value is written as the last one that came, so that every program reads the file; such rows have 0 in the last
-/// column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills.
+/// A lost value is written as the last one that came, so that every program reads the file; such rows have 0 in the
+/// last column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills.
 class Recorder {
  public:
   /// Makes the folder. Throws Error when it cannot be written.
@@ -35,7 +35,7 @@ class Recorder {
   bool active() const { return file_.is_open(); }
   const std::filesystem::path& folder() const { return run_; }  ///< of the running or last record
   std::uint64_t samples() const { return samples_; }
-  std::uint64_t lost() const { return lost_; }                  ///< rows with a missing value
+  std::uint64_t lost() const { return lost_; }  ///< rows with a missing value
   const std::string& stopped_because() const { return reason_; }
 
  private:

@@ -6,7 +6,8 @@
 namespace whirl::monitor {
 
 /// Samples from one real-time producer to one consumer, without locks: push() is wait-free, allocates nothing, and when
-/// the ring is full it refuses the sample and counts it, so the loop never waits for the view. One row per control tick.
+/// the ring is full it refuses the sample and counts it, so the loop never waits for the view. One row per control
+/// tick.
 class SampleRing {
  public:
   /// `capacity` is rounded up to a power of two. All memory is taken here.

@@ -12,9 +12,9 @@ enum class Averaging { linear, exponential, peak_hold };
 struct SpectrumSettings {
   Eigen::Index block = 1024;  ///< samples, 64 to 65536
   Window window = Window::hann;
-  double overlap = 0.5;       ///< [0, 0.9]
+  double overlap = 0.5;  ///< [0, 0.9]
   Averaging averaging = Averaging::exponential;
-  int averages = 8;           ///< N of the linear and exponential average, 1 to 1000
+  int averages = 8;  ///< N of the linear and exponential average, 1 to 1000
 };
 
 /// Block whose lines are about 1 Hz apart at this rate, within 256 to 32768 samples.
@@ -26,9 +26,10 @@ Eigen::Index block_for(double rate);
 ///   exponential  A <- A + (P - A) / min(count, N)
 ///   peak hold    largest power per line
 ///
-/// Lost samples (NaN) are bridged by straight lines where they are at most one in a hundred of a block, which changes an
-/// amplitude by at most about 2 % and far less below a tenth of the rate; a block with more is left out of the average of that
-/// channel. Both are counted where it matters: in the orbit, or in the first channel when there is no orbit.
+/// Lost samples (NaN) are bridged by straight lines where they are at most one in a hundred of a block, which changes
+/// an amplitude by at most about 2 % and far less below a tenth of the rate; a block with more is left out of the
+/// average of that channel. Both are counted where it matters: in the orbit, or in the first channel when there is no
+/// orbit.
 class SpectrumAverage {
  public:
   /// `orbit`: the channels x and y of the full spectrum; -1: none. Throws Error when a setting is outside its range.
@@ -41,12 +42,13 @@ class SpectrumAverage {
 
   const SpectrumSettings& settings() const { return settings_; }
   double line_spacing() const { return rate_ / static_cast<double>(settings_.block); }  ///< Hz
-  long count() const { return count_; }      ///< blocks in the average
-  long skipped() const { return skipped_; }  ///< blocks left out
+  long count() const { return count_; }                                                 ///< blocks in the average
+  long skipped() const { return skipped_; }                                             ///< blocks left out
   long bridged() const { return bridged_; }  ///< blocks in which a lost sample was bridged
   /// Amplitude, lines x channels.
   Eigen::MatrixXd amplitude() const { return power_.cwiseSqrt(); }
-  /// Amplitude of x + j y over an odd number of lines, 0 Hz in the middle, backward whirl first; empty without an orbit.
+  /// Amplitude of x + j y over an odd number of lines, 0 Hz in the middle, backward whirl first; empty without an
+  /// orbit.
   Eigen::VectorXd full_amplitude() const { return full_power_.cwiseSqrt(); }
   /// Amplitude of the newest block alone, lines x channels; empty before the first.
   const Eigen::MatrixXd& latest() const { return latest_; }

@@ -11,8 +11,8 @@ std::string_view name(Trend trend);
 
 /// Run-ups and run-downs recognised from the speed of each turn.
 ///
-/// The slope of |speed| is fitted by least squares over the last second, at least eight turns. A run begins when the fitted
-/// change over that time exceeds 2 % of the speed, and ends when it is below 0.5 % or has turned round.
+/// The slope of |speed| is fitted by least squares over the last second, at least eight turns. A run begins when the
+/// fitted change over that time exceeds 2 % of the speed, and ends when it is below 0.5 % or has turned round.
 class SpeedTrend {
  public:
   /// What a run was, once it is over.
@@ -23,7 +23,7 @@ class SpeedTrend {
     struct Peak {
       double amplitude = 0, speed = 0;
     };
-    std::vector<Peak> largest;  ///< of the 1X amplitude per channel
+    std::vector<Peak> largest;                                                 ///< of the 1X amplitude per channel
     double rate() const { return (speed_end - speed_begin) / (end - begin); }  ///< rad/s^2
   };
 

@@ -27,8 +27,7 @@ struct ControllerState {
   long held_total = 0;
 };
 
-using AnyEstimator =
-    std::variant<FilteredDifference, LevantDifferentiator, ExtendedStateObserver, KalmanEstimator>;
+using AnyEstimator = std::variant<FilteredDifference, LevantDifferentiator, ExtendedStateObserver, KalmanEstimator>;
 /// PD per axis plus a canceller of the synchronous motion.
 struct SynchronousPd {
   Pd x, y;
@@ -82,8 +81,7 @@ class Controller {
   const ControllerSettings& settings() const noexcept { return settings_; }
 
  private:
-  std::complex<double> past(
-      int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
+  std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
   DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
 

@@ -16,9 +16,8 @@ struct EstimatorInput {
       a_second;                  ///< control acceleration over the first `split` h and the rest, m/s^2
   double split = 0;              ///< in [0, 1)
   std::complex<double> forcing;  ///< unbalance_per_metre at this sample, rad^2/s^2
-  std::complex<double>
-      d;             ///< the model's unbalance acceleration at this sample, m/s^2 (0 without feedforward)
-  double omega = 0;  ///< rad/s
+  std::complex<double> d;        ///< the model's unbalance acceleration at this sample, m/s^2 (0 without feedforward)
+  double omega = 0;              ///< rad/s
 };
 
 /// Backward difference with a first-order low-pass: v[k] = q v[k-1] + (1 - q)(z[k] - z[k-1])/h, q = exp(-2 pi
@@ -85,8 +84,8 @@ class ExtendedStateObserver {
 struct KalmanOptions {
   double measurement_noise = 1.2e-6;  ///< m rms of one displacement reading
   double acceleration_noise = 0.5;    ///< m/s^2 rms, white per sample: what the model leaves out
-  double disturbance_walk = 0;  ///< of the third state: m/sqrt(s) (eccentricity), m/s^2/sqrt(s) (oscillator)
-  double disturbance_prior = 1e-4;  ///< sd of the third state at the start, m or m/s^2
+  double disturbance_walk = 0;        ///< of the third state: m/sqrt(s) (eccentricity), m/s^2/sqrt(s) (oscillator)
+  double disturbance_prior = 1e-4;    ///< sd of the third state at the start, m or m/s^2
 };
 
 /// What the third Kalman state is.

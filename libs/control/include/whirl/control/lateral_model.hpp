@@ -47,8 +47,8 @@ struct DiskMotion {
 
 /// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns at
 /// omega.
-inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a,
-                                 double omega, double dt) noexcept {
+inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a, double omega,
+                                 double dt) noexcept {
   const std::complex<double> half = unit_phasor(0.5 * omega * dt), d_mid = product(s.d, half);
   const std::complex<double> a0 = model.acceleration(s.z, s.v) + s.d + a;
   const std::complex<double> z_mid = s.z + 0.5 * dt * s.v, v_mid = s.v + 0.5 * dt * a0;

@@ -7,8 +7,7 @@ namespace whirl {
 struct AxisInput {
   double x = 0;  ///< displacement, m
   double v = 0;  ///< velocity, m/s
-  double f =
-      0;  ///< acceleration by the model without control: stiffness, damping, cubic and disturbance, m/s^2
+  double f = 0;  ///< acceleration by the model without control: stiffness, damping, cubic and disturbance, m/s^2
   double d = 0;  ///< the disturbance (unbalance) part of f, m/s^2
   double d_quarter = 0;  ///< d a quarter turn later: it turns with the rotor, m/s^2
   double omega = 0;      ///< rotor speed, rad/s
@@ -37,9 +36,7 @@ struct TerminalSmc {
 
   AxisOutput step(const AxisInput& in) noexcept {
     const double s = in.v + surface_gain * power.value(in.x);
-    return {
-        -(in.f + surface_gain * power.slope(in.x) * in.v + switching_gain * std::tanh(s / boundary_layer)),
-        s};
+    return {-(in.f + surface_gain * power.slope(in.x) * in.v + switching_gain * std::tanh(s / boundary_layer)), s};
   }
   void reset() noexcept {}
 };
@@ -67,9 +64,9 @@ struct NonsingularTerminalSmc {
   AxisOutput step(const AxisInput& in) noexcept {
     const double g = 1 / exponent, unit = surface_gain * length;
     const double s = surface_gain * in.x + unit * sig(in.v / unit, g);
-    return {-(in.f + surface_gain / g * unit * sig(in.v / unit, 2 - g) +
-              switching_gain * std::tanh(s / boundary_layer)),
-            s};
+    return {
+        -(in.f + surface_gain / g * unit * sig(in.v / unit, 2 - g) + switching_gain * std::tanh(s / boundary_layer)),
+        s};
   }
   void reset() noexcept {}
 };
@@ -194,8 +191,7 @@ struct AdaptiveSmc {
 
   AxisOutput step(const AxisInput& in) noexcept {
     const double s = in.v + surface_gain * in.x;
-    gain = std::clamp(gain + sample_time * rate * std::abs(s) * sgn(std::abs(s) - dead_zone), gain_min,
-                      gain_max);
+    gain = std::clamp(gain + sample_time * rate * std::abs(s) * sgn(std::abs(s) - dead_zone), gain_min, gain_max);
     return {-(in.f + surface_gain * in.v + gain * std::tanh(s / boundary_layer)), s};
   }
   void reset() noexcept { gain = gain_min; }

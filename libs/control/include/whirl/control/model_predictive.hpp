@@ -14,14 +14,14 @@ SampledAxis sample_axis(double k1, double c, double sample_time);
 
 /// The linear-quadratic regulator w = -kp x - kd v with limits on the input, solved exactly over a horizon:
 ///   minimise  sum_{k<N} (x_k'Q x_k + r w_k^2) + x_N'P x_N,  x_{k+1} = A x_k + b w_k,  low_k <= w_k <= high_k,
-/// P the solution of the discrete Riccati equation, so that the horizon is infinite in effect. With K = (kp, kd) the cost
-/// is (r + b'Pb) sum (w_k + K x_k)^2 plus a constant (completion of squares): Q, r and P are needed for K only.
+/// P the solution of the discrete Riccati equation, so that the horizon is infinite in effect. With K = (kp, kd) the
+/// cost is (r + b'Pb) sum (w_k + K x_k)^2 plus a constant (completion of squares): Q, r and P are needed for K only.
 ///
-/// A box-constrained quadratic program with N unknowns. For a given set of inputs at their limits a Riccati recursion over
-/// the two states solves it in O(N). The set is found by exchanging all wrong members at once (Kunisch, Rendl, SIAM J. Optim.
-/// 2003) and, when that makes no progress, by a primal active-set method, whose cost falls in every step (Nocedal, Wright,
-/// Numerical Optimization, 16.5). Fixed size, no allocation, bounded iterations, and a residual of the optimality
-/// conditions computed apart from the recursion.
+/// A box-constrained quadratic program with N unknowns. For a given set of inputs at their limits a Riccati recursion
+/// over the two states solves it in O(N). The set is found by exchanging all wrong members at once (Kunisch, Rendl,
+/// SIAM J. Optim. 2003) and, when that makes no progress, by a primal active-set method, whose cost falls in every step
+/// (Nocedal, Wright, Numerical Optimization, 16.5). Fixed size, no allocation, bounded iterations, and a residual of
+/// the optimality conditions computed apart from the recursion.
 class BoundedRegulator {
  public:
   static constexpr int kMaxHorizon = 32;
@@ -55,8 +55,8 @@ class BoundedRegulator {
 };
 
 /// Model predictive control of one axis on the identified model with the limit of the actuator. The disturbance d acts
-/// where the control does and turns with the rotor, so that w_k = a_k + d_k is what is left to choose and its limits move
-/// along the horizon:
+/// where the control does and turns with the rotor, so that w_k = a_k + d_k is what is left to choose and its limits
+/// move along the horizon:
 ///   a = w_0 - d,   |a_k| <= limit,   d_k = d cos(k h omega) + d_quarter sin(k h omega).
 /// Away from the limit this is the linear-quadratic regulator with feedforward.
 struct ModelPredictive {

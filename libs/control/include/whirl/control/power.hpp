@@ -9,9 +9,7 @@ namespace whirl {
 inline double sgn(double x) noexcept { return static_cast<double>((x > 0) - (x < 0)); }
 
 /// sig(x)^a = |x|^a sgn x; sig(0)^a = 0 for every a.
-inline double sig(double x, double a) noexcept {
-  return x == 0 ? 0.0 : std::copysign(std::pow(std::abs(x), a), x);
-}
+inline double sig(double x, double a) noexcept { return x == 0 ? 0.0 : std::copysign(std::pow(std::abs(x), a), x); }
 
 /// How the slope r |x|^(r-1), infinite at x = 0 for r < 1, is bounded.
 enum class Regularisation {
@@ -57,24 +55,17 @@ struct TerminalPower {
 
 /// Largest loop gain k = h rho/eps of s[i+1] = s[i] - k s[i-n] that is stable: 2 sin(pi / (2 (2n + 1))), n
 /// samples of delay beyond the hold (2, 1, 0.618 for n = 0, 1, 2).
-inline double stable_gain_limit(int n) noexcept {
-  return 2 * std::sin(std::numbers::pi / (2.0 * (2 * n + 1)));
-}
+inline double stable_gain_limit(int n) noexcept { return 2 * std::sin(std::numbers::pi / (2.0 * (2 * n + 1))); }
 
 /// Largest loop gain without oscillation: n^n / (n+1)^(n+1) (1, 1/4, 4/27 for n = 0, 1, 2).
-inline double smooth_gain_limit(int n) noexcept {
-  return n == 0 ? 1.0 : std::pow(n, n) / std::pow(n + 1.0, n + 1);
-}
+inline double smooth_gain_limit(int n) noexcept { return n == 0 ? 1.0 : std::pow(n, n) / std::pow(n + 1.0, n + 1); }
 
 /// Thinnest boundary layer free of delay oscillation, m/s: eps >= h rho (n+1)^(n+1)/n^n.
-inline double boundary_layer_limit(double h, double rho, int n) noexcept {
-  return h * rho / smooth_gain_limit(n);
-}
+inline double boundary_layer_limit(double h, double rho, int n) noexcept { return h * rho / smooth_gain_limit(n); }
 
 /// Regularisation length, m, at which the velocity gain of the singular term keeps the sampled loop smooth:
 /// L (h C r / k_max)^(1/(1-r)).
-inline double regularisation_limit(double h, double surface_gain, double exponent, double length,
-                                   int n) noexcept {
+inline double regularisation_limit(double h, double surface_gain, double exponent, double length, int n) noexcept {
   if (exponent >= 1) return 0;
   return length * std::pow(h * surface_gain * exponent / smooth_gain_limit(n), 1 / (1 - exponent));
 }

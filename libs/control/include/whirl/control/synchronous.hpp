@@ -21,8 +21,8 @@ class SynchronousCanceller {
   enum class Method { influence, fxlms, notch };
 
   SynchronousCanceller() = default;
-  SynchronousCanceller(Method method, double rate, double kp, double kd, const LateralModel& model,
-                       double delay, double sample_time, double omega_min) noexcept;
+  SynchronousCanceller(Method method, double rate, double kp, double kd, const LateralModel& model, double delay,
+                       double sample_time, double omega_min) noexcept;
 
   /// z, beta at the time of the sample; `forcing` = F at the time of effect. `adapt` false: sample lost or
   /// force at its limit.

@@ -17,8 +17,7 @@ inline double reach_time(double s0, double rho, double disturbance) noexcept {
 
 /// Sliding time on v + C L sig(x/L)^r = 0 from x (the quantity of paper eq. 30): L |x/L|^(1-r) / (C (1-r)) /
 /// L.
-inline double slide_time_terminal(double x, double surface_gain, double exponent,
-                                  double length = 1e-3) noexcept {
+inline double slide_time_terminal(double x, double surface_gain, double exponent, double length = 1e-3) noexcept {
   if (!(exponent < 1)) return std::numeric_limits<double>::infinity();
   return std::pow(std::abs(x) / length, 1 - exponent) / (surface_gain * (1 - exponent));
 }
@@ -33,13 +32,11 @@ inline double slide_time_fast_terminal(double x, double linear_gain, double surf
 
 /// Bound of |s| that the tanh layer leaves: eps atanh(D_max / rho).
 inline double layer_residual(double epsilon, double rho, double disturbance) noexcept {
-  return disturbance < rho ? epsilon * std::atanh(disturbance / rho)
-                           : std::numeric_limits<double>::infinity();
+  return disturbance < rho ? epsilon * std::atanh(disturbance / rho) : std::numeric_limits<double>::infinity();
 }
 
 /// Bound of |x| on the terminal surface when |s| <= phi: L (phi / (C L))^(1/r).
-inline double position_residual(double phi, double surface_gain, double exponent,
-                                double length = 1e-3) noexcept {
+inline double position_residual(double phi, double surface_gain, double exponent, double length = 1e-3) noexcept {
   return length * std::pow(phi / (surface_gain * length), 1 / exponent);
 }
 

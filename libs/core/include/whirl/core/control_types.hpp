@@ -33,21 +33,21 @@ enum class Fault : std::uint8_t {
   stale_sensor,        ///< no valid sample for too long
   overrun,             ///< loop too late too often
   watchdog,
-  requested,           ///< stop asked for by the user or a signal
+  requested,  ///< stop asked for by the user or a signal
 };
 std::string_view to_string(Fault fault);
 
 /// A controller as data: everything needed to build it again, in simulation, on hardware or as exported C.
 struct ControllerDesign {
-  std::string law;         ///< "tsmc", "pd", ... (names: `whirl design --list`)
-  std::string estimator;   ///< "lpf", "kalman", ...
+  std::string law;                           ///< "tsmc", "pd", ... (names: `whirl design --list`)
+  std::string estimator;                     ///< "lpf", "kalman", ...
   std::map<std::string, double> parameters;  ///< of law and estimator, SI, names documented per law
-  RotorModel model;        ///< the identified model that the law uses
-  double sample_time = 1e-3;      ///< h, s
-  double delay = 0;               ///< total loop delay assumed (sensor + computation + actuator lag), s, without the hold
-  double force_limit = 0;         ///< actuator limit, N
-  bool feedforward = true;        ///< uses the unbalance term of f2, f4 (eq. 36)
-  std::map<std::string, double> margins;     ///< found by design: delay_margin_s, gain_margin, reach_time_s, ...
+  RotorModel model;                          ///< the identified model that the law uses
+  double sample_time = 1e-3;                 ///< h, s
+  double delay = 0;         ///< total loop delay assumed (sensor + computation + actuator lag), s, without the hold
+  double force_limit = 0;   ///< actuator limit, N
+  bool feedforward = true;  ///< uses the unbalance term of f2, f4 (eq. 36)
+  std::map<std::string, double> margins;  ///< found by design: delay_margin_s, gain_margin, reach_time_s, ...
   Summary summary;
   Provenance provenance;
 };

@@ -27,11 +27,10 @@ class Error : public std::runtime_error {
 };
 
 /// Throws Error unless `value` is finite and inside [low, high].
-inline void require_range(std::string_view field, double value, double low, double high,
-                          std::string_view unit = "") {
+inline void require_range(std::string_view field, double value, double low, double high, std::string_view unit = "") {
   if (!(value >= low && value <= high)) {
-    throw Error(fmt::format("{} = {:g}{}{}: must be between {:g} and {:g}", field, value, unit.empty() ? "" : " ",
-                            unit, low, high));
+    throw Error(fmt::format("{} = {:g}{}{}: must be between {:g} and {:g}", field, value, unit.empty() ? "" : " ", unit,
+                            low, high));
   }
 }
 

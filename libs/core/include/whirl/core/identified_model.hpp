@@ -14,7 +14,7 @@ namespace whirl {
 struct EquationTerm {
   std::string function;  ///< as parsed by `expr`, in the states and inputs of the model, e.g. "X6^2*cos(X5)"
   Estimate coefficient;
-  std::string unit;      ///< unit of the coefficient
+  std::string unit;  ///< unit of the coefficient
 };
 
 /// lhs = sum of coefficient * function.
@@ -28,18 +28,19 @@ struct Equation {
 /// Rotor models use the states of paper eq. 22: X1 = x, X2 = x', X3 = y, X4 = y', X5 = beta, X6 = beta'
 /// (and X7 = beta'' where the angle is prescribed). SI units.
 struct IdentifiedModel {
-  std::string method;                   ///< "paper", "weak", ...
-  std::vector<std::string> states;      ///< names used in `equations`, in order
-  std::vector<std::string> inputs;      ///< names of prescribed signals used in `equations`
+  std::string method;               ///< "paper", "weak", ...
+  std::vector<std::string> states;  ///< names used in `equations`, in order
+  std::vector<std::string> inputs;  ///< names of prescribed signals used in `equations`
   std::vector<Equation> equations;
   std::vector<std::pair<std::string, Estimate>> parameters;  ///< physical parameters: k1, k2, c, e, e_phase, ...
-  std::optional<RotorModel> rotor;      ///< the same as a rotor, when the model has that form
-  /// Covariance of (k1, k2, c, eps_re, eps_im), row-major 5 x 5; empty when not known. Used to draw rotors for robustness.
+  std::optional<RotorModel> rotor;                           ///< the same as a rotor, when the model has that form
+  /// Covariance of (k1, k2, c, eps_re, eps_im), row-major 5 x 5; empty when not known. Used to draw rotors for
+  /// robustness.
   std::vector<double> rotor_covariance;
   /// Covariance of `parameters` in their order, row-major; empty when not known.
   std::vector<double> parameter_covariance;
-  double sample_time = 0;               ///< of the training record, s
-  double noise_sd = 0;                  ///< displacement noise estimated on the training record, m rms
+  double sample_time = 0;  ///< of the training record, s
+  double noise_sd = 0;     ///< displacement noise estimated on the training record, m rms
   Summary summary;
   Provenance provenance;
 

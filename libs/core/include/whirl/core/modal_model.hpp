@@ -19,11 +19,11 @@ std::string_view to_string(FrfEstimator estimator);
 
 /// One measured frequency response, response at a point per force at a point.
 struct FrfChannel {
-  std::string response;   ///< name of the response point and direction, e.g. "3:+Z"
-  std::string reference;  ///< name of the reference (force) point and direction
-  Eigen::VectorXcd value;        ///< SI: m/N, m/(s N) or m/(s^2 N) by kind
-  Eigen::VectorXd coherence;     ///< gamma^2 in [0, 1]; empty when only one record was averaged (then undefined)
-  Eigen::VectorXd variance;      ///< variance of |value| per line; empty when unknown
+  std::string response;       ///< name of the response point and direction, e.g. "3:+Z"
+  std::string reference;      ///< name of the reference (force) point and direction
+  Eigen::VectorXcd value;     ///< SI: m/N, m/(s N) or m/(s^2 N) by kind
+  Eigen::VectorXd coherence;  ///< gamma^2 in [0, 1]; empty when only one record was averaged (then undefined)
+  Eigen::VectorXd variance;   ///< variance of |value| per line; empty when unknown
 };
 
 /// Frequency responses on one uniform frequency axis.
@@ -40,19 +40,19 @@ struct FrequencyResponse {
 
 /// One conjugate pole pair p = -zeta w0 + i w0 sqrt(1 - zeta^2) with its residues.
 struct Mode {
-  Estimate frequency;           ///< undamped natural frequency |p| / 2 pi, Hz
-  Estimate damping;             ///< zeta
-  std::complex<double> pole;    ///< rad/s, Im > 0, window damping removed
-  Eigen::VectorXcd residues;    ///< one per FrfChannel, receptance residues a of paper eq. 20
+  Estimate frequency;         ///< undamped natural frequency |p| / 2 pi, Hz
+  Estimate damping;           ///< zeta
+  std::complex<double> pole;  ///< rad/s, Im > 0, window damping removed
+  Eigen::VectorXcd residues;  ///< one per FrfChannel, receptance residues a of paper eq. 20
 };
 
 /// Poles, residues and residuals of paper eq. 20.
 struct ModalModel {
-  std::vector<Mode> modes;              ///< ascending in frequency
-  Eigen::VectorXcd lower;               ///< lower residual L per channel: L / s^2 in receptance
-  Eigen::VectorXcd upper;               ///< upper residual U per channel
-  Eigen::VectorXcd upper_slope;         ///< its next term U2 per channel: U + U2 s^2 in receptance; zero when not fitted
-  std::vector<std::string> responses;   ///< response point and direction per channel
+  std::vector<Mode> modes;             ///< ascending in frequency
+  Eigen::VectorXcd lower;              ///< lower residual L per channel: L / s^2 in receptance
+  Eigen::VectorXcd upper;              ///< upper residual U per channel
+  Eigen::VectorXcd upper_slope;        ///< its next term U2 per channel: U + U2 s^2 in receptance; zero when not fitted
+  std::vector<std::string> responses;  ///< response point and direction per channel
   std::vector<std::string> references;  ///< reference point and direction per channel
   double window_decay = 0;              ///< 1/s, of the exponential window: removed from `modes`
   FrfKind kind = FrfKind::accelerance;  ///< of the FRFs fitted

@@ -17,9 +17,9 @@ struct Channel {
 
 /// Signals sampled together at one constant rate. Sample i is at t0 + i dt.
 struct Recording {
-  double t0 = 0;           ///< s
-  double dt = 0;           ///< s, > 0
-  std::string source;      ///< file or generator, for messages and provenance
+  double t0 = 0;       ///< s
+  double dt = 0;       ///< s, > 0
+  std::string source;  ///< file or generator, for messages and provenance
   std::vector<Channel> channels;
 
   Eigen::Index size() const { return channels.empty() ? 0 : channels.front().samples.size(); }

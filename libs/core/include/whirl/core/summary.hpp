@@ -19,8 +19,8 @@ struct Summary {
   Status status = Status::ok;
   double residual = std::numeric_limits<double>::quiet_NaN();          ///< meaning and unit set by the method
   double condition_number = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled regression matrix
-  double chi_square = std::numeric_limits<double>::quiet_NaN();        ///< whitened residual variance, 1 when the model fits
-  std::string trust;                  ///< one sentence: what the result may be trusted for
+  double chi_square = std::numeric_limits<double>::quiet_NaN();  ///< whitened residual variance, 1 when the model fits
+  std::string trust;                                             ///< one sentence: what the result may be trusted for
   std::vector<std::string> warnings;
 
   void warn(std::string message) {
@@ -35,9 +35,9 @@ struct Summary {
 
 /// Where a result comes from: enough to make it again.
 struct Provenance {
-  std::string version;                ///< whirl version
-  std::vector<std::string> inputs;    ///< "name sha256:..." of every input file
-  std::string options;                ///< the options used, as one line of text
+  std::string version;              ///< whirl version
+  std::vector<std::string> inputs;  ///< "name sha256:..." of every input file
+  std::string options;              ///< the options used, as one line of text
   unsigned long long seed = 0;
 };
 /// Version of this library, e.g. "0.1.0".

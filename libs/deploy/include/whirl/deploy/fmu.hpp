@@ -9,8 +9,8 @@ namespace whirl {
 
 /// What an FMU (Functional Mock-up Unit, https://fmi-standard.org) offers.
 struct FmuOptions {
-  CodeOptions code;            ///< prefix is the model identifier; double precision only
-  int version = 2;             ///< of the standard: 2 (2.0) or 3 (3.0)
+  CodeOptions code;  ///< prefix is the model identifier; double precision only
+  int version = 2;   ///< of the standard: 2 (2.0) or 3 (3.0)
   bool co_simulation = true;
   bool model_exchange = true;  ///< of a model; a sampled controller has none
   double inner_step = 1e-3;    ///< Runge-Kutta step of a model in co-simulation, s; at most the communication step
@@ -18,16 +18,17 @@ struct FmuOptions {
 
 /// Files of an FMU except the binary: modelDescription.xml, sources/ and, in version 3, its build description.
 ///
-/// Controller: inputs x, y, beta, omega, omega_dot, valid; a step takes the inputs at its start and the outputs hold until
-/// its end; the communication step is a multiple of the sample time. Model: inputs, states, derivatives, outputs of
-/// model_system; in co-simulation inputs are held over a step except that the angle goes on with the speed; in model
+/// Controller: inputs x, y, beta, omega, omega_dot, valid; a step takes the inputs at its start and the outputs hold
+/// until its end; the communication step is a multiple of the sample time. Model: inputs, states, derivatives, outputs
+/// of model_system; in co-simulation inputs are held over a step except that the angle goes on with the speed; in model
 /// exchange every sgn() is an event. SI units. Throws Error for what has no such form (a map, a controller in model
 /// exchange).
 std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options);
 std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options);
 
-/// Compiles the sources with the system's C compiler `cc` for this machine (Linux on x86-64) and packs the FMU. The file is
-/// the same for the same input and compiler. Throws Error when there is no compiler or the file cannot be written.
+/// Compiles the sources with the system's C compiler `cc` for this machine (Linux on x86-64) and packs the FMU. The
+/// file is the same for the same input and compiler. Throws Error when there is no compiler or the file cannot be
+/// written.
 void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path);
 
 }  // namespace whirl

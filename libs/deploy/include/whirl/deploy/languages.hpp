@@ -10,13 +10,13 @@ namespace whirl {
 std::vector<SourceFile> export_latex(const ControllerDesign& design, const CodeOptions& options);
 std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOptions& options);
 
-/// Model: PREFIX.m, a MATLAB and Octave function `[rate, output] = PREFIX(t, state, input, p)`; `p = PREFIX()` gives the
-/// parameters. Controller: the C99 source with PREFIX_mex.c, a MEX function around it.
+/// Model: PREFIX.m, a MATLAB and Octave function `[rate, output] = PREFIX(t, state, input, p)`; `p = PREFIX()` gives
+/// the parameters. Controller: the C99 source with PREFIX_mex.c, a MEX function around it.
 std::vector<SourceFile> export_matlab(const ControllerDesign& design, const CodeOptions& options);
 std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOptions& options);
 
-/// Model: PREFIX.py with rates(t, x, u, p), outputs(t, x, u, p) and PARAMETERS; NumPy when it is installed. Controller: the
-/// C99 source with PREFIX.py, which compiles and calls it through ctypes.
+/// Model: PREFIX.py with rates(t, x, u, p), outputs(t, x, u, p) and PARAMETERS; NumPy when it is installed. Controller:
+/// the C99 source with PREFIX.py, which compiles and calls it through ctypes.
 std::vector<SourceFile> export_python(const ControllerDesign& design, const CodeOptions& options);
 std::vector<SourceFile> export_python(const IdentifiedModel& model, const CodeOptions& options);
 

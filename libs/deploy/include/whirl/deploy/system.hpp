@@ -26,10 +26,10 @@ struct ModelSystem {
   double sample_time = 0;  ///< of the training record; the period of a map, s
 };
 
-/// A model with `rotor` becomes the rotor with the physical parameters k1, k2, c, eps, gain, ..., with inputs beta, omega,
-/// alpha (rad, rad/s, rad/s^2), ux, uy (N) and the displacement the sensors see as outputs. Every other model becomes its
-/// equations with one parameter xi_i_j for coefficient j of equation i (paper eq. 18); its states are its outputs.
-/// Throws Error when an equation cannot be read.
+/// A model with `rotor` becomes the rotor with the physical parameters k1, k2, c, eps, gain, ..., with inputs beta,
+/// omega, alpha (rad, rad/s, rad/s^2), ux, uy (N) and the displacement the sensors see as outputs. Every other model
+/// becomes its equations with one parameter xi_i_j for coefficient j of equation i (paper eq. 18); its states are its
+/// outputs. Throws Error when an equation cannot be read.
 ModelSystem model_system(const IdentifiedModel& model);
 
 /// `e` with every sgn(events[i]) replaced by the symbol sign_i (from 1): smooth between the events.

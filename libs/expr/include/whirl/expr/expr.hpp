@@ -44,12 +44,12 @@ class Expr {
   Kind kind() const;
   bool is_number() const { return kind() == Kind::number; }
   bool is_number(double value) const { return is_number() && this->value() == value; }
-  double value() const;                    ///< of a number
-  const std::string& name() const;         ///< of a symbol
-  Function function() const;               ///< of a function
-  const std::vector<Expr>& args() const;   ///< base and exponent of a power; terms; factors (a number comes first)
+  double value() const;                   ///< of a number
+  const std::string& name() const;        ///< of a symbol
+  Function function() const;              ///< of a function
+  const std::vector<Expr>& args() const;  ///< base and exponent of a power; terms; factors (a number comes first)
   std::size_t hash() const;
-  std::size_t size() const;                ///< nodes of the tree
+  std::size_t size() const;  ///< nodes of the tree
   std::size_t depth() const;
 
   /// Text that `parse` reads back to an equal term.

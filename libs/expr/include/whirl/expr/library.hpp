@@ -13,7 +13,8 @@ std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, 
 /// sin(k v), cos(k v) for k = 1..harmonics and every variable.
 std::vector<Expr> fourier_library(const std::vector<std::string>& variables, int harmonics);
 /// The 17 functions of paper eq. 24 without exponentials, with Y1, Y2 read as X3, X4:
-/// 1, X1, X1^3, X2, X6^2 cos X5, X6^2 sin X5, X6 cos X5, X6 sin X5, X3, X3^3, X4, X1 X3^2, X1^2 X3, X6, X6^2, sin X5, cos X5.
+/// 1, X1, X1^3, X2, X6^2 cos X5, X6^2 sin X5, X6 cos X5, X6 sin X5, X3, X3^3, X4, X1 X3^2, X1^2 X3, X6, X6^2, sin X5,
+/// cos X5.
 std::vector<Expr> rotor_library();
 /// The physics-only candidates of each axis, {for x, for y}: X1, X1^3, X1 X3^2, X2 (y: X3, X3^3, X1^2 X3, X4), then
 /// X6^2 cos X5, X6^2 sin X5, cos X5, sin X5 (constant acceleration; paper eqs. 5, 13).
@@ -37,7 +38,7 @@ struct TiedEntry {
 
 /// One unknown of the regression with every place where it stands (a tie across axes and functions).
 struct TiedGroup {
-  std::string name;         ///< e.g. "k1", or the text of the function when there is one entry
+  std::string name;  ///< e.g. "k1", or the text of the function when there is one entry
   std::vector<TiedEntry> entries;
   std::string coefficient;  ///< the unknown in physical parameters, e.g. "K1/m"; empty when it has no such meaning
   std::string unit;         ///< SI unit of the unknown; empty when not known
@@ -48,17 +49,20 @@ struct CandidateLibrary {
   std::vector<std::string> lhs;        ///< e.g. {"X2'", "X4'"}
   std::vector<std::string> variables;  ///< all names the functions and `known` use, natural order
   std::vector<TiedGroup> groups;
-  std::vector<Expr> known;             ///< fixed part of each equation, one per lhs; empty: none
+  std::vector<Expr> known;  ///< fixed part of each equation, one per lhs; empty: none
 };
 
-/// The unknown that multiplies terms[i] in equation i (0: it does not stand there). A sum stays one function; the number in
-/// front of a single term goes to the factor.
-TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient = "", std::string unit = "");
+/// The unknown that multiplies terms[i] in equation i (0: it does not stand there). A sum stays one function; the
+/// number in front of a single term goes to the factor.
+TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient = "",
+                     std::string unit = "");
 /// The reverse: what the group puts into each of n equations.
 std::vector<Expr> group_terms(const TiedGroup& group, std::size_t n);
-/// Library of these groups. Throws Error when an equation is named twice, an entry names an equation that is not there, a group
-/// has no entry, two groups of more than one entry have one name, or `known` is neither empty nor one per equation.
-CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups, std::vector<Expr> known = {});
+/// Library of these groups. Throws Error when an equation is named twice, an entry names an equation that is not there,
+/// a group has no entry, two groups of more than one entry have one name, or `known` is neither empty nor one per
+/// equation.
+CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGroup> groups,
+                              std::vector<Expr> known = {});
 /// known[i] + sum over groups of unknown[g] * factor * function in equation i.
 std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::vector<Expr>& unknowns);
 
@@ -67,8 +71,8 @@ std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::v
 CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
                                 const UnitMap& units = rotor_units());
 /// The five-parameter rotor (paper eqs. 5, 13; RotorModel): groups k1, k2, c, eps_re, eps_im over "X2'", "X4'", then
-/// "d_re", "d_im" (constant) when `offset`. `anisotropic` adds k1_conj_re, k1_conj_im, c_conj_re, c_conj_im; `control` adds
-/// gain with inputs ux, uy.
+/// "d_re", "d_im" (constant) when `offset`. `anisotropic` adds k1_conj_re, k1_conj_im, c_conj_re, c_conj_im; `control`
+/// adds gain with inputs ux, uy.
 CandidateLibrary tied_rotor_library(bool offset = true, bool anisotropic = false, bool control = false);
 
 }  // namespace whirl

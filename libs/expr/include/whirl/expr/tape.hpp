@@ -15,7 +15,25 @@ namespace whirl {
 /// Integer powers up to 64 are products. Immutable after compile(): one tape may be used by several threads.
 class Tape {
  public:
-  enum class Op : std::uint8_t { add, sub, mul, div, neg, sqrt, pow, abs, sgn, exp, log, sin, cos, tan, tanh, min, max };
+  enum class Op : std::uint8_t {
+    add,
+    sub,
+    mul,
+    div,
+    neg,
+    sqrt,
+    pow,
+    abs,
+    sgn,
+    exp,
+    log,
+    sin,
+    cos,
+    tan,
+    tanh,
+    min,
+    max
+  };
   /// Operands are value numbers: variables first, then constants, then the steps in order.
   struct Step {
     Op op;
@@ -42,11 +60,11 @@ class Tape {
   struct C99Options {
     std::string type = "double";
     std::string indent = "  ";
-    std::string prefix = "w";               ///< of the intermediate names
-    std::vector<std::string> inputs;        ///< C text of each variable; empty: the variable names
-    std::vector<std::string> outputs;       ///< left-hand sides, one per term
-    std::string literal_macro;              ///< e.g. "REAL": numbers are written REAL(0.5); empty: plain
-    std::string function_macro;             ///< e.g. "FN": sin(x) is written FN(sin)(x); empty: plain
+    std::string prefix = "w";          ///< of the intermediate names
+    std::vector<std::string> inputs;   ///< C text of each variable; empty: the variable names
+    std::vector<std::string> outputs;  ///< left-hand sides, one per term
+    std::string literal_macro;         ///< e.g. "REAL": numbers are written REAL(0.5); empty: plain
+    std::string function_macro;        ///< e.g. "FN": sin(x) is written FN(sin)(x); empty: plain
   };
   std::string c99(const C99Options& options) const;
 

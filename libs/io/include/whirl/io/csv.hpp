@@ -86,8 +86,7 @@ class CsvStream {
 /// `t_s,x_mm,y_mm,beta_rad`. `t` or `time` is the time column. `.gz` is read directly. The record is in SI,
 /// its source the path. Errors: those of CsvStream, and a time that is not uniform, no time and no rate, too
 /// few samples.
-Recording read_csv(const std::filesystem::path& path, const CsvOptions& options = {},
-                   CsvDialect* dialect = nullptr);
+Recording read_csv(const std::filesystem::path& path, const CsvOptions& options = {}, CsvDialect* dialect = nullptr);
 Recording parse_csv(std::string_view bytes, std::string_view name, const CsvOptions& options = {});
 
 /// Columns of numbers without a common time: force-deflection (`deflection_mm,force_N`), Bode
@@ -117,8 +116,7 @@ struct CsvWriteOptions {
 
 /// Writes the record with every digit needed to read the same doubles back (exactly so in SI). `.gz`
 /// compresses.
-void write_csv(const std::filesystem::path& path, const Recording& record,
-               const CsvWriteOptions& options = {});
+void write_csv(const std::filesystem::path& path, const Recording& record, const CsvWriteOptions& options = {});
 void write_csv(const std::filesystem::path& path, const Table& table, const CsvWriteOptions& options = {});
 
 }  // namespace whirl

@@ -32,8 +32,7 @@ class ByteSource {
 /// The whole file as text, decompressed. Throws Error when it is larger than `limit` bytes.
 std::string read_text(const std::filesystem::path& path, std::size_t limit = std::size_t{1} << 30);
 /// The same from memory.
-std::string decompress(std::string_view bytes, std::string_view name,
-                       std::size_t limit = std::size_t{1} << 30);
+std::string decompress(std::string_view bytes, std::string_view name, std::size_t limit = std::size_t{1} << 30);
 
 /// Writes bytes to a file, as gzip when its name ends in `.gz`. The file appears under its name only when
 /// `close()` has written everything; a writer destroyed before that leaves nothing. Throws Error naming the

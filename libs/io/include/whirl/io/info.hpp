@@ -10,7 +10,7 @@ namespace whirl {
 struct ChannelInfo {
   std::string name;
   Quantity quantity = Quantity::dimensionless;
-  std::string unit;                   ///< SI symbol, or what the file writes where that is no known unit
+  std::string unit;  ///< SI symbol, or what the file writes where that is no known unit
   double minimum = 0, maximum = 0, mean = 0;
   double rms = 0;                     ///< about zero
   std::vector<std::string> findings;  ///< suspicious things, one sentence each
@@ -33,8 +33,8 @@ RecordingInfo describe(const Recording& record);
 /// What a file of any format holds, for `whirl info`. A table is a set of channels over one abscissa.
 struct TableInfo {
   std::string name;
-  std::string abscissa;            ///< "time", "frequency" or "rows"
-  double start = 0, step = 0;      ///< SI; step 0 when not uniform or not stated
+  std::string abscissa;        ///< "time", "frequency" or "rows"
+  double start = 0, step = 0;  ///< SI; step 0 when not uniform or not stated
   long rows = 0;
   std::vector<ChannelInfo> channels;  ///< of complex values: of their magnitude
 };

@@ -65,9 +65,8 @@ class Settings {
   bool assign(std::string_view table, std::string_view key, Integer& field, double = 1) const {
     long value = static_cast<long>(field);
     if (!assign_integer(table, key, value, static_cast<long>(std::numeric_limits<Integer>::min()),
-                        sizeof(Integer) < sizeof(long)
-                            ? static_cast<long>(std::numeric_limits<Integer>::max())
-                            : std::numeric_limits<long>::max())) {
+                        sizeof(Integer) < sizeof(long) ? static_cast<long>(std::numeric_limits<Integer>::max())
+                                                       : std::numeric_limits<long>::max())) {
       return false;
     }
     field = static_cast<Integer>(value);

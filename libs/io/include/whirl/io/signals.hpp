@@ -34,7 +34,7 @@ struct SignalTable {
 /// What a file of any format holds.
 struct SignalFile {
   std::string source = {};
-  std::string format = {};                 ///< in words, e.g. "universal file"
+  std::string format = {};  ///< in words, e.g. "universal file"
   std::vector<SignalTable> tables = {};
   std::vector<std::string> contents = {};  ///< what is there beside signals, e.g. "74 nodes"
   std::vector<std::string> findings = {};  ///< what is suspicious, one sentence each
@@ -44,14 +44,14 @@ enum class FileFormat { csv, uff, atfx, mat, hdf5, wav, lvm, json };
 /// The format of a file by its first bytes, whatever its name says; what is none of the others is taken for CSV.
 FileFormat file_format(const std::filesystem::path& path);
 
-/// Reads any format: CSV, UFF, ATFX, MAT (v5 and v7.3), HDF5, WAV, LVM. The format is found from the first bytes, not from
-/// the name; a name that says otherwise is a finding. Of `options`, `rate` is used where the file states no time, and the
-/// rest for CSV alone. Throws Error naming the file and the line or byte.
+/// Reads any format: CSV, UFF, ATFX, MAT (v5 and v7.3), HDF5, WAV, LVM. The format is found from the first bytes, not
+/// from the name; a name that says otherwise is a finding. Of `options`, `rate` is used where the file states no time,
+/// and the rest for CSV alone. Throws Error naming the file and the line or byte.
 SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& options = {});
 
 /// The time signals of one table, in SI. `options.columns` selects and renames: "x" or "x_mm" takes that channel,
-/// "V1:u_V" takes V1 as u in volts, "2:acc_g" the second channel; "1:force_N*250" multiplies by a calibration first (a WAV
-/// file holds parts of its full scale). Throws Error when the times differ, are not uniform or not stated (and no
+/// "V1:u_V" takes V1 as u in volts, "2:acc_g" the second channel; "1:force_N*250" multiplies by a calibration first (a
+/// WAV file holds parts of its full scale). Throws Error when the times differ, are not uniform or not stated (and no
 /// `options.rate`), or a channel has no known unit and none is given.
 Recording recording_of(const SignalFile& file, const CsvOptions& options = {});
 
@@ -64,12 +64,12 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name);
 SignalFile parse_wav(std::string_view bytes, std::string_view name);
 SignalFile parse_lvm(std::string_view bytes, std::string_view name);
 
-/// Samples first .. first + count of every channel of an HDF5 or MAT v7.3 file, for files larger than memory: fewer at the end, no
-/// table for a single one or none. All channels must have one length.
+/// Samples first .. first + count of every channel of an HDF5 or MAT v7.3 file, for files larger than memory: fewer at
+/// the end, no table for a single one or none. All channels must have one length.
 SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count);
 
-/// Writes the record in SI. MAT v5, HDF5 and LVM: names with the unit behind, as in CSV, and the time column t_s. WAV: 64-bit
-/// floating point, values as they are, names in the comment.
+/// Writes the record in SI. MAT v5, HDF5 and LVM: names with the unit behind, as in CSV, and the time column t_s. WAV:
+/// 64-bit floating point, values as they are, names in the comment.
 void write_mat(const std::filesystem::path& path, const Recording& recording);
 void write_hdf5(const std::filesystem::path& path, const Recording& recording);
 void write_wav(const std::filesystem::path& path, const Recording& recording);

@@ -15,8 +15,8 @@ struct ModeComplexity {
 /// One component alone is always collinear.
 ModeComplexity mode_complexity(const Eigen::Ref<const Eigen::VectorXcd>& shape);
 
-/// Shapes of a modal model over its response points at one reference (or, with one response, over its references): one column
-/// per mode.
+/// Shapes of a modal model over its response points at one reference (or, with one response, over its references): one
+/// column per mode.
 struct ModeShapes {
   std::vector<std::string> points;
   Eigen::MatrixXcd value;  ///< points x modes, residues of receptance
@@ -29,15 +29,16 @@ struct ModeMatch {
   double frequency_change = 0;        ///< of the second against the first, relative
   double mac = 1;                     ///< of their shapes
 };
-/// For every mode of `first` the mode of `second` within 20 % of its frequency that has the largest MAC less the relative
-/// distance in frequency; modes without one are left out. Throws Error unless both hold shapes over the same points.
+/// For every mode of `first` the mode of `second` within 20 % of its frequency that has the largest MAC less the
+/// relative distance in frequency; modes without one are left out. Throws Error unless both hold shapes over the same
+/// points.
 std::vector<ModeMatch> match_modes(const ModalModel& first, const ModalModel& second);
 
 /// H_ij against H_ji.
 struct Reciprocity {
   std::string first, second;  ///< the two points
   double difference = 0;      ///< norm(H_ij - H_ji) / norm(H_ij + H_ji) * 2
-  double noise = 0;           ///< the difference that the variances stated explain (one standard deviation); 0 when unknown
+  double noise = 0;  ///< the difference that the variances stated explain (one standard deviation); 0 when unknown
 };
 /// Every pair of points that were both hit and measured.
 std::vector<Reciprocity> check_reciprocity(const FrequencyResponse& frf);

@@ -5,23 +5,24 @@
 namespace whirl {
 
 struct ModeOptions {
-  PoleOptions poles;          ///< band, weighting and orders of the start
-  ResidueOptions residues;    ///< which residuals; its band and weighting follow `poles`
-  bool refine = true;         ///< Gauss-Newton on all poles; gives the covariance
-  int max_iterations = 12;    ///< of one refinement
-  bool search = true;         ///< look in what is left for weak modes that no order showed
-  double search_gain = 25;    ///< energy of a new pole over that of noise in the same directions
+  PoleOptions poles;        ///< band, weighting and orders of the start
+  ResidueOptions residues;  ///< which residuals; its band and weighting follow `poles`
+  bool refine = true;       ///< Gauss-Newton on all poles; gives the covariance
+  int max_iterations = 12;  ///< of one refinement
+  bool search = true;       ///< look in what is left for weak modes that no order showed
+  double search_gain = 25;  ///< energy of a new pole over that of noise in the same directions
   int max_modes = 200;
 };
 
 /// Modes of a set of FRFs, from the lines to poles, residues and residuals with their uncertainty.
 ///
-/// pLSCF start, automatic selection, Gauss-Newton by variable projection over the poles alone, then search of the residual
-/// for modes that were missed. Frequencies and damping are those of the structure: the decay of an exponential window is
-/// removed (`damping_through_window` gives what was seen). Standard deviations come from the scatter about the model; where
-/// that scatter is structured over several lines they are widened accordingly. A mode that the data do not support is
-/// dropped; one narrower than a line, or whose ringing does not fit the record, is warned about. Modes up to 30 % outside
-/// the band may be present: they stand for what the residuals cannot, and their damping means little.
+/// pLSCF start, automatic selection, Gauss-Newton by variable projection over the poles alone, then search of the
+/// residual for modes that were missed. Frequencies and damping are those of the structure: the decay of an exponential
+/// window is removed (`damping_through_window` gives what was seen). Standard deviations come from the scatter about
+/// the model; where that scatter is structured over several lines they are widened accordingly. A mode that the data do
+/// not support is dropped; one narrower than a line, or whose ringing does not fit the record, is warned about. Modes
+/// up to 30 % outside the band may be present: they stand for what the residuals cannot, and their damping means
+/// little.
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options = {});
 
 /// Damping ratio of the mode as it appears behind an exponential window of this decay, 1/s.

@@ -10,18 +10,18 @@ namespace whirl {
 /// How hammer blows are cut, windowed and averaged. Times in s.
 struct FrfOptions {
   FrfEstimator estimator = FrfEstimator::h1;
-  double noise_ratio = 1;    ///< Hv only: response noise power / force noise power, in SI (k of the definition)
+  double noise_ratio = 1;         ///< Hv only: response noise power / force noise power, in SI (k of the definition)
   std::string force = {};         ///< name of the force channel; empty = the only channel of quantity force
   std::string reference = {};     ///< name of the point and direction hit; empty = name of the force channel
-  double trigger = 0.2;      ///< a blow starts where the force exceeds this fraction of the record's largest force
-  double pre_trigger = 0.02; ///< kept before the trigger, for the DC; shortened when the record starts later
-  double separation = 0.5;   ///< a pulse sooner than this after a blow's trigger is a rebound, not the next blow
-  double duration = 0;       ///< of one blow, from its first kept sample; 0 = up to the next blow or the end
-  bool window_force = true;  ///< force window: 1 until the pulse has ended, then a cosine taper to 0
-  double force_taper = 1e-3; ///< length of the taper
-  double window_end = 1;     ///< value of the exponential window at the end of the blow, in (0, 1]; 1 = none
-  double converter_range = 0;  ///< largest |value| of the force channel's converter, N; 0 = unknown
-  bool drop_overloads = true;  ///< leave overloaded blows out of the average
+  double trigger = 0.2;           ///< a blow starts where the force exceeds this fraction of the record's largest force
+  double pre_trigger = 0.02;      ///< kept before the trigger, for the DC; shortened when the record starts later
+  double separation = 0.5;        ///< a pulse sooner than this after a blow's trigger is a rebound, not the next blow
+  double duration = 0;            ///< of one blow, from its first kept sample; 0 = up to the next blow or the end
+  bool window_force = true;       ///< force window: 1 until the pulse has ended, then a cosine taper to 0
+  double force_taper = 1e-3;      ///< length of the taper
+  double window_end = 1;          ///< value of the exponential window at the end of the blow, in (0, 1]; 1 = none
+  double converter_range = 0;     ///< largest |value| of the force channel's converter, N; 0 = unknown
+  bool drop_overloads = true;     ///< leave overloaded blows out of the average
   bool drop_double_hits = false;  ///< leave blows with a second hit out of the average
   double band_drop_db = 20;  ///< the band ends where the force spectrum has dropped by this much; 0 = keep all lines
 };
@@ -50,7 +50,8 @@ struct BlowCheck {
 };
 
 /// Examines the force signal of one blow: pulse, overload (two or more equal samples at the extreme, 99.5 % of a known
-/// converter range, or a flat top) and further hits, in the time domain, so that the length of the record does not matter.
+/// converter range, or a flat top) and further hits, in the time domain, so that the length of the record does not
+/// matter.
 BlowCheck check_blow(const Eigen::Ref<const Eigen::VectorXd>& force, double dt, double converter_range = 0);
 
 /// True when the signal stays at its extreme for two or more samples, or reaches 99.5 % of a known converter range.
@@ -64,15 +65,15 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
 /// H1 = S_af/S_ff, H2 = S_aa/S_fa, Hv = total least squares with noise_ratio k (k -> infinity gives H1, 0 gives H2).
 /// The DC of each channel is removed with its pre-trigger samples only; the exponential window is the same function on
 /// force and response, and its decay 1/tau is returned as `window_decay` for `fit_modes` to remove. No Hann window, no
-/// separate normalisation of the channels. Coherence and variance, var|H1| = |H1|^2 (1 - gamma^2)/(2 n gamma^2), exist for
-/// two or more blows only. Responses must be one quantity (displacement, velocity or acceleration), which sets the kind;
-/// a channel in volts must be calibrated first. Recordings may hold one blow or several, and must share dt.
+/// separate normalisation of the channels. Coherence and variance, var|H1| = |H1|^2 (1 - gamma^2)/(2 n gamma^2), exist
+/// for two or more blows only. Responses must be one quantity (displacement, velocity or acceleration), which sets the
+/// kind; a channel in volts must be calibrated first. Recordings may hold one blow or several, and must share dt.
 /// Throws Error for missing channels, mixed quantities or no blow; quality findings are warnings in the summary.
 FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options = {},
                                std::vector<BlowReport>* reports = nullptr);
 
-/// Joins responses to several references (hammer points), measured on the same frequency axis and of the same kind. Throws
-/// Error when they differ in these or a pair of response and reference comes twice.
+/// Joins responses to several references (hammer points), measured on the same frequency axis and of the same kind.
+/// Throws Error when they differ in these or a pair of response and reference comes twice.
 FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts);
 
 }  // namespace whirl

@@ -9,9 +9,9 @@ namespace whirl {
 
 /// Weight of a line in a fit.
 enum class LineWeighting {
-  automatic,     ///< measured variance when present, else flat or proportional by the scatter between neighbouring lines
-  variance,      ///< 1 / standard deviation from the channels' variance
-  flat,          ///< equal noise on every line
+  automatic,  ///< measured variance when present, else flat or proportional by the scatter between neighbouring lines
+  variance,   ///< 1 / standard deviation from the channels' variance
+  flat,       ///< equal noise on every line
   proportional,  ///< 1 / max(|H|, 0.02 max|H|)
 };
 
@@ -25,14 +25,14 @@ enum class PoleMethod {
 
 struct PoleOptions {
   PoleMethod method = PoleMethod::plscf;
-  double band_low = 0;    ///< Hz; 0 = first line above 0 Hz
-  double band_high = 0;   ///< Hz; 0 = last line
-  int min_order = 0;      ///< poles per reference and band of the first order; 0 = a third of max_order
-  int max_order = 0;      ///< 0 = 32, less for short bands
-  int order_step = 0;     ///< 0 = about 10 orders in all
-  int bands = 0;          ///< equal bands solved apart (with overlapping lines); 0 = one per 2000 lines
+  double band_low = 0;   ///< Hz; 0 = first line above 0 Hz
+  double band_high = 0;  ///< Hz; 0 = last line
+  int min_order = 0;     ///< poles per reference and band of the first order; 0 = a third of max_order
+  int max_order = 0;     ///< 0 = 32, less for short bands
+  int order_step = 0;    ///< 0 = about 10 orders in all
+  int bands = 0;         ///< equal bands solved apart (with overlapping lines); 0 = one per 2000 lines
   LineWeighting weighting = LineWeighting::automatic;
-  double max_damping = 0.10;          ///< larger damping is not taken for a pole
+  double max_damping = 0.10;            ///< larger damping is not taken for a pole
   double frequency_tolerance = 0.0025;  ///< relative change between orders of a stable pole; 0.25 % by default
   double damping_tolerance = 0.10;      ///< the same for damping
   double min_mac = 0.95;                ///< of the participation vectors; used with two or more references
@@ -42,12 +42,12 @@ struct PoleOptions {
 /// A pole of one order in the stabilisation diagram.
 struct StabilisationPole {
   int order = 0;
-  std::complex<double> pole;        ///< rad/s, Im > 0
-  Eigen::VectorXcd participation;   ///< one factor per reference, unit norm
-  bool stable_frequency = false;    ///< the previous order has a pole this close
+  std::complex<double> pole;       ///< rad/s, Im > 0
+  Eigen::VectorXcd participation;  ///< one factor per reference, unit norm
+  bool stable_frequency = false;   ///< the previous order has a pole this close
   bool stable_damping = false;
   bool stable_vector = false;
-  int cluster = -1;                 ///< index of the cluster it joined; -1 = none
+  int cluster = -1;  ///< index of the cluster it joined; -1 = none
 
   double frequency() const { return std::abs(pole) / 6.283185307179586; }
   double damping() const { return -pole.real() / std::abs(pole); }
@@ -69,11 +69,11 @@ struct PoleCluster {
   double damping_spread = 0;       ///< median absolute deviation
 };
 
-/// Poles of every order. pLSCF: right matrix fraction, all orders from one factorisation (Peeters et al., 2004). LSCE and ERA
-/// (Brown et al., 1979; Juang and Pappa, 1985) work on impulse responses of the band shifted to 0 Hz, RFP (Richardson and
-/// Formenti, 1982) on polynomials orthogonal over the lines (Arnoldi), whose roots need no powers of s; these three take
-/// the band as one. Poles with Re < 0, inside the band and below `max_damping`. The exponential window's decay is still in
-/// them. Throws Error when the band holds too few lines for the order.
+/// Poles of every order. pLSCF: right matrix fraction, all orders from one factorisation (Peeters et al., 2004). LSCE
+/// and ERA (Brown et al., 1979; Juang and Pappa, 1985) work on impulse responses of the band shifted to 0 Hz, RFP
+/// (Richardson and Formenti, 1982) on polynomials orthogonal over the lines (Arnoldi), whose roots need no powers of s;
+/// these three take the band as one. Poles with Re < 0, inside the band and below `max_damping`. The exponential
+/// window's decay is still in them. Throws Error when the band holds too few lines for the order.
 StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const PoleOptions& options = {});
 
 /// Groups the stable poles of a diagram (sets `cluster` there) and keeps the clusters present often enough.

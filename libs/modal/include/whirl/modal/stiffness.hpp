@@ -16,17 +16,17 @@ struct StiffnessOptions {
 ///
 ///   F = K1 (d - d0) + K2 (d - d0)^3
 ///
-/// `deflection` in m, `force` in N, in the order in which they were measured. Least squares on the force; intervals from
-/// the t distribution with n - 3 degrees of freedom; `cubic_p_value` is the two-sided t test of K2 = 0. When the table
-/// turns back (loading, then unloading), the largest difference of the two branches is reported as hysteresis, and warned
-/// about when the scatter does not explain it. Warns about an offset that is significant and about too few points.
-/// Throws Error for unequal lengths, values that are not finite, or fewer than 4 different deflections.
+/// `deflection` in m, `force` in N, in the order in which they were measured. Least squares on the force; intervals
+/// from the t distribution with n - 3 degrees of freedom; `cubic_p_value` is the two-sided t test of K2 = 0. When the
+/// table turns back (loading, then unloading), the largest difference of the two branches is reported as hysteresis,
+/// and warned about when the scatter does not explain it. Warns about an offset that is significant and about too few
+/// points. Throws Error for unequal lengths, values that are not finite, or fewer than 4 different deflections.
 StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                            const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options = {});
 
 /// A force-deflection table taken along one direction of the x-y plane.
 struct DirectedStiffnessTable {
-  double angle = 0;  ///< of the pull, rad from x towards y
+  double angle = 0;            ///< of the pull, rad from x towards y
   Eigen::VectorXd deflection;  ///< along the pull, m
   Eigen::VectorXd force;       ///< N
 };
@@ -34,9 +34,9 @@ struct DirectedStiffnessTable {
 /// Linear stiffness as a tensor: k(phi) = mean + amplitude cos(2 (phi - axis)).
 struct AnisotropicStiffness {
   std::vector<StiffnessLaw> laws;  ///< one per table, in order
-  Estimate mean;       ///< (Kx + Ky)/2, N/m
-  Estimate amplitude;  ///< half the difference of the principal stiffnesses, N/m, >= 0
-  double axis = 0;     ///< direction of largest stiffness, rad in (-pi/2, pi/2]
+  Estimate mean;                   ///< (Kx + Ky)/2, N/m
+  Estimate amplitude;              ///< half the difference of the principal stiffnesses, N/m, >= 0
+  double axis = 0;                 ///< direction of largest stiffness, rad in (-pi/2, pi/2]
   double p_value = 1;  ///< probability of a difference this large on an isotropic shaft; 1 when it cannot be tested
   Summary summary;
 };

@@ -26,8 +26,8 @@ struct ClosedLoopMetrics {
   double force_rms = 0, force_peak = 0;  ///< N
   double total_variation = 0;            ///< of the force, N/s: sum |u[k] - u[k-1]| / duration
   double excess_variation = 0;  ///< N/s above the smooth force that holds the disk still: chattering and detours
-  double saturated = 0;                  ///< fraction of ticks at the force limit
-  long held = 0;                         ///< samples lost and bridged
+  double saturated = 0;         ///< fraction of ticks at the force limit
+  long held = 0;                ///< samples lost and bridged
   Fault trip = Fault::none;
   double survived = 1;  ///< fraction of the run before divergence or trip
   /// No divergence, no trip, no standing limit cycle or offset (rms above 30 um at standstill), not saturated
@@ -54,8 +54,7 @@ class ClosedLoopPlant {
   /// vx_est, vy_est, ux_requested, uy_requested, ux, uy (acting), s_x, s_y, beta, omega, and x_open, y_open
   /// of the plant without control. `seed` replaces the seed of the options unless 0. Throws Error for a bad
   /// design.
-  ClosedLoopMetrics run(const ControllerDesign& design, Recording* log = nullptr,
-                        std::uint64_t seed = 0) const;
+  ClosedLoopMetrics run(const ControllerDesign& design, Recording* log = nullptr, std::uint64_t seed = 0) const;
 
   const SegmentPeaks& open() const { return open_; }
   const RigParameters& rig() const { return rig_; }

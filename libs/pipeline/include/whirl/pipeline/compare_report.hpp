@@ -22,8 +22,8 @@ struct Comparison {
 /// standstill, effort, excess total variation, saturation; balanced case of Fig. 18 when it was run.
 report::Table comparison_table(const Comparison& c);
 
-/// Robustness matrix: whole-run peak in um per method and condition; FAILS marks runs that are not stable (standing limit
-/// cycle or offset, divergence, trip, saturated more than 30 % of the time).
+/// Robustness matrix: whole-run peak in um per method and condition; FAILS marks runs that are not stable (standing
+/// limit cycle or offset, divergence, trip, saturated more than 30 % of the time).
 report::Table matrix_table(const Comparison& c);
 
 /// The same in short: per method the conditions it fails in.
@@ -34,8 +34,8 @@ report::Table floor_table(const Comparison& c);
 /// whirl.comparison/1
 Json to_json(const Comparison& c);
 
-/// The page: tables, effort against peak, segments against the paper, time traces of the best method, of eq. 43 and of PD,
-/// all with the physical floor drawn in.
+/// The page: tables, effort against peak, segments against the paper, time traces of the best method, of eq. 43 and of
+/// PD, all with the physical floor drawn in.
 report::Document comparison_report(const Comparison& c);
 
 }  // namespace whirl

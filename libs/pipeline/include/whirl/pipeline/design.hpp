@@ -19,16 +19,14 @@ namespace whirl {
 /// profile. The fields that no data sheet states (gain error, axis rotation, initial deflections) stay at
 /// their neutral values.
 struct Hardware {
-  RigLaser laser;  ///< noise, range, bits, rate, latency; runout_*: amplitudes to expect, phases are unknown
+  RigLaser laser;        ///< noise, range, bits, rate, latency; runout_*: amplitudes to expect, phases are unknown
   RigActuator actuator;  ///< gain_error and axis_rotation are not known: 0
   RigEncoder encoder;
   RigTiming timing;
   SpeedProfile profile = RigParameters::default_profile();
-  std::vector<RigMode>
-      modes;  ///< structural modes from a hammer test (structure_modes); none when not tested
+  std::vector<RigMode> modes;  ///< structural modes from a hammer test (structure_modes); none when not tested
 
-  double loop_delay()
-      const;  ///< sensor latency + computation + first-order lag 1/(2 pi f), without the hold, s
+  double loop_delay() const;  ///< sensor latency + computation + first-order lag 1/(2 pi f), without the hold, s
 };
 
 /// The data-sheet part of a rig: laser noise, range, resolution, rate and latency, actuator range,
@@ -40,8 +38,7 @@ Hardware data_sheet(const RigParameters& rig);
 /// Modes of the structure beside the rotor's own from a hammer test: frequency and damping as identified, the
 /// share of the actuator force that drives them is not known and assumed (participation relative to the
 /// rotor).
-std::vector<RigMode> structure_modes(const ModalModel& modal, double rotor_omega,
-                                     double participation = 0.02);
+std::vector<RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double participation = 0.02);
 
 /// The plant a design is tuned on: the identified rotor with the hardware's data sheets.
 RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware);
@@ -59,7 +56,7 @@ struct DesignOptions {
   double gain = 0;                      ///< acceleration per newton, 1/kg; 0: the model's
   std::map<std::string, double> fixed;  ///< parameters given by hand: not tuned
   std::optional<Runout>
-      runout;  ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
+      runout;              ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
   int evaluations = 160;   ///< of the objective, the same for every law: two thirds CRS2, the rest SBPLX
   std::uint64_t seed = 1;  ///< of the search and of the sensor noise while tuning
   int threads = 0;         ///< scenarios in parallel; 0 = all cores. The result does not depend on it

@@ -15,7 +15,8 @@ struct LagrangeFile {
   std::vector<std::string> report;  ///< terms in the parameters to be stated after a fit, e.g. "m*e"
 };
 
-/// Reads a TOML file; the keys are listed in docs/formats.md under system.toml. Throws Error with file, line and reason.
+/// Reads a TOML file; the keys are listed in docs/formats.md under system.toml. Throws Error with file, line and
+/// reason.
 LagrangeFile read_lagrange_file(const std::filesystem::path& path);
 /// From text; `name` stands in messages.
 LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name);

@@ -29,15 +29,15 @@ struct MonteCarloOptions {
 };
 
 struct MonteCarloSample {
-  RotorModel model;      ///< the rotor drawn
-  double open_peak = 0;  ///< whole run without control, x axis, zero-to-peak, m
-  double peak = 0;       ///< the same with control
+  RotorModel model;           ///< the rotor drawn
+  double open_peak = 0;       ///< whole run without control, x axis, zero-to-peak, m
+  double peak = 0;            ///< the same with control
   double standstill_rms = 0;  ///< m
   bool stable = false;
 };
 
-/// A count k of n with its two-sided 95 % interval by Clopper and Pearson (Biometrika 26, 1934): the exact one, never too
-/// narrow.
+/// A count k of n with its two-sided 95 % interval by Clopper and Pearson (Biometrika 26, 1934): the exact one, never
+/// too narrow.
 struct Proportion {
   long count = 0, n = 0;
   double value = 0, low = 0, high = 1;
@@ -62,12 +62,12 @@ struct Ranks {
 
 /// Draws rotors from the identified covariance (IdentifiedModel::rotor_covariance, may be empty) and hardware
 /// tolerances, runout phases and sensor noise, and runs the design on each, many rigs at a time. Sample i depends on
-/// (seed, i) alone: the result is the same, to the last bit, for any number of lanes, threads and ranks of one build on one
-/// kind of processor, and for a study that was killed and resumed. Ranks other than 0 return no samples.
+/// (seed, i) alone: the result is the same, to the last bit, for any number of lanes, threads and ranks of one build on
+/// one kind of processor, and for a study that was killed and resumed. Ranks other than 0 return no samples.
 ///
-/// Throws Error when the model has no rotor or input gain, the covariance is not 5 x 5 and positive semi-definite, or the
-/// checkpoint is of another study.
-MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model,
-                             const Hardware& hardware, const MonteCarloOptions& options = {}, const Ranks& ranks = {});
+/// Throws Error when the model has no rotor or input gain, the covariance is not 5 x 5 and positive semi-definite, or
+/// the checkpoint is of another study.
+MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model, const Hardware& hardware,
+                             const MonteCarloOptions& options = {}, const Ranks& ranks = {});
 
 }  // namespace whirl

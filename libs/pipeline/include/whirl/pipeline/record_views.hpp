@@ -31,10 +31,10 @@ struct ViewOptions {
   double resolution = 0;         ///< Hz between lines
   std::optional<Window> window;  ///< Hann for spectra, flat top for maps, whose reader compares amplitudes
   AmplitudeKind kind = AmplitudeKind::peak;
-  std::vector<double> orders{1, 2};  ///< of order tracks; Bode and polar plots take the first
-  double bandwidth = 0;              ///< Hz, of the Vold-Kalman filter
-  int turns = 1;                     ///< revolutions per vector of Bode and polar plots
-  double slow_roll = 0;              ///< rad/s: the mean vector below this speed is taken off
+  std::vector<double> orders{1, 2};         ///< of order tracks; Bode and polar plots take the first
+  double bandwidth = 0;                     ///< Hz, of the Vold-Kalman filter
+  int turns = 1;                            ///< revolutions per vector of Bode and polar plots
+  double slow_roll = 0;                     ///< rad/s: the mean vector below this speed is taken off
   std::vector<double> natural_frequencies;  ///< Hz, marked in maps
 };
 

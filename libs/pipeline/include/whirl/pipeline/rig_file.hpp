@@ -6,8 +6,8 @@
 
 namespace whirl {
 
-/// Virtual rig from a TOML file: the keys of `rig_toml()`, each optional; what is not named keeps its default, and a key
-/// may use another unit of the same quantity (`radius_m` for `radius_mm`). An empty path gives the default rig.
+/// Virtual rig from a TOML file: the keys of `rig_toml()`, each optional; what is not named keeps its default, and a
+/// key may use another unit of the same quantity (`radius_m` for `radius_mm`). An empty path gives the default rig.
 /// Errors: those of read_settings, unknown keys, fields out of range.
 RigParameters read_rig(const std::filesystem::path& path);
 

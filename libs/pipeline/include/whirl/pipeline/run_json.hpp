@@ -15,8 +15,9 @@ extern const std::array<const char*, 4> kSegmentNames;
 inline constexpr std::array<double, 5> kPaperOpen{0.41e-3, 2.25e-3, 6.45e-3, 2.59e-3, 6.45e-3};
 inline constexpr std::array<double, 5> kPaperClosed{0.16e-3, 0.20e-3, 0.26e-3, 0.47e-3, 0.47e-3};
 
-/// whirl.run/1: segments[] and whole with open_peak, closed_peak (m, zero-to-peak), suppression (0 to 1); standstill_rms (m),
-/// force_rms, force_peak (N), total_variation, excess_variation (N/s), saturated, held, stable, trip.
+/// whirl.run/1: segments[] and whole with open_peak, closed_peak (m, zero-to-peak), suppression (0 to 1);
+/// standstill_rms (m), force_rms, force_peak (N), total_variation, excess_variation (N/s), saturated, held, stable,
+/// trip.
 Json to_json(const ClosedLoopMetrics& metrics);
 
 /// The same as Table 4 of the paper, with its numbers beside when `with_paper` (5 g run).

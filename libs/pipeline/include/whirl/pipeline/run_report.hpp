@@ -22,8 +22,8 @@ struct NamedFile {
 /// Files of a project, sorted by what they hold.
 struct ReportInputs {
   std::vector<std::filesystem::path> files;
-  std::vector<NamedFile<Recording>> records;  ///< open-loop runs
-  std::vector<NamedFile<Recording>> logs;     ///< closed-loop runs (`whirl run --log`)
+  std::vector<NamedFile<Recording>> records;              ///< open-loop runs
+  std::vector<NamedFile<Recording>> logs;                 ///< closed-loop runs (`whirl run --log`)
   std::vector<NamedFile<report::SynchronousCurve>> bode;  ///< tables rpm, amp, phase
   std::vector<NamedFile<IdentifiedModel>> models;
   std::vector<NamedFile<ControllerDesign>> controllers;
@@ -48,9 +48,9 @@ struct ReportOptions {
   std::string command_line;
 };
 
-/// The report of the inputs: runs in time, over speed and in their planes; models with their equations, their trust sentence
-/// and their prediction of every record; closed loop with segments and effort; judgement by the standards' numbers;
-/// provenance. Sections whose inputs are missing are left out.
+/// The report of the inputs: runs in time, over speed and in their planes; models with their equations, their trust
+/// sentence and their prediction of every record; closed loop with segments and effort; judgement by the standards'
+/// numbers; provenance. Sections whose inputs are missing are left out.
 report::Document run_report(const ReportInputs& inputs, const ReportOptions& options = {});
 
 }  // namespace whirl

@@ -29,7 +29,7 @@ struct StudyOptions {
 
 /// A record of the rig with what is known about it.
 struct StudyRecord {
-  std::string name;    ///< "rundown_5g_20db"
+  std::string name;       ///< "rundown_5g_20db"
   double added_mass = 0;  ///< kg
   bool run_up = false, noisy = false;
   OpenLoopRecord record;
@@ -37,8 +37,8 @@ struct StudyRecord {
 
 /// One row of the Table 2 analogue: a model run free against a record.
 struct StudyValidation {
-  std::string figure;   ///< of the paper, e.g. "9b"
-  std::string record;   ///< StudyRecord::name
+  std::string figure;  ///< of the paper, e.g. "9b"
+  std::string record;  ///< StudyRecord::name
   std::string method, trained_on;
   bool held_out = false;
   Validation validation;
@@ -46,7 +46,7 @@ struct StudyValidation {
 
 /// One closed-loop run.
 struct StudyRun {
-  std::string name;     ///< "5 g, TSMC"
+  std::string name;  ///< "5 g, TSMC"
   std::string law;
   ClosedLoopRun run;
 };
@@ -61,7 +61,7 @@ struct Study {
   std::vector<StudyRecord> records;
   std::map<std::string, IdentifiedModel> models;  ///< "weak_5g", "weak_balanced", "weak_ideal", "paper_ideal", ...
   std::vector<StudyValidation> validations;
-  RotorModel ideal_truth;                  ///< of the ideal isotropic rotor of the accuracy check
+  RotorModel ideal_truth;                           ///< of the ideal isotropic rotor of the accuracy check
   std::map<std::string, ControllerDesign> designs;  ///< "tsmc", "tsmc_kfe", "pd", ...
   std::vector<StudyRun> runs;
 

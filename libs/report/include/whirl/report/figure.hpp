@@ -30,7 +30,7 @@ enum class Dash { solid, dashed, dotted };
 /// 2 green, 3 purple, 4 orange, 5 sky blue, 6 text colour, 7 grey.
 struct Style {
   static constexpr int kNext = -1;
-  int color = kNext;  ///< 0..7; kNext takes the next colour of the panel
+  int color = kNext;   ///< 0..7; kNext takes the next colour of the panel
   double width = 1.2;  ///< line width, px
   Dash dash = Dash::solid;
   Mark mark = Mark::none;
@@ -49,17 +49,17 @@ struct Series {
     errors,   ///< error bars from `low` to `high` with a mark at y
   };
   Kind kind = Kind::line;
-  std::string name;   ///< in the legend; not listed there when empty
-  Eigen::VectorXd x;  ///< SI; time for time traces, angle in rad in a polar panel
-  Eigen::VectorXd y;  ///< SI; radius in a polar panel; unused by bands
-  Eigen::VectorXd z;  ///< SI; projected panels only
+  std::string name;           ///< in the legend; not listed there when empty
+  Eigen::VectorXd x;          ///< SI; time for time traces, angle in rad in a polar panel
+  Eigen::VectorXd y;          ///< SI; radius in a polar panel; unused by bands
+  Eigen::VectorXd z;          ///< SI; projected panels only
   Eigen::VectorXd low, high;  ///< SI; bands and error bars only
   Style style;
 };
 
 /// Values over a regular grid, column j at x_low + j dx, row i at y_low + i dy (cell centres).
 struct HeatMap {
-  Eigen::MatrixXd values;  ///< SI (or dB); NaN cells stay empty
+  Eigen::MatrixXd values;        ///< SI (or dB); NaN cells stay empty
   double x_low = 0, x_high = 0;  ///< centre of the first and last column, SI
   double y_low = 0, y_high = 0;  ///< centre of the first and last row, SI
   Axis color;                    ///< label, unit, scale and limits of the colour bar
@@ -70,7 +70,7 @@ enum class Direction { horizontal, vertical };
 /// A line across the panel at one value of y (horizontal) or x (vertical).
 struct ReferenceLine {
   Direction direction = Direction::vertical;
-  double value = 0;   ///< SI
+  double value = 0;  ///< SI
   std::string label;
   Style style{.color = 6, .width = 1, .dash = Dash::dashed};
 };
@@ -87,7 +87,7 @@ struct Span {
 struct Annotation {
   double x = 0, y = 0;  ///< SI
   std::string text;
-  bool above = false;   ///< centred above the point (values over bars); otherwise beside it where there is room
+  bool above = false;  ///< centred above the point (values over bars); otherwise beside it where there is room
 };
 
 /// One pair (or triple) of axes with its data.
@@ -100,8 +100,8 @@ struct Panel {
   Kind kind = Kind::cartesian;
   std::string title;
   Axis x, y, z;
-  bool equal_aspect = false;      ///< one unit is equally long on both axes (orbits)
-  double height = 220;            ///< of the plot area, px
+  bool equal_aspect = false;            ///< one unit is equally long on both axes (orbits)
+  double height = 220;                  ///< of the plot area, px
   std::vector<std::string> categories;  ///< names of x = 0, 1, 2, ...: replaces the ticks of x (bar charts)
   std::vector<Series> series;
   std::vector<HeatMap> heat_maps;
@@ -116,8 +116,8 @@ struct Panel {
   Series& stem(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Style style = {});
   Series& bars(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Style style = {});
   Series& band(std::string name, Eigen::VectorXd x, Eigen::VectorXd low, Eigen::VectorXd high, Style style = {});
-  Series& error_bars(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Eigen::VectorXd low,
-                     Eigen::VectorXd high, Style style = {});
+  Series& error_bars(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Eigen::VectorXd low, Eigen::VectorXd high,
+                     Style style = {});
   Series& line3(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Eigen::VectorXd z, Style style = {});
   /// Counts of `values` in `bins` equal bins over their range, as bars. NaN values are not counted.
   Series& histogram(std::string name, const Eigen::VectorXd& values, int bins, Style style = {});
@@ -133,7 +133,8 @@ struct Figure {
   std::string description;  ///< what a person who cannot see the figure should know; the SVG's <desc>
   double width = 760;       ///< px
   int columns = 1;
-  bool shared_x = false;    ///< Cartesian panels of one column have the same x: limits are joined, only the lowest has tick labels
+  bool shared_x =
+      false;  ///< Cartesian panels of one column have the same x: limits are joined, only the lowest has tick labels
   std::vector<Panel> panels;
 
   /// Adds a panel; the reference holds until the next one is added.

@@ -27,16 +27,16 @@ struct Segment {
   double begin = 0, end = 0;  ///< s
 };
 
-/// One panel per channel over one time axis (paper Figs. 19, 21, 24), segments shaded. A run without the channel is left out
-/// of its panel; throws Error when no run has it.
+/// One panel per channel over one time axis (paper Figs. 19, 21, 24), segments shaded. A run without the channel is
+/// left out of its panel; throws Error when no run has it.
 Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::string>& channels,
                    const std::vector<Segment>& segments = {});
 
 /// Channels "ux", "uy" in newtons with their limit (paper Figs. 20, 22); limit 0 draws none.
 Figure control_force(const std::vector<NamedRun>& runs, double limit, const std::vector<Segment>& segments = {});
 
-/// Path of the disk centre (channels "x", "y") between two times, equal scales. With a channel "beta", a dot at each full
-/// turn (keyphasor mark).
+/// Path of the disk centre (channels "x", "y") between two times, equal scales. With a channel "beta", a dot at each
+/// full turn (keyphasor mark).
 Figure orbit(const std::vector<NamedRun>& runs, double begin, double end);
 
 /// Displacement `channel` against its rate, one panel per segment (paper Figs. 25-28). The rate is the channel
@@ -46,17 +46,17 @@ Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel
 /// Path in (time, y, x): the funnel of paper Fig. 23.
 Figure funnel(const std::vector<NamedRun>& runs);
 
-/// A channel as measured and as the model runs free, with the difference below (paper Figs. 7-13). `model` has one value
-/// per sample of the recording (NaN: not simulated). The rms difference stands in the panel's title.
+/// A channel as measured and as the model runs free, with the difference below (paper Figs. 7-13). `model` has one
+/// value per sample of the recording (NaN: not simulated). The rms difference stands in the panel's title.
 Figure measured_and_model(const Recording& measured, const std::string& channel, const Eigen::VectorXd& model);
 
-/// Readings of a stiffness test with the fitted law (paper Fig. 4). With `force_sd` > 0 (scatter of a reading, N) the band
-/// that holds 95 % of readings.
+/// Readings of a stiffness test with the fitted law (paper Fig. 4). With `force_sd` > 0 (scatter of a reading, N) the
+/// band that holds 95 % of readings.
 Figure force_deflection(const Eigen::VectorXd& deflection, const Eigen::VectorXd& force, const StiffnessLaw& law,
                         double force_sd = 0);
 
-/// Magnitude, phase and, where known, coherence of one channel (paper Fig. 6). `reconstruction` is the fitted response on
-/// the same frequency axis or empty; modes are marked at their frequencies.
+/// Magnitude, phase and, where known, coherence of one channel (paper Fig. 6). `reconstruction` is the fitted response
+/// on the same frequency axis or empty; modes are marked at their frequencies.
 Figure frequency_response(const FrequencyResponse& response, Eigen::Index channel,
                           const Eigen::VectorXcd& reconstruction = {}, const std::vector<Mode>& modes = {});
 
@@ -70,9 +70,10 @@ struct OrderPole {
 Figure stabilisation(const FrequencyResponse& response, const std::vector<OrderPole>& poles,
                      const std::vector<double>& chosen = {});
 
-/// One panel per mode: the shape (column of `shapes`, one row per entry of `points`) turned to its best real line and scaled to
-/// a largest value of 1, its parts in phase and in quadrature as bars. Frequency and damping from `modes`.
-Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes, const std::vector<Mode>& modes);
+/// One panel per mode: the shape (column of `shapes`, one row per entry of `points`) turned to its best real line and
+/// scaled to a largest value of 1, its parts in phase and in quadrature as bars. Frequency and damping from `modes`.
+Figure mode_shapes(const std::vector<std::string>& points, const Eigen::MatrixXcd& shapes,
+                   const std::vector<Mode>& modes);
 
 /// A spectrum under its name.
 struct SpectrumCurve {
@@ -88,13 +89,13 @@ Figure spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind,
 Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind);
 
 /// Amplitudes over time and frequency as a colour map in dB below the largest: row = frequency, column = time. `speed`
-/// (rad/s per column, may be empty) draws the 1X and 2X lines. A negative `frequency_low` (Hz, first row) is a map of full
-/// spectra: backward whirl below zero.
+/// (rad/s per column, may be empty) draws the 1X and 2X lines. A negative `frequency_low` (Hz, first row) is a map of
+/// full spectra: backward whirl below zero.
 Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
                  AmplitudeKind kind, const Eigen::VectorXd& speed = {}, double frequency_low = 0);
 
-/// Spectra one behind the other at their rotor speeds (one column of `amplitude` per entry of `speed`, rad/s), rows over
-/// `frequency` (Hz); 1X and 2X on the floor.
+/// Spectra one behind the other at their rotor speeds (one column of `amplitude` per entry of `speed`, rad/s), rows
+/// over `frequency` (Hz); 1X and 2X on the floor.
 Figure cascade(const Eigen::VectorXd& speed, const Eigen::VectorXd& frequency, const Eigen::MatrixXd& amplitude,
                AmplitudeKind kind);
 
@@ -106,7 +107,7 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
 /// The synchronous vector of a run: x(t) = Re(Z exp(j beta)), amplitude peak.
 struct SynchronousCurve {
   std::string name;
-  Eigen::VectorXd speed;  ///< rad/s
+  Eigen::VectorXd speed;    ///< rad/s
   Eigen::VectorXcd vector;  ///< m peak; positive phase leads the mark
 };
 /// Bode plot: amplitude and phase lead of the 1X vector against rpm.
@@ -121,9 +122,9 @@ Figure order_tracks(const Eigen::VectorXd& time, const Eigen::VectorXd& speed, c
 
 /// One row of a suppression table.
 struct Suppression {
-  std::string name;          ///< e.g. "through the natural frequency"
-  double open = 0;           ///< amplitude without control, m
-  double closed = 0;         ///< with control, m
+  std::string name;                                                 ///< e.g. "through the natural frequency"
+  double open = 0;                                                  ///< amplitude without control, m
+  double closed = 0;                                                ///< with control, m
   double paper_percent = std::numeric_limits<double>::quiet_NaN();  ///< printed by the paper, or NaN
 };
 /// Amplitudes without and with control, and suppression 100 (1 - closed/open) beside the paper's value (Table 4).

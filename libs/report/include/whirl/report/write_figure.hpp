@@ -5,13 +5,14 @@
 
 namespace whirl::report {
 
-/// Writes a figure in the format of the file's name: `.svg`; `.png` (twice the drawing's pixels, white ground) and `.pdf`,
-/// which run the program `rsvg-convert` (Debian: librsvg2-bin); `.csv`, the data behind it; `.txt`, for a terminal.
-/// Throws Error for another ending, for a folder that does not exist, and for PNG and PDF when the program is missing.
+/// Writes a figure in the format of the file's name: `.svg`; `.png` (twice the drawing's pixels, white ground) and
+/// `.pdf`, which run the program `rsvg-convert` (Debian: librsvg2-bin); `.csv`, the data behind it; `.txt`, for a
+/// terminal. Throws Error for another ending, for a folder that does not exist, and for PNG and PDF when the program is
+/// missing.
 void write_figure(const Figure& figure, const std::filesystem::path& file);
 
-/// Runs a program found in PATH without a shell, its input from `input_text`, its output discarded. Returns its exit code,
-/// 127 when it is not installed.
+/// Runs a program found in PATH without a shell, its input from `input_text`, its output discarded. Returns its exit
+/// code, 127 when it is not installed.
 int run_program(const std::vector<std::string>& arguments, const std::string& input_text = "");
 
 }  // namespace whirl::report

@@ -17,7 +17,8 @@ struct alignas(64) LaneArray {
 
 /// `Lanes` rigs side by side: one plant under many controllers, or as many plants (Monte Carlo over rotors). The
 /// arithmetic is that of VirtualRig, in vector registers; a lane gives what VirtualRig gives with the same seed and
-/// commands, whatever the other lanes do and however many there are. No fault script, no tilt. Instantiated for 8, 16 and 32 lanes.
+/// commands, whatever the other lanes do and however many there are. No fault script, no tilt. Instantiated for 8, 16
+/// and 32 lanes.
 ///
 /// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
 /// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/rig_tsmc_lanes.cpp).
@@ -32,9 +33,9 @@ class BatchRig {
   };
 
   explicit BatchRig(std::shared_ptr<const RigTables> tables, std::uint64_t seed = 1);
-  /// One rig and one noise seed per lane. The rigs may differ in the rotor (not its mass), in gain error and axes of the
-  /// actuators and in runout; all else is the first one's, and the tables must share their angle part (make_rig_tables,
-  /// `like`). Throws Error when they do not.
+  /// One rig and one noise seed per lane. The rigs may differ in the rotor (not its mass), in gain error and axes of
+  /// the actuators and in runout; all else is the first one's, and the tables must share their angle part
+  /// (make_rig_tables, `like`). Throws Error when they do not.
   BatchRig(const std::array<std::shared_ptr<const RigTables>, Lanes>& tables,
            const std::array<std::uint64_t, Lanes>& seeds);
   BatchRig(BatchRig&&) noexcept;

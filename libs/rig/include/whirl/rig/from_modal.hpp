@@ -15,7 +15,6 @@ namespace whirl {
 /// within 5 %) is left out, because `base` has both axes already.
 ///
 /// Throws Error when the channel does not exist or no mode has a positive modal mass.
-RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel = 0,
-                             const RigParameters& base = {});
+RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel = 0, const RigParameters& base = {});
 
 }  // namespace whirl

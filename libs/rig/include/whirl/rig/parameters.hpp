@@ -27,17 +27,17 @@ struct RigRotor {
   double added_phase = 0;                  ///< rad from the angle zero
 };
 
-/// Tilt of the disk axis: the gyroscopic rotor with four lateral degrees of freedom (whirl/rotor/gyroscopic.hpp), for a disk
-/// that does not sit in the middle of its shaft. `RigRotor::stiffness` stays what a slow pull finds, the disk free to tilt:
-/// k11 = K1 + k12^2 / k22. Default: none, the rotor of the paper.
+/// Tilt of the disk axis: the gyroscopic rotor with four lateral degrees of freedom (whirl/rotor/gyroscopic.hpp), for a
+/// disk that does not sit in the middle of its shaft. `RigRotor::stiffness` stays what a slow pull finds, the disk free
+/// to tilt: k11 = K1 + k12^2 / k22. Default: none, the rotor of the paper.
 struct RigTilt {
-  double polar = 0;              ///< Ip, about the spin axis, kg m^2
-  double diametral = 0;          ///< Id, about a diameter, kg m^2; 0 = no tilt
-  double stiffness = 0;          ///< k22, N m/rad
-  double coupling = 0;           ///< k12, N
-  double damping_ratio = 0;      ///< c22 / (2 sqrt(k22 Id))
-  double couple_unbalance = 0;   ///< chi, angle between disk axis and shaft, rad
-  double couple_phase = 0;       ///< of chi, rad from the angle zero
+  double polar = 0;             ///< Ip, about the spin axis, kg m^2
+  double diametral = 0;         ///< Id, about a diameter, kg m^2; 0 = no tilt
+  double stiffness = 0;         ///< k22, N m/rad
+  double coupling = 0;          ///< k12, N
+  double damping_ratio = 0;     ///< c22 / (2 sqrt(k22 Id))
+  double couple_unbalance = 0;  ///< chi, angle between disk axis and shaft, rad
+  double couple_phase = 0;      ///< of chi, rad from the angle zero
 
   bool active() const { return diametral > 0; }
 };
@@ -73,10 +73,10 @@ struct RigLaser {
 
 /// Two actuators with amplifier and digital-analog converter.
 struct RigActuator {
-  double voltage_limit = 10;  ///< +- V
-  int bits = 16;              ///< converter resolution; 0 = none
-  double force_per_volt = 4;  ///< amplifier gain times force constant the user assumes, N/V
-  double gain_error = -0.04;  ///< true gain / assumed gain - 1
+  double voltage_limit = 10;                          ///< +- V
+  int bits = 16;                                      ///< converter resolution; 0 = none
+  double force_per_volt = 4;                          ///< amplifier gain times force constant the user assumes, N/V
+  double gain_error = -0.04;                          ///< true gain / assumed gain - 1
   double axis_rotation = 2 * std::numbers::pi / 180;  ///< actuator axes against sensor axes, rad
   double bandwidth = 200;                             ///< first-order lag, Hz; 0 = none
   int delay_samples = 1;        ///< computation: a command acts this many ticks after its measurement
@@ -87,10 +87,9 @@ struct RigActuator {
 
 /// Incremental encoder with a tracking loop for speed and acceleration.
 struct RigEncoder {
-  int counts = 1024;     ///< per turn; 0 = exact angle, speed and acceleration
-  double bandwidth = 5;  ///< of the tracking loop, Hz
-  bool profile_angle =
-      false;  ///< true: no encoder; angle computed from the commanded profile (without ripple)
+  int counts = 1024;           ///< per turn; 0 = exact angle, speed and acceleration
+  double bandwidth = 5;        ///< of the tracking loop, Hz
+  bool profile_angle = false;  ///< true: no encoder; angle computed from the commanded profile (without ripple)
 
   bool operator==(const RigEncoder&) const = default;
 };
@@ -125,10 +124,10 @@ struct RigParameters {
   static RigParameters ideal_rotor_a();
   static RigParameters ideal_rotor_b();
 
-  double natural_frequency() const;  ///< sqrt(K1 / m), with tilt the first forward critical speed, rad/s
+  double natural_frequency() const;           ///< sqrt(K1 / m), with tilt the first forward critical speed, rad/s
   std::complex<double> eccentricity() const;  ///< residual + added, m, in the rotor frame
-  /// The true lateral equations without tilt, with the actuator gain 1/m, and the modes that the unbalance drives as the
-  /// sensors see them.
+  /// The true lateral equations without tilt, with the actuator gain 1/m, and the modes that the unbalance drives as
+  /// the sensors see them.
   RotorModel true_model() const;
   /// The same record in the other direction: profile reversed in time.
   RigParameters run_up() const;

@@ -34,8 +34,7 @@ struct StiffnessTable {
   Eigen::VectorXd deflection;  ///< m
   Eigen::VectorXd force;       ///< N
 };
-StiffnessTable simulate_stiffness_test(const RigParameters& parameters,
-                                       const StiffnessTestOptions& options = {});
+StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const StiffnessTestOptions& options = {});
 
 /// Instrumented hammer and accelerometers of paper section IV-B on the rotor at rest.
 struct HammerTestOptions {
@@ -55,7 +54,6 @@ struct HammerTestOptions {
   std::uint64_t seed = 1;
 };
 /// One Recording per blow: force (N), acc_x, acc_y (m/s^2).
-std::vector<Recording> simulate_hammer_test(const RigParameters& parameters,
-                                            const HammerTestOptions& options = {});
+std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, const HammerTestOptions& options = {});
 
 }  // namespace whirl

@@ -19,8 +19,7 @@ struct SegmentPeaks {
 };
 
 /// Segment (0 to 3) of every sample by its speed, whatever the direction of the run.
-std::vector<int> segments(const Eigen::VectorXd& omega, double natural_frequency,
-                          const SegmentBounds& bounds = {});
+std::vector<int> segments(const Eigen::VectorXd& omega, double natural_frequency, const SegmentBounds& bounds = {});
 
 /// Largest |x| per segment; the first `skip` samples (start transient, 0.5 s by convention) are left out.
 SegmentPeaks segment_peaks(const Eigen::VectorXd& x, const std::vector<int>& segment, Eigen::Index skip);

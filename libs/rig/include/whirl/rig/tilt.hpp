@@ -4,8 +4,8 @@
 
 namespace whirl {
 
-/// The rig's rotor with its tilt, isotropic part: whirl frequencies over speed (whirl_poles), critical speeds, unbalance
-/// response. Throws Error when the rig has no tilt.
+/// The rig's rotor with its tilt, isotropic part: whirl frequencies over speed (whirl_poles), critical speeds,
+/// unbalance response. Throws Error when the rig has no tilt.
 GyroscopicRotor gyroscopic_rotor(const RigParameters& parameters);
 
 }  // namespace whirl

@@ -52,12 +52,11 @@ class VirtualRig {
 class RigTruth {
  public:
   explicit RigTruth(const VirtualRig& rig) : rig_(&rig) {}
-  std::complex<double> z() const noexcept;      ///< disk centre, m
-  std::complex<double> dz() const noexcept;     ///< m/s
-  std::complex<double> tilt() const noexcept;   ///< of the disk axis, rad; 0 for a rotor that does not tilt
-  std::complex<double> force() const noexcept;  ///< force acting now on the rotor, N
-  std::complex<double> commanded()
-      const noexcept;  ///< force after converter and limit, before lag and gain error, N
+  std::complex<double> z() const noexcept;          ///< disk centre, m
+  std::complex<double> dz() const noexcept;         ///< m/s
+  std::complex<double> tilt() const noexcept;       ///< of the disk axis, rad; 0 for a rotor that does not tilt
+  std::complex<double> force() const noexcept;      ///< force acting now on the rotor, N
+  std::complex<double> commanded() const noexcept;  ///< force after converter and limit, before lag and gain error, N
   AngleState angle() const noexcept;
   bool finite() const noexcept;  ///< false: the motion has diverged
 

@@ -15,9 +15,8 @@ Eigen::VectorXcd unbalance_forcing(const AngleSignal& angle);
 
 /// Right-hand side of RotorModel without modes: z'' for given z, z', F and lateral force u (N).
 /// Written in real arithmetic, because the product of two std::complex tests for NaN.
-inline std::complex<double> lateral_acceleration(const RotorModel& m, std::complex<double> z,
-                                                 std::complex<double> dz, std::complex<double> forcing,
-                                                 std::complex<double> u = {}) noexcept {
+inline std::complex<double> lateral_acceleration(const RotorModel& m, std::complex<double> z, std::complex<double> dz,
+                                                 std::complex<double> forcing, std::complex<double> u = {}) noexcept {
   const double x = z.real(), y = z.imag(), vx = dz.real(), vy = dz.imag();
   const double k = m.k1 + m.k2 * (x * x + y * y);
   const double kr = m.k1_conj.real(), ki = m.k1_conj.imag(), cr = m.c_conj.real(), ci = m.c_conj.imag();
@@ -58,8 +57,8 @@ struct DiskAcceleration {
 ///   J_bar beta'' = tau + e (F_y cos b - F_x sin b)
 ///
 /// F = stiffness (eq. 13) + damping - control force u. Eq. 5 as printed leaves out the last bracket.
-DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskState& state, double ux,
-                                       double uy, double tau);
+DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskState& state, double ux, double uy,
+                                       double tau);
 
 /// Kinetic (eq. 2) plus elastic energy K1 rho^2 / 2 + K2 rho^4 / 4, J.
 double mechanical_energy(const UnbalancedDisk& disk, const DiskState& state);

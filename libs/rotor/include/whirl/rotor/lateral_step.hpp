@@ -46,19 +46,16 @@ inline LateralState<T> lateral_step(const LateralCoefficients<T>& a, const Later
   const double half = 0.5 * h, quarter = 0.25 * h * h, sixth = h / 6, sixth2 = h * h / 6;
   const LateralInput<T> a1 = lateral_rate(a, s, in0);
   const T xh = s.x + half * s.vx, yh = s.y + half * s.vy;
-  const LateralInput<T> a2 =
-      lateral_rate(a, LateralState<T>{xh, yh, s.vx + half * a1.x, s.vy + half * a1.y}, in_mid);
+  const LateralInput<T> a2 = lateral_rate(a, LateralState<T>{xh, yh, s.vx + half * a1.x, s.vy + half * a1.y}, in_mid);
   const LateralInput<T> a3 = lateral_rate(
-      a, LateralState<T>{xh + quarter * a1.x, yh + quarter * a1.y, s.vx + half * a2.x, s.vy + half * a2.y},
-      in_mid);
+      a, LateralState<T>{xh + quarter * a1.x, yh + quarter * a1.y, s.vx + half * a2.x, s.vy + half * a2.y}, in_mid);
   const LateralInput<T> a4 =
       lateral_rate(a,
-                   LateralState<T>{s.x + h * s.vx + half * h * a2.x, s.y + h * s.vy + half * h * a2.y,
-                                   s.vx + h * a3.x, s.vy + h * a3.y},
+                   LateralState<T>{s.x + h * s.vx + half * h * a2.x, s.y + h * s.vy + half * h * a2.y, s.vx + h * a3.x,
+                                   s.vy + h * a3.y},
                    in1);
   return {s.x + h * s.vx + sixth2 * (a1.x + a2.x + a3.x), s.y + h * s.vy + sixth2 * (a1.y + a2.y + a3.y),
-          s.vx + sixth * (a1.x + 2.0 * (a2.x + a3.x) + a4.x),
-          s.vy + sixth * (a1.y + 2.0 * (a2.y + a3.y) + a4.y)};
+          s.vx + sixth * (a1.x + 2.0 * (a2.x + a3.x) + a4.x), s.vy + sixth * (a1.y + 2.0 * (a2.y + a3.y) + a4.y)};
 }
 
 }  // namespace whirl

@@ -12,8 +12,7 @@ class ModeStep {
 
   template <class T>
   void advance(T& q, T& dq, const T& f0, const T& f_mid, const T& f1) const {
-    const T next =
-        state_(0, 0) * q + state_(0, 1) * dq + input_(0, 0) * f0 + input_(0, 1) * f_mid + input_(0, 2) * f1;
+    const T next = state_(0, 0) * q + state_(0, 1) * dq + input_(0, 0) * f0 + input_(0, 1) * f_mid + input_(0, 2) * f1;
     dq = state_(1, 0) * q + state_(1, 1) * dq + input_(1, 0) * f0 + input_(1, 1) * f_mid + input_(1, 2) * f1;
     q = next;
   }

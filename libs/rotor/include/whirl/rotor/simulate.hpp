@@ -42,8 +42,8 @@ WhirlState steady_whirl(const RotorModel& model, double omega, double beta = 0);
 /// quintic through beta, beta' and beta''. `force` (N, complex ux + i uy), when not empty, holds one value
 /// per sample, kept constant until the next (zero-order hold); it needs model.gain. Throws Error when sizes
 /// do not match or dt <= 0. A diverging motion gives non-finite samples, not an exception.
-Response simulate(const RotorModel& model, const AngleSignal& angle, const WhirlState& start,
-                  int substeps = 1, const Eigen::VectorXcd& force = {});
+Response simulate(const RotorModel& model, const AngleSignal& angle, const WhirlState& start, int substeps = 1,
+                  const Eigen::VectorXcd& force = {});
 inline Response simulate(const RotorModel& model, const AngleSignal& angle, std::complex<double> z0,
                          std::complex<double> dz0) {
   return simulate(model, angle, WhirlState{z0, dz0});
@@ -61,7 +61,7 @@ struct DrivenResponse {
   Response lateral;
   AngleSignal angle;  ///< resulting angle on the half-sample grid
 };
-DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start,
-                               double dt, Eigen::Index samples);
+DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start, double dt,
+                               Eigen::Index samples);
 
 }  // namespace whirl

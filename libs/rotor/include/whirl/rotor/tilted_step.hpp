@@ -7,17 +7,17 @@
 
 namespace whirl {
 
-/// The tilt psi of the disk axis (gyroscopic.hpp) beside the deflection z, with the deflection's stiffness given as it is
-/// felt by a slow pull, the disk free to tilt: k11 = K1 + k12^2 / k22.
+/// The tilt psi of the disk axis (gyroscopic.hpp) beside the deflection z, with the deflection's stiffness given as it
+/// is felt by a slow pull, the disk free to tilt: k11 = K1 + k12^2 / k22.
 ///   z''   = (lateral_rate)  - (k12 / m) (psi + (k12 / k22) z)
 ///   psi'' = i (Ip / Id) Omega psi' - (c22 / Id) psi' - (k12 / Id) z - (k22 / Id) psi + (1 - Ip / Id) chi F
 struct TiltCoefficients {
-  double force = 0;   ///< k12 / m, m/(rad s^2)
-  double rest = 0;    ///< k12 / k22, rad/m
-  double gyro = 0;    ///< Ip / Id
-  double damping = 0;  ///< c22 / Id, 1/s
-  double moment = 0;   ///< k12 / Id, rad/(m s^2)
-  double stiffness = 0;  ///< k22 / Id, 1/s^2
+  double force = 0;             ///< k12 / m, m/(rad s^2)
+  double rest = 0;              ///< k12 / k22, rad/m
+  double gyro = 0;              ///< Ip / Id
+  double damping = 0;           ///< c22 / Id, 1/s
+  double moment = 0;            ///< k12 / Id, rad/(m s^2)
+  double stiffness = 0;         ///< k22 / Id, 1/s^2
   std::complex<double> couple;  ///< (1 - Ip / Id) chi, rad
 };
 
@@ -28,7 +28,7 @@ struct TiltedState {
 
 /// What acts on the disk at one instant.
 struct TiltedInput {
-  LateralInput<double> disk{};  ///< m/s^2: unbalance and actuators
+  LateralInput<double> disk{};     ///< m/s^2: unbalance and actuators
   LateralInput<double> forcing{};  ///< F, 1/s^2
   double omega = 0;                ///< rotor speed, rad/s
 };
@@ -56,9 +56,7 @@ inline TiltedState tilted_step(const LateralCoefficients<double>& a, const TiltC
     v << t.disk.x, t.disk.y, t.disk.vx, t.disk.vy, t.tilt.x, t.tilt.y, t.tilt.vx, t.tilt.vy;
     return v;
   };
-  const auto unpack = [](const Vector& v) {
-    return TiltedState{{v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6], v[7]}};
-  };
+  const auto unpack = [](const Vector& v) { return TiltedState{{v[0], v[1], v[2], v[3]}, {v[4], v[5], v[6], v[7]}}; };
   const Vector end = rk4_step(
       [&](double t, const Vector& v) {
         return pack(tilted_rate(a, c, unpack(v), t == 0 ? in0 : t < 0.75 * h ? in_mid : in1));

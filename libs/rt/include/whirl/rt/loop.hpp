@@ -20,13 +20,13 @@ struct CycleRecord {
   bool limited = false;
   bool armed = false;
   bool releasing = false;  ///< tripped, and the force fades
-  long missed = 0;  ///< ticks left out before this one
+  long missed = 0;         ///< ticks left out before this one
 };
 
 /// What a law that counts on its sample time h is told after ticks were left out.
 enum class DtPolicy : std::uint8_t {
   nominal,  ///< nothing: every step stands for h
-  fill,     ///< one step with a lost sample per tick left out (at most LoopOptions::max_fill), so that its time stays true
+  fill,  ///< one step with a lost sample per tick left out (at most LoopOptions::max_fill), so that its time stays true
 };
 
 struct LoopOptions {
@@ -59,7 +59,13 @@ class Loop {
  public:
   Loop(Rig& rig, Controller& controller, Clock& clock, const SafetyLimits& limits = {},
        const LoopOptions& options = {}) noexcept
-      : rig_(rig), controller_(controller), clock_(clock), limits_(limits), options_(options), release_(options.sample_time), armed_(options.armed) {
+      : rig_(rig),
+        controller_(controller),
+        clock_(clock),
+        limits_(limits),
+        options_(options),
+        release_(options.sample_time),
+        armed_(options.armed) {
     tell_rig();
   }
   ~Loop() {

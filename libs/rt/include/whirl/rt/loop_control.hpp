@@ -10,8 +10,8 @@
 
 namespace whirl {
 
-/// What a person asks of a running loop. Set from any thread; the loop looks at it once per cycle and never waits for it.
-/// Nobody has to be there: an untouched LoopControl changes nothing.
+/// What a person asks of a running loop. Set from any thread; the loop looks at it once per cycle and never waits for
+/// it. Nobody has to be there: an untouched LoopControl changes nothing.
 class LoopControl {
  public:
   /// Zero force from the cycle that comes next on; latched until clear().
@@ -53,8 +53,8 @@ class LoopControl {
   std::atomic<double> force_limit_{std::numeric_limits<double>::infinity()};
 };
 
-/// A clock of the loop that also brings the trip asked for by a person: what comes while the loop waits for a tick acts in
-/// the cycle of that tick.
+/// A clock of the loop that also brings the trip asked for by a person: what comes while the loop waits for a tick acts
+/// in the cycle of that tick.
 template <class Clock>
 class ControlledClock : public Clock {
  public:

@@ -15,9 +15,9 @@ struct LoopSample {
   double s_x = 0, s_y = 0;                                                      ///< sliding variables
   double ux_requested = 0, uy_requested = 0;                                    ///< before every limit, N
   double ux = 0, uy = 0;                                                        ///< sent, N
-  std::int32_t flags = 0;   ///< LoopFlag
-  std::int32_t trip = 0;    ///< Fault
-  std::int32_t missed = 0;  ///< ticks left out before this one
+  std::int32_t flags = 0;                                                       ///< LoopFlag
+  std::int32_t trip = 0;                                                        ///< Fault
+  std::int32_t missed = 0;                                                      ///< ticks left out before this one
 };
 static_assert(std::is_trivially_copyable_v<LoopSample>);
 

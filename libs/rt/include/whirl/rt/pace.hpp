@@ -29,11 +29,11 @@ struct PaceState {
 
 /// What to do at `now`, with the cycle before it done.
 struct PaceStep {
-  bool sleep = false;      ///< until `at`; false: run at once
-  std::int64_t at = 0;     ///< instant of this cycle, ns
-  long missed = 0;         ///< instants left out
+  bool sleep = false;   ///< until `at`; false: run at once
+  std::int64_t at = 0;  ///< instant of this cycle, ns
+  long missed = 0;      ///< instants left out
   Fault fault = Fault::none;
-  PaceState state;         ///< for the next step
+  PaceState state;  ///< for the next step
 };
 
 /// The overrun policy as a pure function of time.

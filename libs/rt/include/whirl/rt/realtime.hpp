@@ -7,7 +7,7 @@ namespace whirl {
 
 /// Monotonic time of this machine.
 struct WallTime {
-  std::int64_t now() const noexcept;                      ///< ns
+  std::int64_t now() const noexcept;                          ///< ns
   void sleep_until(std::int64_t nanoseconds) const noexcept;  ///< absolute; signals do not end the sleep
 };
 

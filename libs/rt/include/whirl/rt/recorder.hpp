@@ -12,14 +12,14 @@ namespace whirl {
 
 /// What stands in the head of a recording.
 struct RecordingHead {
-  double sample_time = 1e-3;  ///< s
+  double sample_time = 1e-3;                               ///< s
   std::vector<std::pair<std::string, std::string>> texts;  ///< name and text: controller, settings, command line
 };
 
 /// Something that happened once.
 struct LoopEvent {
   std::int64_t tick = 0;
-  double t = 0;  ///< s
+  double t = 0;      ///< s
   std::string text;  ///< at most 119 bytes are kept
 };
 

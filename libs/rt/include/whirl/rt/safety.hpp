@@ -48,17 +48,14 @@ inline bool limit_force(const SafetyLimits& limits, Command& u) noexcept {
 /// from this tick on until the state is cleared by hand. Written so that NaN trips.
 /// `outside`: a reason found by clock or rig (overrun, watchdog).
 inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& state, const Measurement& m,
-                             const Expected<Command, Fault>& request, long tick,
-                             Fault outside = Fault::none) noexcept {
+                             const Expected<Command, Fault>& request, long tick, Fault outside = Fault::none) noexcept {
   SafetyDecision out{{}, state, false};
   out.state.invalid = m.valid ? 0 : state.invalid + 1;
   Fault reason = state.trip != Fault::none ? state.trip : outside;
   if (reason == Fault::none) reason = displacement_fault(limits, m);
-  if (reason == Fault::none && limits.stale > 0 && out.state.invalid > limits.stale)
-    reason = Fault::stale_sensor;
+  if (reason == Fault::none && limits.stale > 0 && out.state.invalid > limits.stale) reason = Fault::stale_sensor;
   if (reason == Fault::none && !request) reason = request.error();
-  if (reason == Fault::none && !(std::isfinite(request->ux) && std::isfinite(request->uy)))
-    reason = Fault::not_finite;
+  if (reason == Fault::none && !(std::isfinite(request->ux) && std::isfinite(request->uy))) reason = Fault::not_finite;
   if (reason != Fault::none) {
     if (state.trip == Fault::none) out.state.trip_tick = tick;
     out.state.trip = reason;

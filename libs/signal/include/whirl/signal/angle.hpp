@@ -22,16 +22,16 @@ struct AngleFitOptions {
 /// A smooth angle with what its fit says.
 struct AngleFit {
   AngleSignal angle;
-  double residual = 0;    ///< rms of readings minus fit, rad
-  double resolution = 0;  ///< smallest step seen in the readings, rad; 0 when they are not quantised
-  int parameters = 0;     ///< of the chosen spline
+  double residual = 0;          ///< rms of readings minus fit, rad
+  double resolution = 0;        ///< smallest step seen in the readings, rad; 0 when they are not quantised
+  int parameters = 0;           ///< of the chosen spline
   long missing = 0, extra = 0;  ///< once-per-turn pulses found missing or rejected
-  Summary summary;        ///< warnings, e.g. a residual much above the resolution
+  Summary summary;              ///< warnings, e.g. a residual much above the resolution
 };
 
-/// Angle with rate and acceleration from an encoder channel, rad, one reading per sample, wrapped to any period of 2 pi or
-/// continuous, quantised or not. Jumps beyond half a turn between samples are taken as wraps, so the speed must stay below
-/// half a turn per sample. Throws Error for fewer than 16 readings or non-finite ones.
+/// Angle with rate and acceleration from an encoder channel, rad, one reading per sample, wrapped to any period of 2 pi
+/// or continuous, quantised or not. Jumps beyond half a turn between samples are taken as wraps, so the speed must stay
+/// below half a turn per sample. Throws Error for fewer than 16 readings or non-finite ones.
 AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, double dt,
                             const AngleFitOptions& options = {});
 
@@ -40,9 +40,9 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
 std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low = 0.3,
                                 double middle = 0.5);
 
-/// Angle from once-per-turn pulses at the times given (s, ascending), on `samples` samples from t = 0; the angle is 0 at the
-/// first pulse. A period 30 % off the running one is read as missing or extra pulses and repaired. Before the first and
-/// after the last pulse the fit is continued. Throws Error for fewer than 6 pulses.
+/// Angle from once-per-turn pulses at the times given (s, ascending), on `samples` samples from t = 0; the angle is 0
+/// at the first pulse. A period 30 % off the running one is read as missing or extra pulses and repaired. Before the
+/// first and after the last pulse the fit is continued. Throws Error for fewer than 6 pulses.
 AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples,
                            const AngleFitOptions& options = {});
 

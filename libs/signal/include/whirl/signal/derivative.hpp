@@ -33,8 +33,8 @@ SmoothedSignal smoothing_spline_for_noise(const Eigen::Ref<const Eigen::VectorXd
 ///
 ///   g = argmin 1/2 sum (g_i - x_i)^2 + alpha sum |u_{i+1} - u_i|,  u_i = (g_{i+1} - g_i) / dt
 ///
-/// by lagged diffusivity (Chartrand 2011; Vogel and Oman 1996), one pentadiagonal solve per iteration. alpha > 0, in the
-/// unit of x times s. Same size as x.
+/// by lagged diffusivity (Chartrand 2011; Vogel and Oman 1996), one pentadiagonal solve per iteration. alpha > 0, in
+/// the unit of x times s. Same size as x.
 Eigen::VectorXd total_variation_derivative(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, double alpha,
                                            int iterations = 50);
 

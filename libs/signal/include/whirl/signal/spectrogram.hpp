@@ -15,16 +15,16 @@ struct Spectrogram {
 };
 
 /// Spectra of about `columns` blocks of `options.block` samples, spread evenly over the signal (they overlap as far as
-/// needed; `options.overlap` is not used). Of a sweeping tone a line shows the amplitude while the frequency moves by less
-/// than a line per block: `sweep_block` chooses such a block. Throws Error as `amplitude_spectrum`.
+/// needed; `options.overlap` is not used). Of a sweeping tone a line shows the amplitude while the frequency moves by
+/// less than a line per block: `sweep_block` chooses such a block. Throws Error as `amplitude_spectrum`.
 Spectrogram spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, const SpectrumOptions& options,
                         Eigen::Index columns = 200);
 /// The same of z = x + j y: forward whirl at positive, backward whirl at negative frequency.
 Spectrogram full_spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                              double dt, const SpectrumOptions& options, Eigen::Index columns = 200);
 
-/// Samples of a block in which a frequency changing at `rate` (Hz/s) moves by one line: sqrt(1 / rate). Between 64 samples
-/// and a quarter of the signal's `samples`.
+/// Samples of a block in which a frequency changing at `rate` (Hz/s) moves by one line: sqrt(1 / rate). Between 64
+/// samples and a quarter of the signal's `samples`.
 Eigen::Index sweep_block(double rate, double dt, Eigen::Index samples);
 
 }  // namespace whirl

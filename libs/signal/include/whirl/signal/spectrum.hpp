@@ -9,8 +9,8 @@ namespace whirl {
 struct SpectrumOptions {
   Window window = Window::hann;
   AmplitudeKind kind = AmplitudeKind::peak;  ///< how amplitudes are stated; a power spectral density is always rms
-  Eigen::Index block = 0;    ///< samples per averaged block; 0 = the whole record as one block
-  double overlap = 0.5;      ///< of successive blocks, in [0, 0.95]
+  Eigen::Index block = 0;                    ///< samples per averaged block; 0 = the whole record as one block
+  double overlap = 0.5;                      ///< of successive blocks, in [0, 0.95]
 };
 
 /// Amplitudes on a frequency axis. One-sided for a real signal.
@@ -35,8 +35,8 @@ struct PowerSpectrum {
 PowerSpectrum power_spectral_density(const Eigen::Ref<const Eigen::VectorXd>& x, double dt,
                                      const SpectrumOptions& options = {});
 
-/// Full spectrum of an orbit: transform of z = x + j y, forward whirl at positive, backward whirl at negative frequency.
-/// A circular orbit of radius R shows one line of height R (kind peak).
+/// Full spectrum of an orbit: transform of z = x + j y, forward whirl at positive, backward whirl at negative
+/// frequency. A circular orbit of radius R shows one line of height R (kind peak).
 AmplitudeSpectrum full_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                                 double dt, const SpectrumOptions& options = {});
 

@@ -20,11 +20,11 @@ struct ComparedFit {
 };
 
 /// Eq. 24 (or `options.library`) on a rotor record, by the chain of identify_paper, with every method of `solve`;
-/// `options.solver` gives their parameters. Methods that fail are unusable with their reason. Throws Error for a record that
-/// cannot give a rotor.
+/// `options.solver` gives their parameters. Methods that fail are unusable with their reason. Throws Error for a record
+/// that cannot give a rotor.
 std::vector<ComparedFit> compare_regressors(const RotorRecord& record, const PaperOptions& options = {});
-/// The weak form of fit_sindy, without refinement, with every method of `solve`. Throws Error as fit_sindy, and for records
-/// that it calls unusable.
+/// The weak form of fit_sindy, without refinement, with every method of `solve`. Throws Error as fit_sindy, and for
+/// records that it calls unusable.
 std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const SindyOptions& options);
 /// The same of fit_library: ties and known parts kept by every method, tied groups never dropped.
 std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const CandidateLibrary& library,

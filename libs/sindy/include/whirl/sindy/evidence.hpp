@@ -16,8 +16,8 @@ struct CollinearGroup {
   double condition_index = 0;      ///< largest over this singular value of the columns scaled to length 1
 };
 
-/// Groups among columns with Gram matrix `gram`: for every condition index above `limit` (30: Belsley, Kuh and Welsch 1980,
-/// section 3.2) the columns that make up more than a fifth of the singular vector.
+/// Groups among columns with Gram matrix `gram`: for every condition index above `limit` (30: Belsley, Kuh and Welsch
+/// 1980, section 3.2) the columns that make up more than a fifth of the singular vector.
 std::vector<CollinearGroup> collinear_groups(const Eigen::MatrixXd& gram, const std::vector<std::string>& names,
                                              double limit = 30);
 /// Groups among the terms kept in each equation of `model`, evaluated on the record (states smoothed, rates from the
@@ -48,7 +48,7 @@ struct HeldOut {
   std::vector<StateScore> scores;  ///< of one free run from the first sample
   double horizon = 0;              ///< s; > 0: `near` holds free runs restarted so often
   std::vector<StateScore> near;
-  std::string reason;              ///< why there are no scores; empty when there are
+  std::string reason;  ///< why there are no scores; empty when there are
 };
 
 }  // namespace whirl

@@ -22,7 +22,7 @@ struct GramBlock {
 /// A regression problem: its sums, and the same over contiguous time blocks (cross-validation, bootstrap).
 struct Problem {
   GramBlock total;
-  std::vector<GramBlock> blocks;   ///< in time order, sum = total; may be empty (then no cross-validation, no bootstrap)
+  std::vector<GramBlock> blocks;  ///< in time order, sum = total; may be empty (then no cross-validation, no bootstrap)
   std::vector<std::string> names;  ///< of the terms, for messages; may be empty
   /// Independent rows for the information criteria; 0: `total.rows`. Filtered or overlapping rows carry fewer.
   double effective_rows = 0;
@@ -68,8 +68,8 @@ struct Elimination {
   Eigen::VectorXd fixed;  ///< q
   std::vector<int> free;  ///< w_k is the coefficient xi[free[k]] itself when made by `eliminate`
 };
-/// General solution of `a` xi = `b` by reduced row echelon form, so that every free unknown is one of the coefficients and
-/// stays sparse. Throws Error when the equations contradict each other.
+/// General solution of `a` xi = `b` by reduced row echelon form, so that every free unknown is one of the coefficients
+/// and stays sparse. Throws Error when the equations contradict each other.
 Elimination eliminate(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 /// The same problem in the free unknowns w.
 Problem reduce(const Problem& problem, const Elimination& elimination);

@@ -34,11 +34,13 @@ struct PaperOptions {
 /// docs/paper-errata.md: Gaussian filter, fourth-order central differences twice (eq. 15; 4 samples lost at each end),
 /// library of eq. 24, one sparse regression per axis, forward simulation of that library model.
 ///
-/// Result: X1' = X2, X2' = ..., X3' = X4, X4' = ... in SI units, inputs X5 = beta, X6 = beta' (and t). `parameters`: k1,
-/// k2, c, e, e_phase (rad) as far as their terms were kept: averages of both axes, k2 = -(3 a + b)/4 over the terms
-/// a x^3 + b x y^2, the one combination that synchronous whirl shows; the same per axis with suffix _x, _y; rmse_x, rmse_y
-/// (m, free run against measured; absent when it diverges), whose squares by the noise variance are summary.chi_square. Standard deviations are those of independent rows and do not
-/// contain the bias of one-sided filtering. An unusable record gives an empty model with its reason. The method's own bias at 20 dB is tens of percent: summary.trust says so.
+/// Result: X1' = X2, X2' = ..., X3' = X4, X4' = ... in SI units, inputs X5 = beta, X6 = beta' (and t). `parameters`:
+/// k1, k2, c, e, e_phase (rad) as far as their terms were kept: averages of both axes, k2 = -(3 a + b)/4 over the terms
+/// a x^3 + b x y^2, the one combination that synchronous whirl shows; the same per axis with suffix _x, _y; rmse_x,
+/// rmse_y (m, free run against measured; absent when it diverges), whose squares by the noise variance are
+/// summary.chi_square. Standard deviations are those of independent rows and do not contain the bias of one-sided
+/// filtering. An unusable record gives an empty model with its reason. The method's own bias at 20 dB is tens of
+/// percent: summary.trust says so.
 IdentifiedModel identify_paper(const RotorRecord& record, const PaperOptions& options = {});
 IdentifiedModel identify_paper(const Recording& recording, const PaperOptions& options = {});
 

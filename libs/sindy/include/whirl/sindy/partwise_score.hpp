@@ -7,8 +7,9 @@
 
 namespace whirl {
 
-/// `score` of a record that comes part by part, in memory for a part and one horizon or period. The run goes on from part to
-/// part; the same as of the whole record but for the noise estimate (by part) and the starts near the ends of parts.
+/// `score` of a record that comes part by part, in memory for a part and one horizon or period. The run goes on from
+/// part to part; the same as of the whole record but for the noise estimate (by part) and the starts near the ends of
+/// parts.
 class PartwiseScore {
  public:
   /// `horizon` as for `score`; `period`: characteristic period, s, over which starts are fitted (maps: any).
@@ -31,16 +32,16 @@ class PartwiseScore {
   IdentifiedModel model_;
   CompiledModel compiled_;
   double horizon_, period_;
-  Recording waiting_;       // the samples from a little before next_
-  Eigen::Index next_ = 0;   // the sample in waiting_ that is due
+  Recording waiting_;      // the samples from a little before next_
+  Eigen::Index next_ = 0;  // the sample in waiting_ that is due
   Eigen::Index samples_ = 0;
-  Eigen::VectorXd state_;   // there, of a run that goes on
+  Eigen::VectorXd state_;  // there, of a run that goes on
   std::vector<StateScore> scores_;
   std::vector<Sums> sums_;
 };
 
-/// Free-run prediction, as one run and restarted every characteristic period, of held-out data that come part by part. The
-/// period is that of the first 65536 samples.
+/// Free-run prediction, as one run and restarted every characteristic period, of held-out data that come part by part.
+/// The period is that of the first 65536 samples.
 class HeldOutParts {
  public:
   HeldOutParts(const IdentifiedModel& model, std::string what);

@@ -22,7 +22,7 @@ struct RefineOptions {
   /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
   Eigen::MatrixXd ties = {};
   int max_iterations = 30;
-  double tolerance = 1e-7;           ///< stop when an iteration lowers the error by less than this share
+  double tolerance = 1e-7;  ///< stop when an iteration lowers the error by less than this share
 };
 
 /// A term that is not in the model, and what it would be worth there.
@@ -38,14 +38,14 @@ struct TermScore {
 struct Refined {
   IdentifiedModel model;                ///< new coefficients with standard deviations
   std::vector<Eigen::VectorXd> starts;  ///< per run
-  Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms; of the unknowns
-                                        ///< where there are ties
-  double rmse = 0;                      ///< of all outputs, weighted by output_sd
-  Eigen::VectorXd output_rmse;          ///< of each output, weighted by output_sd
+  Eigen::MatrixXd covariance;   ///< of the estimated coefficients, in the order of equations and terms; of the unknowns
+                                ///< where there are ties
+  double rmse = 0;              ///< of all outputs, weighted by output_sd
+  Eigen::VectorXd output_rmse;  ///< of each output, weighted by output_sd
   int iterations = 0;
-  int passes = 0;                       ///< simulations of all runs with their sensitivities: the cost
-  bool converged = false;               ///< false also when the starting model diverges
-  std::vector<TermScore> scores;        ///< of the candidates asked for, largest first
+  int passes = 0;                 ///< simulations of all runs with their sensitivities: the cost
+  bool converged = false;         ///< false also when the starting model diverges
+  std::vector<TermScore> scores;  ///< of the candidates asked for, largest first
 };
 
 /// Output-error (simulation-error) refinement: minimises sum over runs and samples of (measured - free run)^2 over all
@@ -53,8 +53,9 @@ struct Refined {
 /// forward sensitivities, S' = (df/dx) S + df/dtheta, integrated with the states by the same RK4.
 /// Source: Ljung, System Identification, 1999, section 10.2; notation of the score test: Rao 1948.
 ///
-/// With ties the starting coefficients must obey them. `candidates` (without ties only): equations with terms to be scored at the solution (coefficients ignored). A run that diverges at the
-/// start values gives converged = false and the model unchanged. Throws Error when sizes or names do not fit.
+/// With ties the starting coefficients must obey them. `candidates` (without ties only): equations with terms to be
+/// scored at the solution (coefficients ignored). A run that diverges at the start values gives converged = false and
+/// the model unchanged. Throws Error when sizes or names do not fit.
 Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
                         const RefineOptions& options, const std::vector<Equation>& candidates = {});
 

@@ -11,16 +11,16 @@ namespace whirl {
 struct SecondOrderOptions {
   /// Candidate terms in <y>, <y>', <u>, t; empty: 1, y, y^2, y^3, y', u.
   std::vector<std::string> library;
-  int oversample = 4;      ///< band-limited, before differencing: at 9 samples per cycle eq. 15 biases stiffness by -2.4 %
-  double filter_sd = 0;    ///< Gaussian on every column of the equation, s; for noisy records
-  SolveOptions solver;     ///< default: stlsq, share 2 %; the constant is always kept (a sensor offset is not sparse)
-  bool refine = true;      ///< then minimise the free-run error
+  int oversample = 4;  ///< band-limited, before differencing: at 9 samples per cycle eq. 15 biases stiffness by -2.4 %
+  double filter_sd = 0;  ///< Gaussian on every column of the equation, s; for noisy records
+  SolveOptions solver;   ///< default: stlsq, share 2 %; the constant is always kept (a sensor offset is not sparse)
+  bool refine = true;    ///< then minimise the free-run error
   /// Terms that may be added on evidence after refinement; empty: y^2, y^4, y^5, y y', y^2 y', y'|y'|, sgn y', u y.
   std::vector<std::string> candidates;
-  int max_added = 3;       ///< terms added at most; 0: structure of the regression only
-  double holdout = 0.3;    ///< last share of the record, for that decision, 0.05 to 0.8
-  double least_gain = 0.02;///< a term stays when it lowers the free-run error of the held-out part by this share
-  Eigen::Index skip = 50;  ///< samples at the start of a free run that do not count
+  int max_added = 3;         ///< terms added at most; 0: structure of the regression only
+  double holdout = 0.3;      ///< last share of the record, for that decision, 0.05 to 0.8
+  double least_gain = 0.02;  ///< a term stays when it lowers the free-run error of the held-out part by this share
+  Eigen::Index skip = 50;    ///< samples at the start of a free run that do not count
 };
 
 /// Equation of motion y'' = f(y, y', u) of one degree of freedom from displacement and input only.

@@ -13,9 +13,9 @@ namespace whirl {
 
 /// Right-hand side of an identified model, compiled to one tape.
 ///
-/// An equation's lhs is "S'" for a differential equation of state S or "S[k+1]" for a map. A state without an equation is
-/// the integral of the next state where rotor states demand it (X1' = X2, X3' = X4); other states without an equation
-/// are prescribed, like the inputs. "t" in a function is time. Not thread-safe: one object per thread.
+/// An equation's lhs is "S'" for a differential equation of state S or "S[k+1]" for a map. A state without an equation
+/// is the integral of the next state where rotor states demand it (X1' = X2, X3' = X4); other states without an
+/// equation are prescribed, like the inputs. "t" in a function is time. Not thread-safe: one object per thread.
 class CompiledModel {
  public:
   /// Throws Error when a function cannot be parsed or uses a name that is neither state nor input.
@@ -24,11 +24,14 @@ class CompiledModel {
   const std::vector<std::string>& inputs() const { return inputs_; }  ///< prescribed, in order; may hold "t"
   bool discrete() const { return discrete_; }
   /// States then inputs in, derivatives (or next values) of the states out. No allocation.
-  void rate(const double* states_and_inputs, double* out) const noexcept { tape_.evaluate_point(states_and_inputs, out); }
+  void rate(const double* states_and_inputs, double* out) const noexcept {
+    tape_.evaluate_point(states_and_inputs, out);
+  }
   const Tape& tape() const { return tape_; }
   /// The same in two steps for long runs: `signals` are what the right-hand sides need of the inputs alone (cos(beta),
-  /// beta'^2 cos(beta), a whole forcing), one column each, evaluated at once for all rows of inputs; `rate_of` then takes states
-  /// and signals. It evaluates every function of a state once and multiplies by the matrix of coefficients.
+  /// beta'^2 cos(beta), a whole forcing), one column each, evaluated at once for all rows of inputs; `rate_of` then
+  /// takes states and signals. It evaluates every function of a state once and multiplies by the matrix of
+  /// coefficients.
   Eigen::MatrixXd signals(const Eigen::Ref<const Eigen::MatrixXd>& inputs) const { return signals_.evaluate(inputs); }
   void rate_of(const double* states_and_signals, double* out) const noexcept;
 
@@ -45,7 +48,7 @@ struct ModelRun {
   std::vector<std::string> states;  ///< columns of `values`
   Eigen::MatrixXd values;           ///< samples x states; NaN after a divergence
   bool diverged = false;
-  Eigen::Index valid = 0;           ///< samples before the divergence
+  Eigen::Index valid = 0;  ///< samples before the divergence
 
   Eigen::VectorXd state(const std::string& name) const;
 };

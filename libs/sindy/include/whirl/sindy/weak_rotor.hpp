@@ -25,10 +25,10 @@ struct WeakRotorFit {
   std::vector<std::complex<double>> offset;  ///< per record, m
   std::vector<std::string> names;  ///< k1, k2, c, [k1_conj_re, ...], then per record eps_re, eps_im, d_re, d_im
   Eigen::VectorXd values;
-  Eigen::MatrixXd covariance;      ///< from the noise alone, not scaled by chi_square
-  Eigen::Index rows = 0;           ///< real equations used
-  double half_width = 0;           ///< T used, s
-  Summary summary;                 ///< chi_square; condition number of the whitened, column-scaled matrix
+  Eigen::MatrixXd covariance;  ///< from the noise alone, not scaled by chi_square
+  Eigen::Index rows = 0;       ///< real equations used
+  double half_width = 0;       ///< T used, s
+  Summary summary;             ///< chi_square; condition number of the whitened, column-scaled matrix
 };
 
 /// Rotor parameters from the weak form of the second-order equation with order-tracked test functions and generalised

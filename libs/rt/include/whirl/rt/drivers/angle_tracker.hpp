@@ -5,14 +5,16 @@
 
 namespace whirl {
 
-/// Angle, speed and acceleration from an encoder's counter of 32 bits that wraps: fading-memory polynomial filter of degree
-/// two (N. Morrison, Introduction to sequential smoothing and prediction, 1969, ch. 13), all three poles at
-/// q = exp(-2 pi f h). Constant acceleration is followed without error. The angle itself is the counter's, not filtered.
+/// Angle, speed and acceleration from an encoder's counter of 32 bits that wraps: fading-memory polynomial filter of
+/// degree two (N. Morrison, Introduction to sequential smoothing and prediction, 1969, ch. 13), all three poles at q =
+/// exp(-2 pi f h). Constant acceleration is followed without error. The angle itself is the counter's, not filtered.
 class AngleTracker {
  public:
   /// `counts` per turn, with its sign; `bandwidth` f, Hz; `sample_time` h, s.
   AngleTracker(double counts, double bandwidth, double sample_time) noexcept
-      : per_count_(2 * std::numbers::pi / counts), h_(sample_time), q_(std::exp(-2 * std::numbers::pi * bandwidth * sample_time)) {}
+      : per_count_(2 * std::numbers::pi / counts),
+        h_(sample_time),
+        q_(std::exp(-2 * std::numbers::pi * bandwidth * sample_time)) {}
 
   void update(std::int32_t count) noexcept {
     if (!started_) last_ = count, started_ = true;

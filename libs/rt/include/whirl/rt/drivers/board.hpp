@@ -6,15 +6,15 @@ namespace whirl {
 
 /// What a converter board gives once per tick of its own clock.
 struct BoardReading {
-  std::uint32_t tick = 0;        ///< of the board's clock
-  double beta = 0;               ///< rotor angle, rad, continuous
-  double omega = 0;              ///< rad/s
-  double omega_dot = 0;          ///< rad/s^2
+  std::uint32_t tick = 0;          ///< of the board's clock
+  double beta = 0;                 ///< rotor angle, rad, continuous
+  double omega = 0;                ///< rad/s
+  double omega_dot = 0;            ///< rad/s^2
   std::array<double, 4> analog{};  ///< inputs, V
-  std::uint32_t answered = 0;    ///< tick that the command acting now was computed from
-  bool output = false;           ///< outputs follow the commands
-  bool expired = false;          ///< the board's watchdog has set the outputs to zero; latched until a disarmed command
-  bool done = false;             ///< the experiment is over
+  std::uint32_t answered = 0;      ///< tick that the command acting now was computed from
+  bool output = false;             ///< outputs follow the commands
+  bool expired = false;  ///< the board's watchdog has set the outputs to zero; latched until a disarmed command
+  bool done = false;     ///< the experiment is over
 };
 
 /// What the outputs shall do.

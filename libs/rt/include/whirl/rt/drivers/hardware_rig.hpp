@@ -19,11 +19,11 @@ namespace whirl {
 /// ILD1420); a current below 3.6 mA or above 20.4 mA is an error.
 struct PositionInput {
   optoncdt::SensorOptions laser;
-  int analog = -1;      ///< 0 to 3; used when there is no device
-  double shunt = 250;   ///< ohm
-  double offset = 0;    ///< m, of the distance at displacement zero
+  int analog = -1;     ///< 0 to 3; used when there is no device
+  double shunt = 250;  ///< ohm
+  double offset = 0;   ///< m, of the distance at displacement zero
   double gain = 1;
-  int direction = 1;    ///< 1 or -1
+  int direction = 1;  ///< 1 or -1
 };
 
 /// Volts of one output: direction force / force_per_volt + offset, limited.
@@ -37,10 +37,10 @@ struct ForceOutput {
 struct HardwareOptions {
   std::array<PositionInput, 2> position;
   std::array<ForceOutput, 2> force;
-  double sample_time = 1e-3;  ///< s
-  double max_age = 5e-3;      ///< s; an older displacement is not valid
-  double stuck = 25e-3;       ///< s; a signal that repeats itself exactly for longer is not valid; 0: not looked at
-  double grace = 0.5e-3;      ///< s to wait for the other samples of a tick after the first has come
+  double sample_time = 1e-3;     ///< s
+  double max_age = 5e-3;         ///< s; an older displacement is not valid
+  double stuck = 25e-3;          ///< s; a signal that repeats itself exactly for longer is not valid; 0: not looked at
+  double grace = 0.5e-3;         ///< s to wait for the other samples of a tick after the first has come
   double board_timeout = 50e-3;  ///< s without a board reading until the rig demands a trip
 };
 
@@ -84,9 +84,13 @@ class HardwareRig {
     const auto& sensor = axes_[static_cast<std::size_t>(axis)].sensor;
     return sensor ? &*sensor : nullptr;
   }
-  const optoncdt::Sample& sample(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].newest; }  ///< of the laser
+  const optoncdt::Sample& sample(int axis) const noexcept {
+    return axes_[static_cast<std::size_t>(axis)].newest;
+  }                                                                                                    ///< of the laser
   double distance(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].distance; }  ///< newest, m
-  long late(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].late; }  ///< ticks without a new sample
+  long late(int axis) const noexcept {
+    return axes_[static_cast<std::size_t>(axis)].late;
+  }  ///< ticks without a new sample
 
  private:
   struct Axis {
@@ -97,12 +101,12 @@ class HardwareRig {
     std::int64_t phase = 0;   ///< frames from a tick to index 0
     std::int64_t offset = 0;  ///< ticks of the board minus ticks of the laser
     bool aligned = false;
-    long repeated = 0;        ///< frames, or ticks of an analogue input, with the same value
+    long repeated = 0;  ///< frames, or ticks of an analogue input, with the same value
     double distance = 0;
     double last_analog = 0;
     InputState state = InputState::no_sample;
     long late = 0;
-    long apart = 0;           ///< cycles in a row behind (> 0) or ahead (< 0) of the tick
+    long apart = 0;  ///< cycles in a row behind (> 0) or ahead (< 0) of the tick
 
     std::int64_t frame_tick() const noexcept;  ///< of the laser's own count
     std::int64_t tick() const noexcept { return frame_tick() + offset; }

@@ -52,10 +52,8 @@ class Sensor {
   /// False after the line failed (unplugged); `read` then returns 0.
   bool connected() const noexcept { return connected_; }
   const LineStatistics& statistics() const noexcept { return decoder_.statistics(); }
-  std::uint64_t lost_frames() const noexcept { return lost_; }  ///< 0 without the counter
-  const std::vector<std::string>& warnings() const noexcept {
-    return warnings_;
-  }  ///< `W...` answers of the start-up
+  std::uint64_t lost_frames() const noexcept { return lost_; }                     ///< 0 without the counter
+  const std::vector<std::string>& warnings() const noexcept { return warnings_; }  ///< `W...` answers of the start-up
 
  private:
   void command(const std::string& text);

@@ -19,8 +19,7 @@ class Simulator {
     unsigned lose_byte_every = 0;  ///< leaves out every n-th byte of the frames; 0: none
     std::string refuse;            ///< a command starting so is answered with an error
     bool mute = false;             ///< never answers
-    bool streaming =
-        true;  ///< already sends frames before the first command, as a sensor that was left running
+    bool streaming = true;         ///< already sends frames before the first command, as a sensor that was left running
   };
   explicit Simulator(Options options);
   ~Simulator();

@@ -8,19 +8,19 @@
 
 namespace whirl {
 
-/// A board on this machine, behind its maker's library, which is loaded when the board is opened. Neither driver has seen its
-/// board: they were written from the documentation and run against libraries that stand in for the real ones.
+/// A board on this machine, behind its maker's library, which is loaded when the board is opened. Neither driver has
+/// seen its board: they were written from the documentation and run against libraries that stand in for the real ones.
 struct VendorBoardOptions {
-  std::string library;           ///< empty: libhil.so, libcomedi.so.0
-  std::string card = "q8_usb";   ///< Quanser: type of the card
-  std::string device;            ///< Quanser: number of the card; Comedi: device file
+  std::string library;                         ///< empty: libhil.so, libcomedi.so.0
+  std::string card = "q8_usb";                 ///< Quanser: type of the card
+  std::string device;                          ///< Quanser: number of the card; Comedi: device file
   std::array<unsigned, 4> inputs{0, 1, 2, 3};  ///< channels of BoardReading::analog, +-10 V
   std::array<unsigned, 2> outputs{0, 1};       ///< channels of x and y, +-10 V
-  unsigned encoder = 0;          ///< channel
-  double counts = 4096;          ///< of the encoder per turn; negative: it counts the other way round
-  double bandwidth = 5;          ///< of speed and acceleration, Hz
-  double sample_time = 1e-3;     ///< s between two reads
-  double watchdog = 50e-3;       ///< s
+  unsigned encoder = 0;                        ///< channel
+  double counts = 4096;                        ///< of the encoder per turn; negative: it counts the other way round
+  double bandwidth = 5;                        ///< of speed and acceleration, Hz
+  double sample_time = 1e-3;                   ///< s between two reads
+  double watchdog = 50e-3;                     ///< s
 };
 
 /// Quanser board by the HIL API (libhil). Its watchdog sets the outputs to 0 V when commands stay away.
@@ -42,8 +42,9 @@ class QuanserBoard : public Board {
   bool connected_ = true, expired_ = false, output_ = false;
 };
 
-/// Any board with a Comedi driver: first analogue input, output and counter subdevice, range 0 against ground. Comedi has no
-/// watchdog: something else must take the force away when this program dies, such as the amplifier's enable line.
+/// Any board with a Comedi driver: first analogue input, output and counter subdevice, range 0 against ground. Comedi
+/// has no watchdog: something else must take the force away when this program dies, such as the amplifier's enable
+/// line.
 class ComediBoard : public Board {
  public:
   /// Throws Error naming library or device and what is missing.
