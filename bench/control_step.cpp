@@ -19,7 +19,7 @@ using namespace whirl;
 
 /// The median, ns; prints the row.
 double row(const ControllerDesign& d, const std::vector<Measurement>& readings, const std::string& label) {
-  Controller controller = make_controller(d);
+  control::Controller controller = control::make_controller(d);
   std::vector<double> ns;
   ns.reserve(readings.size());
   double sum = 0;
@@ -43,8 +43,8 @@ int main() {
   const std::vector<Measurement> readings = testing::run_down_readings();
   double worst = 0;
   std::printf("%-22s %-13s %8s %8s %8s  ns\n", "law", "estimator", "median", "p99", "max");
-  for (const auto& law : laws()) {
-    for (const auto& estimator : estimators()) {
+  for (const auto& law : control::laws()) {
+    for (const auto& estimator : control::estimators()) {
       ControllerDesign d = testing::design_of(law.name, estimator.name);
       d.parameters["predict"] = 1;
       d.parameters["runout_x_cos_1"] = 1e-5;

@@ -54,7 +54,7 @@ long first_number(const std::string& path) {
 template <class Real>
 double exported_ns(const ControllerDesign& d, const std::vector<Measurement>& readings, const std::string& folder,
                    long& code, long& stack) {
-  const ControllerCode files = controller_code(d, {"c", sizeof(Real) == 4, ""});
+  const deploy::ControllerCode files = deploy::controller_code(d, {"c", sizeof(Real) == 4, ""});
   std::ofstream(folder + "/c.h") << files.header.text;
   std::ofstream(folder + "/c.c") << files.source.text;
   const std::string build =
@@ -88,7 +88,7 @@ int main() {
   std::printf("%-14s %-10s %9s %9s %9s   %10s %10s\n", "law", "estimator", "library", "C double", "C float",
               "code bytes", "deepest frame");
   const auto row = [&](const ControllerDesign& d, const std::vector<Measurement>& samples, const char* label) {
-    Controller controller = make_controller(d);
+    control::Controller controller = control::make_controller(d);
     const double library = time_of(samples, [&](const Measurement& m) { (void)controller.step(m); });
     long code = 0, stack = 0, ignored = 0;
     const double with_float = exported_ns<float>(d, samples, folder, ignored, ignored);

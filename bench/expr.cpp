@@ -77,9 +77,9 @@ void report(const char* name, Eigen::Index samples, Eigen::Index terms, double t
 int main() {
   std::vector<std::complex<double>> poles;
   for (int k = 0; k < 35; ++k) poles.emplace_back(-0.05 - 0.01 * k, 20.0 + 11 * k);
-  const std::vector<Expr> eq24 = rotor_library();
-  const std::vector<Expr> full = union_library({eq24, modal_library(poles)});
-  const Tape tape17 = compile(eq24, kNames), tape87 = compile(full, kNames);
+  const std::vector<expr::Expr> eq24 = expr::rotor_library();
+  const std::vector<expr::Expr> full = expr::union_library({eq24, expr::modal_library(poles)});
+  const expr::Tape tape17 = expr::compile(eq24, kNames), tape87 = expr::compile(full, kNames);
   fmt::print("{:8} {:>9} {:>6} {:>12} {:>10} {:>12} {:>14} {:>14}\n", "library", "samples", "terms", "M terms/s",
              "ns/sample", "memcpy GB/s", "hand/tape", "memcpy/tape");
   std::mt19937_64 random(1);
@@ -91,7 +91,7 @@ int main() {
     v.col(6) = Eigen::VectorXd::LinSpaced(samples, 0, 15);
     for (const Eigen::Index terms : {17, 87}) {
       Eigen::MatrixXd out(samples, terms), same(samples, terms), copy(samples, terms);
-      const Tape& tape = terms == 17 ? tape17 : tape87;
+      const expr::Tape& tape = terms == 17 ? tape17 : tape87;
       const double t = seconds([&] { tape.evaluate(v, out); });
       const double h = seconds([&] { terms == 17 ? by_hand_17(v, same) : by_hand_87(v, poles, same); });
       const double c =

@@ -78,31 +78,31 @@ void bare_from_chars(benchmark::State& state) {
 
 void parse_csv(benchmark::State& state) {
   const std::string& bytes = text(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(whirl::parse_csv(bytes, "bench.csv").channels.data());
+  for (auto _ : state) benchmark::DoNotOptimize(whirl::io::parse_csv(bytes, "bench.csv").channels.data());
   count(state, bytes);
 }
 
 void parse_decimal_commas(benchmark::State& state) {
   std::string bytes = text(static_cast<int>(state.range(0)));
   for (char& c : bytes) c = c == ',' ? ';' : c == '.' ? ',' : c;
-  for (auto _ : state) benchmark::DoNotOptimize(whirl::parse_csv(bytes, "bench.csv").channels.data());
+  for (auto _ : state) benchmark::DoNotOptimize(whirl::io::parse_csv(bytes, "bench.csv").channels.data());
   count(state, bytes);
 }
 
 void read_gzip(benchmark::State& state) {
   const std::string& bytes = text(static_cast<int>(state.range(0)));
   const auto file = std::filesystem::temp_directory_path() / "whirl_bench_io.csv.gz";
-  whirl::write_text(file, bytes);
-  for (auto _ : state) benchmark::DoNotOptimize(whirl::read_csv(file).channels.data());
+  whirl::io::write_text(file, bytes);
+  for (auto _ : state) benchmark::DoNotOptimize(whirl::io::read_csv(file).channels.data());
   std::filesystem::remove(file);
   count(state, bytes);
 }
 
 void write_csv(benchmark::State& state) {
   const std::string& bytes = text(17);
-  const whirl::Recording record = whirl::parse_csv(bytes, "bench.csv");
+  const whirl::Recording record = whirl::io::parse_csv(bytes, "bench.csv");
   const auto file = std::filesystem::temp_directory_path() / "whirl_bench_io.csv";
-  for (auto _ : state) whirl::write_csv(file, record);
+  for (auto _ : state) whirl::io::write_csv(file, record);
   std::filesystem::remove(file);
   count(state, bytes);
 }

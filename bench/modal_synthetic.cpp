@@ -10,14 +10,15 @@
 
 namespace {
 
-void run(const char* name, whirl::testing::SyntheticOptions synthetic, int seeds, whirl::ModeOptions options = {}) {
+void run(const char* name, whirl::testing::SyntheticOptions synthetic, int seeds,
+         whirl::modal::ModeOptions options = {}) {
   double f = 0, both = 0, extra = 0, sharp = 0, cover_f = 0, cover_z = 0, df = 0, dz = 0, seconds = 0, ratio = 0;
   int worst_f = 1000, worst_both = 1000;
   for (int seed = 1; seed <= seeds; ++seed) {
     synthetic.seed = static_cast<unsigned>(seed);
     const auto data = whirl::testing::make_synthetic(synthetic);
     const std::clock_t start = std::clock();
-    const whirl::ModalModel model = whirl::fit_modes(data.frf, options);
+    const whirl::ModalModel model = whirl::modal::fit_modes(data.frf, options);
     seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     const auto s = whirl::testing::score(data.poles, model);
     f += s.frequency;
@@ -59,7 +60,7 @@ int main(int argc, char** argv) {
   auto clean = base;
   clean.noise = 0;
   run("12 FRFs, no noise", clean, seeds);
-  whirl::ModeOptions linear;
+  whirl::modal::ModeOptions linear;
   linear.refine = false;
   run("12 FRFs, additive, pLSCF alone", base, seeds, linear);
   auto one = base;

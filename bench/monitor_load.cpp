@@ -60,7 +60,7 @@ void read_page(std::uint16_t port, std::chrono::milliseconds rest, Page& page) {
   }
 }
 
-void print(const char* what, const LoopTiming& t) {
+void print(const char* what, const rt::LoopTiming& t) {
   fmt::print(
       "{:<12} {} cycles, {} ticks left out ({} late by work, {} by wake-up); latency p50 {:.0f} p99 {:.0f} p99.9 "
       "{:.0f} max {:.0f} us; "
@@ -74,7 +74,7 @@ void print(const char* what, const LoopTiming& t) {
 
 int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 20;
-  LoopTiming alone, watched;
+  rt::LoopTiming alone, watched;
   std::thread([&] { alone = bench::loop(seconds, nullptr); }).join();
   print("alone", alone);
 

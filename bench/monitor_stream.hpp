@@ -54,12 +54,12 @@ struct Served {
 };
 
 /// The cycle of a controller: some arithmetic on each channel, then the push.
-inline LoopTiming loop(double seconds, monitor::SampleRing* ring) {
-  const RealtimeThread realtime({});
-  WallTime time;
-  PaceOptions options;
+inline rt::LoopTiming loop(double seconds, monitor::SampleRing* ring) {
+  const rt::RealtimeThread realtime({});
+  rt::WallTime time;
+  rt::PaceOptions options;
   options.period = std::llround(1e9 / kRate);
-  PacedClock<WallTime> clock(time, options);
+  rt::PacedClock<rt::WallTime> clock(time, options);
   double row[kChannels] = {};
   const long ticks = std::lround(seconds * kRate);
   for (long tick = 0; tick < ticks; ++tick) {

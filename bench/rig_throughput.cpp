@@ -11,21 +11,21 @@ namespace {
 
 using namespace whirl;
 
-RigParameters ideal() {
-  RigParameters p = RigParameters::ideal_rotor_b();
-  p.profile = RigParameters::default_profile();
+rig::RigParameters ideal() {
+  rig::RigParameters p = rig::RigParameters::ideal_rotor_b();
+  p.profile = rig::RigParameters::default_profile();
   return p;
 }
-RigParameters full(int substeps) {
-  RigParameters p;
+rig::RigParameters full(int substeps) {
+  rig::RigParameters p;
   p.timing.substeps = substeps;
   return p;
 }
 
 // Filtered difference and velocity feedback: the cheapest law, so that the plant is measured.
-void scalar_run(benchmark::State& state, const RigParameters& parameters) {
-  const auto tables = make_rig_tables(parameters);
-  VirtualRig rig(tables, {});
+void scalar_run(benchmark::State& state, const rig::RigParameters& parameters) {
+  const auto tables = rig::make_rig_tables(parameters);
+  rig::VirtualRig rig(tables, {});
   std::uint64_t seed = 0;
   for (auto _ : state) {
     rig.restart(++seed);
@@ -38,20 +38,20 @@ void scalar_run(benchmark::State& state, const RigParameters& parameters) {
       rig.write({-60 * vx, -60 * vy});
       rig.advance();
     }
-    benchmark::DoNotOptimize(RigTruth(rig).z());
+    benchmark::DoNotOptimize(rig::RigTruth(rig).z());
   }
   state.SetItemsProcessed(state.iterations());
 }
 
 template <int Lanes>
-void batch_run(benchmark::State& state, const RigParameters& parameters) {
-  BatchRig<Lanes> rig(make_rig_tables(parameters));
+void batch_run(benchmark::State& state, const rig::RigParameters& parameters) {
+  rig::BatchRig<Lanes> rig(rig::make_rig_tables(parameters));
   std::uint64_t seed = 0;
-  LaneArray<Lanes> gain;
+  rig::LaneArray<Lanes> gain;
   for (int i = 0; i < Lanes; ++i) gain[i] = 10 + 4 * i;
   for (auto _ : state) {
     rig.restart(++seed);
-    LaneArray<Lanes> x, y, vx, vy, ux, uy;
+    rig::LaneArray<Lanes> x, y, vx, vy, ux, uy;
     while (!rig.done()) {
       const auto& m = rig.read();
       for (int i = 0; i < Lanes; ++i) {

@@ -71,9 +71,9 @@ inline double force(const Law& law, double x, double v, double d, Exp&& e, Log&&
   return -(f + law.surface * law.exponent * slope * v + law.rho * tanh);
 }
 
-RigParameters ideal() {
-  RigParameters p = RigParameters::ideal_rotor_b();
-  p.profile = RigParameters::default_profile();
+rig::RigParameters ideal() {
+  rig::RigParameters p = rig::RigParameters::ideal_rotor_b();
+  p.profile = rig::RigParameters::default_profile();
   p.actuator.delay_samples = 1;
   return p;
 }
@@ -92,10 +92,10 @@ Law law_of(int lane) {
   return law;
 }
 
-double scalar_peak(VirtualRig& rig, const Law& law) {
+double scalar_peak(rig::VirtualRig& rig, const Law& law) {
   const auto e = [](double v) { return std::exp(v); };
   const auto l = [](double v) { return std::log(v); };
-  const RigTruth truth(rig);
+  const rig::RigTruth truth(rig);
   double x = rig.read().x, y = rig.read().y, vx = 0, vy = 0, peak = 0;
   while (!rig.done()) {
     const Measurement m = rig.read();
@@ -111,12 +111,12 @@ double scalar_peak(VirtualRig& rig, const Law& law) {
 }
 
 template <int Lanes>
-LaneArray<Lanes> lane_peaks(BatchRig<Lanes>& rig) {
-  LaneArray<Lanes> surface, x = rig.read().x, y = rig.read().y, vx, vy, ux, uy, peak;
+rig::LaneArray<Lanes> lane_peaks(rig::BatchRig<Lanes>& rig) {
+  rig::LaneArray<Lanes> surface, x = rig.read().x, y = rig.read().y, vx, vy, ux, uy, peak;
   for (int i = 0; i < Lanes; ++i) surface[i] = law_of(i).surface;
   while (!rig.done()) {
     const auto& m = rig.read();
-    const LaneArray<Lanes> mx = m.x, my = m.y;  // copies: the compiler then knows that nothing overlaps
+    const rig::LaneArray<Lanes> mx = m.x, my = m.y;  // copies: the compiler then knows that nothing overlaps
     const Feedforward d = unbalance(m.beta, m.omega, m.omega_dot);
     for (int i = 0; i < Lanes; ++i) {
       vx[i] += kFilter * ((mx[i] - x[i]) * 1e3 - vx[i]);
@@ -141,7 +141,7 @@ LaneArray<Lanes> lane_peaks(BatchRig<Lanes>& rig) {
 }
 
 void Scalar(benchmark::State& state) {
-  VirtualRig rig(ideal());
+  rig::VirtualRig rig(ideal());
   for (auto _ : state) {
     rig.restart(1);
     benchmark::DoNotOptimize(scalar_peak(rig, law_of(3)));
@@ -152,8 +152,8 @@ BENCHMARK(Scalar)->Unit(benchmark::kMillisecond);
 
 template <int Lanes>
 void Batched(benchmark::State& state) {
-  BatchRig<Lanes> rig(make_rig_tables(ideal()));
-  LaneArray<Lanes> peaks;
+  rig::BatchRig<Lanes> rig(rig::make_rig_tables(ideal()));
+  rig::LaneArray<Lanes> peaks;
   for (auto _ : state) {
     rig.restart(1);
     peaks = lane_peaks(rig);
@@ -161,7 +161,7 @@ void Batched(benchmark::State& state) {
   state.SetItemsProcessed(state.iterations() * Lanes);
   double worst = 0;
   for (int i = 0; i < Lanes; ++i) {
-    VirtualRig scalar(ideal());
+    rig::VirtualRig scalar(ideal());
     worst = std::max(worst, std::abs(scalar_peak(scalar, law_of(i)) - peaks[i]));
   }
   state.counters["difference_m"] = worst;

@@ -15,27 +15,27 @@ RotorModel rotor() {
   m.eps = 3e-4;
   return m;
 }
-const SpeedProfile kProfile = SpeedProfile::run_down(2 * 3.14159265358979 * 40, 15);
+const rotor::SpeedProfile kProfile = rotor::SpeedProfile::run_down(2 * 3.14159265358979 * 40, 15);
 
 void Simulate(benchmark::State& state) {
-  const AngleSignal angle = angle_signal(kProfile, 1e-3);
-  for (auto _ : state) benchmark::DoNotOptimize(simulate(rotor(), angle).z[14999]);
+  const AngleSignal angle = rotor::angle_signal(kProfile, 1e-3);
+  for (auto _ : state) benchmark::DoNotOptimize(rotor::simulate(rotor(), angle).z[14999]);
 }
 BENCHMARK(Simulate)->Unit(benchmark::kMillisecond);
 
 void SimulateWithTabulatedForcing(benchmark::State& state) {
-  const AngleSignal angle = angle_signal(kProfile, 1e-3);
-  const Eigen::VectorXcd forcing = unbalance_forcing(angle);
-  const WhirlState start = steady_whirl(rotor(), angle.omega[0]);
-  for (auto _ : state) benchmark::DoNotOptimize(simulate_main_mode(rotor(), forcing, 1e-3, start).z[14999]);
+  const AngleSignal angle = rotor::angle_signal(kProfile, 1e-3);
+  const Eigen::VectorXcd forcing = rotor::unbalance_forcing(angle);
+  const rotor::WhirlState start = rotor::steady_whirl(rotor(), angle.omega[0]);
+  for (auto _ : state) benchmark::DoNotOptimize(rotor::simulate_main_mode(rotor(), forcing, 1e-3, start).z[14999]);
 }
 BENCHMARK(SimulateWithTabulatedForcing)->Unit(benchmark::kMillisecond);
 
 void SimulateWithTwoForcedModes(benchmark::State& state) {
-  const AngleSignal angle = angle_signal(kProfile, 1e-3);
+  const AngleSignal angle = rotor::angle_signal(kProfile, 1e-3);
   RotorModel m = rotor();
   m.modes = {{289, 0.008, 1e-5}, {804, 0.006, 1e-5}};
-  for (auto _ : state) benchmark::DoNotOptimize(simulate(m, angle).z[14999]);
+  for (auto _ : state) benchmark::DoNotOptimize(rotor::simulate(m, angle).z[14999]);
 }
 BENCHMARK(SimulateWithTwoForcedModes)->Unit(benchmark::kMillisecond);
 

@@ -36,29 +36,29 @@ struct Law {
 void cycle(benchmark::State& state) {
   Rig rig;
   Law law;
-  SimulatedClock clock(1e-3);
-  const SafetyLimits limits{.force = 10, .slew = 5, .displacement = 1e-2, .stale = 20};
-  Loop loop(rig, law, clock, limits, {.release = state.range(0)});
+  rt::SimulatedClock clock(1e-3);
+  const rt::SafetyLimits limits{.force = 10, .slew = 5, .displacement = 1e-2, .stale = 20};
+  rt::Loop loop(rig, law, clock, limits, {.release = state.range(0)});
   for (auto _ : state) benchmark::DoNotOptimize(loop.cycle());
 }
 BENCHMARK(cycle)->Arg(0)->Arg(3000);
 
 struct NoWait {
-  WallTime wall;
+  rt::WallTime wall;
   std::int64_t now() const noexcept { return wall.now(); }
   void sleep_until(std::int64_t) const noexcept {}
 };
 // The clock's own work: policy, three histograms, reading the time twice.
 void pace_of_a_cycle(benchmark::State& state) {
   NoWait time;
-  PacedClock clock(time, PaceOptions{});
+  rt::PacedClock clock(time, rt::PaceOptions{});
   for (auto _ : state) benchmark::DoNotOptimize(clock.wait());
 }
 BENCHMARK(pace_of_a_cycle);
 
 void queue_push_and_pop(benchmark::State& state) {
-  RecordQueue<LoopSample> queue(1 << 14);
-  LoopSample sample;
+  rt::RecordQueue<rt::LoopSample> queue(1 << 14);
+  rt::LoopSample sample;
   for (auto _ : state) {
     queue.push(sample);
     benchmark::DoNotOptimize(queue.pop(sample));
@@ -68,7 +68,7 @@ BENCHMARK(queue_push_and_pop);
 
 // `lines`: how many serial lines of 921 600 baud (92 160 bytes a second) one processor could decode.
 void decode_laser(benchmark::State& state) {
-  using namespace optoncdt;
+  using namespace rt::optoncdt;
   std::vector<std::uint8_t> bytes;
   for (std::uint32_t k = 0; k < 1u << 18; ++k) {
     for (const Value v : {Value{k * 7 % 65520, true}, Value{k & kValueMask, false}}) {
@@ -86,12 +86,12 @@ void decode_laser(benchmark::State& state) {
 BENCHMARK(decode_laser)->Unit(benchmark::kMillisecond);
 
 void board_datagrams(benchmark::State& state) {
-  std::array<std::byte, board::kReadingSize> bytes;
-  BoardReading reading;
+  std::array<std::byte, rt::board::kReadingSize> bytes;
+  rt::BoardReading reading;
   for (auto _ : state) {
     ++reading.tick;
-    board::encode(reading, bytes);
-    benchmark::DoNotOptimize(board::decode_reading(bytes));
+    rt::board::encode(reading, bytes);
+    benchmark::DoNotOptimize(rt::board::decode_reading(bytes));
   }
 }
 BENCHMARK(board_datagrams);

@@ -6,7 +6,7 @@
 namespace whirl::testing {
 namespace {
 
-double number(const Json& json, const char* key) { return *json.find(key)->get<double>(); }
+double number(const io::Json& json, const char* key) { return *json.find(key)->get<double>(); }
 
 // Identification to comparison by files: tables, page, controllers; the numbers of one method are those of `whirl run`.
 TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
@@ -27,17 +27,17 @@ TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
 
-  const Json comparison = load_json(folder / "cmp/comparison.json");
-  const Json::Array& methods = *comparison.find("methods")->get<Json::Array>();
+  const io::Json comparison = io::load_json(folder / "cmp/comparison.json");
+  const io::Json::Array& methods = *comparison.find("methods")->get<io::Json::Array>();
   ASSERT_EQ(methods.size(), 3u);
-  EXPECT_EQ(methods[0].find("matrix")->get<Json::Array>()->size(), 21u);
-  for (const Json& m : methods) EXPECT_GE(number(m, "peak_worst"), number(m, "peak_mean"));
+  EXPECT_EQ(methods[0].find("matrix")->get<io::Json::Array>()->size(), 21u);
+  for (const io::Json& m : methods) EXPECT_GE(number(m, "peak_worst"), number(m, "peak_mean"));
   EXPECT_LT(number(methods[2], "peak_mean"), number(methods[0], "peak_mean"));
 
   const Outcome run = folder.whirl("run cmp/controller_lsmc_kfe.json --added-mass-g 5 --seed 101 --json");
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const Json single = parse_json(run.out, "stdout");
-  const Json* compared = methods[2].find("run");
+  const io::Json single = io::parse_json(run.out, "stdout");
+  const io::Json* compared = methods[2].find("run");
   EXPECT_DOUBLE_EQ(number(*single.find("whole"), "closed_peak"), number(*compared->find("whole"), "closed_peak"));
   EXPECT_DOUBLE_EQ(number(single, "excess_variation"), number(*compared, "excess_variation"));
 

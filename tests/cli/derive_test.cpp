@@ -26,9 +26,9 @@ TEST(DeriveE2e, EveryExampleGivesEquationsLatexAndALibraryThatReadsBack) {
     const std::string file = entry.path().string();
     const Outcome printed = folder.whirl("derive " + file + " --out library.toml --json");
     ASSERT_EQ(printed.exit_code, 0) << file << printed.err;
-    const Json document = parse_json(printed.out, "stdout");
-    const CandidateLibrary library = read_library(folder / "library.toml");
-    EXPECT_EQ(library.groups.size(), document.find("library")->find("groups")->get<Json::Array>()->size()) << file;
+    const io::Json document = io::parse_json(printed.out, "stdout");
+    const expr::CandidateLibrary library = io::read_library(folder / "library.toml");
+    EXPECT_EQ(library.groups.size(), document.find("library")->find("groups")->get<io::Json::Array>()->size()) << file;
     EXPECT_FALSE(*document.find("implicit")->get<bool>()) << file;
     const Outcome latex = folder.whirl("derive " + file + " --latex");
     EXPECT_EQ(latex.out.find("\\begin{aligned}"), 0u) << file;
@@ -41,33 +41,34 @@ TEST(DeriveE2e, EveryExampleGivesEquationsLatexAndALibraryThatReadsBack) {
 TEST(DeriveE2e, PaperFileGivesTheFunctionsOfEquationTwentyFour) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("derive " + example("paper_eq24.toml") + " --out l.toml").exit_code, 0);
-  const CandidateLibrary library = read_library(folder / "l.toml");
-  std::vector<Expr> functions;
-  for (const TiedGroup& group : library.groups) {
-    for (const TiedEntry& e : group.entries) {
-      const std::vector<Expr> terms =
-          e.function.kind() == Expr::Kind::sum ? e.function.args() : std::vector<Expr>{e.function};
+  const expr::CandidateLibrary library = io::read_library(folder / "l.toml");
+  std::vector<expr::Expr> functions;
+  for (const expr::TiedGroup& group : library.groups) {
+    for (const expr::TiedEntry& e : group.entries) {
+      const std::vector<expr::Expr> terms =
+          e.function.kind() == expr::Expr::Kind::sum ? e.function.args() : std::vector<expr::Expr>{e.function};
       functions.insert(functions.end(), terms.begin(), terms.end());
     }
   }
-  functions = union_library({functions});
+  functions = expr::union_library({functions});
   EXPECT_EQ(functions.size(), 17u);
-  EXPECT_EQ(union_library({rotor_library(), functions}).size(), 17u);
+  EXPECT_EQ(expr::union_library({expr::rotor_library(), functions}).size(), 17u);
 }
 
 // The derived library of the measured-angle rotor is the hand-written one, up to names and order.
 TEST(DeriveE2e, RotorFileGivesTheFiveTiedUnknowns) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("derive " + example("rotor.toml") + " --out l.toml").exit_code, 0);
-  const CandidateLibrary library = read_library(folder / "l.toml"), hand = tied_rotor_library(false);
+  const expr::CandidateLibrary library = io::read_library(folder / "l.toml"), hand = expr::tied_rotor_library(false);
   EXPECT_EQ(library.lhs, hand.lhs);
   EXPECT_EQ(library.groups.size(), hand.groups.size());
-  for (const TiedGroup& group : hand.groups) {
-    const bool found = std::any_of(library.groups.begin(), library.groups.end(), [&](const TiedGroup& g) {
-      if (g.unit != group.unit || Expr::parse(g.coefficient) != Expr::parse(group.coefficient)) return false;
-      const CandidateLibrary pair{hand.lhs, {}, {g, group}, {}};
-      for (const Expr& rest : right_hand_sides(pair, {Expr(1), Expr(-1)})) {
-        if (!expand(rest).is_number(0)) return false;
+  for (const expr::TiedGroup& group : hand.groups) {
+    const bool found = std::any_of(library.groups.begin(), library.groups.end(), [&](const expr::TiedGroup& g) {
+      if (g.unit != group.unit || expr::Expr::parse(g.coefficient) != expr::Expr::parse(group.coefficient))
+        return false;
+      const expr::CandidateLibrary pair{hand.lhs, {}, {g, group}, {}};
+      for (const expr::Expr& rest : expr::right_hand_sides(pair, {expr::Expr(1), expr::Expr(-1)})) {
+        if (!expr::expand(rest).is_number(0)) return false;
       }
       return true;
     });
@@ -83,10 +84,10 @@ TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
   ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
   const Outcome found = folder.whirl("derive " + example("anisotropic.toml") + " --model model.json --json");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const Json document = parse_json(found.out, "stdout");
-  const JsonReader in(document, "stdout");
+  const io::Json document = io::parse_json(found.out, "stdout");
+  const io::JsonReader in(document, "stdout");
   const auto check = [&](const char* list, const char* name, double truth) {
-    const Estimate e = read_estimate(in.at(list).at(name));
+    const Estimate e = io::read_estimate(in.at(list).at(name));
     EXPECT_NEAR(e.value, truth, 4 * e.sd + 0.002 * std::abs(truth)) << name;
     EXPECT_LT(e.sd, 0.01 * std::abs(truth)) << name;
   };
@@ -144,10 +145,10 @@ TEST(DeriveE2e, LibraryFitsARecordAndThePhysicalParametersComeBack) {
   ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
   const Outcome found = folder.whirl("derive " + example("two_mass.toml") + " --model model.json --json");
   ASSERT_EQ(found.exit_code, 0) << found.err;
-  const Json document = parse_json(found.out, "stdout");
+  const io::Json document = io::parse_json(found.out, "stdout");
   const char* names[] = {"m1", "m2", "k1", "k2", "c1", "c2"};
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    const Estimate e = read_estimate(JsonReader(document, "stdout").at("parameters").at(names[i]));
+    const Estimate e = io::read_estimate(io::JsonReader(document, "stdout").at("parameters").at(names[i]));
     EXPECT_NEAR(e.value, truth[i], 0.01 * truth[i]) << names[i];
     EXPECT_NEAR(e.value, truth[i], 5 * e.sd) << names[i];
   }

@@ -63,7 +63,7 @@ struct Variant {
 /// What a designer knows of the default rig, with errors of the size an identification makes.
 Variant variant(const std::string& law, const std::string& estimator, const std::map<std::string, double>& set = {},
                 bool feedforward = true) {
-  const RigParameters rig;
+  const rig::RigParameters rig;
   Variant v{fmt::format("{}/{}", law, estimator), {}};
   ControllerDesign& d = v.design;
   d.law = law;
@@ -102,12 +102,12 @@ std::vector<Variant> at_their_limit() {
 
 std::vector<Variant> variants() {
   std::vector<Variant> all;
-  for (const MethodInfo& law : laws()) {
+  for (const control::MethodInfo& law : control::laws()) {
     const bool amplifies = law.name == "tsmc_paper" || law.name == "sta_implicit";  // see the test below
     all.push_back(variant(law.name, amplifies ? "lpf" : "kfe"));
   }
-  for (const MethodInfo& estimator : estimators()) all.push_back(variant("tsmc", estimator.name));
-  for (const MethodInfo& estimator : estimators()) {
+  for (const control::MethodInfo& estimator : control::estimators()) all.push_back(variant("tsmc", estimator.name));
+  for (const control::MethodInfo& estimator : control::estimators()) {
     all.push_back(
         variant("lsmc", estimator.name, {{"predict", 1}, {"runout_x_cos_1", 1e-5}, {"runout_y_sin_3", 2e-6}}, false));
   }
@@ -125,17 +125,17 @@ std::vector<Variant> variants() {
 }
 
 struct RigLog {
-  std::vector<CycleRecord> cycles;
-  std::vector<ControllerState> states;
+  std::vector<rt::CycleRecord> cycles;
+  std::vector<control::ControllerState> states;
 };
 
 RigLog rig_run(const ControllerDesign& design, const std::shared_ptr<const RigTables>& tables, double rate) {
-  RigRun experiment;
+  rig::RigRun experiment;
   experiment.seed = 3;
-  VirtualRig rig(tables, experiment);
-  Controller controller = make_controller(design);
-  SimulatedClock clock(1 / rate);
-  Loop loop(rig, controller, clock);
+  rig::VirtualRig rig(tables, experiment);
+  control::Controller controller = control::make_controller(design);
+  rt::SimulatedClock clock(1 / rate);
+  rt::Loop loop(rig, controller, clock);
   RigLog run;
   for (long k = 0; k < rig.ticks(); ++k) {
     run.cycles.push_back(loop.cycle());
@@ -152,8 +152,8 @@ struct Comparison {
   Comparison(Exported<Real>& c, const RigLog& run, bool wrap) {
     const auto widen = [](double& bound, double value) { bound = std::max(bound, std::abs(value)); };
     for (std::size_t k = 0; k < run.cycles.size(); ++k) {
-      const CycleRecord& cycle = run.cycles[k];
-      const ControllerState& state = run.states[k];
+      const rt::CycleRecord& cycle = run.cycles[k];
+      const control::ControllerState& state = run.states[k];
       if (cycle.trip != Fault::none) break;  // the loop stepped the controller no more
       Measurement m = cycle.measurement;
       if (wrap) m.beta = std::remainder(m.beta, 2 * M_PI);
@@ -181,7 +181,7 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
   std::string files;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const std::string prefix = fmt::format("v{}", i);
-    const ControllerCode code = controller_code(all[i].design, {prefix, false, ""});
+    const deploy::ControllerCode code = deploy::controller_code(all[i].design, {prefix, false, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
     files += " " + code.source.name;
@@ -191,9 +191,9 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
   ASSERT_EQ(built.exit_code, 0) << built.text;
   const testing::SharedLibrary library(folder.path() / "all.so");
 
-  RigParameters rig;
+  rig::RigParameters rig;
   rig.rotor.added_mass = 5e-3;
-  const auto tables = make_rig_tables(rig);
+  const auto tables = rig::make_rig_tables(rig);
   double worst = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
     SCOPED_TRACE(all[i].name);
@@ -220,15 +220,15 @@ TEST(ControllerSourceExport, EveryLawAndEstimatorEqualsTheLibraryOverARunDown) {
 // forces by more. The printed law (eq. 43) has an unbounded slope at x = 0, and the implicit super-twisting law on a
 // Kalman filter is unstable while its loop through the plant is open.
 TEST(ControllerSourceExport, TwoPairsAmplifyTheLastBitOfAReading) {
-  RigParameters rig;
+  rig::RigParameters rig;
   rig.rotor.added_mass = 5e-3;
-  const auto tables = make_rig_tables(rig);
+  const auto tables = rig::make_rig_tables(rig);
   for (const char* law : {"tsmc_paper", "sta_implicit", "tsmc"}) {
     const ControllerDesign design = variant(law, "kfe").design;
     const RigLog run = rig_run(design, tables, rig.timing.rate);
-    Controller c = make_controller(design);
+    control::Controller c = control::make_controller(design);
     double error = 0, force = 0;
-    for (const CycleRecord& cycle : run.cycles) {
+    for (const rt::CycleRecord& cycle : run.cycles) {
       Measurement m = cycle.measurement;
       m.x *= 1 + 2.3e-16;
       const auto out = c.step(m);
@@ -249,7 +249,7 @@ TEST(ControllerSourceExport, FloatUsesNoDoubleAndStaysClose) {
   for (const Variant& v : at_their_limit()) all.push_back(v);
   std::string files;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const ControllerCode code = controller_code(all[i].design, {fmt::format("v{}", i), true, ""});
+    const deploy::ControllerCode code = deploy::controller_code(all[i].design, {fmt::format("v{}", i), true, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
     files += " " + code.source.name;
@@ -265,9 +265,9 @@ TEST(ControllerSourceExport, FloatUsesNoDoubleAndStaysClose) {
   EXPECT_NE(symbols.text.find("tanhf"), std::string::npos) << symbols.text;
 
   const testing::SharedLibrary library(folder.path() / "all.so");
-  RigParameters rig;
+  rig::RigParameters rig;
   rig.rotor.added_mass = 5e-3;
-  const auto tables = make_rig_tables(rig);
+  const auto tables = rig::make_rig_tables(rig);
   for (std::size_t i = 0; i < all.size(); ++i) {
     SCOPED_TRACE(all[i].name);
     Exported<float> c(library, fmt::format("v{}", i));

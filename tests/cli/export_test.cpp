@@ -23,12 +23,12 @@ void save_inputs(const Folder& folder) {
   d.model = rotor();
   d.delay = 2.05e-3;
   d.force_limit = 40;
-  save(folder / "controller.json", d);
+  io::save(folder / "controller.json", d);
   IdentifiedModel m;
   m.method = "weak";
   m.rotor = rotor();
   m.rotor->gain = 0;
-  save(folder / "model.json", m);
+  io::save(folder / "model.json", m);
 }
 
 TEST(ExportE2e, C99OfControllerAndModelPassTheirSelfTests) {
@@ -53,7 +53,7 @@ TEST(ExportE2e, FmuAndTheOtherFormsAreWritten) {
   save_inputs(folder);
   const Outcome fmu = folder.whirl("export fmu model.json --fmi 3 --out . --prefix plant --json");
   ASSERT_EQ(fmu.exit_code, 0) << fmu.err;
-  EXPECT_EQ(parse_json(fmu.out, "stdout").find("files")->get<Json::Array>()->size(), 1u);
+  EXPECT_EQ(io::parse_json(fmu.out, "stdout").find("files")->get<io::Json::Array>()->size(), 1u);
   EXPECT_EQ(slurp(folder / "plant.fmu").substr(0, 2), "PK");
   ASSERT_EQ(folder.whirl("export fmu controller.json --out .").exit_code, 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "controller.fmu"));
@@ -79,7 +79,7 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
               0);
     const Outcome run = folder.whirl("run controller.json --rig plant.fmu --log run.csv --json --quiet");
     ASSERT_EQ(run.exit_code, 0) << run.err;
-    const Json json = parse_json(run.out, "stdout");
+    const io::Json json = io::parse_json(run.out, "stdout");
     EXPECT_GT(*json.find("open_peak")->get<double>(), 1e-3);
     EXPECT_GT(*json.find("suppression")->get<double>(), 0.9);
     EXPECT_TRUE(std::filesystem::exists(folder / "run.csv"));

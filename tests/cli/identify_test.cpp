@@ -60,48 +60,48 @@ double coefficient(const IdentifiedModel& m, const std::string& lhs, const std::
 
 TEST(IdentifyGeneralE2e, StatesInputsAndDegreeGiveEquationsEvidenceAndAModelFile) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   const Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --degree 3 --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   for (const char* word :
        {"x\u0307 = ", "v\u0307 = ", "95 % interval", "chi^2", "condition number", "collinear", "held out", "Trust"}) {
     EXPECT_NE(o.out.find(word), std::string::npos) << word << "\n" << o.out;
   }
-  const auto m = load<IdentifiedModel>(folder / "model.json");
+  const auto m = io::load<IdentifiedModel>(folder / "model.json");
   ASSERT_EQ(m.equations.size(), 2u);
   EXPECT_EQ(m.equations[0].terms.size(), 1u);
   EXPECT_EQ(m.equations[1].terms.size(), 4u);
   EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.01);
   EXPECT_NEAR(m.summary.chi_square, 1, 0.2);
-  const Json file = load_json(folder / "model.json");
-  const Json* held = file.find("evidence")->find("held_out");
-  EXPECT_EQ(held->find("free_run")->get<Json::Array>()->size(), 2u);
+  const io::Json file = io::load_json(folder / "model.json");
+  const io::Json* held = file.find("evidence")->find("held_out");
+  EXPECT_EQ(held->find("free_run")->get<io::Json::Array>()->size(), 2u);
 
-  write_csv(folder / "other.csv", duffing(2000, 9));
+  io::write_csv(folder / "other.csv", duffing(2000, 9));
   const Outcome check = folder.whirl("validate model.json other.csv --json");
   ASSERT_EQ(check.exit_code, 0) << check.err;
-  const Json shown = parse_json(check.out, "stdout");
-  const Json& run = shown.find("runs")->get<Json::Array>()->front();
-  const Json& x = run.find("free_run")->get<Json::Array>()->front();
+  const io::Json shown = io::parse_json(check.out, "stdout");
+  const io::Json& run = shown.find("runs")->get<io::Json::Array>()->front();
+  const io::Json& x = run.find("free_run")->get<io::Json::Array>()->front();
   EXPECT_EQ(*x.find("state")->get<std::string>(), "x");
   EXPECT_LT(*x.find("nrmse")->get<double>(), 0.03);
 }
 
 TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles) {
   const Folder folder;
-  write_csv(folder / "a.csv", duffing(3000, 1));
-  write_csv(folder / "b.csv", duffing(2500, 2));
+  io::write_csv(folder / "a.csv", duffing(3000, 1));
+  io::write_csv(folder / "b.csv", duffing(2500, 2));
   Outcome o = folder.whirl("identify a.csv b.csv --states x --inputs u --order 2 --out second.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   EXPECT_NE(o.out.find("held out          b.csv"), std::string::npos) << o.out;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
 
   o = folder.whirl(
       "identify a.csv --method sindy --states x,v --inputs u --known \"x' = v\" --terms 'x, v, u, x^3, max(x, v)' "
       "--no-holdout "
       "--out known.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  const auto known = load<IdentifiedModel>(folder / "known.json");
+  const auto known = io::load<IdentifiedModel>(folder / "known.json");
   EXPECT_EQ(coefficient(known, "x'", "v"), 1);
   EXPECT_EQ(known.equations[1].terms.size(), 4u);
   EXPECT_EQ(o.out.find("held out"), std::string::npos);
@@ -118,7 +118,7 @@ TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles)
   folder.write("henon.csv", text);
   o = folder.whirl("identify henon.csv --discrete --degree 2 --out map.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "map.json"), "p[k+1]", "p^2"), -1.4, 1e-6);
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "map.json"), "p[k+1]", "p^2"), -1.4, 1e-6);
 
   // Explicit time: x' = -x + 0.5 t.
   text = "t_s,x_1\n";
@@ -129,12 +129,12 @@ TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles)
   folder.write("ramp.csv", text);
   o = folder.whirl("identify ramp.csv --time --degree 1 --method sindy --out ramp.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "ramp.json"), "x'", "t"), 0.5, 1e-4);
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "ramp.json"), "x'", "t"), 0.5, 1e-4);
 }
 
 TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   folder.write("library.toml",
                "equations = [\"x'\", \"v'\"]\n"
                "[terms]\n\"v'\" = [\"x\", \"x^2\", \"x^3\", \"u\", \"v^3\"]\n"
@@ -142,7 +142,7 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
                "[[group]]\nname = \"c\"\ncoefficient = \"C/m\"\nterms = [\"0\", \"-v\"]\n");
   const Outcome o = folder.whirl("identify run.csv --library library.toml --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  const auto m = load<IdentifiedModel>(folder / "model.json");
+  const auto m = io::load<IdentifiedModel>(folder / "model.json");
   ASSERT_NE(m.parameter("c"), nullptr);
   EXPECT_NEAR(m.parameter("c")->value, 0.3, 0.003);
   EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.01);
@@ -159,7 +159,7 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
   const Outcome second = folder.whirl(
       "identify run.csv --library second.toml --states x --order 2 --inputs u --no-holdout --out second.json");
   ASSERT_EQ(second.exit_code, 0) << second.err;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "second.json"), "x''", "x^3"), -1, 0.02);
   for (const char* flags :
        {"--states v", "--order 1", "--discrete", "--inputs v", "--degree 2", "--known \"x' = v\"", "--method weak"}) {
     const Outcome refused = folder.whirl(std::string("identify run.csv --library second.toml ") + flags);
@@ -174,7 +174,7 @@ TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
 
 TEST(IdentifyGeneralE2e, EveryRegressorCanBeNamed) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   for (const char* flags :
        {"stlsq --threshold 0.05", "lasso --selection bic --debias", "sr3 --nu 0.5", "ensemble --resamples 20 --seed 3",
         "frols --max-terms 6", "backward --backward-t 6", "lasso --lambda 0.01", "ridge --ridge 1e-6"}) {
@@ -189,7 +189,7 @@ TEST(IdentifyGeneralE2e, EveryRegressorCanBeNamed) {
 
 TEST(IdentifyCompareE2e, OneRowPerMethodForRotorsAndForAnySystem) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   Outcome o = folder.whirl("identify run.csv --states x,v --inputs u --compare");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   for (const char* row : {"ols", "lasso ", "sqrt_lasso", "lspl", "stlsq", "sr3", "ssr", "frols", "best_subset",
@@ -199,13 +199,13 @@ TEST(IdentifyCompareE2e, OneRowPerMethodForRotorsAndForAnySystem) {
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --snr-db 20 --out rotor.csv").exit_code, 0);
   o = folder.whirl("identify rotor.csv --compare --json --out comparison.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  const Json table = load_json(folder / "comparison.json");
-  const Json::Array& rows = *table.find("methods")->get<Json::Array>();
+  const io::Json table = io::load_json(folder / "comparison.json");
+  const io::Json::Array& rows = *table.find("methods")->get<io::Json::Array>();
   ASSERT_EQ(rows.size(), 16u);
   double least = INFINITY;
   std::string best;
-  for (const Json& row : rows) {
-    const Json::Array& scores = *row.find("held_out")->find("free_run")->get<Json::Array>();
+  for (const io::Json& row : rows) {
+    const io::Json::Array& scores = *row.find("held_out")->find("free_run")->get<io::Json::Array>();
     ASSERT_EQ(scores.size(), 2u) << *row.find("method")->get<std::string>();
     const double* error = scores.front().find("rmse")->get<double>();
     if (error != nullptr && *error < least) {
@@ -230,7 +230,7 @@ Eigen::VectorXd& channel(Recording& r, const char* name) {
 }
 /// 12345 stands for NaN, which the writer refuses.
 void write_spoilt(const Folder& folder, const std::string& file, const Recording& r) {
-  write_csv(folder / file, r);
+  io::write_csv(folder / file, r);
   std::string text = slurp(folder / file);
   const auto at = text.find(",12345");
   if (at != std::string::npos) text.replace(at, 6, ",nan");
@@ -243,7 +243,7 @@ void keep(Recording& r, Eigen::Index n) {
 TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out good.csv").exit_code, 0);
-  const Recording rotor = read_csv(folder / "good.csv");
+  const Recording rotor = io::read_csv(folder / "good.csv");
   const Spoiler of_rotor[] = {
       {"constant", [](Recording& r) { channel(r, "y").setConstant(1e-4); }, "constant"},
       {"equal", [](Recording& r) { channel(r, "y") = channel(r, "x"); }, "same signal"},
@@ -292,19 +292,19 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
 
 TEST(IdentifyStreamE2e, AFileReadInPartsGivesTheSameEquations) {
   const Folder folder;
-  write_csv(folder / "long.csv", duffing(150000));
+  io::write_csv(folder / "long.csv", duffing(150000));
   const Outcome o = folder.whirl("identify long.csv --states x,v --inputs u --stream --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
-  const auto m = load<IdentifiedModel>(folder / "model.json");
+  const auto m = io::load<IdentifiedModel>(folder / "model.json");
   EXPECT_EQ(m.equations[0].terms.size(), 1u);
   EXPECT_EQ(m.equations[1].terms.size(), 4u);
   EXPECT_NEAR(coefficient(m, "v'", "x^3"), -1, 0.005);
   EXPECT_NE(o.out.find("held out          the last"), std::string::npos) << o.out;
 
-  write_hdf5(folder / "long.h5", read_csv(folder / "long.csv"));
+  io::write_hdf5(folder / "long.h5", io::read_csv(folder / "long.csv"));
   const Outcome h5 = folder.whirl("identify long.h5 --states x,v --inputs u --stream --out h5.json");
   ASSERT_EQ(h5.exit_code, 0) << h5.err;
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "h5.json"), "v'", "x^3") / coefficient(m, "v'", "x^3"), 1,
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "h5.json"), "v'", "x^3") / coefficient(m, "v'", "x^3"), 1,
               1e-9);
   for (const char* wrong : {"identify long.h5 --states w --stream", "identify long.h5 --method weak --stream",
                             "identify long.h5 --stream --compare"}) {
@@ -318,18 +318,19 @@ struct HeldOutErrors {
   std::vector<double> run, near;
 };
 HeldOutErrors held_out_errors(const std::filesystem::path& model) {
-  const Json file = load_json(model);
-  const Json* held = file.find("evidence")->find("held_out");
+  const io::Json file = io::load_json(model);
+  const io::Json* held = file.find("evidence")->find("held_out");
   HeldOutErrors out{*held->find("what")->get<std::string>(), {}, {}};
-  for (const Json& s : *held->find("free_run")->get<Json::Array>()) out.run.push_back(*s.find("rmse")->get<double>());
-  for (const Json& s : *held->find("free_run_horizon")->get<Json::Array>())
+  for (const io::Json& s : *held->find("free_run")->get<io::Json::Array>())
+    out.run.push_back(*s.find("rmse")->get<double>());
+  for (const io::Json& s : *held->find("free_run_horizon")->get<io::Json::Array>())
     out.near.push_back(*s.find("rmse")->get<double>());
   return out;
 }
 
 TEST(IdentifyStreamE2e, TheHeldOutErrorIsThatOfTheFileReadWhole) {
   const Folder folder;
-  write_csv(folder / "long.csv", duffing(150000));
+  io::write_csv(folder / "long.csv", duffing(150000));
   const std::string identify = "identify long.csv --states x,v --inputs u --no-refine";
   for (const std::string share : {"", " --holdout 0.8"}) {
     ASSERT_EQ(folder.whirl(identify + " --out whole.json" + share).exit_code, 0);
@@ -353,13 +354,13 @@ TEST(IdentifyStreamE2e, TheHeldOutErrorIsThatOfTheFileReadWhole) {
   ASSERT_EQ(none.exit_code, 0) << none.err;
   EXPECT_EQ(none.out.find("held out"), std::string::npos) << none.out;
   // A record of a single part can be streamed too.
-  write_csv(folder / "short.csv", duffing());
+  io::write_csv(folder / "short.csv", duffing());
   EXPECT_EQ(folder.whirl("identify short.csv --states x,v --inputs u --stream").exit_code, 0);
 }
 
 TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   Outcome o = folder.whirl(
       "identify run.csv --states x,v --inputs u --sign \"v':v=-\" --sign v:x^3=- --sign x^2=+ --out model.json");
   ASSERT_EQ(o.exit_code, 0) << o.err;
@@ -367,10 +368,10 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
       << o.out;
   EXPECT_NE(o.out.find("sign bound        v': x^2 >= 0 is not active: the term is not needed"), std::string::npos)
       << o.out;
-  const Json file = load_json(folder / "model.json");
-  const Json* bounds = file.find("evidence")->find("bounds");
-  EXPECT_EQ(bounds->get<Json::Array>()->size(), 4u);  // x^2 in both equations
-  EXPECT_NEAR(coefficient(load<IdentifiedModel>(folder / "model.json"), "v'", "x^3"), -1, 0.01);
+  const io::Json file = io::load_json(folder / "model.json");
+  const io::Json* bounds = file.find("evidence")->find("bounds");
+  EXPECT_EQ(bounds->get<io::Json::Array>()->size(), 4u);  // x^2 in both equations
+  EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "model.json"), "v'", "x^3"), -1, 0.01);
 
   // A map whose second coefficient is -0.3, held at 0.
   std::string text = "t_s,x_1,p_1,q_1\n";
@@ -386,7 +387,7 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
   EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active: held at 0, no interval; without the bound about -0.3"),
             std::string::npos)
       << o.out;
-  EXPECT_TRUE(std::isnan(coefficient(load<IdentifiedModel>(folder / "map.json"), "x[k+1]", "q")));
+  EXPECT_TRUE(std::isnan(coefficient(io::load<IdentifiedModel>(folder / "map.json"), "x[k+1]", "q")));
   o = folder.whirl("identify map.csv --discrete --states x --inputs p,q --terms p,q --sign q=+ --stream");
   EXPECT_NE(o.out.find("x[k+1]: q >= 0 is active"), std::string::npos) << o.out << o.err;
 
@@ -406,7 +407,7 @@ TEST(IdentifyGeneralE2e, SignsOfCoefficientsAreKeptAndActiveOnesTold) {
 
 TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing(300));
+  io::write_csv(folder / "run.csv", duffing(300));
   for (const char* flags :
        {"--method weak --degree 3", "--method consistent --terms x", "--method second-order --output x --states x",
         "--method sindy --filter-ms 5", "--states x,v --inputs u --angle profile", "--states x,v --max-passes 0"}) {
@@ -417,7 +418,7 @@ TEST(IdentifyGeneralE2e, FlagsOfAnotherMethodAreRefused) {
 
 TEST(IdentifyGeneralE2e, ADriverTakenForAStateIsTold) {
   const Folder folder;
-  write_csv(folder / "run.csv", duffing());
+  io::write_csv(folder / "run.csv", duffing());
   const Outcome o = folder.whirl("identify run.csv --method sindy");
   EXPECT_EQ(o.exit_code, 1) << o.out;
   EXPECT_NE(o.err.find("should be an input; least explained is u'"), std::string::npos) << o.err;

@@ -15,29 +15,29 @@ struct IoTestE2e : ::testing::Test {
   }
 };
 
-double number(const Json& json, std::initializer_list<const char*> path) {
-  JsonReader at(json, "io test");
+double number(const io::Json& json, std::initializer_list<const char*> path) {
+  io::JsonReader at(json, "io test");
   for (const char* key : path) at = at.at(key);
   return at.number();
 }
 
 // All but what a loaded machine adds: its own clock against the rig's.
-std::string own_problems(const Json& json) {
+std::string own_problems(const io::Json& json) {
   std::string out;
-  for (const JsonReader& p : JsonReader(json, "io test").at("problems").items()) {
+  for (const io::JsonReader& p : io::JsonReader(json, "io test").at("problems").items()) {
     if (p.text().find("this machine's clock") == std::string::npos) out += p.text() + "\n";
   }
   return out;
 }
 
 TEST_F(IoTestE2e, ChannelsAndTheDelayOfTheLoop) {
-  const RigParameters rig;
+  const rig::RigParameters rig;
   for (const int samples : {1, 3}) {
     SCOPED_TRACE(samples);
     folder.write("rig.toml", std::string(kRig) + "[actuator]\ndelay_samples = " + std::to_string(samples) + "\n");
     const Served served(folder, "--lockstep --rig rig.toml");
     const Outcome o = test("--excite-N 0.3");
-    const Json json = parse_json(o.out, "io test");
+    const io::Json json = io::parse_json(o.out, "io test");
     EXPECT_EQ(own_problems(json), "");
     // Computation, amplifier lag, age of the laser's reading.
     const double lag = 1 / (2 * std::numbers::pi * rig.actuator.bandwidth);
@@ -57,7 +57,7 @@ TEST_F(IoTestE2e, ChannelsAndTheDelayOfTheLoop) {
     EXPECT_GE(number(json, {"board", "turnaround_mean"}), 1);
     EXPECT_EQ(number(json, {"board", "turned"}), 0);
     // The run itself has not begun.
-    save(folder / "controller.json", pd_design());
+    io::save(folder / "controller.json", pd_design());
     const Outcome run = folder.whirl("run controller.json --io io.toml --seconds 0.5 --json");
     EXPECT_EQ(run.exit_code, 0) << run.err;
   }
@@ -80,7 +80,7 @@ TEST_F(IoTestE2e, AChannelThatIsNotFitIsNamed) {
     EXPECT_EQ(o.exit_code, 1);
     EXPECT_NE(o.err.find("y: sensor error in 100.0 % of the ticks, mostly: no peak"), std::string::npos) << o.err;
     EXPECT_EQ(o.err.find("x: "), std::string::npos) << o.err;
-    EXPECT_EQ(number(parse_json(o.out, "io test"), {"y", "sensor_error"}), 1);
+    EXPECT_EQ(number(io::parse_json(o.out, "io test"), {"y", "sensor_error"}), 1);
   }
   folder.write("faults.toml", "[[fault]]\nkind = \"lost_bytes\"\nevery = 199\naxis = \"x\"\nstart_s = -1\n");
   {

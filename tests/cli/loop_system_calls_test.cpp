@@ -82,7 +82,7 @@ struct LoopSystemCallsE2e : ::testing::TestWithParam<const char*> {};
 TEST_P(LoopSystemCallsE2e, NothingButInputOutputAndSleepWhileArmed) {
   const std::string clock = GetParam();
   Folder folder;
-  save(folder / "controller.json", pd_design());
+  io::save(folder / "controller.json", pd_design());
   folder.write("rig.toml", kRig);
   const Served rig(folder, "--lockstep --rig rig.toml");
   std::string io = slurp(folder / "io.toml");

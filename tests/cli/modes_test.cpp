@@ -21,7 +21,7 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
     const Outcome modes = folder.whirl(
         "modes frf.json --out modes.json --figure stabilisation.svg --figure fit_frf.svg --figure shapes.svg");
     ASSERT_EQ(modes.exit_code, 0) << modes.err;
-    const ModalModel model = load<ModalModel>(folder / "modes.json");
+    const ModalModel model = io::load<ModalModel>(folder / "modes.json");
     // sqrt(K (1 -+ split) / m) / 2 pi of the doublet, then the frequencies in `whirl rig parameters`. The doublet is
     // hardening: at the blow's millimetres 3/8 K2 A^2 / K1 raises it by tenths of a percent, more when the window
     // weights the beginning.
@@ -32,7 +32,7 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
         const double error = mode.frequency.value / f - 1;
         found = found || (error > -0.0005 && error < above);
       }
-      EXPECT_TRUE(found) << f << " Hz, window " << window << "\n" << modes.out;
+      EXPECT_TRUE(found) << f << " Hz, window " << signal::window << "\n" << modes.out;
     }
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"})
       EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
@@ -55,7 +55,7 @@ TEST(ModesE2e, DoubletTwoTenthsOfAPercentApartIsResolvedFromTwoReferences) {
   const Outcome modes = folder.whirl("modes x.json y.json --band-high-hz 30 --out modes.json");
   ASSERT_EQ(modes.exit_code, 0) << modes.err;
   EXPECT_EQ(modes.err.find("reciprocity"), std::string::npos) << "the cross responses are noise: " << modes.err;
-  const ModalModel model = load<ModalModel>(folder / "modes.json");
+  const ModalModel model = io::load<ModalModel>(folder / "modes.json");
   ASSERT_EQ(model.modes.size(), 2u) << modes.out;
   const double k[] = {8500 * 0.998, 8500 * 1.002}, c[] = {1.5 * 0.9, 1.5 * 1.1};
   for (int i = 0; i < 2; ++i) {
@@ -73,7 +73,7 @@ TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {
     EXPECT_EQ(folder.whirl("rig hammer " + rig + " --out " + name).exit_code, 0);
     EXPECT_EQ(folder.whirl("frf " + name + "*.csv --out frf.json").exit_code, 0);
     EXPECT_EQ(folder.whirl("modes frf.json --out " + name + ".json").exit_code, 0);
-    return load<ModalModel>(folder / (name + ".json"));
+    return io::load<ModalModel>(folder / (name + ".json"));
   };
   const ModalModel first = hammer("", "a");
   ASSERT_EQ(folder.whirl("rig parameters --modes a.json --channel 1 > again.toml && echo written").exit_code, 0);

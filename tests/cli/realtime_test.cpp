@@ -11,23 +11,23 @@
 namespace whirl::testing {
 namespace {
 
-double at(const Json& json, const char* table, const char* key) {
-  return JsonReader(json, table).at(table).at(key).number();
+double at(const io::Json& json, const char* table, const char* key) {
+  return io::JsonReader(json, table).at(table).at(key).number();
 }
-std::string text(const Json& json, const char* key) { return JsonReader(json, key).at(key).text(); }
+std::string text(const io::Json& json, const char* key) { return io::JsonReader(json, key).at(key).text(); }
 
 struct RealtimeE2e : ::testing::Test {
   Folder folder;
   RealtimeE2e() {
-    save(folder / "controller.json", pd_design());
+    io::save(folder / "controller.json", pd_design());
     folder.write("rig.toml", kRig);
   }
   // Closed loop through the wires; the summary of `whirl run`, the exit code in `code`.
-  Json run(const std::string& arguments = "") {
+  io::Json run(const std::string& arguments = "") {
     const Outcome o = folder.whirl("run controller.json --io io.toml --json " + arguments);
     code = o.exit_code;
     error = o.err;
-    return parse_json(o.out, "run");
+    return io::parse_json(o.out, "run");
   }
   int code = -1;
   std::string error;
@@ -35,28 +35,28 @@ struct RealtimeE2e : ::testing::Test {
 
 TEST_F(RealtimeE2e, ThroughPseudoTerminalsAndASecondProcessAsInOneProcess) {
   const Outcome inside = folder.whirl("run controller.json --rig-file rig.toml --json");
-  const double expected = at(parse_json(inside.out, "inside"), "whole", "suppression");
+  const double expected = at(io::parse_json(inside.out, "inside"), "whole", "suppression");
   ASSERT_GT(expected, 0.3);
   const Served rig(folder, "--lockstep --rig rig.toml");
   rig.be_patient();
-  const Json log = run("--record run.h5");
+  const io::Json log = run("--record run.h5");
   EXPECT_EQ(code, 0) << error;
   EXPECT_EQ(text(log, "trip"), "none");
   EXPECT_NEAR(at(rig.result(), "whole", "suppression"), expected, 0.05 * expected);
 
   // The recording gives the same forces again.
-  const LoopRecord record = read_loop_record(folder / "run.h5");
+  const rt::LoopRecord record = rt::read_loop_record(folder / "run.h5");
   EXPECT_TRUE(record.closed);
   EXPECT_GT(record.cycles.size(), 3000u);
   const Outcome replayed = folder.whirl("replay run.h5 --json --out replay.csv");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
-  const Json replay = parse_json(replayed.out, "replay");
-  EXPECT_GT(JsonReader(replay, "replay").at("compared").number(), 3000);
-  EXPECT_LT(JsonReader(replay, "replay").at("force_difference_max").number(), 1e-9);
+  const io::Json replay = io::parse_json(replayed.out, "replay");
+  EXPECT_GT(io::JsonReader(replay, "replay").at("compared").number(), 3000);
+  EXPECT_LT(io::JsonReader(replay, "replay").at("force_difference_max").number(), 1e-9);
   // Another estimator has its own parameters.
   ControllerDesign tuned = pd_design();
   tuned.parameters["cutoff"] = 1000;
-  save(folder / "tuned.json", tuned);
+  io::save(folder / "tuned.json", tuned);
   const Outcome other = folder.whirl("replay run.h5 --controller tuned.json --estimator kalman");
   EXPECT_EQ(other.exit_code, 0) << other.err;
 }
@@ -82,10 +82,10 @@ TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
     SCOPED_TRACE(c.name);
     folder.write("faults.toml", std::string("[[fault]]\n") + c.fault + "\n");
     const Served rig(folder, "--lockstep --rig rig.toml --faults faults.toml");
-    const Json log = run();
+    const io::Json log = run();
     EXPECT_EQ(text(log, "trip"), c.trip) << error;
     EXPECT_EQ(code, std::string(c.trip) == "none" ? 0 : 1);
-    const Json served = rig.result();
+    const io::Json served = rig.result();
     EXPECT_LE(at(served, "whole", "closed_peak"), at(served, "whole", "open_peak"));
   }
 }
@@ -99,15 +99,15 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   ASSERT_EQ(std::system(command.c_str()), 0);
   rig.wait_for("killed.h5");
   // A recording can be read while it is written.
-  const auto rows = [&] { return read_loop_record(folder / "killed.h5").cycles.size(); };
+  const auto rows = [&] { return rt::read_loop_record(folder / "killed.h5").cycles.size(); };
   for (int i = 0; i < 6000 && rows() < 1; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   ::kill(std::stoi(slurp(folder / "run.pid")), SIGKILL);
-  const Json served = rig.result();
-  EXPECT_GE(JsonReader(served, "served").at("watchdog_expired").number(), 1);
+  const io::Json served = rig.result();
+  EXPECT_GE(io::JsonReader(served, "served").at("watchdog_expired").number(), 1);
   // As after a trip: the free vibration of the release adds to the open-loop motion, and the instant is nobody's
   // choice.
   EXPECT_LE(at(served, "whole", "closed_peak"), 1.05 * at(served, "whole", "open_peak"));
-  const LoopRecord record = read_loop_record(folder / "killed.h5");
+  const rt::LoopRecord record = rt::read_loop_record(folder / "killed.h5");
   EXPECT_FALSE(record.closed);
 }
 
@@ -116,7 +116,7 @@ TEST_F(RealtimeE2e, RecordWithoutControl) {
   rig.be_patient();
   const Outcome o = folder.whirl("record --io io.toml --out open.h5");
   EXPECT_EQ(o.exit_code, 0) << o.err;
-  const LoopRecord record = read_loop_record(folder / "open.h5");
+  const rt::LoopRecord record = rt::read_loop_record(folder / "open.h5");
   EXPECT_GT(record.cycles.size(), 3000u);
   EXPECT_EQ(folder.whirl("replay open.h5 --controller controller.json").exit_code, 0);
 }

@@ -17,8 +17,8 @@ namespace {
 
 constexpr double kRate = 1000;
 
-RigParameters run_down(double seconds) {
-  RigParameters rig;
+rig::RigParameters run_down(double seconds) {
+  rig::RigParameters rig;
   rig.profile.omega_start = 1200 * std::numbers::pi / 30;
   rig.profile.ramp_time = seconds;
   rig.profile.dwell_end = 0.2;
@@ -27,14 +27,14 @@ RigParameters run_down(double seconds) {
 
 /// Largest |x| of the true disk centre after half a second, zero-to-peak.
 double peak(const std::shared_ptr<const RigTables>& tables, double stop, bool lasers_lost, double release) {
-  RigRun run;
-  if (lasers_lost) run.faults.push_back({RigFault::sensor_loss, stop, 1e9});
-  VirtualRig rig(tables, run);
-  const RigTruth truth(rig);
-  Controller controller = make_controller(testing::pd_design());
-  SimulatedClock clock(1 / kRate);
-  const LoopOptions options{.sample_time = 1 / kRate, .release = std::lround(release * kRate)};
-  Loop loop(rig, controller, clock, SafetyLimits{.stale = 20}, options);
+  rig::RigRun run;
+  if (lasers_lost) run.faults.push_back({rig::RigFault::sensor_loss, stop, 1e9});
+  rig::VirtualRig rig(tables, run);
+  const rig::RigTruth truth(rig);
+  control::Controller controller = control::make_controller(testing::pd_design());
+  rt::SimulatedClock clock(1 / kRate);
+  const rt::LoopOptions options{.sample_time = 1 / kRate, .release = std::lround(release * kRate)};
+  rt::Loop loop(rig, controller, clock, rt::SafetyLimits{.stale = 20}, options);
   double out = 0;
   for (long k = 0; !rig.done(); ++k) {
     if (k > kRate / 2) out = std::max(out, std::abs(truth.z().real()));
@@ -47,7 +47,7 @@ double peak(const std::shared_ptr<const RigTables>& tables, double stop, bool la
 double open_peak(const std::shared_ptr<const RigTables>& tables) { return peak(tables, 0, false, 0); }
 
 TEST(ReleaseE2e, NeverAboveTheUncontrolledPeakWheneverTheLoopStops) {
-  const auto tables = make_rig_tables(run_down(3));
+  const auto tables = rig::make_rig_tables(run_down(3));
   const double open = open_peak(tables);
   double at_once = 0, fading = 0;
   for (double stop = 0.4; stop < 2.4; stop += 0.1) {
@@ -63,7 +63,7 @@ TEST(ReleaseE2e, NeverAboveTheUncontrolledPeakWheneverTheLoopStops) {
 
 // In a run-down four times as slow the fading can end in the resonance.
 TEST(ReleaseE2e, InASlowRunDownItStaysWithinOnePerCent) {
-  const auto tables = make_rig_tables(run_down(13));
+  const auto tables = rig::make_rig_tables(run_down(13));
   const double open = open_peak(tables);
   double at_once = 0, fading = 0;
   for (double stop = 0.7; stop < 6; stop += 0.6) {

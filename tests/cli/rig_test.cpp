@@ -18,7 +18,7 @@ TEST(RigE2e, CampbellPrintsTheWhirlFrequenciesOfARotorThatTilts) {
   const Outcome outcome = folder.whirl("rig campbell --rig rig.toml --points 5 --out campbell.csv");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("critical speeds"), std::string::npos);
-  const Table table = read_table(folder / "campbell.csv");
+  const io::Table table = io::read_table(folder / "campbell.csv");
   ASSERT_EQ(table.rows(), 5);
   EXPECT_NEAR(table["forward_tilt"][0], table["backward_tilt"][0], 1e-6);  // no gyroscopic moment at rest
   EXPECT_GT(table["forward_tilt"][4], 1.5 * table["backward_tilt"][4]);
@@ -26,7 +26,7 @@ TEST(RigE2e, CampbellPrintsTheWhirlFrequenciesOfARotorThatTilts) {
 
   const Outcome record = folder.whirl("rig record --rig rig.toml --out run.csv");
   EXPECT_EQ(record.exit_code, 0) << record.err;
-  EXPECT_EQ(read_table(folder / "run.csv").rows(), 14000);
+  EXPECT_EQ(io::read_table(folder / "run.csv").rows(), 14000);
 }
 
 TEST(RigE2e, CampbellOfARotorWithoutTiltIsRefused) {
@@ -44,7 +44,7 @@ TEST(BalanceE2e, MassAndAngleCancelTheUnbalance) {
   ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
   const Outcome outcome = folder.whirl("balance model.json --mass-kg 1.5 --radius-mm 82.73 --speed-rpm 1797 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const Json advice = parse_json(outcome.out, "stdout");
+  const io::Json advice = io::parse_json(outcome.out, "stdout");
   const auto number = [&](const char* key) { return *advice.find(key)->get<double>(); };
   EXPECT_NEAR(number("grade_mm_s"), 0.3199 * 188.2, 0.03 * 60);
   // 5 g at angle 0 and the residual 51.3 um at 0.6 rad (kg m): what is left after the correction.

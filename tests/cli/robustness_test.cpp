@@ -80,12 +80,12 @@ TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
 }
 
 TEST_F(RobustnessE2e, ReportsProbabilityWithItsInterval) {
-  const Json json = parse_json(one, "robustness.json");
-  const Json& exceeds = *json.find("exceeds");
-  const Json::Array& ci = *exceeds.find("ci95")->get<Json::Array>();
+  const io::Json json = io::parse_json(one, "robustness.json");
+  const io::Json& exceeds = *json.find("exceeds");
+  const io::Json::Array& ci = *exceeds.find("ci95")->get<io::Json::Array>();
   EXPECT_LE(*ci[0].get<double>(), *exceeds.find("value")->get<double>());
   EXPECT_GE(*ci[1].get<double>(), *exceeds.find("value")->get<double>());
-  EXPECT_EQ(json.find("samples")->find("peak")->get<Json::Array>()->size(), 40u);
+  EXPECT_EQ(json.find("samples")->find("peak")->get<io::Json::Array>()->size(), 40u);
   EXPECT_NE(slurp(folder / "one/report.html").find("<svg"), std::string::npos);
   EXPECT_EQ(folder.whirl("robustness c.json model.json").exit_code, 2);  // no mass
   EXPECT_EQ(folder.whirl(study(40) + " --lanes 7").exit_code, 2);

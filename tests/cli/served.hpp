@@ -20,7 +20,7 @@ constexpr const char* kRig = "[profile]\nstart_rpm = 1200\nramp_s = 3\ndwell_end
 
 /// What a designer knows of the default rig.
 inline ControllerDesign pd_design() {
-  const RigParameters rig;
+  const rig::RigParameters rig;
   ControllerDesign d;
   d.law = "pd";
   d.estimator = "lpf";
@@ -68,9 +68,9 @@ struct Served {
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
   }
-  Json result() const {
+  io::Json result() const {
     wait_for("serve.json");
-    return load_json(folder / "serve.json");
+    return io::load_json(folder / "serve.json");
   }
   const Folder& folder;
 };

@@ -19,10 +19,10 @@ TEST(StiffnessE2e, PullsInThreeDirectionsGiveTheStiffAxisOfTheRig) {
   }
   const Outcome fit = folder.whirl("stiffness p0.csv p45.csv p90.csv --angle-deg 0 45 90 --out pulls.json");
   ASSERT_EQ(fit.exit_code, 0) << fit.err;
-  const Json document = load_json(folder / "pulls.json");
-  const JsonReader in(document, "pulls.json");
+  const io::Json document = io::load_json(folder / "pulls.json");
+  const io::JsonReader in(document, "pulls.json");
   in.require_schema("whirl.anisotropic_stiffness", 1);
-  const Estimate mean = read_estimate(in.at("mean")), amplitude = read_estimate(in.at("amplitude"));
+  const Estimate mean = io::read_estimate(in.at("mean")), amplitude = io::read_estimate(in.at("amplitude"));
   EXPECT_NEAR(mean.value, 8500, 4 * mean.sd);
   EXPECT_LT(mean.sd, 0.005 * 8500);
   EXPECT_NEAR(amplitude.value, std::hypot(170, 40), 4 * amplitude.sd);

@@ -9,8 +9,8 @@
 namespace whirl::testing {
 namespace {
 
-double number(const Json& json, std::initializer_list<const char*> path) {
-  const Json* at = &json;
+double number(const io::Json& json, std::initializer_list<const char*> path) {
+  const io::Json* at = &json;
   for (const char* key : path) {
     at = at->find(key);
     if (at == nullptr) return NAN;
@@ -45,15 +45,16 @@ TEST(StudyE2e, ReproduceWritesEveryFigureTableAndFile) {
   }
 
   // Table 4 of the paper: 61, 91, 96, 81.8, 92.7 %.
-  const Json run = load_json(folder / "study/run_5g_tsmc.json");
+  const io::Json run = io::load_json(folder / "study/run_5g_tsmc.json");
   const double paper[4] = {0.61, 0.91, 0.96, 0.818};
-  const Json::Array& segments = *run.find("segments")->get<Json::Array>();
+  const io::Json::Array& segments = *run.find("segments")->get<io::Json::Array>();
   ASSERT_EQ(segments.size(), 4u);
   for (std::size_t i = 0; i < 4; ++i) EXPECT_GE(number(segments[i], {"suppression"}), paper[i]) << i;
   EXPECT_GE(number(run, {"whole", "suppression"}), 0.927);
   // Open loop: 1.242 mm balanced, 6.45 mm with 5 g, zero to peak.
   EXPECT_NEAR(number(run, {"whole", "open_peak"}), 6.45e-3, 0.02e-3);
-  EXPECT_NEAR(number(load_json(folder / "study/run_balanced_tsmc.json"), {"whole", "open_peak"}), 1.242e-3, 0.005e-3);
+  EXPECT_NEAR(number(io::load_json(folder / "study/run_balanced_tsmc.json"), {"whole", "open_peak"}), 1.242e-3,
+              0.005e-3);
 }
 
 // The chain of subcommands on files gives a model whose JSON holds the contract's keys.
@@ -62,10 +63,10 @@ TEST(ChainE2e, RecordIdentifyValidateByFiles) {
   ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv --truth clean.csv").exit_code, 0);
   const Outcome identified = folder.whirl("identify down.csv --out model.json --json --quiet");
   ASSERT_EQ(identified.exit_code, 0) << identified.err;
-  const Json printed = parse_json(identified.out, "stdout");
+  const io::Json printed = io::parse_json(identified.out, "stdout");
   for (const char* name : {"k1", "k2", "c", "e", "e_phase"}) {
     EXPECT_TRUE(std::isfinite(number(printed, {"parameters", name, "value"}))) << name;
-    const Json* interval = printed.find("parameters")->find(name)->find("ci95");
+    const io::Json* interval = printed.find("parameters")->find(name)->find("ci95");
     ASSERT_NE(interval, nullptr) << name;
   }
   EXPECT_NE(printed.find("equations"), nullptr);
@@ -76,8 +77,8 @@ TEST(ChainE2e, RecordIdentifyValidateByFiles) {
 
   const Outcome valid = folder.whirl("validate model.json down.csv --clean clean.csv --json --quiet");
   ASSERT_EQ(valid.exit_code, 0) << valid.err;
-  const Json validation = parse_json(valid.out, "stdout");
-  const Json& run = validation.find("runs")->get<Json::Array>()->front();
+  const io::Json validation = io::parse_json(valid.out, "stdout");
+  const io::Json& run = validation.find("runs")->get<io::Json::Array>()->front();
   EXPECT_LT(number(run, {"rmse_x"}), 0.05e-3);
   EXPECT_LT(number(run, {"nrmse"}), 0.05);
 }
@@ -89,7 +90,7 @@ TEST(RigFileE2e, PrintedParametersReadBackToTheSameRecord) {
   folder.write("rig.toml", printed.out);
   ASSERT_EQ(folder.whirl("rig record --out a.csv").exit_code, 0);
   ASSERT_EQ(folder.whirl("rig record --rig rig.toml --out b.csv").exit_code, 0) << slurp(folder / "stderr.txt");
-  const Recording a = read_csv(folder / "a.csv"), b = read_csv(folder / "b.csv");
+  const Recording a = io::read_csv(folder / "a.csv"), b = io::read_csv(folder / "b.csv");
   ASSERT_EQ(a.size(), b.size());
   // Decimal text of a parameter may differ in its last bit; the records agree to a converter step.
   EXPECT_LT((a["x"] - b["x"]).cwiseAbs().maxCoeff(), 1e-6);

@@ -4,8 +4,9 @@
 
 void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const AtfxFile file = parse_atfx(bytes, "fuzz.atfx", [](const std::string&) { return std::string(64, '\x11'); });
-    signals_from_atfx(file);
-    check(signals_from_atfx(file), bytes.size(), 100000);
+    const io::AtfxFile file =
+        io::parse_atfx(bytes, "fuzz.atfx", [](const std::string&) { return std::string(64, '\x11'); });
+    io::signals_from_atfx(file);
+    check(io::signals_from_atfx(file), bytes.size(), 100000);
   });
 }

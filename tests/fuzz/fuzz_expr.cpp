@@ -7,11 +7,11 @@
 
 void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const std::string printed = Expr::parse(bytes).str();
-    require(only_errors([&] { Expr::parse(printed); }));
+    const std::string printed = expr::Expr::parse(bytes).str();
+    require(only_errors([&] { expr::Expr::parse(printed); }));
   });
   only_errors([&] {
-    const std::string printed = Unit::parse(bytes).str();
-    require(only_errors([&] { Unit::parse(printed); }));
+    const std::string printed = expr::Unit::parse(bytes).str();
+    require(only_errors([&] { expr::Unit::parse(printed); }));
   });
 }

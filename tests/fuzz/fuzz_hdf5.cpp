@@ -2,5 +2,5 @@
 #include "signal_checks.hpp"
 
 void whirl::fuzz::run(std::string_view bytes) {
-  only_errors([&] { check(parse_hdf5(bytes, "fuzz.hdf5"), bytes.size(), 1100); });
+  only_errors([&] { check(io::parse_hdf5(bytes, "fuzz.hdf5"), bytes.size(), 1100); });
 }

@@ -5,11 +5,12 @@
 namespace {
 
 template <class T>
-void read(const whirl::Json& document) {
+void read(const whirl::io::Json& document) {
   try {
-    const T value = whirl::from_json<T>(document, "fuzz.json");
+    const T value = whirl::io::from_json<T>(document, "fuzz.json");
     const std::string once = whirl::to_json(value).dump();
-    const std::string twice = whirl::to_json(whirl::from_json<T>(whirl::parse_json(once, "once"), "once")).dump();
+    const std::string twice =
+        whirl::to_json(whirl::io::from_json<T>(whirl::io::parse_json(once, "once"), "once")).dump();
     if (once != twice) std::abort();
   } catch (const whirl::Error& e) {
     // What was written must be readable: an error may only concern the input.
@@ -21,8 +22,8 @@ void read(const whirl::Json& document) {
 
 void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const Json document = parse_json(bytes, "fuzz.json");
-    require(parse_json(document.dump(), "once").dump() == document.dump());
+    const io::Json document = io::parse_json(bytes, "fuzz.json");
+    require(io::parse_json(document.dump(), "once").dump() == document.dump());
     read<IdentifiedModel>(document);
     read<ControllerDesign>(document);
     read<ModalModel>(document);

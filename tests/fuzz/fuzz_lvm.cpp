@@ -2,5 +2,5 @@
 #include "signal_checks.hpp"
 
 void whirl::fuzz::run(std::string_view bytes) {
-  only_errors([&] { check(parse_lvm(bytes, "fuzz.lvm"), bytes.size(), 1); });
+  only_errors([&] { check(io::parse_lvm(bytes, "fuzz.lvm"), bytes.size(), 1); });
 }

@@ -2,5 +2,5 @@
 #include "signal_checks.hpp"
 
 void whirl::fuzz::run(std::string_view bytes) {
-  only_errors([&] { check(parse_mat(bytes, "fuzz.mat"), bytes.size(), 1100); });
+  only_errors([&] { check(io::parse_mat(bytes, "fuzz.mat"), bytes.size(), 1100); });
 }

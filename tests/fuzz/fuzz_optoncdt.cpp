@@ -6,7 +6,7 @@
 #include "whirl/rt/drivers/optoncdt.hpp"
 
 void whirl::fuzz::run(std::string_view bytes) {
-  using namespace whirl::optoncdt;
+  using namespace whirl::rt::optoncdt;
   const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
   const std::size_t size = bytes.size();
   static const Scale scale(0.010), mastered(0.010, true);

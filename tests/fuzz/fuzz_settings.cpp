@@ -6,7 +6,7 @@
 
 void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const auto s = parse_settings(bytes, "fuzz.toml");
+    const auto s = io::parse_settings(bytes, "fuzz.toml");
     only_errors([&] { s.number("rotor.mass", Quantity::mass, 1, 0, 10); });
     only_errors([&] { s.number("rotor.ratio", Quantity::dimensionless, 1); });
     only_errors([&] { s.integer("laser.bits", 16, 1, 32); });

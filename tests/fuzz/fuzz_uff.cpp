@@ -4,13 +4,13 @@
 
 void whirl::fuzz::run(std::string_view bytes) {
   only_errors([&] {
-    const UffFile file = parse_uff(bytes, "fuzz.uff");
-    check(signals_from_uff(file), bytes.size(), bytes.starts_with("\x1f\x8b") ? 1100 : 2);
-    only_errors([&] { frf_from_uff(file); });
-    const std::string written = format_uff(file);
+    const io::UffFile file = io::parse_uff(bytes, "fuzz.uff");
+    check(io::signals_from_uff(file), bytes.size(), bytes.starts_with("\x1f\x8b") ? 1100 : 2);
+    only_errors([&] { io::frf_from_uff(file); });
+    const std::string written = io::format_uff(file);
     if (written.empty()) return;  // datasets that are passed over only
-    UffFile again;
-    require(only_errors([&] { again = parse_uff(written, "again.uff"); }));
+    io::UffFile again;
+    require(only_errors([&] { again = io::parse_uff(written, "again.uff"); }));
     require(again.functions.size() == file.functions.size() && again.nodes.size() == file.nodes.size());
   });
 }

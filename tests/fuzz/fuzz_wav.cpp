@@ -2,5 +2,5 @@
 #include "signal_checks.hpp"
 
 void whirl::fuzz::run(std::string_view bytes) {
-  only_errors([&] { check(parse_wav(bytes, "fuzz.wav"), bytes.size(), 2); });
+  only_errors([&] { check(io::parse_wav(bytes, "fuzz.wav"), bytes.size(), 2); });
 }

@@ -27,7 +27,7 @@ const std::filesystem::path kPictures = std::filesystem::path(WHIRL_BINARY_DIR) 
 struct MonitorPageE2e : ::testing::Test {
   void SetUp() override {
     if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
-    save(folder / "controller.json", pd_design());
+    io::save(folder / "controller.json", pd_design());
     // A shaft that turns at 900 rpm for a long time.
     folder.write("steady.toml",
                  "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 60\ndwell_end_s = 0\nripple_percent = 0\n");
@@ -167,7 +167,7 @@ TEST_F(MonitorPageE2e, ATripFromThePageReachesTheWires) {
   rig.end();
 
   // What came out of the converter: forces up to the trip, then none to the end.
-  const Recording wires = read_csv(folder / "wires.csv");
+  const Recording wires = io::read_csv(folder / "wires.csv");
   const Eigen::ArrayXd force = wires["ux"].array().abs() + wires["uy"].array().abs();
   Eigen::Index last = force.size() - 1;
   while (last >= 0 && force(last) == 0) --last;

@@ -10,7 +10,7 @@
 #include "whirl/control/power.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 constexpr double kDerived = std::numeric_limits<double>::quiet_NaN();
@@ -320,4 +320,4 @@ std::vector<std::string> design_warnings(const ControllerDesign& design) {
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace whirl {
+namespace whirl::control {
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
                        const SampleGate& gate, const Runout& runout) noexcept
@@ -129,4 +129,4 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   return Command{state_.applied.real(), state_.applied.imag()};
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

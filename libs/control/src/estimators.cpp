@@ -1,6 +1,6 @@
 #include "whirl/control/estimators.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 FilteredDifference::FilteredDifference(double cutoff_hz, double sample_time) noexcept
     : pole_(std::exp(-2 * std::numbers::pi * cutoff_hz * sample_time)), h_(sample_time) {}
@@ -178,4 +178,4 @@ DiskMotion KalmanEstimator::step(const EstimatorInput& in) noexcept {
   return state_;
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -1,6 +1,6 @@
 #include "whirl/control/laws.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 double solve_implicit_power(double x, double g, double exponent) noexcept {
   const double target = std::abs(x);
@@ -37,4 +37,4 @@ double SuperTwisting::implicit_step(double s, double h) noexcept {
   return u;
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

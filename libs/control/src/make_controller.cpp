@@ -9,7 +9,7 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 using Values = std::map<std::string, double>;
@@ -190,4 +190,4 @@ LqrGains lqr_gains(double k1, double c, double h, double x_scale, double v_scale
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace whirl {
+namespace whirl::control {
 
 SampledAxis sample_axis(double k1, double c, double h) {
   // Series of the 2 x 2 exponential of F = (0 1; -k1 -c) and of its integral times (0, 1).
@@ -231,4 +231,4 @@ AxisOutput ModelPredictive::step(const AxisInput& in) noexcept {
   return {std::clamp(w - in.d, -limit, limit), 0};
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

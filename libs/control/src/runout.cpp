@@ -9,7 +9,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 std::complex<double> Runout::at(double beta) const noexcept {
   const double c1 = std::cos(beta), s1 = std::sin(beta);
@@ -67,4 +67,4 @@ std::map<std::string, double> runout_parameters(const Runout& runout) {
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

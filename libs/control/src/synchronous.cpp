@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-namespace whirl {
+namespace whirl::control {
 
 SynchronousCanceller::SynchronousCanceller(Method method, double rate, double kp, double kd, const LateralModel& model,
                                            double delay, double sample_time, double omega_min) noexcept
@@ -55,4 +55,4 @@ std::complex<double> SynchronousCanceller::step(std::complex<double> z, double b
   return product(q_, forcing);
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

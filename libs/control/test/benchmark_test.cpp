@@ -5,7 +5,7 @@
 
 #include "whirl/control/laws.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 struct Outcome {
@@ -119,4 +119,4 @@ TEST(SampledLoopConvergence, FirstOrderInTheSampleTime) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::control

@@ -11,7 +11,7 @@
 #include "whirl/testing/alloc_guard.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 using Complex = std::complex<double>;
@@ -367,4 +367,4 @@ TEST(RunoutReference, SlowRollIsFittedAndRemoved) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::control

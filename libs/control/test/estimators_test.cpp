@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 using Complex = std::complex<double>;
@@ -221,4 +221,4 @@ TEST(PredictConvergence, MidpointStepIsOfOrderTwo) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::control

@@ -7,7 +7,7 @@
 
 #include "whirl/control/times.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 /// x' = v, v' = a + D with the law evaluated at every step of a fine explicit integration (ideal, continuous
@@ -326,4 +326,4 @@ TEST(PidUnit, IntegratorIsClamped) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::control

@@ -10,7 +10,7 @@
 #include "whirl/testing/designs.hpp"
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::control {
 namespace {
 
 using Bound = BoundedRegulator::Bound;
@@ -267,4 +267,4 @@ TEST(ModelPredictive, RefusesAHorizonBeyondItsLengthWithoutAUnit) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::control

@@ -13,7 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/code.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 bool has_runout(const std::map<std::string, double>& values) {
@@ -26,34 +26,36 @@ bool is_switch(const std::string& name) { return name == "advance" || name == "p
 
 std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::map<std::string, double>& values) {
   std::vector<CodeParameter> out;
-  const auto add = [&](const ParameterInfo& info, double value) {
+  const auto add = [&](const control::ParameterInfo& info, double value) {
     if (is_switch(info.name) || (info.name.starts_with("runout_") && !has_runout(values))) return;
     out.push_back({info.name, info.unit, info.meaning, value, info.low, info.high});
   };
   if (d.law == "lqr") {
-    const LqrGains g = lqr_gains(d.model.k1, d.model.c, d.sample_time, values.at("position_scale"),
-                                 values.at("velocity_scale"), values.at("control_scale"));
-    for (const ParameterInfo& info : law_info("pd").parameters) add(info, info.name == "kp" ? g.kp : g.kd);
+    const control::LqrGains g = control::lqr_gains(d.model.k1, d.model.c, d.sample_time, values.at("position_scale"),
+                                                   values.at("velocity_scale"), values.at("control_scale"));
+    for (const control::ParameterInfo& info : control::law_info("pd").parameters)
+      add(info, info.name == "kp" ? g.kp : g.kd);
   } else if (d.law == "mpc") {
     // Gains of the regulator per axis, as the library's law has them.
     for (const auto& [axis, side] : {std::pair("x", 1.0), std::pair("y", -1.0)}) {
-      const LqrGains g =
-          lqr_gains(d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
-                    values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
-      for (ParameterInfo info : law_info("pd").parameters) {
+      const control::LqrGains g = control::lqr_gains(
+          d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
+          values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
+      for (control::ParameterInfo info : control::law_info("pd").parameters) {
         const double gain = info.name == "kp" ? g.kp : g.kd;
         info.name += fmt::format("_{}", axis);
         add(info, gain);
       }
     }
-    for (const ParameterInfo& info : law_info("mpc").parameters) {
+    for (const control::ParameterInfo& info : control::law_info("mpc").parameters) {
       if (info.name == "horizon") add(info, std::floor(values.at(info.name)));
     }
   } else {
-    for (const ParameterInfo& info : law_info(d.law).parameters) add(info, values.at(info.name));
+    for (const control::ParameterInfo& info : control::law_info(d.law).parameters) add(info, values.at(info.name));
   }
-  for (const ParameterInfo& info : estimator_info(d.estimator).parameters) add(info, values.at(info.name));
-  for (const ParameterInfo& info : common_parameters()) {
+  for (const control::ParameterInfo& info : control::estimator_info(d.estimator).parameters)
+    add(info, values.at(info.name));
+  for (const control::ParameterInfo& info : control::common_parameters()) {
     add(info, info.name == "stale_limit" ? std::floor(values.at(info.name)) : values.at(info.name));
   }
   const std::vector<CodeParameter> rotor = rotor_parameters(d.model);
@@ -206,7 +208,7 @@ std::string banner(const ControllerDesign& d, const CodeOptions& options) {
       "output, no globals: all memory is in {5}_state, several\n   instances may live side by side. Needs the "
       "functions of math.h; do "
       "not compile with -ffast-math, which removes the\n   tests for NaN. */",
-      options.prefix, law_info(d.law).title, estimator_info(d.estimator).title, version(),
+      options.prefix, control::law_info(d.law).title, control::estimator_info(d.estimator).title, version(),
       options.origin.empty() ? "" : "\n   from " + options.origin, options.prefix);
 }
 
@@ -229,12 +231,12 @@ void require_prefix(const std::string& prefix) {
 
 ControllerCode controller_code(const ControllerDesign& design, const CodeOptions& options) {
   require_prefix(options.prefix);
-  make_controller(design);  // refuses what the library refuses, with its words
+  control::make_controller(design);  // refuses what the library refuses, with its words
   if (options.single_precision && design.law == "pd_influence") {
     throw Error(
         "law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
-  const std::map<std::string, double> values = resolve_parameters(design);
+  const std::map<std::string, double> values = control::resolve_parameters(design);
   ControllerCode code;
   code.parameters = parameters_of(design, values);
   TemplateSettings s = settings_of(design, values, options);
@@ -253,4 +255,4 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   return code;
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -10,7 +10,7 @@
 #include "whirl/control/lateral_model.hpp"
 #include "whirl/deploy/code.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 struct Golden {
@@ -30,14 +30,14 @@ int status_of(const Expected<Command, Fault>& answer) {
 /// The library's controller in closed loop with its own model through the critical speed: sensor noise, a quarter more
 /// unbalance than the model has, two lost readings, one wild and one that is no number.
 std::vector<Golden> golden_run(const ControllerDesign& design, bool single, int ticks) {
-  Controller controller = make_controller(design);
-  const LateralModel model = LateralModel::from(design.model);
+  control::Controller controller = control::make_controller(design);
+  const control::LateralModel model = control::LateralModel::from(design.model);
   const double h = design.sample_time, middle = std::sqrt(std::max(model.k1, 1.0));
   const std::complex<double> eps = 1.25 * design.model.eps;
   std::deque<std::complex<double>> force(static_cast<std::size_t>(std::lround(design.delay / h)) + 1);
   std::mt19937_64 random(1);
   const auto noise = [&] { return 2e-6 * (static_cast<double>(random()) / 18446744073709551616.0 - 0.5); };
-  DiskMotion s{{2e-4, -1e-4}, {0, 0.01}, {}};
+  control::DiskMotion s{{2e-4, -1e-4}, {0, 0.01}, {}};
   double beta = 0;
   std::vector<Golden> out;
   for (int k = 0; k < ticks; ++k) {
@@ -59,8 +59,8 @@ std::vector<Golden> golden_run(const ControllerDesign& design, bool single, int 
     if (answer) g.command = *answer;
     g.velocity = controller.state().estimate.v;
     force.push_back({g.command.ux, g.command.uy});
-    s.d = product(eps, unbalance_per_metre(beta, omega, alpha));
-    s = predict_motion(model, s, design.model.gain * force.front(), omega, h);
+    s.d = control::product(eps, control::unbalance_per_metre(beta, omega, alpha));
+    s = control::predict_motion(model, s, design.model.gain * force.front(), omega, h);
     force.pop_front();
     beta += h * omega;
     out.push_back(g);
@@ -99,4 +99,4 @@ std::vector<SourceFile> export_c99(const ControllerDesign& design, const CodeOpt
           {"Makefile", fill_template(deploy_template("Makefile.in"), s)}};
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

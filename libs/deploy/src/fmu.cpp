@@ -15,7 +15,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 /// FNV-1a over the text, from a given start: the token only has to differ where the content does.
@@ -53,8 +53,9 @@ class Builder {
     int reference = -1;
     for (const CodeParameter& p : all) {
       const bool is_fixed = p.name == fixed;
-      const int r = add({p.name, p.unit, p.meaning, "parameter", is_fixed ? "fixed" : "tunable", number_text(p.value),
-                         FmuVariable::Type::real, -1, std::isinf(p.low) ? 0 : p.low, std::isinf(p.high) ? 0 : p.high});
+      const int r =
+          add({p.name, p.unit, p.meaning, "parameter", is_fixed ? "fixed" : "tunable", expr::number_text(p.value),
+               FmuVariable::Type::real, -1, std::isinf(p.low) ? 0 : p.low, std::isinf(p.high) ? 0 : p.high});
       if (is_fixed) reference = r;
       pointers += fmt::format("{}    case {}U:\n      return &c->{}{};", pointers.empty() ? "" : "\n", r,
                               p.name == "inner_step" ? "" : "params.", p.name);
@@ -126,7 +127,8 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
     throw Error("a sampled controller is a co-simulation FMU: it has no continuous states to exchange");
   o.model_exchange = false;
   const ControllerCode code = controller_code(design, o.code);
-  Builder b(law_info(design.law).title + " with the estimator: " + estimator_info(design.estimator).title);
+  Builder b(control::law_info(design.law).title +
+            " with the estimator: " + control::estimator_info(design.estimator).title);
   b.block("INPUT", 5);
   b.add(real("x", "m", "measured displacement of the disk", "input", "discrete", "0"));
   b.add(real("y", "m", "measured displacement of the disk", "input", "discrete", "0"));
@@ -185,9 +187,9 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   b.block("RATE", system.states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     const SystemVariable& v = system.states[i];
-    FmuVariable rate =
-        real(fmt::format("der({})", v.name), v.unit == "1" ? "1/s" : (Unit::parse(v.unit) / Unit::parse("s")).str(),
-             "derivative", "local", "continuous", "");
+    FmuVariable rate = real(fmt::format("der({})", v.name),
+                            v.unit == "1" ? "1/s" : (expr::Unit::parse(v.unit) / expr::Unit::parse("s")).str(),
+                            "derivative", "local", "continuous", "");
     rate.derivative_of = states[i];
     b.add(rate);
   }
@@ -199,7 +201,7 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   TemplateSettings s;
   s.features = {"PLANT"};
   s.slots["fixed"] = std::to_string(b.parameters(parameters, "inner_step"));
-  s.slots["inner"] = number_text(options.inner_step, true);
+  s.slots["inner"] = expr::number_text(options.inner_step, true);
   s.slots["states"] = fmt::format("{}U", system.states.size());
   s.slots["indicators"] = fmt::format("{}U", system.events.size());
   if (!system.events.empty()) {
@@ -270,4 +272,4 @@ void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, c
   }
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -13,7 +13,7 @@
 #include "whirl/core/summary.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 std::string escape(const std::string& text) {
@@ -112,7 +112,8 @@ std::string variable_xml(const FmuDescription& d, std::size_t reference, int ver
   std::string value;
   if (!v.unit.empty() && v.unit != "1") value += fmt::format(" unit=\"{}\"", escape(v.unit));
   if (v.derivative_of >= 0) value += fmt::format(" derivative=\"{}\"", v.derivative_of + (version == 2 ? 1 : 0));
-  if (v.low < v.high) value += fmt::format(" min=\"{}\" max=\"{}\"", number_text(v.low), number_text(v.high));
+  if (v.low < v.high)
+    value += fmt::format(" min=\"{}\" max=\"{}\"", expr::number_text(v.low), expr::number_text(v.high));
   if (!v.start.empty()) value += fmt::format(" start=\"{}\"", v.start);
   constexpr std::array types2{"Real", "Integer", "Boolean"}, types3{"Float64", "Int32", "Boolean"};
   const auto type = static_cast<std::size_t>(v.type);
@@ -169,16 +170,17 @@ std::string fmu_xml(const FmuDescription& d, const FmuOptions& o, const std::str
   if (o.co_simulation) {
     std::string attributes =
         fmt::format(" canHandleVariableCommunicationStepSize=\"{}\"", d.variable_step ? "true" : "false");
-    if (three && !d.variable_step) attributes += fmt::format(" fixedInternalStepSize=\"{}\"", number_text(d.step));
+    if (three && !d.variable_step)
+      attributes += fmt::format(" fixedInternalStepSize=\"{}\"", expr::number_text(d.step));
     xml += kind("CoSimulation", attributes);
   }
   xml += units_xml(d);
   xml += "  <LogCategories><Category name=\"error\"/></LogCategories>\n";
-  xml += fmt::format("  <DefaultExperiment startTime=\"0\" stepSize=\"{}\"/>\n", number_text(d.step));
+  xml += fmt::format("  <DefaultExperiment startTime=\"0\" stepSize=\"{}\"/>\n", expr::number_text(d.step));
   xml += "  <ModelVariables>\n";
   for (std::size_t i = 0; i < d.variables.size(); ++i) xml += variable_xml(d, i, o.version);
   xml += "  </ModelVariables>\n" + structure_xml(d, o.version);
   return xml + "</fmiModelDescription>\n";
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -4,7 +4,7 @@
 
 #include "whirl/deploy/fmu.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// One variable of an FMU, version independent.
 struct FmuVariable {
@@ -32,4 +32,4 @@ std::string angle_lines(const ModelSystem& system);
 
 std::string fmu_xml(const FmuDescription& description, const FmuOptions& options, const std::string& token);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

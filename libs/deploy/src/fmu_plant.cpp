@@ -14,7 +14,7 @@
 #include "fmi3.h"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 struct Folder {
@@ -73,7 +73,7 @@ struct FmuPlant::State {
   void* component = nullptr;
   bool three = false, failed = false;
   FmuPlantOptions options;
-  AngleFunction angle{SpeedProfile{}};
+  rotor::AngleFunction angle{rotor::SpeedProfile{}};
   long tick = 0;
   unsigned x = 0, y = 0;
   std::vector<unsigned> inputs;  ///< ux, uy, then those of the angle that there are
@@ -102,7 +102,7 @@ struct FmuPlant::State {
   }
 
   void set_angle() noexcept {
-    const AngleState a = angle(options.sample_time * static_cast<double>(tick));
+    const rotor::AngleState a = angle(options.sample_time * static_cast<double>(tick));
     const double parts[] = {a.beta, a.omega, a.alpha};
     for (std::size_t i = 0; i < angle_of.size(); ++i) values[i + 2] = parts[angle_of[i]];
   }
@@ -124,7 +124,7 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   options.profile.check();
   require_range("sample_time", options.sample_time, 1e-6, 1, "s");
   s.options = options;
-  s.angle = AngleFunction(options.profile);
+  s.angle = rotor::AngleFunction(options.profile);
   unpack(fmu, s.folder.path);
   const auto refuse = [&](const std::string& why) { return Error::in_file(fmu.string(), 0, why); };
 
@@ -220,7 +220,7 @@ Measurement FmuPlant::read() const noexcept {
   const State& s = *state_;
   Measurement m;
   m.t = s.options.sample_time * static_cast<double>(s.tick);
-  const AngleState a = s.angle(m.t);
+  const rotor::AngleState a = s.angle(m.t);
   m.x = s.reading[0];
   m.y = s.reading[1];
   m.beta = a.beta;
@@ -255,4 +255,4 @@ long FmuPlant::ticks() const noexcept {
 }
 int FmuPlant::version() const noexcept { return state_->three ? 3 : 2; }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -10,7 +10,7 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 std::string made_by(const CodeOptions& o) {
@@ -51,7 +51,7 @@ std::string latex_symbol(std::string_view name) {
     std::replace(index.begin(), index.end(), '_', ',');
     return "\\xi_{" + index + "}";
   }
-  return latex_name(name);
+  return expr::latex_name(name);
 }
 
 std::string latex_text(std::string text) {
@@ -106,8 +106,9 @@ TemplateSettings wrapper_settings(const ControllerDesign& design, const CodeOpti
   s.prefix = o.prefix;
   s.features = {"CONTROLLER"};
   s.slots["prefix"] = o.prefix;
-  s.slots["sample_time"] = number_text(design.sample_time, true);
-  s.slots["title"] = law_info(design.law).title + " with the estimator: " + estimator_info(design.estimator).title;
+  s.slots["sample_time"] = expr::number_text(design.sample_time, true);
+  s.slots["title"] =
+      control::law_info(design.law).title + " with the estimator: " + control::estimator_info(design.estimator).title;
   std::string step = fill_template(deploy_template("step_values.c"), s);
   step.pop_back();  // the slot stands alone on its line
   s.slots["step_values"] = step;
@@ -124,7 +125,7 @@ std::vector<SourceFile> export_latex(const ControllerDesign& design, const CodeO
     rows += "  " + law.substr(0, at) + " \\\\\n";
   rows += "  " + law + "\n";
   std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n", options.prefix,
-                                 law_info(design.law).title, made_by(options));
+                                 control::law_info(design.law).title, made_by(options));
   text +=
       "Per axis $\\dot x = v$, $\\dot v = f + a + D$, force $u = a/b$ with $b = " + latex_number(design.model.gain) +
       "\\,\\mathrm{kg^{-1}}$, $\\mathrm{sig}(x)^r = |x|^r\\,\\mathrm{sgn}\\,x$:\n\\begin{gather*}\n" + rows +
@@ -137,12 +138,13 @@ std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOpt
   const ModelSystem s = model_system(model);
   std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n\\begin{{align*}}\n",
                                  options.prefix, s.title, made_by(options));
-  PrintOptions print_options;
+  expr::PrintOptions print_options;
   print_options.name = latex_symbol;
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
     const std::string name = latex_symbol(s.states[i].name);
     text += fmt::format("  {} &= {}{}\n", s.discrete ? name + "^{+}" : "\\dot{" + name + "}",
-                        print(s.rates[i], Notation::latex, print_options), i + 1 < s.rates.size() ? " \\\\" : "");
+                        expr::print(s.rates[i], expr::Notation::latex, print_options),
+                        i + 1 < s.rates.size() ? " \\\\" : "");
   }
   return {{options.prefix + ".tex", text + "\\end{align*}\n" + latex_table(s.parameters, true)}};
 }
@@ -161,19 +163,20 @@ std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOp
       names(s.inputs, " "), names(s.outputs, " "), made_by(o));
   text += "if nargin < 4\n";
   for (const CodeParameter& p : s.parameters)
-    text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, number_text(p.value), p.unit, p.meaning);
+    text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, expr::number_text(p.value), p.unit, p.meaning);
   text += "end\nif nargin == 0\n  rate = p;\n  return\nend\n";
   text += unpack(s.states, "state") + unpack(s.inputs, "input");
-  PrintOptions print_options;
+  expr::PrintOptions print_options;
   print_options.name = [&s](std::string_view name) {
     return is_parameter(s, name) ? "p." + std::string(name) : std::string(name);
   };
   text += fmt::format("rate = zeros({}, 1);\n", s.rates.size());
   for (std::size_t i = 0; i < s.rates.size(); ++i)
-    text += fmt::format("rate({}) = {};\n", i + 1, print(s.rates[i], Notation::matlab, print_options));
+    text += fmt::format("rate({}) = {};\n", i + 1, expr::print(s.rates[i], expr::Notation::matlab, print_options));
   text += fmt::format("output = zeros({}, 1);\n", s.outputs.size());
   for (std::size_t i = 0; i < s.outputs.size(); ++i) {
-    text += fmt::format("output({}) = {};\n", i + 1, print(s.output_terms[i], Notation::matlab, print_options));
+    text +=
+        fmt::format("output({}) = {};\n", i + 1, expr::print(s.output_terms[i], expr::Notation::matlab, print_options));
   }
   return {{o.prefix + ".m", text + "end\n"}};
 }
@@ -198,18 +201,19 @@ std::vector<SourceFile> export_python(const IdentifiedModel& model, const CodeOp
       "return (x > 0) - (x < 0)\n\n"
       "PARAMETERS = {\n";
   for (const CodeParameter& p : s.parameters)
-    text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, number_text(p.value, true), p.unit, p.meaning);
+    text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, expr::number_text(p.value, true), p.unit, p.meaning);
   text += "}\n";
-  PrintOptions print_options;
+  expr::PrintOptions print_options;
   print_options.name = [&s](std::string_view name) {
     return is_parameter(s, name) ? "p[\"" + std::string(name) + "\"]" : std::string(name);
   };
-  const auto function = [&](const char* name, const char* what, const std::vector<Expr>& terms) {
+  const auto function = [&](const char* name, const char* what, const std::vector<expr::Expr>& terms) {
     text += fmt::format("\n\ndef {}(t, state, inputs, p=PARAMETERS):\n    \"\"\"{}\"\"\"\n    [{}] = state\n", name,
                         what, names(s.states));
     if (!s.inputs.empty()) text += fmt::format("    [{}] = inputs\n", names(s.inputs));
     text += "    return [\n";
-    for (const Expr& e : terms) text += fmt::format("        {},\n", print(e, Notation::python, print_options));
+    for (const expr::Expr& e : terms)
+      text += fmt::format("        {},\n", expr::print(e, expr::Notation::python, print_options));
     text += "    ]\n";
   };
   function("rates", s.discrete ? "Next states of the map." : "Derivatives of the states at time t.", s.rates);
@@ -223,8 +227,8 @@ std::vector<SourceFile> export_python(const ControllerDesign& design, const Code
   s.slots["ctype"] = o.single_precision ? "c_float" : "c_double";
   std::string& lines = s.slots["parameters"];
   for (const CodeParameter& p : code.parameters) {
-    lines += fmt::format("{}    \"{}\": {},  # {}, {}", lines.empty() ? "" : "\n", p.name, number_text(p.value, true),
-                         p.unit, p.meaning);
+    lines += fmt::format("{}    \"{}\": {},  # {}, {}", lines.empty() ? "" : "\n", p.name,
+                         expr::number_text(p.value, true), p.unit, p.meaning);
   }
   return with_source(code, {o.prefix + ".py", fill_template(deploy_template("controller.py"), s)});
 }
@@ -245,12 +249,12 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
                         !more.empty() && more.front() == ' ' ? more : "", quoted);
   };
   for (const CodeParameter& p : s.parameters)
-    declare("parameter Real", p.name, p.unit, " = " + number_text(p.value), p.meaning);
+    declare("parameter Real", p.name, p.unit, " = " + expr::number_text(p.value), p.meaning);
   for (const SystemVariable& v : s.inputs) declare("input Real", v.name, v.unit, "", v.meaning);
   for (const SystemVariable& v : s.states)
     declare(s.discrete ? "discrete Real" : "Real", v.name, v.unit, "start=0, fixed=true", v.meaning);
   for (const SystemVariable& v : s.outputs) declare("output Real", v.name, v.unit, "", v.meaning);
-  PrintOptions print_options;
+  expr::PrintOptions print_options;
   print_options.name = [&s](std::string_view n) {
     if (n == "t") return std::string("time");
     const bool state =
@@ -258,18 +262,19 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
     return s.discrete && state ? "pre(" + std::string(n) + ")" : std::string(n);
   };
   text += "equation\n";
-  if (s.discrete) text += fmt::format("  when sample(0, {}) then\n", number_text(s.sample_time));
+  if (s.discrete) text += fmt::format("  when sample(0, {}) then\n", expr::number_text(s.sample_time));
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
-    text +=
-        s.discrete
-            ? fmt::format("    {} = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options))
-            : fmt::format("  der({}) = {};\n", s.states[i].name, print(s.rates[i], Notation::modelica, print_options));
+    text += s.discrete ? fmt::format("    {} = {};\n", s.states[i].name,
+                                     expr::print(s.rates[i], expr::Notation::modelica, print_options))
+                       : fmt::format("  der({}) = {};\n", s.states[i].name,
+                                     expr::print(s.rates[i], expr::Notation::modelica, print_options));
   }
   if (s.discrete) text += "  end when;\n";
   for (std::size_t i = 0; i < s.outputs.size(); ++i) {
-    PrintOptions plain;
+    expr::PrintOptions plain;
     plain.name = [](std::string_view n) { return n == "t" ? std::string("time") : std::string(n); };
-    text += fmt::format("  {} = {};\n", s.outputs[i].name, print(s.output_terms[i], Notation::modelica, plain));
+    text +=
+        fmt::format("  {} = {};\n", s.outputs[i].name, expr::print(s.output_terms[i], expr::Notation::modelica, plain));
   }
   return {{name + ".mo", text + fmt::format("end {};\n", name)}};
 }
@@ -294,4 +299,4 @@ std::vector<SourceFile> export_sfunction(const IdentifiedModel& model, const Cod
   return {code.header, code.source, {o.prefix + "_sfun.c", fill_template(deploy_template("sfunction.c"), s)}};
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

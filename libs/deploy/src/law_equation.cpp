@@ -3,7 +3,7 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/deploy/code.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 const char* const kPhi = R"(\varphi(x) = L\,\mathrm{sig}(x/L)^{r})";
@@ -99,8 +99,8 @@ std::map<std::string, LawEquation> make_equations() {
 
 const LawEquation& law_equation(const std::string& law) {
   static const std::map<std::string, LawEquation> all = make_equations();
-  law_info(law);  // names the known laws in its error
+  control::law_info(law);  // names the known laws in its error
   return all.at(law);
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

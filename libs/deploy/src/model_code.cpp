@@ -11,7 +11,7 @@
 #include "whirl/deploy/system.hpp"
 #include "whirl/expr/tape.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 /// Symbols of a system and their C text, in the order of the tape's variables.
@@ -31,11 +31,11 @@ struct Symbols {
 };
 
 /// Body of a function that computes `terms`; parameters of the function that it does not use are cast to void.
-std::string body(const ModelSystem& s, const std::vector<Expr>& terms, const std::string& target,
+std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, const std::string& target,
                  std::initializer_list<const char*> arguments) {
   const Symbols symbols(s);
-  const Tape tape = compile(terms, symbols.names);
-  Tape::C99Options options;
+  const expr::Tape tape = expr::compile(terms, symbols.names);
+  expr::Tape::C99Options options;
   options.type = "whirl_real";
   options.literal_macro = "R";
   options.function_macro = "M";
@@ -47,8 +47,8 @@ std::string body(const ModelSystem& s, const std::vector<Expr>& terms, const std
     const std::string a = argument;
     const bool scalar = a == "t";
     bool used = false;
-    for (const Expr& e : terms) {
-      for (const std::string& v : variables(e)) {
+    for (const expr::Expr& e : terms) {
+      for (const std::string& v : expr::variables(e)) {
         const auto at =
             static_cast<std::size_t>(std::find(symbols.names.begin(), symbols.names.end(), v) - symbols.names.begin());
         const std::string& c = symbols.text[at];
@@ -153,8 +153,8 @@ TemplateSettings settings_of(const ModelSystem& s, const CodeOptions& options) {
   slot["rates"] = body(s, s.rates, "dx", {"p", "t", "x", "u"});
   slot["outputs"] = body(s, s.output_terms, "y", {"p", "t", "x", "u"});
   if (t.features.contains("EVENTS")) {
-    std::vector<Expr> frozen;
-    for (const Expr& e : s.rates) frozen.push_back(with_frozen_signs(e, s.events));
+    std::vector<expr::Expr> frozen;
+    for (const expr::Expr& e : s.rates) frozen.push_back(with_frozen_signs(e, s.events));
     slot["frozen"] = body(s, frozen, "dx", {"p", "t", "x", "u", "s"});
     slot["events"] = body(s, s.events, "z", {"p", "t", "x", "u"});
   }
@@ -191,7 +191,7 @@ std::vector<SourceFile> export_c99(const IdentifiedModel& model, const CodeOptio
 
   // Points of the size the quantities have; the numbers come from the tape, not from C.
   const Symbols symbols(s);
-  const Tape tape = compile(s.rates, symbols.names);
+  const expr::Tape tape = expr::compile(s.rates, symbols.names);
   std::vector<double> in(symbols.names.size()), out(s.states.size());
   const std::size_t n = s.states.size(), m = s.inputs.size();
   for (std::size_t i = 0; i < s.parameters.size(); ++i) {
@@ -231,4 +231,4 @@ std::vector<SourceFile> export_c99(const IdentifiedModel& model, const CodeOptio
           {"Makefile", fill_template(deploy_template("Makefile.in"), t)}};
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -4,9 +4,9 @@
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/deploy/code.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// The coefficients of the rotor's equations as parameters, without the gain of the actuators.
 std::vector<CodeParameter> rotor_parameters(const RotorModel& model);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

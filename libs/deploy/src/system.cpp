@@ -10,38 +10,38 @@
 #include "rotor_parameters.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
-#include "whirl/sindy/simulate_model.hpp"
+#include "whirl/identify/simulate_model.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// A term rebuilt with `change` applied to its functions, innermost first.
 template <class Change>
-Expr rewrite(const Expr& e, const Change& change) {
-  if (e.kind() == Expr::Kind::number || e.kind() == Expr::Kind::symbol) return e;
-  std::vector<Expr> args;
-  for (const Expr& a : e.args()) args.push_back(rewrite(a, change));
+expr::Expr rewrite(const expr::Expr& e, const Change& change) {
+  if (e.kind() == expr::Expr::Kind::number || e.kind() == expr::Expr::Kind::symbol) return e;
+  std::vector<expr::Expr> args;
+  for (const expr::Expr& a : e.args()) args.push_back(rewrite(a, change));
   switch (e.kind()) {
-    case Expr::Kind::power:
+    case expr::Expr::Kind::power:
       return pow(args[0], args[1]);
-    case Expr::Kind::product:
-      return Expr::product(args);
-    case Expr::Kind::sum:
-      return Expr::sum(args);
+    case expr::Expr::Kind::product:
+      return expr::Expr::product(args);
+    case expr::Expr::Kind::sum:
+      return expr::Expr::sum(args);
     default:
       return change(e.function(), args);
   }
 }
 
-std::vector<Expr> find_events(const std::vector<Expr>& terms) {
-  std::vector<Expr> events;
-  for (const Expr& term : terms) {
-    rewrite(term, [&](Function f, const std::vector<Expr>& args) {
-      if (f == Function::sgn && std::find(events.begin(), events.end(), args[0]) == events.end())
+std::vector<expr::Expr> find_events(const std::vector<expr::Expr>& terms) {
+  std::vector<expr::Expr> events;
+  for (const expr::Expr& term : terms) {
+    rewrite(term, [&](expr::Function f, const std::vector<expr::Expr>& args) {
+      if (f == expr::Function::sgn && std::find(events.begin(), events.end(), args[0]) == events.end())
         events.push_back(args[0]);
-      return Expr::call(f, args);
+      return expr::Expr::call(f, args);
     });
   }
   return events;
@@ -63,10 +63,10 @@ ModelSystem rotor_system(const RotorModel& m) {
               {"ux", "N", "actuator force"},
               {"uy", "N", "actuator force"}};
   s.outputs = {{"x_sensor", "m", "displacement the sensors see"}, {"y_sensor", "m", "displacement the sensors see"}};
-  const Expr fx = Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"),
-             fy = Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
-  const std::map<std::string, Expr, std::less<>> forcing{{"fx", fx}, {"fy", fy}};
-  const auto term = [&](const char* text) { return substitute(Expr::parse(text), forcing); };
+  const expr::Expr fx = expr::Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"),
+                   fy = expr::Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
+  const std::map<std::string, expr::Expr, std::less<>> forcing{{"fx", fx}, {"fy", fy}};
+  const auto term = [&](const char* text) { return expr::substitute(expr::Expr::parse(text), forcing); };
   s.rates = {
       term("vx"),
       term("-(k1 + k2*(x^2 + y^2))*x - c*vx - k1_conj_re*x - k1_conj_im*y - c_conj_re*vx - c_conj_im*vy + eps_re*fx - "
@@ -74,11 +74,11 @@ ModelSystem rotor_system(const RotorModel& m) {
       term("vy"),
       term("-(k1 + k2*(x^2 + y^2))*y - c*vy + k1_conj_re*y - k1_conj_im*x + c_conj_re*vy - c_conj_im*vx + eps_re*fy + "
            "eps_im*fx + gain*uy")};
-  Expr out_x = Expr::parse("x + offset_x"), out_y = Expr::parse("y + offset_y");
+  expr::Expr out_x = expr::Expr::parse("x + offset_x"), out_y = expr::Expr::parse("y + offset_y");
   for (std::size_t i = 1; i <= m.modes.size(); ++i) {
     const ForcedMode& mode = m.modes[i - 1];
     const auto name = [&](const char* stem) { return fmt::format("{}{}", stem, i); };
-    const auto symbol = [&](const char* stem) { return Expr::symbol(name(stem)); };
+    const auto symbol = [&](const char* stem) { return expr::Expr::symbol(name(stem)); };
     s.parameters.push_back(
         {name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega, -kInf, kInf});
     s.parameters.push_back({name("mode_zeta"), "1", "its damping ratio", mode.zeta, -kInf, kInf});
@@ -90,12 +90,12 @@ ModelSystem rotor_system(const RotorModel& m) {
       const std::string q = name("q") + part, dq = name("dq") + part;
       s.states.push_back({q, "1", "coordinate of a further mode"});
       s.states.push_back({dq, "1/s", "its rate"});
-      const Expr w = symbol("mode_omega");
-      s.rates.push_back(Expr::symbol(dq));
-      s.rates.push_back((*part == 'x' ? fx : fy) - Expr(2) * symbol("mode_zeta") * w * Expr::symbol(dq) -
-                        pow(w, Expr(2)) * Expr::symbol(q));
+      const expr::Expr w = symbol("mode_omega");
+      s.rates.push_back(expr::Expr::symbol(dq));
+      s.rates.push_back((*part == 'x' ? fx : fy) - expr::Expr(2) * symbol("mode_zeta") * w * expr::Expr::symbol(dq) -
+                        pow(w, expr::Expr(2)) * expr::Expr::symbol(q));
     }
-    const Expr qx = Expr::symbol(name("q") + "x"), qy = Expr::symbol(name("q") + "y");
+    const expr::Expr qx = expr::Expr::symbol(name("q") + "x"), qy = expr::Expr::symbol(name("q") + "y");
     out_x = out_x + symbol("mode_re") * qx - symbol("mode_im") * qy;
     out_y = out_y + symbol("mode_re") * qy + symbol("mode_im") * qx;
   }
@@ -104,8 +104,8 @@ ModelSystem rotor_system(const RotorModel& m) {
 }
 
 std::string unit_text(const std::string& name) {
-  const auto found = rotor_units().find(name);
-  return found == rotor_units().end() ? "1" : found->second.str();
+  const auto found = expr::rotor_units().find(name);
+  return found == expr::rotor_units().end() ? "1" : found->second.str();
 }
 
 const char* meaning_of(const std::string& name) {
@@ -118,7 +118,8 @@ const char* meaning_of(const std::string& name) {
 }
 
 ModelSystem equation_system(const IdentifiedModel& model) {
-  const CompiledModel compiled(model);  // states, inputs and their order; refuses what is no system of equations
+  const identification::CompiledModel compiled(
+      model);  // states, inputs and their order; refuses what is no system of equations
   ModelSystem s;
   s.title = fmt::format("identified equations (method {})", model.method);
   s.discrete = compiled.discrete();
@@ -139,23 +140,23 @@ ModelSystem equation_system(const IdentifiedModel& model) {
       return e.lhs == state + "'" || e.lhs == state + "[k+1]";
     });
     if (equation == model.equations.end()) {  // X1' = X2, X3' = X4
-      s.rates.push_back(Expr::symbol(state == "X1" ? "X2" : "X4"));
+      s.rates.push_back(expr::Expr::symbol(state == "X1" ? "X2" : "X4"));
       continue;
     }
-    std::vector<Expr> terms;
+    std::vector<expr::Expr> terms;
     for (std::size_t j = 0; j < equation->terms.size(); ++j) {
       const EquationTerm& term = equation->terms[j];
       const std::string name = fmt::format("xi_{}_{}", number, j + 1);
       s.parameters.push_back({name, term.unit.empty() ? "1" : term.unit,
                               fmt::format("{}: coefficient of {}", equation->lhs, term.function),
                               term.coefficient.value, -kInf, kInf});
-      terms.push_back(Expr::symbol(name) * Expr::parse(term.function));
+      terms.push_back(expr::Expr::symbol(name) * expr::Expr::parse(term.function));
     }
-    s.rates.push_back(Expr::sum(terms));
+    s.rates.push_back(expr::Expr::sum(terms));
   }
   for (const SystemVariable& v : s.states) {
     s.outputs.push_back({v.name + "_out", v.unit, v.meaning});
-    s.output_terms.push_back(Expr::symbol(v.name));
+    s.output_terms.push_back(expr::Expr::symbol(v.name));
   }
   return s;
 }
@@ -181,16 +182,16 @@ std::vector<CodeParameter> rotor_parameters(const RotorModel& m) {
   return out;
 }
 
-Expr with_frozen_signs(const Expr& e, const std::vector<Expr>& events) {
-  return rewrite(e, [&](Function f, const std::vector<Expr>& args) {
-    if (f == Function::sgn) {
+expr::Expr with_frozen_signs(const expr::Expr& e, const std::vector<expr::Expr>& events) {
+  return rewrite(e, [&](expr::Function f, const std::vector<expr::Expr>& args) {
+    if (f == expr::Function::sgn) {
       // `args` have their own signs frozen already, so compare with the frozen form of each event.
       for (std::size_t i = 0; i < events.size(); ++i) {
         if (args[0] == events[i] || args[0] == with_frozen_signs(events[i], events))
-          return Expr::symbol(fmt::format("sign_{}", i + 1));
+          return expr::Expr::symbol(fmt::format("sign_{}", i + 1));
       }
     }
-    return Expr::call(f, args);
+    return expr::Expr::call(f, args);
   });
 }
 
@@ -201,4 +202,4 @@ ModelSystem model_system(const IdentifiedModel& model) {
   return s;
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -10,7 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 bool is_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; }
@@ -91,7 +91,7 @@ std::string fill_slots(const std::string& text, const TemplateSettings& s) {
 }  // namespace
 
 std::string c_literal(double value, bool single_precision) {
-  if (!single_precision) return number_text(value, true);
+  if (!single_precision) return expr::number_text(value, true);
   const double rounded = static_cast<double>(static_cast<float>(value));
   return fmt::format("{}F", fmt::format("{:.9g}", rounded).find_first_of(".e") == std::string::npos
                                 ? fmt::format("{:.9g}.0", rounded)
@@ -161,4 +161,4 @@ std::string drop_unused_functions(std::string text) {
   return text;
 }
 
-}  // namespace whirl
+}  // namespace whirl::deploy

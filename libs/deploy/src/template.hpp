@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// Text of a file of `c/`; empty when there is none such.
 std::string_view deploy_template(std::string_view name);
@@ -30,4 +30,4 @@ std::string drop_unused_functions(std::string text);
 /// `value` as a C literal of the precision that reads back to the same number.
 std::string c_literal(double value, bool single_precision);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

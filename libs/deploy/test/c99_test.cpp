@@ -11,7 +11,7 @@
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 void write_all(const testing::TemporaryFolder& folder, const std::vector<SourceFile>& files) {
@@ -56,7 +56,7 @@ TEST(ControllerSource, RefusesWhatItCannotExport) {
 }
 
 TEST(ControllerSource, HasNoAllocationNoOutputNoGlobalsAndSameBytesTwice) {
-  for (const MethodInfo& law : laws()) {
+  for (const control::MethodInfo& law : control::laws()) {
     const ControllerCode code = controller_code(testing::design_of(law.name, "kfe"), {"unit", false, "c.json"});
     for (const char* word : {"malloc", "stdio", "printf", "errno", "HAS_", "/*@", "whirl_"}) {
       EXPECT_EQ(code.source.text.find(word), std::string::npos) << law.name << " " << word;
@@ -202,4 +202,4 @@ TEST(ControllerSourceExport, SelfTestPassesOnAarch64) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

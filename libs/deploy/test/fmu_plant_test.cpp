@@ -11,7 +11,7 @@
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 IdentifiedModel rotor_model() {
@@ -48,16 +48,17 @@ TEST(FmuPlantExport, UncontrolledRunEqualsTheSimulationAndAControllerSuppressesI
   const testing::TemporaryFolder folder;
   for (const int version : {2, 3}) {
     const auto path = packed(folder, version);
-    const FmuPlantOptions options{SpeedProfile::run_down(188.5, 6), 1e-3, {}};
+    const FmuPlantOptions options{rotor::SpeedProfile::run_down(188.5, 6), 1e-3, {}};
     FmuPlant open(path, options);
     EXPECT_EQ(open.version(), version);
     const double free_peak = peak(open, [](const Measurement&) { return Command{}; });
-    const Response reference = simulate(*rotor_model().rotor, angle_signal(options.profile, 1e-3), {0, 0}, {0, 0});
+    const rotor::Response reference =
+        rotor::simulate(*rotor_model().rotor, rotor::angle_signal(options.profile, 1e-3), {0, 0}, {0, 0});
     EXPECT_NEAR(free_peak, reference.z.tail(reference.z.size() - 501).cwiseAbs().maxCoeff(), 1e-6 * free_peak);
     ControllerDesign design = testing::design_of("tsmc", "kfe");
     design.delay = 0;
     design.parameters["sensor_delay"] = 0;
-    Controller controller = make_controller(design);
+    control::Controller controller = control::make_controller(design);
     FmuPlant closed(path, options);
     const double held_peak = peak(closed, [&](const Measurement& m) {
       const auto u = controller.step(m);
@@ -69,7 +70,7 @@ TEST(FmuPlantExport, UncontrolledRunEqualsTheSimulationAndAControllerSuppressesI
 
 TEST(FmuPlantExport, WrongFilesAndNamesAreRefused) {
   const testing::TemporaryFolder folder;
-  FmuPlantOptions options{SpeedProfile::run_down(188.5, 6), 1e-3, {}};
+  FmuPlantOptions options{rotor::SpeedProfile::run_down(188.5, 6), 1e-3, {}};
   EXPECT_THROW(FmuPlant(folder.path() / "none.fmu", options), Error);
   folder.write("text.fmu", "no ZIP file");
   EXPECT_THROW(FmuPlant(folder.path() / "text.fmu", options), Error);
@@ -85,7 +86,7 @@ TEST(FmuPlantExport, WrongFilesAndNamesAreRefused) {
 
 TEST(FmuPlantExport, ARefusedStepIsLatched) {
   const testing::TemporaryFolder folder;
-  FmuPlant plant(packed(folder, 3), {SpeedProfile::run_down(188.5, 6), 1e-3, {}});
+  FmuPlant plant(packed(folder, 3), {rotor::SpeedProfile::run_down(188.5, 6), 1e-3, {}});
   plant.advance();
   EXPECT_TRUE(plant.read().valid);
   plant.write({NAN, 0});
@@ -98,4 +99,4 @@ TEST(FmuPlantExport, ARefusedStepIsLatched) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

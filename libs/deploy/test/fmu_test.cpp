@@ -14,7 +14,7 @@
 #include "whirl/rotor/equations.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 using testing::Importer;
@@ -77,7 +77,7 @@ TEST_P(FmuExport, ControllerEqualsTheLibraryStepByStep) {
   ASSERT_NE(c, nullptr);
   ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
   ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
-  Controller controller = make_controller(design);
+  control::Controller controller = control::make_controller(design);
   double size = 0, error = 0;
   for (int k = 0; k < 14000; ++k) {
     const Measurement m = reading(k);
@@ -163,8 +163,8 @@ TEST_P(FmuExport, StatesAreSavedAndInstancesShareNothing) {
 
 /// Acceleration of the library's rotor.
 std::array<double, 4> library_rate(const RotorModel& m, const std::array<double, 4>& x, const double* u) {
-  const std::complex<double> a =
-      lateral_acceleration(m, {x[0], x[2]}, {x[1], x[3]}, unbalance_forcing(u[0], u[1], u[2]), {u[3], u[4]});
+  const std::complex<double> a = rotor::lateral_acceleration(m, {x[0], x[2]}, {x[1], x[3]},
+                                                             rotor::unbalance_forcing(u[0], u[1], u[2]), {u[3], u[4]});
   return {x[1], a.real(), x[3], a.imag()};
 }
 
@@ -466,4 +466,4 @@ TEST(Fmu, RefusesWhatHasNoSuchForm) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -13,7 +13,7 @@
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 void write_all(const testing::TemporaryFolder& folder, const std::vector<SourceFile>& files) {
@@ -55,9 +55,9 @@ Points points(const IdentifiedModel& model) {
   }
   const std::size_t n = names.size();
   for (const CodeParameter& p : s.parameters) names.push_back(p.name);
-  std::vector<Expr> terms = s.rates;
+  std::vector<expr::Expr> terms = s.rates;
   terms.insert(terms.end(), s.output_terms.begin(), s.output_terms.end());
-  const Tape tape = compile(terms, names);
+  const expr::Tape tape = expr::compile(terms, names);
   std::mt19937_64 random(3);
   Points out;
   for (int k = 0; k < 20; ++k) {
@@ -140,7 +140,7 @@ struct Answers {
   std::vector<Command> out;
 };
 Answers answers(const ControllerDesign& design) {
-  Controller controller = make_controller(design);
+  control::Controller controller = control::make_controller(design);
   Answers a;
   for (int k = 0; k < 300; ++k) {
     Measurement m;
@@ -285,7 +285,7 @@ TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
   for (const CodeParameter& p : s.parameters)
     EXPECT_NE(modelica.text.find("parameter Real " + p.name), std::string::npos) << p.name;
   EXPECT_NE(modelica.text.find("unit=\"1/(m2.s2)\""), std::string::npos);
-  for (const MethodInfo& law : laws()) {
+  for (const control::MethodInfo& law : control::laws()) {
     const std::string text = export_latex(testing::design_of(law.name, "kfe"), {"drive", false, ""}).front().text;
     EXPECT_EQ(std::count(text.begin(), text.end(), '{'), std::count(text.begin(), text.end(), '}')) << law.name;
     EXPECT_EQ(std::count(text.begin(), text.end(), '$') % 2, 0) << law.name;
@@ -294,4 +294,4 @@ TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -7,11 +7,11 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 #include "whirl/deploy/system.hpp"
+#include "whirl/identify/simulate_model.hpp"
 #include "whirl/rotor/simulate.hpp"
-#include "whirl/sindy/simulate_model.hpp"
 #include "whirl/testing/compiled.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
 /// A compiled model; its parameters fit the buffer.
@@ -74,7 +74,7 @@ TEST(ModelSourceExport, RotorEqualsTheLibraryAlongARunDown) {
   model.rotor = rotor();
   const testing::SharedLibrary library(build(folder, model));
   const CompiledC c(library);
-  const AngleFunction angle(SpeedProfile::run_down(188.5, 14));
+  const rotor::AngleFunction angle(rotor::SpeedProfile::run_down(188.5, 14));
   using State = Eigen::Vector4d;
   const double h = 1e-3;
   State mine(1e-4, 0, 0, 0.01), theirs = mine;
@@ -83,16 +83,16 @@ TEST(ModelSourceExport, RotorEqualsTheLibraryAlongARunDown) {
     const double t = k * h;
     const auto force = [&](double at) { return std::complex<double>(5 * std::sin(70 * at), 3 * std::cos(60 * at)); };
     const auto f_c = [&](double at, const State& x) {
-      const AngleState a = angle(at);
+      const rotor::AngleState a = angle(at);
       const double u[] = {a.beta, a.omega, a.alpha, force(t).real(), force(t).imag()};
       State dx;
       c.rates(c.params, at, x.data(), u, dx.data());
       return dx;
     };
     const auto f_library = [&](double at, const State& x) {
-      const AngleState a = angle(at);
-      const std::complex<double> acc = lateral_acceleration(*model.rotor, {x[0], x[2]}, {x[1], x[3]},
-                                                            unbalance_forcing(a.beta, a.omega, a.alpha), force(t));
+      const rotor::AngleState a = angle(at);
+      const std::complex<double> acc = rotor::lateral_acceleration(
+          *model.rotor, {x[0], x[2]}, {x[1], x[3]}, rotor::unbalance_forcing(a.beta, a.omega, a.alpha), force(t));
       return State(x[1], acc.real(), x[3], acc.imag());
     };
     mine = rk4_step<State>(f_c, t, mine, h);
@@ -117,15 +117,16 @@ TEST(ModelSourceExport, StepFollowsTheLibrarysSimulation) {
   model.rotor->modes = {{640, 0.01, {2e-6, 1e-6}}};
   const testing::SharedLibrary library(build(folder, model));
   const CompiledC c(library);
-  const SpeedProfile profile = SpeedProfile::run_down(188.5, 14);
-  const AngleFunction angle(profile);
+  const rotor::SpeedProfile profile = rotor::SpeedProfile::run_down(188.5, 14);
+  const rotor::AngleFunction angle(profile);
   const double h = 1e-3;
   double x[8] = {1e-4, 0, 0, 0.01};
-  const Response reference = simulate(*model.rotor, angle_signal(profile, h), {1e-4, 0}, {0, 0.01});
+  const rotor::Response reference =
+      rotor::simulate(*model.rotor, rotor::angle_signal(profile, h), {1e-4, 0}, {0, 0.01});
   double size = 0, error = 0;
   for (int k = 0; k < 14000; ++k) {
     double y[2];
-    const AngleState a = angle(k * h);
+    const rotor::AngleState a = angle(k * h);
     const double u[] = {a.beta, a.omega, a.alpha, 0, 0};
     c.outputs(c.params, k * h, x, u, y);
     if (k > 3000) {  // the mode starts in its steady state there, at rest here
@@ -143,7 +144,7 @@ TEST(ModelSourceExport, EquationsWithSignAndTimeEqualTheCompiledModel) {
   const IdentifiedModel model = equations();
   const testing::SharedLibrary library(build(folder, model));
   const CompiledC c(library);
-  const CompiledModel compiled(model);
+  const identification::CompiledModel compiled(model);
   ASSERT_EQ(compiled.inputs(), (std::vector<std::string>{"X5", "X6", "ux", "t"}));
   auto* const between = library.get<void(const void*, double, const double*, const double*, const double*, double*)>(
       "plant_rates_between");
@@ -193,4 +194,4 @@ TEST(ModelSystem, RefusesNamesThatAreNoIdentifiers) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

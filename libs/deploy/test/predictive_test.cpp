@@ -14,10 +14,10 @@
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 namespace {
 
-constexpr int kLength = BoundedRegulator::kMaxHorizon;
+constexpr int kLength = control::BoundedRegulator::kMaxHorizon;
 
 // `plant` is a00, a01, a10, a11, b0, b1, kp, kd. Returns 0 without an answer.
 constexpr const char* kWrapper = R"(#include "drive.c"
@@ -53,23 +53,23 @@ TEST(PredictiveExport, QuadraticProgramEqualsTheLibrary) {
   for (int trial = 0; trial < 2000; ++trial) {
     // A stable plant and a gain small enough to leave it so.
     const double radius = 0.99 * std::sqrt(std::abs(u(random))), angle = 3 * u(random), b = u(random);
-    const SampledAxis plant{radius * std::cos(angle),
-                            radius * std::sin(angle),
-                            -radius * std::sin(angle),
-                            radius * std::cos(angle),
-                            u(random),
-                            b};
+    const control::SampledAxis plant{radius * std::cos(angle),
+                                     radius * std::sin(angle),
+                                     -radius * std::sin(angle),
+                                     radius * std::cos(angle),
+                                     u(random),
+                                     b};
     const double kp = u(random), kd = u(random);
     const double x = 3 * u(random), v = 3 * u(random), width = std::exp(2 * u(random)),
                  amplitude = 2 * width * u(random), turn = u(random);
-    BoundedRegulator::Inputs low, high, w;
+    control::BoundedRegulator::Inputs low, high, w;
     for (int k = 0; k < kLength; ++k) {
       low[static_cast<std::size_t>(k)] = amplitude * std::cos(turn * k) - width;
       high[static_cast<std::size_t>(k)] = amplitude * std::cos(turn * k) + width;
     }
     const int n = 1 + trial % kLength;
-    BoundedRegulator::Bounds set{};
-    const auto expected = BoundedRegulator(plant, kp, kd, n).solve(x, v, low, high, set);
+    control::BoundedRegulator::Bounds set{};
+    const auto expected = control::BoundedRegulator(plant, kp, kd, n).solve(x, v, low, high, set);
     const double numbers[] = {plant.a00, plant.a01, plant.a10, plant.a11, plant.b0, plant.b1, kp, kd};
     const bool solved = solve(numbers, n, x, v, low.data(), high.data(), w.data()) != 0;
     ASSERT_EQ(solved, expected.solved) << trial;
@@ -78,7 +78,7 @@ TEST(PredictiveExport, QuadraticProgramEqualsTheLibrary) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
       scale = std::max(scale, std::abs(expected.w[k]));
       error = std::max(error, std::abs(w[k] - expected.w[k]));
-      limited += set[k] != BoundedRegulator::Bound::none;
+      limited += set[k] != control::BoundedRegulator::Bound::none;
     }
     worst = std::max(worst, error / scale);
     EXPECT_LE(error, 1e-10 * scale) << trial;
@@ -103,7 +103,7 @@ TEST(PredictiveExport, FmuAtTheForceLimitEqualsTheLibraryStepByStep) {
     ASSERT_NE(c, nullptr);
     ASSERT_EQ(fmu.enter_initialization(c, 0), 0);
     ASSERT_EQ(fmu.call("ExitInitializationMode", c), 0);
-    Controller controller = make_controller(design);
+    control::Controller controller = control::make_controller(design);
     int at_limit = 0;
     double error = 0;
     for (const Measurement& m : testing::run_down_readings(1e-3)) {
@@ -125,4 +125,4 @@ TEST(PredictiveExport, FmuAtTheForceLimitEqualsTheLibraryStepByStep) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::deploy

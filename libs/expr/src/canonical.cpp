@@ -5,7 +5,7 @@
 #include "node.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 using detail::base_exponent;
 using detail::ExprNode;
@@ -210,4 +210,4 @@ Expr Expr::call(Function function, std::vector<Expr> arguments) {
   return ExprNode::make(std::move(node));
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

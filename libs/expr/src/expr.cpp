@@ -6,7 +6,7 @@
 #include "node.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 using detail::base_exponent;
 using detail::ExprNode;
@@ -260,4 +260,4 @@ double evaluate(const Expr& e, const std::map<std::string, double, std::less<>>&
   return 0;
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

@@ -6,7 +6,7 @@
 #include "node.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, int high, int low) {
   if (low < 0 || high < low || high > 20)
@@ -210,4 +210,4 @@ CandidateLibrary tied_rotor_library(bool offset, bool anisotropic, bool control)
   return make_library({"X2'", "X4'"}, std::move(groups));
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

@@ -4,7 +4,7 @@
 
 #include "whirl/expr/expr.hpp"
 
-namespace whirl::detail {
+namespace whirl::expr::detail {
 
 inline constexpr std::size_t kMaxDepth = 500;
 inline constexpr std::size_t kMaxSize = 100000;
@@ -36,4 +36,4 @@ struct NaturalOrder {
   bool operator()(const std::string& a, const std::string& b) const { return compare_names(a, b) < 0; }
 };
 
-}  // namespace whirl::detail
+}  // namespace whirl::expr::detail

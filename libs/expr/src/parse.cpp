@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 namespace {
 
@@ -209,4 +209,4 @@ class Parser {
 
 Expr Expr::parse(std::string_view text) { return Parser(text).parse(); }
 
-}  // namespace whirl
+}  // namespace whirl::expr

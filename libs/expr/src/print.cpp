@@ -6,7 +6,7 @@
 #include "node.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 using Kind = Expr::Kind;
 
@@ -250,4 +250,4 @@ std::string print(const Expr& e, Notation notation, const PrintOptions& options)
 
 std::string Expr::str() const { return print(*this, Notation::text); }
 
-}  // namespace whirl
+}  // namespace whirl::expr

@@ -10,7 +10,7 @@
 #include "node.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 using Kind = Expr::Kind;
 
@@ -470,4 +470,4 @@ std::string Tape::c99(const C99Options& options) const {
   return text;
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

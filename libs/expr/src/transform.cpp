@@ -6,7 +6,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 using Kind = Expr::Kind;
 
@@ -167,4 +167,4 @@ std::vector<std::string> variables(const Expr& e) {
   return {names.begin(), names.end()};
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

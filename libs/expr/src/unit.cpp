@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 namespace {
 
@@ -181,4 +181,4 @@ const UnitMap& rotor_units() {
   return units;
 }
 
-}  // namespace whirl
+}  // namespace whirl::expr

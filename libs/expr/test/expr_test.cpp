@@ -10,7 +10,7 @@
 #include "random_expr.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 namespace {
 
 using ::testing::HasSubstr;
@@ -275,4 +275,4 @@ TEST(ExprProperty, AnyBytesGiveATermOrAnError) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::expr

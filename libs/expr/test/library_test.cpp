@@ -10,7 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/rotor_model.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 namespace {
 
 std::vector<std::string> texts(const std::vector<Expr>& terms) {
@@ -110,4 +110,4 @@ TEST(LibraryReference, TiedGroupsAreTheRotorModel) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::expr

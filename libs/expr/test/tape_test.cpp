@@ -12,7 +12,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 namespace {
 
 Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, unsigned seed) {
@@ -149,4 +149,4 @@ TEST(TapeExport, C99GivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::expr

@@ -4,7 +4,7 @@
 
 #include <map>
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 struct Axes {
@@ -87,4 +87,4 @@ void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
   }
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

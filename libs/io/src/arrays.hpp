@@ -4,7 +4,7 @@
 
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// A numeric array of a MAT or HDF5 file.
 struct NamedArray {
@@ -21,4 +21,4 @@ struct NamedArray {
 /// the scalars `dt` (s) or `fs` (Hz) of the group. The longer side of a matrix runs along the abscissa.
 void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays);
 
-}  // namespace whirl
+}  // namespace whirl::io

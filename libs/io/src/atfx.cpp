@@ -16,7 +16,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr Eigen::Index kMostImplicitRows = 100'000;
@@ -375,4 +375,4 @@ SignalFile signals_from_atfx(const AtfxFile& file) {
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -5,7 +5,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr std::size_t kBlockValues = std::size_t{1} << 17;
@@ -174,4 +174,4 @@ const Channel& Table::at(std::string_view name) const {
   throw Error(fmt::format("{}: no column '{}'; present: {}", source, name, present));
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -7,7 +7,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr std::size_t kBuffer = std::size_t{1} << 20;  // also the longest line
@@ -377,4 +377,4 @@ Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
   return row;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

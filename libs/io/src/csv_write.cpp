@@ -6,7 +6,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 struct Output {
@@ -94,4 +94,4 @@ void write_csv(const std::filesystem::path& path, const Table& table, const CsvW
   write_channels(path, table.columns, false, 0, 0, options);
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

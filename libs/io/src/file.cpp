@@ -10,7 +10,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 namespace {
 
@@ -231,4 +231,4 @@ void write_text(const std::filesystem::path& path, std::string_view text) {
   sink.close();
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 FrequencyResponse frf_from_table(const Table& table, FrfKind kind) {
   const Channel& freq = table.at("freq");
@@ -76,4 +76,4 @@ void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& f
   write_csv(path, table);
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -10,7 +10,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 // FIPS 180-4 section 4.2.2: fractional parts of the cube roots of the first 64 primes.
@@ -115,4 +115,4 @@ std::string input_record(const std::filesystem::path& path) {
   return fmt::format("{} sha256:{}", path.filename().string(), sha256_file(path));
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

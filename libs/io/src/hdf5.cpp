@@ -9,7 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 /// An identifier of the library, closed at the end.
@@ -237,4 +237,4 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
   if (!good) throw Error::in_file(path.string(), 0, "cannot be written completely");
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 /// Runs of equal neighbouring samples: how many reach `least`, and the longest.
@@ -227,4 +227,4 @@ std::string to_string(const FileInfo& info) {
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -8,7 +8,7 @@
 
 #include "whirl/io/file.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr std::size_t kDepth = 64;
@@ -347,4 +347,4 @@ Json start_document(std::string_view schema, int version) {
 void save_json(const std::filesystem::path& path, const Json& document) { write_text(path, document.dump() + "\n"); }
 Json load_json(const std::filesystem::path& path) { return parse_json(read_text(path), path.string()); }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -5,30 +5,30 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/settings.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
-Expr term(const Settings& settings, const std::string& path, const std::string& text) {
+expr::Expr term(const Settings& settings, const std::string& path, const std::string& text) {
   try {
-    return Expr::parse(text);
+    return expr::Expr::parse(text);
   } catch (const Error& e) {
     throw settings.error(path, e.what());
   }
 }
 
-std::vector<Expr> terms(const Settings& settings, const std::string& path) {
-  std::vector<Expr> result;
+std::vector<expr::Expr> terms(const Settings& settings, const std::string& path) {
+  std::vector<expr::Expr> result;
   for (const std::string& text : settings.texts(path, {})) result.push_back(term(settings, path, text));
   return result;
 }
 
-CandidateLibrary load(const Settings& settings, const std::vector<std::string>& sought) {
+expr::CandidateLibrary load(const Settings& settings, const std::vector<std::string>& sought) {
   const std::vector<std::string> lhs = settings.texts("equations", sought);
   if (lhs.empty()) throw settings.error("equations", "no equation is named; write e.g. equations = [\"x''\", \"y''\"]");
-  std::vector<TiedGroup> groups;
+  std::vector<expr::TiedGroup> groups;
   for (std::size_t g = 0; g < settings.count("group"); ++g) {
     const std::string group = fmt::format("group[{}]", g);
-    const std::vector<Expr> places = terms(settings, group + ".terms");
+    const std::vector<expr::Expr> places = terms(settings, group + ".terms");
     if (places.size() != lhs.size()) {
       throw settings.error(group + ".terms",
                            fmt::format("holds {} terms, must be one for each of the {} equations (\"0\" "
@@ -39,30 +39,30 @@ CandidateLibrary load(const Settings& settings, const std::vector<std::string>& 
     if (!coefficient.empty()) (void)term(settings, group + ".coefficient", coefficient);
     const std::string unit = settings.text(group + ".unit", "");
     try {
-      (void)Unit::parse(unit);
+      (void)expr::Unit::parse(unit);
     } catch (const Error& e) {
       throw settings.error(group + ".unit", e.what());
     }
     groups.push_back(
-        tied_group(settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient),
-                   places, coefficient, unit));
+        expr::tied_group(settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient),
+                         places, coefficient, unit));
     if (groups.back().entries.empty()) throw settings.error(group + ".terms", "must not be 0 everywhere");
   }
-  const std::vector<Expr> common = terms(settings, "common");
-  std::vector<Expr> known;
+  const std::vector<expr::Expr> common = terms(settings, "common");
+  std::vector<expr::Expr> known;
   for (std::size_t i = 0; i < lhs.size(); ++i) {
     const std::string own = "terms." + lhs[i], fixed = "known." + lhs[i];
-    for (const Expr& function : union_library({common, terms(settings, own)})) {
+    for (const expr::Expr& function : expr::union_library({common, terms(settings, own)})) {
       groups.push_back({function.str(), {{i, function, 1.0}}, "", ""});
     }
     known.push_back(term(settings, fixed, settings.text(fixed, "0")));
   }
   settings.finish();
-  if (std::all_of(known.begin(), known.end(), [](const Expr& e) { return e.is_number(0); })) known.clear();
+  if (std::all_of(known.begin(), known.end(), [](const expr::Expr& e) { return e.is_number(0); })) known.clear();
   if (groups.empty() && known.empty())
     throw Error::in_file(settings.source(), 0, "no candidate term: give common, [terms] or [[group]]");
   try {
-    return make_library(lhs, std::move(groups), std::move(known));
+    return expr::make_library(lhs, std::move(groups), std::move(known));
   } catch (const Error& e) {
     throw Error::in_file(settings.source(), 0, e.what());
   }
@@ -85,29 +85,30 @@ std::string list(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-CandidateLibrary parse_library_toml(std::string_view text, std::string_view name, const std::vector<std::string>& lhs) {
+expr::CandidateLibrary parse_library_toml(std::string_view text, std::string_view name,
+                                          const std::vector<std::string>& lhs) {
   return load(parse_settings(text, name), lhs);
 }
 
-CandidateLibrary read_library(const std::filesystem::path& path, const std::vector<std::string>& lhs) {
+expr::CandidateLibrary read_library(const std::filesystem::path& path, const std::vector<std::string>& lhs) {
   return load(read_settings(path), lhs);
 }
 
-std::string to_toml(const CandidateLibrary& library, const std::vector<std::string>& comment) {
+std::string to_toml(const expr::CandidateLibrary& library, const std::vector<std::string>& comment) {
   std::string out;
   for (const std::string& line : comment) out += "# " + line + "\n";
   out += "equations = " + list(library.lhs) + "\n";
   std::vector<std::vector<std::string>> untied(library.lhs.size());
   std::string tied;
-  for (const TiedGroup& group : library.groups) {
-    const TiedEntry& first = group.entries.front();
+  for (const expr::TiedGroup& group : library.groups) {
+    const expr::TiedEntry& first = group.entries.front();
     if (group.entries.size() == 1 && first.factor == 1 && group.coefficient.empty() &&
         group.name == first.function.str()) {
       untied[first.equation].push_back(group.name);
       continue;
     }
     std::vector<std::string> texts;
-    for (const Expr& place : group_terms(group, library.lhs.size())) texts.push_back(place.str());
+    for (const expr::Expr& place : expr::group_terms(group, library.lhs.size())) texts.push_back(place.str());
     tied += "\n[[group]]\nname = " + quoted(group.name) + "\n";
     if (!group.coefficient.empty()) tied += "coefficient = " + quoted(group.coefficient) + "\n";
     if (!group.unit.empty()) tied += "unit = " + quoted(group.unit) + "\n";
@@ -125,4 +126,4 @@ std::string to_toml(const CandidateLibrary& library, const std::vector<std::stri
   return out + tied;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

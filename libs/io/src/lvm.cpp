@@ -10,7 +10,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr std::string_view kEnd = "***End_of_Header***";
@@ -185,4 +185,4 @@ void write_lvm(const std::filesystem::path& path, const Recording& recording) {
   write_text(path, out);
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

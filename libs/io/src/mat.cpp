@@ -14,7 +14,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 enum : std::uint32_t {
@@ -298,4 +298,4 @@ void write_mat(const std::filesystem::path& path, const Recording& recording) {
   write_text(path, out);
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -3,7 +3,7 @@
 #include <array>
 #include <limits>
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -363,4 +363,4 @@ ControllerDesign from_json(const Json& document, std::string_view source) {
   return design;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

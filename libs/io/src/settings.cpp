@@ -9,7 +9,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using Numbers = std::vector<double>;
@@ -363,4 +363,4 @@ Error Settings::error(std::string_view path, std::string_view reason) const {
 
 const std::string& Settings::source() const { return state_->source; }
 
-}  // namespace whirl
+}  // namespace whirl::io

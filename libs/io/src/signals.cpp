@@ -12,7 +12,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/uff.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 struct FormatName {
@@ -375,4 +375,4 @@ void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& 
   table.x = values;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

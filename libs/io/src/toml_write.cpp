@@ -5,7 +5,7 @@
 
 #include "whirl/io/settings.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 std::string number(double v, std::string_view key) {
@@ -72,4 +72,4 @@ std::string to_toml(const std::vector<TomlEntry>& entries) {
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

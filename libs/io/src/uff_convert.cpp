@@ -9,7 +9,7 @@
 #include "whirl/io/uff.hpp"
 #include "whirl/io/units.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 Quantity quantity_of(int type) {
@@ -260,4 +260,4 @@ UffFile uff_from_recording(const Recording& recording) {
   return file;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

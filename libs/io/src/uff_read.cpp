@@ -9,7 +9,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/uff.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 bool is_delimiter(std::string_view line) { return trim(line) == "-1"; }
@@ -389,4 +389,4 @@ UffFile parse_uff(std::string_view bytes, std::string_view name) {
 
 UffFile read_uff(const std::filesystem::path& path) { return parse_uff(read_text(path), path.string()); }
 
-}  // namespace whirl
+}  // namespace whirl::io

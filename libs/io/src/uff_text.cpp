@@ -8,7 +8,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 std::string_view TextLines::next() {
   const std::string_view line = peek();
@@ -118,4 +118,4 @@ void append_numbers(const TextLines& lines, std::string_view line, std::vector<d
   }
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -3,7 +3,7 @@
 #include <string_view>
 #include <vector>
 
-namespace whirl {
+namespace whirl::io {
 
 /// Lines of a text in memory, counted for messages. LF, CR LF and a missing last line end are all right.
 class TextLines {
@@ -35,4 +35,4 @@ long integer(const TextLines& lines, std::string_view line, std::size_t first, s
 /// Appends the numbers of a line: E or D exponents of any length, or a bare sign; no blank needed between.
 void append_numbers(const TextLines& lines, std::string_view line, std::vector<double>& numbers);
 
-}  // namespace whirl
+}  // namespace whirl::io

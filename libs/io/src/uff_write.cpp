@@ -6,7 +6,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/uff.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 // At most `width` characters, without cutting a UTF-8 character, and no line ends.
@@ -137,4 +137,4 @@ std::string format_uff(const UffFile& file) {
 
 void write_uff(const std::filesystem::path& path, const UffFile& file) { write_text(path, format_uff(file)); }
 
-}  // namespace whirl
+}  // namespace whirl::io

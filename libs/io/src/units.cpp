@@ -10,7 +10,7 @@
 #include <numeric>
 #include <vector>
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using Q = Quantity;
@@ -191,4 +191,4 @@ std::string nearest(std::string_view word, std::span<const std::string> candidat
   return best;
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

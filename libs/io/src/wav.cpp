@@ -12,7 +12,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 constexpr std::string_view kComment = "channels: ";
@@ -146,4 +146,4 @@ void write_wav(const std::filesystem::path& path, const Recording& recording) {
   write_text(path, memory.out);
 }
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -14,7 +14,7 @@ using Complex = std::complex<double>;
 
 std::string no_parts(const std::string& name) { throw whirl::Error("absent: " + name); }
 
-const whirl::AtfxColumn* column(const whirl::AtfxFile& file, const std::string& name) {
+const whirl::io::AtfxColumn* column(const whirl::io::AtfxFile& file, const std::string& name) {
   for (const auto& c : file.columns) {
     if (c.name == name) return &c;
   }
@@ -51,7 +51,7 @@ std::string test_part(const std::string& name) {
 TEST(AtfxReference, EveryDataTypeInline) {
   const auto path = whirl::testing::data_file("atfx/Example_AllTypes.atfx");
   WHIRL_REQUIRE_DATA(path);
-  const auto file = whirl::read_atfx(path);
+  const auto file = whirl::io::read_atfx(path);
   ASSERT_EQ(file.columns.size(), 12u);
   for (const auto& c : file.columns) EXPECT_EQ(c.size(), 5) << c.name;
   const auto* complex = column(file, "MyMqDcomplex");
@@ -65,14 +65,14 @@ TEST(AtfxReference, SmallTables) {
        {std::pair{"Simple", 5u}, {"Bus", 5u}, {"BusWithIndex", 7u}, {"Workflow", 0u}, {"Geometry", 24u}}) {
     const auto path = whirl::testing::data_file(std::string("atfx/Example_") + name + ".atfx");
     WHIRL_REQUIRE_DATA(path);
-    EXPECT_EQ(whirl::read_atfx(path).columns.size(), columns) << name;
+    EXPECT_EQ(whirl::io::read_atfx(path).columns.size(), columns) << name;
   }
 }
 
 TEST(AtfxReference, ImplicitAndComplexColumns) {
   const auto path = whirl::testing::data_file("atfx/Example_Geometry.atfx");
   WHIRL_REQUIRE_DATA(path);
-  const auto file = whirl::read_atfx(path);
+  const auto file = whirl::io::read_atfx(path);
   const auto* frequency = column(file, "Frequency");
   ASSERT_NE(frequency, nullptr);
   EXPECT_TRUE(frequency->implicit);
@@ -90,7 +90,7 @@ TEST(AtfxReference, ImplicitAndComplexColumns) {
 TEST(AtfxReference, BlockedBinaryParts) {
   const auto path = whirl::testing::data_file("atfx/test.atfx");
   WHIRL_REQUIRE_DATA(path);
-  const auto file = whirl::parse_atfx(whirl::read_text(path), "test.atfx", test_part);
+  const auto file = whirl::io::parse_atfx(whirl::io::read_text(path), "test.atfx", test_part);
   ASSERT_EQ(file.columns.size(), 8u);
   EXPECT_EQ(column(file, "I")->value[7].real(), 2);
   EXPECT_EQ(column(file, "s")->value[19].real(), 38);
@@ -98,7 +98,7 @@ TEST(AtfxReference, BlockedBinaryParts) {
   EXPECT_EQ(column(file, "implicit_linear")->value[9].real(), 19);
   EXPECT_EQ(column(file, "implicit_constant")->value[9].real(), 1);
   EXPECT_EQ(column(file, "implicit_constant_string")->text.at(9), "const");
-  const auto recording = whirl::recording_of(whirl::signals_from_atfx(file), {.rate = 1, .columns = {"s"}});
+  const auto recording = whirl::io::recording_of(whirl::io::signals_from_atfx(file), {.rate = 1, .columns = {"s"}});
   EXPECT_EQ(recording.size(), 20);
   EXPECT_EQ(recording.dt, 1);
   EXPECT_EQ(recording["s"][3], 6);
@@ -109,7 +109,7 @@ TEST(AtfxReference, MissingBinaryPartIsNamed) {
     const auto path = whirl::testing::data_file(std::string("atfx/") + name + ".atfx");
     WHIRL_REQUIRE_DATA(path);
     try {
-      whirl::read_atfx(path);
+      whirl::io::read_atfx(path);
       FAIL() << "no error for " << name;
     } catch (const whirl::Error& e) {
       EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
@@ -120,7 +120,7 @@ TEST(AtfxReference, MissingBinaryPartIsNamed) {
 TEST(AtfxReference, VendorExportWithBrokenDocumentation) {
   const auto path = whirl::testing::data_file("atfx/example.atfx");
   WHIRL_REQUIRE_DATA(path);
-  const auto file = whirl::parse_atfx(whirl::read_text(path), "example.atfx", [](const std::string&) {
+  const auto file = whirl::io::parse_atfx(whirl::io::read_text(path), "example.atfx", [](const std::string&) {
     std::string bytes(8 << 20, '\0');
     const float value = 42.5f;
     std::memcpy(bytes.data() + 136, &value, 4);
@@ -136,7 +136,7 @@ TEST(AtfxReference, VendorExportWithBrokenDocumentation) {
 TEST(AtfxProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
   const auto path = whirl::testing::data_file("atfx/test.atfx");
   WHIRL_REQUIRE_DATA(path);
-  const std::string text = whirl::read_text(path);
+  const std::string text = whirl::io::read_text(path);
   const std::size_t data = text.find("<Submatrix>");
   std::mt19937_64 random(1);
   int errors = 0;
@@ -149,7 +149,7 @@ TEST(AtfxProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
       for (int k = 0; k < 3; ++k) damaged[position(random)] = "90123-<>x "[random() % 10];
     }
     try {
-      whirl::parse_atfx(damaged, "damaged", test_part);
+      whirl::io::parse_atfx(damaged, "damaged", test_part);
     } catch (const whirl::Error&) {
       ++errors;
     }
@@ -160,13 +160,13 @@ TEST(AtfxProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
 TEST(Atfx, BinaryColumnsLongerThanTheirFileAreErrors) {
   const auto path = whirl::testing::data_file("atfx/test.atfx");
   WHIRL_REQUIRE_DATA(path);
-  std::string text = whirl::read_text(path);
+  std::string text = whirl::io::read_text(path);
   for (const char* length : {"<length>11</length>", "<length>4000000000000</length>", "<length>-3</length>"}) {
     std::string wrong = text;
     wrong.replace(wrong.find("<length>10</length>"), 19, length);
-    EXPECT_THROW(whirl::parse_atfx(wrong, "wrong", test_part), whirl::Error) << length;
+    EXPECT_THROW(whirl::io::parse_atfx(wrong, "wrong", test_part), whirl::Error) << length;
   }
-  EXPECT_THROW(whirl::parse_atfx("", "empty", no_parts), whirl::Error);
-  EXPECT_THROW(whirl::parse_atfx("<a/>", "other", no_parts), whirl::Error);
+  EXPECT_THROW(whirl::io::parse_atfx("", "empty", no_parts), whirl::Error);
+  EXPECT_THROW(whirl::io::parse_atfx("<a/>", "other", no_parts), whirl::Error);
 }
 }  // namespace

@@ -10,7 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 struct Dialect {
@@ -105,4 +105,4 @@ TEST(CsvProperty, ARemovedSampleIsAlwaysNoticed) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

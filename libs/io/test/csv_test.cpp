@@ -12,7 +12,7 @@
 #include "whirl/testing/data.hpp"
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::AllOf;
@@ -209,4 +209,4 @@ TEST(CsvReference, ReadsTheMeasuredFiles) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/testing/data.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::HasSubstr;
@@ -60,4 +60,4 @@ TEST(FrfCsvReference, TheMeasuredBuildingHasNineChannels) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

@@ -11,7 +11,7 @@
 #include "whirl/io/units.hpp"
 #include "whirl/testing/data.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 // NIST example values of FIPS 180-4 (one block, two blocks, a million letters) and the empty message.
@@ -91,4 +91,4 @@ TEST(File, ASinkNotClosedLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

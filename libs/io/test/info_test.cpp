@@ -9,7 +9,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/testing/data.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::ElementsAre;
@@ -63,4 +63,4 @@ TEST(InfoReference, TheMeasuredHammerRecordIsDescribed) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

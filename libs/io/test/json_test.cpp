@@ -14,7 +14,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::AllOf;
@@ -183,4 +183,4 @@ TEST(Json, TextWithBadEncodingIsStillWrittenAsValidJson) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

@@ -6,10 +6,10 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
-void expect_equal(const CandidateLibrary& a, const CandidateLibrary& b) {
+void expect_equal(const expr::CandidateLibrary& a, const expr::CandidateLibrary& b) {
   EXPECT_EQ(a.lhs, b.lhs);
   EXPECT_EQ(a.variables, b.variables);
   EXPECT_EQ(a.known, b.known);
@@ -28,7 +28,7 @@ void expect_equal(const CandidateLibrary& a, const CandidateLibrary& b) {
 }
 
 TEST(LibraryToml, HandWrittenFileGivesGroupsTermsAndKnownParts) {
-  const CandidateLibrary library = parse_library_toml(R"(
+  const expr::CandidateLibrary library = parse_library_toml(R"(
 equations = ["x''", "y''"]
 common = ["x'", "1"]
 [terms]
@@ -41,23 +41,23 @@ coefficient = "K1/m"
 unit = "1/s^2"
 terms = ["-x", "-2*y"]
 )",
-                                                      "library.toml");
+                                                            "library.toml");
   ASSERT_EQ(library.groups.size(), 6u);
   EXPECT_EQ(library.groups[0].name, "k1");
   EXPECT_EQ(library.groups[0].entries[1].factor, -2);
-  EXPECT_EQ(library.groups[0].entries[1].function, Expr::symbol("y"));
+  EXPECT_EQ(library.groups[0].entries[1].function, expr::Expr::symbol("y"));
   const char* untied[] = {"x'", "1", "x^3", "x'", "1"};
   const std::size_t equation[] = {0, 0, 0, 1, 1};
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_EQ(library.groups[i + 1].name, untied[i]);
     EXPECT_EQ(library.groups[i + 1].entries[0].equation, equation[i]);
   }
-  EXPECT_EQ(library.known, (std::vector<Expr>{Expr(0), Expr(-9.81)}));
+  EXPECT_EQ(library.known, (std::vector<expr::Expr>{expr::Expr(0), expr::Expr(-9.81)}));
   EXPECT_EQ(library.variables, (std::vector<std::string>{"x", "x'", "y"}));
 }
 
 TEST(LibraryToml, WithoutEquationsTheOnesSoughtAreTaken) {
-  const CandidateLibrary library = parse_library_toml("common = [\"1\", \"x\"]", "l", {"x'", "y'"});
+  const expr::CandidateLibrary library = parse_library_toml("common = [\"1\", \"x\"]", "l", {"x'", "y'"});
   EXPECT_EQ(library.lhs, (std::vector<std::string>{"x'", "y'"}));
   EXPECT_EQ(library.groups.size(), 4u);
   EXPECT_THROW((void)parse_library_toml("common = [\"1\"]", "l"), Error);
@@ -65,10 +65,10 @@ TEST(LibraryToml, WithoutEquationsTheOnesSoughtAreTaken) {
 
 TEST(LibraryToml, RotorLibrariesRoundTrip) {
   for (const bool more : {false, true}) {
-    const CandidateLibrary tied = tied_rotor_library(true, more, more);
+    const expr::CandidateLibrary tied = expr::tied_rotor_library(true, more, more);
     expect_equal(parse_library_toml(to_toml(tied, {"rotor"}), "l"), tied);
   }
-  const CandidateLibrary untied = untied_library({"X2'", "X4'"}, lateral_library(), {});
+  const expr::CandidateLibrary untied = expr::untied_library({"X2'", "X4'"}, expr::lateral_library(), {});
   expect_equal(parse_library_toml(to_toml(untied), "l"), untied);
 }
 
@@ -77,15 +77,15 @@ TEST(LibraryTomlProperty, RandomTiedLibrariesRoundTrip) {
   const char* pool[] = {"x",       "y'", "x^2*y",         "sin(b)", "b'^2*cos(b) + b''*sin(b)",
                         "sgn(x')", "0",  "-0.3*x*abs(x)", "2.5e-7"};
   for (int trial = 0; trial < 200; ++trial) {
-    std::vector<TiedGroup> groups;
+    std::vector<expr::TiedGroup> groups;
     for (std::size_t g = 0; g < 1 + random() % 4; ++g) {
-      std::vector<Expr> places;
-      for (int i = 0; i < 3; ++i) places.push_back(Expr::parse(pool[random() % std::size(pool)]));
-      if (tied_group("", places).entries.empty()) places[0] = Expr(1);
-      groups.push_back(tied_group(fmt::format("g{}", g), places, g % 2 ? "K/m" : "", "1/s^2"));
+      std::vector<expr::Expr> places;
+      for (int i = 0; i < 3; ++i) places.push_back(expr::Expr::parse(pool[random() % std::size(pool)]));
+      if (expr::tied_group("", places).entries.empty()) places[0] = expr::Expr(1);
+      groups.push_back(expr::tied_group(fmt::format("g{}", g), places, g % 2 ? "K/m" : "", "1/s^2"));
     }
-    const CandidateLibrary library =
-        make_library({"x''", "y''", "w'"}, groups, {Expr(0), Expr::parse("-9.81*x"), Expr(1)});
+    const expr::CandidateLibrary library =
+        expr::make_library({"x''", "y''", "w'"}, groups, {expr::Expr(0), expr::Expr::parse("-9.81*x"), expr::Expr(1)});
     expect_equal(parse_library_toml(to_toml(library), "l"), library);
   }
 }
@@ -111,4 +111,4 @@ TEST(LibraryToml, FaultsAreNamedWithTheirPlace) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

@@ -7,7 +7,7 @@
 
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::AllOf;
@@ -139,4 +139,4 @@ TEST(Settings, KeysOfATableComeInTheOrderOfTheFile) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

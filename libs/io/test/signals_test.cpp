@@ -17,7 +17,7 @@
 #include "whirl/testing/data.hpp"
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::io {
 namespace {
 
 using ::testing::Contains;
@@ -220,4 +220,4 @@ TEST(UnitLabel, WaysOfOtherPrograms) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::io

@@ -14,7 +14,7 @@ using Complex = std::complex<double>;
 #define WHIRL_READ_UFF(file, name)                           \
   const auto path_ = whirl::testing::data_file("uff/" name); \
   WHIRL_REQUIRE_DATA(path_);                                 \
-  const whirl::UffFile file = whirl::read_uff(path_)
+  const whirl::io::UffFile file = whirl::io::read_uff(path_)
 
 TEST(UffReference, ArtemisGeometry) {
   WHIRL_READ_UFF(file, "Artemis export - Geometry RPBC_setup_05_14102016_105117.uff");
@@ -39,7 +39,7 @@ TEST(UffReference, FourBinaryTimeRecords) {
     EXPECT_NEAR(file.functions[i].value.cwiseAbs().maxCoeff(), largest[i], 1e-5);
   }
   EXPECT_TRUE(file.warnings.empty());
-  const auto recording = whirl::recording_of(whirl::signals_from_uff(file));
+  const auto recording = whirl::io::recording_of(whirl::io::signals_from_uff(file));
   EXPECT_EQ(recording.channels.size(), 4u);
   EXPECT_EQ(recording.channels[0].quantity, whirl::Quantity::acceleration);
   EXPECT_NEAR(recording.rate(), 3200, 1e-2);
@@ -111,7 +111,7 @@ TEST(UffReference, LatinOneHeaderAndUnitsOfAnFrf) {
   EXPECT_EQ(f.ordinate.unit, "(1/N)*(m/s\xC2\xB2)");
   EXPECT_NEAR(std::abs(f.value[0] - Complex(0.407994, 0)), 0, 1e-9);
   EXPECT_NEAR(std::abs(f.value[5] - Complex(3.75037, 2.93363)), 0, 1e-9);
-  const auto frf = whirl::frf_from_uff(file);
+  const auto frf = whirl::io::frf_from_uff(file);
   EXPECT_EQ(frf.kind, whirl::FrfKind::accelerance);
   EXPECT_NEAR(std::abs(frf.channels[0].value[5] - Complex(3.75037, 2.93363)), 0, 1e-9);
 }
@@ -130,7 +130,7 @@ TEST(UffReference, UnevenComplexPsd) {
 
 TEST(UffReference, ShortLastLineAndThreeDigitExponents) {
   WHIRL_READ_UFF(file, "time-history-not-all-columns-filled.uff");
-  const auto recording = whirl::recording_of(whirl::signals_from_uff(file));
+  const auto recording = whirl::io::recording_of(whirl::io::signals_from_uff(file));
   EXPECT_EQ(recording.size(), 13);
   EXPECT_NEAR(recording.dt, 50e-6, 1e-12);
   EXPECT_NEAR(recording.channels[0].samples[12], -5.84096, 1e-9);
@@ -171,18 +171,18 @@ TEST(UffReference, RealModes) {
   EXPECT_EQ(file.shapes[0].integers[1], 0);
 }
 
-whirl::UffFile sample() {
+whirl::io::UffFile sample() {
   whirl::FrequencyResponse frf;
   frf.frequency = Eigen::VectorXd::LinSpaced(9, 5, 9);
   frf.kind = whirl::FrfKind::mobility;
   Eigen::VectorXcd value(9);
   for (Eigen::Index i = 0; i < 9; ++i) value[i] = Complex(1e-5 * static_cast<double>(i) - 3e-110, -2.5e120);
   frf.channels.push_back({"3:-Z", "12:+Y", value, {}, {}});
-  whirl::UffFile file = whirl::uff_from_frf(frf);
+  whirl::io::UffFile file = whirl::io::uff_from_frf(frf);
   file.header = {"model", "-1"};
   file.nodes = {{3, {-1, 2, 3.5}}, {12, {0, -1e-7, 4}}};
   file.traces = {{"line", {3, 12, 0, 3, 3, 3, 3, 3, 12}}};
-  whirl::UffShape shape;
+  whirl::io::UffShape shape;
   shape.id[0] = "-1";
   shape.complex = true;
   shape.analysis = 3;
@@ -195,9 +195,9 @@ whirl::UffFile sample() {
 }
 
 TEST(UffProperty, WrittenFilesReadBack) {
-  const whirl::UffFile file = sample();
-  const std::string text = whirl::format_uff(file);
-  const whirl::UffFile back = whirl::parse_uff(text, "memory");
+  const whirl::io::UffFile file = sample();
+  const std::string text = whirl::io::format_uff(file);
+  const whirl::io::UffFile back = whirl::io::parse_uff(text, "memory");
   EXPECT_TRUE(back.warnings.empty());
   ASSERT_EQ(back.functions.size(), 1u);
   EXPECT_LT((back.functions[0].value - file.functions[0].value).norm(), 1e-11 * file.functions[0].value.norm());
@@ -207,7 +207,7 @@ TEST(UffProperty, WrittenFilesReadBack) {
   EXPECT_EQ(back.shapes[0].reals, file.shapes[0].reals);
   EXPECT_EQ(back.shapes[0].value, file.shapes[0].value);
   EXPECT_EQ(back.shapes[0].integers, file.shapes[0].integers);
-  const auto frf = whirl::frf_from_uff(back);
+  const auto frf = whirl::io::frf_from_uff(back);
   EXPECT_EQ(frf.kind, whirl::FrfKind::mobility);
   EXPECT_EQ(frf.channels[0].response, "3:-Z");
   EXPECT_EQ(frf.channels[0].reference, "12:+Y");
@@ -215,11 +215,11 @@ TEST(UffProperty, WrittenFilesReadBack) {
   // Fixed columns hold the same numbers when the file has CR LF line ends.
   std::string crlf;
   for (char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
-  EXPECT_EQ(whirl::format_uff(whirl::parse_uff(crlf, "memory")), whirl::format_uff(back));
+  EXPECT_EQ(whirl::io::format_uff(whirl::io::parse_uff(crlf, "memory")), whirl::io::format_uff(back));
 }
 
 TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
-  const std::string text = whirl::format_uff(sample());
+  const std::string text = whirl::io::format_uff(sample());
   std::mt19937_64 random(3);
   std::uniform_int_distribution<std::size_t> position(0, text.size() - 1);
   std::uniform_int_distribution<int> byte(0, 255);
@@ -239,7 +239,7 @@ TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
       }
     }
     try {
-      whirl::parse_uff(damaged, "damaged");
+      whirl::io::parse_uff(damaged, "damaged");
     } catch (const whirl::Error& e) {
       ++errors;
       EXPECT_EQ(std::string(e.what()).rfind("damaged", 0), 0u) << e.what();
@@ -249,32 +249,33 @@ TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
 }
 
 TEST(Uff, HugeCountsInAHeaderDoNotAllocate) {
-  std::string text = whirl::format_uff(sample());
+  std::string text = whirl::io::format_uff(sample());
   const auto at = text.find("         6         9");
   ASSERT_NE(at, std::string::npos);
   text.replace(at + 10, 10, "2000000000");
-  const auto file = whirl::parse_uff(text, "memory");
+  const auto file = whirl::io::parse_uff(text, "memory");
   EXPECT_EQ(file.functions[0].value.size(), 9);
   EXPECT_EQ(file.functions[0].declared, 2000000000);
 }
 
 TEST(Uff, WhatIsNotAUniversalFileIsAnError) {
-  EXPECT_THROW(whirl::parse_uff("", "memory"), whirl::Error);
-  EXPECT_THROW(whirl::parse_uff("t_s,x_mm\n0,1\n", "memory"), whirl::Error);
-  EXPECT_THROW(whirl::parse_uff("    -1\n    58b     1     3          11         100\n    -1\n", "memory"),
+  EXPECT_THROW(whirl::io::parse_uff("", "memory"), whirl::Error);
+  EXPECT_THROW(whirl::io::parse_uff("t_s,x_mm\n0,1\n", "memory"), whirl::Error);
+  EXPECT_THROW(whirl::io::parse_uff("    -1\n    58b     1     3          11         100\n    -1\n", "memory"),
                whirl::Error);
-  EXPECT_THROW(whirl::parse_uff("    -1\n    15\n abc\n    -1\n", "memory"), whirl::Error);
+  EXPECT_THROW(whirl::io::parse_uff("    -1\n    15\n abc\n    -1\n", "memory"), whirl::Error);
 }
 
 TEST(Uff, MissingUnitIsAskedForNotGuessed) {
   whirl::Recording recording;
   recording.dt = 0.01;
   recording.add("1:+X", whirl::Quantity::displacement, Eigen::VectorXd::LinSpaced(5, 0, 1));
-  whirl::UffFile file = whirl::uff_from_recording(recording);
-  EXPECT_EQ(whirl::recording_of(whirl::signals_from_uff(file))["1:+X"], recording["1:+X"]);
+  whirl::io::UffFile file = whirl::io::uff_from_recording(recording);
+  EXPECT_EQ(whirl::io::recording_of(whirl::io::signals_from_uff(file))["1:+X"], recording["1:+X"]);
   file.functions[0].ordinate.unit.clear();
   file.units.clear();
-  EXPECT_THROW(whirl::recording_of(whirl::signals_from_uff(file)), whirl::Error);
-  EXPECT_NEAR(whirl::recording_of(whirl::signals_from_uff(file), {.columns = {"1:+X:x_mm"}})["x"][4], 1e-3, 1e-15);
+  EXPECT_THROW(whirl::io::recording_of(whirl::io::signals_from_uff(file)), whirl::Error);
+  EXPECT_NEAR(whirl::io::recording_of(whirl::io::signals_from_uff(file), {.columns = {"1:+X:x_mm"}})["x"][4], 1e-3,
+              1e-15);
 }
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 namespace {
 
 // |x| and sgn x of real arguments, with derivatives that stay inside this pair (GiNaC's own are complex).
@@ -40,9 +40,10 @@ GiNaC::numeric rational(double value) {
   return GiNaC::numeric(mantissa) * GiNaC::pow(GiNaC::numeric(2), GiNaC::numeric(exponent - 53));
 }
 
-Expr function_back(const std::string& name, const Expr& x) {
-  for (const Function f : {Function::exp, Function::log, Function::sin, Function::cos, Function::tan, Function::tanh}) {
-    if (name == to_string(f)) return Expr::call(f, {x});
+expr::Expr function_back(const std::string& name, const expr::Expr& x) {
+  for (const expr::Function f : {expr::Function::exp, expr::Function::log, expr::Function::sin, expr::Function::cos,
+                                 expr::Function::tan, expr::Function::tanh}) {
+    if (name == to_string(f)) return expr::Expr::call(f, {x});
   }
   if (name == "magnitude") return abs(x);
   if (name == "sign") return sgn(x);
@@ -52,7 +53,7 @@ Expr function_back(const std::string& name, const Expr& x) {
 }  // namespace
 
 symbol Names::declare(const std::string& name, Kind kind) {
-  if (name.empty() || Expr::parse(name).kind() != Expr::Kind::symbol)
+  if (name.empty() || expr::Expr::parse(name).kind() != expr::Expr::Kind::symbol)
     throw Error("name '" + name + "': must be letters, digits and primes");
   if (has(name)) throw Error("name '" + name + "' is declared twice");
   const GiNaC::realsymbol s(name);
@@ -71,17 +72,17 @@ ex Names::at(const std::string& name) const {
 namespace {
 
 /// Summands once every product and whole power of sums is multiplied out.
-double expanded_size(const Expr& e) {
-  double size = e.kind() == Expr::Kind::sum ? 0 : 1;
-  for (const Expr& arg : e.args()) {
+double expanded_size(const expr::Expr& e) {
+  double size = e.kind() == expr::Expr::Kind::sum ? 0 : 1;
+  for (const expr::Expr& arg : e.args()) {
     const double part = expanded_size(arg);
-    if (e.kind() == Expr::Kind::sum)
+    if (e.kind() == expr::Expr::Kind::sum)
       size += part;
     else
       size *= part;
   }
-  if (e.kind() == Expr::Kind::function && size <= 1000) return 1;  // an argument stays one factor
-  if (e.kind() != Expr::Kind::power || !e.args()[1].is_number()) return size;
+  if (e.kind() == expr::Expr::Kind::function && size <= 1000) return 1;  // an argument stays one factor
+  if (e.kind() != expr::Expr::Kind::power || !e.args()[1].is_number()) return size;
   // (k summands)^n has (k + n - 1 choose n).
   const double k = expanded_size(e.args()[0]), n = std::abs(e.args()[1].value());
   return std::exp(std::lgamma(k + n) - std::lgamma(n + 1) - std::lgamma(k));
@@ -92,7 +93,7 @@ double expanded_size(const Expr& e) {
 ex Names::read(const std::string& text, const char* what) const {
   if (text.empty()) return 0;
   try {
-    const Expr term = Expr::parse(text);
+    const expr::Expr term = expr::Expr::parse(text);
     if (!(expanded_size(term) <= 20000)) throw Error("has more than 20000 summands when multiplied out");
     return from(term);
   } catch (const Error& e) {
@@ -100,55 +101,55 @@ ex Names::read(const std::string& text, const char* what) const {
   }
 }
 
-ex Names::from(const Expr& e) const {
+ex Names::from(const expr::Expr& e) const {
   const auto arg = [&](std::size_t i) { return from(e.args()[i]); };
   switch (e.kind()) {
-    case Expr::Kind::number:
+    case expr::Expr::Kind::number:
       return rational(e.value());
-    case Expr::Kind::symbol:
+    case expr::Expr::Kind::symbol:
       return at(e.name());
-    case Expr::Kind::power:
+    case expr::Expr::Kind::power:
       return GiNaC::pow(arg(0), arg(1));
-    case Expr::Kind::sum:
-    case Expr::Kind::product: {
-      ex result = e.kind() == Expr::Kind::sum ? 0 : 1;
-      for (const Expr& part : e.args()) {
-        if (e.kind() == Expr::Kind::sum)
+    case expr::Expr::Kind::sum:
+    case expr::Expr::Kind::product: {
+      ex result = e.kind() == expr::Expr::Kind::sum ? 0 : 1;
+      for (const expr::Expr& part : e.args()) {
+        if (e.kind() == expr::Expr::Kind::sum)
           result += from(part);
         else
           result *= from(part);
       }
       return result;
     }
-    case Expr::Kind::function:
+    case expr::Expr::Kind::function:
       break;
   }
   switch (e.function()) {
-    case Function::abs:
+    case expr::Function::abs:
       return magnitude(arg(0));
-    case Function::sgn:
+    case expr::Function::sgn:
       return sign(arg(0));
-    case Function::exp:
+    case expr::Function::exp:
       return GiNaC::exp(arg(0));
-    case Function::log:
+    case expr::Function::log:
       return GiNaC::log(arg(0));
-    case Function::sin:
+    case expr::Function::sin:
       return GiNaC::sin(arg(0));
-    case Function::cos:
+    case expr::Function::cos:
       return GiNaC::cos(arg(0));
-    case Function::tan:
+    case expr::Function::tan:
       return GiNaC::tan(arg(0));
-    case Function::tanh:
+    case expr::Function::tanh:
       return GiNaC::tanh(arg(0));
-    case Function::min:
+    case expr::Function::min:
       return (arg(0) + arg(1) - magnitude(arg(0) - arg(1))) / 2;
-    case Function::max:
+    case expr::Function::max:
       return (arg(0) + arg(1) + magnitude(arg(0) - arg(1))) / 2;
   }
   return 0;
 }
 
-Expr Names::to(const ex& e) const {
+expr::Expr Names::to(const ex& e) const {
   if (GiNaC::is_a<GiNaC::numeric>(e)) {
     const GiNaC::numeric n = GiNaC::ex_to<GiNaC::numeric>(e);
     // A quotient of two doubles is rounded once, which is what the text of a fraction means.
@@ -157,11 +158,11 @@ Expr Names::to(const ex& e) const {
     }
     return n.to_double();
   }
-  if (GiNaC::is_a<symbol>(e)) return Expr::symbol(GiNaC::ex_to<symbol>(e).get_name());
-  std::vector<Expr> args;
+  if (GiNaC::is_a<symbol>(e)) return expr::Expr::symbol(GiNaC::ex_to<symbol>(e).get_name());
+  std::vector<expr::Expr> args;
   for (std::size_t i = 0; i < e.nops(); ++i) args.push_back(to(e.op(i)));
-  if (GiNaC::is_a<GiNaC::add>(e)) return Expr::sum(std::move(args));
-  if (GiNaC::is_a<GiNaC::mul>(e)) return Expr::product(std::move(args));
+  if (GiNaC::is_a<GiNaC::add>(e)) return expr::Expr::sum(std::move(args));
+  if (GiNaC::is_a<GiNaC::mul>(e)) return expr::Expr::product(std::move(args));
   if (GiNaC::is_a<GiNaC::power>(e)) return pow(args[0], args[1]);
   return function_back(GiNaC::ex_to<GiNaC::function>(e).get_name(), args.at(0));
 }
@@ -269,4 +270,4 @@ Split split(const ex& summand, const Names& names) {
   return result;
 }
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

@@ -8,7 +8,7 @@
 
 #include "whirl/expr/expr.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 
 using GiNaC::ex;
 using GiNaC::symbol;
@@ -24,8 +24,8 @@ class Names {
 
   /// Throws Error: "<what> '<text>': <reason>" on a fault in the text or a name that is not declared.
   ex read(const std::string& text, const char* what) const;
-  ex from(const Expr& e) const;
-  Expr to(const ex& e) const;
+  ex from(const expr::Expr& e) const;
+  expr::Expr to(const ex& e) const;
 
   /// Whether symbols of the kind occur in e.
   bool uses(const ex& e, Kind kind) const;
@@ -49,4 +49,4 @@ struct Split {
 Split split(const ex& summand, const Names& names);
 std::vector<ex> summands(const ex& expanded);
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

@@ -7,7 +7,7 @@
 #include "ties.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 namespace {
 
 using namespace algebra;
@@ -119,7 +119,7 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
   GiNaC::exmap exact;
   for (const PhysicalParameter& p : problem.parameters) {
     const symbol s = names.declare(p.name, Kind::parameter);
-    if (p.exact()) exact[s] = names.from(Expr(p.value.value));
+    if (p.exact()) exact[s] = names.from(expr::Expr(p.value.value));
   }
   if (!names.has("t")) names.declare("t", Kind::state);
   const ex time = names.at("t");
@@ -194,4 +194,4 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

@@ -11,7 +11,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/tape.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 namespace {
 
 using Eigen::Index;
@@ -21,13 +21,13 @@ using Eigen::VectorXd;
 /// Relations c(p) = u with their derivatives, exact values put in.
 class Relations {
  public:
-  Relations(const std::vector<Expr>& terms, const std::vector<std::string>& names)
+  Relations(const std::vector<expr::Expr>& terms, const std::vector<std::string>& names)
       : rows_(static_cast<Index>(terms.size())), columns_(static_cast<Index>(names.size())) {
-    std::vector<Expr> all = terms;
-    for (const Expr& term : terms) {
-      for (const std::string& name : names) all.push_back(differentiate(term, name));
+    std::vector<expr::Expr> all = terms;
+    for (const expr::Expr& term : terms) {
+      for (const std::string& name : names) all.push_back(expr::differentiate(term, name));
     }
-    tape_ = compile(all, names);
+    tape_ = expr::compile(all, names);
   }
   void evaluate(const VectorXd& p, VectorXd& value, MatrixXd& jacobian) const {
     VectorXd out(rows_ * (1 + columns_));
@@ -38,13 +38,13 @@ class Relations {
 
  private:
   Index rows_, columns_;
-  Tape tape_;
+  expr::Tape tape_;
 };
 
 struct Problem {
   std::vector<std::string> names;  // of the parameters sought
   std::vector<std::string> units;
-  std::vector<Expr> relations;  // one per observation, in `names`
+  std::vector<expr::Expr> relations;  // one per observation, in `names`
   VectorXd observed;
   MatrixXd whitening;  // L^-1 of the observations' covariance L L^T
 };
@@ -76,13 +76,14 @@ VectorXd start(const Problem& problem, VectorXd p) {
   std::map<std::string, double, std::less<>> values;
   for (Index k = 0; k < n; ++k) values[problem.names[static_cast<std::size_t>(k)]] = p[k];
   for (Index r = 0; r < m; ++r) {
-    const Expr& relation = problem.relations[static_cast<std::size_t>(r)];
+    const expr::Expr& relation = problem.relations[static_cast<std::size_t>(r)];
     double rest = 1;
-    for (const Expr& factor : relation.kind() == Expr::Kind::product ? relation.args() : std::vector<Expr>{relation}) {
-      const bool power = factor.kind() == Expr::Kind::power && factor.args()[0].kind() == Expr::Kind::symbol &&
-                         factor.args()[1].is_number();
-      const Expr& base = power ? factor.args()[0] : factor;
-      const auto name = base.kind() == Expr::Kind::symbol
+    for (const expr::Expr& factor :
+         relation.kind() == expr::Expr::Kind::product ? relation.args() : std::vector<expr::Expr>{relation}) {
+      const bool power = factor.kind() == expr::Expr::Kind::power &&
+                         factor.args()[0].kind() == expr::Expr::Kind::symbol && factor.args()[1].is_number();
+      const expr::Expr& base = power ? factor.args()[0] : factor;
+      const auto name = base.kind() == expr::Expr::Kind::symbol
                             ? std::find(problem.names.begin(), problem.names.end(), base.name())
                             : problem.names.end();
       if (name == problem.names.end()) {
@@ -239,7 +240,7 @@ bool fraction(double& exponent) {
 
 }  // namespace
 
-PhysicalParameters physical_parameters(const CandidateLibrary& library, const UnknownEstimates& fit,
+PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, const UnknownEstimates& fit,
                                        const std::vector<PhysicalParameter>& parameters,
                                        const std::vector<std::string>& report) {
   const Index groups = static_cast<Index>(library.groups.size());
@@ -250,21 +251,21 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   for (const std::string& note : fit.notes) result.summary.warn(note);
 
   Problem problem;
-  std::map<std::string, Expr, std::less<>> exact;
-  UnitMap units;
+  std::map<std::string, expr::Expr, std::less<>> exact;
+  expr::UnitMap units;
   std::vector<Estimate> given;
   std::vector<Index> given_index;
   for (const PhysicalParameter& p : parameters) {
-    if (!p.unit.empty()) units[p.name] = Unit::parse(p.unit);
-    if (p.exact()) exact.emplace(p.name, Expr(p.value.value));
+    if (!p.unit.empty()) units[p.name] = expr::Unit::parse(p.unit);
+    if (p.exact()) exact.emplace(p.name, expr::Expr(p.value.value));
   }
-  for (const TiedGroup& group : library.groups) {
+  for (const expr::TiedGroup& group : library.groups) {
     if (group.coefficient.empty()) throw Error(fmt::format("group '{}' has no meaning in parameters", group.name));
-    problem.relations.push_back(substitute(Expr::parse(group.coefficient), exact));
+    problem.relations.push_back(expr::substitute(expr::Expr::parse(group.coefficient), exact));
   }
   for (const PhysicalParameter& p : parameters) {
-    const bool used = std::any_of(problem.relations.begin(), problem.relations.end(), [&](const Expr& e) {
-      const std::vector<std::string> names = variables(e);
+    const bool used = std::any_of(problem.relations.begin(), problem.relations.end(), [&](const expr::Expr& e) {
+      const std::vector<std::string> names = expr::variables(e);
       return std::find(names.begin(), names.end(), p.name) != names.end();
     });
     if (p.exact() || !used) {
@@ -285,7 +286,7 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   covariance.topLeftCorner(groups, groups) = fit.covariance;
   for (std::size_t i = 0; i < given.size(); ++i) {
     const Index row = groups + static_cast<Index>(i);
-    problem.relations.push_back(Expr::symbol(problem.names[static_cast<std::size_t>(given_index[i])]));
+    problem.relations.push_back(expr::Expr::symbol(problem.names[static_cast<std::size_t>(given_index[i])]));
     problem.observed[row] = given[i].value;
     covariance(row, row) = given[i].sd * given[i].sd;
   }
@@ -324,14 +325,14 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   const MatrixXd inverse = basis * least_squares(scaled * space.seen, MatrixXd::Identity(rows, rows));
   const MatrixXd spread = inverse * inverse.transpose();
 
-  const auto quantity = [&](const std::string& name, const Expr& term) {
-    const Expr e = substitute(term, exact);
+  const auto quantity = [&](const std::string& name, const expr::Expr& term) {
+    const expr::Expr e = expr::substitute(term, exact);
     VectorXd value;
     MatrixXd gradient;
     Relations({e}, problem.names).evaluate(solution.p, value, gradient);
     const double sd = std::sqrt(std::max(0.0, (gradient * spread * gradient.transpose())(0, 0)));
     const auto itself = std::find(problem.names.begin(), problem.names.end(), name);
-    const std::optional<Unit> unit = unit_of(term, units);
+    const std::optional<expr::Unit> unit = expr::unit_of(term, units);
     // An angle's own text: in products rad is the number one.
     const std::string text = itself != problem.names.end()
                                  ? problem.units[static_cast<std::size_t>(itself - problem.names.begin())]
@@ -339,34 +340,35 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
                                     : "";
     return PhysicalQuantity{name, text, intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
   };
-  const auto determined = [&](const Expr& e) {
+  const auto determined = [&](const expr::Expr& e) {
     VectorXd value;
     MatrixXd gradient;
-    Relations({substitute(e, exact)}, problem.names).evaluate(solution.p, value, gradient);
+    Relations({expr::substitute(e, exact)}, problem.names).evaluate(solution.p, value, gradient);
     const VectorXd slope = scale.cwiseProduct(gradient.row(0).transpose());
     return null.cols() == 0 || (slope.transpose() * null).norm() < 1e-6 * (slope.norm() + 1e-300);
   };
   std::vector<Index> found;
   for (Index k = 0; k < n; ++k) {
     const std::string& name = problem.names[static_cast<std::size_t>(k)];
-    if (determined(Expr::symbol(name))) {
+    if (determined(expr::Expr::symbol(name))) {
       found.push_back(k);
-      result.parameters.push_back(quantity(name, Expr::symbol(name)));
+      result.parameters.push_back(quantity(name, expr::Expr::symbol(name)));
       continue;
     }
     result.undetermined.push_back(name);
-    Expr combination = Expr::symbol(name);
+    expr::Expr combination = expr::Expr::symbol(name);
     bool simple = std::find(references.begin(), references.end(), k) == references.end();
     for (std::size_t r = 0; r < references.size() && simple; ++r) {
       double exponent = null(k, static_cast<Index>(r));
       simple = fraction(exponent);
-      combination = combination * pow(Expr::symbol(problem.names[static_cast<std::size_t>(references[r])]), -exponent);
+      combination =
+          combination * pow(expr::Expr::symbol(problem.names[static_cast<std::size_t>(references[r])]), -exponent);
     }
     if (simple && determined(combination)) result.combinations.push_back(quantity(combination.str(), combination));
   }
   result.covariance = spread(found, found);
   for (const std::string& text : report) {
-    const Expr term = Expr::parse(text);
+    const expr::Expr term = expr::Expr::parse(text);
     if (determined(term)) {
       result.reported.push_back(quantity(text, term));
     } else {
@@ -384,4 +386,4 @@ PhysicalParameters physical_parameters(const CandidateLibrary& library, const Un
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 
 using Row = std::vector<GiNaC::numeric>;
 
@@ -30,4 +30,4 @@ inline std::vector<std::size_t> echelon(std::vector<Row>& rows) {
   return pivots;
 }
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

@@ -6,7 +6,7 @@
 #include "rational_rows.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 namespace {
 
 struct Symmetry {
@@ -99,4 +99,4 @@ GiNaC::exmap symmetry_ties(const std::vector<ex>& functions, const LagrangeProbl
   return ties;
 }
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

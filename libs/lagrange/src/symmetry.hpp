@@ -2,7 +2,7 @@
 #include "algebra.hpp"
 #include "whirl/lagrange/derive.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 
 /// Parameters that the symmetries of the problem leave no choice: parameter -> combination of others. Every function
 /// keeps its value under the symmetry, which is linear in the parameters: rotation by its generator, mirror and
@@ -11,4 +11,4 @@ namespace whirl::algebra {
 GiNaC::exmap symmetry_ties(const std::vector<ex>& functions, const LagrangeProblem& problem, const Names& names,
                            std::vector<std::string>& notes);
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

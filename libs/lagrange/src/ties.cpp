@@ -5,27 +5,27 @@
 #include "rational_rows.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 namespace {
 
 /// A function of the states in one equation.
 struct Place {
   std::size_t equation;
-  Expr function;
+  expr::Expr function;
 };
 
 /// A monomial in the parameters with the numbers by which it multiplies the places.
 struct Unknown {
-  Expr coefficient;
+  expr::Expr coefficient;
   std::vector<GiNaC::numeric> factors;
 };
 
 struct Table {
   std::vector<Place> places;
   std::vector<Unknown> unknowns;
-  std::vector<Expr> known;
+  std::vector<expr::Expr> known;
 
-  void add(std::size_t place, const Expr& monomial, const GiNaC::numeric& factor) {
+  void add(std::size_t place, const expr::Expr& monomial, const GiNaC::numeric& factor) {
     auto it =
         std::find_if(unknowns.begin(), unknowns.end(), [&](const Unknown& u) { return u.coefficient == monomial; });
     if (it == unknowns.end()) it = unknowns.insert(unknowns.end(), {monomial, {}});
@@ -78,9 +78,9 @@ class Order {
   void add_motion(const std::string& name) {
     for (const char* primes : {"", "'", "''"}) rank_.emplace(name + primes, rank_.size());
   }
-  std::vector<std::size_t> ranks(const Expr& e) const {
+  std::vector<std::size_t> ranks(const expr::Expr& e) const {
     std::vector<std::size_t> result;
-    for (const std::string& name : variables(e)) {
+    for (const std::string& name : expr::variables(e)) {
       const auto it = rank_.find(name);
       result.push_back(it == rank_.end() ? rank_.size() : it->second);
     }
@@ -101,11 +101,11 @@ Table tabulate(const std::vector<ex>& accelerations, const GiNaC::exmap& exact, 
       const Split part = split(summand, names);
       by_states[part.states] += part.parameters;
     }
-    std::vector<std::pair<Expr, ex>> sorted;
+    std::vector<std::pair<expr::Expr, ex>> sorted;
     for (const auto& [states, parameters] : by_states) sorted.emplace_back(names.to(states), parameters);
     order.sort(sorted);
     for (const auto& [function, coefficient] : sorted) {
-      std::vector<std::pair<Expr, GiNaC::numeric>> unknown;
+      std::vector<std::pair<expr::Expr, GiNaC::numeric>> unknown;
       for (const ex& monomial : monomials(reduced(coefficient, names))) {
         const ex value = monomial.subs(exact);
         if (!names.uses(value, Names::Kind::parameter)) {
@@ -127,10 +127,10 @@ Table tabulate(const std::vector<ex>& accelerations, const GiNaC::exmap& exact, 
 
 }  // namespace
 
-CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::vector<std::string>& moving,
-                              const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
-                              std::vector<std::string>& notes) {
-  std::map<std::string, Expr, std::less<>> renamed;
+expr::CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::vector<std::string>& moving,
+                                    const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
+                                    std::vector<std::string>& notes) {
+  std::map<std::string, expr::Expr, std::less<>> renamed;
   const auto rename = [&](const std::string& name) {
     std::string stem = name;
     for (auto it = problem.names.find(stem); !stem.empty(); it = problem.names.find(stem)) {
@@ -145,11 +145,11 @@ CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::v
       throw Error(fmt::format("names: '{}' is no variable", name));
   }
   const auto add_names = [&](const std::string& name) {
-    for (const char* primes : {"", "'", "''"}) renamed[name + primes] = Expr::symbol(rename(name + primes));
+    for (const char* primes : {"", "'", "''"}) renamed[name + primes] = expr::Expr::symbol(rename(name + primes));
   };
   for (const std::string& name : problem.coordinates) add_names(name);
   for (const PrescribedSignal& signal : problem.prescribed) add_names(signal.name);
-  for (const std::string& name : problem.inputs) renamed[name] = Expr::symbol(rename(name));
+  for (const std::string& name : problem.inputs) renamed[name] = expr::Expr::symbol(rename(name));
 
   Table table = tabulate(accelerations, exact, problem, names);
   // Rows: places; columns: unknowns. A column without pivot is a combination of pivot columns before it: its unknown is
@@ -161,35 +161,36 @@ CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::v
     rows.push_back(std::move(row));
   }
   const std::vector<std::size_t> pivots = echelon(rows);
-  UnitMap units;
+  expr::UnitMap units;
   for (const PhysicalParameter& p : problem.parameters) {
-    if (!p.unit.empty()) units[p.name] = Unit::parse(p.unit);
+    if (!p.unit.empty()) units[p.name] = expr::Unit::parse(p.unit);
   }
-  std::vector<TiedGroup> groups;
+  std::vector<expr::TiedGroup> groups;
   for (std::size_t g = 0; g < pivots.size(); ++g) {
     const Unknown& u = table.unknowns[pivots[g]];
-    Expr coefficient = u.coefficient;
+    expr::Expr coefficient = u.coefficient;
     for (std::size_t c = pivots[g] + 1; c < rows[g].size(); ++c) {
       if (!rows[g][c].is_zero()) coefficient = coefficient + names.to(rows[g][c]) * table.unknowns[c].coefficient;
     }
-    std::vector<Expr> terms(accelerations.size());
+    std::vector<expr::Expr> terms(accelerations.size());
     for (std::size_t p = 0; p < table.places.size(); ++p) {
       const Place& place = table.places[p];
-      terms[place.equation] = terms[place.equation] + names.to(u.factors[p]) * substitute(place.function, renamed);
+      terms[place.equation] =
+          terms[place.equation] + names.to(u.factors[p]) * expr::substitute(place.function, renamed);
     }
-    const std::optional<Unit> unit = unit_of(coefficient, units);
-    groups.push_back(tied_group(coefficient.str(), terms, coefficient.str(), unit ? unit->str() : ""));
+    const std::optional<expr::Unit> unit = expr::unit_of(coefficient, units);
+    groups.push_back(expr::tied_group(coefficient.str(), terms, coefficient.str(), unit ? unit->str() : ""));
   }
   if (pivots.size() < table.unknowns.size()) {
     notes.push_back(fmt::format("{} products of parameters stand in {} independent combinations", table.unknowns.size(),
                                 pivots.size()));
   }
-  std::vector<Expr> known;
-  for (const Expr& e : table.known) known.push_back(substitute(e, renamed));
-  if (std::all_of(known.begin(), known.end(), [](const Expr& e) { return e.is_number(0); })) known.clear();
+  std::vector<expr::Expr> known;
+  for (const expr::Expr& e : table.known) known.push_back(expr::substitute(e, renamed));
+  if (std::all_of(known.begin(), known.end(), [](const expr::Expr& e) { return e.is_number(0); })) known.clear();
   std::vector<std::string> lhs;
   for (const std::string& name : moving) lhs.push_back(rename(name + "'") + "'");
-  return make_library(std::move(lhs), std::move(groups), std::move(known));
+  return expr::make_library(std::move(lhs), std::move(groups), std::move(known));
 }
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

@@ -2,12 +2,12 @@
 #include "algebra.hpp"
 #include "whirl/lagrange/derive.hpp"
 
-namespace whirl::algebra {
+namespace whirl::lagrange::algebra {
 
 /// Splits accelerations into unknowns and functions: the library of LagrangeEquations. `moving`: the names whose second
 /// derivatives they are; `exact`: parameters with their values.
-CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::vector<std::string>& moving,
-                              const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
-                              std::vector<std::string>& notes);
+expr::CandidateLibrary tied_library(const std::vector<ex>& accelerations, const std::vector<std::string>& moving,
+                                    const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
+                                    std::vector<std::string>& notes);
 
-}  // namespace whirl::algebra
+}  // namespace whirl::lagrange::algebra

@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/lagrange/physical.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -16,7 +16,7 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 /// A function without number in one equation, and a dense index for it.
 class Places {
  public:
-  Eigen::Index index(std::size_t equation, const Expr& function, bool add) {
+  Eigen::Index index(std::size_t equation, const expr::Expr& function, bool add) {
     for (std::size_t i = 0; i < places_.size(); ++i) {
       if (places_[i].first == equation && places_[i].second == function) return static_cast<Eigen::Index>(i);
     }
@@ -25,22 +25,22 @@ class Places {
     return static_cast<Eigen::Index>(places_.size()) - 1;
   }
   Eigen::Index size() const { return static_cast<Eigen::Index>(places_.size()); }
-  const Expr& function(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].second; }
+  const expr::Expr& function(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].second; }
   std::size_t equation(Eigen::Index i) const { return places_[static_cast<std::size_t>(i)].first; }
 
  private:
-  std::vector<std::pair<std::size_t, Expr>> places_;
+  std::vector<std::pair<std::size_t, expr::Expr>> places_;
 };
 
 /// number * function for every summand of the multiplied-out term.
-std::vector<std::pair<double, Expr>> monomials(const Expr& e) {
-  const Expr sum = expand(e);
-  std::vector<std::pair<double, Expr>> result;
-  if (sum.kind() != Expr::Kind::sum) {
-    if (!sum.is_number(0)) result.push_back(split_coefficient(sum));
+std::vector<std::pair<double, expr::Expr>> monomials(const expr::Expr& e) {
+  const expr::Expr sum = expr::expand(e);
+  std::vector<std::pair<double, expr::Expr>> result;
+  if (sum.kind() != expr::Expr::Kind::sum) {
+    if (!sum.is_number(0)) result.push_back(expr::split_coefficient(sum));
     return result;
   }
-  for (const Expr& term : sum.args()) result.push_back(split_coefficient(term));
+  for (const expr::Expr& term : sum.args()) result.push_back(expr::split_coefficient(term));
   return result;
 }
 
@@ -67,10 +67,10 @@ bool same(const Estimate& a, const Estimate& b) {
          (std::abs(a.sd - b.sd) <= 1e-9 * a.sd || (std::isnan(a.sd) && std::isnan(b.sd)));
 }
 
-Eigen::MatrixXd library_matrix(const CandidateLibrary& library, Places& places) {
+Eigen::MatrixXd library_matrix(const expr::CandidateLibrary& library, Places& places) {
   std::vector<std::tuple<Eigen::Index, Eigen::Index, double>> entries;
   for (std::size_t g = 0; g < library.groups.size(); ++g) {
-    for (const TiedEntry& entry : library.groups[g].entries) {
+    for (const expr::TiedEntry& entry : library.groups[g].entries) {
       for (const auto& [number, function] : monomials(entry.function)) {
         entries.emplace_back(places.index(entry.equation, function, true), g, entry.factor * number);
       }
@@ -81,7 +81,7 @@ Eigen::MatrixXd library_matrix(const CandidateLibrary& library, Places& places) 
   return a;
 }
 
-UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLibrary& library) {
+UnknownEstimates from_equations(const IdentifiedModel& model, const expr::CandidateLibrary& library) {
   UnknownEstimates result;
   Places places;
   const Eigen::MatrixXd a = library_matrix(library, places);
@@ -102,7 +102,7 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
     for (const EquationTerm& term : equation->terms) {
       Eigen::VectorXd column = Eigen::VectorXd::Zero(places.size());
       bool inside = false;
-      for (const auto& [number, function] : monomials(Expr::parse(term.function))) {
+      for (const auto& [number, function] : monomials(expr::Expr::parse(term.function))) {
         const Eigen::Index place = places.index(i, function, false);
         if (place >= 0) column[place] += number;
         inside = inside || place >= 0;
@@ -195,12 +195,13 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const CandidateLib
 }
 
 /// The library's group that is the given one of the hand-written rotor library; -1: none.
-Eigen::Index find_group(const CandidateLibrary& library, const TiedGroup& wanted) {
+Eigen::Index find_group(const expr::CandidateLibrary& library, const expr::TiedGroup& wanted) {
   for (std::size_t g = 0; g < library.groups.size(); ++g) {
-    const CandidateLibrary pair{library.lhs, {}, {library.groups[g], wanted}, {}};
+    const expr::CandidateLibrary pair{library.lhs, {}, {library.groups[g], wanted}, {}};
     bool equal = library.lhs == std::vector<std::string>{"X2'", "X4'"};
     if (!equal) break;
-    for (const Expr& rest : right_hand_sides(pair, {Expr(1), Expr(-1)})) equal = equal && expand(rest).is_number(0);
+    for (const expr::Expr& rest : expr::right_hand_sides(pair, {expr::Expr(1), expr::Expr(-1)}))
+      equal = equal && expr::expand(rest).is_number(0);
     if (equal) return static_cast<Eigen::Index>(g);
   }
   return -1;
@@ -208,10 +209,10 @@ Eigen::Index find_group(const CandidateLibrary& library, const TiedGroup& wanted
 
 }  // namespace
 
-UnknownEstimates unknown_estimates(const IdentifiedModel& model, const CandidateLibrary& library) {
+UnknownEstimates unknown_estimates(const IdentifiedModel& model, const expr::CandidateLibrary& library) {
   const auto n = static_cast<Eigen::Index>(library.groups.size());
   std::vector<std::size_t> by_name;
-  for (const TiedGroup& group : library.groups) {
+  for (const expr::TiedGroup& group : library.groups) {
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
       if (model.parameters[p].first == group.name) by_name.push_back(p);
     }
@@ -235,7 +236,7 @@ UnknownEstimates unknown_estimates(const IdentifiedModel& model, const Candidate
   }
   UnknownEstimates result = from_equations(model, library);
   if (model.rotor_covariance.size() == 25) {
-    const CandidateLibrary rotor = tied_rotor_library(false);
+    const expr::CandidateLibrary rotor = expr::tied_rotor_library(false);
     for (std::size_t i = 0; i < 5; ++i) {
       for (std::size_t j = 0; j < 5; ++j) {
         const Eigen::Index a = find_group(library, rotor.groups[i]), b = find_group(library, rotor.groups[j]);
@@ -246,4 +247,4 @@ UnknownEstimates unknown_estimates(const IdentifiedModel& model, const Candidate
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

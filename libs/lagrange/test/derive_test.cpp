@@ -9,27 +9,28 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/equations.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 namespace {
 
-void expect_same(const Expr& found, const char* expected) {
-  EXPECT_EQ(expand(found - Expr::parse(expected)), Expr(0)) << found.str() << "\nexpected " << expected;
+void expect_same(const expr::Expr& found, const char* expected) {
+  EXPECT_EQ(expr::expand(found - expr::Expr::parse(expected)), expr::Expr(0))
+      << found.str() << "\nexpected " << expected;
 }
 
-const TiedGroup& group(const LagrangeEquations& eq, const std::string& coefficient) {
-  for (const TiedGroup& g : eq.library.groups) {
+const expr::TiedGroup& group(const LagrangeEquations& eq, const std::string& coefficient) {
+  for (const expr::TiedGroup& g : eq.library.groups) {
     if (g.coefficient == coefficient) return g;
   }
   std::string all;
-  for (const TiedGroup& g : eq.library.groups) all += g.coefficient + "; ";
+  for (const expr::TiedGroup& g : eq.library.groups) all += g.coefficient + "; ";
   throw Error("no group '" + coefficient + "' among " + all);
 }
 
 /// The terms of a group, one per equation.
 void expect_group(const LagrangeEquations& eq, const std::string& coefficient, const std::vector<const char*>& terms) {
-  const std::vector<Expr> found = group_terms(group(eq, coefficient), terms.size());
+  const std::vector<expr::Expr> found = expr::group_terms(group(eq, coefficient), terms.size());
   for (std::size_t i = 0; i < terms.size(); ++i) {
-    EXPECT_EQ(expand(found[i] - Expr::parse(terms[i])), Expr(0))
+    EXPECT_EQ(expr::expand(found[i] - expr::Expr::parse(terms[i])), expr::Expr(0))
         << coefficient << " in equation " << i << ": " << found[i].str();
   }
 }
@@ -67,14 +68,14 @@ TEST(LagrangeReference, PaperRotorSolvedGivesEquationTwentyOneAndTheCoupling) {
 // The tied library of a prescribed angle is the one that the identification uses, written by hand there.
 TEST(LagrangeReference, PrescribedAngleGivesTheTiedRotorLibrary) {
   const LagrangeEquations eq = derive(tied_rotor());
-  const CandidateLibrary hand = tied_rotor_library(false, false, true);
+  const expr::CandidateLibrary hand = expr::tied_rotor_library(false, false, true);
   ASSERT_EQ(eq.library.groups.size(), hand.groups.size());
   EXPECT_EQ(eq.library.lhs, hand.lhs);
-  for (const TiedGroup& expected : hand.groups) {
-    const std::vector<Expr> sums = group_terms(expected, 2);
+  for (const expr::TiedGroup& expected : hand.groups) {
+    const std::vector<expr::Expr> sums = expr::group_terms(expected, 2);
     const std::string x = sums[0].str(), y = sums[1].str();
-    expect_group(eq, Expr::parse(expected.coefficient).str(), {x.c_str(), y.c_str()});
-    EXPECT_EQ(group(eq, Expr::parse(expected.coefficient).str()).unit, expected.unit) << expected.name;
+    expect_group(eq, expr::Expr::parse(expected.coefficient).str(), {x.c_str(), y.c_str()});
+    EXPECT_EQ(group(eq, expr::Expr::parse(expected.coefficient).str()).unit, expected.unit) << expected.name;
   }
 }
 
@@ -91,31 +92,32 @@ TEST(LagrangeReference, TorqueLawGivesTheFunctionsOfEquationTwentyFour) {
   for (const char* name : {"Cm1", "Cm2", "Cc", "Cv", "Ca"}) p.parameters.push_back({name, "", {}});
   p.prescribed[0].acceleration = "(Cm1 - Cm2*b' - Cc*sgn(b') - Cv*b' - Ca*b'*abs(b'))/J_bar";
   const auto functions = [](const LagrangeEquations& eq, std::size_t equation) {
-    std::vector<Expr> found;
-    for (const TiedGroup& g : eq.library.groups) {
-      for (const TiedEntry& entry : g.entries) {
+    std::vector<expr::Expr> found;
+    for (const expr::TiedGroup& g : eq.library.groups) {
+      for (const expr::TiedEntry& entry : g.entries) {
         if (equation < 3 && entry.equation != equation) continue;
-        const Expr sum = expand(entry.function);
-        const std::vector<Expr> terms = sum.kind() == Expr::Kind::sum ? sum.args() : std::vector<Expr>{sum};
-        for (const Expr& term : terms) found.push_back(split_coefficient(term).second);
+        const expr::Expr sum = expr::expand(entry.function);
+        const std::vector<expr::Expr> terms =
+            sum.kind() == expr::Expr::Kind::sum ? sum.args() : std::vector<expr::Expr>{sum};
+        for (const expr::Expr& term : terms) found.push_back(expr::split_coefficient(term).second);
       }
     }
-    found = union_library({found});
-    std::sort(found.begin(), found.end(), [](const Expr& a, const Expr& b) { return compare(a, b) < 0; });
+    found = expr::union_library({found});
+    std::sort(found.begin(), found.end(), [](const expr::Expr& a, const expr::Expr& b) { return compare(a, b) < 0; });
     return found;
   };
-  const auto sorted = [](std::vector<Expr> terms) {
-    std::sort(terms.begin(), terms.end(), [](const Expr& a, const Expr& b) { return compare(a, b) < 0; });
+  const auto sorted = [](std::vector<expr::Expr> terms) {
+    std::sort(terms.begin(), terms.end(), [](const expr::Expr& a, const expr::Expr& b) { return compare(a, b) < 0; });
     return terms;
   };
   // Any direction: sgn and X6|X6| beside them.
   const LagrangeEquations both = derive(p);
-  EXPECT_EQ(functions(both, 0), sorted(parse_library({"X1", "X1^3", "X1*X3^2", "X2", "X6^2*cos(X5)", "sin(X5)",
-                                                      "X6*sin(X5)", "sgn(X6)*sin(X5)", "X6*abs(X6)*sin(X5)"})));
-  EXPECT_EQ(functions(both, 2), sorted(parse_library({"1", "X6", "sgn(X6)", "X6*abs(X6)"})));
+  EXPECT_EQ(functions(both, 0), sorted(expr::parse_library({"X1", "X1^3", "X1*X3^2", "X2", "X6^2*cos(X5)", "sin(X5)",
+                                                            "X6*sin(X5)", "sgn(X6)*sin(X5)", "X6*abs(X6)*sin(X5)"})));
+  EXPECT_EQ(functions(both, 2), sorted(expr::parse_library({"1", "X6", "sgn(X6)", "X6*abs(X6)"})));
   p.positive = {"b'"};
   const LagrangeEquations forward = derive(p);
-  EXPECT_EQ(functions(forward, 3), sorted(rotor_library()));
+  EXPECT_EQ(functions(forward, 3), sorted(expr::rotor_library()));
   EXPECT_EQ(forward.lhs, (std::vector<std::string>{"x''", "y''", "b''"}));
   EXPECT_EQ(forward.library.lhs, (std::vector<std::string>{"X2'", "X4'", "X6'"}));
   // sin(X5) in x'' and -cos(X5) in y'' share e (Cm1 - Cc)/J_bar.
@@ -128,7 +130,7 @@ TEST(LagrangeProperty, RotorLibraryAgreesWithTheDerivationAtRandomStates) {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> number(-1, 1);
   for (int trial = 0; trial < 50; ++trial) {
-    UnbalancedDisk disk;
+    rotor::UnbalancedDisk disk;
     disk.mass = 1.5 + number(random);
     disk.eccentricity = 0.05 * (1.5 + number(random));
     disk.inertia = 0.2 + 0.1 * number(random);
@@ -136,8 +138,8 @@ TEST(LagrangeProperty, RotorLibraryAgreesWithTheDerivationAtRandomStates) {
     disk.cubic = 1e3 * (2 + number(random));
     disk.damping_x = 1 + number(random);
     disk.damping_y = 1 + number(random);
-    const DiskState s{number(random), number(random),     number(random),
-                      number(random), 3 * number(random), 5 * number(random)};
+    const rotor::DiskState s{number(random), number(random),     number(random),
+                             number(random), 3 * number(random), 5 * number(random)};
     const double ux = number(random), uy = number(random), tau = number(random);
     const Values v{{"x", s.x},
                    {"y", s.y},
@@ -155,11 +157,11 @@ TEST(LagrangeProperty, RotorLibraryAgreesWithTheDerivationAtRandomStates) {
                    {"Ux", ux},
                    {"Uy", uy},
                    {"tau", tau}};
-    const DiskAcceleration expected = lagrange_acceleration(disk, s, ux, uy, tau);
+    const rotor::DiskAcceleration expected = rotor::lagrange_acceleration(disk, s, ux, uy, tau);
     const double scale = 1 + std::abs(expected.ddx) + std::abs(expected.ddy) + std::abs(expected.alpha);
-    EXPECT_NEAR(evaluate(eq.accelerations[0], v), expected.ddx, 1e-10 * scale);
-    EXPECT_NEAR(evaluate(eq.accelerations[1], v), expected.ddy, 1e-10 * scale);
-    EXPECT_NEAR(evaluate(eq.accelerations[2], v), expected.alpha, 1e-10 * scale);
+    EXPECT_NEAR(expr::evaluate(eq.accelerations[0], v), expected.ddx, 1e-10 * scale);
+    EXPECT_NEAR(expr::evaluate(eq.accelerations[1], v), expected.ddy, 1e-10 * scale);
+    EXPECT_NEAR(expr::evaluate(eq.accelerations[2], v), expected.alpha, 1e-10 * scale);
   }
 }
 
@@ -170,9 +172,9 @@ TEST(LagrangeProperty, LibraryTimesCoefficientsIsTheAcceleration) {
   std::uniform_real_distribution<double> number(0.4, 1.6);
   for (const LagrangeProblem& p : all_systems()) {
     const LagrangeEquations eq = derive(p);
-    std::vector<Expr> unknowns;
-    for (const TiedGroup& g : eq.library.groups) unknowns.push_back(Expr::parse(g.coefficient));
-    const std::vector<Expr> rhs = right_hand_sides(eq.library, unknowns);
+    std::vector<expr::Expr> unknowns;
+    for (const expr::TiedGroup& g : eq.library.groups) unknowns.push_back(expr::Expr::parse(g.coefficient));
+    const std::vector<expr::Expr> rhs = expr::right_hand_sides(eq.library, unknowns);
     for (int trial = 0; trial < 20; ++trial) {
       Values v{{"t", number(random)}};
       std::vector<std::string> motions = p.coordinates;
@@ -190,20 +192,20 @@ TEST(LagrangeProperty, LibraryTimesCoefficientsIsTheAcceleration) {
       if (!eq.implicit) {
         for (Eigen::Index j = 0; j < n; ++j) {
           v[p.coordinates[static_cast<std::size_t>(j)] + "''"] =
-              evaluate(eq.accelerations[static_cast<std::size_t>(j)], v);
+              expr::evaluate(eq.accelerations[static_cast<std::size_t>(j)], v);
         }
       }
       for (Eigen::Index i = 0; i < n; ++i) {
         const auto row = static_cast<std::size_t>(i);
         if (!eq.implicit) {
-          double force = -evaluate(eq.rhs[row], v);
+          double force = -expr::evaluate(eq.rhs[row], v);
           for (std::size_t j = 0; j < p.coordinates.size(); ++j)
-            force += evaluate(eq.mass[row][j], v) * v[p.coordinates[j] + "''"];
-          EXPECT_NEAR(force, 0, 1e-10 * (1 + std::abs(evaluate(eq.rhs[row], v)))) << p.kinetic;
+            force += expr::evaluate(eq.mass[row][j], v) * v[p.coordinates[j] + "''"];
+          EXPECT_NEAR(force, 0, 1e-10 * (1 + std::abs(expr::evaluate(eq.rhs[row], v)))) << p.kinetic;
         }
-        const double a = evaluate(eq.accelerations[row], v);
+        const double a = expr::evaluate(eq.accelerations[row], v);
         scale = std::max(scale, std::abs(a));
-        EXPECT_NEAR(evaluate(rhs[row], renamed), a, 1e-10 * scale) << p.kinetic;
+        EXPECT_NEAR(expr::evaluate(rhs[row], renamed), a, 1e-10 * scale) << p.kinetic;
       }
     }
   }
@@ -218,16 +220,17 @@ TEST(LagrangeProperty, EveryDerivedAccelerationSolvesLagrangesEquation) {
     const LagrangeEquations eq = derive(p);
     std::vector<std::string> motions = p.coordinates;
     for (const PrescribedSignal& s : p.prescribed) motions.push_back(s.name);
-    const auto read = [](const std::string& text) { return text.empty() ? Expr(0) : Expr::parse(text); };
-    const Expr kinetic = read(p.kinetic);
+    const auto read = [](const std::string& text) { return text.empty() ? expr::Expr(0) : expr::Expr::parse(text); };
+    const expr::Expr kinetic = read(p.kinetic);
     for (std::size_t i = 0; i < p.coordinates.size(); ++i) {
       const std::string& q = p.coordinates[i];
-      const Expr momentum = differentiate(kinetic, q + "'");
-      std::vector<Expr> parts{differentiate(momentum, "t"), -differentiate(kinetic, q),
-                              differentiate(read(p.potential), q), differentiate(read(p.rayleigh), q + "'")};
+      const expr::Expr momentum = expr::differentiate(kinetic, q + "'");
+      std::vector<expr::Expr> parts{expr::differentiate(momentum, "t"), -expr::differentiate(kinetic, q),
+                                    expr::differentiate(read(p.potential), q),
+                                    expr::differentiate(read(p.rayleigh), q + "'")};
       for (const std::string& m : motions) {
-        parts.push_back(differentiate(momentum, m) * Expr::symbol(m + "'"));
-        parts.push_back(differentiate(momentum, m + "'") * Expr::symbol(m + "''"));
+        parts.push_back(expr::differentiate(momentum, m) * expr::Expr::symbol(m + "'"));
+        parts.push_back(expr::differentiate(momentum, m + "'") * expr::Expr::symbol(m + "''"));
       }
       if (p.forces.count(q) != 0) parts.push_back(-read(p.forces.at(q)));
       for (int trial = 0; trial < 20; ++trial) {
@@ -240,11 +243,11 @@ TEST(LagrangeProperty, EveryDerivedAccelerationSolvesLagrangesEquation) {
         // Implicit rows hold for whatever the other accelerations are; solved ones need all of theirs.
         const Values before = v;
         for (std::size_t j = 0; j < p.coordinates.size(); ++j) {
-          if (!eq.implicit || j == i) v[p.coordinates[j] + "''"] = evaluate(eq.accelerations[j], before);
+          if (!eq.implicit || j == i) v[p.coordinates[j] + "''"] = expr::evaluate(eq.accelerations[j], before);
         }
         double sum = 0, scale = 1;
-        for (const Expr& part : parts) {
-          const double x = evaluate(part, v);
+        for (const expr::Expr& part : parts) {
+          const double x = expr::evaluate(part, v);
           sum += x;
           scale += std::abs(x);
         }
@@ -369,4 +372,4 @@ TEST(Lagrange, BadProblemsAreRefusedWithTheReason) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::lagrange

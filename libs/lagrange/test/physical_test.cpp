@@ -9,7 +9,7 @@
 #include "systems.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 namespace {
 
 const PhysicalQuantity& quantity(const std::vector<PhysicalQuantity>& list, const std::string& name) {
@@ -22,11 +22,11 @@ const PhysicalQuantity& quantity(const std::vector<PhysicalQuantity>& list, cons
 }
 
 /// Unknowns of the library at given parameters, with relative sd.
-UnknownEstimates exact_unknowns(const CandidateLibrary& library, const Values& truth, double relative_sd) {
+UnknownEstimates exact_unknowns(const expr::CandidateLibrary& library, const Values& truth, double relative_sd) {
   const auto n = static_cast<Eigen::Index>(library.groups.size());
   UnknownEstimates u{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, n), {}};
   for (Eigen::Index g = 0; g < n; ++g) {
-    u.value[g] = evaluate(Expr::parse(library.groups[static_cast<std::size_t>(g)].coefficient), truth);
+    u.value[g] = expr::evaluate(expr::Expr::parse(library.groups[static_cast<std::size_t>(g)].coefficient), truth);
     u.covariance(g, g) = std::pow(relative_sd * u.value[g], 2);
   }
   return u;
@@ -38,7 +38,7 @@ TEST(PhysicalReference, RotorGivesStiffnessDampingAndUnbalanceOnceTheMassIsKnown
   LagrangeProblem p = tied_rotor();
   p.inputs.clear();
   p.forces.clear();
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   const UnknownEstimates u = exact_unknowns(library, kRotor, 1e-3);
 
   const PhysicalParameters blind = physical_parameters(library, u, p.parameters, {"m*e", "K1/K2"});
@@ -46,10 +46,10 @@ TEST(PhysicalReference, RotorGivesStiffnessDampingAndUnbalanceOnceTheMassIsKnown
   EXPECT_NEAR(quantity(blind.parameters, "phi").value.value, 2.2, 1e-8);
   EXPECT_EQ(blind.parameters.size(), 2u);
   for (const char* name : {"K1/m", "K2/m", "C/m"}) {
-    EXPECT_NEAR(quantity(blind.combinations, name).value.value, evaluate(Expr::parse(name), kRotor),
-                1e-6 * evaluate(Expr::parse(name), kRotor));
-    EXPECT_NEAR(quantity(blind.combinations, name).value.sd, 1e-3 * evaluate(Expr::parse(name), kRotor),
-                1e-6 * evaluate(Expr::parse(name), kRotor));
+    EXPECT_NEAR(quantity(blind.combinations, name).value.value, expr::evaluate(expr::Expr::parse(name), kRotor),
+                1e-6 * expr::evaluate(expr::Expr::parse(name), kRotor));
+    EXPECT_NEAR(quantity(blind.combinations, name).value.sd, 1e-3 * expr::evaluate(expr::Expr::parse(name), kRotor),
+                1e-6 * expr::evaluate(expr::Expr::parse(name), kRotor));
   }
   EXPECT_EQ(quantity(blind.combinations, "K2/m").unit, "1/(m^2 s^2)");
   EXPECT_EQ(blind.undetermined, (std::vector<std::string>{"m", "K1", "K2", "C"}));
@@ -76,7 +76,7 @@ TEST(PhysicalReference, RotorGivesStiffnessDampingAndUnbalanceOnceTheMassIsKnown
 
 TEST(PhysicalReference, InputGainGivesTheMass) {
   const LagrangeProblem p = tied_rotor();  // with forces ux, uy
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   const PhysicalParameters found = physical_parameters(library, exact_unknowns(library, kRotor, 1e-4), p.parameters);
   EXPECT_TRUE(found.undetermined.empty());
   for (const auto& [name, value] : kRotor)
@@ -88,7 +88,7 @@ TEST(PhysicalReference, ExcessRelationsAreCheckedAgainstEachOther) {
   LagrangeProblem driven = p;
   driven.inputs = {"u", "w"};
   driven.forces = {{"x", "u"}, {"y", "w"}};
-  const CandidateLibrary library = derive(driven).library;  // k1/m1, k2/m1, k2/m2, 1/m1, 1/m2: five for four
+  const expr::CandidateLibrary library = derive(driven).library;  // k1/m1, k2/m1, k2/m2, 1/m1, 1/m2: five for four
   const Values truth{{"m1", 2}, {"m2", 0.5}, {"k1", 1000}, {"k2", 300}};
   UnknownEstimates u = exact_unknowns(library, truth, 0.01);
   const PhysicalParameters good = physical_parameters(library, u, p.parameters);
@@ -103,7 +103,7 @@ TEST(PhysicalReference, ExcessRelationsAreCheckedAgainstEachOther) {
 
 TEST(PhysicalReference, PendulumLengthNeedsOnlyGravity) {
   LagrangeProblem p = simple_pendulum();
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   const Values truth{{"m", 2}, {"l", 0.7}, {"g", 9.81}, {"c", 0.05}};
   for (PhysicalParameter& q : p.parameters) {
     if (q.name == "g") q.value = Estimate{9.81, 0, 9.81, 9.81};
@@ -117,7 +117,7 @@ TEST(PhysicalReference, PendulumLengthNeedsOnlyGravity) {
 
 TEST(PhysicalReference, SofteningSpringIsNegative) {
   LagrangeProblem p = duffing_oscillator();
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   const Values truth{{"m", 0.3}, {"c", 0.2}, {"k", 40}, {"k3", -900}};
   const PhysicalParameters found = physical_parameters(library, exact_unknowns(library, truth, 0.01), p.parameters);
   for (const auto& [name, value] : truth)
@@ -130,7 +130,7 @@ TEST(PhysicalProperty, IntervalsCoverTheTruth) {
   p.inputs.clear();
   p.forces.clear();
   p.parameters[0].value = Estimate::from_sd(1.5, 0.01);
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   UnknownEstimates u = exact_unknowns(library, kRotor, 0.01);
   const Eigen::VectorXd truth = u.value;
   std::mt19937_64 random(3);
@@ -165,13 +165,13 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
   LagrangeProblem p = tied_rotor();
   p.inputs.clear();
   p.forces.clear();
-  const CandidateLibrary library = derive(p).library;
+  const expr::CandidateLibrary library = derive(p).library;
   IdentifiedModel model;
   const double values[] = {5666, 2.9e8, 4.1, -2e-4, 2.7e-4};
-  const CandidateLibrary rotor = tied_rotor_library(false);
+  const expr::CandidateLibrary rotor = expr::tied_rotor_library(false);
   model.equations = {{"X2'", {}}, {"X4'", {}}};
   for (std::size_t g = 0; g < 5; ++g) {
-    for (const TiedEntry& e : rotor.groups[g].entries) {
+    for (const expr::TiedEntry& e : rotor.groups[g].entries) {
       model.equations[e.equation].terms.push_back(
           {e.function.str(), Estimate::from_sd(e.factor * values[g], std::abs(values[g]) * 1e-3), ""});
     }
@@ -182,7 +182,9 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
   EXPECT_EQ(u.notes.size(), 2u);  // a term too much; no covariances
   for (std::size_t g = 0; g < 5; ++g) {
     std::size_t at = 0;
-    while (at < 5 && Expr::parse(library.groups[at].coefficient) != Expr::parse(rotor.groups[g].coefficient)) ++at;
+    while (at < 5 &&
+           expr::Expr::parse(library.groups[at].coefficient) != expr::Expr::parse(rotor.groups[g].coefficient))
+      ++at;
     ASSERT_LT(at, 5u);
     EXPECT_NEAR(u.value[static_cast<Eigen::Index>(at)], values[g], 1e-9 * std::abs(values[g]));
     EXPECT_NEAR(u.covariance(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(at)),
@@ -202,7 +204,7 @@ TEST(PhysicalReference, UnknownsOfAnIdentifiedRotor) {
 }
 
 TEST(PhysicalReference, UnknownsByNameWithTheirCovariance) {
-  const CandidateLibrary library = derive(simple_pendulum()).library;
+  const expr::CandidateLibrary library = derive(simple_pendulum()).library;
   IdentifiedModel model;
   model.parameters = {{"other", Estimate::from_sd(1, 1)},
                       {library.groups[0].name, Estimate::from_sd(14, 2)},
@@ -214,11 +216,11 @@ TEST(PhysicalReference, UnknownsByNameWithTheirCovariance) {
 }
 
 TEST(PhysicalReference, CoefficientsOfAnUntiedFitKeepTheirCovariance) {
-  const CandidateLibrary library = derive(simple_pendulum()).library;
+  const expr::CandidateLibrary library = derive(simple_pendulum()).library;
   IdentifiedModel model;
   model.equations.push_back({library.lhs[0], {}});
   for (std::size_t g = 0; g < 2; ++g) {
-    const TiedEntry& entry = library.groups[g].entries.front();
+    const expr::TiedEntry& entry = library.groups[g].entries.front();
     const Estimate unknown = g == 0 ? Estimate::from_sd(14, 2) : Estimate::from_sd(0.05, 0.1);
     model.equations[0].terms.push_back(
         {entry.function.str(), Estimate::from_sd(entry.factor * unknown.value, unknown.sd), ""});
@@ -238,4 +240,4 @@ TEST(PhysicalReference, CoefficientsOfAnUntiedFitKeepTheirCovariance) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::lagrange

@@ -5,7 +5,7 @@
 
 #include "whirl/lagrange/derive.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 
 using Values = std::map<std::string, double, std::less<>>;
 
@@ -112,4 +112,4 @@ inline std::vector<LagrangeProblem> all_systems() {
           two_masses(),  anisotropic_rotor(), cart_pendulum(),      gyroscopic_rotor()};
 }
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

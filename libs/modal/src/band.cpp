@@ -8,7 +8,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 double median(std::vector<double> values) {
@@ -201,4 +201,4 @@ Grid arrange_grid(const FrequencyResponse& frf) {
   return grid;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

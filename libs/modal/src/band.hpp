@@ -6,7 +6,7 @@
 
 #include "whirl/modal/poles.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// The lines of a fit with their weights. Weights make the noise of every line and channel about equal.
 struct Band {
@@ -40,4 +40,4 @@ struct Grid {
 /// own.
 Grid arrange_grid(const FrequencyResponse& frf);
 
-}  // namespace whirl
+}  // namespace whirl::modal

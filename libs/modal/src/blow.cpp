@@ -8,7 +8,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 // Width at half height of the excursion around `peak` of a signal taken positive there, in samples.
@@ -112,4 +112,4 @@ BlowCheck check_blow(const Eigen::Ref<const Eigen::VectorXd>& force, double dt, 
   return check;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -1,7 +1,7 @@
 #pragma once
 #include "whirl/modal/frf.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// Main pulse of a force record: samples [first, last] above 10 % of the peak; [0, quiet) is safely before it.
 struct Pulse {
@@ -11,4 +11,4 @@ struct Pulse {
 };
 Pulse find_pulse(const Eigen::Ref<const Eigen::VectorXd>& force);
 
-}  // namespace whirl
+}  // namespace whirl::modal

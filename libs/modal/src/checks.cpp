@@ -9,7 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 ModeComplexity mode_complexity(const Eigen::Ref<const Eigen::VectorXcd>& shape) {
   const double xx = shape.real().squaredNorm(), yy = shape.imag().squaredNorm(), xy = shape.real().dot(shape.imag());
@@ -113,4 +113,4 @@ std::vector<DrivePoint> check_drive_points(const ModalModel& model) {
   return found;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -7,7 +7,7 @@
 
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
@@ -39,7 +39,7 @@ Impulse impulse_of(const Band& band, const Grid& grid) {
     for (Index i = 0; i < h.references; ++i) {
       const Index c = grid.channel(o, i);
       const VectorXcd response =
-          inverse_fft(band.h.col(c) * (std::sqrt(static_cast<double>(lines)) / band.h.col(c).norm()));
+          signal::inverse_fft(band.h.col(c) * (std::sqrt(static_cast<double>(lines)) / band.h.col(c).norm()));
       for (Index n = 0; n < h.samples; ++n) h.blocks(o, n * h.references + i) = response[n];
     }
   }
@@ -192,4 +192,4 @@ std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid
   return poles;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

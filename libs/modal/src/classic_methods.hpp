@@ -4,7 +4,7 @@
 #include "band.hpp"
 #include "whirl/modal/poles.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 struct Orders {
   int low, high, step;
@@ -16,4 +16,4 @@ std::vector<StabilisationPole> era_poles(const Band& band, const Grid& grid, con
 std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid, const Orders& orders,
                                               double max_damping);
 
-}  // namespace whirl
+}  // namespace whirl::modal

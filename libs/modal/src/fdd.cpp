@@ -11,7 +11,7 @@
 #include "whirl/modal/poles.hpp"
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
@@ -21,10 +21,10 @@ constexpr double kPi = std::numbers::pi;
 // Frequency and damping from the bell around a peak: its inverse transform is an autocorrelation exp(p |tau|).
 void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line, const Eigen::VectorXd& lag_window,
               AmbientMode& mode) {
-  const Index m = fast_fft_length(block);
+  const Index m = signal::fast_fft_length(block);
   Eigen::VectorXcd spectrum = Eigen::VectorXcd::Zero(m);
   spectrum.head(bell.size()) = bell.cast<Complex>();
-  const Eigen::VectorXcd r = inverse_fft(spectrum);  // shifted to 0 Hz: the phase turns with f - first * line
+  const Eigen::VectorXcd r = signal::inverse_fft(spectrum);  // shifted to 0 Hz: the phase turns with f - first * line
   const double step = 1 / (static_cast<double>(m) * line);
   // Straight lines through log|r| and arg r, from 0.9 to 0.2 of the start.
   double n = 0, st = 0, stt = 0, sl = 0, stl = 0, sp = 0, stp = 0, phase = 0;
@@ -83,7 +83,7 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
   for (Index first = 0; first + block <= recording.size(); first += block / 2, ++averages) {
     for (Index c = 0; c < channels; ++c) {
       const Eigen::VectorXd part = recording.channels[static_cast<std::size_t>(c)].samples.segment(first, block);
-      transforms.col(c) = real_fft((part.array() - part.mean()).matrix().cwiseProduct(window));
+      transforms.col(c) = signal::real_fft((part.array() - part.mean()).matrix().cwiseProduct(window));
     }
     for (Index k = 0; k < lines; ++k)
       spectra[static_cast<std::size_t>(k)] += transforms.row(k).transpose() * transforms.row(k).conjugate();
@@ -139,4 +139,4 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -11,7 +11,7 @@
 #include "residue_fit.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
@@ -356,4 +356,4 @@ double damping_through_window(const Mode& mode, double window_decay) {
   return (window_decay - mode.pole.real()) / std::abs(mode.pole - window_decay);
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -10,7 +10,7 @@
 #include "whirl/signal/fft.hpp"
 #include "whirl/signal/window.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 const Channel& force_channel(const Recording& recording, const FrfOptions& options) {
@@ -177,7 +177,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
 
   const double length = dt * static_cast<double>(n);
   result.window_decay = -std::log(options.window_end) / length;
-  const Eigen::VectorXd decay = exponential_window(n, dt, result.window_decay);
+  const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
   const Eigen::Index lines = n / 2 + 1;
   const std::size_t responses = result.channels.size();
   CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
@@ -223,12 +223,12 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
       Eigen::Index end = pulse.last + 1 + pulse.width() - pulse.quiet;
       if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / dt);
       const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / dt));
-      force = force.cwiseProduct(force_window(n, std::min(end, n), taper));
+      force = force.cwiseProduct(signal::force_window(n, std::min(end, n), taper));
     }
-    const Eigen::VectorXcd f = real_fft(force);
+    const Eigen::VectorXcd f = signal::real_fft(force);
     sums.ff += f.cwiseAbs2();
     for (std::size_t c = 0; c < responses; ++c) {
-      const Eigen::VectorXcd a = real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay));
+      const Eigen::VectorXcd a = signal::real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay));
       sums.aa[c] += a.cwiseAbs2();
       sums.af[c] += a.cwiseProduct(f.conjugate());
     }
@@ -307,4 +307,4 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
   return joined;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -14,7 +14,7 @@
 #include <Eigen/Dense>
 #include <cmath>
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::ArrayXd;
@@ -373,4 +373,4 @@ Eigen::MatrixXcd residual_of(const Band& band, const Poles& poles, const Residua
   return residual;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -6,7 +6,7 @@
 #include "band.hpp"
 #include "whirl/modal/residues.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 using Poles = std::vector<std::complex<double>>;
 
@@ -35,4 +35,4 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
 /// measured - model on every line and channel, not weighted.
 Eigen::MatrixXcd residual_of(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit);
 
-}  // namespace whirl
+}  // namespace whirl::modal

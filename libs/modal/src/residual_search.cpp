@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
@@ -96,4 +96,4 @@ std::vector<Complex> search_residual(const Band& band, const Eigen::MatrixXcd& r
   return peaks;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -4,7 +4,7 @@
 
 #include "band.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// A mode a little outside the band bends the FRFs inside in a way that the residuals cannot: poles may lie this factor
 /// out.
@@ -16,4 +16,4 @@ constexpr double kReach = 1.3;
 std::vector<std::complex<double>> search_residual(const Band& band, const Eigen::MatrixXcd& residual,
                                                   double least_gain);
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -9,7 +9,7 @@
 #include "residue_fit.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 using Complex = std::complex<double>;
 
@@ -75,4 +75,4 @@ Eigen::VectorXcd synthesise(const ModalModel& model, Eigen::Index channel,
   return h;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -5,7 +5,7 @@
 
 #include "whirl/modal/poles.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 double median(std::vector<double> values) {
@@ -138,4 +138,4 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -11,7 +11,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
@@ -26,7 +26,7 @@ constexpr double kCoverage = 0.93;
 Eigen::VectorXcd lag_sums(const Eigen::VectorXcd& x, Index m) {
   Eigen::VectorXcd padded = Eigen::VectorXcd::Zero(m);
   padded.head(x.size()) = x;
-  return inverse_fft(padded) * static_cast<double>(m);
+  return signal::inverse_fft(padded) * static_cast<double>(m);
 }
 
 // One band: lines [first, first + n) of `band`. Appends the poles of every order that lie in [core_low, core_high) Hz.
@@ -40,7 +40,7 @@ void poles_of_band(const Band& band, const Grid& grid, Index first, Index n, dou
   const Index refs = grid.channel.cols();
   const Index top = orders.high;
   const Index size = refs * (top + 1);
-  const Index m = fast_fft_length(static_cast<Index>(std::ceil(static_cast<double>(n) / kCoverage)));
+  const Index m = signal::fast_fft_length(static_cast<Index>(std::ceil(static_cast<double>(n) / kCoverage)));
   const double omega0 = band.omega[first];
   const double ts = 2 * kPi / (static_cast<double>(m) * 2 * kPi * band.line_width());
 
@@ -199,4 +199,4 @@ StabilisationDiagram stabilisation_diagram(const FrequencyResponse& frf, const P
   return diagram;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -12,7 +12,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 namespace {
 
 using StudentsT = boost::math::students_t_distribution<double>;
@@ -215,4 +215,4 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -79,23 +79,23 @@ double error(const whirl::FrequencyResponse& frf) {
 }
 
 TEST(FrfReference, WindowedImpactGivesTheExactFrfSeenThroughTheWindow) {
-  const auto clean = whirl::estimate_frf({simulate({{0.1, 200}}, 2, 0, 1)}, {.window_end = 0.01});
+  const auto clean = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 0, 1)}, {.window_end = 0.01});
   EXPECT_LT(error(clean), 1e-3);
   EXPECT_EQ(clean.kind, whirl::FrfKind::receptance);
   EXPECT_NEAR(clean.window_decay, std::log(100) / (clean.frequency[1] > 0 ? 1 / clean.frequency[1] : 1), 1e-6);
-  const auto noisy = whirl::estimate_frf({simulate({{0.1, 200}}, 2, 1e-3, 1)}, {.window_end = 0.01});
+  const auto noisy = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 2, 1e-3, 1)}, {.window_end = 0.01});
   EXPECT_LT(error(noisy), 0.033);
-  const auto unwindowed = whirl::estimate_frf({simulate({{0.1, 200}}, 8, 0, 1)}, {.window_force = false});
+  const auto unwindowed = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 8, 0, 1)}, {.window_force = false});
   EXPECT_LT(error(unwindowed), 1e-3);
 }
 
 TEST(FrfProperty, EstimatorsOfOneNoisyBlowSetAgreeWithTheirDefinitions) {
   std::vector<whirl::Recording> blows;
   for (unsigned i = 0; i < 8; ++i) blows.push_back(simulate({{0.1, 150 + 10.0 * i}}, 2, 5e-3, 10 + i));
-  const auto h1 = whirl::estimate_frf(blows, {.estimator = whirl::FrfEstimator::h1});
-  const auto h2 = whirl::estimate_frf(blows, {.estimator = whirl::FrfEstimator::h2});
-  const auto low = whirl::estimate_frf(blows, {.estimator = whirl::FrfEstimator::hv, .noise_ratio = 1e-30});
-  const auto high = whirl::estimate_frf(blows, {.estimator = whirl::FrfEstimator::hv, .noise_ratio = INFINITY});
+  const auto h1 = whirl::modal::estimate_frf(blows, {.estimator = whirl::FrfEstimator::h1});
+  const auto h2 = whirl::modal::estimate_frf(blows, {.estimator = whirl::FrfEstimator::h2});
+  const auto low = whirl::modal::estimate_frf(blows, {.estimator = whirl::FrfEstimator::hv, .noise_ratio = 1e-30});
+  const auto high = whirl::modal::estimate_frf(blows, {.estimator = whirl::FrfEstimator::hv, .noise_ratio = INFINITY});
   EXPECT_EQ(h1.averages, 8);
   const auto& c1 = h1.channels[0];
   for (Eigen::Index i = 20; i < 600; ++i) {
@@ -115,7 +115,7 @@ TEST(FrfProperty, StatedVarianceIsTheScatterOverRepeatedMeasurements) {
   for (unsigned run = 0; run < 60; ++run) {
     std::vector<whirl::Recording> blows;
     for (unsigned i = 0; i < 5; ++i) blows.push_back(simulate({{0.05, 150}}, 1, 5e-3, 1000 + 10 * run + i, 5e-4));
-    const auto frf = whirl::estimate_frf(blows, {.window_force = true});
+    const auto frf = whirl::modal::estimate_frf(blows, {.window_force = true});
     magnitude.push_back(std::abs(frf.channels[0].value[line]));
     stated += frf.channels[0].variance[line] / 60;
   }
@@ -127,7 +127,7 @@ TEST(FrfProperty, StatedVarianceIsTheScatterOverRepeatedMeasurements) {
 }
 
 TEST(Frf, CoherenceOfOneBlowIsUndefined) {
-  const auto one = whirl::estimate_frf({simulate({{0.1, 200}}, 1, 1e-3, 1)});
+  const auto one = whirl::modal::estimate_frf({simulate({{0.1, 200}}, 1, 1e-3, 1)});
   EXPECT_EQ(one.channels[0].coherence.size(), 0);
   EXPECT_EQ(one.channels[0].variance.size(), 0);
   EXPECT_EQ(one.averages, 1);
@@ -135,8 +135,8 @@ TEST(Frf, CoherenceOfOneBlowIsUndefined) {
 
 TEST(Frf, SeveralBlowsOfOneRecordingAreCutAndAveraged) {
   const auto record = simulate({{0.5, 200}, {3.5, 150}, {6.5, 180}}, 9.5, 1e-3, 4);
-  std::vector<whirl::BlowReport> reports;
-  const auto frf = whirl::estimate_frf({record}, {.duration = 2.5, .window_end = 0.01}, &reports);
+  std::vector<whirl::modal::BlowReport> reports;
+  const auto frf = whirl::modal::estimate_frf({record}, {.duration = 2.5, .window_end = 0.01}, &reports);
   EXPECT_EQ(frf.averages, 3);
   ASSERT_EQ(reports.size(), 3u);
   EXPECT_NEAR(reports[1].time, 3.5, 2e-4);
@@ -149,19 +149,19 @@ TEST(FrfProperty, SecondHitIsFoundFrom5To300MsWhateverTheRecordLength) {
   for (double length : {1.0, 4.0, 16.0}) {
     for (double gap : {0.005, 0.012, 0.028, 0.12, 0.3}) {
       const auto record = simulate({{0.05, 200}, {0.05 + gap, 70}}, length, 2e-4, 7);
-      const auto check = whirl::check_blow(record["hammer"], record.dt);
+      const auto check = whirl::modal::check_blow(record["hammer"], record.dt);
       ASSERT_EQ(check.second_hits.size(), 1u) << gap << " s in " << length << " s";
       EXPECT_NEAR(check.second_hits[0].time, gap, 2e-4);
       EXPECT_NEAR(check.second_hits[0].ratio, 0.35, 0.01);
     }
-    EXPECT_TRUE(whirl::check_blow(simulate({{0.05, 200}}, length, 2e-4, 7)["hammer"], 1e-4).second_hits.empty());
+    EXPECT_TRUE(whirl::modal::check_blow(simulate({{0.05, 200}}, length, 2e-4, 7)["hammer"], 1e-4).second_hits.empty());
   }
 }
 
 TEST(Frf, ReboundInsideTheRecordDoesNotSpoilH1) {
-  std::vector<whirl::BlowReport> reports;
+  std::vector<whirl::modal::BlowReport> reports;
   const auto frf =
-      whirl::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)}, {.window_end = 0.01}, &reports);
+      whirl::modal::estimate_frf({simulate({{0.1, 200}, {0.128, 70}}, 4, 2e-4, 3)}, {.window_end = 0.01}, &reports);
   EXPECT_EQ(reports[0].second_hits.size(), 1u);
   EXPECT_TRUE(reports[0].used);
   EXPECT_LT(error(frf), 0.033);
@@ -170,41 +170,41 @@ TEST(Frf, ReboundInsideTheRecordDoesNotSpoilH1) {
 
 TEST(FrfProperty, ClippingOfTwoSamplesOrMoreIsFound) {
   const auto record = simulate({{0.1, 200}}, 1, 2e-4, 3);
-  EXPECT_FALSE(whirl::check_blow(record["hammer"], record.dt).overload);
+  EXPECT_FALSE(whirl::modal::check_blow(record["hammer"], record.dt).overload);
   for (Eigen::Index clipped : {2, 4, 8}) {
     Eigen::VectorXd f = record["hammer"];
     Eigen::VectorXd sorted = f;
     std::sort(sorted.data(), sorted.data() + sorted.size());
     f = f.cwiseMin(sorted[sorted.size() - clipped]);
-    EXPECT_TRUE(whirl::check_blow(f, record.dt).overload) << clipped << " samples";
+    EXPECT_TRUE(whirl::modal::check_blow(f, record.dt).overload) << clipped << " samples";
     auto bad = record;
     bad.channels[0].samples = f;
-    EXPECT_THROW(whirl::estimate_frf({bad}), whirl::Error);
-    EXPECT_EQ(whirl::estimate_frf({bad}, {.drop_overloads = false}).averages, 1);
+    EXPECT_THROW(whirl::modal::estimate_frf({bad}), whirl::Error);
+    EXPECT_EQ(whirl::modal::estimate_frf({bad}, {.drop_overloads = false}).averages, 1);
   }
-  EXPECT_TRUE(whirl::check_blow(record["hammer"], record.dt, 200).overload);
+  EXPECT_TRUE(whirl::modal::check_blow(record["hammer"], record.dt, 200).overload);
 }
 
 TEST(Frf, SlowQuantisedSignalRestsOnItsExtremeWithoutBeingClipped) {
   Eigen::VectorXd x(4000);
   for (Eigen::Index i = 0; i < x.size(); ++i)
     x[i] = std::round(1000 * std::sin(2 * kPi * 3 * static_cast<double>(i) / 4000));
-  EXPECT_FALSE(whirl::is_overloaded(x));
-  EXPECT_TRUE(whirl::is_overloaded(x.cwiseMin(800.0)) || whirl::is_overloaded(x, 1000));
-  EXPECT_TRUE(whirl::is_overloaded(x, 1000));
+  EXPECT_FALSE(whirl::modal::is_overloaded(x));
+  EXPECT_TRUE(whirl::modal::is_overloaded(x.cwiseMin(800.0)) || whirl::modal::is_overloaded(x, 1000));
+  EXPECT_TRUE(whirl::modal::is_overloaded(x, 1000));
 }
 
 TEST(Frf, BadInputIsAnError) {
   auto record = simulate({{0.1, 200}}, 1, 0, 1);
-  EXPECT_THROW(whirl::estimate_frf({}), whirl::Error);
-  EXPECT_THROW(whirl::estimate_frf({record}, {.force = "none"}), whirl::Error);
-  EXPECT_THROW(whirl::estimate_frf({record}, {.window_end = 0}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({record}, {.force = "none"}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({record}, {.window_end = 0}), whirl::Error);
   auto volts = record;
   volts.channels[1].quantity = whirl::Quantity::voltage;
-  EXPECT_THROW(whirl::estimate_frf({volts}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({volts}), whirl::Error);
   auto mixed = record;
   mixed.add("acc", whirl::Quantity::acceleration, record.channels[1].samples);
-  EXPECT_THROW(whirl::estimate_frf({mixed}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({mixed}), whirl::Error);
 }
 
 TEST(FrfReference, MeasuredBlowHasNoSecondHitAndNoOverload) {
@@ -212,7 +212,7 @@ TEST(FrfReference, MeasuredBlowHasNoSecondHitAndNoOverload) {
   WHIRL_REQUIRE_DATA(path);
   const Eigen::MatrixXd table = whirl::testing::read_csv_gz(path);
   ASSERT_EQ(table.rows(), 50030);
-  const auto check = whirl::check_blow(table.col(1), 2e-5);
+  const auto check = whirl::modal::check_blow(table.col(1), 2e-5);
   EXPECT_FALSE(check.overload);
   EXPECT_TRUE(check.second_hits.empty());
   EXPECT_NEAR(check.peak, 195.6, 0.3);

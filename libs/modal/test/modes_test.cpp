@@ -50,10 +50,10 @@ const whirl::Mode* mode_near(const whirl::ModalModel& model, double frequency) {
 
 TEST(ModesReference, StoreyBuildingHasThreeModes) {
   WHIRL_REQUIRE_DATA(whirl::testing::data_file("modal/building9.csv.gz"));
-  whirl::ModeOptions options;
+  whirl::modal::ModeOptions options;
   options.poles.band_low = 5;
   options.poles.band_high = 100;
-  const auto model = whirl::fit_modes(building(), options);
+  const auto model = whirl::modal::fit_modes(building(), options);
   std::vector<const whirl::Mode*> inside;
   for (const auto& mode : model.modes) {
     if (mode.frequency.value < 100) inside.push_back(&mode);
@@ -71,12 +71,12 @@ TEST(ModesReference, StoreyBuildingHasThreeModes) {
 TEST(ModesReference, MeasuredBlowGivesTheSameDampingWithAndWithoutWindow) {
   WHIRL_REQUIRE_DATA(whirl::testing::data_file("modal/hammer_raw.csv.gz"));
   const whirl::Recording blow = measured_blow();
-  whirl::ModeOptions options;
+  whirl::modal::ModeOptions options;
   options.poles.band_low = 20;
   options.poles.band_high = 3000;
   for (double window_end : {1.0, 0.01}) {
-    const auto frf = whirl::estimate_frf({blow}, {.window_end = window_end});
-    const auto model = whirl::fit_modes(frf, options);
+    const auto frf = whirl::modal::estimate_frf({blow}, {.window_end = window_end});
+    const auto model = whirl::modal::fit_modes(frf, options);
     const auto* first = mode_near(model, 695.75);
     const auto* second = mode_near(model, 1898.05);
     ASSERT_TRUE(first != nullptr && second != nullptr);
@@ -85,7 +85,8 @@ TEST(ModesReference, MeasuredBlowGivesTheSameDampingWithAndWithoutWindow) {
     EXPECT_NEAR(first->damping.value, 0.00459, 3.5e-5);
     EXPECT_NEAR(second->damping.value, 0.00307, 3.5e-5);
     EXPECT_NEAR(model.window_decay, window_end < 1 ? 4.602 : 0, 0.005);
-    EXPECT_NEAR(whirl::damping_through_window(*first, model.window_decay), window_end < 1 ? 0.00564 : 0.00459, 5e-5);
+    EXPECT_NEAR(whirl::modal::damping_through_window(*first, model.window_decay), window_end < 1 ? 0.00564 : 0.00459,
+                5e-5);
   }
 }
 
@@ -104,7 +105,7 @@ whirl::testing::SyntheticOptions small(unsigned seed) {
 
 TEST(ModesReference, SyntheticClassOf35ModesFromTwelveNoisyFrfs) {
   const auto data = make_synthetic({});
-  const auto model = whirl::fit_modes(data.frf);
+  const auto model = whirl::modal::fit_modes(data.frf);
   const auto s = score(data.poles, model);
   EXPECT_GE(s.frequency, 34);
   EXPECT_GE(s.both, 33);
@@ -120,7 +121,7 @@ TEST(ModesProperty, NinetyFivePercentIntervalsCoverTheTruth) {
     auto options = small(seed);
     options.proportional = seed % 2 == 0;
     const auto data = make_synthetic(options);
-    const auto model = whirl::fit_modes(data.frf);
+    const auto model = whirl::modal::fit_modes(data.frf);
     const auto s = score(data.poles, model);
     EXPECT_EQ(s.frequency, 8) << "seed " << seed;
     EXPECT_EQ(s.extra, 0) << "seed " << seed;
@@ -140,7 +141,7 @@ TEST(ModesProperty, DoubletTwoPerThousandApartIsSeparatedFromTwoReferences) {
     auto options = small(seed);
     options.doublet_gap = 0.002;
     const auto data = make_synthetic(options);
-    const auto s = score(data.poles, whirl::fit_modes(data.frf));
+    const auto s = score(data.poles, whirl::modal::fit_modes(data.frf));
     EXPECT_EQ(s.frequency, 8) << "seed " << seed;
     EXPECT_GE(s.both, 8) << "seed " << seed;
   }
@@ -153,9 +154,9 @@ TEST(ModesProperty, ModelRebuildsTheFrfInEveryKind) {
     options.noise = 0;
     options.line = 0.125;
     const auto data = make_synthetic(options);
-    const auto model = whirl::fit_modes(data.frf);
+    const auto model = whirl::modal::fit_modes(data.frf);
     EXPECT_LT(model.reconstruction_error, 1e-3) << to_string(kind);
-    const Eigen::VectorXcd h = whirl::synthesise(model, 2, data.frf.frequency, kind);
+    const Eigen::VectorXcd h = whirl::modal::synthesise(model, 2, data.frf.frequency, kind);
     EXPECT_LT((h - data.clean[2]).norm() / data.clean[2].norm(), 2e-3) << to_string(kind);
     EXPECT_EQ(score(data.poles, model).both, 8) << to_string(kind);
   }
@@ -181,19 +182,19 @@ TEST(ModesProperty, ResiduesOfKnownPolesAreExact) {
     channel.value[i] = s * h;
   }
   frf.channels.push_back(channel);
-  const auto fit = whirl::fit_residues(frf, poles);
+  const auto fit = whirl::modal::fit_residues(frf, poles);
   EXPECT_LT(fit.reconstruction_error, 1e-8);
   EXPECT_NEAR(std::abs(fit.residues(0, 0) - a[0]) / std::abs(a[0]), 0, 1e-6);
   EXPECT_NEAR(std::abs(fit.residues(1, 0) - a[1]) / std::abs(a[1]), 0, 1e-6);
   EXPECT_NEAR(fit.lower[0].real(), lower, 1e-4);
   EXPECT_NEAR(fit.upper[0].real(), upper, 1e-8);
-  EXPECT_THROW(whirl::fit_residues(frf, {Complex(1, 300)}), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_residues(frf, {Complex(1, 300)}), whirl::Error);
 }
 
 TEST(Modes, StabilisationDiagramTracesEveryModeOverTheOrders) {
   const auto data = make_synthetic(small(3));
-  auto diagram = whirl::stabilisation_diagram(data.frf);
-  const auto clusters = whirl::select_poles(diagram);
+  auto diagram = whirl::modal::stabilisation_diagram(data.frf);
+  const auto clusters = whirl::modal::select_poles(diagram);
   EXPECT_EQ(diagram.references.size(), 2u);
   EXPECT_GE(diagram.orders.size(), 8u);
   for (const Complex truth : data.poles) {
@@ -210,27 +211,27 @@ TEST(Modes, StabilisationDiagramTracesEveryModeOverTheOrders) {
 
 TEST(Modes, BadInputIsAnError) {
   auto data = make_synthetic(small(1));
-  whirl::ModeOptions options;
+  whirl::modal::ModeOptions options;
   options.poles.band_low = 100;
   options.poles.band_high = 50;
-  EXPECT_THROW(whirl::fit_modes(data.frf, options), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_modes(data.frf, options), whirl::Error);
   options.poles.band_high = 100.2;
-  EXPECT_THROW(whirl::fit_modes(data.frf, options), whirl::Error);  // too few lines
+  EXPECT_THROW(whirl::modal::fit_modes(data.frf, options), whirl::Error);  // too few lines
   options = {};
-  options.poles.weighting = whirl::LineWeighting::variance;
-  EXPECT_THROW(whirl::fit_modes(data.frf, options), whirl::Error);
+  options.poles.weighting = whirl::modal::LineWeighting::variance;
+  EXPECT_THROW(whirl::modal::fit_modes(data.frf, options), whirl::Error);
   data.frf.channels[0].value[3] = NAN;
-  EXPECT_THROW(whirl::fit_modes(data.frf), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_modes(data.frf), whirl::Error);
   data.frf.channels[0].value.setZero();
-  EXPECT_THROW(whirl::fit_modes(data.frf), whirl::Error);
-  EXPECT_THROW(whirl::mac(Eigen::VectorXcd::Ones(2), Eigen::VectorXcd::Ones(3)), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_modes(data.frf), whirl::Error);
+  EXPECT_THROW(whirl::modal::mac(Eigen::VectorXcd::Ones(2), Eigen::VectorXcd::Ones(3)), whirl::Error);
 }
 
 TEST(ModesReference, NoiseFreeDataOf35ModesGiveNoOtherPoleInTheBand) {
   auto options = whirl::testing::SyntheticOptions{};
   options.noise = 0;
   const auto data = make_synthetic(options);
-  const auto model = whirl::fit_modes(data.frf);
+  const auto model = whirl::modal::fit_modes(data.frf);
   const auto s = score(data.poles, model);
   EXPECT_EQ(s.both, 35);
   EXPECT_EQ(s.extra, 0);
@@ -256,7 +257,7 @@ TEST(ModesProperty, DominantDoubletIsFoundWhenTheVarianceFollowsTheResonance) {
       channel.variance[i] = std::norm(30 * sd) + 1e-6;
     }
   }
-  const auto model = whirl::fit_modes(data.frf);
+  const auto model = whirl::modal::fit_modes(data.frf);
   for (const Complex p : dominant) {
     EXPECT_NE(mode_near(model, std::abs(p) / (2 * std::numbers::pi)), nullptr) << p.imag();
   }
@@ -271,7 +272,7 @@ TEST(Modes, NoiseAloneHasNoModes) {
   for (auto& channel : frf.channels) {
     for (auto& value : channel.value) value = {normal(random), normal(random)};
   }
-  const auto model = whirl::fit_modes(frf);
+  const auto model = whirl::modal::fit_modes(frf);
   EXPECT_EQ(score({}, model).poles, 0);
   EXPECT_EQ(model.summary.status, whirl::Status::unusable);
 }

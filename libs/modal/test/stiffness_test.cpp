@@ -32,7 +32,7 @@ Table make_table(double k1, double k2, double d0, double noise, unsigned seed, b
 
 TEST(StiffnessProperty, ExactTableGivesItsParametersBack) {
   const Table t = make_table(4e4, 2e9, 1.5e-4, 0, 1);
-  const auto law = whirl::fit_stiffness(t.d, t.f);
+  const auto law = whirl::modal::fit_stiffness(t.d, t.f);
   EXPECT_NEAR(law.k1.value, 4e4, 1e-5);
   EXPECT_NEAR(law.k2.value, 2e9, 1);
   EXPECT_NEAR(law.offset.value, 1.5e-4, 1e-14);
@@ -45,7 +45,7 @@ TEST(StiffnessProperty, NinetyFivePercentIntervalsCoverTheTruth) {
   const int runs = 600;
   for (int run = 0; run < runs; ++run) {
     const Table t = make_table(4e4, 2e9, -2e-4, 1.0, 100 + static_cast<unsigned>(run));
-    const auto law = whirl::fit_stiffness(t.d, t.f);
+    const auto law = whirl::modal::fit_stiffness(t.d, t.f);
     k1 += law.k1.covers(4e4);
     k2 += law.k2.covers(2e9);
     offset += law.offset.covers(-2e-4);
@@ -58,17 +58,17 @@ TEST(StiffnessProperty, CubicTermOfAStraightShaftIsFoundAtTheRateOfTheTest) {
   int significant = 0;
   for (unsigned run = 0; run < 400; ++run) {
     const Table t = make_table(4e4, 0, 0, 1.0, 5000 + run);
-    significant += whirl::fit_stiffness(t.d, t.f).cubic_p_value < 0.05;
+    significant += whirl::modal::fit_stiffness(t.d, t.f).cubic_p_value < 0.05;
   }
   EXPECT_NEAR(significant, 20, 18);
 }
 
 TEST(Stiffness, HysteresisIsFoundOnlyWhenItIsThere) {
   const Table clean = make_table(4e4, 2e9, 0, 0.2, 3, true);
-  const auto without = whirl::fit_stiffness(clean.d, clean.f);
+  const auto without = whirl::modal::fit_stiffness(clean.d, clean.f);
   for (const auto& w : without.summary.warnings) EXPECT_EQ(w.find("unloading"), std::string::npos) << w;
   const Table rubbed = make_table(4e4, 2e9, 0, 0.2, 3, true, 1.5);
-  const auto with = whirl::fit_stiffness(rubbed.d, rubbed.f);
+  const auto with = whirl::modal::fit_stiffness(rubbed.d, rubbed.f);
   EXPECT_NEAR(with.hysteresis, 3, 0.9);
   ASSERT_FALSE(with.summary.warnings.empty());
   EXPECT_NE(with.summary.warnings.back().find("unloading"), std::string::npos);
@@ -76,38 +76,38 @@ TEST(Stiffness, HysteresisIsFoundOnlyWhenItIsThere) {
 
 TEST(Stiffness, OffsetCanBeHeldAtZero) {
   const Table t = make_table(4e4, 2e9, 0, 0.5, 9);
-  const auto law = whirl::fit_stiffness(t.d, t.f, {.fit_offset = false});
+  const auto law = whirl::modal::fit_stiffness(t.d, t.f, {.fit_offset = false});
   EXPECT_EQ(law.offset.value, 0);
   EXPECT_TRUE(std::abs(law.k1.value - 4e4) < 4 * law.k1.sd);
 }
 
 TEST(Stiffness, BadTablesAreErrors) {
   const Eigen::VectorXd d = Eigen::VectorXd::LinSpaced(5, 0, 1);
-  EXPECT_THROW(whirl::fit_stiffness(d, Eigen::VectorXd::Ones(4)), whirl::Error);
-  EXPECT_THROW(whirl::fit_stiffness(Eigen::VectorXd::Ones(9), Eigen::VectorXd::Ones(9)), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_stiffness(d, Eigen::VectorXd::Ones(4)), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_stiffness(Eigen::VectorXd::Ones(9), Eigen::VectorXd::Ones(9)), whirl::Error);
   Eigen::VectorXd f = d;
   f[2] = std::nan("");
-  EXPECT_THROW(whirl::fit_stiffness(d, f), whirl::Error);
-  const auto wrong_sign = whirl::fit_stiffness(d, -d);
+  EXPECT_THROW(whirl::modal::fit_stiffness(d, f), whirl::Error);
+  const auto wrong_sign = whirl::modal::fit_stiffness(d, -d);
   EXPECT_EQ(wrong_sign.summary.status, whirl::Status::unusable);
 }
 
 TEST(StiffnessProperty, TensorOfAnAnisotropicShaft) {
   const double kx = 5e4, ky = 4e4, axis = 0.3;
-  std::vector<whirl::DirectedStiffnessTable> tables;
+  std::vector<whirl::modal::DirectedStiffnessTable> tables;
   for (int i = 0; i < 4; ++i) {
     const double angle = i * std::numbers::pi / 4;
     const double k = (kx + ky) / 2 + (kx - ky) / 2 * std::cos(2 * (angle - axis));
     const Table t = make_table(k, 2e9, 0, 0.3, 40 + static_cast<unsigned>(i));
     tables.push_back({angle, t.d, t.f});
   }
-  const auto result = whirl::fit_anisotropic_stiffness(tables);
+  const auto result = whirl::modal::fit_anisotropic_stiffness(tables);
   EXPECT_NEAR(result.mean.value, 4.5e4, 4 * result.mean.sd);
   EXPECT_NEAR(result.amplitude.value, 5e3, 4 * result.amplitude.sd);
   EXPECT_NEAR(result.axis, axis, 0.05);
   EXPECT_LT(result.p_value, 1e-6);
   EXPECT_LT(result.amplitude.sd, 300);
   tables.resize(1);
-  EXPECT_THROW(whirl::fit_anisotropic_stiffness(tables), whirl::Error);
+  EXPECT_THROW(whirl::modal::fit_anisotropic_stiffness(tables), whirl::Error);
 }
 }  // namespace

@@ -12,7 +12,7 @@
 namespace whirl::report {
 namespace {
 
-using Kind = Expr::Kind;
+using Kind = expr::Expr::Kind;
 
 struct Greek {
   std::string_view name, letter;
@@ -110,7 +110,7 @@ class MathmlWriter {
  public:
   explicit MathmlWriter(const NameMap& names) : names_(names) {}
 
-  std::string write(const Expr& e, int precedence = 0) const {
+  std::string write(const expr::Expr& e, int precedence = 0) const {
     switch (e.kind()) {
       case Kind::number:
         return number(e.value(), precedence);
@@ -133,13 +133,13 @@ class MathmlWriter {
     return needed ? "<mrow><mo>(</mo>" + inside + "<mo>)</mo></mrow>" : "<mrow>" + inside + "</mrow>";
   }
   static std::string number(double value, int precedence) {
-    const std::string digits = "<mn>" + number_text(std::abs(value)) + "</mn>";
+    const std::string digits = "<mn>" + expr::number_text(std::abs(value)) + "</mn>";
     return std::signbit(value) ? parenthesise("<mo>−</mo>" + digits, precedence > 0) : digits;
   }
-  std::string call(const Expr& e) const {
-    if (e.function() == Function::abs) return "<mrow><mo>|</mo>" + write(e.args()[0]) + "<mo>|</mo></mrow>";
+  std::string call(const expr::Expr& e) const {
+    if (e.function() == expr::Function::abs) return "<mrow><mo>|</mo>" + write(e.args()[0]) + "<mo>|</mo></mrow>";
     std::string arguments;
-    for (const Expr& argument : e.args()) {
+    for (const expr::Expr& argument : e.args()) {
       if (!arguments.empty()) arguments += "<mo>,</mo>";
       arguments += write(argument);
     }
@@ -148,17 +148,17 @@ class MathmlWriter {
     return fmt::format("<mrow><mi>{}</mi><mo>&#x2061;</mo>{}</mrow>", to_string(e.function()),
                        bare ? "<mspace width=\"0.17em\"/>" + arguments : parenthesise(arguments, true));
   }
-  std::string power(const Expr& base, const Expr& exponent, int precedence) const {
+  std::string power(const expr::Expr& base, const expr::Expr& exponent, int precedence) const {
     if (exponent.is_number() && exponent.value() < 0) {
       return parenthesise(fraction("<mn>1</mn>", raised(base, -exponent.value(), 0)), precedence > 1);
     }
     if (exponent.is_number(0.5)) return "<msqrt>" + write(base) + "</msqrt>";
     return raised(base, exponent, precedence);
   }
-  std::string raised(const Expr& base, const Expr& exponent, int precedence) const {
+  std::string raised(const expr::Expr& base, const expr::Expr& exponent, int precedence) const {
     if (exponent.is_number(1)) return write(base, precedence);
     if (exponent.is_number(0.5)) return "<msqrt>" + write(base) + "</msqrt>";
-    const bool function = base.kind() == Kind::function && base.function() != Function::abs;
+    const bool function = base.kind() == Kind::function && base.function() != expr::Function::abs;
     const std::string inside =
         function || base.kind() == Kind::power ? parenthesise(write(base), true) : write(base, 2);
     return "<msup>" + inside + write(exponent) + "</msup>";
@@ -166,9 +166,9 @@ class MathmlWriter {
   static std::string fraction(const std::string& top, const std::string& bottom) {
     return "<mfrac><mrow>" + top + "</mrow><mrow>" + bottom + "</mrow></mfrac>";
   }
-  std::string product(const Expr& e) const {
+  std::string product(const expr::Expr& e) const {
     std::string top, bottom, sign;
-    const auto divides = [](const Expr& factor) {
+    const auto divides = [](const expr::Expr& factor) {
       return factor.kind() == Kind::power && factor.args()[1].is_number() && factor.args()[1].value() < 0;
     };
     const bool alone = std::count_if(e.args().begin(), e.args().end(), divides) == 1;
@@ -176,7 +176,7 @@ class MathmlWriter {
       if (!to.empty()) to += "<mspace width=\"0.17em\"/>";
       to += factor;
     };
-    for (const Expr& factor : e.args()) {
+    for (const expr::Expr& factor : e.args()) {
       if (factor.is_number()) {
         if (factor.value() < 0) sign = "<mo>−</mo>";
         if (std::abs(factor.value()) != 1) append(top, number(std::abs(factor.value()), 1));
@@ -189,12 +189,12 @@ class MathmlWriter {
     if (top.empty()) top = "<mn>1</mn>";
     return sign + (bottom.empty() ? top : fraction(top, bottom));
   }
-  std::string sum(const Expr& e) const {
+  std::string sum(const expr::Expr& e) const {
     std::string out;
-    for (const Expr& term : e.args()) {
-      const auto [factor, rest] = split_coefficient(term);
+    for (const expr::Expr& term : e.args()) {
+      const auto [factor, rest] = expr::split_coefficient(term);
       if (!out.empty() || factor < 0) out += factor < 0 ? "<mo>−</mo>" : "<mo>+</mo>";
-      out += write(Expr(std::abs(factor)) * rest, 1);
+      out += write(expr::Expr(std::abs(factor)) * rest, 1);
     }
     return out;
   }
@@ -233,25 +233,25 @@ const NameMap& names_of(const IdentifiedModel& model) {
 }
 
 std::string term_mathml(std::string_view function, const NameMap& names) {
-  return MathmlWriter(names).write(Expr::parse(function), 1);
+  return MathmlWriter(names).write(expr::Expr::parse(function), 1);
 }
 
 std::string term_latex(std::string_view function, const NameMap& names) {
-  PrintOptions options;
+  expr::PrintOptions options;
   options.name = [&](std::string_view name) { return name_latex(name, names); };
-  return print(Expr::parse(function), whirl::Notation::latex, options);
+  return expr::print(expr::Expr::parse(function), whirl::expr::Notation::latex, options);
 }
 
 std::string term_text(std::string_view function, const NameMap& names) {
-  PrintOptions options;
+  expr::PrintOptions options;
   options.name = [&](std::string_view name) { return name_text(name, names); };
-  return pretty_unit(print(Expr::parse(function), whirl::Notation::text, options));
+  return pretty_unit(expr::print(expr::Expr::parse(function), whirl::expr::Notation::text, options));
 }
 
 namespace {
 /// A sum behind a coefficient needs parentheses.
 std::string factor(const std::string& text, const EquationTerm& term, const char* open, const char* close) {
-  return Expr::parse(term.function).kind() == Expr::Kind::sum ? open + text + close : text;
+  return expr::Expr::parse(term.function).kind() == expr::Expr::Kind::sum ? open + text + close : text;
 }
 }  // namespace
 

@@ -173,10 +173,10 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
   return figure;
 }
 
-Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
-  require_curves(curves, [](const SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves) {
+  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
   double largest = 0;
-  for (const SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
   Figure figure;
   figure.title = "Bode plot of the 1X vector";
   figure.shared_x = true;
@@ -188,7 +188,7 @@ Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
   phase.height = 120;
   amplitude.y.low = 0;
   std::vector<PhaseCurve> phases;
-  for (const SynchronousCurve& c : curves) {
+  for (const signal::SynchronousCurve& c : curves) {
     amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
     phases.push_back({c.speed, c.vector, {}});
   }
@@ -196,10 +196,10 @@ Figure bode_1x(const std::vector<SynchronousCurve>& curves) {
   return figure;
 }
 
-Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
-  require_curves(curves, [](const SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, int labels) {
+  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
   double largest = 0;
-  for (const SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
   Figure figure;
   figure.title = "Polar plot of the 1X vector";
   figure.width = 480;
@@ -207,11 +207,11 @@ Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels) {
       "", {}, {"angle = phase lead; radius = 1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
   panel.kind = Panel::Kind::polar;
   panel.height = 380;
-  for (const SynchronousCurve& c : curves) {
+  for (const signal::SynchronousCurve& c : curves) {
     panel.line(curves.size() > 1 ? c.name : "", c.vector.array().arg(), c.vector.cwiseAbs());
   }
   // Speeds at equal steps of the way along the curve, where the reader needs them.
-  const SynchronousCurve& first = curves.front();
+  const signal::SynchronousCurve& first = curves.front();
   VectorXd way = VectorXd::Zero(first.vector.size());
   for (Index i = 1; i < way.size(); ++i) way(i) = way(i - 1) + std::abs(first.vector(i) - first.vector(i - 1));
   for (int k = 0; k < labels && way.size() > 0; ++k) {

@@ -134,7 +134,7 @@ TEST(ReportRotorFigures, SpectraNameTheirAmplitude) {
 
 TEST(ReportRotorFigures, BodePhaseFallsByHalfATurnWithoutJumps) {
   const Index n = 200;
-  SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
+  signal::SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
   for (Index i = 0; i < n; ++i) {
     const double speed = curve.speed(i);
     const std::complex<double> denominator(3600 - speed * speed, 6 * speed);
@@ -151,7 +151,7 @@ TEST(ReportRotorFigures, BodePhaseFallsByHalfATurnWithoutJumps) {
 
 TEST(ReportRotorFigures, PhaseThatWindsIsShownWithinATurn) {
   const Index n = 400;
-  SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
+  signal::SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
   for (Index i = 0; i < n; ++i) curve.vector(i) = std::polar(1e-4, 0.05 * static_cast<double>(i));
   const Figure figure = bode_1x({curve});
   drawn(figure);

@@ -7,7 +7,7 @@
 #include "tables.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 
@@ -56,7 +56,7 @@ struct BatchRig<Lanes>::State {
   std::array<std::shared_ptr<const RigTables>, Lanes> own;  // of every lane
   bool one_plant = true;                                    // and one noise
   std::vector<Normal> normals;                              // one, or one per lane
-  LateralCoefficients<Lane> coefficients;
+  rotor::LateralCoefficients<Lane> coefficients;
   Lane eps_re, eps_im, actuator_gain, axis_cos, axis_sin;
   long ticks_done = 0, steps = 0, captured = 0;
   Lane x, y, vx, vy;            // rotor
@@ -77,7 +77,7 @@ struct BatchRig<Lanes>::State {
       if (r.angle != tables->angle || r.gain != tables->gain || r.mode_maps.size() != tables->mode_maps.size()) {
         throw Error("batch of rigs: the lanes differ in profile, timing, encoder, laser rate or mass");
       }
-      const LateralCoefficients<double>& c = r.coefficients;
+      const rotor::LateralCoefficients<double>& c = r.coefficients;
       coefficients.kx[lane] = c.kx, coefficients.ky[lane] = c.ky, coefficients.kxy[lane] = c.kxy;
       coefficients.k2[lane] = c.k2;
       coefficients.cx[lane] = c.cx, coefficients.cy[lane] = c.cy, coefficients.cxy[lane] = c.cxy;
@@ -99,7 +99,7 @@ struct BatchRig<Lanes>::State {
     }
     ticks_done = steps = captured = 0;
     for (int lane = 0; lane < Lanes; ++lane) {
-      const LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start.disk;
+      const rotor::LateralState<double>& s = own[static_cast<std::size_t>(lane)]->start.disk;
       x[lane] = s.x, y[lane] = s.y, vx[lane] = s.vx, vy[lane] = s.vy;
     }
     target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};
@@ -152,20 +152,20 @@ struct BatchRig<Lanes>::State {
     const RigTables& t = *tables;
     const RigLaser& laser = t.parameters.laser;
     Pair added;  // runout, modes driven by the unbalance, noise
-    const auto of_lane = [&](int lane) -> LateralInput<double> {
+    const auto of_lane = [&](int lane) -> rotor::LateralInput<double> {
       const auto i = static_cast<std::size_t>(lane);
-      const LateralInput<double> surface = own[i]->not_disk[static_cast<std::size_t>(captured)];
+      const rotor::LateralInput<double> surface = own[i]->not_disk[static_cast<std::size_t>(captured)];
       if (!(laser.noise > 0)) return surface;
       Normal& normal = normals[i];
       const double nx = laser.noise * normal(), ny = laser.noise * normal();
       return {surface.x + nx, surface.y + ny};
     };
     if (one_plant) {
-      const LateralInput<double> same = of_lane(0);
+      const rotor::LateralInput<double> same = of_lane(0);
       added.x.v.fill(same.x), added.y.v.fill(same.y);
     } else {
       for (int lane = 0; lane < Lanes; ++lane) {
-        const LateralInput<double> a = of_lane(lane);
+        const rotor::LateralInput<double> a = of_lane(lane);
         added.x[lane] = a.x, added.y[lane] = a.y;
       }
     }
@@ -185,7 +185,7 @@ struct BatchRig<Lanes>::State {
   }
 
   void measure() noexcept {
-    const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(ticks_done)];
+    const rotor::AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(ticks_done)];
     const Pair& r = readings[slot(ticks_done)];
     reading = {static_cast<double>(ticks_done) / tables->parameters.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha};
   }
@@ -221,28 +221,29 @@ struct BatchRig<Lanes>::State {
   }
 
   // One Runge-Kutta step of all lanes; f points at the forcing of its start.
-  void step(const LateralInput<double>* f) noexcept {
+  void step(const rotor::LateralInput<double>* f) noexcept {
     const RigTables& t = *tables;
     const double r = t.lag_half_step, g = t.gain;
-    const LateralCoefficients<Lane>& c = coefficients;
+    const rotor::LateralCoefficients<Lane>& c = coefficients;
     for (int lane = 0; lane < Lanes; lane += kWidth) {
       const auto of = [lane](const Lane& l) { return load(&l.v[0] + lane); };
-      const LateralCoefficients<Vector> a{of(c.kx), of(c.ky), of(c.kxy), of(c.k2), of(c.cx), of(c.cy), of(c.cxy)};
+      const rotor::LateralCoefficients<Vector> a{of(c.kx), of(c.ky), of(c.kxy), of(c.k2),
+                                                 of(c.cx), of(c.cy), of(c.cxy)};
       const Vector er = of(eps_re), ei = of(eps_im);
       Vector dx = load(&distance_x.v[0] + lane), dy = load(&distance_y.v[0] + lane);
       const Vector tx = g * load(&target_x.v[0] + lane), ty = g * load(&target_y.v[0] + lane);
-      const auto input = [&](const LateralInput<double>& unbalance) {
-        return LateralInput<Vector>{er * unbalance.x - ei * unbalance.y + tx + g * dx,
-                                    er * unbalance.y + ei * unbalance.x + ty + g * dy};
+      const auto input = [&](const rotor::LateralInput<double>& unbalance) {
+        return rotor::LateralInput<Vector>{er * unbalance.x - ei * unbalance.y + tx + g * dx,
+                                           er * unbalance.y + ei * unbalance.x + ty + g * dy};
       };
-      const LateralInput<Vector> in0 = input(f[0]);
+      const rotor::LateralInput<Vector> in0 = input(f[0]);
       dx *= r, dy *= r;
-      const LateralInput<Vector> in_mid = input(f[1]);
+      const rotor::LateralInput<Vector> in_mid = input(f[1]);
       dx *= r, dy *= r;
-      const LateralInput<Vector> in1 = input(f[2]);
-      const LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane),
-                                   load(&vy.v[0] + lane)};
-      const LateralState<Vector> next = lateral_step(a, s, in0, in_mid, in1, t.angle->step);
+      const rotor::LateralInput<Vector> in1 = input(f[2]);
+      const rotor::LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane),
+                                          load(&vy.v[0] + lane)};
+      const rotor::LateralState<Vector> next = rotor::lateral_step(a, s, in0, in_mid, in1, t.angle->step);
       store(&x.v[0] + lane, next.x);
       store(&y.v[0] + lane, next.y);
       store(&vx.v[0] + lane, next.vx);
@@ -257,7 +258,7 @@ struct BatchRig<Lanes>::State {
     if (ticks_done >= t.angle->ticks) return;
     update_target();
     const int n = t.parameters.timing.substeps;
-    const LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
+    const rotor::LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
     for (int i = 1; i <= n; ++i, f += 2) {
       step(f);
       ++steps;
@@ -328,4 +329,4 @@ template class BatchRig<8>;
 template class BatchRig<16>;
 template class BatchRig<32>;
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -10,7 +10,7 @@
 #include "whirl/rig/records.hpp"
 #include "whirl/rotor/mode_step.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 
@@ -65,10 +65,10 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   // The pulse is smooth on the step; steps are far below the shortest period of interest.
   constexpr int kSubsteps = 8;
   const double step = 1 / (o.rate * kSubsteps);
-  const LateralCoefficients<double> coefficients = lateral_coefficients(parameters.true_model());
-  const TiltCoefficients tilt = tilt_coefficients(parameters);
+  const rotor::LateralCoefficients<double> coefficients = rotor::lateral_coefficients(parameters.true_model());
+  const rotor::TiltCoefficients tilt = tilt_coefficients(parameters);
   const double mass = parameters.rotor.mass;
-  std::vector<ModeStep> steps;
+  std::vector<rotor::ModeStep> steps;
   for (const RigMode& mode : parameters.modes) {
     steps.emplace_back(2 * std::numbers::pi * mode.frequency, mode.damping_ratio, step);
   }
@@ -90,14 +90,14 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
     };
     const auto input = [&](double t) {
       const std::complex<double> a = pulse(t) / mass * along;
-      return TiltedInput{.disk = {a.real(), a.imag()}};
+      return rotor::TiltedInput{.disk = {a.real(), a.imag()}};
     };
-    TiltedState rotor;
+    rotor::TiltedState rotor;
     std::vector<ModeState> modes(steps.size());
     Eigen::VectorXd force(samples), acc_x(samples), acc_y(samples);
     for (Eigen::Index i = 0; i < samples; ++i) {
       const double t = static_cast<double>(i) / o.rate;
-      const LateralState<double> rate = tilted_rate(coefficients, tilt, rotor, input(t)).disk;
+      const rotor::LateralState<double> rate = rotor::tilted_rate(coefficients, tilt, rotor, input(t)).disk;
       std::complex<double> acceleration(rate.vx, rate.vy);
       for (std::size_t k = 0; k < modes.size(); ++k) {
         const RigMode& mode = parameters.modes[k];
@@ -116,7 +116,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
           steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now), gain * pulse(mid),
                                                  gain * pulse(end));
         }
-        rotor = tilted_step(coefficients, tilt, rotor, input(now), input(mid), input(end), step);
+        rotor = rotor::tilted_step(coefficients, tilt, rotor, input(now), input(mid), input(end), step);
       }
     }
     Recording r;
@@ -130,4 +130,4 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   return records;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel, const RigParameters& base) {
   struct Oscillator {
@@ -44,4 +44,4 @@ RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel, cons
   return p;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <random>
 
-namespace whirl {
+namespace whirl::rig {
 
 /// Standard normal numbers, the same on every platform (std::normal_distribution is not): polar method of
 /// Marsaglia.
@@ -37,4 +37,4 @@ class Normal {
   bool stored_ = false;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rig

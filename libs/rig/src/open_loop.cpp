@@ -4,7 +4,7 @@
 #include "whirl/rig/records.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 
@@ -25,7 +25,7 @@ OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& r
   Eigen::MatrixXd measured(n, 3), real(n, 7);
   for (Eigen::Index k = 0; k < n; ++k) {
     const Measurement m = rig.read();
-    const AngleState a = truth.angle();
+    const rotor::AngleState a = truth.angle();
     measured.row(k) << m.x, m.y, m.beta;
     real.row(k) << truth.z().real(), truth.z().imag(), truth.dz().real(), truth.dz().imag(), a.beta, a.omega, a.alpha;
     rig.write({});
@@ -54,4 +54,4 @@ OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& r
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

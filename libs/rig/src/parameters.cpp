@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rig/tilt.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -28,8 +28,8 @@ void make_ideal(RigParameters& p) {
 bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9 * std::max(1.0, std::abs(x)); }
 }  // namespace
 
-SpeedProfile RigParameters::default_profile() {
-  SpeedProfile p = SpeedProfile::run_down(2.5 * std::sqrt(8500 / 1.5), 13, 1);
+rotor::SpeedProfile RigParameters::default_profile() {
+  rotor::SpeedProfile p = rotor::SpeedProfile::run_down(2.5 * std::sqrt(8500 / 1.5), 13, 1);
   p.ripple = 0.004;
   p.ripple_omega = kTurn * 0.7;
   p.ripple_phase = 3.4;
@@ -59,7 +59,7 @@ RigParameters RigParameters::ideal_rotor_a() {
   p.rotor.residual_phase = 0.7;
   p.rotor.added_radius = 85e-3;
   p.rotor.added_phase = 1.2;
-  p.profile = SpeedProfile::run_down(kTurn * 30, 12);
+  p.profile = rotor::SpeedProfile::run_down(kTurn * 30, 12);
   return p;
 }
 
@@ -73,13 +73,13 @@ RigParameters RigParameters::ideal_rotor_b() {
   p.rotor.residual_eccentricity = 300e-6;
   p.rotor.residual_phase = 0;
   p.rotor.added_mass = 0;
-  p.profile = SpeedProfile::run_down(kTurn * 40, 15);
+  p.profile = rotor::SpeedProfile::run_down(kTurn * 40, 15);
   return p;
 }
 
-GyroscopicRotor gyroscopic_rotor(const RigParameters& p) {
+rotor::GyroscopicRotor gyroscopic_rotor(const RigParameters& p) {
   if (!p.tilt.active()) throw Error("the rig's rotor has no tilt: tilt.diametral is 0");
-  GyroscopicRotor r;
+  rotor::GyroscopicRotor r;
   r.mass = p.rotor.mass;
   r.polar = p.tilt.polar;
   r.diametral = p.tilt.diametral;
@@ -94,7 +94,7 @@ GyroscopicRotor gyroscopic_rotor(const RigParameters& p) {
 }
 
 double RigParameters::natural_frequency() const {
-  if (tilt.active()) return critical_speeds(gyroscopic_rotor(*this)).front();
+  if (tilt.active()) return rotor::critical_speeds(gyroscopic_rotor(*this)).front();
   return std::sqrt(rotor.stiffness / rotor.mass);
 }
 
@@ -187,4 +187,4 @@ void RigParameters::check() const {
   }
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 // Not std::max: the NaN of a diverged run must stay visible.
@@ -38,4 +38,4 @@ SegmentPeaks suppression(const SegmentPeaks& open, const SegmentPeaks& closed) {
   return s;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -9,7 +9,7 @@
 #include "whirl/rotor/mode_step.hpp"
 #include "whirl/rotor/simulate.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 
@@ -35,7 +35,7 @@ ModeMap mode_map(const RigMode& mode, double mass, double bandwidth, double time
 }
 
 // Surface error under the x sensor and, a quarter turn behind, under the y sensor; `turn` is e^{i beta}.
-LateralInput<double> surface_error(const RigLaser& laser, std::complex<double> turn) {
+rotor::LateralInput<double> surface_error(const RigLaser& laser, std::complex<double> turn) {
   const std::complex<double> a1 = std::polar(laser.runout_1x, laser.runout_phase_1x) * turn;
   const std::complex<double> a2 = std::polar(laser.runout_2x, laser.runout_phase_2x) * turn * turn;
   const std::complex<double> a3 = std::polar(laser.runout_3x, laser.runout_phase_3x) * turn * turn * turn;
@@ -47,17 +47,17 @@ LateralInput<double> surface_error(const RigLaser& laser, std::complex<double> t
 // acceleration.
 class EncoderTracker {
  public:
-  EncoderTracker(const RigEncoder& encoder, double dt, const AngleState& start)
+  EncoderTracker(const RigEncoder& encoder, double dt, const rotor::AngleState& start)
       : width_(kTurn / encoder.counts), dt_(dt), pole_(kTurn * encoder.bandwidth), state_(start) {}
 
-  AngleState read(double beta) {
+  rotor::AngleState read(double beta) {
     const double counted = (std::floor(beta / width_) + 0.5) * width_;
     const double error = counted - state_.beta;
     const double p = pole_;
     state_.beta += 3 * p * dt_ * error;
     state_.omega += 3 * p * p * dt_ * error;
     state_.alpha += p * p * p * dt_ * error;
-    const AngleState now{counted, state_.omega, state_.alpha};
+    const rotor::AngleState now{counted, state_.omega, state_.alpha};
     state_.beta += dt_ * (state_.omega + 0.5 * dt_ * state_.alpha);
     state_.omega += dt_ * state_.alpha;
     return now;
@@ -65,13 +65,13 @@ class EncoderTracker {
 
  private:
   double width_, dt_, pole_;
-  AngleState state_;
+  rotor::AngleState state_;
 };
 
-std::vector<AngleState> measured_angles(const RigParameters& p, const std::vector<AngleState>& truth) {
-  std::vector<AngleState> out(truth.size());
+std::vector<rotor::AngleState> measured_angles(const RigParameters& p, const std::vector<rotor::AngleState>& truth) {
+  std::vector<rotor::AngleState> out(truth.size());
   const double dt = 1 / p.timing.rate;
-  const AngleFunction commanded(p.profile.without_ripple());
+  const rotor::AngleFunction commanded(p.profile.without_ripple());
   EncoderTracker tracker(p.encoder, dt, truth.front());
   for (std::size_t k = 0; k < out.size(); ++k) {
     if (p.encoder.profile_angle) {
@@ -86,9 +86,9 @@ std::vector<AngleState> measured_angles(const RigParameters& p, const std::vecto
 // Adds the motion of one mode under the unbalance, from its steady state, at the sensor instants. Nothing
 // acts back on the rotor, so that it can be known beforehand.
 void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double omega0,
-                     std::vector<LateralInput<double>>& seen) {
+                     std::vector<rotor::LateralInput<double>>& seen) {
   using Complex = std::complex<double>;
-  const ModeStep step(mode.omega, mode.zeta, angle.step);
+  const rotor::ModeStep step(mode.omega, mode.zeta, angle.step);
   const auto force = [&](std::size_t half) { return Complex(angle.forcing[half].x, angle.forcing[half].y); };
   Complex q = force(0) / Complex(mode.omega * mode.omega - omega0 * omega0, 2 * mode.zeta * mode.omega * omega0);
   Complex dq = Complex(0, omega0) * q;
@@ -106,9 +106,9 @@ void add_forced_mode(const ForcedMode& mode, const AngleTables& angle, double om
 
 }  // namespace
 
-TiltCoefficients tilt_coefficients(const RigParameters& parameters) {
+rotor::TiltCoefficients tilt_coefficients(const RigParameters& parameters) {
   if (!parameters.tilt.active()) return {};
-  const GyroscopicRotor r = gyroscopic_rotor(parameters);
+  const rotor::GyroscopicRotor r = gyroscopic_rotor(parameters);
   const double id = r.diametral;
   return {r.shaft.k12 / r.mass, r.shaft.k12 / r.shaft.k22, r.polar / id, r.tilt_damping / id, r.shaft.k12 / id,
           r.shaft.k22 / id,     (1 - r.polar / id) * r.chi};
@@ -116,16 +116,16 @@ TiltCoefficients tilt_coefficients(const RigParameters& parameters) {
 
 AngleTables::AngleTables(const RigParameters& p) {
   const int n = p.timing.substeps;
-  const AngleFunction profile(p.profile);
+  const rotor::AngleFunction profile(p.profile);
   ticks = std::lround(p.profile.duration() * p.timing.rate);
   step = 1 / (p.timing.rate * n);
 
   forcing.resize(static_cast<std::size_t>(2 * n * ticks + 1));
   omega.resize(forcing.size());
   for (std::size_t i = 0; i < forcing.size(); ++i) {
-    const AngleState a = profile(0.5 * step * static_cast<double>(i));
+    const rotor::AngleState a = profile(0.5 * step * static_cast<double>(i));
     omega[i] = a.omega;
-    const std::complex<double> f = unbalance_forcing(a.beta, a.omega, a.alpha);
+    const std::complex<double> f = rotor::unbalance_forcing(a.beta, a.omega, a.alpha);
     forcing[i] = {f.real(), f.imag()};
   }
 
@@ -151,24 +151,24 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
 
   const RotorModel model = p.true_model();
   const double step = angle->step;
-  coefficients = lateral_coefficients(model);
+  coefficients = rotor::lateral_coefficients(model);
   eps_re = model.eps.real();
   eps_im = model.eps.imag();
   gain = model.gain;
   lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTurn * p.actuator.bandwidth) : 0;
 
-  const AngleState first = p.profile.at(0);
-  const WhirlState whirl = steady_whirl(model, first.omega, first.beta);
+  const rotor::AngleState first = p.profile.at(0);
+  const rotor::WhirlState whirl = rotor::steady_whirl(model, first.omega, first.beta);
   const auto motion = [](std::complex<double> z, std::complex<double> dz) {
-    return LateralState<double>{z.real(), z.imag(), dz.real(), dz.imag()};
+    return rotor::LateralState<double>{z.real(), z.imag(), dz.real(), dz.imag()};
   };
   start.disk = motion(whirl.z, whirl.dz);
   tilt = tilt_coefficients(p);
   if (p.tilt.active()) {
-    const GyroscopicRotor r = gyroscopic_rotor(p);
+    const rotor::GyroscopicRotor r = gyroscopic_rotor(p);
     // The steady whirl of the linear isotropic rotor.
     const std::complex<double> turn = std::polar(1.0, first.beta), rate(0, first.omega);
-    const Eigen::Vector2cd steady = steady_unbalance(r, first.omega);
+    const Eigen::Vector2cd steady = rotor::steady_unbalance(r, first.omega);
     start.disk = motion(steady[0] * turn, rate * steady[0] * turn);
     start.tilt = motion(steady[1] * turn, rate * steady[1] * turn);
   }
@@ -189,4 +189,4 @@ std::shared_ptr<const RigTables> make_rig_tables(const RigParameters& parameters
   return std::make_shared<const RigTables>(parameters, like.get());
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

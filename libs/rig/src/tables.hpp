@@ -6,7 +6,7 @@
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rotor/tilted_step.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// Exact propagation of one mode over part of a tick from (q, q', f, c): f the lagged force at the start of
 /// the tick, c the force it tends to, N.
@@ -16,20 +16,20 @@ struct ModeMap {
 };
 
 /// Zero for a rotor without tilt: the deflection alone then moves.
-TiltCoefficients tilt_coefficients(const RigParameters& parameters);
+rotor::TiltCoefficients tilt_coefficients(const RigParameters& parameters);
 
 /// The part that depends on profile, laser rate and latency, encoder and timing only.
 struct AngleTables {
   explicit AngleTables(const RigParameters& parameters);
 
-  long ticks = 0;                                 ///< control ticks of the profile
-  double step = 0;                                ///< Runge-Kutta step, s
-  std::vector<LateralInput<double>> forcing;      ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
-  std::vector<double> omega;                      ///< speed at every half step, rad/s
-  std::vector<long> sensor_step;                  ///< per tick: step whose end is the sensor instant read there
-  std::vector<std::complex<double>> sensor_turn;  ///< per tick: e^{i beta} at that instant
-  std::vector<AngleState> measured_angle;         ///< per tick
-  std::vector<AngleState> true_angle;             ///< per tick
+  long ticks = 0;                                    ///< control ticks of the profile
+  double step = 0;                                   ///< Runge-Kutta step, s
+  std::vector<rotor::LateralInput<double>> forcing;  ///< F = e^{i beta} (beta'^2 - i beta'') at every half step, 1/s^2
+  std::vector<double> omega;                         ///< speed at every half step, rad/s
+  std::vector<long> sensor_step;                     ///< per tick: step whose end is the sensor instant read there
+  std::vector<std::complex<double>> sensor_turn;     ///< per tick: e^{i beta} at that instant
+  std::vector<rotor::AngleState> measured_angle;     ///< per tick
+  std::vector<rotor::AngleState> true_angle;         ///< per tick
 };
 
 /// All of a rig that does not depend on the command or the noise.
@@ -39,16 +39,17 @@ class RigTables {
 
   RigParameters parameters;
   std::shared_ptr<const AngleTables> angle;
-  LateralCoefficients<double> coefficients{};
+  rotor::LateralCoefficients<double> coefficients{};
   double eps_re = 0, eps_im = 0;  ///< eccentricity, m
   double gain = 0;                ///< 1/m, 1/kg
   double lag_half_step = 0;       ///< exp(-step / (2 tau)); 0 without lag
-  TiltedState start;
-  TiltCoefficients tilt;
-  std::vector<LateralInput<double>> not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
+  rotor::TiltedState start;
+  rotor::TiltCoefficients tilt;
+  std::vector<rotor::LateralInput<double>>
+      not_disk;  ///< per tick: runout and modes driven by the unbalance at the instant, m
   std::vector<std::vector<ModeMap>> mode_maps;  ///< [steps 1 .. substeps since the tick][mode]
 
   double sensor_lsb = 0, volt_lsb = 0;  ///< 0 without converter
 };
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -6,7 +6,7 @@
 #include "normal.hpp"
 #include "tables.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 namespace {
 
@@ -26,12 +26,12 @@ struct VirtualRig::State {
   long tick = 0;
   long steps = 0;     // Runge-Kutta steps done
   long captured = 0;  // ticks whose sensor reading is already taken
-  LateralState<double> rotor{}, tilt{};
-  LateralInput<double> force{};    // acting now, N
-  LateralInput<double> target{};   // force it tends to
-  LateralInput<double> applied{};  // after converter and limit, in sensor axes, nominal gain
+  rotor::LateralState<double> rotor{}, tilt{};
+  rotor::LateralInput<double> force{};    // acting now, N
+  rotor::LateralInput<double> target{};   // force it tends to
+  rotor::LateralInput<double> applied{};  // after converter and limit, in sensor axes, nominal gain
   std::vector<ModeState> modes;
-  std::array<LateralInput<double>, kHistory> commands{};
+  std::array<rotor::LateralInput<double>, kHistory> commands{};
   struct Reading {
     double x = 0, y = 0;
     bool valid = true;
@@ -91,7 +91,7 @@ struct VirtualRig::State {
       y += t.parameters.modes[i].sensor_sign * at[i].y;
     }
     Reading reading;
-    const LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
+    const rotor::LateralInput<double> added = t.not_disk[static_cast<std::size_t>(captured)];
     const double noise = t.parameters.laser.noise;
     const double nx = noise > 0 ? noise * normal() : 0, ny = noise > 0 ? noise * normal() : 0;
     const bool x_valid = convert(x + added.x + nx, reading.x), y_valid = convert(y + added.y + ny, reading.y);
@@ -104,7 +104,7 @@ struct VirtualRig::State {
   void measure() noexcept {
     const RigParameters& p = tables->parameters;
     const Reading& r = readings[slot(tick)];
-    const AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(tick)];
+    const rotor::AngleState& a = tables->angle->measured_angle[static_cast<std::size_t>(tick)];
     const Measurement last = measurement;
     measurement = {static_cast<double>(tick) / p.timing.rate, r.x, r.y, a.beta, a.omega, a.alpha, r.valid};
     if (run.faults.empty()) return;
@@ -134,7 +134,8 @@ struct VirtualRig::State {
     if (!run.faults.empty()) {
       if (const ScriptedFault* f = active(RigFault::extra_delay, RigAxis::both)) delay += f->delay_samples;
     }
-    const LateralInput<double> command = tick >= delay ? commands[slot(tick - delay)] : LateralInput<double>{};
+    const rotor::LateralInput<double> command =
+        tick >= delay ? commands[slot(tick - delay)] : rotor::LateralInput<double>{};
     double u = to_volts(command.x) * a.force_per_volt, v = to_volts(command.y) * a.force_per_volt;
     if (!run.faults.empty()) {
       if (active(RigFault::actuator_loss, RigAxis::x)) u = 0;
@@ -147,7 +148,7 @@ struct VirtualRig::State {
   double axis_cos = std::cos(tables->parameters.actuator.axis_rotation);
   double axis_sin = std::sin(tables->parameters.actuator.axis_rotation);
 
-  void propagate_modes(const LateralInput<double>& force0, int sub, const std::vector<ModeState>& from,
+  void propagate_modes(const rotor::LateralInput<double>& force0, int sub, const std::vector<ModeState>& from,
                        std::vector<ModeState>& to) const noexcept {
     const std::vector<ModeMap>& maps = tables->mode_maps[static_cast<std::size_t>(sub - 1)];
     for (std::size_t i = 0; i < maps.size(); ++i) {
@@ -166,29 +167,30 @@ struct VirtualRig::State {
     if (tick >= t.angle->ticks) return;
     update_target();
     const int n = t.parameters.timing.substeps;
-    const LateralInput<double> force0 = force;
+    const rotor::LateralInput<double> force0 = force;
     // Actuator lag: distance to the target shrinks by a fixed factor per half step.
     double dx = force.x - target.x, dy = force.y - target.y;
     const double r = t.lag_half_step, g = t.gain, er = t.eps_re, ei = t.eps_im;
-    const LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
-    const auto input = [&](const LateralInput<double>& unbalance) {
-      return LateralInput<double>{er * unbalance.x - ei * unbalance.y + g * (target.x + dx),
-                                  er * unbalance.y + ei * unbalance.x + g * (target.y + dy)};
+    const rotor::LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
+    const auto input = [&](const rotor::LateralInput<double>& unbalance) {
+      return rotor::LateralInput<double>{er * unbalance.x - ei * unbalance.y + g * (target.x + dx),
+                                         er * unbalance.y + ei * unbalance.x + g * (target.y + dy)};
     };
     if (r == 0) dx = dy = 0;
-    LateralInput<double> in0 = input(f[0]);
+    rotor::LateralInput<double> in0 = input(f[0]);
     for (int i = 1; i <= n; ++i, f += 2) {
       dx *= r, dy *= r;
-      const LateralInput<double> in_mid = input(f[1]);
+      const rotor::LateralInput<double> in_mid = input(f[1]);
       dx *= r, dy *= r;
-      const LateralInput<double> in1 = input(f[2]);
+      const rotor::LateralInput<double> in1 = input(f[2]);
       if (t.parameters.tilt.active()) {
         const double* omega = &t.angle->omega[static_cast<std::size_t>(2 * steps)];
-        const TiltedState next = tilted_step(t.coefficients, t.tilt, {rotor, tilt}, {in0, f[0], omega[0]},
-                                             {in_mid, f[1], omega[1]}, {in1, f[2], omega[2]}, t.angle->step);
+        const rotor::TiltedState next =
+            rotor::tilted_step(t.coefficients, t.tilt, {rotor, tilt}, {in0, f[0], omega[0]}, {in_mid, f[1], omega[1]},
+                               {in1, f[2], omega[2]}, t.angle->step);
         rotor = next.disk, tilt = next.tilt;
       } else {
-        rotor = lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
+        rotor = rotor::lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
       }
       in0 = in1;
       ++steps;
@@ -227,11 +229,11 @@ std::complex<double> RigTruth::dz() const noexcept { return {rig_->state_->rotor
 std::complex<double> RigTruth::tilt() const noexcept { return {rig_->state_->tilt.x, rig_->state_->tilt.y}; }
 std::complex<double> RigTruth::force() const noexcept { return {rig_->state_->force.x, rig_->state_->force.y}; }
 std::complex<double> RigTruth::commanded() const noexcept { return {rig_->state_->applied.x, rig_->state_->applied.y}; }
-AngleState RigTruth::angle() const noexcept {
+rotor::AngleState RigTruth::angle() const noexcept {
   return rig_->state_->tables->angle->true_angle[static_cast<std::size_t>(rig_->state_->tick)];
 }
 bool RigTruth::finite() const noexcept {
   return std::isfinite(rig_->state_->rotor.x) && std::isfinite(rig_->state_->rotor.y);
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -7,7 +7,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 // Velocity feedback with another gain in every lane, against the scalar rig.
@@ -122,4 +122,4 @@ TEST(BatchRig, RestartRepeatsAndLimitsHold) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -6,7 +6,7 @@
 
 #include "whirl/rig/records.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 TEST(StiffnessTestReference, CubicFitFindsTheShaft) {
@@ -96,4 +96,4 @@ TEST(HammerTestProperty, BlowsStayInRangeAndCoupleTheAxes) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

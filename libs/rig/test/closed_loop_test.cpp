@@ -5,7 +5,7 @@
 
 #include "whirl/rig/virtual_rig.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 // A heavily damped rotor at standstill: force in, static deflection and lag out.
@@ -15,7 +15,7 @@ RigParameters quiet_rig() {
   p.rotor.cubic = 0;
   p.rotor.damping = 100;
   p.rotor.stiffness_split = p.rotor.damping_split = p.rotor.cross_stiffness = 0;
-  p.profile = SpeedProfile{};
+  p.profile = rotor::SpeedProfile{};
   p.modes.clear();
   p.laser.noise = p.laser.runout_1x = p.laser.runout_2x = p.laser.runout_3x = 0;
   return p;
@@ -240,7 +240,7 @@ TEST(EncoderReference, CountsAndTrackingLoop) {
   VirtualRig rig(RigParameters{});
   double worst_angle = 0, worst_speed = 0, worst_acceleration = 0;
   for (int k = 0; k < 12900; ++k, rig.advance()) {
-    const AngleState a = RigTruth(rig).angle();
+    const rotor::AngleState a = RigTruth(rig).angle();
     const Measurement m = rig.read();
     worst_angle = std::max(worst_angle, std::abs(m.beta - a.beta));
     worst_speed = std::max(worst_speed, std::abs(m.omega - a.omega));
@@ -267,4 +267,4 @@ TEST(EncoderReference, ProfileAngleLeavesTheRippleOut) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 Mode mode(double frequency, double zeta, double modal_mass) {
@@ -48,4 +48,4 @@ TEST(RigFromModal, RejectsMissingChannelsAndMasslessModes) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -7,7 +7,7 @@
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rotor/simulate.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 RigParameters with_added_mass(double grams) {
@@ -69,8 +69,9 @@ TEST(RigLevelsReference, IdealRotorsOfTheIdentificationTests) {
 TEST(RigLevelsProperty, TrueMotionIsThatOfTheTrueModel) {
   const RigParameters p;
   const OpenLoopRecord r = record_open_loop(p);
-  const AngleSignal angle = angle_signal(p.profile, 1e-3);
-  const Response s = simulate(p.true_model(), angle, steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
+  const AngleSignal angle = rotor::angle_signal(p.profile, 1e-3);
+  const rotor::Response s =
+      simulate(p.true_model(), angle, rotor::steady_whirl(p.true_model(), angle.omega[0], angle.beta[0]), 4);
   // Up to the jump of beta'' at the end of the ramp, where the refined angle of `simulate` is not smooth.
   EXPECT_NEAR((s.z.real() - r.truth["x"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
   EXPECT_NEAR((s.z.imag() - r.truth["y"]).head(13000).cwiseAbs().maxCoeff(), 0, 1e-11);
@@ -82,10 +83,10 @@ TEST(RigLevelsReference, UnbalanceDrivesTheModesAsInTheTrueModel) {
   RigParameters p = RigParameters::ideal_rotor_b();
   p.modes = {{7.5, 0.02, 0, 1, 0, 0.05}, {21, 0.01, 0, -1, 0, 0.03}, {33, 0.01, 0, 1, 0, 0.03}};
   const OpenLoopRecord r = record_open_loop(p);
-  const AngleSignal angle = angle_signal(p.profile, 1e-3);
+  const AngleSignal angle = rotor::angle_signal(p.profile, 1e-3);
   const RotorModel model = p.true_model();
   ASSERT_EQ(model.modes.size(), 3u);
-  const Response s = simulate(model, angle, steady_whirl(model, angle.omega[0], angle.beta[0]), 4);
+  const rotor::Response s = simulate(model, angle, rotor::steady_whirl(model, angle.omega[0], angle.beta[0]), 4);
   EXPECT_NEAR((s.z.real() - r.measured["x"]).cwiseAbs().maxCoeff(), 0, 1e-9);
   EXPECT_NEAR((s.z.imag() - r.measured["y"]).cwiseAbs().maxCoeff(), 0, 1e-9);
   EXPECT_GT((r.truth["x"] - r.measured["x"]).cwiseAbs().maxCoeff(), 50e-6);
@@ -129,7 +130,7 @@ TEST(OpenLoopReference, RunoutIsSeenAtSlowRollAndTurnsWithTheRotor) {
   p.laser.noise = 0;
   p.laser.bits = 0;
   p.laser.latency = 0;
-  p.profile = SpeedProfile{};
+  p.profile = rotor::SpeedProfile{};
   p.profile.omega_start = p.profile.omega_end = 2 * M_PI;
   const Eigen::VectorXd x = record_open_loop(p).measured["x"], y = record_open_loop(p).measured["y"];
   for (int order = 1; order <= 3; ++order) {
@@ -168,4 +169,4 @@ TEST(OpenLoopReference, TenMillimetreLaserClipsAtFiveGrams) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -11,7 +11,7 @@
 #include "whirl/rig/fields.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 TEST(RigParameters, EccentricityAddsTheMassToTheResidual) {
@@ -90,4 +90,4 @@ TEST(RigParameters, RunUpReversesTheProfile) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

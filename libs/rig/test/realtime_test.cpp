@@ -7,7 +7,7 @@
 #include "whirl/rt/loop.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 struct Damper {
@@ -27,13 +27,13 @@ TEST(VirtualRigRealtime, ClosedLoopAllocatesNothingAndDamps) {
   run.faults = {{RigFault::sensor_stuck, 1, 1.01}, {RigFault::extra_delay, 2, 2.1, RigAxis::both, 1}};
   VirtualRig rig(RigParameters{}, run);
   Damper damper{.gain = 40};
-  SimulatedClock clock(1e-3);
-  SafetyLimits limits;
+  rt::SimulatedClock clock(1e-3);
+  rt::SafetyLimits limits;
   limits.force = 40;
   limits.displacement = 10e-3;
   double peak = 0;
   {
-    Loop loop(rig, damper, clock, limits);
+    rt::Loop loop(rig, damper, clock, limits);
     const RigTruth truth(rig);
     testing::AllocationGuard guard;
     while (!rig.done()) {
@@ -50,4 +50,4 @@ TEST(VirtualRigRealtime, ClosedLoopAllocatesNothingAndDamps) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -6,7 +6,7 @@
 #include "whirl/rig/segments.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 TEST(RunUpProperty, BalancedRotorPeaksAboveItsRunDown) {
@@ -43,4 +43,4 @@ TEST(RunUpProperty, VelocityFeedbackKeepsTheFiveGramRunUpSmall) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

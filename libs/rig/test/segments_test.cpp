@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 TEST(Segments, FollowTheSpeedRatioInBothDirections) {
@@ -39,4 +39,4 @@ TEST(SegmentsReference, SuppressionOfTable4) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -12,7 +12,7 @@
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rotor/simulate.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 namespace {
 
 using Complex = std::complex<double>;
@@ -24,7 +24,7 @@ RigParameters tilting(double speed) {
   p.rotor.added_mass = 0;
   p.rotor.cubic = 0;
   p.rotor.damping = 0.5;
-  const ShaftStiffness shaft = ShaftStiffness::hinged(13, 0.16, 0.28);
+  const rotor::ShaftStiffness shaft = rotor::ShaftStiffness::hinged(13, 0.16, 0.28);
   p.rotor.stiffness = shaft.k11 - shaft.k12 * shaft.k12 / shaft.k22;
   p.tilt.polar = 6e-3;
   p.tilt.diametral = 3.2e-3;
@@ -33,7 +33,7 @@ RigParameters tilting(double speed) {
   p.tilt.damping_ratio = 0.001;
   p.tilt.couple_unbalance = 1e-3;
   p.tilt.couple_phase = -0.8;
-  p.profile = SpeedProfile{};
+  p.profile = rotor::SpeedProfile{};
   p.profile.omega_start = p.profile.omega_end = speed;
   p.profile.ramp_time = 8;
   p.timing.substeps = 16;
@@ -62,7 +62,7 @@ TEST(TiltedRigReference, WhirlFrequenciesFollowTheCharacteristicEquationOverSpee
       }
       return std::abs(sum);
     };
-    const Eigen::Vector4cd poles = whirl_poles(gyroscopic_rotor(p), speed);
+    const Eigen::Vector4cd poles = rotor::whirl_poles(gyroscopic_rotor(p), speed);
     for (const Complex pole : poles) {
       double best = 0, found = 0;
       for (double w = pole.imag() - 3; w <= pole.imag() + 3; w += 0.05) {
@@ -81,9 +81,9 @@ TEST(TiltedRigReference, WhirlFrequenciesFollowTheCharacteristicEquationOverSpee
 TEST(TiltedRigReference, UndampedWhirlFrequenciesAreTheRootsOfTheQuartic) {
   RigParameters p = tilting(0);
   p.rotor.damping = p.tilt.damping_ratio = 0;
-  const GyroscopicRotor r = gyroscopic_rotor(p);
+  const rotor::GyroscopicRotor r = gyroscopic_rotor(p);
   for (double omega = 0; omega <= 400; omega += 50) {
-    for (const Complex pole : whirl_poles(r, omega)) {
+    for (const Complex pole : rotor::whirl_poles(r, omega)) {
       double w = 1.02 * pole.imag();
       for (int i = 0; i < 20; ++i) {
         const double a = r.mass * r.diametral, b = -r.mass * r.polar * omega,
@@ -101,7 +101,7 @@ TEST(TiltedRigReference, StaysInTheSteadyWhirlOfStaticAndCoupleUnbalance) {
   const RigParameters p = tilting(150);
   VirtualRig rig(p);
   const RigTruth truth(rig);
-  const Eigen::Vector2cd steady = steady_unbalance(gyroscopic_rotor(p), 150);
+  const Eigen::Vector2cd steady = rotor::steady_unbalance(gyroscopic_rotor(p), 150);
   EXPECT_GT(std::abs(steady[1]), 1e-5);
   for (int k = 0; k < 3000; ++k) rig.advance();
   const Complex turn = std::polar(1.0, truth.angle().beta);
@@ -112,10 +112,11 @@ TEST(TiltedRigReference, StaysInTheSteadyWhirlOfStaticAndCoupleUnbalance) {
 TEST(TiltedRigReference, RunDownIsThatOfTheRotorLibrary) {
   RigParameters p = tilting(0);
   p.rotor.cubic = 1e7;
-  p.profile = SpeedProfile::run_down(300, 4);
+  p.profile = rotor::SpeedProfile::run_down(300, 4);
   VirtualRig rig(p);
   const RigTruth truth(rig);
-  const GyroscopicResponse expected = simulate(gyroscopic_rotor(p), angle_signal(p.profile, 1 / (1000.0 * 16)));
+  const rotor::GyroscopicResponse expected =
+      simulate(gyroscopic_rotor(p), rotor::angle_signal(p.profile, 1 / (1000.0 * 16)));
   double worst = 0, peak = 0;
   for (; !rig.done(); rig.advance()) {
     const Complex z = expected.z[16 * rig.tick()];
@@ -128,7 +129,7 @@ TEST(TiltedRigReference, RunDownIsThatOfTheRotorLibrary) {
 TEST(TiltedRigConvergence, OrderIsFour) {
   const auto end = [](int substeps) {
     RigParameters p = tilting(0);
-    p.profile = SpeedProfile::run_down(250, 2);
+    p.profile = rotor::SpeedProfile::run_down(250, 2);
     p.rotor.cubic = 1e7;
     p.timing.substeps = substeps;
     VirtualRig rig(p);
@@ -162,7 +163,7 @@ TEST(TiltedRig, HammerTestShowsTheTiltModeAndThePullTestTheStaticStiffness) {
   hammer.bits = 0;
   hammer.converter_noise = 0;
   const Recording blow = simulate_hammer_test(p, hammer)[0];
-  const double tilt = whirl_poles(gyroscopic_rotor(p), 0)[3].imag();
+  const double tilt = rotor::whirl_poles(gyroscopic_rotor(p), 0)[3].imag();
   const auto amplitude = [&](double w) {
     Complex sum = 0;  // of the ring-down behind the blow
     for (Eigen::Index i = 200; i < blow.size(); ++i) {
@@ -174,7 +175,7 @@ TEST(TiltedRig, HammerTestShowsTheTiltModeAndThePullTestTheStaticStiffness) {
   };
   EXPECT_GT(amplitude(tilt), 10 * amplitude(0.8 * tilt));
   EXPECT_GT(amplitude(tilt), 10 * amplitude(1.2 * tilt));
-  EXPECT_GT(amplitude(whirl_poles(gyroscopic_rotor(p), 0)[2].imag()), 10 * amplitude(0.8 * tilt));
+  EXPECT_GT(amplitude(rotor::whirl_poles(gyroscopic_rotor(p), 0)[2].imag()), 10 * amplitude(0.8 * tilt));
   StiffnessTestOptions pull;
   pull.force_noise = pull.force_resolution = pull.deflection_resolution = pull.zero_offset = 0;
   const StiffnessTable table = simulate_stiffness_test(p, pull);
@@ -191,4 +192,4 @@ TEST(TiltedRig, RefusesImpossibleBodiesAndLanes) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace whirl {
+namespace whirl::rotor {
 
 std::complex<double> unbalance_forcing(double beta, double omega, double alpha) {
   const double c = std::cos(beta), s = std::sin(beta), w2 = omega * omega;
@@ -43,4 +43,4 @@ double mechanical_energy(const UnbalancedDisk& d, const DiskState& s) {
          0.25 * d.cubic * rho2 * rho2;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

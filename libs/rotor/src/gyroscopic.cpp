@@ -13,7 +13,7 @@
 #include "whirl/core/integrate.hpp"
 #include "whirl/rotor/equations.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 namespace {
 
@@ -121,4 +121,4 @@ GyroscopicResponse simulate(const GyroscopicRotor& r, const AngleSignal& angle) 
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

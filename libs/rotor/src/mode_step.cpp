@@ -3,7 +3,7 @@
 #include <Eigen/Dense>
 #include <unsupported/Eigen/MatrixFunctions>
 
-namespace whirl {
+namespace whirl::rotor {
 
 ModeStep::ModeStep(double omega, double zeta, double h) {
   // State (q, q') augmented by p, p', p'' of f(t) = p + p' t + p'' t^2 / 2.
@@ -19,4 +19,4 @@ ModeStep::ModeStep(double omega, double zeta, double h) {
   input_ = e.topRightCorner<2, 3>() * derivatives;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

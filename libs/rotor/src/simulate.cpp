@@ -7,7 +7,7 @@
 #include "whirl/rotor/lateral_step.hpp"
 #include "whirl/rotor/mode_step.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 namespace {
 
@@ -207,4 +207,4 @@ DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& to
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

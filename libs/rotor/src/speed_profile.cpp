@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 namespace {
 
@@ -139,4 +139,4 @@ AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, doubl
   return signal;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

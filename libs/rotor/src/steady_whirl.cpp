@@ -3,7 +3,7 @@
 
 #include "whirl/rotor/simulate.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 namespace {
 
@@ -73,4 +73,4 @@ WhirlState steady_whirl(const RotorModel& m, double omega, double beta) {
   return {forward + backward, i_omega * (forward - backward)};
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

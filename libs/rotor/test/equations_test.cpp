@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-namespace whirl {
+namespace whirl::rotor {
 namespace {
 
 UnbalancedDisk disk() {
@@ -97,4 +97,4 @@ TEST(LateralAcceleration, AnisotropyActsOnTheConjugate) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rotor

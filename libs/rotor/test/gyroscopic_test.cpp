@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/simulate.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 namespace {
 
 using Complex = std::complex<double>;
@@ -140,4 +140,4 @@ TEST(Gyroscopic, RejectsAnImpossibleBody) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rotor

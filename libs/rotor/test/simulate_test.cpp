@@ -7,7 +7,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 namespace {
 
 using Complex = std::complex<double>;
@@ -288,4 +288,4 @@ TEST(SimulateProperty, KernelAndFullSimulationAgree) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 namespace {
 
 SpeedProfile rippled() {
@@ -108,4 +108,4 @@ TEST(TorqueReference, MotorRunsUpToItsBalanceSpeed) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -9,7 +9,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr int kHalf = 25, kEvery = 5, kMostPeriods = 20, kParts = 4;
@@ -141,4 +141,4 @@ LoopDelay loop_delay(const Eigen::Ref<const Eigen::VectorXd>& u, const Eigen::Re
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

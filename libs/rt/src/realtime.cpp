@@ -16,7 +16,7 @@
 #include <cerrno>
 #include <cstring>
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -107,4 +107,4 @@ RealtimeThread::~RealtimeThread() {
   if (locked_) munlockall();
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -10,7 +10,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr hsize_t kChunkRows = 1024;
@@ -287,4 +287,4 @@ LoopRecord read_loop_record(const std::filesystem::path& path) {
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -14,7 +14,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rt/drivers/optoncdt_line.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 /// What the test says is what the board says.
@@ -316,4 +316,4 @@ TEST_F(LaserRigRealtime, AStuckLaserIsNotValid) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

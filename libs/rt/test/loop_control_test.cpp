@@ -5,7 +5,7 @@
 #include "whirl/rt/clock.hpp"
 #include "whirl/rt/loop.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 struct StillRig {
@@ -105,4 +105,4 @@ TEST_F(LoopControlRealtime, TheForceLimitActsAndTheLawIsTold) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -8,7 +8,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr double kH = 1e-3;
@@ -77,4 +77,4 @@ TEST(LoopDelay, ShortOrUnequalRecordsAreRefused) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

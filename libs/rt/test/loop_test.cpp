@@ -7,7 +7,7 @@
 #include "whirl/rt/clock.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 struct FakeRig {
@@ -120,4 +120,4 @@ TEST_F(LoopRealtime, StopIsATrip) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -9,7 +9,7 @@
 
 #include "whirl/rt/drivers/optoncdt.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 namespace {
 
 /// A line with a sensor at one end and a decoder at the other.
@@ -144,4 +144,4 @@ TEST(OptoncdtNoiseProperty, WithoutACounterSmallLossesAreSeen) {
 }
 
 }  // namespace
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

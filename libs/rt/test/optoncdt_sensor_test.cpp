@@ -13,7 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rt/drivers/optoncdt_simulator.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 namespace {
 
 using ::testing::AllOf;
@@ -130,4 +130,4 @@ TEST(OptoncdtSensor, AnUnpluggedLineIsNoticed) {
 }
 
 }  // namespace
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

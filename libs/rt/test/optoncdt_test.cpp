@@ -9,7 +9,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -249,4 +249,4 @@ TEST(Optoncdt, AdditionalQuantities) {
 }
 
 }  // namespace
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

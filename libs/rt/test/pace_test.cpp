@@ -10,7 +10,7 @@
 #include "whirl/rt/record_queue.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr std::int64_t kMs = 1'000'000;
@@ -273,4 +273,4 @@ TEST(RecordQueueRealtime, RefusesAndCountsInsteadOfWaiting) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

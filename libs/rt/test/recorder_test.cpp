@@ -13,7 +13,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 struct RecorderTest : ::testing::Test {
@@ -113,4 +113,4 @@ TEST_F(RecorderTest, AKilledWriterLeavesAFileThatLacksAtMostTheLastFlush) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -9,7 +9,7 @@
 #include "whirl/rt/loop.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr double kH = 1e-3;
@@ -180,4 +180,4 @@ TEST_F(ReleaseRealtime, ClearEndsTheFadingAndArmNeedsIt) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -12,7 +12,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/testing/error_of.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 using ::testing::HasSubstr;
@@ -169,4 +169,4 @@ TEST_F(ComediBoardTest, WhatDoesNotOpenIsNamed) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::rt

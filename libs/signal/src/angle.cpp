@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 using detail::SmoothCurve;
@@ -183,4 +183,4 @@ AngleSignal angle_from_profile(double beta0, double omega0, double alpha, double
           Eigen::VectorXd::Constant(2 * samples - 1, alpha)};
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -7,7 +7,7 @@
 
 #include "whirl/core/banded_cholesky.hpp"
 
-namespace whirl::detail {
+namespace whirl::signal::detail {
 namespace {
 
 constexpr int kDegree = 5;
@@ -120,4 +120,4 @@ void SmoothCurve::set_residual(const Eigen::VectorXd& t, const Eigen::VectorXd& 
   rms_ = std::sqrt(sum / static_cast<double>(t.size()));
 }
 
-}  // namespace whirl::detail
+}  // namespace whirl::signal::detail

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl::detail {
+namespace whirl::signal::detail {
 
 /// Least-squares smooth curve through (t, y): a polynomial of degree <= 5 or a uniform quintic B-spline.
 class SmoothCurve {
@@ -24,4 +24,4 @@ class SmoothCurve {
   double rms_ = 0;
 };
 
-}  // namespace whirl::detail
+}  // namespace whirl::signal::detail

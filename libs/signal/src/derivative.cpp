@@ -8,7 +8,7 @@
 #include "odd_spectrum.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 Eigen::VectorXd central_difference(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int order) {
   if (order != 2 && order != 4 && order != 6) {
@@ -110,4 +110,4 @@ Eigen::VectorXd total_variation_derivative(const Eigen::Ref<const Eigen::VectorX
   return u;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -4,7 +4,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/derivative.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 SmoothedSignal smoothing_spline(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, double lambda) {
   const Eigen::Index n = x.size();
@@ -65,4 +65,4 @@ SmoothedSignal smoothing_spline_for_noise(const Eigen::Ref<const Eigen::VectorXd
   return smoothing_spline(x, dt, std::pow(10.0, low) * dt * dt * dt);
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -2,7 +2,7 @@
 
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 Eigen::VectorXcd analytic_signal(const Eigen::Ref<const Eigen::VectorXd>& x) {
   const Eigen::Index n = x.size();
@@ -17,4 +17,4 @@ Eigen::VectorXd envelope(const Eigen::Ref<const Eigen::VectorXd>& x) {
   return analytic_signal(Eigen::VectorXd(x.array() - x.mean())).cwiseAbs();
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

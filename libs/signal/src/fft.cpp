@@ -11,7 +11,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 enum class Transform { forward, backward, real_forward, real_backward };
@@ -107,4 +107,4 @@ Eigen::Index fast_fft_length(Eigen::Index n) {
   }
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

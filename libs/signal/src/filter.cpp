@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 Eigen::Index gaussian_reach(double sd) { return static_cast<Eigen::Index>(std::ceil(4.0 * sd)); }
 
@@ -92,4 +92,4 @@ Eigen::VectorXd savitzky_golay(const Eigen::Ref<const Eigen::VectorXd>& x, doubl
   return y;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 double noise_sd(const Eigen::Ref<const Eigen::VectorXd>& s) {
   const Eigen::Index n = s.size() - 6;
@@ -21,4 +21,4 @@ double noise_sd(const Eigen::Ref<const Eigen::VectorXd>& s) {
   return *middle / 0.6745 / std::sqrt(924.0);
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

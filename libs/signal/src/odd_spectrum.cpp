@@ -4,7 +4,7 @@
 
 #include <mutex>
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 // Planning is the one part of FFTW that is not thread-safe.
 std::mutex& plan_mutex() {
@@ -47,4 +47,4 @@ Eigen::VectorXd inverse_spectrum(const Eigen::VectorXcd& lines, Eigen::Index cou
   return out.head(count);
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

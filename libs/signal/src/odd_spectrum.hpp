@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <complex>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Spectrum of the odd continuation (period 2 (N - 1)) of x minus the line through its end points.
 struct OddSpectrum {
@@ -14,4 +14,4 @@ OddSpectrum odd_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x);
 /// Inverse real transform of length 2 (lines.size() - 1), first `count` samples.
 Eigen::VectorXd inverse_spectrum(const Eigen::VectorXcd& lines, Eigen::Index count);
 
-}  // namespace whirl
+}  // namespace whirl::signal

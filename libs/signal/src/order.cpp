@@ -9,7 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 using Eigen::Index;
@@ -193,4 +193,4 @@ OrbitEllipse orbit_ellipse(std::complex<double> x, std::complex<double> y) {
   return e;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

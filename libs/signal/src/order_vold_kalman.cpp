@@ -7,7 +7,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/order.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
@@ -76,4 +76,4 @@ Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x,
                                                                                                    k);
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -3,7 +3,7 @@
 #include "odd_spectrum.hpp"
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 Eigen::VectorXd upsample(const Eigen::Ref<const Eigen::VectorXd>& x, int factor) {
   if (factor < 1) throw Error::in_field("resampling factor", std::to_string(factor), "at least 1");
@@ -20,4 +20,4 @@ Eigen::VectorXd upsample(const Eigen::Ref<const Eigen::VectorXd>& x, int factor)
   return y;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

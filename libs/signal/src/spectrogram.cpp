@@ -6,7 +6,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 using Eigen::Index;
@@ -63,4 +63,4 @@ Index sweep_block(double rate, double dt, Index samples) {
   return std::clamp(fast_fft_length(block), std::min<Index>(64, most), most);
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

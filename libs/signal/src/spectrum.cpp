@@ -9,7 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 double factor_from_peak(AmplitudeKind kind) {
@@ -127,4 +127,4 @@ AmplitudeSpectrum full_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, cons
   return result;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -5,7 +5,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 Eigen::VectorXd window(Window kind, Eigen::Index n) {
   Eigen::VectorXd w = Eigen::VectorXd::Ones(n);
@@ -44,4 +44,4 @@ Eigen::VectorXd exponential_window(Eigen::Index n, double dt, double decay) {
   return w;
 }
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -8,7 +8,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
@@ -135,4 +135,4 @@ TEST(Angle, RefusesWhatCannotBeAnAngle) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::signal

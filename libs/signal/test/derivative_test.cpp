@@ -10,7 +10,7 @@
 #include "whirl/signal/filter.hpp"
 #include "whirl/signal/resample.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 Eigen::VectorXd sampled(Eigen::Index n, double dt, double (*f)(double)) {
@@ -159,4 +159,4 @@ TEST(UpsampleProperty, KeepsTheSamplesAndInterpolatesBandLimitedSignals) {
 }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::signal

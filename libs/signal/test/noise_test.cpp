@@ -7,7 +7,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 namespace {
 
 TEST(NoiseProperty, FindsTheNoiseUnderALargeOscillation) {
@@ -30,4 +30,4 @@ TEST(Noise, IsZeroForPolynomials) {
 TEST(Noise, RefusesAShortRecord) { EXPECT_THROW(noise_sd(Eigen::VectorXd::Zero(15)), Error); }
 
 }  // namespace
-}  // namespace whirl
+}  // namespace whirl::signal

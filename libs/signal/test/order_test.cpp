@@ -37,8 +37,8 @@ TEST(OrderReference, VectorsOfAConstantOrderAreExactThroughARunUp) {
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     x[i] = 2e-4 + (z1 * std::polar(1.0, run.angle[i]) + z2 * std::polar(1.0, 2 * run.angle[i])).real();
   }
-  const auto first = whirl::order_vectors(x, run.angle, run.dt);
-  const auto second = whirl::order_vectors(x, run.angle, run.dt, 2);
+  const auto first = whirl::signal::order_vectors(x, run.angle, run.dt);
+  const auto second = whirl::signal::order_vectors(x, run.angle, run.dt, 2);
   ASSERT_GT(first.value.size(), 150);
   for (Eigen::Index k = 1; k + 1 < first.value.size(); ++k) {
     EXPECT_LT(std::abs(first.value[k] - z1), 1e-3 * std::abs(z1)) << "revolution " << k;
@@ -53,7 +53,7 @@ TEST(OrderReference, VectorsFollowAResonanceWithinOnePercentAndOneDegree) {
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     x[i] = (response(run.speed(static_cast<double>(i) * run.dt)) * std::polar(1.0, run.angle[i])).real();
   }
-  const auto vectors = whirl::order_vectors(x, run.angle, run.dt);
+  const auto vectors = whirl::signal::order_vectors(x, run.angle, run.dt);
   for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k) {
     const Complex exact = response(run.speed(vectors.time[k]));
     EXPECT_NEAR(std::abs(vectors.value[k] / exact), 1, 0.01) << vectors.speed[k];
@@ -66,10 +66,10 @@ TEST(OrderReference, HalfOrderNeedsTwoTurns) {
   const Complex z = std::polar(2e-5, 1.2);
   Eigen::VectorXd x(run.angle.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) x[i] = (z * std::polar(1.0, 0.5 * run.angle[i])).real();
-  const auto vectors = whirl::order_vectors(x, run.angle, run.dt, 0.5, 2);
+  const auto vectors = whirl::signal::order_vectors(x, run.angle, run.dt, 0.5, 2);
   for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k)
     EXPECT_LT(std::abs(vectors.value[k] - z), 2e-3 * std::abs(z));
-  EXPECT_THROW(whirl::order_vectors(x, run.angle, run.dt, 0.5, 1), whirl::Error);
+  EXPECT_THROW(whirl::signal::order_vectors(x, run.angle, run.dt, 0.5, 1), whirl::Error);
 }
 
 TEST(OrderReference, MapShowsEachOrderAtItsAmplitude) {
@@ -77,7 +77,7 @@ TEST(OrderReference, MapShowsEachOrderAtItsAmplitude) {
   Eigen::VectorXd x(run.angle.size());
   for (Eigen::Index i = 0; i < x.size(); ++i)
     x[i] = 0.5 + 3 * std::cos(run.angle[i]) + 1.5 * std::cos(3 * run.angle[i] + 1);
-  const auto map = whirl::order_map(x, run.angle, run.dt, 5, 4);
+  const auto map = whirl::signal::order_map(x, run.angle, run.dt, 5, 4);
   ASSERT_EQ(map.order[4], 1);
   for (Eigen::Index b = 1; b + 1 < map.speed.size(); ++b) {
     EXPECT_NEAR(map.amplitude(0, b), 0.5, 0.005);
@@ -93,7 +93,7 @@ TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     x[i] = (response(run.speed(static_cast<double>(i) * run.dt)) * std::polar(1.0, run.angle[i])).real();
   }
-  const Eigen::MatrixXcd a = whirl::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 8});
+  const Eigen::MatrixXcd a = whirl::signal::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 8});
   for (Eigen::Index i = 800; i < x.size() - 800; ++i) {
     const Complex exact = response(run.speed(static_cast<double>(i) * run.dt));
     ASSERT_NEAR(std::abs(a(i, 0) / exact), 1, 0.01) << i;
@@ -109,7 +109,7 @@ TEST(OrderReference, VoldKalmanSeparatesNeighbouringOrders) {
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     x[i] = (z1 * std::polar(1.0, run.angle[i]) + z3 * std::polar(1.0, 1.1 * run.angle[i])).real();
   }
-  const Eigen::MatrixXcd a = whirl::track_orders(x, run.angle, run.dt, {1, 1.1}, {.bandwidth = 1.5});
+  const Eigen::MatrixXcd a = whirl::signal::track_orders(x, run.angle, run.dt, {1, 1.1}, {.bandwidth = 1.5});
   for (Eigen::Index i = 3000; i < 9000; ++i) {
     ASSERT_LT(std::abs(a(i, 0) - z1), 0.01 * std::abs(z1)) << i;
     ASSERT_LT(std::abs(a(i, 1) - z3), 0.01 * std::abs(z3)) << i;
@@ -120,7 +120,7 @@ TEST(OrderReference, OrbitEllipseOfKnownWhirl) {
   const Complex f = std::polar(3.0, 0.5), b = std::polar(1.0, -0.9);
   // x + j y = f e^{j theta} + b e^{-j theta}.
   const Complex x = f + std::conj(b), y = Complex(0, -1) * (f - std::conj(b));
-  const auto e = whirl::orbit_ellipse(x, y);
+  const auto e = whirl::signal::orbit_ellipse(x, y);
   EXPECT_LT(std::abs(e.forward - f), 1e-12);
   EXPECT_LT(std::abs(e.backward - b), 1e-12);
   EXPECT_NEAR(e.semi_major, 4, 1e-12);
@@ -137,17 +137,17 @@ TEST(EnvelopeReference, AmplitudeModulationIsRecovered) {
     m[i] = 1 + 0.4 * std::cos(2 * kPi * 2 * t);
     x[i] = 7 + m[i] * std::cos(2 * kPi * 100 * t + 0.2);
   }
-  EXPECT_LT((whirl::envelope(x) - m).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((whirl::signal::envelope(x) - m).cwiseAbs().maxCoeff(), 1e-6);
   const Eigen::VectorXd odd = x.head(3999);
-  EXPECT_LT((whirl::analytic_signal(odd).real() - odd).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((whirl::signal::analytic_signal(odd).real() - odd).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(Order, BadInputIsAnError) {
   const RunUp run;
   const Eigen::VectorXd x = Eigen::VectorXd::Ones(run.angle.size());
-  EXPECT_THROW(whirl::order_vectors(x.head(10), run.angle, run.dt), whirl::Error);
-  EXPECT_THROW(whirl::order_vectors(x, Eigen::VectorXd(-run.angle), run.dt), whirl::Error);
-  EXPECT_THROW(whirl::order_vectors(x.head(20), run.angle.head(20), run.dt), whirl::Error);
-  EXPECT_THROW(whirl::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 1e-3, .poles = 3}), whirl::Error);
+  EXPECT_THROW(whirl::signal::order_vectors(x.head(10), run.angle, run.dt), whirl::Error);
+  EXPECT_THROW(whirl::signal::order_vectors(x, Eigen::VectorXd(-run.angle), run.dt), whirl::Error);
+  EXPECT_THROW(whirl::signal::order_vectors(x.head(20), run.angle.head(20), run.dt), whirl::Error);
+  EXPECT_THROW(whirl::signal::track_orders(x, run.angle, run.dt, {1}, {.bandwidth = 1e-3, .poles = 3}), whirl::Error);
 }
 }  // namespace

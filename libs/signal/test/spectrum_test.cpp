@@ -25,7 +25,7 @@ TEST(FftProperty, AgreesWithTheDefiningSumForEvenOddAndPrimeLengths) {
     Eigen::VectorXcd x(n);
     x.real() = noise(n, 1);
     x.imag() = noise(n, 2);
-    const Eigen::VectorXcd fast = whirl::fft(x);
+    const Eigen::VectorXcd fast = whirl::signal::fft(x);
     for (Eigen::Index k = 0; k < n; ++k) {
       std::complex<double> sum = 0;
       for (Eigen::Index i = 0; i < n; ++i) {
@@ -33,9 +33,10 @@ TEST(FftProperty, AgreesWithTheDefiningSumForEvenOddAndPrimeLengths) {
       }
       EXPECT_LT(std::abs(fast[k] - sum), 1e-12 * static_cast<double>(n));
     }
-    EXPECT_LT((whirl::inverse_fft(fast) - x).norm(), 1e-13 * static_cast<double>(n));
+    EXPECT_LT((whirl::signal::inverse_fft(fast) - x).norm(), 1e-13 * static_cast<double>(n));
     const Eigen::VectorXd real = x.real();
-    EXPECT_LT((whirl::inverse_real_fft(whirl::real_fft(real), n) - real).norm(), 1e-13 * static_cast<double>(n));
+    EXPECT_LT((whirl::signal::inverse_real_fft(whirl::signal::real_fft(real), n) - real).norm(),
+              1e-13 * static_cast<double>(n));
   }
 }
 
@@ -47,7 +48,7 @@ TEST(FftProperty, ManyThreadsMayTransformAtOnce) {
       double worst = 0;
       for (Eigen::Index n = 100 + t; n < 400; n += 37) {
         const Eigen::VectorXd x = noise(n, t);
-        worst = std::max(worst, (whirl::inverse_real_fft(whirl::real_fft(x), n) - x).norm());
+        worst = std::max(worst, (whirl::signal::inverse_real_fft(whirl::signal::real_fft(x), n) - x).norm());
       }
       errors[t] = worst;
     });
@@ -57,10 +58,10 @@ TEST(FftProperty, ManyThreadsMayTransformAtOnce) {
 }
 
 TEST(Fft, WrongSpectrumLengthIsAnError) {
-  EXPECT_THROW(whirl::inverse_real_fft(Eigen::VectorXcd::Zero(5), 11), whirl::Error);
-  EXPECT_EQ(whirl::fast_fft_length(7), 8);
-  EXPECT_EQ(whirl::fast_fft_length(1001), 1024);
-  EXPECT_EQ(whirl::fast_fft_length(1), 1);
+  EXPECT_THROW(whirl::signal::inverse_real_fft(Eigen::VectorXcd::Zero(5), 11), whirl::Error);
+  EXPECT_EQ(whirl::signal::fast_fft_length(7), 8);
+  EXPECT_EQ(whirl::signal::fast_fft_length(1001), 1024);
+  EXPECT_EQ(whirl::signal::fast_fft_length(1), 1);
 }
 
 TEST(SpectrumReference, SineAmplitudeInEachKindAndWindow) {
@@ -69,14 +70,14 @@ TEST(SpectrumReference, SineAmplitudeInEachKindAndWindow) {
   Eigen::VectorXd x(n);
   for (Eigen::Index i = 0; i < n; ++i)
     x[i] = 0.7 + amplitude * std::cos(2 * kPi * 50 * static_cast<double>(i) * dt + 0.4);
-  for (auto w : {whirl::Window::rectangular, whirl::Window::hann, whirl::Window::flat_top}) {
-    const auto peak = whirl::amplitude_spectrum(x, dt, {.window = w});
+  for (auto w : {whirl::signal::Window::rectangular, whirl::signal::Window::hann, whirl::signal::Window::flat_top}) {
+    const auto peak = whirl::signal::amplitude_spectrum(x, dt, {.window = w});
     EXPECT_NEAR(peak.frequency[50], 50, 1e-9);
     EXPECT_NEAR(peak.amplitude[50], amplitude, 1e-9);
     EXPECT_NEAR(peak.amplitude[0], 0.7, 1e-9);
-    const auto pp = whirl::amplitude_spectrum(x, dt, {.window = w, .kind = AmplitudeKind::peak_to_peak});
+    const auto pp = whirl::signal::amplitude_spectrum(x, dt, {.window = w, .kind = AmplitudeKind::peak_to_peak});
     EXPECT_NEAR(pp.amplitude[50], 2 * amplitude, 1e-9);
-    const auto rms = whirl::amplitude_spectrum(x, dt, {.window = w, .kind = AmplitudeKind::rms});
+    const auto rms = whirl::signal::amplitude_spectrum(x, dt, {.window = w, .kind = AmplitudeKind::rms});
     EXPECT_NEAR(rms.amplitude[50], amplitude / std::sqrt(2.0), 1e-9);
   }
 }
@@ -86,12 +87,13 @@ TEST(SpectrumReference, FlatTopShowsASineBetweenLinesWithinATenthPercent) {
   Eigen::VectorXd x(n);
   for (Eigen::Index i = 0; i < n; ++i)
     x[i] = std::sin(2 * kPi * 40.5 * static_cast<double>(i) / static_cast<double>(n));
-  EXPECT_NEAR(whirl::amplitude_spectrum(x, 1, {.window = whirl::Window::flat_top}).amplitude.maxCoeff(), 1, 1.2e-3);
+  EXPECT_NEAR(whirl::signal::amplitude_spectrum(x, 1, {.window = whirl::signal::Window::flat_top}).amplitude.maxCoeff(),
+              1, 1.2e-3);
 }
 
 TEST(SpectrumProperty, DensityIntegratesToTheMeanSquare) {
   const Eigen::VectorXd x = 3 * noise(1 << 14, 5);
-  const auto psd = whirl::power_spectral_density(x, 1e-3, {.block = 1024});
+  const auto psd = whirl::signal::power_spectral_density(x, 1e-3, {.block = 1024});
   const double df = psd.frequency[1] - psd.frequency[0];
   EXPECT_GT(psd.averages, 20);
   EXPECT_NEAR(psd.density.sum() * df, x.squaredNorm() / static_cast<double>(x.size()), 0.05 * 9);
@@ -109,7 +111,7 @@ TEST(SpectrumReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
     x[i] = z.real();
     y[i] = z.imag();
   }
-  const auto full = whirl::full_spectrum(x, y, dt);
+  const auto full = whirl::signal::full_spectrum(x, y, dt);
   Eigen::Index forward = 0;
   full.amplitude.maxCoeff(&forward);
   EXPECT_NEAR(full.frequency[forward], 30, 1e-9);
@@ -121,17 +123,17 @@ TEST(SpectrumReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
 
 TEST(Spectrum, BadOptionsAreErrors) {
   const Eigen::VectorXd x = Eigen::VectorXd::Ones(10);
-  EXPECT_THROW(whirl::amplitude_spectrum(x, 0), whirl::Error);
-  EXPECT_THROW(whirl::amplitude_spectrum(x, 1, {.block = 11}), whirl::Error);
-  EXPECT_THROW(whirl::amplitude_spectrum(x, 1, {.overlap = 1}), whirl::Error);
-  EXPECT_THROW(whirl::full_spectrum(x, Eigen::VectorXd::Ones(9), 1), whirl::Error);
+  EXPECT_THROW(whirl::signal::amplitude_spectrum(x, 0), whirl::Error);
+  EXPECT_THROW(whirl::signal::amplitude_spectrum(x, 1, {.block = 11}), whirl::Error);
+  EXPECT_THROW(whirl::signal::amplitude_spectrum(x, 1, {.overlap = 1}), whirl::Error);
+  EXPECT_THROW(whirl::signal::full_spectrum(x, Eigen::VectorXd::Ones(9), 1), whirl::Error);
 }
 
 TEST(WindowReference, NoiseBandwidthsAreTheTextbookOnes) {
-  EXPECT_NEAR(whirl::noise_bandwidth(whirl::window(whirl::Window::rectangular, 512)), 1, 1e-12);
-  EXPECT_NEAR(whirl::noise_bandwidth(whirl::window(whirl::Window::hann, 512)), 1.5, 1e-12);
-  EXPECT_NEAR(whirl::noise_bandwidth(whirl::window(whirl::Window::flat_top, 512)), 3.77, 0.01);
-  const Eigen::VectorXd w = whirl::force_window(20, 5, 4);
+  EXPECT_NEAR(whirl::signal::noise_bandwidth(whirl::signal::window(whirl::signal::Window::rectangular, 512)), 1, 1e-12);
+  EXPECT_NEAR(whirl::signal::noise_bandwidth(whirl::signal::window(whirl::signal::Window::hann, 512)), 1.5, 1e-12);
+  EXPECT_NEAR(whirl::signal::noise_bandwidth(whirl::signal::window(whirl::signal::Window::flat_top, 512)), 3.77, 0.01);
+  const Eigen::VectorXd w = whirl::signal::force_window(20, 5, 4);
   EXPECT_EQ(w[4], 1);
   EXPECT_EQ(w[9], 0);
   EXPECT_NEAR(w[6], 0.5 + 0.5 * std::cos(kPi * 2 / 5), 1e-15);

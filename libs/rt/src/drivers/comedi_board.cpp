@@ -6,7 +6,7 @@
 #include "shared_library.hpp"
 #include "whirl/rt/drivers/vendor_boards.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 // Signatures and constants of comedilib 0.11 (comedilib.h, comedi.h).
 struct ComediBoard::Api {
@@ -120,4 +120,4 @@ void ComediBoard::write(const BoardCommand& command) noexcept {
   answered_ = command.answers;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -9,7 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rt/realtime.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace {
 
 constexpr double kSmallestCurrent = 3.6e-3, kLargestCurrent = 20.4e-3;  // A, of a working 4..20 mA loop
@@ -279,4 +279,4 @@ Fault HardwareRig::fault() const noexcept {
   return Fault::none;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

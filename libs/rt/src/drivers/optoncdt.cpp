@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 namespace {
 
 constexpr std::uint32_t kFullScale = 65520;
@@ -187,4 +187,4 @@ bool FrameDecoder::push(std::uint8_t byte, Frame& frame) noexcept {
   return true;
 }
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

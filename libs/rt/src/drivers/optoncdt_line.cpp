@@ -12,7 +12,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 constexpr std::size_t kMostPending = 16384;  // bytes, half a second of frames at 4 kHz
 
@@ -113,4 +113,4 @@ void DeviceLine::flush() {
   if (n > 0) pending_.erase(0, static_cast<std::size_t>(n));
 }
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

@@ -14,7 +14,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -190,4 +190,4 @@ std::size_t Sensor::read(std::span<Sample> out) noexcept {
   return count;
 }
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

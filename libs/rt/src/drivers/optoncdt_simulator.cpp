@@ -5,7 +5,7 @@
 
 #include "whirl/rt/drivers/optoncdt_line.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 struct Simulator::State {
   Options options;
@@ -56,4 +56,4 @@ void Simulator::unplug() {
   state_->line.unplug();
 }
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

@@ -4,7 +4,7 @@
 #include "shared_library.hpp"
 #include "whirl/rt/drivers/vendor_boards.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 // Signatures from the maker's documentation of the HIL C API.
 struct QuanserBoard::Api {
@@ -101,4 +101,4 @@ void QuanserBoard::write(const BoardCommand& command) noexcept {
   answered_ = command.answers;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -5,7 +5,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// A shared library, loaded while this object lives.
 class SharedLibrary {
@@ -29,4 +29,4 @@ class SharedLibrary {
   void* handle_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

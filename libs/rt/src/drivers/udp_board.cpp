@@ -13,7 +13,7 @@
 
 #include "whirl/core/error.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 namespace board {
 namespace {
 
@@ -135,4 +135,4 @@ void UdpBoard::write(const BoardCommand& command) noexcept {
   (void)!::send(fd_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

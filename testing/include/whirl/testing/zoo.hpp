@@ -8,7 +8,7 @@
 
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/recording.hpp"
-#include "whirl/sindy/simulate_model.hpp"
+#include "whirl/identify/simulate_model.hpp"
 
 /// Systems with known equations, simulated finely: what an identification must give back.
 namespace whirl::testing {
@@ -133,7 +133,7 @@ inline std::vector<ZooSystem> zoo() {
 /// of each state (about its mean). Inputs are exact.
 inline Recording zoo_record(const ZooSystem& s, double noise, std::uint64_t seed) {
   constexpr Eigen::Index fine = 10;
-  const CompiledModel model(s.truth);
+  const identification::CompiledModel model(s.truth);
   const Eigen::Index steps = (s.samples - 1) * fine + 1;
   Eigen::MatrixXd inputs(2 * steps - 1, static_cast<Eigen::Index>(model.inputs().size()));
   for (Eigen::Index i = 0; i < inputs.rows() && inputs.cols() > 0; ++i) {
@@ -141,7 +141,7 @@ inline Recording zoo_record(const ZooSystem& s, double noise, std::uint64_t seed
   }
   const Eigen::VectorXd start =
       Eigen::Map<const Eigen::VectorXd>(s.start.data(), static_cast<Eigen::Index>(s.start.size()));
-  const ModelRun run = simulate(model, inputs, start, s.dt / fine, steps);
+  const identification::ModelRun run = simulate(model, inputs, start, s.dt / fine, steps);
   Recording r;
   r.dt = s.dt;
   r.source = s.name;

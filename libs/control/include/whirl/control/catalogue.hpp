@@ -5,7 +5,7 @@
 
 #include "whirl/core/control_types.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// One number of a law, estimator or of the controller around them. SI.
 struct ParameterInfo {
@@ -38,4 +38,4 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
 /// on.
 std::vector<std::string> design_warnings(const ControllerDesign& design);
 
-}  // namespace whirl
+}  // namespace whirl::control

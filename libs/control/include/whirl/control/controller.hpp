@@ -12,7 +12,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// What happened inside the last step, for logging. SI; complex = x + i y.
 struct ControllerState {
@@ -113,4 +113,4 @@ struct LqrGains {
 };
 LqrGains lqr_gains(double k1, double c, double sample_time, double x_scale, double v_scale, double a_scale);
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -4,7 +4,7 @@
 #include "whirl/control/lateral_model.hpp"
 #include "whirl/control/power.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// What an estimator receives once per sample. "Sensor time" is the instant at which the displacement was
 /// taken: the tick minus the sensor delay. The control acceleration over the last interval is piecewise
@@ -125,4 +125,4 @@ class KalmanEstimator {
   bool started_ = false;
 };
 
-}  // namespace whirl
+}  // namespace whirl::control

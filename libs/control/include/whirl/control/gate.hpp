@@ -4,7 +4,7 @@
 
 #include "whirl/core/control_types.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// Plausibility gate for displacement readings: a lost, non-finite, out-of-range or jumping sample is
 /// replaced by the last good one and counted. The allowed jump grows with every held sample, so that the gate
@@ -43,4 +43,4 @@ struct SampleGate {
   bool first_ = true;
 };
 
-}  // namespace whirl
+}  // namespace whirl::control

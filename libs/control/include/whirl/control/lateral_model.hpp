@@ -4,7 +4,7 @@
 
 #include "whirl/core/rotor_model.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// The state part of a RotorModel as a fixed-size value for the real-time path; z = x + i y about the
 /// equilibrium.
@@ -56,4 +56,4 @@ inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s,
   return {s.z + dt * v_mid, s.v + dt * a_mid, product(d_mid, half)};
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -1,7 +1,7 @@
 #pragma once
 #include "whirl/control/power.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// One axis of the plant seen by a law, x' = v, v' = f + a + D, |D| <= D_max. SI.
 struct AxisInput {
@@ -244,4 +244,4 @@ struct LateralLaw {
   Law x, y;
 };
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -4,7 +4,7 @@
 
 #include "whirl/control/laws.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// One axis x'' = -k1 x - c x' + w sampled with the input held over h: x+ = a x + b w, x = (m, m/s), w in m/s^2.
 struct SampledAxis {
@@ -72,4 +72,4 @@ struct ModelPredictive {
   void reset() noexcept { set.fill(BoundedRegulator::Bound::none); }
 };
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace whirl {
+namespace whirl::control {
 
 /// sgn with sgn(0) = 0.
 inline double sgn(double x) noexcept { return static_cast<double>((x > 0) - (x < 0)); }
@@ -70,4 +70,4 @@ inline double regularisation_limit(double h, double surface_gain, double exponen
   return length * std::pow(h * surface_gain * exponent / smooth_gain_limit(n), 1 / (1 - exponent));
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -6,7 +6,7 @@
 
 #include "whirl/core/recording.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// Sensor runout (form and electrical error of the surface the sensors look at) as a function of the rotor
 /// angle, per axis sum over k = 1..5 of cos_k cos(k beta) + sin_k sin(k beta). A table of 1x to 5x, fixed
@@ -27,4 +27,4 @@ Runout estimate_runout(const Recording& slow_roll);
 /// The same as parameters of a ControllerDesign: runout_x_cos_1, ..., runout_y_sin_5, in m.
 std::map<std::string, double> runout_parameters(const Runout& runout);
 
-}  // namespace whirl
+}  // namespace whirl::control

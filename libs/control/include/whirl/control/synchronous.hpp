@@ -3,7 +3,7 @@
 
 #include "whirl/control/lateral_model.hpp"
 
-namespace whirl {
+namespace whirl::control {
 
 /// Adaptive cancellation of the synchronous (1x) motion on top of a PD loop: the industry's methods, in the
 /// complex coordinate, where forward whirl is one phasor. The force is kept as an eccentricity q, so that it
@@ -40,4 +40,4 @@ class SynchronousCanceller {
   double turn_start_ = 0;
 };
 
-}  // namespace whirl
+}  // namespace whirl::control

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-namespace whirl {
+namespace whirl::control {
 
 /// Closed-form times and residuals of sliding modes. They hold for the switching law (sgn); a boundary layer
 /// or a sampled loop reaches a residual set instead of the origin. Infinite where the condition of the
@@ -40,4 +40,4 @@ inline double position_residual(double phi, double surface_gain, double exponent
   return length * std::pow(phi / (surface_gain * length), 1 / exponent);
 }
 
-}  // namespace whirl
+}  // namespace whirl::control

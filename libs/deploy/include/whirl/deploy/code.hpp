@@ -4,7 +4,7 @@
 
 #include "whirl/core/control_types.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// A file to be written: name relative to the folder of the export, and its text.
 struct SourceFile {
@@ -50,4 +50,4 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
 /// `ticks` samples of the library's controller in closed loop with its own model, lost and wild readings included.
 std::vector<SourceFile> export_c99(const ControllerDesign& design, const CodeOptions& options, int ticks = 200);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

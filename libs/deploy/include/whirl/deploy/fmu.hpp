@@ -5,7 +5,7 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/deploy/system.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// What an FMU (Functional Mock-up Unit, https://fmi-standard.org) offers.
 struct FmuOptions {
@@ -31,4 +31,4 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
 /// written.
 void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -8,11 +8,11 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 struct FmuPlantOptions {
-  SpeedProfile profile;       ///< prescribed rotor angle
-  double sample_time = 1e-3;  ///< communication step, s
+  rotor::SpeedProfile profile;  ///< prescribed rotor angle
+  double sample_time = 1e-3;    ///< communication step, s
   /// Variables of the FMU by role: x, y (m, outputs), ux, uy (N, inputs), beta, omega, alpha (rad, rad/s, rad/s^2,
   /// inputs). Not named: x_sensor or x, y_sensor or y, ux, uy, beta, omega, alpha; those of the angle may be missing.
   std::map<std::string, std::string> names;
@@ -43,4 +43,4 @@ class FmuPlant {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::deploy

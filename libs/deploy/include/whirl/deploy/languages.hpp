@@ -4,7 +4,7 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/deploy/system.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// Equations and numbers as a LaTeX fragment (packages amsmath, booktabs).
 std::vector<SourceFile> export_latex(const ControllerDesign& design, const CodeOptions& options);
@@ -27,4 +27,4 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
 std::vector<SourceFile> export_sfunction(const ControllerDesign& design, const CodeOptions& options);
 std::vector<SourceFile> export_sfunction(const IdentifiedModel& model, const CodeOptions& options);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

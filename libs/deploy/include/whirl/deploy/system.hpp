@@ -6,7 +6,7 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::deploy {
 
 /// A quantity of a system with its SI unit.
 struct SystemVariable {
@@ -19,9 +19,9 @@ struct ModelSystem {
   std::string title;
   std::vector<CodeParameter> parameters;
   std::vector<SystemVariable> states, inputs, outputs;
-  std::vector<Expr> rates;         ///< one per state: derivative, or next value of a map
-  std::vector<Expr> output_terms;  ///< one per output
-  std::vector<Expr> events;        ///< arguments of sgn(): the rates jump where one crosses zero
+  std::vector<expr::Expr> rates;         ///< one per state: derivative, or next value of a map
+  std::vector<expr::Expr> output_terms;  ///< one per output
+  std::vector<expr::Expr> events;        ///< arguments of sgn(): the rates jump where one crosses zero
   bool discrete = false;
   double sample_time = 0;  ///< of the training record; the period of a map, s
 };
@@ -33,7 +33,7 @@ struct ModelSystem {
 ModelSystem model_system(const IdentifiedModel& model);
 
 /// `e` with every sgn(events[i]) replaced by the symbol sign_i (from 1): smooth between the events.
-Expr with_frozen_signs(const Expr& e, const std::vector<Expr>& events);
+expr::Expr with_frozen_signs(const expr::Expr& e, const std::vector<expr::Expr>& events);
 
 /// Right-hand side as C99, like controller_code: PREFIX_rates, PREFIX_outputs, PREFIX_step (Runge-Kutta of order 4; the
 /// angle inputs go on with the speed within the step, the others are held; one application of the map for a map).
@@ -44,4 +44,4 @@ ModelCode model_code(const ModelSystem& system, const CodeOptions& options);
 /// model_code with a self-test on golden vectors, CMakeLists.txt and Makefile.
 std::vector<SourceFile> export_c99(const IdentifiedModel& model, const CodeOptions& options);
 
-}  // namespace whirl
+}  // namespace whirl::deploy

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace whirl {
+namespace whirl::expr {
 
 /// Functions a term may call. `sgn(0)` is 0. `sqrt(x)` is the power x^0.5.
 enum class Function : std::uint8_t { abs, sgn, exp, log, sin, cos, tan, tanh, min, max };
@@ -108,9 +108,9 @@ std::string number_text(double value, bool real = false);
 /// LaTeX of a variable name: beta -> \beta, X12' -> X_{12}'.
 std::string latex_name(std::string_view name);
 
-}  // namespace whirl
+}  // namespace whirl::expr
 
 template <>
-struct std::hash<whirl::Expr> {
-  std::size_t operator()(const whirl::Expr& e) const noexcept { return e.hash(); }
+struct std::hash<whirl::expr::Expr> {
+  std::size_t operator()(const whirl::expr::Expr& e) const noexcept { return e.hash(); }
 };

@@ -6,7 +6,7 @@
 #include "whirl/expr/expr.hpp"
 #include "whirl/expr/unit.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 /// Every monomial of the variables from degree `low` (0: the constant) to degree `high`, by degree.
 std::vector<Expr> polynomial_library(const std::vector<std::string>& variables, int high, int low = 0);
@@ -75,4 +75,4 @@ CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::
 /// adds gain with inputs ux, uy.
 CandidateLibrary tied_rotor_library(bool offset = true, bool anisotropic = false, bool control = false);
 
-}  // namespace whirl
+}  // namespace whirl::expr

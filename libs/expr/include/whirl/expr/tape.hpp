@@ -6,7 +6,7 @@
 
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 /// A list of terms compiled to a straight line of operations in which a common subexpression occurs once.
 ///
@@ -93,4 +93,4 @@ class Tape {
 /// those allowed, or when the tape would need more than 4096 slots.
 Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& variables);
 
-}  // namespace whirl
+}  // namespace whirl::expr

@@ -6,7 +6,7 @@
 
 #include "whirl/expr/expr.hpp"
 
-namespace whirl {
+namespace whirl::expr {
 
 /// Product of powers of unit symbols. N, J, W, Pa and Hz are reduced to kg, m, s; rad is 1; V, A, K and any other
 /// symbol stand for themselves.
@@ -40,4 +40,4 @@ std::string coefficient_unit(const Expr& term, const Unit& lhs, const UnitMap& u
 /// Units of X1..X7 = x, x', y, y', beta, beta', beta'' (paper eq. 22), ux and uy in N, t in s.
 const UnitMap& rotor_units();
 
-}  // namespace whirl
+}  // namespace whirl::expr

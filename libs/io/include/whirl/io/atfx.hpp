@@ -8,7 +8,7 @@
 
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// One column of an ASAM ODS file (AoLocalColumn). Values in the unit of the file.
 struct AtfxColumn {
@@ -43,4 +43,4 @@ AtfxFile parse_atfx(std::string_view bytes, std::string_view name, const AtfxCom
 /// table is its abscissa when it is a time or a frequency.
 SignalFile signals_from_atfx(const AtfxFile& file);
 
-}  // namespace whirl
+}  // namespace whirl::io

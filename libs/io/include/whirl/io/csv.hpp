@@ -10,7 +10,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/io/units.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// How the file is written. Found from its first lines; said by `whirl info`.
 struct CsvDialect {
@@ -119,4 +119,4 @@ struct CsvWriteOptions {
 void write_csv(const std::filesystem::path& path, const Recording& record, const CsvWriteOptions& options = {});
 void write_csv(const std::filesystem::path& path, const Table& table, const CsvWriteOptions& options = {});
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace whirl {
+namespace whirl::io {
 
 /// Bytes of a file or of memory in order, decompressed when they are gzip (recognised by content, not by
 /// name). Constant memory. Throws Error naming the source when it cannot be read or the gzip data are damaged
@@ -53,4 +53,4 @@ class ByteSink {
 
 void write_text(const std::filesystem::path& path, std::string_view text);
 
-}  // namespace whirl
+}  // namespace whirl::io

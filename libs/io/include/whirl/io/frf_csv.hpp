@@ -4,7 +4,7 @@
 #include "whirl/core/modal_model.hpp"
 #include "whirl/io/csv.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// Frequency responses from a table `freq_hz,H1_re,H1_im,H2_re,H2_im,...` with, where known,
 /// `H1_coherence_1`. The file does not say what was measured: `kind` does, and the values are in its SI unit
@@ -19,4 +19,4 @@ FrequencyResponse frf_from_table(const Table& table, FrfKind kind);
 /// headers or are not unique.
 void write_frf_csv(const std::filesystem::path& path, const FrequencyResponse& frf);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace whirl {
+namespace whirl::io {
 
 /// SHA-256 (FIPS 180-4). Written by hand: 60 lines instead of a cryptography library in every program that
 /// reads a file.
@@ -30,4 +30,4 @@ std::string sha256_file(const std::filesystem::path& path);
 /// "name sha256:..." as kept in Provenance::inputs; the name without its folder.
 std::string input_record(const std::filesystem::path& path);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -4,7 +4,7 @@
 
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// What a channel looks like. Values in SI.
 struct ChannelInfo {
@@ -49,4 +49,4 @@ FileInfo describe(const SignalFile& file);
 std::string to_string(const RecordingInfo& info);
 std::string to_string(const FileInfo& info);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -14,7 +14,7 @@
 #include "whirl/core/estimate.hpp"
 #include "whirl/core/summary.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// A JSON value. Objects keep the order in which keys were added. Numbers are doubles and survive a round
 /// trip exactly; NaN and infinity are written as null.
@@ -108,4 +108,8 @@ Json start_document(std::string_view schema, int version);
 void save_json(const std::filesystem::path& path, const Json& document);
 Json load_json(const std::filesystem::path& path);
 
-}  // namespace whirl
+}  // namespace whirl::io
+
+namespace whirl {
+using io::to_json;  // of the values of core: found by their namespace
+}

@@ -6,7 +6,7 @@
 
 #include "whirl/expr/library.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// Candidate library from a TOML file; the keys are listed in docs/formats.md under library.toml.
 ///
@@ -14,11 +14,11 @@ namespace whirl {
 /// the equations sought by the caller, for a file that names none; a file that names its own keeps them. Throws Error
 /// with file, line and reason: unknown keys, terms that cannot be read, lists that do not fit the equations, no term at
 /// all.
-CandidateLibrary read_library(const std::filesystem::path& path, const std::vector<std::string>& lhs = {});
+expr::CandidateLibrary read_library(const std::filesystem::path& path, const std::vector<std::string>& lhs = {});
 /// From text; `name` stands in messages.
-CandidateLibrary parse_library_toml(std::string_view text, std::string_view name,
-                                    const std::vector<std::string>& lhs = {});
+expr::CandidateLibrary parse_library_toml(std::string_view text, std::string_view name,
+                                          const std::vector<std::string>& lhs = {});
 /// TOML text that the functions above read back to an equal library; `comment` lines stand on top.
-std::string to_toml(const CandidateLibrary& library, const std::vector<std::string>& comment = {});
+std::string to_toml(const expr::CandidateLibrary& library, const std::vector<std::string>& comment = {});
 
-}  // namespace whirl
+}  // namespace whirl::io

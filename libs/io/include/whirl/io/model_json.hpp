@@ -16,7 +16,7 @@
 ///
 /// Loading refuses a wrong schema, a newer version, a missing key, a wrong type and damaged text with one
 /// Error that names file, JSON path and reason. Keys not known are ignored.
-namespace whirl {
+namespace whirl::io {
 
 Json to_json(const StiffnessLaw& law);       // whirl.stiffness/1
 Json to_json(const FrequencyResponse& frf);  // whirl.frf/1
@@ -25,6 +25,13 @@ Json to_json(const ModalModel& modes);       // whirl.modes/1
 /// the model does not list are taken from the rotor, without interval.
 Json to_json(const IdentifiedModel& model);
 Json to_json(const ControllerDesign& design);  // whirl.controller/1
+}  // namespace whirl::io
+
+namespace whirl {
+using io::to_json;  // of the values of core: found by their namespace
+}
+
+namespace whirl::io {
 
 /// T: one of the five types above.
 template <class T>
@@ -53,4 +60,4 @@ T load(const std::filesystem::path& path) {
 /// the axis: "k1", "k1_x" -> "1/s^2"; empty when not known.
 std::string_view parameter_unit(std::string_view name);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -13,7 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/quantity.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// Settings from a TOML file, addressed by dotted path without unit: `[rotor] mass_kg = 1.5` is "rotor.mass".
 /// Entry i of an array of tables `[[fault]]` is "fault[0].start".
@@ -112,4 +112,4 @@ struct TomlEntry {
 /// TOML text, tables in the order of their first entry. Doubles with every digit needed to read them back.
 std::string to_toml(const std::vector<TomlEntry>& entries);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -9,7 +9,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/io/csv.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// One channel of a file of any format. SI when `quantity` is known, else in the unit of the file.
 struct Signal {
@@ -87,4 +87,4 @@ void add_signal(SignalFile& file, const SignalTable& like, Signal signal);
 /// Sets start and step when the values (SI) lie within 5 % of a step of a uniform ascending grid, else `x`.
 void set_abscissa(SignalTable& table, Quantity quantity, const Eigen::VectorXd& values);
 
-}  // namespace whirl
+}  // namespace whirl::io

@@ -10,7 +10,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/io/signals.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// Axis of a function (dataset 58): what it shows and in which unit, as written in the file.
 struct UffAxis {
@@ -117,4 +117,4 @@ FrequencyResponse frf_from_uff(const UffFile& file);
 UffFile uff_from_frf(const FrequencyResponse& frf);
 UffFile uff_from_recording(const Recording& recording);
 
-}  // namespace whirl
+}  // namespace whirl::io

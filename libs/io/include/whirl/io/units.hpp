@@ -5,7 +5,7 @@
 
 #include "whirl/core/quantity.hpp"
 
-namespace whirl {
+namespace whirl::io {
 
 /// A unit as it is written after the last underscores of a CSV column, flag or TOML key: `x_mm`, `speed_rpm`.
 /// An underscore inside the suffix means "per": `m_s2` is m/s^2, `N_m` is N/m (`Nm` is the torque N m).
@@ -50,4 +50,4 @@ std::string unit_problem(std::string_view name);
 /// The candidate with the smallest edit distance to `word`; empty when none is near. For "did you mean".
 std::string nearest(std::string_view word, std::span<const std::string> candidates);
 
-}  // namespace whirl
+}  // namespace whirl::io

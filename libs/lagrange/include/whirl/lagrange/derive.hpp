@@ -6,7 +6,7 @@
 #include "whirl/core/estimate.hpp"
 #include "whirl/expr/library.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 
 /// A constant of the machine. `value` NaN: not known. A known value without `sd` counts as exact.
 struct PhysicalParameter {
@@ -50,17 +50,17 @@ struct LagrangeEquations {
   /// M(q) q'' = h(q, q', t): rows by equation, columns by coordinate. With a mass matrix that no state enters (after
   /// sin^2 + cos^2 = 1) `accelerations` solve it, else row i solved for its own acceleration alone, and `implicit` is
   /// true.
-  std::vector<std::vector<Expr>> mass;
-  std::vector<Expr> rhs;            ///< h, expanded
-  Expr determinant;                 ///< of M
-  std::vector<Expr> accelerations;  ///< q'', then the laws of prescribed signals, expanded
-  std::vector<std::string> lhs;     ///< of the accelerations, e.g. "x''"
-  bool implicit = false;            ///< other accelerations stand on the right-hand sides
+  std::vector<std::vector<expr::Expr>> mass;
+  std::vector<expr::Expr> rhs;            ///< h, expanded
+  expr::Expr determinant;                 ///< of M
+  std::vector<expr::Expr> accelerations;  ///< q'', then the laws of prescribed signals, expanded
+  std::vector<std::string> lhs;           ///< of the accelerations, e.g. "x''"
+  bool implicit = false;                  ///< other accelerations stand on the right-hand sides
   /// Candidates: accelerations split into unknown (parameters only) times function (states only) with one group per
   /// unknown: the ties. Unknowns whose functions depend linearly on others' are merged with these, so that the groups
   /// are independent of each other. Terms whose parameters all have exact values are in `known`. In the names of
   /// `LagrangeProblem::names`.
-  CandidateLibrary library;
+  expr::CandidateLibrary library;
   std::vector<std::string> notes;  ///< what the symmetries tied, what was truncated
 };
 
@@ -69,4 +69,4 @@ struct LagrangeEquations {
 /// parameter without value stands inside a function of the states, so that the equations are not linear in unknowns.
 LagrangeEquations derive(const LagrangeProblem& problem);
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

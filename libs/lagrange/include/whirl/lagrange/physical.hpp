@@ -6,7 +6,7 @@
 #include "whirl/core/identified_model.hpp"
 #include "whirl/lagrange/derive.hpp"
 
-namespace whirl {
+namespace whirl::lagrange {
 
 /// What a fit says about the unknowns of a library, in the order of its groups.
 struct UnknownEstimates {
@@ -20,7 +20,7 @@ struct UnknownEstimates {
 /// named after groups, or after terms as fit_sindy does), or for the groups of tied_rotor_library from
 /// `rotor_covariance`; otherwise unknowns count as independent. Throws Error when the model has no equation of a
 /// left-hand side of the library, or its coefficients do not fit the ties within four standard deviations.
-UnknownEstimates unknown_estimates(const IdentifiedModel& model, const CandidateLibrary& library);
+UnknownEstimates unknown_estimates(const IdentifiedModel& model, const expr::CandidateLibrary& library);
 
 /// A quantity with its estimate: a parameter, or a combination such as "K1/m".
 struct PhysicalQuantity {
@@ -50,8 +50,8 @@ struct PhysicalParameters {
 /// lacks (K1/m, C/m when m does). Angles (unit rad) are between -pi and pi. `report`: further terms in the parameters,
 /// e.g. "m*e". The parameters are looked for as positive numbers first. Throws Error when the sizes do not fit or a
 /// text cannot be read; status unusable when no solution is found.
-PhysicalParameters physical_parameters(const CandidateLibrary& library, const UnknownEstimates& fit,
+PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, const UnknownEstimates& fit,
                                        const std::vector<PhysicalParameter>& parameters,
                                        const std::vector<std::string>& report = {});
 
-}  // namespace whirl
+}  // namespace whirl::lagrange

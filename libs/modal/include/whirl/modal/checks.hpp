@@ -4,7 +4,7 @@
 
 #include "whirl/core/modal_model.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// How far the shape of a mode is from a real one.
 struct ModeComplexity {
@@ -50,4 +50,4 @@ struct DrivePoint {
 };
 std::vector<DrivePoint> check_drive_points(const ModalModel& model);
 
-}  // namespace whirl
+}  // namespace whirl::modal

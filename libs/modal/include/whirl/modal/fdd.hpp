@@ -5,7 +5,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/core/summary.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 struct FddOptions {
   double band_low = 0, band_high = 0;  ///< Hz; 0 = first line, 80 % of half the sample rate
@@ -35,4 +35,4 @@ struct AmbientModes {
 /// Hann blocks. Damping assumes white excitation. Channels must be of one quantity. Throws Error for too short records.
 AmbientModes decompose_ambient(const Recording& recording, const FddOptions& options = {});
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -2,7 +2,7 @@
 #include "whirl/modal/poles.hpp"
 #include "whirl/modal/residues.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 struct ModeOptions {
   PoleOptions poles;        ///< band, weighting and orders of the start
@@ -28,4 +28,4 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options = 
 /// Damping ratio of the mode as it appears behind an exponential window of this decay, 1/s.
 double damping_through_window(const Mode& mode, double window_decay);
 
-}  // namespace whirl
+}  // namespace whirl::modal

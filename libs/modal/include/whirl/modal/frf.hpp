@@ -5,7 +5,7 @@
 #include "whirl/core/modal_model.hpp"
 #include "whirl/core/recording.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// How hammer blows are cut, windowed and averaged. Times in s.
 struct FrfOptions {
@@ -76,4 +76,4 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
 /// Throws Error when they differ in these or a pair of response and reference comes twice.
 FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts);
 
-}  // namespace whirl
+}  // namespace whirl::modal

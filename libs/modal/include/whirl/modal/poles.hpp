@@ -5,7 +5,7 @@
 
 #include "whirl/core/modal_model.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 /// Weight of a line in a fit.
 enum class LineWeighting {
@@ -83,4 +83,4 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
 /// Modal assurance criterion |a^H b|^2 / (a^H a b^H b), in [0, 1].
 double mac(const Eigen::Ref<const Eigen::VectorXcd>& a, const Eigen::Ref<const Eigen::VectorXcd>& b);
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -5,7 +5,7 @@
 
 #include "whirl/modal/poles.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 struct ResidueOptions {
   double band_low = 0;   ///< Hz; 0 = first line above 0 Hz
@@ -42,4 +42,4 @@ ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<std::com
 Eigen::VectorXcd synthesise(const ModalModel& model, Eigen::Index channel,
                             const Eigen::Ref<const Eigen::VectorXd>& frequency, FrfKind kind, double window_decay = 0);
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -5,7 +5,7 @@
 #include "whirl/core/estimate.hpp"
 #include "whirl/core/stiffness_law.hpp"
 
-namespace whirl {
+namespace whirl::modal {
 
 struct StiffnessOptions {
   double confidence = 0.95;  ///< of the intervals in the result, in (0.5, 1)
@@ -46,4 +46,4 @@ struct AnisotropicStiffness {
 AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffnessTable>& tables,
                                                const StiffnessOptions& options = {});
 
-}  // namespace whirl
+}  // namespace whirl::modal

@@ -8,6 +8,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/core/stiffness_law.hpp"
 #include "whirl/report/figure.hpp"
+#include "whirl/signal/synchronous_curve.hpp"
 
 namespace whirl::report {
 
@@ -104,16 +105,10 @@ Figure cascade(const Eigen::VectorXd& speed, const Eigen::VectorXd& frequency, c
 Figure run_map(double speed_low, double speed_high, double frequency_high, const Eigen::MatrixXd& amplitude,
                AmplitudeKind kind, const std::vector<double>& natural_frequencies = {});
 
-/// The synchronous vector of a run: x(t) = Re(Z exp(j beta)), amplitude peak.
-struct SynchronousCurve {
-  std::string name;
-  Eigen::VectorXd speed;    ///< rad/s
-  Eigen::VectorXcd vector;  ///< m peak; positive phase leads the mark
-};
 /// Bode plot: amplitude and phase lead of the 1X vector against rpm.
-Figure bode_1x(const std::vector<SynchronousCurve>& curves);
+Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves);
 /// Polar plot of the 1X vector, `labels` speeds written beside the first curve.
-Figure polar_1x(const std::vector<SynchronousCurve>& curves, int labels = 6);
+Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, int labels = 6);
 
 /// Amplitude (peak) and phase lead of orders followed through a run, with the speed below: one column of `envelope` per
 /// order, one row per entry of `time` (s) and `speed` (rad/s).

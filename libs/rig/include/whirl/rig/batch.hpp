@@ -5,7 +5,7 @@
 
 #include "whirl/rig/virtual_rig.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// One number per lane.
 template <int Lanes>
@@ -61,4 +61,4 @@ extern template class BatchRig<8>;
 extern template class BatchRig<16>;
 extern template class BatchRig<32>;
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -5,7 +5,7 @@
 
 #include "whirl/rig/parameters.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// Calls visitor(key, field, unit) for every scalar of the rig, so that files can read and write it: `key`
 /// ends in the unit's suffix ("laser.noise_um", "rotor.stiffness_N_m"), the field is a double&, int& or bool&
@@ -80,4 +80,4 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("tilt.couple_phase_rad", p.tilt.couple_phase, 1.0);
 }
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -2,7 +2,7 @@
 #include "whirl/core/modal_model.hpp"
 #include "whirl/rig/parameters.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// Rig whose linear structure is a measured modal model: `base` with mass, stiffness and damping of the
 /// rotor, and its extra modes, taken from one drive-point channel (force and response at the disk, same
@@ -17,4 +17,4 @@ namespace whirl {
 /// Throws Error when the channel does not exist or no mode has a positive modal mass.
 RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel = 0, const RigParameters& base = {});
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -8,7 +8,7 @@
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// The true rotor. Defaults: 6 mm steel shaft, 11.98 Hz, damping ratio 0.66 %, cubic force 7 % of the linear
 /// one at 6.45 mm. Anisotropy is what a controller's isotropic model does not know.
@@ -106,7 +106,7 @@ struct RigTiming {
 /// (docs: rig README).
 struct RigParameters {
   RigRotor rotor;
-  SpeedProfile profile = default_profile();
+  rotor::SpeedProfile profile = default_profile();
   std::vector<RigMode> modes = default_modes();
   RigLaser laser;
   RigActuator actuator;
@@ -115,7 +115,7 @@ struct RigParameters {
   RigTilt tilt;
 
   /// 2.5 w1 -> 0 in 13 s with 0.4 % speed ripple, then 1 s at standstill.
-  static SpeedProfile default_profile();
+  static rotor::SpeedProfile default_profile();
   static std::vector<RigMode> default_modes();
   /// The other reading of the paper's levels: all of them peak-to-peak (half the unbalance).
   static RigParameters peak_to_peak_reading();
@@ -158,4 +158,4 @@ struct RigRun {
   std::vector<ScriptedFault> faults = {};
 };
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -4,7 +4,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/rig/parameters.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// A record of the rig without control and, apart from it, the truth.
 struct OpenLoopRecord {
@@ -56,4 +56,4 @@ struct HammerTestOptions {
 /// One Recording per blow: force (N), acc_x, acc_y (m/s^2).
 std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, const HammerTestOptions& options = {});
 
-}  // namespace whirl
+}  // namespace whirl::rig

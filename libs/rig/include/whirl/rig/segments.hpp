@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace whirl {
+namespace whirl::rig {
 
 /// Speed ratios Omega / w1 that separate the four segments of paper Fig. 24 and Table 4: before the critical
 /// region, entering it, through the natural frequency, coming to rest.
@@ -27,4 +27,4 @@ SegmentPeaks segment_peaks(const Eigen::VectorXd& x, const std::vector<int>& seg
 /// Suppression 1 - closed / open per segment and for the whole run, as fractions.
 SegmentPeaks suppression(const SegmentPeaks& open, const SegmentPeaks& closed);
 
-}  // namespace whirl
+}  // namespace whirl::rig

@@ -7,7 +7,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/rig/parameters.hpp"
 
-namespace whirl {
+namespace whirl::rig {
 
 /// What does not depend on commands and noise, computed once and shared by many runs: above all the
 /// prescribed angle. `like`: tables of another rig; their angle part (nearly all of the cost) is shared when
@@ -57,11 +57,11 @@ class RigTruth {
   std::complex<double> tilt() const noexcept;       ///< of the disk axis, rad; 0 for a rotor that does not tilt
   std::complex<double> force() const noexcept;      ///< force acting now on the rotor, N
   std::complex<double> commanded() const noexcept;  ///< force after converter and limit, before lag and gain error, N
-  AngleState angle() const noexcept;
+  rotor::AngleState angle() const noexcept;
   bool finite() const noexcept;  ///< false: the motion has diverged
 
  private:
   const VirtualRig* rig_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rig

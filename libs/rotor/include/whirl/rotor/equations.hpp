@@ -5,7 +5,7 @@
 #include "whirl/core/angle_signal.hpp"
 #include "whirl/core/rotor_model.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// F = e^{i beta} (beta'^2 - i beta''): acceleration of the centre of mass per metre of eccentricity,
 /// rad/s^2.
@@ -63,4 +63,4 @@ DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskSta
 /// Kinetic (eq. 2) plus elastic energy K1 rho^2 / 2 + K2 rho^4 / 4, J.
 double mechanical_energy(const UnbalancedDisk& disk, const DiskState& state);
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -5,7 +5,7 @@
 
 #include "whirl/core/angle_signal.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// Stiffness of a massless shaft at the disk: force k11 z + k12 psi, moment k12 z + k22 psi.
 struct ShaftStiffness {
@@ -63,4 +63,4 @@ struct GyroscopicResponse {
 };
 GyroscopicResponse simulate(const GyroscopicRotor& rotor, const AngleSignal& angle);
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -1,7 +1,7 @@
 #pragma once
 #include "whirl/core/rotor_model.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// The coefficients of RotorModel in real form, per unit mass. T is double, or a vector of lanes with one
 /// rotor each.
@@ -58,4 +58,4 @@ inline LateralState<T> lateral_step(const LateralCoefficients<T>& a, const Later
           s.vx + sixth * (a1.x + 2.0 * (a2.x + a3.x) + a4.x), s.vy + sixth * (a1.y + 2.0 * (a2.y + a3.y) + a4.y)};
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// Exact step of q'' + 2 zeta w q' + w^2 q = f over h for an input f that is quadratic through its values at
 /// the start, middle and end. No stability limit: w h may be large. T is double or std::complex<double>.
@@ -22,4 +22,4 @@ class ModeStep {
   Eigen::Matrix<double, 2, 3> input_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rotor

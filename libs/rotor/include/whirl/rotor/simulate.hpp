@@ -8,7 +8,7 @@
 #include "whirl/rotor/equations.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// Motion at the samples, as the sensors see it: main mode + forced modes + offset, complex x + i y.
 struct Response {
@@ -64,4 +64,4 @@ struct DrivenResponse {
 DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start, double dt,
                                Eigen::Index samples);
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -3,7 +3,7 @@
 
 #include "whirl/core/angle_signal.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// Rotor angle and its derivatives at one instant.
 struct AngleState {
@@ -84,4 +84,4 @@ struct TorqueModel {
 AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
                                 Eigen::Index samples);
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -5,7 +5,7 @@
 #include "whirl/core/integrate.hpp"
 #include "whirl/rotor/lateral_step.hpp"
 
-namespace whirl {
+namespace whirl::rotor {
 
 /// The tilt psi of the disk axis (gyroscopic.hpp) beside the deflection z, with the deflection's stiffness given as it
 /// is felt by a slow pull, the disk free to tilt: k11 = K1 + k12^2 / k22.
@@ -65,4 +65,4 @@ inline TiltedState tilted_step(const LateralCoefficients<double>& a, const TiltC
   return unpack(end);
 }
 
-}  // namespace whirl
+}  // namespace whirl::rotor

@@ -1,6 +1,6 @@
 #pragma once
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Clock that advances only when the loop waits for it: as fast as possible and deterministic.
 class SimulatedClock {
@@ -19,4 +19,4 @@ class SimulatedClock {
   long tick_ = -1;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

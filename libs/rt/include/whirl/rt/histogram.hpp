@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Durations in nanoseconds, counted in eight classes per octave (12 % wide), with the exact maximum and where
 /// it happened. Fixed size; adding neither allocates nor fails.
@@ -55,4 +55,4 @@ class Histogram {
   long worst_ = -1;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

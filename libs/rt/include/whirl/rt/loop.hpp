@@ -7,7 +7,7 @@
 #include "whirl/rt/release.hpp"
 #include "whirl/rt/safety.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// One cycle as it happened.
 struct CycleRecord {
@@ -193,4 +193,4 @@ class Loop {
   long tick_ = -1;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -8,7 +8,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// What a person asks of a running loop. Set from any thread; the loop looks at it once per cycle and never waits for
 /// it. Nobody has to be there: an untouched LoopControl changes nothing.
@@ -91,4 +91,4 @@ class ControlledLaw {
   const LoopControl& control_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

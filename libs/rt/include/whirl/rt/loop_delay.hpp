@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Random telegraph signal of a given amplitude: holds for 8 to 40 periods of the loop, then perhaps turns its sign.
 /// Seeded.
@@ -32,4 +32,4 @@ struct LoopDelay {
 LoopDelay loop_delay(const Eigen::Ref<const Eigen::VectorXd>& force,
                      const Eigen::Ref<const Eigen::VectorXd>& displacement, double sample_time);
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <type_traits>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// One cycle as it is recorded: what came, what the controller made of it, what was sent. SI.
 struct LoopSample {
@@ -23,4 +23,4 @@ static_assert(std::is_trivially_copyable_v<LoopSample>);
 
 enum LoopFlag : std::int32_t { kValid = 1, kArmed = 2, kLimited = 4, kSaturated = 8, kHeld = 16, kReleasing = 32 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -5,7 +5,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/rt/histogram.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// What happens when a cycle is not done before the next is due.
 enum class OverrunPolicy : std::uint8_t {
@@ -170,4 +170,4 @@ class SampleClock {
   LoopTiming timing_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Monotonic time of this machine.
 struct WallTime {
@@ -38,4 +38,4 @@ class RealtimeThread {
   std::vector<std::string> granted_, refused_;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

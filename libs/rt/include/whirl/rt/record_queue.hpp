@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Values from one real-time producer to one consumer, without locks: `push` never waits and never allocates;
 /// when the queue is full it refuses the value and counts it.
@@ -45,4 +45,4 @@ class RecordQueue {
   alignas(64) std::atomic<std::uint64_t> dropped_{0};
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -8,7 +8,7 @@
 
 #include "whirl/rt/loop_sample.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// What stands in the head of a recording.
 struct RecordingHead {
@@ -58,4 +58,4 @@ struct LoopRecord {
 /// Throws Error naming the file when it is no recording.
 LoopRecord read_loop_record(const std::filesystem::path& path);
 
-}  // namespace whirl
+}  // namespace whirl::rt

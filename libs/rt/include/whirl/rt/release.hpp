@@ -5,7 +5,7 @@
 
 #include "whirl/core/control_types.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Force after a trip: its part that turns with the rotor goes on and fades, instead of stopping at once.
 ///
@@ -72,4 +72,4 @@ class SynchronousRelease {
   std::array<double, 2> x_{}, y_{};
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -5,7 +5,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// What the loop itself guarantees, whatever the controller asks for. SI; 0 switches a limit off.
 struct SafetyLimits {
@@ -73,4 +73,4 @@ inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& stat
   return out;
 }
 
-}  // namespace whirl
+}  // namespace whirl::rt

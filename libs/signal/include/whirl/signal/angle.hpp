@@ -6,7 +6,7 @@
 #include "whirl/core/angle_signal.hpp"
 #include "whirl/core/summary.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 /// How a smooth angle is fitted: a quintic spline with equal intervals (one interval: a polynomial).
 struct AngleFitOptions {
@@ -49,4 +49,4 @@ AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index sa
 /// Known profile: beta = beta0 + omega0 t + alpha t^2 / 2.
 AngleSignal angle_from_profile(double beta0, double omega0, double alpha, double dt, Eigen::Index samples);
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// First derivative by central differences, valid part only: `order`/2 samples are lost at each end.
 ///
@@ -38,4 +38,4 @@ SmoothedSignal smoothing_spline_for_noise(const Eigen::Ref<const Eigen::VectorXd
 Eigen::VectorXd total_variation_derivative(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, double alpha,
                                            int iterations = 50);
 
-}  // namespace whirl
+}  // namespace whirl::signal

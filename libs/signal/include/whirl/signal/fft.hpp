@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Discrete Fourier transform X_k = sum_n x_n e^{-j 2 pi k n / N}, any length N >= 1. Not scaled. Thread-safe.
 Eigen::VectorXcd fft(const Eigen::Ref<const Eigen::VectorXcd>& x);
@@ -16,4 +16,4 @@ Eigen::VectorXd inverse_real_fft(const Eigen::Ref<const Eigen::VectorXcd>& spect
 /// Smallest length >= n whose only prime factors are 2, 3 and 5 (fast transforms).
 Eigen::Index fast_fft_length(Eigen::Index n);
 
-}  // namespace whirl
+}  // namespace whirl::signal

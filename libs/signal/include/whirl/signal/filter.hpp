@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Gaussian smoothing (paper section IV-A): convolution with exp(-t^2 / (2 sd^2)), cut at 4 sd. A tone of w rad/s is
 /// attenuated by exp(-(w sd)^2 / 2). Same size as x; near the ends the kernel is cut and normalised again, so the first
@@ -18,4 +18,4 @@ Eigen::Index gaussian_reach(double sd);
 Eigen::VectorXd savitzky_golay(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int window, int degree,
                                int derivative = 0);
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Standard deviation of the white noise on a smooth record, from its sixth differences:
 ///
@@ -12,4 +12,4 @@ namespace whirl {
 /// result is 0 for a record that is constant or so coarsely quantised that most differences vanish.
 double noise_sd(const Eigen::Ref<const Eigen::VectorXd>& samples);
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -5,7 +5,7 @@
 
 #include "whirl/core/quantity.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 /// A signal at equal steps of the rotor angle.
 struct AngularSignal {
@@ -74,4 +74,4 @@ struct OrbitEllipse {
 };
 OrbitEllipse orbit_ellipse(std::complex<double> x, std::complex<double> y);
 
-}  // namespace whirl
+}  // namespace whirl::signal

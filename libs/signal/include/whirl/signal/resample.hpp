@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Band-limited interpolation on a grid `factor` times finer: result of size (N - 1) factor + 1, entry i*factor = x_i.
 ///
@@ -11,4 +11,4 @@ namespace whirl {
 /// Runge-Kutta steps.
 Eigen::VectorXd upsample(const Eigen::Ref<const Eigen::VectorXd>& x, int factor);
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -3,7 +3,7 @@
 
 #include "whirl/signal/spectrum.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Amplitude spectra of successive blocks.
 struct Spectrogram {
@@ -27,4 +27,4 @@ Spectrogram full_spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, const E
 /// samples and a quarter of the signal's `samples`.
 Eigen::Index sweep_block(double rate, double dt, Eigen::Index samples);
 
-}  // namespace whirl
+}  // namespace whirl::signal

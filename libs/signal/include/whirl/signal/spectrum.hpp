@@ -4,7 +4,7 @@
 #include "whirl/core/quantity.hpp"
 #include "whirl/signal/window.hpp"
 
-namespace whirl {
+namespace whirl::signal {
 
 struct SpectrumOptions {
   Window window = Window::hann;
@@ -40,4 +40,4 @@ PowerSpectrum power_spectral_density(const Eigen::Ref<const Eigen::VectorXd>& x,
 AmplitudeSpectrum full_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                                 double dt, const SpectrumOptions& options = {});
 
-}  // namespace whirl
+}  // namespace whirl::signal

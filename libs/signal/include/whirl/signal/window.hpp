@@ -1,7 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 
-namespace whirl {
+namespace whirl::signal {
 
 /// Windows of stationary signals (periodic form). Impact records use `force_window` and `exponential_window` instead.
 enum class Window { rectangular, hann, flat_top };
@@ -17,4 +17,4 @@ Eigen::VectorXd force_window(Eigen::Index n, Eigen::Index end, Eigen::Index tape
 /// w_i = exp(-decay i dt), decay in 1/s. A pole seen through it is p - decay.
 Eigen::VectorXd exponential_window(Eigen::Index n, double dt, double decay);
 
-}  // namespace whirl
+}  // namespace whirl::signal

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Angle, speed and acceleration from an encoder's counter of 32 bits that wraps: fading-memory polynomial filter of
 /// degree two (N. Morrison, Introduction to sequential smoothing and prediction, 1969, ch. 13), all three poles at q =
@@ -39,4 +39,4 @@ class AngleTracker {
   bool started_ = false;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-namespace whirl {
+namespace whirl::rt {
 
 /// What a converter board gives once per tick of its own clock.
 struct BoardReading {
@@ -38,4 +38,4 @@ class Board {
   virtual int descriptor() const noexcept { return -1; }
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

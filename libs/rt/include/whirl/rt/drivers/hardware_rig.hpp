@@ -10,7 +10,7 @@
 #include "whirl/rt/drivers/board.hpp"
 #include "whirl/rt/drivers/optoncdt_sensor.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Where one displacement comes from, and how it is calibrated:
 ///     displacement = direction gain (distance - offset)
@@ -128,4 +128,4 @@ class HardwareRig {
   bool armed_ = false, started_ = false, at_rest_ = false, waited_ = false;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

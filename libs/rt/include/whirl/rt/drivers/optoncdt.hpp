@@ -15,7 +15,7 @@
 ///
 /// Distances have 16 bits (18 with mastering), error codes 18: always decode 18 bits. The low 16 bits of the
 /// error codes look like distances beyond the range.
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 constexpr std::uint32_t kValueMask = (1u << 18) - 1;
 
@@ -144,4 +144,4 @@ class FrameDecoder {
   bool counted_ = false;
 };
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

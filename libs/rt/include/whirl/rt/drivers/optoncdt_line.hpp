@@ -5,7 +5,7 @@
 
 #include "whirl/rt/drivers/optoncdt.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 /// The sensor's end of the serial line, on a pseudo-terminal: answers the commands of the start-up with prompts
 /// and sends frames. When frames are due is the caller's business. Not for several threads.
@@ -47,4 +47,4 @@ class DeviceLine {
   std::uint64_t bytes_made_ = 0;
 };
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

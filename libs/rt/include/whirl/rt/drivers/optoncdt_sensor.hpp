@@ -8,7 +8,7 @@
 
 #include "whirl/rt/drivers/optoncdt.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 struct SensorOptions {
   std::string device;            ///< serial device, e.g. /dev/ttyUSB0
@@ -73,4 +73,4 @@ class Sensor {
   std::vector<std::string> warnings_;
 };
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

@@ -7,7 +7,7 @@
 
 #include "whirl/rt/drivers/optoncdt.hpp"
 
-namespace whirl::optoncdt {
+namespace whirl::rt::optoncdt {
 
 /// A laser on a pseudo-terminal, for tests and for trying the program without hardware: answers the commands
 /// of the start-up with prompts, streams frames at the measuring rate in real time, and can spoil the line.
@@ -35,4 +35,4 @@ class Simulator {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace whirl::optoncdt
+}  // namespace whirl::rt::optoncdt

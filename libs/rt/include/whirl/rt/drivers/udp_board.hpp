@@ -6,7 +6,7 @@
 
 #include "whirl/rt/drivers/board.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// Board protocol over UDP (docs/formats.md): one datagram per tick and direction, little-endian, no state but
 /// the numbers in it, so that a lost one does no harm.
@@ -52,4 +52,4 @@ class UdpBoard : public Board {
   bool connected_ = true;  ///< false when nobody listens there
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

@@ -6,7 +6,7 @@
 #include "whirl/rt/drivers/angle_tracker.hpp"
 #include "whirl/rt/drivers/board.hpp"
 
-namespace whirl {
+namespace whirl::rt {
 
 /// A board on this machine, behind its maker's library, which is loaded when the board is opened. Neither driver has
 /// seen its board: they were written from the documentation and run against libraries that stand in for the real ones.
@@ -64,4 +64,4 @@ class ComediBoard : public Board {
   bool connected_ = true, output_ = false;
 };
 
-}  // namespace whirl
+}  // namespace whirl::rt

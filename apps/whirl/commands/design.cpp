@@ -1,0 +1,103 @@
+#include "whirl/tuning/design.hpp"
+
+#include "command.hpp"
+#include "plant_options.hpp"
+#include "whirl/control/catalogue.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/report/table.hpp"
+
+namespace whirl::app {
+namespace {
+
+void list_methods(const Session& session) {
+  for (const auto& [title, methods] :
+       {std::pair{"laws", &control::laws()}, std::pair{"estimators", &control::estimators()}}) {
+    report::Table table;
+    table.caption = title;
+    table.columns = {{"name", "", report::Align::left},
+                     {"what it is", "", report::Align::left},
+                     {"source", "", report::Align::left}};
+    for (const control::MethodInfo& m : *methods) table.add({m.name, m.title, m.source});
+    session.say(report::to_text(table));
+  }
+}
+
+// "kd=5" -> {"kd", 5}
+std::map<std::string, double> parse_fixed(const std::vector<std::string>& settings) {
+  std::map<std::string, double> fixed;
+  for (const std::string& setting : settings) {
+    const std::size_t equals = setting.find('=');
+    char* end = nullptr;
+    const double value = equals == std::string::npos ? 0 : std::strtod(setting.c_str() + equals + 1, &end);
+    if (equals == std::string::npos || *end != '\0' || end == setting.c_str() + equals + 1) {
+      throw Error::in_field("--set", setting, "NAME=NUMBER, e.g. kd=5");
+    }
+    fixed[setting.substr(0, equals)] = value;
+  }
+  return fixed;
+}
+
+}  // namespace
+
+void add_design(CLI::App& app, Session& session) {
+  struct Options {
+    PlantOptions plant;
+    std::string out;
+    tuning::DesignOptions design;
+    bool no_feedforward = false, list = false;
+    std::vector<std::string> set;
+  };
+  auto o = std::make_shared<Options>();
+  o->design.estimator = "lpf";
+  CLI::App* sub = add_command(
+      app, session, "design", "A controller tuned on the identified model",
+      "Input: model.json, and the mass that turns forces into accelerations: --mass-kg, or --stiffness stiffness.json\n"
+      "(mass = K1 of the pull test / k1 of the model). --hardware: data sheets of sensors, converters and actuators as "
+      "TOML\n"
+      "(the laser, actuator, encoder, timing and profile tables of `whirl rig parameters`).\n"
+      "Every law gets the same tuning budget on the same scenarios; the tuning plant is the identified model alone.\n"
+      "Output: parameters, delay and gain margin, eq. 42 (rho > |Delta| + kappa), reaching and sliding time, "
+      "certificate.\n\n"
+      "Example: whirl design model.json --stiffness stiffness.json --law tsmc --out controller.json",
+      [o, &session] {
+        if (o->list) return list_methods(session);
+        if (o->plant.model.empty()) throw Error("design needs a model.json (or --list)");
+        tuning::DesignOptions d = o->design;
+        d.feedforward = !o->no_feedforward;
+        d.fixed = parse_fixed(o->set);
+        std::vector<std::filesystem::path> inputs;
+        const IdentifiedModel model = o->plant.load(d, inputs);
+        d.progress = [&](const tuning::DesignProgress& p) {
+          if (p.evaluation % 10 == 0 || p.evaluation == p.budget) {
+            session.progress(fmt::format("tuning {}, best objective {:.4f}", d.law, p.best),
+                             static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
+          }
+        };
+        ControllerDesign result = tuning::design(model, d);
+        result.provenance = io::provenance(inputs, session.command_line, d.seed);
+        if (!o->out.empty()) io::save(o->out, result);
+        report::Table table;
+        table.caption = fmt::format("{} with estimator {}", result.law, result.estimator);
+        table.columns = {{"quantity", "", report::Align::left}, {"value", ""}};
+        for (const auto& [name, value] : result.parameters) table.add({name, fmt::format("{:.6g}", value)});
+        for (const auto& [name, value] : result.margins) table.add({"margin: " + name, fmt::format("{:.4g}", value)});
+        session.say(report::to_text(table));
+        session.result(to_json(result));
+        session.finish(result.summary);
+      });
+  sub->add_option("MODEL", o->plant.model, "model.json");
+  sub->add_option("--out", o->out, "write controller.json");
+  sub->add_option("--law", o->design.law, "control law; --list names all")->capture_default_str();
+  sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->capture_default_str();
+  sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
+  o->plant.add_to(sub);
+  sub->add_option("--set", o->set, "fix a parameter instead of tuning it, NAME=NUMBER");
+  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
+      ->capture_default_str();
+  sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")
+      ->capture_default_str();
+  sub->add_flag("--list", o->list, "list the laws and estimators");
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+
+#include "command.hpp"
+#include "whirl/control/catalogue.hpp"
+#include "whirl/deploy/fmu.hpp"
+#include "whirl/deploy/languages.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/hash.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::app {
+namespace {
+
+struct Options {
+  std::string form, file, out, prefix, type;
+  bool single = false;
+  int fmi = 2;
+  double inner_step_ms = 1, mass_kg = 0;
+};
+
+/// A C identifier from a file's name: "controller_tsmc.json" -> "controller_tsmc".
+std::string prefix_from(const std::filesystem::path& file) {
+  std::string stem = file.filename().string(), out;
+  stem = stem.substr(0, stem.find('.'));
+  for (const char c : stem) {
+    const bool word = std::isalnum(static_cast<unsigned char>(c)) != 0;
+    out += word ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '_';
+  }
+  if (out.empty() || std::isdigit(static_cast<unsigned char>(out.front())) != 0) out.insert(0, "whirl_");
+  return out.substr(0, 24);
+}
+
+deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code, bool controller) {
+  deploy::FmuOptions f;
+  f.code = code;
+  f.version = o.fmi;
+  const std::string type = o.type.empty() ? (controller ? "cs" : "both") : o.type;
+  f.co_simulation = type != "me";
+  f.model_exchange = type != "cs";
+  f.inner_step = 1e-3 * o.inner_step_ms;
+  return f;
+}
+
+/// The forms that a controller and a model have in common.
+template <class T>
+std::vector<deploy::SourceFile> source_files(const Options& o, const T& value, const deploy::CodeOptions& code) {
+  if (o.form == "c") return deploy::export_c99(value, code);
+  if (o.form == "latex") return deploy::export_latex(value, code);
+  if (o.form == "matlab") return deploy::export_matlab(value, code);
+  if (o.form == "python") return deploy::export_python(value, code);
+  if (o.form == "sfunction") return deploy::export_sfunction(value, code);
+  if constexpr (std::is_same_v<T, IdentifiedModel>) {
+    return deploy::export_modelica(value, code);
+  } else {
+    throw Error("a controller is sampled C: Modelica tools take it as an FMU, see `whirl export fmu`");
+  }
+}
+
+template <class T>
+std::vector<std::string> write(const Options& o, const T& value, const deploy::CodeOptions& code) {
+  const std::filesystem::path folder = o.out;
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) throw Error(fmt::format("--out {}: {}", o.out, failed.message()));
+  std::vector<std::string> written;
+  if (o.form == "fmu") {
+    const deploy::FmuOptions f = fmu_options(o, code, std::is_same_v<T, ControllerDesign>);
+    written.push_back((folder / (code.prefix + ".fmu")).string());
+    deploy::pack_fmu(deploy::fmu_files(value, f), f, written.front());
+    return written;
+  }
+  for (const deploy::SourceFile& f : source_files(o, value, code)) {
+    written.push_back((folder / f.name).string());
+    io::write_text(written.back(), f.text);
+  }
+  return written;
+}
+
+/// What to do with the files, in one line.
+std::string next_step(const Options& o, const deploy::CodeOptions& code) {
+  if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
+  if (o.form == "fmu") return "import the .fmu in any tool of FMI " + std::to_string(o.fmi) + ".0";
+  if (o.form == "sfunction") return fmt::format("build in MATLAB: mex {0}_sfun.c {0}.c", code.prefix);
+  if (o.form == "python")
+    return fmt::format("python3 -c 'import sys; sys.path.insert(0, \"{}\"); import {}'", o.out, code.prefix);
+  return "";
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Session& session) {
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "export", "A controller or model as C99, FMU or for other tools",
+      "Forms:\n"
+      "  c          one .c/.h pair in C99: no allocation, no input or output, no globals; all numbers adjustable in a "
+      "struct;\n"
+      "             a self-test with golden vectors, CMakeLists.txt and Makefile\n"
+      "  fmu        Functional Mock-up Unit with sources and a binary for Linux on x86-64 (needs the C compiler "
+      "`cc`):\n"
+      "             a controller for co-simulation, a model also for model exchange with sgn() as state events\n"
+      "  python     model: rates(t, state, inputs, p); controller: the C99 source called through ctypes\n"
+      "  matlab     model: a MATLAB/Octave function for ode45; controller: the C99 source with a MEX function\n"
+      "  sfunction  the C99 source with a Simulink S-function (level 2, C)\n"
+      "  modelica   a model\n"
+      "  latex      equations and numbers\n"
+      "Input: controller.json of `whirl design` or model.json of `whirl identify`. A model identified as a rotor has "
+      "inputs beta\n"
+      "(rad), omega (rad/s), alpha (rad/s^2), ux, uy (N) and the displacement x, y (m) as outputs; give --mass-kg so "
+      "that forces\n"
+      "act. Every other model is exported with the equations as found. SI units everywhere; see docs/export.md.\n\n"
+      "Example: whirl export c controller.json --out drive --prefix drive && make -C drive check",
+      [o, &session] {
+        deploy::CodeOptions code;
+        code.prefix = o->prefix.empty() ? prefix_from(o->file) : o->prefix;
+        code.single_precision = o->single;
+        code.origin = io::input_record(o->file);
+        if (o->out.empty()) o->out = code.prefix + "_" + o->form;
+        const io::Json document = io::load_json(o->file);
+        const io::Json* schema = document.find("schema");
+        const std::string* name = schema == nullptr ? nullptr : schema->get<std::string>();
+        std::vector<std::string> written;
+        if (name != nullptr && name->starts_with("whirl.controller/")) {
+          if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller stands in its file");
+          written = write(*o, io::from_json<ControllerDesign>(document, o->file), code);
+        } else {
+          IdentifiedModel model = io::from_json<IdentifiedModel>(document, o->file);
+          if (o->mass_kg > 0) {
+            if (!model.rotor)
+              throw Error(o->file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
+            model.rotor->gain = 1 / o->mass_kg;
+          }
+          written = write(*o, model, code);
+        }
+        io::Json files = io::Json::array();
+        for (const std::string& path : written) {
+          session.say(path);
+          files.push(path);
+        }
+        if (const std::string next = next_step(*o, code); !next.empty()) session.say(next);
+        session.result(
+            io::Json::object().set("form", o->form).set("prefix", code.prefix).set("files", std::move(files)));
+      });
+  sub->add_option("FORM", o->form, "c, fmu, python, matlab, sfunction, modelica or latex")
+      ->required()
+      ->check(CLI::IsMember({"c", "fmu", "python", "matlab", "sfunction", "modelica", "latex"}));
+  sub->add_option("FILE", o->file, "controller.json or model.json")->required();
+  sub->add_option("--out", o->out, "folder to write into; default PREFIX_FORM");
+  sub->add_option("--prefix", o->prefix,
+                  "of every file, type and function, and name of the FMU; default: from the file's name");
+  sub->add_flag("--float", o->single, "single precision");
+  sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")
+      ->check(CLI::IsMember({2, 3}))
+      ->capture_default_str();
+  sub->add_option("--type", o->type, "of an FMU: cs (co-simulation), me (model exchange) or both; default all there is")
+      ->check(CLI::IsMember({"cs", "me", "both"}));
+  sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation")
+      ->capture_default_str();
+  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")
+      ->check(CLI::PositiveNumber);
+}
+
+}  // namespace whirl::app

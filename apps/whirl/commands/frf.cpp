@@ -1,0 +1,81 @@
+#include "whirl/modal/frf.hpp"
+
+#include "command.hpp"
+#include "record_options.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
+
+namespace whirl::app {
+
+void add_frf(CLI::App& app, Session& session) {
+  struct Options {
+    std::vector<std::string> files;
+    std::string out, figure, estimator = "h1";
+    modal::FrfOptions frf;
+    RecordOptions record;
+    double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "frf", "Frequency responses from hammer blows",
+      "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and "
+      "one or\n"
+      "more responses (acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
+      "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"
+      "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
+      [o, &session] {
+        modal::FrfOptions options = o->frf;
+        options.estimator = o->estimator == "h2"   ? FrfEstimator::h2
+                            : o->estimator == "hv" ? FrfEstimator::hv
+                                                   : FrfEstimator::h1;
+        options.trigger = o->trigger_percent / 100;
+        options.pre_trigger = o->pre_trigger_ms * 1e-3;
+        options.window_end = o->window_end_percent / 100;
+        std::vector<Recording> records;
+        for (const std::string& file : o->files) records.push_back(o->record.read(file));
+        std::vector<modal::BlowReport> blows;
+        FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
+        frf.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
+        if (!o->out.empty()) io::save(o->out, frf);
+        report::Table table;
+        table.caption = "Blows";
+        table.columns = {{"blow", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
+        for (std::size_t i = 0; i < blows.size(); ++i) {
+          std::string finding = blows[i].used ? "used" : "left out";
+          if (blows[i].force_overload) finding += ", force overloaded";
+          for (const std::string& r : blows[i].overloaded_responses) finding += ", " + r + " overloaded";
+          for (const modal::SecondHit& hit : blows[i].second_hits) {
+            finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
+          }
+          table.add({fmt::format("{}", i + 1), fmt::format("{:.1f}", blows[i].peak),
+                     fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
+        }
+        session.say(report::to_text(table));
+        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz, {} averages", frf.channels.size(),
+                                to_string(frf.kind), to_string(frf.estimator), frf.frequency.size(),
+                                frf.frequency.size() ? frf.frequency[0] : 0.0,
+                                frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0, frf.averages));
+        if (!o->figure.empty()) report::write_figure(report::frequency_response(frf, 0), o->figure);
+        session.result(to_json(frf));
+        session.finish(frf.summary);
+      });
+  sub->add_option("FILES", o->files, "records of blows")->required();
+  sub->add_option("--out", o->out, "write the frequency responses as JSON");
+  sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)");
+  sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
+  sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
+  sub->add_option("--reference", o->frf.reference,
+                  "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
+  sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");
+  sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset");
+  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");
+  sub->add_option("--window-end-percent", o->window_end_percent,
+                  "exponential window: its value at the end; 100 = none. Modes are corrected for it");
+  o->record.add_to(sub);
+  sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave blows with a second hit out");
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,356 @@
+#include "identify_options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "whirl/core/error.hpp"
+#include "whirl/expr/library.hpp"
+#include "whirl/io/library_toml.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::app {
+namespace {
+
+const std::vector<std::pair<std::string, regression::Selection>> kSelections{
+    {"automatic", regression::Selection::automatic},
+    {"bic", regression::Selection::bic},
+    {"aic", regression::Selection::aic},
+    {"cv", regression::Selection::cv},
+    {"cv-1se", regression::Selection::cv_1se}};
+
+std::string strip(const std::string& text) {
+  const auto first = text.find_first_not_of(' ');
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+/// Splits at the commas outside parentheses.
+std::vector<std::string> split_terms(const std::string& text) {
+  std::vector<std::string> terms;
+  int depth = 0;
+  std::string term;
+  for (const char c : text + ",") {
+    depth += (c == '(') - (c == ')');
+    if (c != ',' || depth > 0) {
+      term += c;
+    } else {
+      if (!strip(term).empty()) terms.push_back(strip(term));
+      term.clear();
+    }
+  }
+  return terms;
+}
+
+/// "v' = -2 x + 0.1 v^3" as an equation with fixed coefficients.
+Equation known_equation(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == std::string::npos) throw Error::in_field("--known", text, "an equation, e.g. \"x' = v\"");
+  Equation e{strip(text.substr(0, equals)), {}};
+  const expr::Expr right = expr::expand(expr::Expr::parse(text.substr(equals + 1)));
+  const std::vector<expr::Expr> summands =
+      right.kind() == expr::Expr::Kind::sum ? right.args() : std::vector<expr::Expr>{right};
+  for (const expr::Expr& s : summands) {
+    const auto [number, function] = expr::split_coefficient(s);
+    e.terms.push_back({function.str(), {number, 0, number, number}, ""});
+  }
+  return e;
+}
+
+/// "v':x^3=-" or "x^3=-".
+identification::SignBound sign_bound(const std::string& text) {
+  const auto refuse = [&] {
+    return Error::in_field("--sign", text, "TERM=+, TERM=-, EQUATION:TERM=+ or EQUATION:TERM=-, e.g. \"v':x^3=-\"");
+  };
+  const auto equals = text.rfind('=');
+  if (equals == std::string::npos) throw refuse();
+  const std::string sign = strip(text.substr(equals + 1)), left = text.substr(0, equals);
+  const auto colon = left.find(':');
+  identification::SignBound bound;
+  bound.equation = colon == std::string::npos ? "" : strip(left.substr(0, colon));
+  bound.function = strip(colon == std::string::npos ? left : left.substr(colon + 1));
+  if ((sign != "+" && sign != "-") || bound.function.empty() || colon == 0) throw refuse();
+  bound.sign = sign == "+" ? 1 : -1;
+  return bound;
+}
+
+}  // namespace
+
+void IdentifyOptions::add_to(CLI::App* sub) {
+  const auto between = [](double low, double high) { return CLI::Range(low, high); };
+  sub->add_option("RECORDS", files, "records (CSV)")->required();
+  sub->add_option("--out", out, "write the model as JSON");
+  sub->add_option("--method", method, "weak (default), paper, consistent, second-order or sindy")
+      ->check(CLI::IsMember({"weak", "paper", "consistent", "second-order", "sindy"}));
+  sub->add_flag("--compare", compare, "table over all regression methods on this record instead of one model");
+  sub->add_option("--holdout", holdout, "share of a single record kept out of a second fit, to be predicted (0.3)")
+      ->check(between(0.05, 0.8));
+  sub->add_flag("--no-holdout", no_holdout, "no second fit: no held-out error");
+  record.add_to(sub);
+
+  const char* rotor_group = "Rotor";
+  sub->add_option("--modes", modes, "modes of the hammer test (modes.json): candidates beside the main mode")
+      ->group(rotor_group);
+  sub->add_option("--angle", angle, "measured, or profile: the rate of an assumed profile is refined too")
+      ->check(CLI::IsMember({"measured", "profile"}))
+      ->group(rotor_group);
+  sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")
+      ->group(rotor_group);
+
+  const char* one = "One degree of freedom (second-order)";
+  sub->add_option("--output", output, "displacement channel")->group(one);
+  sub->add_option("--input", input, "input channel")->group(one);
+
+  const char* general = "Any system (sindy)";
+  sub->add_option("--states", states, "channels whose equations are sought; default: all that are no inputs")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(general);
+  sub->add_option("--inputs", inputs, "channels that drive them")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->group(general);
+  sub->add_option("--order", order, "1: x' = f(x, u); 2: x'' = f(x, x', u) from displacements alone")
+      ->check(CLI::Range(1, 2))
+      ->group(general);
+  sub->add_flag("--discrete", discrete, "map: x[k+1] = f(x, u)")->group(general);
+  sub->add_option("--degree", degree, "library: all monomials up to this degree (default 3; 2 beyond three variables)")
+      ->check(CLI::Range(1, 8))
+      ->group(general);
+  sub->add_option("--fourier", fourier, "library: sin(k v), cos(k v) of every variable up to k")
+      ->check(CLI::Range(1, 20))
+      ->group(general);
+  sub->add_flag("--time", time, "library: time t is a variable too")->group(general);
+  sub->add_option("--terms", term_list,
+                  "library: further terms, e.g. \"x*abs(x), exp(-t)\"; alone they are the library")
+      ->group(general);
+  CLI::Option* file =
+      sub->add_option("--library", library,
+                      "library.toml: exactly these terms, ties and known parts; states, inputs and order are its own "
+                      "(docs/formats.md)")
+          ->check(CLI::ExistingFile)
+          ->group(general);
+  for (const char* flag : {"--degree", "--fourier", "--time", "--terms"}) file->excludes(flag);
+  sub->add_option("--known", known, "equation with given coefficients, kept as it is, e.g. \"x' = v\"")
+      ->allow_extra_args(false)
+      ->excludes(file)
+      ->group(general);
+  sub->add_option("--sign", signs,
+                  "sign of a coefficient, repeatable: TERM=+ (>= 0 in every equation), EQUATION:TERM=- (<= 0), e.g. "
+                  "\"v':x^3=-\"")
+      ->allow_extra_args(false)
+      ->excludes(file)
+      ->group(general);
+  sub->add_option("--window", window, "half-width of the weak form's test functions, s; 0: from the record")
+      ->check(between(0, 1e6))
+      ->group(general);
+  sub->add_option("--t-value", term_t_value, "terms with a smaller |coefficient / sd| go (4)")
+      ->check(between(0, 1000))
+      ->group(general);
+  sub->add_option("--max-passes", max_passes,
+                  "refinement: passes over the free runs after which the search for terms ends (500)")
+      ->check(CLI::Range(1, 1000000))
+      ->group(general);
+  sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs")->group(general);
+  sub->add_flag("--stream", stream,
+                "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)")
+      ->group(general);
+
+  const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
+  sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
+      ->check(CLI::IsMember(regression::regression_methods()))
+      ->group(regression);
+  std::vector<std::string> selections;
+  for (const auto& [name, value] : kSelections) selections.push_back(name);
+  sub->add_option("--selection", selection, "of one model on a path: automatic, bic, aic, cv, cv-1se")
+      ->check(CLI::IsMember(selections))
+      ->group(regression);
+  sub->add_option("--threshold", solve.threshold, "share of the target below which a term goes (stlsq, sr3, ensemble)")
+      ->check(between(0, 1))
+      ->group(regression);
+  sub->add_option("--lambda", solve.lambda,
+                  "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
+      ->check(between(0, 1))
+      ->group(regression);
+  sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")
+      ->check(between(0, 1e12))
+      ->group(regression);
+  sub->add_option("--max-terms", solve.max_terms, "largest model of frols, best_subset; 0: all")
+      ->check(CLI::Range(0, 1000))
+      ->group(regression);
+  sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")
+      ->check(between(0, 1e6))
+      ->group(regression);
+  sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->check(between(1e-12, 1e12))->group(regression);
+  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")
+      ->check(CLI::Range(1, 100000))
+      ->group(regression);
+  sub->add_option("--inclusion", solve.inclusion, "ensemble: share of resamples in which a term must be kept")
+      ->check(between(0, 1))
+      ->group(regression);
+  sub->add_option("--drop-terms", solve.drop_terms, "ensemble: terms left out of each resample at random")
+      ->check(CLI::Range(0, 1000))
+      ->group(regression);
+  sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")
+      ->check(CLI::Range(2, 50))
+      ->group(regression);
+  sub->add_option("--seed", solve.seed, "ensemble")->group(regression);
+  sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression);
+}
+
+std::string IdentifyOptions::chosen_method() const {
+  if (!method.empty()) return method;
+  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() ||
+                       !signs.empty() || degree > 0 || fourier > 0 || discrete || time || stream;
+  return general ? "sindy" : "weak";
+}
+
+expr::CandidateLibrary IdentifyOptions::candidate_library(const Recording& like) const {
+  const auto lhs_of = [&](const std::string& s) { return s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"); };
+  std::vector<std::string> sought;  // of a file that names no equation
+  for (const std::string& s : sindy(like).states) sought.push_back(lhs_of(s));
+  const expr::CandidateLibrary read = io::read_library(library, sought);
+  // What the command line says beside the file must agree with it.
+  const auto refuse = [&](const char* flag, const std::string& value) {
+    throw Error::in_field(flag, value,
+                          fmt::format("what {} says: equations of {}", library, fmt::join(read.lhs, ", ")));
+  };
+  const auto has = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  for (const std::string& l : read.lhs) {
+    const std::string state = l.substr(0, l.find_first_of("'["));
+    const std::size_t primes = l.ends_with("[k+1]") ? 0 : l.size() - state.size();
+    if (order > 0 && primes > 0 && primes != static_cast<std::size_t>(order)) refuse("--order", std::to_string(order));
+    if (discrete && primes > 0) refuse("--discrete", "given");
+    if (!states.empty() && !has(states, state)) refuse("--states", fmt::format("{}", fmt::join(states, ",")));
+  }
+  if (!states.empty() && states.size() != read.lhs.size())
+    refuse("--states", fmt::format("{}", fmt::join(states, ",")));
+  for (const std::string& i : inputs) {
+    if (!has(read.variables, i))
+      throw Error::in_field("--inputs", i, fmt::format("a name in {}: {}", library, fmt::join(read.variables, ", ")));
+  }
+  return read;
+}
+
+void IdentifyOptions::check() const {
+  const std::string m = chosen_method();
+  const auto only = [&](const char* flag, bool given, std::initializer_list<const char*> methods) {
+    if (!given || std::find(methods.begin(), methods.end(), m) != methods.end()) return;
+    throw Error(fmt::format("{} is for --method {}, not for {}", flag, fmt::join(methods, " or "), m));
+  };
+  only("--states", !states.empty(), {"sindy"});
+  only("--inputs", !inputs.empty(), {"sindy"});
+  only("--order", order > 0, {"sindy"});
+  only("--discrete", discrete, {"sindy"});
+  only("--degree", degree > 0, {"sindy"});
+  only("--fourier", fourier > 0, {"sindy"});
+  only("--time", time, {"sindy"});
+  only("--library", !library.empty(), {"sindy"});
+  only("--known", !known.empty(), {"sindy"});
+  only("--sign", !signs.empty(), {"sindy"});
+  only("--window", window > 0, {"sindy"});
+  only("--stream", stream, {"sindy"});
+  only("--no-refine", no_refine, {"sindy", "second-order"});
+  if (compare) return;  // several methods
+  only("--terms", !term_list.empty(), {"sindy", "second-order", "paper"});
+  only("--regressor", !regressor.empty(), {"sindy", "second-order", "paper"});
+  only("--filter-ms", filter_ms > 0, {"paper", "consistent", "second-order"});
+  only("--modes", !modes.empty(), {"weak", "paper"});
+  only("--angle profile", angle == "profile", {"weak"});
+}
+
+std::vector<std::string> IdentifyOptions::required() const {
+  if (rotor()) return {"x", "y", "beta"};
+  if (chosen_method() == "second-order") return {output, input};
+  std::vector<std::string> names = states;
+  names.insert(names.end(), inputs.begin(), inputs.end());
+  return names;
+}
+
+regression::SolveOptions IdentifyOptions::solver(const regression::SolveOptions& defaults) const {
+  regression::SolveOptions s = solve;
+  s.method = regressor.empty() ? defaults.method : regressor;
+  for (const auto& [name, value] : kSelections) {
+    if (name == selection) s.selection = value;
+  }
+  if (regressor.empty() && selection == "automatic") s.selection = defaults.selection;
+  return s;
+}
+
+identification::RotorIdentifyOptions IdentifyOptions::weak() const {
+  identification::RotorIdentifyOptions o;
+  if (angle == "profile") o.angle_source = identification::AngleSource::profile;
+  if (!modes.empty()) o.modal = io::load<ModalModel>(modes);
+  return o;
+}
+
+identification::PaperOptions IdentifyOptions::paper() const {
+  identification::PaperOptions o;
+  o.solver = solver(o.solver);
+  if (filter_ms > 0) o.filter_sd = filter_ms * 1e-3;
+  if (!modes.empty()) {
+    for (const Mode& mode : io::load<ModalModel>(modes).modes) o.poles.push_back(mode.pole);
+  }
+  o.library = split_terms(term_list);
+  if (compare && method != "paper") {  // the chain as printed is compared only when asked for
+    o.filter = identification::PaperFilter::equation;
+    if (filter_ms == 0) o.filter_sd = 10e-3;
+  }
+  return o;
+}
+
+identification::ConsistentOptions IdentifyOptions::consistent() const {
+  identification::ConsistentOptions o;
+  if (filter_ms > 0) o.filter_sd = filter_ms * 1e-3;
+  return o;
+}
+
+identification::SecondOrderOptions IdentifyOptions::second_order() const {
+  identification::SecondOrderOptions o;
+  o.solver = solver(o.solver);
+  o.library = split_terms(term_list);
+  o.filter_sd = filter_ms * 1e-3;
+  o.refine = !no_refine;
+  return o;
+}
+
+identification::SindyOptions IdentifyOptions::sindy(const Recording& like) const {
+  identification::SindyOptions o;
+  o.states = states;
+  o.inputs = inputs;
+  o.order = order == 2 ? 2 : 1;
+  o.discrete = discrete;
+  o.window = window;
+  o.t_value = term_t_value;
+  o.max_passes = max_passes;
+  o.refine = !no_refine;
+  o.solver = solver(o.solver);
+  if (o.states.empty()) {
+    for (const Channel& c : like.channels) {
+      if (std::find(inputs.begin(), inputs.end(), c.name) == inputs.end()) o.states.push_back(c.name);
+    }
+  }
+  for (const std::string& text : known) o.known.push_back(known_equation(text));
+  for (const std::string& text : signs) o.signs.push_back(sign_bound(text));
+  if (!library.empty()) return o;  // it says the rest
+
+  std::vector<std::string> names = o.states;
+  if (order == 2) {
+    for (const std::string& s : o.states) names.push_back(s + "'");
+  }
+  names.insert(names.end(), inputs.begin(), inputs.end());
+  if (time) names.emplace_back("t");
+  std::vector<std::vector<expr::Expr>> parts;
+  const std::vector<std::string> terms = split_terms(term_list);
+  const bool only_terms = !terms.empty() && degree == 0 && fourier == 0;
+  if (!only_terms) parts.push_back(expr::polynomial_library(names, degree > 0 ? degree : names.size() > 3 ? 2 : 3));
+  if (fourier > 0) parts.push_back(expr::fourier_library(names, fourier));
+  parts.push_back(expr::parse_library(terms));
+  for (const expr::Expr& e : expr::union_library(parts)) o.library.push_back(e.str());
+  return o;
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,58 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "record_options.hpp"
+#include "whirl/expr/library.hpp"
+#include "whirl/identify/identify_rotor.hpp"
+#include "whirl/identify/paper.hpp"
+#include "whirl/identify/second_order.hpp"
+#include "whirl/identify/sindy.hpp"
+
+namespace whirl::app {
+
+/// Everything that can be said on the command line of `whirl identify`.
+struct IdentifyOptions {
+  std::vector<std::string> files;
+  std::string out, method, modes, angle = "measured", output = "y", input = "u";
+  double filter_ms = 0;
+  RecordOptions record;
+
+  // sindy
+  std::vector<std::string> states, inputs, known, signs;
+  std::string library, term_list;
+  int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.max_passes;
+  bool discrete = false, time = false, no_refine = false, stream = false;
+  double window = 0, term_t_value = 4;
+
+  // regression
+  std::string regressor, selection = "automatic";
+  regression::SolveOptions solve;
+
+  bool compare = false, no_holdout = false;
+  double holdout = 0.3;
+
+  void add_to(CLI::App* sub);
+  /// weak, unless another method is named or flags of sindy are given.
+  std::string chosen_method() const;
+  bool rotor() const {
+    return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent";
+  }
+  /// Throws Error when a flag is given that the method does not take.
+  void check() const;
+  /// Channels that the record must have.
+  std::vector<std::string> required() const;
+
+  regression::SolveOptions solver(const regression::SolveOptions& defaults) const;
+  identification::RotorIdentifyOptions weak() const;
+  identification::PaperOptions paper() const;
+  identification::ConsistentOptions consistent() const;
+  identification::SecondOrderOptions second_order() const;
+  /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no
+  /// inputs; where it does, Error when --states, --inputs, --order or --discrete say otherwise.
+  expr::CandidateLibrary candidate_library(const Recording& like) const;
+  /// States default to all channels of `like` that are no inputs.
+  identification::SindyOptions sindy(const Recording& like) const;
+};
+
+}  // namespace whirl::app

@@ -1,0 +1,41 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "whirl/rt/drivers/hardware_rig.hpp"
+#include "whirl/rt/drivers/vendor_boards.hpp"
+#include "whirl/rt/loop.hpp"
+#include "whirl/rt/pace.hpp"
+#include "whirl/rt/realtime.hpp"
+#include "whirl/rt/safety.hpp"
+
+namespace whirl::app {
+
+/// What `whirl run --io`, `whirl record` and `whirl io` read from io.toml; the keys stand in docs/formats.md.
+struct IoSettings {
+  std::string clock = "sample", overrun = "skip", dt = "nominal";
+  double rate = 1000;  ///< Hz
+  int max_catch_up = 3, trip_after = 10;
+  int settle = 100;  ///< disarmed cycles at the start
+  rt::RealtimeOptions realtime;
+  rt::SafetyLimits safety{.force = 0, .slew = 0, .displacement = 0, .stale = 0};
+  double stale = 20e-3;     ///< s
+  double watchdog = 50e-3;  ///< s without samples
+  double release = 3;       ///< s in which the force fades after a trip
+  std::string driver = "udp", address;
+  rt::VendorBoardOptions vendor;  ///< of a board with the driver "comedi" or "quanser"
+  rt::HardwareOptions hardware;
+
+  rt::PaceOptions pace() const;
+  rt::LoopOptions loop() const;     ///< disarmed
+  rt::SafetyLimits limits() const;  ///< with `stale` in ticks
+  std::unique_ptr<rt::Board> board() const;
+  std::int64_t watchdog_ns() const { return static_cast<std::int64_t>(1e9 * watchdog); }
+};
+
+/// Throws Error for unknown keys and values out of range.
+IoSettings read_io(const std::filesystem::path& path);
+std::string io_toml(const IoSettings& settings);
+
+}  // namespace whirl::app

@@ -1,0 +1,243 @@
+#include "io_survey.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/rt/realtime.hpp"
+
+namespace whirl::app {
+namespace {
+
+/// Sends what it is told and asks nothing.
+struct GivenForce {
+  std::array<const Eigen::VectorXd*, 2> force{};
+  long next = 0;
+  Expected<Command, Fault> step(const Measurement&) noexcept {
+    const long k = next++;
+    const auto at = [&](const Eigen::VectorXd* f) { return f && k < f->size() ? (*f)(k) : 0.0; };
+    return Command{at(force[0]), at(force[1])};
+  }
+  void applied(const Command&) noexcept {}
+};
+
+/// Slope of y over x: hardly moved by the last value being late.
+class Slope {
+ public:
+  void add(double x, double y) {
+    ++n_;
+    const double dx = x - mx_;
+    mx_ += dx / n_;
+    my_ += (y - my_) / n_;
+    sxx_ += dx * (x - mx_);
+    sxy_ += dx * (y - my_);
+  }
+  double value() const { return sxx_ > 0 ? sxy_ / sxx_ : 0; }
+
+ private:
+  double n_ = 0, mx_ = 0, my_ = 0, sxx_ = 0, sxy_ = 0;
+};
+
+/// One channel while it is being watched.
+struct Watch {
+  ChannelSurvey result;
+  double sum = 0, differences = 0, before = 0, before_that = 0;
+  long good = 0, in_a_row = 0, triples = 0, repeat = 0;
+  Slope rate;
+
+  void take(const rt::HardwareRig& rig, int axis, double tick) {
+    const rt::InputState state = rig.state(axis);
+    ++result.ticks;
+    ++result.states[static_cast<std::size_t>(state)];
+    if (rig.laser(axis)) {
+      rate.add(tick, static_cast<double>(rig.sample(axis).index));
+      if (state == rt::InputState::sensor_error)
+        ++result.errors[static_cast<std::size_t>(rig.sample(axis).reading.error)];
+    }
+    const double d = rig.distance(axis);
+    if ((state != rt::InputState::good && state != rt::InputState::stuck) || !std::isfinite(d)) {
+      in_a_row = 0;
+      return;
+    }
+    result.low = good == 0 ? d : std::min(result.low, d);
+    result.high = good == 0 ? d : std::max(result.high, d);
+    sum += d;
+    ++good;
+    repeat = in_a_row > 0 && d == before ? repeat + 1 : 0;
+    result.longest_repeat = std::max(result.longest_repeat, repeat);
+    if (++in_a_row >= 3) {
+      const double second = d - 2 * before + before_that;
+      differences += second * second;
+      ++triples;
+    }
+    before_that = before;
+    before = d;
+  }
+  ChannelSurvey done(const rt::HardwareRig& rig, int axis, double ticks_per_second) const {
+    ChannelSurvey out = result;
+    if (good > 0) out.mean = sum / static_cast<double>(good);
+    if (triples > 0) out.noise = std::sqrt(differences / (6 * static_cast<double>(triples)));
+    if (const rt::optoncdt::Sensor* laser = rig.laser(axis)) {
+      out.frames = laser->statistics().frames;
+      out.frames_lost = laser->lost_frames();
+      out.bytes_dropped = laser->statistics().dropped;
+      out.rate = rate.value() * ticks_per_second;
+    }
+    return out;
+  }
+};
+
+// Ticks left out: the force was held, the displacement is taken from a straight line. Before the first value there is
+// nothing.
+void append(std::vector<double>& to, double value, long missed, bool held) {
+  const double last = to.empty() ? value : to.back();
+  for (long i = 1; i <= missed && !to.empty(); ++i) {
+    to.push_back(held ? last : last + (value - last) * static_cast<double>(i) / static_cast<double>(missed + 1));
+  }
+  to.push_back(value);
+}
+
+template <class Clock>
+void run(const IoSettings& io, double seconds, double excitation, rt::HardwareRig& rig, Clock& clock, LoopSurvey& out) {
+  const rt::WallTime time;
+  GivenForce law;
+  rt::Loop loop(rig, law, clock, io.limits(), io.loop());
+  const auto cycles = [&](double t) { return std::lround(t * io.rate); };
+  for (int k = 0; k < io.settle && (k < 10 || rig.fault() == Fault::none); ++k) loop.cycle();
+
+  const bool by_board = rig.board_clock();
+  std::array<Watch, 2> watch;
+  Slope ticks;
+  const std::int64_t begun = time.now();
+  double tick = 0, turnarounds = 0;
+  out.beta_first = rig.board().beta;
+  for (long k = 0; k < cycles(seconds) && rig.fault() == Fault::none; ++k) {
+    const rt::CycleRecord r = loop.cycle();
+    const double t = 1e-9 * static_cast<double>(time.now() - begun);
+    tick += 1 + static_cast<double>(r.missed);
+    out.missed += r.missed;
+    if (by_board) ticks.add(t, tick);
+    for (int i = 0; i < 2; ++i) watch[static_cast<std::size_t>(i)].take(rig, i, by_board ? tick : t);
+    const rt::BoardReading& b = rig.board();
+    for (std::size_t i = 0; i < 4; ++i) out.analog[i] += (b.analog[i] - out.analog[i]) / static_cast<double>(k + 1);
+    if (by_board && b.answered != 0) {
+      const long around = static_cast<std::int32_t>(b.tick - b.answered);
+      turnarounds += static_cast<double>(around);
+      out.turnaround_max = std::max(out.turnaround_max, around);
+      ++out.turnarounds;
+    }
+  }
+  out.seconds = 1e-9 * static_cast<double>(time.now() - begun);
+  out.board_rate = ticks.value();
+  out.beta_last = rig.board().beta;
+  out.omega = rig.board().omega;
+  if (out.turnarounds > 0) out.turnaround_mean = turnarounds / static_cast<double>(out.turnarounds);
+  for (int i = 0; i < 2; ++i) {
+    out.channel[static_cast<std::size_t>(i)] = watch[static_cast<std::size_t>(i)].done(rig, i, by_board ? io.rate : 1);
+  }
+  if (excitation <= 0 || rig.fault() != Fault::none) return;
+
+  rig.stay_at_rest();
+  std::array<std::vector<double>, 2> force_sent, displacement;
+  for (std::size_t axis = 0; axis < 2 && out.trip == Fault::none; ++axis) {
+    const Eigen::VectorXd force = rt::telegraph(excitation, cycles(seconds), 1 + static_cast<unsigned>(axis));
+    law = {};
+    law.force[axis] = &force;
+    std::vector<double>&u = force_sent[axis], &z = displacement[axis];
+    loop.arm();
+    for (long k = 0; k < force.size() && out.trip == Fault::none; ++k) {
+      const rt::CycleRecord r = loop.cycle();
+      append(u, axis == 0 ? r.sent.ux : r.sent.uy, r.missed, true);
+      const double d = axis == 0 ? r.measurement.x : r.measurement.y;
+      append(z, r.measurement.valid || z.empty() ? d : z.back(), r.missed, false);
+      out.trip = r.trip;
+    }
+    loop.disarm();
+    for (int k = 0; k < 10; ++k) loop.cycle();
+  }
+  if (out.trip != Fault::none) return;
+  // Not before both axes are done: the loop would miss ticks meanwhile.
+  const auto vector = [](const std::vector<double>& v) {
+    return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+  };
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    out.delay[axis] = rt::loop_delay(vector(force_sent[axis]), vector(displacement[axis]), 1 / io.rate);
+  }
+}
+
+}  // namespace
+
+LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
+  IoSettings settings = io;
+  settings.release = 0;
+  rt::HardwareRig rig(io.hardware, io.board());
+  const rt::RealtimeThread realtime(io.realtime);
+  LoopSurvey out;
+  rt::WallTime time;
+  if (io.clock == "wall") {
+    rt::PacedClock clock(time, io.pace());
+    run(settings, seconds, excitation, rig, clock, out);
+  } else {
+    rt::SampleClock clock(rig, time, io.pace(), io.watchdog_ns());
+    run(settings, seconds, excitation, rig, clock, out);
+  }
+  return out;
+}
+
+std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
+  constexpr double kFew = 0.01, kRateError = 0.02, kNoise = 1e-3, kExplained = 0.5;
+  std::vector<std::string> out;
+  if (s.channel[0].ticks == 0) {
+    out.push_back("board: no readings");
+    return out;
+  }
+  if (s.board_rate > 0 && std::abs(s.board_rate / io.rate - 1) > kRateError) {
+    out.push_back(
+        fmt::format("board: {:.1f} ticks a second by this machine's clock instead of {:g}", s.board_rate, io.rate));
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ChannelSurvey& c = s.channel[i];
+    const rt::optoncdt::SensorOptions& laser = io.hardware.position[i].laser;
+    const auto say = [&](const std::string& what) { out.push_back(fmt::format("{}: {}", i == 0 ? "x" : "y", what)); };
+    for (int k = 1; k < rt::kInputStates; ++k) {
+      const auto state = static_cast<rt::InputState>(k);
+      if (c.share(state) <= kFew) continue;
+      std::string why;
+      if (state == rt::InputState::sensor_error) {
+        const auto most = std::max_element(c.errors.begin(), c.errors.end()) - c.errors.begin();
+        why = fmt::format(", mostly: {}", rt::optoncdt::to_string(static_cast<rt::optoncdt::SensorError>(most)));
+      }
+      say(fmt::format("{} in {:.1f} % of the ticks{}", to_string(state), 100 * c.share(state), why));
+    }
+    if (c.share(rt::InputState::good) == 0) continue;
+    if (c.low < 0 || c.high > laser.range)
+      say(fmt::format("distance {:.3f} to {:.3f} mm leaves the measuring range", 1e3 * c.low, 1e3 * c.high));
+    if (c.noise > kNoise * laser.range)
+      say(fmt::format("noise {:.1f} um rms is above 0.1 % of the range", 1e6 * c.noise));
+    if (laser.device.empty()) continue;
+    if (std::abs(c.rate / laser.measuring_rate - 1) > kRateError) {
+      say(fmt::format("{:.1f} frames a second instead of {:g}", c.rate, laser.measuring_rate));
+    }
+    const double all = static_cast<double>(c.frames + c.frames_lost);
+    if (static_cast<double>(c.frames_lost) > kFew * all)
+      say(fmt::format("{} of {:.0f} frames lost", c.frames_lost, all));
+  }
+  if (s.trip != Fault::none) out.push_back("excitation: the loop tripped: " + std::string(to_string(s.trip)));
+  for (std::size_t i = 0; i < 2; ++i) {
+    const rt::LoopDelay& d = s.delay[i];
+    const char* const name = i == 0 ? "x" : "y";
+    if (d.frequency == 0 && d.explained == 0) continue;
+    if (d.explained < kExplained) {
+      out.push_back(
+          fmt::format("{}: the excitation explains {:.0f} % of the motion only: no actuator, or too small a force",
+                      name, 100 * d.explained));
+    } else if (d.gain < 0) {
+      out.push_back(fmt::format("{}: the force acts against its direction; see actuator.{}.direction", name, name));
+    }
+  }
+  return out;
+}
+
+}  // namespace whirl::app

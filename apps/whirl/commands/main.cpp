@@ -1,0 +1,129 @@
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+
+#include "balance.hpp"
+#include "command.hpp"
+#include "run_io.hpp"
+#include "whirl/io/units.hpp"
+
+namespace whirl::app {
+
+void Session::say(const std::string& text) const {
+  if (!json) fmt::print("{}\n", text);
+}
+
+void Session::result(const io::Json& value) const {
+  if (json) fmt::print("{}\n", value.dump());
+}
+
+void Session::finish(const Summary& summary) {
+  for (const std::string& warning : summary.warnings) fmt::print(stderr, "whirl: warning: {}\n", warning);
+  if (!summary.trust.empty()) say(summary.trust);
+  if (summary.status == Status::unusable) {
+    fmt::print(stderr, "whirl: the numbers are not usable{}\n",
+               summary.warnings.empty() ? "" : ": " + summary.warnings.back());
+    exit_code = 1;
+  }
+}
+
+void Session::progress(const std::string& what, double fraction) {
+  if (quiet) return;
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto now = std::chrono::steady_clock::now();
+  // A log file gets a line a second at most; a job that takes less than a second says nothing.
+  if (now - last_progress_ < (terminal ? std::chrono::milliseconds(100) : std::chrono::seconds(1)) &&
+      (fraction < 1 || !progress_shown_)) {
+    return;
+  }
+  last_progress_ = now;
+  progress_shown_ = fraction < 1;
+  fmt::print(stderr, "{}{} {:3.0f} %{}", terminal ? "\r\033[K" : "", what, 100 * fraction,
+             terminal && fraction < 1 ? "" : "\n");
+  std::fflush(stderr);
+}
+
+CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, const std::string& summary,
+                      const std::string& details, std::function<void()> run) {
+  CLI::App* sub = app.add_subcommand(name, summary);
+  sub->footer(details);
+  sub->add_flag("--json", session.json, "print the result as JSON on stdout");
+  sub->add_flag("--quiet", session.quiet, "no progress on stderr");
+  sub->callback(std::move(run));
+  return sub;
+}
+
+namespace {
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "whirl: from records of a rotor's run-up or run-down to its nonlinear equations of motion, and from these to a\n"
+      "controller of its vibration.\n"};
+  app.set_version_flag("--version", std::string("whirl ") + std::string(version()));
+  app.require_subcommand(1);
+  app.get_formatter()->column_width(34);
+  app.footer(
+      "Files: records are CSV with a header of quantity_unit columns (t_s,x_mm,y_mm,beta_rad); see docs/formats.md.\n"
+      "Exit code: 0 done, 1 the numbers are not usable (reason printed), 2 bad usage or bad input.\n\n"
+      "Example: whirl identify rundown.csv --out model.json && whirl design model.json --out controller.json");
+
+  Session session;
+  for (int i = 0; i < argc; ++i) session.command_line += (i ? " " : "") + std::string(argv[i]);
+  add_info(app, session);
+  add_convert(app, session);
+  add_stiffness(app, session);
+  add_frf(app, session);
+  add_modes(app, session);
+  add_derive(app, session);
+  add_identify(app, session);
+  add_validate(app, session);
+  add_design(app, session);
+  add_run(app, session);
+  add_record(app, session);
+  add_replay(app, session);
+  add_monitor(app, session);
+  add_compare(app, session);
+  add_robustness(app, session);
+  add_plot(app, session);
+  add_report(app, session);
+  add_balance(app, session);
+  add_transient(app, session);
+  add_export(app, session);
+  add_rig(app, session);
+  add_io(app, session);
+  add_reproduce(app, session);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RequiredError& e) {
+    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
+      std::vector<std::string> names;
+      for (const CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) names.push_back(sub->get_name());
+      const std::string near = io::nearest(argv[1], names);
+      fmt::print(stderr, "whirl: error: no subcommand '{}'{}; see whirl --help\n", argv[1],
+                 near.empty() ? "" : ", did you mean '" + near + "'?");
+      return 2;
+    }
+    return app.exit(e) == 0 ? 0 : 2;
+  } catch (const CLI::ParseError& e) {
+    const int code = app.exit(e);
+    return code == 0 ? 0 : 2;
+  } catch (const Error& e) {
+    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    return 2;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "whirl: error: not enough memory for this input\n");
+    return 2;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    return 2;
+  }
+  return session.exit_code;
+}
+
+}  // namespace
+}  // namespace whirl::app
+
+int main(int argc, char** argv) { return whirl::app::run(argc, argv); }

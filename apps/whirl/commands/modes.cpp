@@ -1,0 +1,188 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "command.hpp"
+#include "responses.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/io/signals.hpp"
+#include "whirl/modal/checks.hpp"
+#include "whirl/modal/fdd.hpp"
+#include "whirl/modal/fit_modes.hpp"
+#include "whirl/modal/frf.hpp"
+#include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
+
+namespace whirl::app {
+namespace {
+
+// What the file's name asks for: the first FRF with its reconstruction, the shapes, else the stabilisation diagram.
+void draw(const std::string& file, const FrequencyResponse& frf, const ModalModel& modes,
+          const modal::PoleOptions& options) {
+  const std::string name = std::filesystem::path(file).filename().string();
+  if (name.find("shape") != std::string::npos) {
+    const modal::ModeShapes shapes = modal::mode_shapes(modes);
+    if (shapes.points.size() < 2) throw Error(file + ": shapes need two or more points that were measured or hit");
+    report::write_figure(report::mode_shapes(shapes.points, shapes.value, modes.modes), file);
+    return;
+  }
+  if (name.find("frf") != std::string::npos) {
+    report::write_figure(
+        report::frequency_response(frf, 0, modal::synthesise(modes, 0, frf.frequency, frf.kind, frf.window_decay),
+                                   modes.modes),
+        file);
+    return;
+  }
+  std::vector<report::OrderPole> poles;
+  for (const modal::StabilisationPole& p : modal::stabilisation_diagram(frf, options).poles)
+    poles.push_back({p.order, p.frequency(), p.stable()});
+  std::vector<double> chosen;
+  for (const Mode& mode : modes.modes) chosen.push_back(mode.frequency.value);
+  report::write_figure(report::stabilisation(frf, poles, chosen), file);
+}
+
+// Modes from records of an unknown excitation.
+void ambient(const Recording& record, const modal::FddOptions& options, Session& session) {
+  const modal::AmbientModes found = modal::decompose_ambient(record, options);
+  report::Table table;
+  table.caption = "Modes under ambient excitation";
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"damping", "%"}, {"MPC", ""}};
+  io::Json json = io::start_document("whirl.ambient_modes", 1);
+  io::Json::Array modes;
+  for (const modal::AmbientMode& mode : found.modes) {
+    table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency),
+               fmt::format("{:.3f}", 100 * mode.damping),
+               fmt::format("{:.3f}", modal::mode_complexity(mode.shape).mpc)});
+    io::Json entry = io::Json::object();
+    entry.set("frequency", mode.frequency);
+    entry.set("damping", mode.damping);
+    modes.push_back(std::move(entry));
+  }
+  json.set("modes", std::move(modes));
+  session.say(report::to_text(table));
+  session.result(json);
+  session.finish(found.summary);
+}
+
+// Against the modes of an earlier test, e.g. before a change of the machine.
+void compare(const ModalModel& modes, const std::string& file, Session& session) {
+  const ModalModel reference = io::load<ModalModel>(file);
+  report::Table table;
+  table.caption = "Against " + file;
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"there", "Hz"}, {"change", "%"}, {"MAC", ""}};
+  for (const modal::ModeMatch& m : modal::match_modes(reference, modes)) {
+    table.add({fmt::format("{}", m.second + 1), fmt::format("{:.4f}", modes.modes[m.second].frequency.value),
+               fmt::format("{:.4f}", reference.modes[m.first].frequency.value),
+               fmt::format("{:.3f}", 100 * m.frequency_change), fmt::format("{:.3f}", m.mac)});
+  }
+  session.say(report::to_text(table));
+}
+
+}  // namespace
+
+void add_modes(CLI::App& app, Session& session) {
+  struct Options {
+    std::vector<std::string> files;
+    std::string out, kind, reference, method = "plscf";
+    std::vector<std::string> figures;
+    bool no_refine = false;
+    modal::ModeOptions modes;
+    double low = 0, high = 0;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
+      "Input: JSON written by `whirl frf`, a universal file with frequency responses, or a CSV table of them with "
+      "--kind;\n"
+      "with --method fdd a record of responses (displacements or accelerations) to an unknown excitation.\n"
+      "Output: every mode with its frequency (Hz) and damping ratio (%), each with its standard deviation, and the "
+      "phase\n"
+      "collinearity (MPC) of its shape; residues and residuals in the JSON.\n\n"
+      "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json\n"
+      "         whirl modes hit_x.json hit_y.json --figure shapes.svg",
+      [o, &session] {
+        if (o->method == "fdd") {
+          if (o->files.size() > 1)
+            throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
+          ambient(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, session);
+          return;
+        }
+        std::vector<FrequencyResponse> parts;
+        for (const std::string& file : o->files) {
+          std::optional<FrequencyResponse> found = read_responses(file, o->kind);
+          if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+          parts.push_back(std::move(*found));
+        }
+        const FrequencyResponse frf = modal::join_references(parts);
+        modal::ModeOptions options = o->modes;
+        options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
+                               : o->method == "era" ? modal::PoleMethod::era
+                               : o->method == "rfp" ? modal::PoleMethod::rfp
+                                                    : modal::PoleMethod::plscf;
+        if (o->no_refine) options.refine = options.search = false;
+        options.poles.band_low = o->low;
+        options.poles.band_high = o->high;
+        ModalModel modes = modal::fit_modes(frf, options);
+        for (const modal::Reciprocity& pair : modal::check_reciprocity(frf)) {
+          if (pair.difference > std::max(0.1, 3 * pair.noise)) {
+            modes.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold",
+                                           pair.first, pair.second, pair.second, pair.first, 100 * pair.difference));
+          }
+        }
+        for (const modal::DrivePoint& point : modal::check_drive_points(modes)) {
+          if (!point.wrong_modes.empty()) {
+            modes.summary.warn(fmt::format(
+                "{} is hit and measured, but {} of its residues have the wrong sign: is the sensor turned round?",
+                point.point, point.wrong_modes.size()));
+          }
+        }
+        modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
+        if (!o->out.empty()) io::save(o->out, modes);
+        report::Table table;
+        table.caption = "Modes";
+        table.columns = {{"mode", ""},     {"frequency", "Hz"}, {"± sd", "Hz"},
+                         {"damping", "%"}, {"± sd", "%"},       {"MPC", ""}};
+        const modal::ModeShapes shapes = modal::mode_shapes(modes);
+        const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
+        for (std::size_t i = 0; i < modes.modes.size(); ++i) {
+          const Mode& m = modes.modes[i];
+          table.add({fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value), deviation(m.frequency.sd),
+                     fmt::format("{:.4f}", 100 * m.damping.value), deviation(100 * m.damping.sd),
+                     shapes.points.size() < 2
+                         ? "-"
+                         : fmt::format("{:.3f}",
+                                       modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
+        }
+        session.say(report::to_text(table));
+        session.say(fmt::format(
+            "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
+            modes.band_low, modes.band_high,
+            modes.noise_floor > 0 ? fmt::format("; scatter of the blows {:.2f} %", 100 * modes.noise_floor) : ""));
+        if (!o->reference.empty()) compare(modes, o->reference, session);
+        for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
+        session.result(to_json(modes));
+        session.finish(modes.summary);
+      });
+  sub->add_option("FILES", o->files,
+                  "frequency responses; several files: one per point hit, made with `whirl frf --reference`")
+      ->required();
+  sub->add_option("--out", o->out, "write the modes as JSON");
+  sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
+  sub->add_option("--method", o->method,
+                  "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "
+                  "without the force")
+      ->check(CLI::IsMember({"plscf", "lsce", "era", "rfp", "fdd"}));
+  sub->add_option("--compare", o->reference,
+                  "modes.json of an earlier test over the same points: change of frequency and MAC");
+  sub->add_flag("--no-refine", o->no_refine,
+                "what the method alone gives: no Gauss-Newton, no search, no standard deviations");
+  sub->add_option("--figure", o->figures,
+                  "stabilisation diagram; a file whose name holds 'frf' shows the fit, one with 'shape' the mode "
+                  "shapes (.svg .png .pdf .csv)");
+  sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
+  sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,37 @@
+#include "plant_options.hpp"
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/rig/rig_file.hpp"
+
+namespace whirl::app {
+
+void PlantOptions::add_to(CLI::App* sub) {
+  sub->add_option("--mass-kg", mass_kg, "mass of the disk");
+  sub->add_option("--stiffness", stiffness, "stiffness.json of the pull test: gives the mass");
+  sub->add_option("--modes", modes, "modes.json of the hammer test: the tuning plant gets these modes");
+  sub->add_option("--hardware", hardware, "TOML with the data sheets; default: those of the virtual rig");
+}
+
+IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
+  const IdentifiedModel identified = whirl::io::load<IdentifiedModel>(model);
+  design.hardware = tuning::data_sheet(rig::read_rig(hardware));
+  inputs.emplace_back(model);
+  if (!stiffness.empty()) {
+    if (!identified.rotor) throw Error(model + ": the model has no rotor parameters; identify with --method weak");
+    design.gain = identified.rotor->k1 / whirl::io::load<StiffnessLaw>(stiffness).k1.value;
+    inputs.emplace_back(stiffness);
+  } else if (mass_kg > 0) {
+    design.gain = 1 / mass_kg;
+  } else if (!identified.rotor || identified.rotor->gain == 0) {
+    throw Error("the rotor's mass is needed: give --mass-kg or --stiffness");
+  }
+  if (!modes.empty() && identified.rotor) {
+    design.hardware.modes =
+        tuning::structure_modes(whirl::io::load<ModalModel>(modes), identified.rotor->natural_frequency());
+    inputs.emplace_back(modes);
+  }
+  return identified;
+}
+
+}  // namespace whirl::app

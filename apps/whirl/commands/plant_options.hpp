@@ -1,0 +1,23 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/tuning/design.hpp"
+
+namespace whirl::app {
+
+/// The files that say what a design may know about the machine: the options of `design`, `compare` and `robustness`.
+struct PlantOptions {
+  std::string model, stiffness, modes, hardware;
+  double mass_kg = 0;
+
+  /// Adds --stiffness, --mass-kg, --modes and --hardware.
+  void add_to(CLI::App* sub);
+  /// The model, the files read, and the hardware and gain put into `design`. Throws Error when the mass is not known.
+  IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const;
+};
+
+}  // namespace whirl::app

@@ -1,0 +1,121 @@
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <numbers>
+
+#include "command.hpp"
+#include "whirl/io/signals.hpp"
+#include "whirl/pages/run_report.hpp"
+#include "whirl/report/terminal_plot.hpp"
+#include "whirl/report/write_figure.hpp"
+
+namespace whirl::app {
+namespace {
+
+constexpr double kRpm = 2 * std::numbers::pi / 60;
+
+report::TerminalOptions terminal() {
+  report::TerminalOptions options;
+  winsize size{};
+  if (isatty(STDOUT_FILENO) != 0) {
+    options.color = true;
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col >= 40)
+      options.columns = std::min<int>(size.ws_col, 200);
+  }
+  return options;
+}
+
+}  // namespace
+
+void add_plot(CLI::App& app, Session& session) {
+  struct Options {
+    std::vector<std::string> files, out;
+    std::string what = "traces", window, amplitude = "peak";
+    double rate = 0, slow_roll_rpm = 0;
+    pages::ViewOptions view;
+  };
+  auto o = std::make_shared<Options>();
+  std::string list;
+  for (const pages::View& v : pages::views()) list += fmt::format("  {:<15}{}\n", v.name, v.shows);
+  CLI::App* sub = add_command(
+      app, session, "plot", "Draw a record: time traces, orbit, spectra, waterfall, Bode, polar, order tracks",
+      "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...), or for bode and polar a "
+      "table\n"
+      "rpm,amp_um,phase_deg. The first of several files is drawn grey behind the others. The log of `whirl run` is "
+      "drawn as two\n"
+      "runs, open and closed loop. Bode, polar, orders, cascade and run-map need the rotor angle: beta_rad, or the "
+      "pulses of a\n"
+      "channel key, keyphasor or tacho. Phase is phase LEAD: x(t) = Re(Z e^(j theta)).\n\n"
+      "--what:\n" +
+          list +
+          "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure) or .txt.\n\n"
+          "Example: whirl plot rundown.csv --what bode --out bode.svg --out bode.csv",
+      [o, &session] {
+        pages::ViewOptions& view_options = o->view;
+        if (!o->window.empty()) {
+          view_options.window = o->window == "hann"       ? signal::Window::hann
+                                : o->window == "flat-top" ? signal::Window::flat_top
+                                                          : signal::Window::rectangular;
+        }
+        view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
+                            : o->amplitude == "rms" ? AmplitudeKind::rms
+                                                    : AmplitudeKind::peak_to_peak;
+        view_options.slow_roll = o->slow_roll_rpm * kRpm;
+        report::Figure figure;
+        std::vector<signal::SynchronousCurve> tables;
+        if (o->what == "bode" || o->what == "polar") {
+          for (const std::string& file : o->files) {
+            if (auto curve = pages::read_bode_table(file)) tables.push_back(*std::move(curve));
+          }
+        }
+        if (!tables.empty()) {
+          if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
+          figure = pages::synchronous_view(o->what, tables);
+        } else {
+          io::CsvOptions csv;
+          if (o->rate > 0) csv.rate = o->rate;
+          std::vector<pages::ViewedRun> runs;
+          for (const std::string& file : o->files) {
+            for (pages::ViewedRun& run :
+                 pages::viewed_runs(io::read_recording(file, csv), std::filesystem::path(file).stem().string())) {
+              runs.push_back(std::move(run));
+            }
+          }
+          figure = pages::view(o->what, runs, view_options);
+        }
+        for (const std::string& file : o->out) report::write_figure(figure, file);
+        if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
+        for (const std::string& file : o->out) session.say("figure: " + file);
+        io::Json json =
+            io::start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
+        session.result(json);
+      });
+  sub->add_option("FILE", o->files, "records, or Bode tables")->required();
+  sub->add_option("--what", o->what, "which figure, see below")->capture_default_str();
+  sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once");
+  sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")
+      ->delimiter(',');
+  sub->add_option("--from", o->view.begin, "begin, s");
+  sub->add_option("--to", o->view.end, "end, s");
+  sub->add_option("--highest-hz", o->view.highest_frequency, "of spectra; default half the rate, in maps 4X");
+  sub->add_option("--resolution-hz", o->view.resolution,
+                  "between lines; default one block for spectra, for maps a block in which 2X moves by one line");
+  sub->add_option("--window", o->window, "default hann for spectra, flat-top for maps")
+      ->check(CLI::IsMember({"hann", "flat-top", "rectangular"}));
+  sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
+      ->check(CLI::IsMember({"peak", "p-p", "rms"}))
+      ->capture_default_str();
+  sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")
+      ->delimiter(',')
+      ->capture_default_str();
+  sub->add_option("--bandwidth-hz", o->view.bandwidth,
+                  "of the Vold-Kalman filter; default a quarter of the mean speed");
+  sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
+  sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")->delimiter(',');
+  sub->add_option("--rate", o->rate, "sample rate in Hz of a file without a time column");
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,39 @@
+#include "record_options.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "whirl/core/error.hpp"
+#include "whirl/identify/evidence.hpp"
+#include "whirl/io/signals.hpp"
+
+namespace whirl::app {
+
+io::CsvOptions RecordOptions::csv() const {
+  io::CsvOptions options;
+  options.columns = columns;
+  options.required = required;
+  if (rate > 0) options.rate = rate;
+  return options;
+}
+
+Recording RecordOptions::read(const std::string& file) const {
+  const Recording record = io::read_recording(file, csv());
+  if (rows.empty()) return record;
+  long first = 0, last = 0;
+  int used = 0;
+  if (std::sscanf(rows.c_str(), "%ld:%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(rows.size()) ||
+      first < 0 || last <= first || last > record.size()) {
+    throw Error::in_field("--rows", rows, fmt::format("FIRST:END with 0 <= FIRST < END <= {}", record.size()));
+  }
+  return identification::part_of(record, first, last - first);
+}
+
+void RecordOptions::add_to(CLI::App* sub) {
+  sub->add_option("--columns", columns, "columns to read, HEADER or HEADER:name_unit, e.g. V1:u_V");
+  sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column");
+  sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+}
+
+}  // namespace whirl::app

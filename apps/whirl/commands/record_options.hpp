@@ -1,0 +1,24 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "whirl/core/recording.hpp"
+#include "whirl/io/csv.hpp"
+
+namespace whirl::app {
+
+/// Flags of every subcommand that reads records.
+struct RecordOptions {
+  std::vector<std::string> columns;
+  double rate = 0;
+  std::string rows;
+  std::vector<std::string> required;
+
+  io::CsvOptions csv() const;
+  /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
+  Recording read(const std::string& file) const;
+  void add_to(CLI::App* sub);
+};
+
+}  // namespace whirl::app

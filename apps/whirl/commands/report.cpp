@@ -1,0 +1,106 @@
+#include <cstdlib>
+#include <filesystem>
+#include <numbers>
+
+#include "command.hpp"
+#include "whirl/pages/run_report.hpp"
+#include "whirl/report/write_figure.hpp"
+
+namespace whirl::app {
+namespace {
+
+constexpr double kRpm = 2 * std::numbers::pi / 60;
+
+// Prints the page to PDF with the first browser found. Nothing is loaded from anywhere: the page is one file.
+void print_pdf(const std::filesystem::path& page, const std::filesystem::path& pdf) {
+  std::string profile = (std::filesystem::temp_directory_path() / "whirl-print-XXXXXX").string();
+  if (mkdtemp(profile.data()) == nullptr) throw Error("no temporary folder can be made for the browser");
+  int code = 127;
+  for (const char* browser : {"chromium", "chromium-browser", "google-chrome"}) {
+    code = report::run_program({browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic",
+                                "--no-first-run", "--disable-background-networking", "--disable-component-update",
+                                "--disable-sync", "--no-pdf-header-footer", "--user-data-dir=" + profile,
+                                "--print-to-pdf=" + std::filesystem::absolute(pdf).string(),
+                                "file://" + std::filesystem::absolute(page).string()});
+    if (code != 127) break;
+  }
+  std::filesystem::remove_all(profile);
+  if (code == 127) {
+    throw Error("--pdf needs the browser chromium (Debian: apt install chromium); without it open " + page.string() +
+                " in any browser and print it: the page is made for paper");
+  }
+  if (code != 0 || !std::filesystem::exists(pdf))
+    throw Error::in_file(pdf.string(), 0, "the browser could not write it");
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, Session& session) {
+  struct Options {
+    std::vector<std::filesystem::path> files;
+    std::filesystem::path out = "report.html", figures, pdf;
+    std::vector<std::string> formats{"svg", "csv"};
+    double service_rpm = 0, slow_roll_rpm = 0;
+    pages::ReportOptions report;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "report", "One page from any set of runs and results",
+      "Input, in any order: records (any format of `whirl info`), logs of `whirl run --log`, Bode tables "
+      "rpm,amp_um,phase_deg,\n"
+      "and the JSON files that the other subcommands write: model, controller, frf, modes, stiffness, run, "
+      "validation.\n"
+      "Output: one self-contained HTML page: run maps, Bode and polar plots, orbits, waterfall, cascade, order tracks, "
+      "identified\n"
+      "equations with intervals, prediction of every record, closed loop with segments and effort, critical speeds "
+      "with\n"
+      "amplification factor and sweep rate, separation margin, shaft vibration zones, balance grade, provenance.\n\n"
+      "Example: whirl report rundown.csv model.json controller.json log.csv --service-rpm 1800 --out report.html",
+      [o, &session] {
+        o->report.service_speed = o->service_rpm * kRpm;
+        o->report.slow_roll = o->slow_roll_rpm * kRpm;
+        o->report.command_line = session.command_line;
+        session.progress("report: reading", 0);
+        const pages::ReportInputs inputs = pages::read_report_inputs(o->files);
+        session.progress("report: drawing", 0.3);
+        const report::Document document = pages::run_report(inputs, o->report);
+        report::write_html(document, o->out);
+        long figures = 0;
+        if (!o->figures.empty()) {
+          std::filesystem::create_directories(o->figures);
+          for (const report::Block& block : document.blocks) {
+            const auto* figure = std::get_if<report::FigureBlock>(&block);
+            if (figure == nullptr) continue;
+            ++figures;
+            for (const std::string& format : o->formats) {
+              report::write_figure(figure->figure, o->figures / fmt::format("figure_{:02}.{}", figures, format));
+            }
+          }
+        }
+        if (!o->pdf.empty()) print_pdf(o->out, o->pdf);
+        session.progress("report", 1);
+        session.say(fmt::format("report: {} ({:.2f} MB)", o->out.string(),
+                                1e-6 * static_cast<double>(std::filesystem::file_size(o->out))));
+        if (figures > 0) session.say(fmt::format("{} figures in {}", figures, o->figures.string()));
+        if (!o->pdf.empty()) session.say("PDF: " + o->pdf.string());
+        session.result(io::start_document("whirl.report", 1)
+                           .set("report", o->out.string())
+                           .set("pdf", o->pdf.string())
+                           .set("figures", figures));
+      });
+  sub->add_option("FILES", o->files, "records, logs, tables and results")->required();
+  sub->add_option("--out", o->out, "HTML page to write")->capture_default_str();
+  sub->add_option("--pdf", o->pdf, "also print the page to this PDF (needs chromium)");
+  sub->add_option("--figures", o->figures, "also write every figure into this folder");
+  sub->add_option("--formats", o->formats, "of the figures: svg, png, pdf, csv")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"svg", "png", "pdf", "csv", "txt"}))
+      ->capture_default_str();
+  sub->add_option("--title", o->report.title, "of the page")->capture_default_str();
+  sub->add_option("--service-rpm", o->service_rpm,
+                  "largest continuous speed: margin, zones and grade are stated for it");
+  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
+  sub->add_flag("--paper", o->report.with_paper, "the paper's Table 4 beside the segments");
+}
+
+}  // namespace whirl::app

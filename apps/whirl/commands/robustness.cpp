@@ -1,0 +1,114 @@
+#include <chrono>
+
+#include "command.hpp"
+#include "plant_options.hpp"
+#include "ranks.hpp"
+#include "whirl/io/hash.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/pages/monte_carlo_report.hpp"
+#include "whirl/report/document.hpp"
+#include "whirl/tuning/monte_carlo.hpp"
+
+namespace whirl::app {
+
+void add_robustness(CLI::App& app, Session& session) {
+  struct Options {
+    PlantOptions plant;
+    std::string controller;
+    std::filesystem::path out;
+    double limit_mm = 0;
+    tuning::MonteCarloOptions study;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "robustness",
+      "Chance that a controller keeps the displacement below a limit, over machines the model may be",
+      "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, "
+      "--hardware as in\n"
+      "`whirl design`. Rotors are drawn from the covariance of the identification and from tolerances of the hardware, "
+      "with\n"
+      "other runout phases and sensor noise each; the controller stays as it is.\n"
+      "Output: distribution of the whole-run peak (zero-to-peak, true disk centre, x axis), fraction stable, and the "
+      "probability\n"
+      "of exceeding --limit-mm with its 95 % interval (Clopper-Pearson); --out DIR writes robustness.json and "
+      "report.html.\n"
+      "The numbers depend on --seed alone, not on lanes, threads or processes. With --checkpoint a killed study goes "
+      "on where\n"
+      "it was when the same command is given again.\n\n"
+      "Example: whirl robustness controller.json model.json --mass-kg 1.5 --samples 2000 --limit-mm 0.03\n"
+      "         mpirun -n 4 whirl robustness controller.json model.json --mass-kg 1.5 --samples 100000 --checkpoint "
+      "study.txt",
+      [o, &session] {
+        const MpiRanks mpi;
+        const tuning::Ranks& ranks = mpi.ranks();
+        try {
+          tuning::DesignOptions d;
+          std::vector<std::filesystem::path> inputs{o->controller};
+          IdentifiedModel model = o->plant.load(d, inputs);
+          if (d.gain > 0 && model.rotor) model.rotor->gain = d.gain;
+          const ControllerDesign design = io::load<ControllerDesign>(o->controller);
+          tuning::MonteCarloOptions& study = o->study;
+          require_range("--limit-mm", o->limit_mm, 0, 1000, "mm");
+          study.limit = 1e-3 * o->limit_mm;
+          for (const auto& input : inputs) study.key += io::sha256_file(input);
+          if (!o->plant.hardware.empty()) study.key += io::sha256_file(o->plant.hardware);
+          study.key += fmt::format(" mass {:a}", o->plant.mass_kg);
+          const auto start = std::chrono::steady_clock::now();
+          long first = -1;  // what the checkpoint held does not count as speed
+          double speed = 0;
+          study.progress = [&](long done, long samples) {
+            const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            if (first < 0) first = done;
+            speed = static_cast<double>(done - first) / s;
+            session.progress("robustness", static_cast<double>(done) / static_cast<double>(samples));
+          };
+          const tuning::MonteCarloResult result = tuning::monte_carlo(design, model, d.hardware, study, ranks);
+          if (ranks.rank != 0) return;
+          const Provenance from =
+              io::provenance(inputs, fmt::format("samples {} limit {} mm", study.samples, o->limit_mm), study.seed);
+          session.say(report::to_text(pages::monte_carlo_table(result, study)));
+          if (speed > 0) {
+            session.say(fmt::format("{:.0f} machines/s with {} process{} of {} thread{}, {} lanes", speed, ranks.size,
+                                    ranks.size == 1 ? "" : "es",
+                                    study.threads > 0 ? fmt::format("{}", study.threads) : "all",
+                                    study.threads == 1 ? "" : "s", study.lanes));
+          }
+          const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
+          if (!o->out.empty()) {
+            std::filesystem::create_directories(o->out);
+            io::save_json(o->out / "robustness.json", json);
+            report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
+            session.say("report: " + (o->out / "report.html").string());
+          }
+          session.result(json);
+        } catch (const std::exception& e) {
+          if (ranks.size > 1) {
+            fmt::print(stderr, "whirl: error: rank {}: {}\n", ranks.rank, e.what());
+            mpi.abort(2);
+          }
+          throw;
+        }
+      });
+  sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
+  sub->add_option("MODEL", o->plant.model, "model.json")->required();
+  o->plant.add_to(sub);
+  sub->add_option("--samples", o->study.samples, "machines drawn")->capture_default_str();
+  sub->add_option("--seed", o->study.seed, "of the draws")->capture_default_str();
+  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")
+      ->capture_default_str();
+  sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
+      ->capture_default_str();
+  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")
+      ->capture_default_str();
+  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->capture_default_str();
+  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")->capture_default_str();
+  sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued");
+  sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")
+      ->capture_default_str();
+  sub->add_option("--threads", o->study.threads, "per process; 0: all cores, shared among the processes")
+      ->capture_default_str();
+  sub->add_option("--out", o->out, "folder for robustness.json and report.html");
+}
+
+}  // namespace whirl::app

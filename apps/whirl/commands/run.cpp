@@ -1,0 +1,85 @@
+#include "command.hpp"
+#include "run_fmu.hpp"
+#include "run_io.hpp"
+#include "run_live.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/pages/run_json.hpp"
+#include "whirl/rig/rig_file.hpp"
+
+namespace whirl::app {
+
+void add_run(CLI::App& app, Session& session) {
+  struct Options {
+    std::string controller, rig = "virtual", rig_file, log;
+    std::optional<double> added_mass_g;
+    tuning::ClosedLoopOptions loop;
+    bool run_up = false;
+    RunIoOptions io;
+    RunFmuOptions fmu;
+    bool monitor = false, repeat = false;
+    ViewOptions view;
+  };
+  auto o = std::make_shared<Options>();
+  CLI::App* sub = add_command(
+      app, session, "run", "Closed loop of a controller on a rig",
+      "Input: controller.json; --rig virtual with --rig-file rig.toml (keys of `whirl rig parameters`).\n"
+      "Output: open- and closed-loop peak (zero-to-peak, true disk centre, x axis) and suppression in the four "
+      "segments of\n"
+      "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every "
+      "tick.\n"
+      "--monitor shows the loop in a browser while it runs, on the virtual rig in real time; who has the address with "
+      "its token\n"
+      "can arm, disarm and trip it (docs/monitor.md).\n\n"
+      "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
+      [o, &session] {
+        if (!o->io.io.empty()) return run_io(session, o->controller, o->io, o->monitor ? &o->view : nullptr);
+        const ControllerDesign design = io::load<ControllerDesign>(o->controller);
+        rig::RigParameters rig = rig::read_rig(o->rig_file);
+        if (o->added_mass_g) {
+          require_range("--added-mass-g", *o->added_mass_g, 0, 1000, "g");
+          rig.rotor.added_mass = *o->added_mass_g * 1e-3;
+        }
+        if (o->run_up) rig = rig.run_up();
+        if (o->rig != "virtual") return run_fmu(session, o->controller, o->rig, rig.profile, o->log, o->fmu);
+        if (o->monitor) {
+          if (!o->log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
+          return run_live(session, design, rig, {o->view, o->loop.run.seed, o->repeat});
+        }
+        const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o->loop);
+        if (!o->log.empty()) io::write_csv(o->log, run.log);
+        const tuning::ClosedLoopMetrics& m = run.metrics;
+        session.say(report::to_text(pages::segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
+        session.say(
+            fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
+                        "{:.2f} % of ticks saturated",
+                        1e3 * m.standstill_rms, m.force_rms, m.force_peak, m.total_variation, 100 * m.saturated));
+        io::Json json = pages::to_json(m);
+        json.set("provenance", to_json(io::provenance({o->controller}, session.command_line, o->loop.run.seed)));
+        session.result(json);
+        Summary summary;
+        if (!m.stable) {
+          summary.fail(m.trip != Fault::none ? "the loop tripped: " + std::string(to_string(m.trip))
+                                             : "the closed loop is not stable on this rig");
+        }
+        session.finish(summary);
+      });
+  sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
+  sub->add_option("--rig", o->rig, "which rig: virtual, or an FMU for co-simulation (see docs/export.md)")
+      ->check(CLI::IsMember({"virtual"}) | CLI::ExistingFile);
+  o->fmu.add_to(sub);
+  sub->add_option("--rig-file", o->rig_file, "parameters of the virtual rig (TOML)");
+  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
+  sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
+  sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->capture_default_str();
+  o->io.add_to(sub);
+  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")
+      ->group("Live view");
+  sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")
+      ->group("Live view");
+  o->view.add_to(sub);
+  sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables");
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,149 @@
+#include "run_loop.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <thread>
+
+#include "loop_samples.hpp"
+#include "stop_signal.hpp"
+#include "whirl/rt/loop.hpp"
+#include "whirl/rt/loop_control.hpp"
+
+namespace whirl::app {
+namespace {
+
+constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded when the force is zero
+
+/// Stands in when there is nothing to control.
+struct NoController {
+  Expected<Command, Fault> step(const Measurement&) noexcept { return Command{}; }
+  void applied(const Command&) noexcept {}
+  void reset() noexcept {}
+};
+
+/// What both threads know.
+struct Shared {
+  rt::RecordQueue<rt::LoopSample> queue{1 << 14};
+  std::atomic<bool> ready{false}, over{false}, abandon{false};
+  LoopOutcome outcome;
+  rt::LoopControl nobody;
+  rt::LoopControl* control = &nobody;
+  bool attended() const { return control != &nobody; }  ///< somebody may clear a trip
+};
+
+template <class Law, class Clock>
+void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, double seconds,
+            Shared& shared) noexcept {
+  LoopOutcome& out = shared.outcome;
+  rt::ControlledLaw controlled(law, *shared.control);
+  rt::Loop loop(rig, controlled, clock, io.limits(), io.loop());
+  constexpr bool kControls = std::is_same_v<Law, control::Controller>;
+  rt::CycleRecord r;
+  // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
+  const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
+  for (int k = 0; (k < io.settle || (unfit() && k < 10 * io.settle)) && stop_signal() == 0; ++k) r = loop.cycle();
+  const long first = r.tick + 1;
+  if (!r.measurement.valid || rig.fault() != Fault::none) {
+    out.reason = rig.fault() != Fault::none ? "the board does not answer" : "a displacement is not valid";
+  } else if (kControls) {
+    out.armed = loop.arm();
+  } else {
+    rig.start();
+  }
+  for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
+  const long last = seconds > 0 ? first + std::lround(seconds * io.rate) : std::numeric_limits<long>::max();
+  std::int64_t tripped = 0;  // when
+  while (out.reason.empty()) {
+    shared.control->apply(loop, [&]() noexcept { law.reset(); });
+    r = loop.cycle();
+    rt::LoopSample s = sample_of(r, clock.scheduled(), clock.started());
+    if constexpr (kControls) add_internals(s, law);
+    s.tick -= first;
+    shared.queue.push(s);
+    if (r.trip != out.trip) {
+      out.trip = r.trip;
+      tripped = r.trip != Fault::none ? clock.started() : 0;
+      if (tripped > 0) out.trip_tick = s.tick;
+      for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
+    }
+    if (r.releasing) tripped = clock.started();
+    const bool asked_to_end = stop_signal() != 0 || shared.abandon;
+    if (asked_to_end && out.trip == Fault::none) {
+      if (!loop.armed()) break;
+      loop.stop();
+    }
+    const bool recorded = tripped > 0 && clock.started() - tripped > kAfterTrip && (asked_to_end || !shared.attended());
+    if (rig.done() || r.tick >= last || recorded) break;
+  }
+  out.timing = clock.timing();
+}
+
+template <class Law>
+void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, double seconds, Shared& shared) {
+  const rt::RealtimeThread realtime(io.realtime);
+  shared.outcome.granted = realtime.granted();
+  shared.outcome.refused = realtime.refused();
+  shared.ready = true;
+  rt::WallTime time;
+  if (io.clock == "wall") {
+    rt::ControlledClock<rt::PacedClock<rt::WallTime>> clock(*shared.control, time, io.pace());
+    cycles(io, rig, law, clock, seconds, shared);
+  } else {
+    rt::ControlledClock<rt::SampleClock<rt::HardwareRig, rt::WallTime>> clock(*shared.control, rig, time, io.pace(),
+                                                                              io.watchdog_ns());
+    cycles(io, rig, law, clock, seconds, shared);
+  }
+}
+
+}  // namespace
+
+LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Controller* controller, double seconds,
+                     const std::function<void(const rt::LoopSample&)>& take,
+                     const std::function<void(const LoopOutcome&)>& started, rt::LoopControl* control) {
+  catch_stop_signals();
+  Shared shared;
+  if (control) shared.control = control;
+  std::thread thread([&] {
+    NoController none;
+    if (controller) {
+      with_clock(io, rig, *controller, seconds, shared);
+    } else {
+      with_clock(io, rig, none, seconds, shared);
+    }
+    shared.over = true;
+  });
+  // Whatever happens here, the loop comes to its end and the rig to zero.
+  struct Joiner {
+    Shared& shared;
+    std::thread& thread;
+    ~Joiner() {
+      shared.abandon = true;
+      thread.join();
+    }
+  };
+  {
+    const Joiner joiner{shared, thread};
+    bool told = false;
+    rt::LoopSample s;
+    for (bool over = false; !over;) {
+      over = shared.over;
+      if (shared.ready && !told && started) started(shared.outcome), told = true;
+      while (shared.queue.pop(s)) take(s);
+      if (!over) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  }
+  LoopOutcome& out = shared.outcome;
+  out.dropped_records = shared.queue.dropped();
+  if (out.reason.empty()) {
+    out.reason = stop_signal() != 0             ? "stopped by a signal"
+                 : out.trip == Fault::requested ? "stopped by the user"
+                 : out.trip != Fault::none      ? "trip: " + std::string(to_string(out.trip))
+                 : rig.done()                   ? "the run is over"
+                                                : "the time is over";
+  }
+  return out;
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,148 @@
+#include "whirl/diagnosis/rotation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/signal/angle.hpp"
+#include "whirl/signal/order.hpp"
+
+namespace whirl::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kStandstill = 0.02;  // of the highest speed
+
+VectorXd unwrapped(const VectorXd& readings) {
+  VectorXd out = readings;
+  for (Index i = 1; i < out.size(); ++i) {
+    const double step = readings[i] - readings[i - 1];
+    out[i] = out[i - 1] + (std::abs(step) > std::numbers::pi ? step - kTurn * std::round(step / kTurn) : step);
+  }
+  return out;
+}
+
+// Speed from differences over about a hundredth of the record, coarse enough for an encoder's steps.
+VectorXd coarse_speed(const VectorXd& angle, double dt) {
+  const Index n = angle.size(), half = std::max<Index>(1, n / 200);
+  VectorXd speed(n);
+  for (Index i = 0; i < n; ++i) {
+    const Index a = std::max<Index>(0, i - half), b = std::min(n - 1, i + half);
+    speed[i] = (angle[b] - angle[a]) / (static_cast<double>(b - a) * dt);
+  }
+  return speed;
+}
+
+bool rises(const VectorXd& angle) {
+  for (Index i = 1; i < angle.size(); ++i) {
+    if (!(angle[i] > angle[i - 1])) return false;
+  }
+  return true;
+}
+
+// Every other entry of a signal on the grid of half the sample time.
+VectorXd at_samples(const VectorXd& half_grid) {
+  return half_grid(Eigen::seq(Index{0}, half_grid.size() - 1, Index{2}));
+}
+
+std::optional<Rotation> from_encoder(const Recording& record, const VectorXd& readings) {
+  const VectorXd raw = unwrapped(readings);
+  const VectorXd speed = coarse_speed(raw, record.dt);
+  if (std::abs(raw[raw.size() - 1] - raw[0]) < 2 * kTurn) return std::nullopt;
+  if (raw[raw.size() - 1] < raw[0]) {
+    throw Error(fmt::format("{}: beta falls: the rotor angle must rise in the direction of rotation", record.source));
+  }
+  const double limit = kStandstill * speed.maxCoeff();
+  Index first = 0, last = raw.size() - 1;
+  while (first < last && speed[first] < limit) ++first;
+  while (last > first && speed[last] < limit) --last;
+  if (last - first < 16) return std::nullopt;
+  Rotation out;
+  out.first = first;
+  const VectorXd part = raw.segment(first, last - first + 1);
+  const signal::AngleFit fit = signal::angle_from_encoder(part, record.dt);
+  out.resolution = fit.resolution;
+  const VectorXd smooth = at_samples(fit.angle.beta);
+  // A speed that no spline follows (a step of the drive) keeps its readings.
+  if (rises(part) && fit.residual > std::max(fit.resolution, 5e-3)) {
+    out.angle = part;
+    out.speed = coarse_speed(part, record.dt);
+  } else if (rises(smooth)) {
+    out.angle = smooth;
+    out.speed = at_samples(fit.angle.omega);
+  } else {
+    throw Error(fmt::format(
+        "{}: beta turns back between {:g} and {:g} s: choose a part in which the shaft turns forward", record.source,
+        record.t0 + record.dt * static_cast<double>(first), record.t0 + record.dt * static_cast<double>(last)));
+  }
+  return out;
+}
+
+}  // namespace
+
+double Rotation::sweep_rate(double dt) const {
+  const Index n = speed.size(), span = std::max<Index>(1, n / 20);
+  double rate = 0;
+  for (Index i = 0; i + span < n; i += span) {
+    rate = std::max(rate, std::abs(speed[i + span] - speed[i]) / (static_cast<double>(span) * dt));
+  }
+  return rate;
+}
+
+std::optional<Rotation> rotation_of(const Recording& record) {
+  if (record.has("beta")) return from_encoder(record, record["beta"]);
+  for (const char* name : {"key", "keyphasor", "tacho"}) {
+    if (!record.has(name)) continue;
+    const signal::AngleFit fit =
+        signal::angle_from_pulses(signal::pulse_times(record[name], record.dt), record.dt, record.size());
+    Rotation out;
+    out.angle = at_samples(fit.angle.beta);
+    out.speed = at_samples(fit.angle.omega);
+    if (!rises(out.angle)) return std::nullopt;
+    return out;
+  }
+  return std::nullopt;
+}
+
+signal::SynchronousCurve order_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
+                                     double order, int turns, double slow_roll) {
+  const signal::OrderVectors v = signal::order_vectors(record[channel].segment(rotation.first, rotation.size()),
+                                                       rotation.angle, record.dt, order, turns);
+  signal::SynchronousCurve curve{channel, v.speed, v.value};
+  if (slow_roll <= 0) return curve;
+  std::complex<double> sum = 0;
+  long count = 0;
+  for (Index i = 0; i < v.speed.size(); ++i) {
+    if (v.speed[i] < slow_roll) sum += v.value[i], ++count;
+  }
+  if (count == 0) {
+    throw Error(
+        fmt::format("{}: no revolution is slower than the slow-roll speed of {:g} rpm; the slowest has {:.0f} rpm",
+                    record.source, slow_roll * 60 / kTurn, v.speed.minCoeff() * 60 / kTurn));
+  }
+  curve.vector.array() -= sum / static_cast<double>(count);
+  return curve;
+}
+
+std::vector<Index> maxima(const Eigen::Ref<const VectorXd>& amplitude, double prominence) {
+  std::vector<Index> found;
+  if (amplitude.size() < 3) return found;
+  const double needed = prominence * amplitude.maxCoeff();
+  for (Index i = 1; i + 1 < amplitude.size(); ++i) {
+    const double top = amplitude[i];
+    if (!(top > amplitude[i - 1] && top >= amplitude[i + 1])) continue;
+    // The valley on either side, up to a higher top or the end.
+    double left = top, right = top;
+    for (Index k = i - 1; k >= 0 && amplitude[k] <= top; --k) left = std::min(left, amplitude[k]);
+    for (Index k = i + 1; k < amplitude.size() && amplitude[k] <= top; ++k) right = std::min(right, amplitude[k]);
+    if (top - std::max(left, right) > needed) found.push_back(i);
+  }
+  return found;
+}
+
+}  // namespace whirl::diagnosis

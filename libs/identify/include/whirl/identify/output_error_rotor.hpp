@@ -1,0 +1,86 @@
+#pragma once
+#include <Eigen/Core>
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "whirl/core/rotor_model.hpp"
+#include "whirl/core/summary.hpp"
+#include "whirl/identify/rotor_record.hpp"
+
+namespace whirl::identification {
+
+/// A mode that decays freely from the start of each record, whatever set it going: amplitudes of e^{p t} and
+/// e^{conj(p) t}, p = -zeta w + i w sqrt(1 - zeta^2), belong to the record and do not predict another run.
+struct DecayingMode {
+  double omega = 0;  ///< undamped, rad/s
+  double zeta = 0;   ///< damping ratio, below 1
+};
+
+/// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
+struct OutputErrorOptions {
+  bool rotor = true;                 ///< k1, k2, c
+  bool conj_stiffness = false;       ///< k1_conj
+  bool conj_damping = false;         ///< c_conj
+  bool unbalance = true;             ///< eps, per record
+  bool offset = true;                ///< sensor offset, per record
+  bool participation = true;         ///< of the forced modes, per record, complex
+  std::vector<DecayingMode> decays;  ///< free decays beside the main mode
+  bool poles = false;                ///< w and zeta of the forced and decaying modes
+  /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
+  bool delay = false;
+  /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
+  /// record.
+  int runout_harmonics = 0;
+  /// Correction of the angle by a polynomial of this degree without constant term (the phase of eps takes the
+  /// constant), per record: 2 for an assumed constant acceleration, 0 for a measured angle. At most 6.
+  int profile_degree = 0;
+  int max_iterations = 30;
+  double tolerance = 0.02;  ///< stops when no parameter moves by more than this share of its standard deviation
+};
+
+/// What belongs to one record of an output-error fit.
+struct OutputErrorRecord {
+  std::complex<double> eps;                         ///< unbalance, m
+  std::complex<double> offset;                      ///< sensor offset, m
+  std::complex<double> z0, dz0;                     ///< main mode at sample 0, m and m/s
+  std::vector<std::complex<double>> participation;  ///< of each forced mode, m
+  std::vector<std::complex<double>> decay;          ///< amplitudes of e^{p t} and e^{conj(p) t} of each decay, m
+  std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
+  AngleSignal angle;                                ///< with the fitted correction and delay
+  Eigen::VectorXcd main;                            ///< simulated main mode, m
+  Eigen::VectorXcd beside;                          ///< offset + modes + runout, m
+  double rmse_x = 0, rmse_y = 0;                    ///< measured minus simulated, m rms
+};
+
+struct OutputErrorFit {
+  RotorModel model;  ///< eps, offset and participations of the first record
+  std::vector<DecayingMode> decays;
+  double delay = 0;  ///< s
+  std::vector<OutputErrorRecord> records;
+  std::vector<std::string> names;  ///< of the estimated parameters; from the second record on with suffix _2, _3, ...
+  Eigen::VectorXd values;
+  Eigen::MatrixXd covariance;  ///< from the noise alone, not scaled by chi_square
+  int iterations = 0;
+  Summary summary;  ///< residual: rms of the weighted residual; chi_square: its square by degrees of freedom
+
+  /// Index of a parameter in names; -1 when it was not estimated.
+  Eigen::Index index(const std::string& name) const;
+};
+
+/// Maximum-likelihood refinement: minimises sum |z_model(t_i) - z_i|^2 / sigma^2 over the trajectory of
+///
+///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout],
+///
+/// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Gauss-Newton with forward sensitivities
+/// integrated together with the motion (RK4 on the sample grid, forcing on the half grid), Levenberg damping when a
+/// step fails; the linear parameters (offset, Gamma, decay, runout) are solved in every step with the others.
+/// `start` gives the rotor parameters and modes; eps per record may be given in `start_eps` (otherwise start.eps).
+/// Starting delay: `start_delay`. Records share all but eps, initial state, offset, angle correction, Gamma, decay and
+/// runout. Status unusable when a record is, the simulation diverges from the start or the equations are singular;
+/// warning when not converged.
+OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
+                                      const OutputErrorOptions& options = {},
+                                      const std::vector<std::complex<double>>& start_eps = {}, double start_delay = 0);
+
+}  // namespace whirl::identification

@@ -1,0 +1,62 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+
+namespace whirl::identification {
+
+/// A stretch of measurement to be reproduced by a free run.
+struct FreeRun {
+  Eigen::VectorXd start;     ///< states at the first sample, in the order of CompiledModel::states()
+  Eigen::MatrixXd inputs;    ///< 2 samples - 1 rows, one column per CompiledModel::inputs()
+  Eigen::MatrixXd measured;  ///< samples x outputs; NaN: not measured
+};
+
+struct RefineOptions {
+  std::vector<std::string> outputs;  ///< states measured, one per column of FreeRun::measured
+  Eigen::VectorXd output_sd = {};    ///< noise sd per output; empty: all equal
+  Eigen::Index skip = 0;             ///< samples at the start of every run that do not count
+  bool free_start = true;            ///< estimate the start of every run
+  /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
+  Eigen::MatrixXd ties = {};
+  int max_iterations = 30;
+  double tolerance = 1e-7;  ///< stop when an iteration lowers the error by less than this share
+};
+
+/// A term that is not in the model, and what it would be worth there.
+struct TermScore {
+  std::string equation;  ///< lhs
+  std::string function;
+  /// Fall of the residual sum of squares in units of the residual variance when the term is added, to first order: chi
+  /// square with 1 degree of freedom for a term that is not needed and white residuals.
+  double score = 0;
+  double coefficient = 0;  ///< of that first-order step
+};
+
+struct Refined {
+  IdentifiedModel model;                ///< new coefficients with standard deviations
+  std::vector<Eigen::VectorXd> starts;  ///< per run
+  Eigen::MatrixXd covariance;   ///< of the estimated coefficients, in the order of equations and terms; of the unknowns
+                                ///< where there are ties
+  double rmse = 0;              ///< of all outputs, weighted by output_sd
+  Eigen::VectorXd output_rmse;  ///< of each output, weighted by output_sd
+  int iterations = 0;
+  int passes = 0;                 ///< simulations of all runs with their sensitivities: the cost
+  bool converged = false;         ///< false also when the starting model diverges
+  std::vector<TermScore> scores;  ///< of the candidates asked for, largest first
+};
+
+/// Output-error (simulation-error) refinement: minimises sum over runs and samples of (measured - free run)^2 over all
+/// coefficients whose sd is not exactly 0 (those are known, e.g. x' = v) and the starts. Levenberg-Marquardt with exact
+/// forward sensitivities, S' = (df/dx) S + df/dtheta, integrated with the states by the same RK4.
+/// Source: Ljung, System Identification, 1999, section 10.2; notation of the score test: Rao 1948.
+///
+/// With ties the starting coefficients must obey them. `candidates` (without ties only): equations with terms to be
+/// scored at the solution (coefficients ignored). A run that diverges at the start values gives converged = false and
+/// the model unchanged. Throws Error when sizes or names do not fit.
+Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
+                        const RefineOptions& options, const std::vector<Equation>& candidates = {});
+
+}  // namespace whirl::identification

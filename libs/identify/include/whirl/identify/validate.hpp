@@ -1,0 +1,61 @@
+#pragma once
+#include <complex>
+#include <optional>
+#include <string>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/recording.hpp"
+#include "whirl/identify/rotor_record.hpp"
+
+namespace whirl::identification {
+
+/// Which unbalance the validated run is given.
+enum class UnbalanceSource {
+  identified,  ///< as identified: the same rotor state
+  added,       ///< identified plus the known eccentricity `ValidateOptions::added`
+  refitted,    ///< fitted to the validated run (2 numbers): shows the other parameters only
+};
+std::string_view to_string(UnbalanceSource source);
+
+struct ValidateOptions {
+  RotorRecordOptions record;
+  UnbalanceSource unbalance = UnbalanceSource::identified;
+  std::complex<double> added;      ///< eccentricity of a known added mass, m, same angle zero; UnbalanceSource::added
+  bool refit_offset = false;       ///< the sensor offset may have moved since
+  std::optional<Recording> clean;  ///< noise-free x, y of the same run, where known (simulated data)
+  double fold_change = 0.01;       ///< relative change of k2 by which fold sensitivity is probed
+  double fold_limit = 2e-5;        ///< m rms; a run that moves by more is fold-sensitive
+};
+
+/// Free-run prediction of one record that was not used to identify.
+struct Validation {
+  double rmse_x = 0, rmse_y = 0;                  ///< against measured, m rms (contains the sensor noise)
+  double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, m rms; NaN when not given
+  double nrmse = 0;                              ///< rms of measured - simulated over rms of measured - mean, both axes
+  double noise_x = 0, noise_y = 0;               ///< of the record, m rms: the floor of rmse_x and rmse_y
+  double peak_measured = 0, peak_simulated = 0;  ///< largest radius about the offset, m (measured includes noise)
+  bool fold_sensitive = false;                   ///< a change of k2 within its uncertainty may make the run jump or not
+  double fold_shift = 0;                         ///< motion by k2 (1 + fold_change), m rms of the radius
+  UnbalanceSource unbalance = UnbalanceSource::identified;
+  std::complex<double> eps;  ///< unbalance used, m
+  Recording simulated;       ///< channels x, y: as the sensors would read them, without noise
+  /// Unusable when the model or the record is, or the simulation diverges; warning when fold-sensitive (such a run may
+  /// not be averaged with others). residual = sqrt((rmse_x^2 + rmse_y^2) / 2).
+  Summary summary;
+};
+
+/// Simulates the identified rotor along the angle of `recording` and compares. Fitted to the run: the initial state (4
+/// numbers) and what the options allow, nothing else. Runout found with the model is added to the simulated readings.
+/// Throws Error as rotor_record does.
+Validation validate(const IdentifiedModel& model, const Recording& recording, const ValidateOptions& options = {});
+
+/// Free run of any identified model against a record that it was not fitted to.
+///
+/// A model with `rotor` goes to `validate`. A library model in rotor states (method "paper") runs on its equations
+/// along the measured angle, from the initial state that least squares of {1, cos beta, sin beta} on the first 0.1 s
+/// gives; its unbalance is always the identified one. A run that leaves 1000 times the record's amplitude has diverged:
+/// status unusable, rmse infinite. Throws Error for a model with no lateral equations.
+Validation validate_model(const IdentifiedModel& model, const Recording& recording,
+                          const ValidateOptions& options = {});
+
+}  // namespace whirl::identification

@@ -1,0 +1,62 @@
+#include "whirl/identify/compare.hpp"
+
+#include <ctime>
+#include <limits>
+
+#include "evidence/channel_units.hpp"
+#include "evidence/compare_all.hpp"
+#include "evidence/record_quality.hpp"
+#include "problem/sindy_prepare.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::identification {
+namespace detail {
+
+std::vector<ComparedFit> compare_all(std::size_t terms, const regression::SolveOptions& options,
+                                     const std::function<IdentifiedModel(const regression::SolveOptions&)>& fit) {
+  constexpr std::size_t kMostOfBestSubset = 40;
+  std::vector<ComparedFit> fits;
+  for (const std::string& method : regression::regression_methods()) {
+    ComparedFit row;
+    row.method = method;
+    regression::SolveOptions solver = options;
+    solver.method = method;
+    solver.selection = regression::Selection::automatic;
+    const std::clock_t begin = std::clock();
+    try {
+      if (method == "best_subset" && terms > kMostOfBestSubset) {
+        throw Error(fmt::format("not run: {} terms, at most {} are practical", terms, kMostOfBestSubset));
+      }
+      row.model = fit(solver);
+    } catch (const Error& e) {
+      row.model.summary.fail(e.what());
+    }
+    row.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    row.model.method = method;
+    for (const Equation& e : row.model.equations) {
+      for (const EquationTerm& t : e.terms) row.terms += t.coefficient.sd != 0;
+    }
+    fits.push_back(std::move(row));
+  }
+  return fits;
+}
+
+}  // namespace detail
+
+std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& records, const SindyOptions& options) {
+  Summary summary;
+  detail::check_signals(records, options.states, options.inputs, options.discrete, summary);
+  if (summary.status == Status::unusable) throw Error(summary.warnings.back());
+  detail::SindyData data(options);
+  data.add(records, std::numeric_limits<Eigen::Index>::max());
+  data.finish();
+  std::size_t most = 0;
+  for (const auto& [lhs, terms] : data.candidates()) most = std::max(most, terms.size());
+  return detail::compare_all(most, options.solver, [&](const regression::SolveOptions& solver) {
+    IdentifiedModel model = detail::regress(data, solver).model;
+    detail::set_coefficient_units(model, records.front());
+    return model;
+  });
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,122 @@
+#include "evidence/rotor_verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace whirl::identification::detail {
+
+namespace {
+
+// Residual beyond the noise over the motion of the main mode, both rms.
+double unexplained_share(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
+  double excess = 0, motion = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const OutputErrorRecord& f = fit.records[r];
+    const double mean_square = f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y;
+    excess += static_cast<double>(records[r].size()) * std::max(0.0, mean_square - records[r].noise_variance());
+    motion += f.main.squaredNorm();
+  }
+  return std::sqrt(excess / motion);
+}
+
+}  // namespace
+
+void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
+  constexpr double kHz = 1 / (2 * std::numbers::pi);
+  const IdentifiedModel& model = result.model;
+  const RotorModel& rotor = *model.rotor;
+
+  double squares = 0, samples = 0, peak = 0, low = INFINITY, high = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const OutputErrorRecord& f = result.fit.records[r];
+    const double n = static_cast<double>(records[r].size());
+    squares += n * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
+    samples += n;
+    peak = std::max(peak, f.main.cwiseAbs().maxCoeff());
+    low = std::min(low, records[r].speed_low() * kHz);
+    high = std::max(high, records[r].speed_high() * kHz);
+  }
+  summary.residual = std::sqrt(squares / (2 * samples));
+  const double unexplained = unexplained_share(records, result.fit);
+  for (const std::string& w : result.fit.summary.warnings) summary.warn(w);
+
+  const auto relative = [&](const char* name) {
+    const Estimate& e = *model.parameter(name);
+    return e.sd / std::abs(e.value);
+  };
+  const double critical = rotor.natural_frequency() * kHz;
+  if (!(unexplained < 0.15)) {
+    summary.fail(
+        fmt::format("the model leaves {:.0f} % of the motion unexplained beyond the noise: wrong angle, wrong "
+                    "channels or not a rotor on a cubic spring",
+                    100 * unexplained));
+  }
+  if (!(relative("k1") < 0.05)) {
+    summary.fail(
+        fmt::format("the stiffness is not determined by these records (+-{:.0f} %): run through the critical speed",
+                    196 * relative("k1")));
+  }
+  if (!(relative("e") < 0.5)) summary.fail("the unbalance is not determined by these records");
+  const Estimate& c = *model.parameter("c");
+  if (c.high < 0) {
+    summary.fail("the damping is negative: the rotor is unstable or the angle is wrong");
+  } else if (c.low < 0) {
+    summary.warn(fmt::format("the damping is not determined: c between {:.3g} and {:.3g} 1/s", c.low, c.high));
+  }
+  const Estimate& k2 = *model.parameter("k2");
+  if (k2.covers(0)) {
+    summary.warn(
+        fmt::format("the cubic stiffness is not determined by an amplitude of {:.3g} mm (k2 between {:.3g} and "
+                    "{:.3g} 1/(m^2 s^2)): use a record with more unbalance",
+                    1e3 * peak, k2.low, k2.high));
+  }
+  if (critical > high || critical < low) {
+    summary.warn(fmt::format("the critical speed {:.2f} Hz lies outside the speeds of the records, {:.1f} to {:.1f} Hz",
+                             critical, low, high));
+  }
+  if (summary.chi_square > 1.3) {
+    summary.warn(
+        fmt::format("model error: chi-square {:.2f} (1 when the model fits); all intervals are widened by {:.2g}",
+                    summary.chi_square, std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))));
+  }
+  for (const ForcedMode& m : rotor.modes) {
+    if (m.omega * kHz > high) {
+      summary.warn(
+          fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
+                      "predict beyond that speed",
+                      m.omega * kHz, high));
+    }
+  }
+  if (result.active.delay) {
+    summary.warn(fmt::format(
+        "the displacement lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "
+        "sensor delay, or check the angle",
+        1e3 * result.fit.delay,
+        result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)"
+                                                        : ""));
+  }
+  if (result.active.profile_degree > 0 && summary.chi_square > 1.3) {
+    summary.warn(fmt::format("the angle is not the assumed profile corrected by a polynomial of degree {}: measure it",
+                             result.active.profile_degree));
+  }
+  // Near standstill the probes see runout alone; without such a stretch it is part of e.
+  if (result.active.runout_harmonics == 0 && low > 0.25 * critical) {
+    summary.warn(
+        fmt::format("the records do not go below {:.1f} Hz: shaft runout cannot be told from the unbalance and is "
+                    "part of e",
+                    low));
+  }
+  if (summary.status == Status::unusable) {
+    summary.trust = "Do not use this model.";
+    return;
+  }
+  summary.trust = fmt::format(
+      "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any cross-coupled "
+      "stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can separate.",
+      low, high, 1e3 * peak);
+}
+
+}  // namespace whirl::identification::detail

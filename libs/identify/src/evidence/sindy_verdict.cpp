@@ -1,0 +1,115 @@
+#include "evidence/sindy_verdict.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace whirl::identification::detail {
+namespace {
+
+/// Range of every state in the records, for the statement of trust.
+std::string ranges(const SindyData& data) {
+  std::vector<std::string> text;
+  for (std::size_t k = 0; k < data.options().states.size(); ++k) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Stretch& s : data.stretches()) {
+      low = std::min(low, s.smooth.col(static_cast<Eigen::Index>(k)).minCoeff());
+      high = std::max(high, s.smooth.col(static_cast<Eigen::Index>(k)).maxCoeff());
+    }
+    text.push_back(fmt::format("{} from {:.3g} to {:.3g}", data.options().states[k], low, high));
+  }
+  return fmt::format("{}", fmt::join(text, ", "));
+}
+
+}  // namespace
+
+OutputWeights output_weights(const SindyData& data) {
+  OutputWeights weights{data.noise_sd()};
+  for (Eigen::Index k = 0; k < weights.sd.size(); ++k) {
+    double energy = 0, rows = 0;
+    for (const Stretch& s : data.stretches()) {
+      energy += s.raw.col(k).squaredNorm();
+      rows += static_cast<double>(s.samples());
+    }
+    const double floor = 1e-6 * std::sqrt(energy / rows);
+    weights.noisy = weights.noisy && weights.sd[k] > floor;
+    weights.sd[k] = std::max(weights.sd[k], floor);
+  }
+  return weights;
+}
+
+void judge_regression(const SindyData& data, IdentifiedModel& model) {
+  constexpr double kWarn = 0.1, kFail = 0.5;
+  Summary& s = model.summary;
+  if (!(s.residual < kFail)) {
+    s.fail(fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms)", 100 * s.residual));
+  } else if (s.residual > kWarn) {
+    s.warn(
+        fmt::format("the terms leave {:.0f} % of a left-hand side unexplained (rms): noise in the columns biases the "
+                    "coefficients",
+                    100 * s.residual));
+  }
+  s.trust = s.status == Status::unusable
+                ? "Do not use this model."
+                : fmt::format("Trust the {} for states seen in the records ({}), to {:.2g} % rms.",
+                              data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual);
+}
+
+void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed,
+                   const LeastExplained& least, IdentifiedModel& model) {
+  const auto& [weight, noisy] = weights;
+  Summary& s = model.summary;
+  double total = 0;  // mean square of what free runs leave unexplained beyond the noise, by the motion
+  for (Eigen::Index k = 0; k < followed.output_rmse.size(); ++k) {
+    double rows = 0, mean = 0, squares = 0;
+    for (const Stretch& stretch : data.stretches()) {
+      rows += static_cast<double>(stretch.samples());
+      mean += stretch.raw.col(k).sum();
+    }
+    mean /= rows;
+    for (const Stretch& stretch : data.stretches()) squares += (stretch.raw.col(k).array() - mean).square().sum();
+    const double rmse = followed.output_rmse[k];
+    total +=
+        std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
+  }
+  const double unexplained = std::sqrt(total), horizon = followed.horizon, period = 2 * std::numbers::pi / data.rate();
+  const std::string missing = fmt::format(
+      "a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and "
+      "should "
+      "be an input; least explained is {} ({:.0f} % left)",
+      least.lhs, 100 * least.residual);
+  if (horizon <= 0) {
+    s.fail("free runs of the model diverge at once: " + missing);
+  } else if (!(unexplained < 0.15)) {
+    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: {}", horizon,
+                       100 * unexplained, missing));
+  } else if (horizon < 0.24 * period) {
+    s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}",
+                       horizon, horizon / period, missing));
+  } else if (noisy && s.chi_square > 1.3) {
+    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained",
+                       s.chi_square, 100 * unexplained));
+  } else if (unexplained > 0.01) {
+    s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
+  }
+  double longest = 0;
+  for (const Stretch& stretch : data.stretches()) {
+    longest = std::max(longest, stretch.dt * static_cast<double>(stretch.samples()));
+  }
+  if (data.rate() * longest < 6) {
+    s.warn(fmt::format("the longest record holds {:.2g} characteristic periods: slow terms are weakly determined",
+                       data.rate() * longest / (2 * std::numbers::pi)));
+  }
+  if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
+  s.trust = s.status == Status::unusable
+                ? "Do not use this model."
+                : fmt::format(
+                      "Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
+                      "extrapolation.",
+                      std::min(horizon, longest), ranges(data));
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,128 @@
+#include "whirl/identify/validate.hpp"
+
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/identify/output_error_rotor.hpp"
+#include "whirl/rotor/equations.hpp"
+#include "whirl/rotor/simulate.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Probe runout among the parameters of the model, as readings along the angle of an instant `delay` before.
+Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal& angle, double delay) {
+  Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(angle.samples());
+  for (int order = 1;; ++order) {
+    const Estimate* present = model.parameter(fmt::format("runout{}+_re", order));
+    if (present == nullptr) return sum;
+    for (const char* direction : {"+", "-"}) {
+      const auto part = [&](const char* p) {
+        return model.parameter(fmt::format("runout{}{}_{}", order, direction, p))->value;
+      };
+      const Complex amplitude(part("re"), part("im"));
+      const double turns = *direction == '+' ? order : -order;
+      for (Eigen::Index i = 0; i < sum.size(); ++i) {
+        sum[i] += amplitude * std::polar(1.0, turns * (angle.beta[2 * i] - delay * angle.omega[2 * i]));
+      }
+    }
+  }
+}
+
+double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
+
+}  // namespace
+
+std::string_view to_string(UnbalanceSource source) {
+  switch (source) {
+    case UnbalanceSource::identified:
+      return "identified";
+    case UnbalanceSource::added:
+      return "identified plus known added";
+    case UnbalanceSource::refitted:
+      return "refitted to this run";
+  }
+  return "?";
+}
+
+Validation validate(const IdentifiedModel& model, const Recording& recording, const ValidateOptions& options) {
+  require_range("fold_change", options.fold_change, 1e-6, 1);
+  Validation v;
+  v.unbalance = options.unbalance;
+  if (!model.rotor || model.summary.status == Status::unusable) {
+    v.summary.fail("the model is unusable: there is nothing to validate");
+    return v;
+  }
+  RotorRecord record = rotor_record(recording, options.record);
+  v.noise_x = record.noise_x;
+  v.noise_y = record.noise_y;
+  for (const std::string& w : record.summary.warnings) {
+    record.summary.status == Status::unusable ? v.summary.fail(w) : v.summary.warn(w);
+  }
+  if (v.summary.status == Status::unusable) return v;
+  const Estimate* found_delay = model.parameter("delay");
+  const double delay = found_delay != nullptr ? found_delay->value : 0.0;
+  const Eigen::VectorXcd runout = runout_readings(model, record.angle, delay);
+  const Eigen::VectorXcd measured = record.z;
+  record.z -= runout;
+
+  const Complex eps = model.rotor->eps + (options.unbalance == UnbalanceSource::added ? options.added : Complex(0));
+  OutputErrorOptions free;
+  free.rotor = false;
+  free.participation = false;
+  free.unbalance = options.unbalance == UnbalanceSource::refitted;
+  free.offset = options.refit_offset;
+  const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
+  if (fit.summary.status == Status::unusable) {
+    v.summary.fail(fit.summary.warnings.back());
+    return v;
+  }
+  const OutputErrorRecord& run = fit.records[0];
+  v.eps = run.eps;
+  const Eigen::VectorXcd simulated = run.main + run.beside + runout;
+  const Eigen::VectorXcd error = measured - simulated;
+  v.rmse_x = rms(error.real());
+  v.rmse_y = rms(error.imag());
+  v.nrmse = error.norm() / (measured.array() - measured.mean()).matrix().norm();
+  v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
+  v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
+  if (options.clean) {
+    const Eigen::VectorXd& x = (*options.clean)[options.record.x];
+    const Eigen::VectorXd& y = (*options.clean)[options.record.y];
+    if (x.size() != simulated.size() || y.size() != simulated.size()) {
+      throw Error::in_field("clean", fmt::format("{} samples", x.size()),
+                            fmt::format("as long as the record, {} samples", simulated.size()));
+    }
+    v.clean_rmse_x = rms(x - simulated.real());
+    v.clean_rmse_y = rms(y - simulated.imag());
+  }
+  v.simulated.t0 = recording.t0;
+  v.simulated.dt = recording.dt;
+  v.simulated.source = "simulated: " + recording.source;
+  v.simulated.add("x", Quantity::displacement, simulated.real());
+  v.simulated.add("y", Quantity::displacement, simulated.imag());
+
+  RotorModel harder = fit.model;
+  harder.eps = run.eps;
+  harder.k2 *= 1 + options.fold_change;
+  const Eigen::VectorXcd moved =
+      rotor::simulate_main_mode(harder, rotor::unbalance_forcing(run.angle), record.dt, {run.z0, run.dz0}).z;
+  v.fold_shift = std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size()));
+  v.fold_sensitive = !(v.fold_shift < options.fold_limit);
+  v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));
+  v.summary.chi_square = fit.summary.chi_square;
+  if (v.fold_sensitive) {
+    v.summary.warn(
+        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
+                    "whether the rotor jumps; do not average it with other runs",
+                    100 * options.fold_change, 1e3 * v.fold_shift));
+  }
+  for (const std::string& w : fit.summary.warnings) v.summary.warn(w);
+  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
+                                options.refit_offset ? " and sensor offset" : "");
+  return v;
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,31 @@
+#pragma once
+#include <complex>
+#include <string>
+#include <vector>
+
+#include "whirl/identify/identify_rotor.hpp"
+#include "whirl/identify/output_error_rotor.hpp"
+
+namespace whirl::identification::detail {
+
+/// A rotor model grown term by term on evidence.
+struct GrownRotor {
+  OutputErrorFit fit;
+  OutputErrorOptions active;
+  std::vector<std::string> added;
+  std::vector<std::string> warnings;
+  double chi_square = 0;  ///< of the weak equations
+  double condition_number = 0;
+
+  bool usable() const { return fit.summary.status != Status::unusable; }
+};
+
+/// Output-error fit from the start given, then the forward score test: the most significant candidate is taken up and
+/// all is refined and simulated again, until none reaches the threshold. A term that the trajectory does not confirm by
+/// a likelihood ratio of the same size is refused. `search_modes`: forced modes of any frequency are candidates beside
+/// those of the hammer test. When the first fit fails its summary says why.
+GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
+                      const std::vector<std::complex<double>>& start_eps, const OutputErrorOptions& active,
+                      const RotorIdentifyOptions& options, bool search_modes);
+
+}  // namespace whirl::identification::detail

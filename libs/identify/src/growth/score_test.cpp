@@ -1,0 +1,195 @@
+#include "whirl/identify/score_test.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "output_error/output_error_kernel.hpp"
+#include "weak/weak_rows.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rotor/modal_response.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using detail::Complex;
+
+struct Candidate {
+  std::string term;
+  bool in_model;
+  Eigen::MatrixXd columns;
+};
+
+/// Rows of all records, stacked as they come.
+struct Stacked {
+  Eigen::MatrixXd active, instruments;
+  Eigen::VectorXd right;
+  std::vector<Candidate> candidates;
+  Eigen::Index top = 0;
+};
+
+Eigen::VectorXcd half_grid_forcing(const AngleSignal& a) {
+  Eigen::VectorXcd f(a.beta.size());
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    f[i] = std::polar(1.0, a.beta[i]) * Complex(a.omega[i] * a.omega[i], -a.alpha[i]);
+  }
+  return f;
+}
+
+}  // namespace
+
+const ScoreCandidate* ScoreTest::find(const std::string& term) const {
+  const auto at = std::find_if(candidates.begin(), candidates.end(), [&](const auto& c) { return c.term == term; });
+  return at == candidates.end() ? nullptr : &*at;
+}
+
+ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit,
+                            const OutputErrorOptions& active, const ScoreTestOptions& options) {
+  if (records.size() != fit.records.size() || records.empty()) {
+    throw Error("score test: needs the records of the output-error fit");
+  }
+  std::vector<detail::WeakRows> rows;
+  Eigen::Index total = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const Eigen::Index half = options.half_width > 0
+                                  ? static_cast<Eigen::Index>(std::lround(options.half_width / records[r].dt))
+                                  : detail::default_half_width(records[r]);
+    rows.emplace_back(fit.records[r].angle, half);
+    total += 2 * rows.back().size();
+  }
+  // Active real columns: (column of WeakSystem::terms, times i); the last four of each record are its own.
+  std::vector<std::pair<int, bool>> shared = {{0, false}, {1, false}, {2, false}};
+  if (active.conj_stiffness) shared.insert(shared.end(), {{5, false}, {5, true}});
+  if (active.conj_damping) shared.insert(shared.end(), {{6, false}, {6, true}});
+  const auto n_shared = static_cast<Eigen::Index>(shared.size());
+  const Eigen::Index unknowns = n_shared + 4 * static_cast<Eigen::Index>(records.size());
+
+  Stacked s;
+  s.active = Eigen::MatrixXd::Zero(total, unknowns);
+  s.instruments = s.active;
+  s.right.resize(total);
+  const RotorModel& m = fit.model;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const OutputErrorRecord& own = fit.records[r];
+    const detail::WeakRows& w = rows[r];
+    const Eigen::Index n = 2 * w.size();
+    const double s2 = records[r].noise_variance();
+    const Eigen::VectorXcd forcing = detail::sample_forcing(own.angle);
+    const Eigen::VectorXcd measured = records[r].z - own.beside;
+    const Eigen::VectorXd stiffness = (m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix();
+    BandedCholesky<Complex> whiten = w.whitener(stiffness, m.c);
+    if (!whiten.factorize()) throw Error("score test: the noise covariance is singular");
+    const auto whitened = [&](Eigen::MatrixXcd v) {
+      whiten.solve_lower(v);
+      return Eigen::MatrixXcd(v / std::sqrt(0.5 * s2));
+    };
+    const auto place = [&](Eigen::MatrixXd& into, const detail::WeakSystem& system) {
+      const Eigen::MatrixXcd t = whitened(system.terms);
+      for (Eigen::Index k = 0; k < n_shared; ++k) {
+        const auto [column, imaginary] = shared[static_cast<std::size_t>(k)];
+        into.col(k).segment(s.top, n) = detail::stack((imaginary ? Complex(0, 1) : Complex(1, 0)) * t.col(column));
+      }
+      const Eigen::Index first = n_shared + 4 * static_cast<Eigen::Index>(r);
+      for (int k = 0; k < 4; ++k) {
+        into.col(first + k).segment(s.top, n) =
+            detail::stack((k % 2 == 1 ? Complex(0, 1) : Complex(1, 0)) * t.col(3 + k / 2));
+      }
+    };
+    const detail::WeakSystem noisy = detail::weak_system(w, measured, s2, forcing);
+    place(s.active, noisy);
+    place(s.instruments, detail::weak_system(w, own.main, 0, forcing));
+    s.right.segment(s.top, n) = detail::stack(whitened(noisy.right).col(0));
+
+    std::size_t next = 0;
+    const auto candidate = [&](const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
+                               bool real = false) {
+      const Eigen::Index each = real ? 1 : 2;  // real unknowns for a complex column
+      const auto count = static_cast<Eigen::Index>(columns.size());
+      if (r == 0) s.candidates.push_back({term, in_model, Eigen::MatrixXd::Zero(total, each * count)});
+      Eigen::MatrixXd& c = s.candidates[next++].columns;
+      for (Eigen::Index k = 0; k < count; ++k) {
+        const Eigen::VectorXcd v = whitened(columns[static_cast<std::size_t>(k)]).col(0);
+        c.col(each * k).segment(s.top, n) = detail::stack(v);
+        if (!real) c.col(each * k + 1).segment(s.top, n) = detail::stack(Complex(0, 1) * v);
+      }
+    };
+    const Eigen::VectorXcd& z = own.main;
+    const Eigen::VectorXcd conj = z.conjugate();
+    const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>();
+    if (!active.conj_stiffness) candidate("conj z", true, {w.apply(0, conj)});
+    if (!active.conj_damping) candidate("conj z'", true, {w.apply(1, conj)});
+    const Eigen::VectorXcd on_half_grid = half_grid_forcing(own.angle);
+    for (std::size_t k = 0; k < options.modes.size(); ++k) {
+      const ForcedMode& mode = options.modes[k];
+      const Eigen::VectorXcd q =
+          rotor::modal_response(mode.omega, mode.zeta, on_half_grid, records[r].dt, own.angle.omega[0]);
+      candidate(fmt::format("mode {}", k + 1), true, {w.rotor(own.eps * q, stiffness, m.c)});
+    }
+    for (std::size_t k = 0; k < options.decays.size(); ++k) {
+      const DecayingMode& mode = options.decays[k];
+      const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
+      Eigen::VectorXcd plus(z.size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) plus[i] = std::exp(pole * (records[r].dt * static_cast<double>(i)));
+      const Eigen::VectorXcd minus = plus.conjugate();
+      candidate(fmt::format("decay {}", k + 1), true, {w.rotor(plus, stiffness, m.c), w.rotor(minus, stiffness, m.c)});
+    }
+    if (options.delay && !active.delay) {
+      // d F / d delay: the forcing of an earlier angle.
+      Eigen::VectorXcd late(z.size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) {
+        const double speed = own.angle.omega[2 * i];
+        late[i] = own.eps * (Complex(0, -speed) * forcing[i] -
+                             std::polar(2 * speed * own.angle.alpha[2 * i], own.angle.beta[2 * i]));
+      }
+      candidate("delay", true, {w.apply(0, late)}, true);
+    }
+    for (int h = 1; h <= options.runout_harmonics; ++h) {
+      if (h <= active.runout_harmonics) continue;
+      Eigen::VectorXcd carrier(z.size());
+      for (Eigen::Index i = 0; i < z.size(); ++i) carrier[i] = std::polar(1.0, h * own.angle.beta[2 * i]);
+      candidate(fmt::format("runout {}", h), true,
+                {w.rotor(carrier, stiffness, m.c), w.rotor(carrier.conjugate(), stiffness, m.c)});
+    }
+    candidate("|z|^4 z", false, {w.apply(0, z.cwiseAbs2().cwiseAbs2().cast<Complex>().cwiseProduct(z))}, true);
+    candidate("|z| z", false, {w.apply(0, radius.cwiseProduct(z))}, true);
+    candidate("|z|^2 conj z", false, {w.apply(0, z.cwiseAbs2().cast<Complex>().cwiseProduct(conj))});
+    candidate("conj(z)^3", false, {w.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
+    candidate("z^2", false, {w.apply(0, z.cwiseProduct(z))});
+    candidate("conj(z)^2", false, {w.apply(0, conj.cwiseProduct(conj))});
+    candidate("|z|^2", false, {w.apply(0, z.cwiseAbs2().cast<Complex>())});
+    s.top += n;
+  }
+
+  const Eigen::VectorXd scale = s.active.colwise().norm().cwiseMax(1e-300);
+  const Eigen::MatrixXd a = s.active * scale.cwiseInverse().asDiagonal();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a);
+  const double freedom = static_cast<double>(total - unknowns);
+  ScoreTest test;
+  test.chi_square = (s.right - a * qr.solve(s.right)).squaredNorm() / freedom;
+  const Eigen::MatrixXd upper = qr.matrixQR().topRows(unknowns).triangularView<Eigen::Upper>();
+  const Eigen::VectorXd singular = upper.jacobiSvd().singularValues();
+  test.condition_number = singular[0] / singular[unknowns - 1];
+
+  const Eigen::MatrixXd z = s.instruments * scale.cwiseInverse().asDiagonal();
+  const Eigen::VectorXd w = (z.transpose() * a).colPivHouseholderQr().solve(z.transpose() * s.right);
+  const Eigen::VectorXd residual = s.right - a * w;
+  const double variance = residual.squaredNorm() / freedom;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> projector(z);
+  const Eigen::MatrixXd thin = projector.householderQ() * Eigen::MatrixXd::Identity(total, unknowns);
+  for (const Candidate& c : s.candidates) {
+    const Eigen::MatrixXd left = c.columns - thin * (thin.transpose() * c.columns);
+    if (!(left.norm() > 1e-6 * c.columns.norm())) continue;
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> own(left);
+    const Eigen::VectorXd rotated = own.householderQ().adjoint() * residual;
+    // Quantiles of chi-square at four sigma: 16, 19, 25 for 1, 2, 4 degrees of freedom.
+    const double per_freedom = 1 + 0.18 * static_cast<double>(own.rank() - 1);
+    const double score = rotated.head(own.rank()).squaredNorm() / variance / per_freedom;
+    test.candidates.push_back({c.term, score, c.in_model});
+  }
+  std::sort(test.candidates.begin(), test.candidates.end(),
+            [](const ScoreCandidate& p, const ScoreCandidate& q) { return p.score > q.score; });
+  return test;
+}
+
+}  // namespace whirl::identification

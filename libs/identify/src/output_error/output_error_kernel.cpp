@@ -1,0 +1,178 @@
+#include "output_error/output_error_kernel.hpp"
+
+#include <cmath>
+
+namespace whirl::identification::detail {
+namespace {
+
+/// Linear lateral dynamics about the present motion: a = f(z, v) and its derivatives, in real numbers.
+struct Local {
+  double ax, ay;         // acceleration
+  double kxx, kxy, kyy;  // minus d a / d z (symmetric)
+  double cxx, cxy, cyy;  // minus d a / d v
+};
+
+inline Local local(const RotorModel& m, Complex eps, double x, double y, double vx, double vy, Complex f) {
+  Local l;
+  const double r2 = x * x + y * y, a = m.k1_conj.real(), b = m.k1_conj.imag();
+  const double k = m.k1 + m.k2 * r2;
+  l.cxx = m.c + m.c_conj.real();
+  l.cyy = m.c - m.c_conj.real();
+  l.cxy = m.c_conj.imag();
+  l.ax = -(k + a) * x - b * y - l.cxx * vx - l.cxy * vy + eps.real() * f.real() - eps.imag() * f.imag();
+  l.ay = -(k - a) * y - b * x - l.cxy * vx - l.cyy * vy + eps.real() * f.imag() + eps.imag() * f.real();
+  l.kxx = k + a + 2 * m.k2 * x * x;
+  l.kyy = k - a + 2 * m.k2 * y * y;
+  l.kxy = b + 2 * m.k2 * x * y;
+  return l;
+}
+
+template <int Lanes>
+struct Stepper {
+  using Array = Eigen::Array<double, Lanes, 1>;
+
+  const RotorModel& model;
+  Complex eps;
+  const Eigen::VectorXcd& forcing;
+  const Eigen::MatrixXcd& profile;
+
+  // Explicit part of d a / d p: each lane's own column of the equation.
+  void direct(double x, double y, double vx, double vy, Eigen::Index half, Array& gx, Array& gy) const {
+    const double r2 = x * x + y * y;
+    const Complex f = forcing[half];
+    gx[kK1] = -x;
+    gy[kK1] = -y;
+    gx[kK2] = -r2 * x;
+    gy[kK2] = -r2 * y;
+    gx[kC] = -vx;
+    gy[kC] = -vy;
+    gx[kEpsRe] = f.real();
+    gy[kEpsRe] = f.imag();
+    gx[kEpsIm] = -f.imag();
+    gy[kEpsIm] = f.real();
+    gx[kConjKRe] = -x;
+    gy[kConjKRe] = y;
+    gx[kConjKIm] = -y;
+    gy[kConjKIm] = -x;
+    gx[kConjCRe] = -vx;
+    gy[kConjCRe] = vy;
+    gx[kConjCIm] = -vy;
+    gy[kConjCIm] = -vx;
+    for (Eigen::Index k = 0; k < profile.cols(); ++k) {
+      const Complex d = profile(half, k);
+      gx[kProfile + k] = eps.real() * d.real() - eps.imag() * d.imag();
+      gy[kProfile + k] = eps.real() * d.imag() + eps.imag() * d.real();
+    }
+  }
+
+  struct State {
+    double x, y, vx, vy;
+    Array sx, sy, sux, suy;
+  };
+  struct Rate {
+    double ax, ay;
+    Array sax, say;
+  };
+
+  void rate(const State& s, Eigen::Index half, Array& gx, Array& gy, Rate& r) const {
+    const Local l = local(model, eps, s.x, s.y, s.vx, s.vy, forcing[half]);
+    direct(s.x, s.y, s.vx, s.vy, half, gx, gy);
+    r.ax = l.ax;
+    r.ay = l.ay;
+    r.sax = gx - l.kxx * s.sx - l.kxy * s.sy - l.cxx * s.sux - l.cxy * s.suy;
+    r.say = gy - l.kxy * s.sx - l.kyy * s.sy - l.cxy * s.sux - l.cyy * s.suy;
+  }
+
+  /// State a time `step` from s, with velocity s.v + within * before.a on the way and acceleration latest.a.
+  static void stage(const State& s, double step, double within, const Rate& before, const Rate& latest, State& t) {
+    t.x = s.x + step * (s.vx + within * before.ax);
+    t.y = s.y + step * (s.vy + within * before.ay);
+    t.vx = s.vx + step * latest.ax;
+    t.vy = s.vy + step * latest.ay;
+    t.sx = s.sx + step * (s.sux + within * before.sax);
+    t.sy = s.sy + step * (s.suy + within * before.say);
+    t.sux = s.sux + step * latest.sax;
+    t.suy = s.suy + step * latest.say;
+  }
+
+  void run(double dt, Complex z0, Complex dz0, Sensitivities& out) const {
+    const Eigen::Index n = out.z.size();
+    Array gx = Array::Zero(), gy = Array::Zero();
+    State s{z0.real(), z0.imag(), dz0.real(), dz0.imag(), Array::Zero(), Array::Zero(), Array::Zero(), Array::Zero()};
+    s.sx[kX0] = s.sy[kY0] = s.sux[kVx0] = s.suy[kVy0] = 1;
+    State t;
+    Rate r1, r2, r3, r4;
+    const double h = dt, q = 0.5 * dt;
+    for (Eigen::Index i = 0;; ++i) {
+      out.z[i] = {s.x, s.y};
+      out.dx.row(i).template head<Lanes>() = s.sx;
+      out.dy.row(i).template head<Lanes>() = s.sy;
+      if (i + 1 == n) break;
+      // RK4 of z'' = a(z, z'): the velocities of the stages are known sums, so only accelerations are kept.
+      rate(s, 2 * i, gx, gy, r1);
+      stage(s, q, 0, r1, r1, t);
+      rate(t, 2 * i + 1, gx, gy, r2);
+      stage(s, q, q, r1, r2, t);
+      rate(t, 2 * i + 1, gx, gy, r3);
+      stage(s, h, q, r2, r3, t);
+      rate(t, 2 * i + 2, gx, gy, r4);
+      const double w = h / 6;
+      s.x += h * (s.vx + w * (r1.ax + r2.ax + r3.ax));
+      s.y += h * (s.vy + w * (r1.ay + r2.ay + r3.ay));
+      s.vx += w * (r1.ax + 2 * (r2.ax + r3.ax) + r4.ax);
+      s.vy += w * (r1.ay + 2 * (r2.ay + r3.ay) + r4.ay);
+      s.sx += h * (s.sux + w * (r1.sax + r2.sax + r3.sax));
+      s.sy += h * (s.suy + w * (r1.say + r2.say + r3.say));
+      s.sux += w * (r1.sax + 2 * (r2.sax + r3.sax) + r4.sax);
+      s.suy += w * (r1.say + 2 * (r2.say + r3.say) + r4.say);
+      if (!(s.x * s.x + s.y * s.y < 1e6)) {  // a kilometre: diverged (also true for NaN)
+        out.finite = false;
+        return;
+      }
+    }
+  }
+};
+
+}  // namespace
+
+Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
+                                      const Eigen::MatrixXcd& profile, double dt, Complex z0, Complex dz0) {
+  constexpr int kNarrow = 16, kWide = 24;
+  Sensitivities out;
+  const Eigen::Index n = (forcing.size() + 1) / 2;
+  const int lanes = kProfile + profile.cols() <= kNarrow ? kNarrow : kWide;
+  out.z.resize(n);
+  out.dx.resize(n, lanes);
+  out.dy.resize(n, lanes);
+  if (lanes == kNarrow) {
+    Stepper<kNarrow>{model, eps, forcing, profile}.run(dt, z0, dz0, out);
+  } else {
+    Stepper<kWide>{model, eps, forcing, profile}.run(dt, z0, dz0, out);
+  }
+  return out;
+}
+
+Eigen::VectorXcd main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, double dt, Complex z0,
+                           Complex dz0) {
+  const Eigen::Index n = (forcing.size() + 1) / 2;
+  Eigen::VectorXcd z(n);
+  double x = z0.real(), y = z0.imag(), vx = dz0.real(), vy = dz0.imag();
+  const double h = dt, q = 0.5 * dt;
+  for (Eigen::Index i = 0;; ++i) {
+    z[i] = {x, y};
+    if (i + 1 == n) break;
+    const Local a = local(model, eps, x, y, vx, vy, forcing[2 * i]);
+    const Local b = local(model, eps, x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, forcing[2 * i + 1]);
+    const Local c = local(model, eps, x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay,
+                          forcing[2 * i + 1]);
+    const Local d = local(model, eps, x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay,
+                          forcing[2 * i + 2]);
+    x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
+    y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
+    vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
+    vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
+  }
+  return z;
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,180 @@
+#include "output_error/output_error_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace whirl::identification::detail {
+namespace {
+
+std::string name(const std::string& base, int record) {
+  return record <= 0 ? base : fmt::format("{}_{}", base, record + 1);
+}
+void add_lanes(std::vector<Parameter>& list, int record, std::initializer_list<std::pair<const char*, int>> lanes) {
+  for (const auto& [n, lane] : lanes) list.push_back({name(n, record), Kind::lane, record, lane});
+}
+void add_complex(std::vector<Parameter>& list, const std::string& base, Kind kind, int record, int index) {
+  list.push_back({name(base + "_re", record), kind, record, index, false});
+  list.push_back({name(base + "_im", record), kind, record, index, true});
+}
+
+// Poles stay positive and stable; a step may shrink them by a third at most.
+double bounded(double value, double change, double most) { return std::clamp(value + change, value / 1.5, most); }
+
+double& real_lane(Point& p, const Parameter& q) {
+  switch (q.index) {
+    case kK1:
+      return p.model.k1;
+    case kK2:
+      return p.model.k2;
+    case kC:
+      return p.model.c;
+    default:
+      if (q.record < 0) return p.delay;
+      return p.profile[static_cast<std::size_t>(q.record)][q.index - kProfile];
+  }
+}
+// Complex number and part that a lane moves; null for the real lanes.
+std::pair<Complex*, bool> complex_lane(Point& p, const Parameter& q) {
+  OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
+  switch (q.index) {
+    case kEpsRe:
+      return {&r->eps, false};
+    case kEpsIm:
+      return {&r->eps, true};
+    case kX0:
+      return {&r->z0, false};
+    case kY0:
+      return {&r->z0, true};
+    case kVx0:
+      return {&r->dz0, false};
+    case kVy0:
+      return {&r->dz0, true};
+    case kConjKRe:
+      return {&p.model.k1_conj, false};
+    case kConjKIm:
+      return {&p.model.k1_conj, true};
+    case kConjCRe:
+      return {&p.model.c_conj, false};
+    case kConjCIm:
+      return {&p.model.c_conj, true};
+    default:
+      return {nullptr, false};
+  }
+}
+void move_lane(Point& p, const Parameter& q, double d) {
+  if (const auto [number, imaginary] = complex_lane(p, q); number != nullptr) {
+    *number += imaginary ? Complex(0, d) : Complex(d, 0);
+  } else {
+    real_lane(p, q) += d;
+  }
+}
+double lane_value(const Point& p, const Parameter& q) {
+  Point& editable = const_cast<Point&>(p);  // one accessor for reading and moving
+  if (const auto [number, imaginary] = complex_lane(editable, q); number != nullptr) {
+    return imaginary ? number->imag() : number->real();
+  }
+  return real_lane(editable, q);
+}
+
+}  // namespace
+
+std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes) {
+  std::vector<Parameter> list;
+  if (options.rotor) add_lanes(list, -1, {{"k1", kK1}, {"k2", kK2}, {"c", kC}});
+  if (options.conj_stiffness) add_lanes(list, -1, {{"k1_conj_re", kConjKRe}, {"k1_conj_im", kConjKIm}});
+  if (options.conj_damping) add_lanes(list, -1, {{"c_conj_re", kConjCRe}, {"c_conj_im", kConjCIm}});
+  if (options.delay) list.push_back({"delay", Kind::lane, -1, kProfile + options.profile_degree});
+  for (int k = 0; options.poles && k < modes; ++k) {
+    list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
+    list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
+  }
+  const int n_decays = static_cast<int>(options.decays.size());
+  for (int k = 0; options.poles && k < n_decays; ++k) {
+    list.push_back({fmt::format("w_decay{}", k + 1), Kind::decay_w, -1, k});
+    list.push_back({fmt::format("zeta_decay{}", k + 1), Kind::decay_zeta, -1, k});
+  }
+  for (int r = 0; r < records; ++r) {
+    if (options.unbalance) add_lanes(list, r, {{"eps_re", kEpsRe}, {"eps_im", kEpsIm}});
+    add_lanes(list, r, {{"x0", kX0}, {"y0", kY0}, {"vx0", kVx0}, {"vy0", kVy0}});
+    for (int k = 0; k < options.profile_degree; ++k) {
+      list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
+    }
+    if (options.offset) add_complex(list, "offset", Kind::offset, r, 0);
+    for (int k = 0; options.participation && k < modes; ++k) {
+      add_complex(list, fmt::format("mode{}", k + 1), Kind::participation, r, k);
+    }
+    for (int k = 0; k < 2 * n_decays; ++k) {
+      add_complex(list, fmt::format("decay{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::decay, r, k);
+    }
+    for (int k = 0; k < 2 * options.runout_harmonics; ++k) {
+      add_complex(list, fmt::format("runout{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::runout, r, k);
+    }
+  }
+  return list;
+}
+
+void move(Point& p, const Parameter& q, double d) {
+  const Complex dc = q.imaginary ? Complex(0, d) : Complex(d, 0);
+  const auto k = static_cast<std::size_t>(q.index);
+  OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
+  switch (q.kind) {
+    case Kind::lane:
+      move_lane(p, q, d);
+      break;
+    case Kind::offset:
+      r->offset += dc;
+      break;
+    case Kind::participation:
+      r->participation[k] += dc;
+      break;
+    case Kind::decay:
+      r->decay[k] += dc;
+      break;
+    case Kind::runout:
+      r->runout[k] += dc;
+      break;
+    // Poles keep their sign: a step may not leave the stable half plane.
+    case Kind::pole_w:
+      p.model.modes[k].omega = bounded(p.model.modes[k].omega, d, INFINITY);
+      break;
+    case Kind::pole_zeta:
+      p.model.modes[k].zeta = bounded(p.model.modes[k].zeta, d, 0.9);
+      break;
+    case Kind::decay_w:
+      p.decays[k].omega = bounded(p.decays[k].omega, d, INFINITY);
+      break;
+    case Kind::decay_zeta:
+      p.decays[k].zeta = bounded(p.decays[k].zeta, d, 0.9);
+      break;
+  }
+}
+
+double value(const Point& p, const Parameter& q) {
+  const auto k = static_cast<std::size_t>(q.index);
+  const auto part = [&](Complex v) { return q.imaginary ? v.imag() : v.real(); };
+  switch (q.kind) {
+    case Kind::lane:
+      return lane_value(p, q);
+    case Kind::offset:
+      return part(p.records[static_cast<std::size_t>(q.record)].offset);
+    case Kind::participation:
+      return part(p.records[static_cast<std::size_t>(q.record)].participation[k]);
+    case Kind::decay:
+      return part(p.records[static_cast<std::size_t>(q.record)].decay[k]);
+    case Kind::runout:
+      return part(p.records[static_cast<std::size_t>(q.record)].runout[k]);
+    case Kind::pole_w:
+      return p.model.modes[k].omega;
+    case Kind::pole_zeta:
+      return p.model.modes[k].zeta;
+    case Kind::decay_w:
+      return p.decays[k].omega;
+    case Kind::decay_zeta:
+      return p.decays[k].zeta;
+  }
+  return 0;
+}
+
+}  // namespace whirl::identification::detail

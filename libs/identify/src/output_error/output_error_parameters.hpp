@@ -1,0 +1,38 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "output_error/output_error_kernel.hpp"
+#include "whirl/identify/output_error_rotor.hpp"
+
+namespace whirl::identification::detail {
+
+/// What a parameter of the output-error fit acts on. A lane is integrated with the motion, the others enter the
+/// readings.
+enum class Kind { lane, offset, participation, pole_w, pole_zeta, decay_w, decay_zeta, decay, runout };
+
+struct Parameter {
+  std::string name;
+  Kind kind;
+  int record;     // -1: shared
+  int index = 0;  // lane, mode, amplitude
+  bool imaginary = false;
+};
+
+/// The estimate while it moves; angle corrections are kept as coefficients of (t / horizon)^k, k = 1 ...
+struct Point {
+  RotorModel model;
+  std::vector<OutputErrorRecord> records;
+  std::vector<Eigen::VectorXd> profile;
+  std::vector<DecayingMode> decays;
+  double delay = 0;
+};
+
+/// Parameters that the options ask for, shared ones first, then those of each record.
+std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes);
+/// Adds `change` to the parameter.
+void move(Point& point, const Parameter& parameter, double change);
+double value(const Point& point, const Parameter& parameter);
+
+}  // namespace whirl::identification::detail

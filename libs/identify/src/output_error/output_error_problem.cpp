@@ -1,0 +1,139 @@
+#include "output_error/output_error_problem.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace whirl::identification::detail {
+
+double OutputErrorProblem::evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::VectorXd* right) {
+  refresh_all(p);
+  double cost = 0;
+  if (normal != nullptr) {
+    normal->setZero(size(), size());
+    right->setZero(size());
+  }
+  for (std::size_t r = 0; r < measured_.size(); ++r) {
+    const RotorRecord& m = measured_[r];
+    OutputErrorRecord& record = p.records[r];
+    const Signals& s = signals_[r];
+    Sensitivities sens;
+    if (normal != nullptr) {
+      sens = main_mode_sensitivities(p.model, record.eps, s.forcing, s.profile, m.dt, record.z0, record.dz0);
+      if (!sens.finite) return INFINITY;
+      record.main = std::move(sens.z);
+    } else {
+      record.main = main_mode(p.model, record.eps, s.forcing, m.dt, record.z0, record.dz0);
+    }
+    record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
+    for (std::size_t k = 0; k < s.modal.size(); ++k) record.beside += record.participation[k] * s.modal[k];
+    for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
+    for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
+    const Eigen::Index n = m.size();
+    Eigen::VectorXd residual(2 * n);
+    residual.head(n) = (m.z - record.main - record.beside).real() / m.noise_x;
+    residual.tail(n) = (m.z - record.main - record.beside).imag() / m.noise_y;
+    const double squares = residual.squaredNorm();
+    if (!std::isfinite(squares)) return INFINITY;
+    record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / static_cast<double>(n)) * m.noise_x;
+    record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / static_cast<double>(n)) * m.noise_y;
+    cost += squares;
+    if (normal != nullptr) accumulate(static_cast<int>(r), s, sens, residual, *normal, *right);
+  }
+  return cost;
+}
+
+void OutputErrorProblem::start_state(Point& p) {
+  refresh_all(p);
+  for (std::size_t r = 0; r < measured_.size(); ++r) {
+    OutputErrorRecord& record = p.records[r];
+    const Eigen::Index n = std::min<Eigen::Index>(100, measured_[r].size());
+    const Eigen::VectorXd beta = record.angle.beta(Eigen::seqN(Eigen::Index{0}, n, Eigen::Index{2}));
+    Eigen::VectorXcd z = (measured_[r].z.head(n).array() - record.offset).matrix();
+    for (std::size_t k = 0; k < signals_[r].modal.size(); ++k) {
+      z -= record.participation[k] * signals_[r].modal[k].head(n);
+    }
+    if (std::abs(beta[n - 1] - beta[0]) < 2.0) {
+      record.z0 = z.head(std::min<Eigen::Index>(20, n)).mean();
+      record.dz0 = 0;
+      continue;
+    }
+    Eigen::MatrixXd base(n, 3);
+    base << Eigen::VectorXd::Ones(n), beta.array().cos().matrix(), beta.array().sin().matrix();
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(base);
+    const Eigen::Vector3d x = qr.solve(z.real()), y = qr.solve(z.imag());
+    const double c = std::cos(beta[0]), s = std::sin(beta[0]), w = record.angle.omega[0];
+    record.z0 = {x[1] * c + x[2] * s, y[1] * c + y[2] * s};
+    record.dz0 = w * Complex(-x[1] * s + x[2] * c, -y[1] * s + y[2] * c);
+  }
+}
+
+void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities& sens, const Eigen::VectorXd& residual,
+                                    Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
+  const RotorRecord& m = measured_[static_cast<std::size_t>(r)];
+  const Eigen::Index n = m.size();
+  std::vector<Eigen::Index> global;
+  for (Eigen::Index j = 0; j < size(); ++j) {
+    const int owner = parameters_[static_cast<std::size_t>(j)].record;
+    if (owner < 0 || owner == r) global.push_back(j);
+  }
+  Eigen::MatrixXd jacobian(2 * n, static_cast<Eigen::Index>(global.size()));
+  const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
+  for (std::size_t c = 0; c < global.size(); ++c) {
+    const Parameter& q = parameters_[static_cast<std::size_t>(global[c])];
+    const auto k = static_cast<std::size_t>(q.index);
+    const auto column = static_cast<Eigen::Index>(c);
+    if (q.kind == Kind::lane) {
+      jacobian.col(column).head(n) = sens.dx.col(q.index) / m.noise_x;
+      jacobian.col(column).tail(n) = sens.dy.col(q.index) / m.noise_y;
+      continue;
+    }
+    const Eigen::VectorXcd* g = nullptr;
+    switch (q.kind) {
+      case Kind::offset:
+        g = &ones;
+        break;
+      case Kind::participation:
+        g = &s.modal[k];
+        break;
+      case Kind::pole_w:
+        g = &s.modal_w[k];
+        break;
+      case Kind::pole_zeta:
+        g = &s.modal_zeta[k];
+        break;
+      case Kind::decay_w:
+        g = &s.decay_w[k];
+        break;
+      case Kind::decay_zeta:
+        g = &s.decay_zeta[k];
+        break;
+      case Kind::decay:
+        g = &s.decay[k];
+        break;
+      default:
+        g = &s.runout[k];
+        break;
+    }
+    if (q.imaginary) {
+      jacobian.col(column).head(n) = -g->imag() / m.noise_x;
+      jacobian.col(column).tail(n) = g->real() / m.noise_y;
+    } else {
+      jacobian.col(column).head(n) = g->real() / m.noise_x;
+      jacobian.col(column).tail(n) = g->imag() / m.noise_y;
+    }
+  }
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
+  product.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
+  const Eigen::VectorXd gradient = jacobian.transpose() * residual;
+  for (std::size_t a = 0; a < global.size(); ++a) {
+    right[global[a]] += gradient[static_cast<Eigen::Index>(a)];
+    for (std::size_t b = 0; b <= a; ++b) {
+      const double v = product(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
+      normal(global[a], global[b]) += v;
+      if (a != b) normal(global[b], global[a]) += v;
+    }
+  }
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,133 @@
+#include "output_error/output_error_signals.hpp"
+
+#include <cmath>
+
+#include "whirl/rotor/modal_response.hpp"
+
+namespace whirl::identification::detail {
+namespace {
+
+constexpr Complex kI{0, 1};
+
+void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correction, double delay, AngleSignal& angle) {
+  angle = measured.angle;
+  if (delay != 0) {  // the angle when the displacement was taken
+    angle.beta -= delay * angle.omega - (0.5 * delay * delay) * angle.alpha;
+    angle.omega -= delay * angle.alpha;
+  }
+  if (correction.size() == 0) return;
+  const Eigen::Index n = angle.beta.size();
+  const double horizon = 0.5 * measured.dt * static_cast<double>(n - 1);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double u = static_cast<double>(i) / static_cast<double>(n - 1);
+    double power = 1;  // u^(k - 2) for k >= 2
+    for (Eigen::Index j = 0; j < correction.size(); ++j) {
+      const double k = static_cast<double>(j + 1), a = correction[j];
+      const double first = j == 0 ? 1 : power * u;  // u^(k - 1)
+      angle.beta[i] += a * first * u;
+      angle.omega[i] += a * k * first / horizon;
+      if (j > 0) {
+        angle.alpha[i] += a * k * (k - 1) * power / (horizon * horizon);
+        power *= u;
+      }
+    }
+  }
+}
+
+// F and its derivatives by the coefficients of the angle correction, then by the delay.
+Eigen::VectorXcd half_grid_forcing(const AngleSignal& a, int profile_degree, bool delay, Eigen::MatrixXcd& profile) {
+  const Eigen::Index n = a.beta.size();
+  Eigen::VectorXcd f(n);
+  profile.resize(n, profile_degree + (delay ? 1 : 0));
+  const double horizon = 0.5 * a.dt * static_cast<double>(n - 1);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double w = a.omega[i];
+    const Complex e(std::cos(a.beta[i]), std::sin(a.beta[i]));
+    f[i] = e * Complex(w * w, -a.alpha[i]);
+    // d F / d a_k = i p F + e (2 w p' - i p''), p = u^k
+    const double u = static_cast<double>(i) / static_cast<double>(n - 1);
+    double power = 1;
+    for (int k = 1; k <= profile_degree; ++k) {
+      const double first = k == 1 ? 1 : power * u;
+      const double p = first * u, p1 = k * first / horizon;
+      const double p2 = k == 1 ? 0 : k * (k - 1) * power / (horizon * horizon);
+      profile(i, k - 1) = kI * p * f[i] + e * Complex(2 * w * p1, -p2);
+      if (k > 1) power *= u;
+    }
+    // The third derivative of the angle is left out: it only turns the step, not the solution.
+    if (delay) profile(i, profile_degree) = -kI * w * f[i] - e * Complex(2 * w * a.alpha[i], 0);
+  }
+  return f;
+}
+
+void refresh_runout(const OutputErrorRecord& record, int harmonics, Signals& s) {
+  s.runout.clear();
+  for (int k = 0; k < 2 * harmonics; ++k) {
+    const double order = (k % 2 == 0 ? 1 : -1) * (k / 2 + 1);
+    Eigen::VectorXcd v(record.angle.samples());
+    for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = std::polar(1.0, order * record.angle.beta[2 * i]);
+    s.runout.push_back(std::move(v));
+  }
+}
+
+void refresh_modes(const Point& p, std::size_t r, double dt, bool poles, Signals& s) {
+  const OutputErrorRecord& record = p.records[r];
+  s.modal.clear();
+  s.modal_w.clear();
+  s.modal_zeta.clear();
+  for (std::size_t k = 0; k < p.model.modes.size(); ++k) {
+    const ForcedMode& m = p.model.modes[k];
+    const auto response = [&](double w, double zeta) {
+      return rotor::modal_response(w, zeta, s.forcing, dt, record.angle.omega[0]);
+    };
+    s.modal.push_back(response(m.omega, m.zeta));
+    if (!poles) continue;
+    const double dw = 1e-5 * m.omega, dz = 1e-3 * m.zeta;
+    const Complex gamma = record.participation[k];
+    s.modal_w.emplace_back(gamma * (response(m.omega + dw, m.zeta) - response(m.omega - dw, m.zeta)) / (2 * dw));
+    s.modal_zeta.emplace_back(gamma * (response(m.omega, m.zeta + dz) - response(m.omega, m.zeta - dz)) / (2 * dz));
+  }
+}
+
+void refresh_decays(const Point& p, std::size_t r, const RotorRecord& measured, Signals& s) {
+  const OutputErrorRecord& record = p.records[r];
+  const Eigen::Index n = measured.size();
+  s.decay.clear();
+  s.decay_w.clear();
+  s.decay_zeta.clear();
+  for (std::size_t k = 0; k < p.decays.size(); ++k) {
+    const double w = p.decays[k].omega, zeta = p.decays[k].zeta, root = std::sqrt(1 - zeta * zeta);
+    const Complex pole(-zeta * w, w * root), by_w(-zeta, root), by_zeta(-w, -w * zeta / root);
+    Eigen::VectorXcd plus(n), slope_w(n), slope_zeta(n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const double t = measured.dt * static_cast<double>(i);
+      plus[i] = std::exp(pole * t);
+      const Complex a = t * record.decay[2 * k] * plus[i], b = t * record.decay[2 * k + 1] * std::conj(plus[i]);
+      slope_w[i] = a * by_w + b * std::conj(by_w);
+      slope_zeta[i] = a * by_zeta + b * std::conj(by_zeta);
+    }
+    s.decay.push_back(plus);
+    s.decay.emplace_back(plus.conjugate());
+    s.decay_w.push_back(std::move(slope_w));
+    s.decay_zeta.push_back(std::move(slope_zeta));
+  }
+}
+
+}  // namespace
+
+void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputErrorOptions& options, Signals& s) {
+  OutputErrorRecord& record = p.records[r];
+  const bool first = s.forcing.size() == 0;
+  const bool turning = options.profile_degree > 0 || options.delay;
+  if (first || turning) {
+    correct_angle(measured, p.profile[r], p.delay, record.angle);
+    s.forcing = half_grid_forcing(record.angle, options.profile_degree, options.delay, s.profile);
+    refresh_runout(record, options.runout_harmonics, s);
+  }
+  if (first || turning || options.poles) {
+    refresh_modes(p, r, measured.dt, options.poles, s);
+    refresh_decays(p, r, measured, s);
+  }
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,24 @@
+#pragma once
+#include <vector>
+
+#include "output_error/shooting_runs.hpp"
+#include "problem/sign_bounds.hpp"
+#include "whirl/core/identified_model.hpp"
+
+namespace whirl::identification::detail {
+
+/// How far free runs of a refined model follow the records.
+struct Followed {
+  double horizon = 0;                   ///< length of the runs, s; 0: the model follows none and was not refined
+  Eigen::VectorXd output_rmse;          ///< of each state in units of `sd`; empty with horizon 0
+  Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms
+  std::vector<TermScore> blocked = {};  ///< terms that only their sign bound keeps out
+};
+
+/// Multiple-shooting refinement with pruning, score test and exchange of supports (step 3 of fit_sindy). `sd`: noise
+/// per state; `alternatives`: other right-hand sides that the regression found for an equation.
+Followed refine_and_select(IdentifiedModel& model, const Candidates& candidates, const Signs& signs,
+                           const std::vector<Equation>& alternatives, const std::vector<Stretch>& stretches,
+                           const Eigen::VectorXd& sd, double characteristic_rate, const SindyOptions& options);
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,148 @@
+#include "whirl/identify/identify_rotor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "evidence/rotor_verdict.hpp"
+#include "growth/rotor_growth.hpp"
+#include "problem/rotor_equations.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/identify/weak_rotor.hpp"
+
+namespace whirl::identification {
+namespace {
+
+/// The angle with its acceleration multiplied by 1 + error, rate at t = 0 kept.
+AngleSignal with_rate_error(const AngleSignal& angle, double error) {
+  AngleSignal a = angle;
+  for (Eigen::Index i = 0; i < a.beta.size(); ++i) {
+    const double t = 0.5 * a.dt * static_cast<double>(i);
+    a.beta[i] += error * (angle.beta[i] - angle.beta[0] - angle.omega[0] * t);
+    a.omega[i] += error * (angle.omega[i] - angle.omega[0]);
+    a.alpha[i] += error * angle.alpha[i];
+  }
+  return a;
+}
+
+/// Rate error within the range that gives the smallest whitened weak residual (the phase error at resonance grows to
+/// radians with 0.5 %, so the residual has a narrow valley: grid of a tenth of a per cent, then golden section).
+void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
+  const auto misfit = [&](double error) {
+    RotorRecord r = record;
+    r.angle = with_rate_error(record.angle, error);
+    WeakRotorOptions weak;
+    weak.half_width = options.half_width;
+    weak.passes = 3;
+    const WeakRotorFit fit = fit_weak_rotor({r}, weak);
+    return fit.summary.status == Status::unusable ? INFINITY : fit.summary.chi_square;
+  };
+  const int steps = std::max(2, static_cast<int>(std::ceil(options.profile_search / 1e-3)));
+  double best = 0, lowest = misfit(0);
+  for (int k = -steps; k <= steps; ++k) {
+    const double error = options.profile_search * k / steps;
+    if (const double m = k == 0 ? INFINITY : misfit(error); m < lowest) {
+      lowest = m;
+      best = error;
+    }
+  }
+  const double golden = 0.5 * (std::sqrt(5.0) - 1);
+  double low = best - options.profile_search / steps, high = best + options.profile_search / steps;
+  double a = high - golden * (high - low), b = low + golden * (high - low), fa = misfit(a), fb = misfit(b);
+  for (int k = 0; k < 10; ++k) {
+    if (fa < fb) {
+      high = b;
+      b = a;
+      fb = fa;
+      a = high - golden * (high - low);
+      fa = misfit(a);
+    } else {
+      low = a;
+      a = b;
+      fa = fb;
+      b = low + golden * (high - low);
+      fb = misfit(b);
+    }
+  }
+  record.angle = with_rate_error(record.angle, 0.5 * (low + high));
+}
+
+void check(const RotorIdentifyOptions& o) {
+  require_range("profile_search", o.profile_search, 0, 0.1);
+  require_range("profile_degree", o.profile_degree, 2, 6);
+  require_range("score_threshold", o.score_threshold, 1, 1e12);
+  require_range("runout_harmonics", o.runout_harmonics, 0, 4);
+}
+
+}  // namespace
+
+RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& given,
+                                            const RotorIdentifyOptions& options) {
+  check(options);
+  RotorIdentification result;
+  IdentifiedModel& model = result.model;
+  model.method = "weak";
+  model.provenance.version = std::string(version());
+  model.provenance.options = fmt::format("angle={} half_width={:g} score_threshold={:g} runout_harmonics={}",
+                                         options.angle_source == AngleSource::measured ? "measured" : "profile",
+                                         options.half_width, options.score_threshold, options.runout_harmonics);
+  if (given.empty()) throw Error("records: at least one is needed");
+  model.sample_time = given[0].dt;
+  model.noise_sd = std::sqrt(0.5 * given[0].noise_variance());
+  std::vector<RotorRecord> records = given;
+  for (RotorRecord& r : records) {
+    model.provenance.inputs.push_back(r.source);
+    for (const std::string& w : r.summary.warnings) {
+      r.summary.status == Status::unusable ? model.summary.fail(w) : model.summary.warn(w);
+    }
+  }
+  if (model.summary.status == Status::unusable) return result;
+  if (options.angle_source == AngleSource::profile) {
+    for (RotorRecord& r : records) search_profile(r, options);
+    result.active.profile_degree = options.profile_degree;
+  }
+
+  WeakRotorOptions weak;
+  weak.half_width = options.half_width;
+  const WeakRotorFit first = fit_weak_rotor(records, weak);
+  if (first.summary.status == Status::unusable) {
+    model.summary.fail(first.summary.warnings.back());
+    return result;
+  }
+  detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, result.active, options, false);
+  if (options.search_modes && grown.usable() && grown.chi_square > 1.3) {
+    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
+    // taken up so far stands in for a mode. Kept when that explains the records.
+    detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, result.active, options, true);
+    if (with_modes.usable() && (with_modes.chi_square < 1.3 || with_modes.chi_square < 0.5 * grown.chi_square)) {
+      grown = std::move(with_modes);
+    }
+  }
+  if (!grown.usable()) {
+    model.summary.fail(grown.fit.summary.warnings.back());
+    return result;
+  }
+  for (const std::string& w : grown.warnings) model.summary.warn(w);
+  result.fit = std::move(grown.fit);
+  result.active = std::move(grown.active);
+  result.added = std::move(grown.added);
+  result.chi_square_weak = grown.chi_square;
+  model.summary.condition_number = grown.condition_number;
+  const double scale = std::max({1.0, result.chi_square_weak, result.fit.summary.chi_square});
+  const detail::ParameterView view(result.fit, scale);
+  detail::describe_rotor(view, result.fit, model);
+  model.summary.chi_square = result.chi_square_weak;
+  detail::judge_rotor(records, result, model.summary);
+  return result;
+}
+
+IdentifiedModel identify_rotor(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
+  std::vector<RotorRecord> records;
+  for (const Recording& r : recordings) records.push_back(rotor_record(r, options.record));
+  return identify_rotor_detailed(records, options).model;
+}
+
+IdentifiedModel identify_rotor(const Recording& recording, const RotorIdentifyOptions& options) {
+  return identify_rotor(std::vector<Recording>{recording}, options);
+}
+
+}  // namespace whirl::identification

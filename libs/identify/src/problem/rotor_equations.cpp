@@ -1,0 +1,108 @@
+#include "problem/rotor_equations.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace whirl::identification::detail {
+
+Estimate ParameterView::sum(const std::vector<std::pair<double, std::string>>& terms) const {
+  double value = 0, variance = 0;
+  for (const auto& [fa, a] : terms) {
+    const Eigen::Index i = fit_.index(a);
+    if (i < 0) continue;
+    value += fa * fit_.values[i];
+    for (const auto& [fb, b] : terms) {
+      if (const Eigen::Index j = fit_.index(b); j >= 0) variance += fa * fb * fit_.covariance(i, j);
+    }
+  }
+  return Estimate::from_sd(value, std::sqrt(std::max(0.0, variance) * scale_));
+}
+
+std::pair<Estimate, Estimate> ParameterView::polar(const std::string& re, const std::string& im) const {
+  const double a = (*this)[re].value, b = (*this)[im].value;
+  const double size = std::hypot(a, b);
+  Estimate magnitude = sum({{a / size, re}, {b / size, im}});
+  Estimate turn = sum({{-b / (size * size), re}, {a / (size * size), im}});
+  return {magnitude, Estimate::from_sd(std::atan2(b, a), turn.sd)};
+}
+
+double ParameterView::covariance(const std::string& a, const std::string& b) const {
+  return scale_ * fit_.covariance(fit_.index(a), fit_.index(b));
+}
+
+void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {
+  model.states = {"X1", "X2", "X3", "X4"};
+  model.inputs = {"X5", "X6", "X7"};
+  const bool k = view.has("k1_conj_re"), c = view.has("c_conj_re");
+  const auto axis = [&](bool x) {
+    const double sign = x ? -1 : 1;  // of the conj terms: -k_conj conj z = -(a x + b y) - i (b x - a y)
+    const std::string own = x ? "X1" : "X3", other = x ? "X3" : "X1", v = x ? "X2" : "X4", w = x ? "X4" : "X2";
+    Equation e{v + "'", {}};
+    e.terms.push_back({own, view.sum({{-1, "k1"}, {sign, "k1_conj_re"}}), "1/s^2"});
+    if (k) e.terms.push_back({other, view.sum({{-1, "k1_conj_im"}}), "1/s^2"});
+    e.terms.push_back({own + "*(X1^2 + X3^2)", view.sum({{-1, "k2"}}), "1/(m^2 s^2)"});
+    e.terms.push_back({v, view.sum({{-1, "c"}, {sign, "c_conj_re"}}), "1/s"});
+    if (c) e.terms.push_back({w, view.sum({{-1, "c_conj_im"}}), "1/s"});
+    const char* in_phase = x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)";
+    const char* quadrature = x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)";
+    e.terms.push_back({in_phase, view["eps_re"], "m"});
+    e.terms.push_back({quadrature, view["eps_im"], "m"});
+    return e;
+  };
+  const Estimate one = Estimate::from_sd(1, 0);
+  model.equations = {{"X1'", {{"X2", one, "1"}}}, axis(true), {"X3'", {{"X4", one, "1"}}}, axis(false)};
+
+  auto& p = model.parameters;
+  p = {{"k1", view["k1"]}, {"k2", view["k2"]}, {"c", view["c"]}};
+  const auto [e, phase] = view.polar("eps_re", "eps_im");
+  p.emplace_back("e", e);
+  p.emplace_back("e_phase", phase);
+  for (std::size_t r = 1; r < fit.records.size(); ++r) {
+    const auto [er, pr] = view.polar(fmt::format("eps_re_{}", r + 1), fmt::format("eps_im_{}", r + 1));
+    p.emplace_back(fmt::format("e_{}", r + 1), er);
+    p.emplace_back(fmt::format("e_phase_{}", r + 1), pr);
+  }
+  const double k1 = view["k1"].value, root = std::sqrt(k1), damping = view["c"].value;
+  p.emplace_back("natural_frequency", Estimate::from_sd(root, view["k1"].sd / (2 * root)));
+  p.emplace_back("damping_ratio",
+                 Estimate::from_sd(damping / (2 * root),
+                                   view.sum({{1 / (2 * root), "c"}, {-damping / (4 * k1 * root), "k1"}}).sd));
+  for (const char* name : {"k1_conj_re", "k1_conj_im", "c_conj_re", "c_conj_im"}) {
+    if (view.has(name)) p.emplace_back(name, view[name]);
+  }
+  p.emplace_back("offset_x", view["offset_re"]);
+  p.emplace_back("offset_y", view["offset_im"]);
+  if (view.has("delay")) p.emplace_back("delay", view["delay"]);
+  for (std::size_t j = 0; j < fit.decays.size(); ++j) {
+    for (const auto& [part, name] : {std::pair("omega", "w"), std::pair("zeta", "zeta")}) {
+      const std::string key = fmt::format("{}_decay{}", name, j + 1);
+      const double v = *part == 'o' ? fit.decays[j].omega : fit.decays[j].zeta;
+      p.emplace_back(fmt::format("decay{}_{}", j + 1, part), view.has(key) ? view[key] : Estimate{v, NAN, NAN, NAN});
+    }
+  }
+  for (std::size_t j = 0; j < fit.records[0].runout.size(); ++j) {
+    for (const char* part : {"_re", "_im"}) {
+      const std::string name = fmt::format("runout{}{}{}", j / 2 + 1, j % 2 == 0 ? "+" : "-", part);
+      p.emplace_back(name, view[name]);
+    }
+  }
+  for (std::size_t j = 0; j < fit.model.modes.size(); ++j) {
+    const ForcedMode& m = fit.model.modes[j];
+    const std::string mode = fmt::format("mode{}", j + 1);
+    const auto fixed = [](double v) { return Estimate{v, NAN, NAN, NAN}; };
+    p.emplace_back(mode + "_omega", view.has("w_" + mode) ? view["w_" + mode] : fixed(m.omega));
+    p.emplace_back(mode + "_zeta", view.has("zeta_" + mode) ? view["zeta_" + mode] : fixed(m.zeta));
+    p.emplace_back(mode + "_re", view[mode + "_re"]);
+    p.emplace_back(mode + "_im", view[mode + "_im"]);
+  }
+
+  const char* five[] = {"k1", "k2", "c", "eps_re", "eps_im"};
+  model.rotor_covariance.clear();
+  for (const char* a : five) {
+    for (const char* b : five) model.rotor_covariance.push_back(view.covariance(a, b));
+  }
+  model.rotor = fit.model;
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,33 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/identify/output_error_rotor.hpp"
+
+namespace whirl::identification::detail {
+
+/// Estimates of linear combinations of the fitted parameters, covariance scaled.
+class ParameterView {
+ public:
+  ParameterView(const OutputErrorFit& fit, double covariance_scale) : fit_(fit), scale_(covariance_scale) {}
+
+  bool has(const std::string& name) const { return fit_.index(name) >= 0; }
+  /// sum of factor * parameter; parameters that were not estimated count as 0.
+  Estimate sum(const std::vector<std::pair<double, std::string>>& terms) const;
+  Estimate operator[](const std::string& name) const { return sum({{1.0, name}}); }
+  /// |re + i im| and its phase, first-order propagation.
+  std::pair<Estimate, Estimate> polar(const std::string& re, const std::string& im) const;
+  double covariance(const std::string& a, const std::string& b) const;
+
+ private:
+  const OutputErrorFit& fit_;
+  double scale_;
+};
+
+/// states, inputs, equations, parameters and rotor_covariance of the model from the fit.
+void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model);
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,111 @@
+#include "whirl/identify/rotor_record.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/signal/noise.hpp"
+
+namespace whirl::identification {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+double spread(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
+
+// Longest stretch of equal samples at the largest or smallest value.
+Eigen::Index clipped_run(const Eigen::VectorXd& v) {
+  const double high = v.maxCoeff(), low = v.minCoeff();
+  Eigen::Index longest = 0, run = 0;
+  for (Eigen::Index i = 1; i < v.size(); ++i) {
+    run = v[i] == v[i - 1] && (v[i] == high || v[i] == low) ? run + 1 : 0;
+    longest = std::max(longest, run + 1);
+  }
+  return longest;
+}
+
+void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+  Summary& s = r.summary;
+  if (r.size() < 1000) s.fail(fmt::format("the record has {} samples; at least 1000 are needed", r.size()));
+  if (r.turns() < 5)
+    s.fail(fmt::format("the rotor turns {:.2g} times in the record; at least 5 turns are needed", r.turns()));
+  const double sx = spread(x), sy = spread(y);
+  for (const auto& [name, sd, noise] : {std::tuple("x", sx, r.noise_x), std::tuple("y", sy, r.noise_y)}) {
+    if (sd <= 1e-12) {
+      s.fail(fmt::format("channel {} is constant: the sensor sees no motion", name));
+    } else if (sd < 1.2 * noise) {
+      s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
+    } else if (const Eigen::Index run = clipped_run(*name == 'x' ? x : y); run >= 4) {
+      s.warn(fmt::format("channel {} stays at its extreme value for {} samples: the sensor range is too small", name,
+                         run));
+    }
+  }
+  if (sx > 1e-12 && sy > 1e-12) {
+    const double correlation = ((x.array() - x.mean()) * (y.array() - y.mean())).mean() / (sx * sy);
+    if (std::abs(correlation) > 0.99) s.fail("channels x and y carry the same signal: both directions are needed");
+  }
+  if (r.speed_high() - r.speed_low() < 0.2 * r.speed_high()) {
+    s.fail(fmt::format("the speed stays between {:.1f} and {:.1f} Hz: a run-up or run-down is needed",
+                       r.speed_low() / kTurn, r.speed_high() / kTurn));
+  }
+  const double per_turn = kTurn / (r.speed_high() * r.dt);
+  if (per_turn < 8) {
+    s.fail(fmt::format("{:.1f} samples per turn at the top speed; at least 8 are needed", per_turn));
+  }
+}
+
+}  // namespace
+
+double RotorRecord::turns() const {
+  return angle.beta.size() ? (angle.beta.maxCoeff() - angle.beta.minCoeff()) / kTurn : 0.0;
+}
+double RotorRecord::speed_low() const { return angle.omega.size() ? angle.omega.cwiseAbs().minCoeff() : 0.0; }
+double RotorRecord::speed_high() const { return angle.omega.size() ? angle.omega.cwiseAbs().maxCoeff() : 0.0; }
+
+RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options) {
+  recording.check();
+  RotorRecord r;
+  r.source = recording.source;
+  r.dt = recording.dt;
+  for (const std::string& name : {options.x, options.y}) {
+    if (recording.at(name).quantity != Quantity::displacement) {
+      throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity), "displacement");
+    }
+  }
+  const Eigen::VectorXd& x = recording[options.x];
+  const Eigen::VectorXd& y = recording[options.y];
+  r.z.resize(x.size());
+  r.z.real() = x;
+  r.z.imag() = y;
+  if (x.size() < 16) throw Error::in_field("samples", fmt::format("{}", x.size()), "at least 16");
+  if (options.known_angle) {
+    r.angle = *options.known_angle;
+    if (r.angle.samples() != r.size()) {
+      throw Error::in_field("known_angle", fmt::format("{} samples", r.angle.samples()),
+                            fmt::format("as long as the record, {} samples", r.size()));
+    }
+  } else {
+    const Channel& channel = recording.at(options.angle);
+    if (channel.quantity != Quantity::angle) {
+      throw Error::in_field(fmt::format("channel {}", options.angle), to_string(channel.quantity), "angle");
+    }
+    const signal::AngleFit fit = signal::angle_from_encoder(channel.samples, recording.dt, options.angle_fit);
+    r.angle = fit.angle;
+    r.summary.warnings = fit.summary.warnings;
+    r.summary.status = fit.summary.status;
+  }
+  if (options.sensor_delay != 0) {
+    const double d = options.sensor_delay;
+    require_range("sensor_delay", d, -0.1, 0.1, "s");
+    r.angle.beta -= d * r.angle.omega - (0.5 * d * d) * r.angle.alpha;
+    r.angle.omega -= d * r.angle.alpha;
+  }
+  // Sixth differences of coarsely quantised or noise-free data vanish; a millionth of the signal keeps weights finite.
+  r.noise_x = options.noise_sd > 0 ? options.noise_sd : std::max(signal::noise_sd(x), 1e-6 * spread(x));
+  r.noise_y = options.noise_sd > 0 ? options.noise_sd : std::max(signal::noise_sd(y), 1e-6 * spread(y));
+  check_contents(r, x, y);
+  return r;
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,209 @@
+#include "whirl/identify/second_order.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "evidence/channel_units.hpp"
+#include "evidence/record_quality.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/expr/library.hpp"
+#include "whirl/identify/evidence.hpp"
+#include "whirl/identify/refine.hpp"
+#include "whirl/identify/simulate_model.hpp"
+#include "whirl/signal/derivative.hpp"
+#include "whirl/signal/filter.hpp"
+#include "whirl/signal/resample.hpp"
+
+namespace whirl::identification {
+namespace {
+
+constexpr Eigen::Index kEnd = 20;  // samples at each end that carry the end effect of the resampling
+
+FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output) {
+  const Eigen::VectorXd& y = r[output];
+  FreeRun run;
+  // y + (y[1] - y[-1]) / 2h needs the sample before: the run starts at sample 1.
+  const Eigen::Index n = y.size() - 1;
+  run.start = (Eigen::VectorXd(2) << y[1], (y[2] - y[0]) / (2 * r.dt)).finished();
+  run.inputs = half_grid_inputs(model, r).bottomRows(2 * n - 1);
+  run.measured = y.tail(n);
+  return run;
+}
+
+void add_linear_parameters(IdentifiedModel& model, const std::string& y) {
+  const CompiledModel compiled(model);
+  // Slopes of f at the origin, inputs at zero.
+  std::map<std::string, double, std::less<>> origin;
+  for (const std::string& s : compiled.states()) origin[s] = 0;
+  for (const std::string& s : compiled.inputs()) origin[s] = 0;
+  double stiffness = 0, damping = 0;
+  for (const EquationTerm& t : model.equations[1].terms) {
+    const expr::Expr f = expr::Expr::parse(t.function);
+    stiffness -= t.coefficient.value * expr::evaluate(expr::differentiate(f, y), origin);
+    damping -= t.coefficient.value * expr::evaluate(expr::differentiate(f, y + "'"), origin);
+  }
+  if (!(stiffness > 0)) return;
+  Estimate e;
+  e.value = std::sqrt(stiffness) / (2 * std::numbers::pi);
+  model.parameters.emplace_back("f0", e);
+  e.value = damping / (2 * std::sqrt(stiffness));
+  model.parameters.emplace_back("zeta", e);
+}
+
+Refined refine_on(const IdentifiedModel& model, const Recording& record, const std::string& output,
+                  const SecondOrderOptions& options, const std::vector<Equation>& candidates) {
+  const CompiledModel compiled(model);
+  RefineOptions r;
+  r.outputs = {output};
+  r.skip = options.skip;
+  return refine_free_run(model, {free_run(compiled, record, output)}, record.dt, r, candidates);
+}
+
+}  // namespace
+
+double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
+                      Eigen::Index skip) {
+  const CompiledModel compiled(model);
+  const FreeRun run = free_run(compiled, recording, output);
+  const Eigen::Index n = run.measured.rows();
+  if (n <= skip) throw Error::in_field("samples", std::to_string(n), fmt::format("more than the {} skipped", skip));
+  const ModelRun result = simulate(compiled, run.inputs, run.start, recording.dt, n);
+  if (result.diverged) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd error = (run.measured.col(0) - result.state(output)).tail(n - skip);
+  return error.norm() / std::sqrt(static_cast<double>(n - skip));
+}
+
+IdentifiedModel identify_second_order(const Recording& recording, const std::string& output, const std::string& input,
+                                      const SecondOrderOptions& options) {
+  recording.check();
+  const Eigen::VectorXd& y = recording[output];
+  const Eigen::VectorXd& u = recording[input];
+  const std::string rate = output + "'";
+  if (recording.size() < 200) throw Error::in_field("samples", std::to_string(recording.size()), "at least 200");
+  require_range("oversample", options.oversample, 1, 64);
+  require_range("holdout", options.holdout, 0.05, 0.8);
+
+  std::vector<std::string> library = options.library;
+  if (library.empty()) {
+    library = {"1", output, output + "^2", output + "^3", rate, input};
+  }
+  const std::vector<expr::Expr> terms = expr::parse_library(library);
+  const expr::Tape tape = expr::compile(terms, {output, rate, input, "t"});
+
+  IdentifiedModel model;
+  model.method = "second_order";
+  model.states = {output, rate};
+  model.inputs = {input};
+  detail::check_signals({recording}, {output}, {input}, false, model.summary);
+  if (model.summary.status == Status::unusable) {
+    model.summary.trust = "Do not use this model.";
+    return model;
+  }
+
+  const int k = options.oversample;
+  const double dt = recording.dt / k;
+  const Eigen::VectorXd fine = signal::upsample(y, k), fine_u = signal::upsample(u, k);
+  const Eigen::VectorXd v = signal::central_difference(fine, dt, 4);
+  const Eigen::VectorXd a = signal::central_difference(v, dt, 4);
+  const Eigen::Index n = a.size();
+  Eigen::MatrixXd variables(n, 4);
+  variables.col(0) = fine.segment(4, n);
+  variables.col(1) = v.segment(2, n);
+  variables.col(2) = fine_u.segment(4, n);
+  for (Eigen::Index i = 0; i < n; ++i) variables(i, 3) = recording.t0 + dt * static_cast<double>(i + 4);
+  Eigen::MatrixXd theta = tape.evaluate(variables);
+  Eigen::VectorXd target = a;
+  const double sd = options.filter_sd / dt;
+  if (sd > 0) {
+    theta = signal::gaussian_filter_columns(theta, sd);
+    target = signal::gaussian_filter(target, sd);
+  }
+  const Eigen::Index cut = kEnd * k + signal::gaussian_reach(sd);
+  const Eigen::Index inside = n - 2 * cut;
+  if (inside < 100)
+    throw Error::in_field("filter width", fmt::format("{} s", options.filter_sd), "far below the record");
+  regression::SolveOptions solver = options.solver;
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    if (terms[j].is_number()) solver.keep.push_back(static_cast<int>(j));
+  }
+  const regression::SparseFit fit = regression::solve(
+      regression::make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
+
+  Equation kinematic{rate, {{rate, {1, 0, 1, 1}, ""}}};
+  Equation motion{rate + "'", {}};
+  for (int j : fit.support) {
+    motion.terms.push_back({terms[static_cast<std::size_t>(j)].str(), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});
+  }
+  model.equations = {kinematic, motion};
+  model.sample_time = recording.dt;
+  model.summary = fit.summary;
+  model.provenance.version = std::string(version());
+  model.provenance.inputs = {recording.source};
+  if (!options.refine) {
+    model.summary.residual = free_run_error(model, recording, output, options.skip);
+    if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
+    add_linear_parameters(model, output);
+    detail::set_coefficient_units(model, recording);
+    return model;
+  }
+
+  std::vector<std::string> candidates = options.candidates;
+  if (candidates.empty()) {
+    candidates = {output + "^2",       output + "^4",         output + "^5",
+                  output + "*" + rate, output + "^2*" + rate, rate + "*abs(" + rate + ")",
+                  "sgn(" + rate + ")", input + "*" + output};
+  }
+  const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
+  const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
+  const auto absent = [&](const IdentifiedModel& m) {
+    Equation e{rate + "'", {}};
+    for (const std::string& text : candidates) {
+      const expr::Expr c = expr::split_coefficient(expr::Expr::parse(text)).second;
+      const bool present = std::any_of(
+          m.equations[1].terms.begin(), m.equations[1].terms.end(),
+          [&](const EquationTerm& t) { return expr::split_coefficient(expr::Expr::parse(t.function)).second == c; });
+      if (!present) e.terms.push_back({text, {}, ""});
+    }
+    return std::vector<Equation>{e};
+  };
+  Refined best = refine_on(model, train, output, options, absent(model));
+  double error = free_run_error(best.model, held, output, options.skip);
+  for (int added = 0; added < options.max_added; ++added) {
+    // The three best scores are tried: the score is a first-order guess of what refinement makes of a term.
+    Refined next;
+    double next_error = error * (1 - options.least_gain);
+    for (std::size_t k_score = 0; k_score < std::min<std::size_t>(3, best.scores.size()); ++k_score) {
+      const TermScore& s = best.scores[k_score];
+      if (s.score < 16) break;
+      IdentifiedModel larger = best.model;
+      Estimate start;
+      start.value = s.coefficient;
+      larger.equations[1].terms.push_back({s.function, start, ""});
+      Refined trial = refine_on(larger, train, output, options, absent(larger));
+      const double trial_error = trial.converged ? free_run_error(trial.model, held, output, options.skip)
+                                                 : std::numeric_limits<double>::infinity();
+      if (trial_error < next_error) {
+        next_error = trial_error;
+        next = std::move(trial);
+      }
+    }
+    if (!next.converged) break;
+    best = std::move(next);
+    error = next_error;
+  }
+  model = refine_on(best.model, recording, output, options, {}).model;
+  model.summary.condition_number = fit.summary.condition_number;
+  model.summary.residual = free_run_error(model, recording, output, options.skip);
+  if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
+  model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
+                                    100 * options.holdout, error, output);
+  add_linear_parameters(model, output);
+  detail::set_coefficient_units(model, recording);
+  return model;
+}
+
+}  // namespace whirl::identification

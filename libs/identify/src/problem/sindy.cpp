@@ -1,0 +1,125 @@
+#include "whirl/identify/sindy.hpp"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "evidence/channel_units.hpp"
+#include "evidence/record_quality.hpp"
+#include "evidence/sindy_verdict.hpp"
+#include "output_error/sindy_refine.hpp"
+#include "problem/sindy_prepare.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::identification {
+namespace {
+
+/// Model without equations that says why.
+IdentifiedModel unusable(const SindyOptions& options, Summary summary) {
+  IdentifiedModel model;
+  model.method = "sindy";
+  model.states = options.states;
+  model.inputs = options.inputs;
+  model.summary = std::move(summary);
+  model.summary.trust = "Do not use this model.";
+  return model;
+}
+
+/// The estimated coefficients as parameters, by equation and term.
+void set_parameters(IdentifiedModel& model, const Eigen::MatrixXd& covariance) {
+  for (const Equation& e : model.equations) {
+    for (const EquationTerm& t : e.terms) {
+      if (t.coefficient.sd != 0) model.parameters.emplace_back(e.lhs + ": " + t.function, t.coefficient);
+    }
+  }
+  // Of a refinement that was stopped: it may hold terms that have left.
+  if (covariance.rows() != static_cast<Eigen::Index>(model.parameters.size())) return;
+  model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
+}
+
+IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& like, std::vector<BoundOutcome>* bounds) {
+  const SindyOptions& options = data.options();
+  detail::Regression regression = detail::regress(data, options.solver);
+  IdentifiedModel& model = regression.model;
+  const auto conclude = [&](const std::vector<TermScore>& blocked) {
+    std::vector<BoundOutcome> outcomes = detail::conclude_bounds(data.signs(), blocked, model);
+    if (bounds != nullptr) *bounds = std::move(outcomes);
+  };
+  const bool any_term = std::any_of(model.equations.begin(), model.equations.end(), [&](const Equation& e) {
+    return data.candidates().contains(e.lhs) && !e.terms.empty();
+  });
+  if (!data.candidates().empty() && !any_term) {
+    conclude(regression.blocked);
+    model.summary.fail("no candidate term explains any left-hand side");
+    model.summary.trust = "Do not use this model.";
+    return model;
+  }
+  if (options.discrete || !options.refine || data.candidates().empty()) {
+    detail::set_coefficient_units(model, like);
+    detail::judge_regression(data, model);
+    conclude(regression.blocked);
+    set_parameters(model, {});
+    return model;
+  }
+  const detail::OutputWeights weights = detail::output_weights(data);
+  const detail::Followed followed =
+      detail::refine_and_select(model, data.candidates(), data.signs(), regression.alternatives, data.stretches(),
+                                weights.sd, data.rate(), options);
+  detail::set_coefficient_units(model, like);
+  detail::judge_refined(data, weights, followed, regression.least, model);
+  conclude(followed.blocked);
+  set_parameters(model, followed.covariance);
+  return model;
+}
+
+}  // namespace
+
+IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
+                          std::vector<BoundOutcome>* bounds) {
+  detail::require_equal_steps(records);
+  detail::SindyData data(options);
+  Summary summary;
+  detail::check_signals(records, options.states, options.inputs, options.discrete, summary);
+  if (summary.status == Status::unusable) return unusable(options, std::move(summary));
+  data.add(records, std::numeric_limits<Eigen::Index>::max());
+  data.finish();
+  IdentifiedModel model = fit_prepared(data, records.front(), bounds);
+  for (const Recording& r : records) model.provenance.inputs.push_back(r.source);
+  return model;
+}
+
+struct SindyStream::State {
+  detail::SindyData data;
+  Recording like;   // channels of the first part, no samples
+  Summary summary;  // of them
+};
+
+SindyStream::SindyStream(const SindyOptions& options) : state_(new State{detail::SindyData(options), {}, {}}) {}
+SindyStream::~SindyStream() = default;
+
+void SindyStream::add(const Recording& part) {
+  constexpr Eigen::Index kLeast = 25, kMostKept = 400000;
+  auto& [data, like, summary] = *state_;
+  if (part.size() < kLeast || summary.status == Status::unusable) return;
+  if (data.samples() == 0) {
+    const SindyOptions& o = data.options();
+    detail::check_signals({part}, o.states, o.inputs, o.discrete, summary);
+    if (summary.status == Status::unusable) return;
+    for (const Channel& c : part.channels) like.add(c.name, c.quantity, {});
+    like.source = part.source;
+  }
+  data.add({part}, kMostKept);
+}
+
+IdentifiedModel SindyStream::fit(std::vector<BoundOutcome>* bounds) const {
+  const auto& [data, like, summary] = *state_;
+  if (summary.status == Status::unusable) return unusable(data.options(), summary);
+  data.finish();
+  IdentifiedModel model = fit_prepared(data, like, bounds);
+  model.provenance.inputs = {like.source};
+  return model;
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,141 @@
+#include <gtest/gtest.h>
+
+#include "../src/output_error/output_error_kernel.hpp"
+#include "rotor_synthetic.hpp"
+#include "whirl/identify/output_error_rotor.hpp"
+#include "whirl/identify/weak_rotor.hpp"
+#include "whirl/rotor/modal_response.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using namespace testing;
+
+Eigen::VectorXcd half_forcing(const AngleSignal& a) {
+  Eigen::VectorXcd f(a.beta.size());
+  for (Eigen::Index i = 0; i < f.size(); ++i) {
+    f[i] = std::polar(1.0, a.beta[i]) * Complex(a.omega[i] * a.omega[i], -a.alpha[i]);
+  }
+  return f;
+}
+
+TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
+  RotorModel m = rotor_a();
+  m.k1_conj = {30, -20};
+  m.c_conj = {0.1, 0.2};
+  const Sweep sweep{20, 5, 2, 0.3, 1e-3};
+  const Eigen::VectorXcd f = half_forcing(sweep.angle());
+  const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
+  const detail::Sensitivities s =
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), 1e-3, z0, v0);
+  const auto check = [&](int lane, auto&& changed, double step) {
+    const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
+    Eigen::VectorXcd found(d.size());
+    found.real() = s.dx.col(lane);
+    found.imag() = s.dy.col(lane);
+    EXPECT_LT((found - d).norm(), 1e-5 * d.norm()) << "lane " << lane;
+  };
+  const auto run = [&](const RotorModel& model, Complex a = 0, Complex b = 0) {
+    return detail::main_mode(model, model.eps, f, 1e-3, z0 + a, v0 + b);
+  };
+  const auto with = [&](auto&& edit) {
+    return [&, edit](double d) {
+      RotorModel changed = m;
+      edit(changed, d);
+      return run(changed);
+    };
+  };
+  check(detail::kK1, with([](RotorModel& r, double d) { r.k1 += d; }), 1e-2);
+  check(detail::kK2, with([](RotorModel& r, double d) { r.k2 += d; }), 1e3);
+  check(detail::kC, with([](RotorModel& r, double d) { r.c += d; }), 1e-4);
+  check(detail::kEpsRe, with([](RotorModel& r, double d) { r.eps += d; }), 1e-9);
+  check(detail::kEpsIm, with([](RotorModel& r, double d) { r.eps += Complex(0, d); }), 1e-9);
+  check(detail::kConjKRe, with([](RotorModel& r, double d) { r.k1_conj += d; }), 1e-2);
+  check(detail::kConjKIm, with([](RotorModel& r, double d) { r.k1_conj += Complex(0, d); }), 1e-2);
+  check(detail::kConjCRe, with([](RotorModel& r, double d) { r.c_conj += d; }), 1e-4);
+  check(detail::kConjCIm, with([](RotorModel& r, double d) { r.c_conj += Complex(0, d); }), 1e-4);
+  check(
+      detail::kX0, [&](double d) { return run(m, d); }, 1e-8);
+  // The derivative of F by a quadratic change of the angle.
+  const AngleSignal angle = sweep.angle();
+  const double horizon = 0.5 * angle.dt * static_cast<double>(angle.beta.size() - 1);
+  const auto turned = [&](double d) {
+    AngleSignal a = angle;
+    for (Eigen::Index i = 0; i < a.beta.size(); ++i) {
+      const double u = static_cast<double>(i) / static_cast<double>(a.beta.size() - 1);
+      a.beta[i] += d * u * u;
+      a.omega[i] += d * 2 * u / horizon;
+      a.alpha[i] += d * 2 / (horizon * horizon);
+    }
+    return half_forcing(a);
+  };
+  const Eigen::MatrixXcd slope = (turned(1e-4) - turned(-1e-4)) / 2e-4;
+  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, 1e-3, z0, v0);
+  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), 1e-3, z0, v0) -
+                                     detail::main_mode(m, m.eps, turned(-1e-4), 1e-3, z0, v0)) /
+                                    2e-4;
+  Eigen::VectorXcd found(by_angle.size());
+  found.real() = p.dx.col(detail::kProfile);
+  found.imag() = p.dy.col(detail::kProfile);
+  EXPECT_LT((found - by_angle).norm(), 1e-5 * by_angle.norm());
+  check(
+      detail::kVy0, [&](double d) { return run(m, 0, Complex(0, d)); }, 1e-6);
+}
+
+TEST(OutputErrorKernelReference, StiffForcedModeFollowsItsSteadyState) {
+  // 310 Hz sampled at 1 kHz: w dt = 1.95, beyond any classical step; constant speed, so the answer is the steady state.
+  const Sweep sweep{30, 30, 1, 0, 1e-3};
+  const double w = kTurn * 310, zeta = 0.01, w0 = sweep.omega0();
+  const Eigen::VectorXcd q = rotor::modal_response(w, zeta, half_forcing(sweep.angle()), 1e-3, w0);
+  for (Eigen::Index i = 0; i < q.size(); i += 97) {
+    const Complex steady =
+        std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) / Complex(w * w - w0 * w0, 2 * zeta * w * w0);
+    EXPECT_LT(std::abs(q[i] - steady), 1e-4 * std::abs(steady));
+  }
+}
+
+TEST(OutputErrorReference, RotorAAtTwentyDecibels) {
+  const RotorModel truth = rotor_a();
+  const Eigen::VectorXcd clean = motion(truth, {});
+  ModelError rms{};
+  const int seeds = 4;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    const std::vector<RotorRecord> records = {record(with_noise(clean, 20, seed), {})};
+    const WeakRotorFit weak = fit_weak_rotor(records);
+    const OutputErrorFit fit = fit_output_error_rotor(records, weak.model);
+    ASSERT_EQ(fit.summary.status, Status::ok) << fit.summary.warnings[0];
+    EXPECT_NEAR(fit.summary.chi_square, 1, 0.06);
+    const ModelError e = model_error(fit.model, truth);
+    rms.k1 += e.k1 * e.k1 / seeds;
+    rms.k2 += e.k2 * e.k2 / seeds;
+    rms.c += e.c * e.c / seeds;
+    rms.e += e.e * e.e / seeds;
+    rms.phase += e.phase * e.phase / seeds;
+    EXPECT_LT(std::sqrt((fit.records[0].main + fit.records[0].beside - clean).squaredNorm() / 24000), 1e-6);
+    EXPECT_LT(fit.iterations, 7);
+  }
+  EXPECT_LT(std::sqrt(rms.k1), 0.03);
+  EXPECT_LT(std::sqrt(rms.k2), 1.3);
+  EXPECT_LT(std::sqrt(rms.c), 0.15);
+  EXPECT_LT(std::sqrt(rms.e), 0.16);
+  EXPECT_LT(std::sqrt(rms.phase), 0.08);
+}
+
+TEST(OutputErrorReference, ConvergesFromAFarStart) {
+  const RotorModel truth = rotor_a();
+  const std::vector<RotorRecord> records = {record(with_noise(motion(truth, {}), 20, 9), {})};
+  for (const double sign : {-1.0, 1.0}) {
+    RotorModel start = truth;
+    start.k1 *= 1 + 0.08 * sign;
+    start.k2 *= 1 - 0.9 * sign;
+    start.c *= 1 + 0.5 * sign;
+    start.eps *= 1 - 0.4 * sign;
+    const OutputErrorFit fit = fit_output_error_rotor(records, start);
+    EXPECT_EQ(fit.summary.status, Status::ok);
+    EXPECT_NEAR(fit.model.k1 / truth.k1, 1, 1e-3);
+    EXPECT_NEAR(fit.summary.chi_square, 1, 0.06);
+  }
+}
+
+}  // namespace
+}  // namespace whirl::identification

@@ -1,0 +1,353 @@
+#include "whirl/modal/transient_runup.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/rotor/modal_response.hpp"
+
+namespace whirl::modal {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+/// The sweep on a fine grid, and where the revolutions lie on it.
+class Sweep {
+ public:
+  Sweep(double omega0, double alpha, const Eigen::VectorXd& time, double fastest, RunupModel model)
+      : omega0_(omega0), alpha_(alpha), model_(model), time_(time) {
+    // Twenty samples per period of the fastest mode or speed.
+    dt_ = kTurn / (20 * fastest);
+    const double end = time[time.size() - 1];
+    samples_ = static_cast<Eigen::Index>(std::ceil(end / dt_)) + 2;
+    forcing_.resize(2 * samples_ - 1);
+    carrier_.resize(samples_);
+    for (Eigen::Index i = 0; i < forcing_.size(); ++i) {
+      const double t = 0.5 * dt_ * static_cast<double>(i), w = omega0 + alpha * t;
+      const Complex e = std::polar(1.0, t * (omega0 + 0.5 * alpha * t));
+      forcing_[i] = e * Complex(w * w, -alpha);
+      if (i % 2 == 0) carrier_[i / 2] = std::conj(e);
+    }
+  }
+
+  double speed(Eigen::Index i) const { return omega0_ + alpha_ * dt_ * static_cast<double>(i); }
+  Eigen::Index samples() const { return samples_; }
+
+  /// Q of a mode on the fine grid.
+  Eigen::VectorXcd fine(double w, double zeta) const {
+    if (model_ == RunupModel::transient) {
+      return rotor::modal_response(w, zeta, forcing_, dt_, omega0_).cwiseProduct(carrier_);
+    }
+    Eigen::VectorXcd q(samples_);
+    for (Eigen::Index i = 0; i < samples_; ++i) {
+      const double s = speed(i);
+      q[i] = s * s / Complex(w * w - s * s, 2 * zeta * w * s);
+    }
+    return q;
+  }
+  /// Q at the revolutions: the envelope is smooth, so between fine samples it is taken linear.
+  Eigen::VectorXcd at_revolutions(const Eigen::VectorXcd& fine_grid) const {
+    Eigen::VectorXcd q(time_.size());
+    for (Eigen::Index k = 0; k < q.size(); ++k) {
+      const double x = time_[k] / dt_;
+      const auto i = std::min(static_cast<Eigen::Index>(x), samples_ - 2);
+      const double u = x - static_cast<double>(i);
+      q[k] = (1 - u) * fine_grid[i] + u * fine_grid[i + 1];
+    }
+    return q;
+  }
+
+ private:
+  double omega0_, alpha_, dt_ = 0;
+  RunupModel model_;
+  Eigen::VectorXd time_;
+  Eigen::Index samples_ = 0;
+  Eigen::VectorXcd forcing_, carrier_;
+};
+
+/// Best Gamma_k and runout for given Q_k, and what they leave.
+struct Projection {
+  Eigen::VectorXcd coefficients;  // Gamma_1 .., runout
+  Eigen::VectorXcd residual;
+};
+Projection project(const std::vector<Eigen::VectorXcd>& q, const Eigen::VectorXcd& z) {
+  Eigen::MatrixXcd a(z.size(), static_cast<Eigen::Index>(q.size()) + 1);
+  for (std::size_t k = 0; k < q.size(); ++k) a.col(static_cast<Eigen::Index>(k)) = q[k];
+  a.col(a.cols() - 1).setOnes();
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(a);
+  Projection p;
+  p.coefficients = qr.solve(z);
+  p.residual = z - a * p.coefficients;
+  return p;
+}
+
+/// Speeds of local maxima of |z| that stand out from the minima beside them by `prominence`; parabola through the top.
+std::vector<double> maxima(const Eigen::VectorXd& speed, const Eigen::VectorXcd& z, double prominence) {
+  std::vector<double> found;
+  const Eigen::VectorXd a = z.cwiseAbs();
+  double valley = a[0];
+  Eigen::Index top = 0;
+  bool rising = true;
+  for (Eigen::Index i = 1; i < a.size(); ++i) {
+    if (rising) {
+      if (a[i] > a[top]) top = i;
+      if (a[top] - a[i] > prominence) {
+        if (top > 0 && a[top] - valley > prominence) {
+          const double l = a[top - 1], m = a[top], r = a[top + 1], bend = l - 2 * m + r;
+          const double shift = bend < 0 ? 0.5 * (l - r) / bend : 0;
+          found.push_back(speed[top] + shift * 0.5 * (speed[top + 1] - speed[top - 1]));
+        }
+        rising = false;
+        valley = a[i];
+      }
+    } else {
+      valley = std::min(valley, a[i]);
+      if (a[i] - valley > prominence) {
+        rising = true;
+        top = i;
+      }
+    }
+  }
+  return found;
+}
+
+// Peak and the maxima passed after it, in the order of the run.
+void split_peak(const Eigen::VectorXd& speed, const Eigen::VectorXcd& z, double prominence, double& peak,
+                std::vector<double>& beats) {
+  Eigen::Index top = 0;
+  z.cwiseAbs().maxCoeff(&top);
+  peak = speed[top];
+  bool after = false;
+  double nearest = INFINITY;
+  const std::vector<double> all = maxima(speed, z, prominence);
+  std::size_t at = all.size();
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (std::abs(all[k] - speed[top]) < nearest) {
+      nearest = std::abs(all[k] - speed[top]);
+      at = k;
+    }
+  }
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (after) beats.push_back(all[k]);
+    if (k == at) {
+      peak = all[k];
+      after = true;
+    }
+  }
+}
+
+double half_power(const Eigen::VectorXd& speed, const Eigen::VectorXcd& z) {
+  const Eigen::VectorXd a = z.cwiseAbs();
+  Eigen::Index top = 0;
+  const double level = a.maxCoeff(&top) * std::sqrt(0.5);
+  const auto cross = [&](Eigen::Index step) -> double {
+    for (Eigen::Index i = top; i + step >= 0 && i + step < a.size(); i += step) {
+      if (a[i + step] < level) return speed[i] + (speed[i + step] - speed[i]) * (a[i] - level) / (a[i] - a[i + step]);
+    }
+    return NAN;
+  };
+  const double width = std::abs(cross(1) - cross(-1));
+  return std::isfinite(width) && width > 0 ? std::abs(speed[top]) / width : 0.0;
+}
+
+void check(const RunupResponse& run, const TransientRunupOptions& o) {
+  if (run.omega.size() != run.vector.size() || (run.time.size() != 0 && run.time.size() != run.omega.size())) {
+    throw Error(fmt::format("run-up: {} speeds, {} vectors and {} times: must be equally many", run.omega.size(),
+                            run.vector.size(), run.time.size()));
+  }
+  if (!run.omega.allFinite() || !run.vector.allFinite() || !run.time.allFinite()) {
+    throw Error("run-up: contains values that are not finite");
+  }
+  require_range("modes", o.modes, 1, 2);
+  require_range("zeta_low", o.zeta_low, 1e-5, 0.5);
+  require_range("zeta_high", o.zeta_high, o.zeta_low, 0.9);
+}
+
+}  // namespace
+
+TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientRunupOptions& options) {
+  check(run, options);
+  TransientRunupFit fit;
+  const Eigen::Index n = run.omega.size();
+  if (n < 20) {
+    fit.summary.fail(fmt::format("the run has {} revolutions; at least 20 are needed", n));
+    return fit;
+  }
+  const double slowest = run.omega.minCoeff(), fastest = run.omega.maxCoeff();
+  if (!(slowest > 0) || fastest < 1.1 * slowest) {
+    fit.summary.fail("the speed changes by less than 10 %: a run through a critical speed is needed");
+    return fit;
+  }
+  Eigen::VectorXd time = run.time;
+  if (time.size() == 0) {
+    time = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index k = 1; k < n; ++k) time[k] = time[k - 1] + 2 * kTurn / (run.omega[k] + run.omega[k - 1]);
+  }
+  time.array() -= time[0];
+  Eigen::MatrixXd line(n, 2);
+  line << Eigen::VectorXd::Ones(n), time;
+  const Eigen::Vector2d speed_line = line.householderQr().solve(run.omega);
+  fit.omega0 = speed_line[0];
+  fit.alpha = speed_line[1];
+  const double departure = (line * speed_line - run.omega).cwiseAbs().maxCoeff() / fastest;
+  if (departure > 0.01) {
+    fit.summary.warn(
+        fmt::format("the speed leaves its straight line by {:.1f} %: the beats are placed wrongly", 100 * departure));
+  }
+
+  const double low = options.omega_low > 0 ? options.omega_low : slowest;
+  const double high = options.omega_high > 0 ? options.omega_high : fastest;
+  require_range("omega_high", high, low, 1e7, "rad/s");
+  const Sweep sweep(fit.omega0, fit.alpha, time, std::max(fastest, high), options.model);
+  const auto column = [&](double w, double zeta) { return sweep.at_revolutions(sweep.fine(w, zeta)); };
+
+  // Grid: a quarter of the smallest half-power width would be needed to see every valley in the steady model;
+  // Gauss-Newton bridges the rest.
+  struct Cell {
+    double w, zeta;
+    Eigen::VectorXcd q;
+  };
+  std::vector<Cell> cells;
+  constexpr int kFrequencies = 48, kDampings = 6;
+  for (int i = 0; i < kFrequencies; ++i) {
+    for (int j = 0; j < kDampings; ++j) {
+      const double w = low + (high - low) * (i + 0.5) / kFrequencies;
+      const double zeta = options.zeta_low * std::pow(options.zeta_high / options.zeta_low, (j + 0.5) / kDampings);
+      cells.push_back({w, zeta, column(w, zeta)});
+    }
+  }
+  std::vector<std::pair<double, std::vector<std::size_t>>> starts;
+  const Eigen::VectorXcd centred = (run.vector.array() - run.vector.mean()).matrix();
+  if (options.modes == 1) {
+    for (std::size_t a = 0; a < cells.size(); ++a) {
+      starts.push_back({project({cells[a].q}, run.vector).residual.squaredNorm(), {a}});
+    }
+  } else {
+    // Pairs through inner products: with centred columns the runout drops out and a 2 x 2 system is left.
+    std::vector<Eigen::VectorXcd> q;
+    std::vector<Complex> with_z;
+    for (const Cell& c : cells) {
+      q.emplace_back((c.q.array() - c.q.mean()).matrix());
+      with_z.push_back(q.back().dot(centred));
+    }
+    const double total = centred.squaredNorm();
+    for (std::size_t a = 0; a < cells.size(); ++a) {
+      for (std::size_t b = a + 1; b < cells.size(); ++b) {
+        if (cells[a].w == cells[b].w) continue;
+        const double aa = q[a].squaredNorm(), bb = q[b].squaredNorm();
+        const Complex ab = q[a].dot(q[b]);
+        const double det = aa * bb - std::norm(ab);
+        if (det < 1e-6 * aa * bb) continue;
+        const double explained = (bb * std::norm(with_z[a]) + aa * std::norm(with_z[b]) -
+                                  2 * std::real(std::conj(with_z[a]) * ab * with_z[b])) /
+                                 det;
+        starts.push_back({total - explained, {a, b}});
+      }
+    }
+  }
+  constexpr std::size_t kStarts = 12;
+  const auto kept = std::min(kStarts, starts.size());
+  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(kept), starts.end(),
+                    [](const auto& a, const auto& b) { return a.first < b.first; });
+
+  // Gauss-Newton on (log w, log zeta) with the projected residual, derivatives by differences.
+  const auto size = static_cast<Eigen::Index>(2 * options.modes);
+  const auto projected = [&](const Eigen::VectorXd& p) {
+    std::vector<Eigen::VectorXcd> q;
+    for (Eigen::Index k = 0; k < size; k += 2) q.push_back(column(std::exp(p[k]), std::exp(p[k + 1])));
+    return project(q, run.vector);
+  };
+  const auto stacked = [](const Eigen::VectorXcd& v) {
+    Eigen::VectorXd s(2 * v.size());
+    s << v.real(), v.imag();
+    return s;
+  };
+  double best = INFINITY;
+  Eigen::VectorXd found;
+  Eigen::MatrixXd found_normal;
+  for (std::size_t s = 0; s < kept; ++s) {
+    Eigen::VectorXd p(size);
+    for (int k = 0; k < options.modes; ++k) {
+      const Cell& c = cells[starts[s].second[static_cast<std::size_t>(k)]];
+      p[2 * k] = std::log(c.w);
+      p[2 * k + 1] = std::log(c.zeta);
+    }
+    Eigen::VectorXd r = stacked(projected(p).residual);
+    Eigen::MatrixXd normal;
+    double damping = 1e-3;
+    for (int iteration = 0; iteration < 60; ++iteration) {
+      Eigen::MatrixXd j(r.size(), size);
+      for (Eigen::Index k = 0; k < size; ++k) {
+        const double h = k % 2 == 0 ? 1e-5 : 1e-3;
+        Eigen::VectorXd up = p, down = p;
+        up[k] += h;
+        down[k] -= h;
+        j.col(k) = (stacked(projected(up).residual) - stacked(projected(down).residual)) / (2 * h);
+      }
+      normal = j.transpose() * j;
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::VectorXd step = -damped.ldlt().solve(j.transpose() * r);
+      Eigen::VectorXd next = p + step;
+      for (Eigen::Index k = 0; k < size; k += 2) {
+        next[k] = std::clamp(next[k], std::log(low), std::log(high));
+        next[k + 1] = std::clamp(next[k + 1], std::log(options.zeta_low), std::log(options.zeta_high));
+      }
+      const Eigen::VectorXd trial = stacked(projected(next).residual);
+      if (trial.squaredNorm() < r.squaredNorm()) {
+        const double gain = 1 - trial.squaredNorm() / r.squaredNorm();
+        p = next;
+        r = trial;
+        damping = std::max(1e-9, 0.2 * damping);
+        if (gain < 1e-9) break;
+      } else {
+        damping *= 10;
+        if (damping > 1e6) break;
+      }
+    }
+    if (r.squaredNorm() < best) {
+      best = r.squaredNorm();
+      found = p;
+      found_normal = normal;
+    }
+  }
+
+  const Projection p = projected(found);
+  fit.simulated = run.vector - p.residual;
+  fit.runout = p.coefficients[options.modes];
+  fit.fit_percent = 100 * (1 - p.residual.norm() / centred.norm());
+  fit.summary.residual = std::sqrt(best / static_cast<double>(n));
+  const double variance = best / static_cast<double>(2 * n - 2 * size - 2);
+  const Eigen::MatrixXd covariance = variance * found_normal.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+  Eigen::VectorXcd fine = Eigen::VectorXcd::Constant(sweep.samples(), fit.runout);
+  for (int k = 0; k < options.modes; ++k) {
+    const double w = std::exp(found[2 * k]), zeta = std::exp(found[2 * k + 1]);
+    fit.modes.push_back({Estimate::from_sd(w, w * std::sqrt(covariance(2 * k, 2 * k))),
+                         Estimate::from_sd(zeta, zeta * std::sqrt(covariance(2 * k + 1, 2 * k + 1))),
+                         p.coefficients[k]});
+    fine += p.coefficients[k] * sweep.fine(w, zeta);
+    if (w < 1.001 * low || w > 0.999 * high || zeta < 1.01 * options.zeta_low || zeta > 0.99 * options.zeta_high) {
+      fit.summary.warn(
+          fmt::format("mode {} lies at the edge of the search ({:.4g} rad/s, zeta {:.3g})", k + 1, w, zeta));
+    }
+  }
+  std::sort(fit.modes.begin(), fit.modes.end(),
+            [](const RunupMode& a, const RunupMode& b) { return a.omega.value < b.omega.value; });
+  Eigen::VectorXd fine_speed(sweep.samples());
+  for (Eigen::Index i = 0; i < fine_speed.size(); ++i) fine_speed[i] = sweep.speed(i);
+  const double top = run.vector.cwiseAbs().maxCoeff();
+  split_peak(fine_speed, fine, 0.002 * top, fit.peak_speed, fit.beats);
+  split_peak(run.omega, run.vector, 0.01 * top, fit.peak_speed_measured, fit.beats_measured);
+  fit.amplification = half_power(run.omega, run.vector);
+  fit.summary.trust = fmt::format(
+      "Frequencies and damping hold for this run at {:.3g} rad/s^2{}; one probe and one run do not fix two modes "
+      "uniquely.",
+      fit.alpha, options.model == RunupModel::steady ? ", taken as infinitely slow" : "");
+  return fit;
+}
+
+}  // namespace whirl::modal

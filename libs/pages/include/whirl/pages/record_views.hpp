@@ -1,0 +1,55 @@
+#pragma once
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "whirl/core/recording.hpp"
+#include "whirl/report/figure.hpp"
+#include "whirl/report/rotor_figures.hpp"
+#include "whirl/signal/window.hpp"
+
+namespace whirl::pages {
+
+/// A record under the name it has in figures.
+struct ViewedRun {
+  std::string name;
+  Recording record;
+};
+
+/// The runs that a record holds. The log of a closed loop (channels x_open and x_true) holds two, "open loop" and
+/// "closed loop", both with the names x, y, beta; any other record is one run called `name`.
+std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& name);
+
+/// What a figure takes from its runs. Times in s of the record, 0 or empty: chosen from the record.
+struct ViewOptions {
+  std::vector<std::string> channels;  ///< traces; the others take the first as their channel
+  double begin = -std::numeric_limits<double>::infinity();
+  double end = std::numeric_limits<double>::infinity();
+  double highest_frequency = 0;          ///< Hz
+  double resolution = 0;                 ///< Hz between lines
+  std::optional<signal::Window> window;  ///< Hann for spectra, flat top for maps, whose reader compares amplitudes
+  AmplitudeKind kind = AmplitudeKind::peak;
+  std::vector<double> orders{1, 2};         ///< of order tracks; Bode and polar plots take the first
+  double bandwidth = 0;                     ///< Hz, of the Vold-Kalman filter
+  int turns = 1;                            ///< revolutions per vector of Bode and polar plots
+  double slow_roll = 0;                     ///< rad/s: the mean vector below this speed is taken off
+  std::vector<double> natural_frequencies;  ///< Hz, marked in maps
+};
+
+/// A figure by its name on the command line.
+struct View {
+  const char* name;
+  const char* shows;
+};
+std::span<const View> views();
+
+/// Draws `what`, one of `views()`. The first of several runs is drawn grey behind the others; maps show the last run.
+/// Throws Error for an unknown name, and where a run lacks a channel or a rotor angle, naming it.
+report::Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& options = {});
+
+/// Bode ("bode") or polar ("polar") plot of 1X vectors, with the maxima of the amplitude marked.
+report::Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves);
+
+}  // namespace whirl::pages

@@ -1,0 +1,56 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "whirl/core/control_types.hpp"
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/modal_model.hpp"
+#include "whirl/core/stiffness_law.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/pages/record_views.hpp"
+#include "whirl/report/document.hpp"
+
+namespace whirl::pages {
+
+template <class T>
+struct NamedFile {
+  std::string name;  ///< of the file, without its folder
+  T value;
+};
+
+/// Files of a project, sorted by what they hold.
+struct ReportInputs {
+  std::vector<std::filesystem::path> files;
+  std::vector<NamedFile<Recording>> records;              ///< open-loop runs
+  std::vector<NamedFile<Recording>> logs;                 ///< closed-loop runs (`whirl run --log`)
+  std::vector<NamedFile<signal::SynchronousCurve>> bode;  ///< tables rpm, amp, phase
+  std::vector<NamedFile<IdentifiedModel>> models;
+  std::vector<NamedFile<ControllerDesign>> controllers;
+  std::vector<NamedFile<FrequencyResponse>> responses;
+  std::vector<NamedFile<ModalModel>> modes;
+  std::vector<NamedFile<StiffnessLaw>> stiffness;
+  std::vector<NamedFile<io::Json>> runs;         ///< whirl.run
+  std::vector<NamedFile<io::Json>> validations;  ///< whirl.validation
+};
+
+/// Reads records (any format), Bode tables and JSON results. Throws Error for a file that holds none of them.
+ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files);
+
+/// A Bode table (columns speed, amp..., phase...); nothing when the file is something else.
+std::optional<signal::SynchronousCurve> read_bode_table(const std::filesystem::path& file);
+
+struct ReportOptions {
+  std::string title = "Rotor vibration report";
+  double service_speed = 0;  ///< rad/s, largest continuous speed: zones, grade and separation margin are stated for it
+  double slow_roll = 0;      ///< rad/s: the mean 1X vector below this speed is taken off
+  bool with_paper = false;   ///< numbers of the paper's Table 4 beside the segments
+  std::string command_line;
+};
+
+/// The report of the inputs: runs in time, over speed and in their planes; models with their equations, their trust
+/// sentence and their prediction of every record; closed loop with segments and effort; judgement by the standards'
+/// numbers; provenance. Sections whose inputs are missing are left out.
+report::Document run_report(const ReportInputs& inputs, const ReportOptions& options = {});
+
+}  // namespace whirl::pages

@@ -1,0 +1,112 @@
+#include "record_maps.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/signal/spectrogram.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+// Speed at times from the start of the record; standstill is 0.
+VectorXd speed_at(const VectorXd& time, const diagnosis::Rotation& turning, double dt) {
+  return time.unaryExpr([&](double t) {
+    const auto i = static_cast<Index>(std::lround(t / dt)) - turning.first;
+    return i < 0 || i >= turning.size() ? 0.0 : turning.speed[i];
+  });
+}
+
+// The spectra in `bins` equal steps of speed: of each step the largest amplitudes, and where none falls into it those
+// of the nearest step.
+Eigen::MatrixXd over_speed(const signal::Spectrogram& map, const VectorXd& speed, double low, double high, Index bins) {
+  Eigen::MatrixXd out = Eigen::MatrixXd::Constant(map.amplitude.rows(), bins, NAN);
+  for (Index j = 0; j < speed.size(); ++j) {
+    const double place = (speed[j] - low) / (high - low) * static_cast<double>(bins - 1);
+    if (!(place >= -0.5 && place <= static_cast<double>(bins) - 0.5)) continue;
+    const Index bin = std::lround(place);
+    for (Index i = 0; i < out.rows(); ++i) out(i, bin) = std::fmax(out(i, bin), map.amplitude(i, j));
+  }
+  std::vector<Index> filled;
+  for (Index b = 0; b < bins; ++b) {
+    if (!std::isnan(out(0, b))) filled.push_back(b);
+  }
+  for (Index b = 0; b < bins && !filled.empty(); ++b) {
+    if (!std::isnan(out(0, b))) continue;
+    out.col(b) = out.col(*std::ranges::min_element(filled, {}, [&](Index f) { return std::abs(f - b); }));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string_view window_name(signal::Window window) {
+  return window == signal::Window::hann ? "Hann" : window == signal::Window::flat_top ? "flat-top" : "rectangular";
+}
+
+diagnosis::Rotation required_rotation(const Recording& record) {
+  if (auto turning = diagnosis::rotation_of(record)) return *std::move(turning);
+  throw Error(fmt::format(
+      "{}: no rotor angle: needs a channel beta (rad) or pulses (key, keyphasor, tacho) over two turns or more",
+      record.source));
+}
+
+report::Figure map_view(const std::string& what, const Recording& r, const std::string& channel, const ViewOptions& o) {
+  const bool over_rpm = what == "cascade" || what == "run-map", full = what == "full-waterfall";
+  std::optional<diagnosis::Rotation> turning = diagnosis::rotation_of(r);
+  if (over_rpm && !turning) turning = required_rotation(r);
+
+  signal::SpectrumOptions s;
+  s.window = o.window.value_or(signal::Window::flat_top);
+  s.kind = o.kind;
+  const double sweep = turning ? turning->sweep_rate(r.dt) / kTurn : 0;
+  s.block = o.resolution > 0 ? std::lround(r.rate() / o.resolution)
+            // 2X moves twice as fast.
+            : turning ? signal::sweep_block(2 * sweep, r.dt, r.size())
+                      : std::max<Index>(std::min<Index>(64, r.size()), r.size() / 40);
+  s.block = std::clamp<Index>(s.block, 1, r.size());
+  const Index columns = what == "cascade" ? 60 : 240;
+  signal::Spectrogram map = full ? signal::full_spectrogram(r["x"], r["y"], r.dt, s, columns)
+                                 : signal::spectrogram(r[channel], r.dt, s, columns);
+
+  const double highest = o.highest_frequency > 0 ? o.highest_frequency
+                         : turning               ? std::min(0.5 * r.rate(), 4 * turning->highest_speed() / kTurn)
+                                                 : 0.5 * r.rate();
+  Index from = 0, rows = map.frequency.size();
+  while (from < rows && map.frequency[from] < -highest) ++from;
+  while (rows > from + 1 && map.frequency[rows - 1] > highest) --rows;
+  map.frequency = map.frequency.segment(from, rows - from).eval();
+  map.amplitude = map.amplitude.middleRows(from, rows - from).eval();
+  const double low = map.frequency[0], high = map.frequency[map.frequency.size() - 1];
+
+  const VectorXd speed = turning ? speed_at(map.time, *turning, r.dt) : VectorXd();
+  report::Figure figure;
+  if (over_rpm) {
+    const double slowest = turning->speed.minCoeff(), fastest = turning->highest_speed();
+    const Index bins = what == "cascade" ? 40 : 160;
+    const Eigen::MatrixXd amplitude = over_speed(map, speed, slowest, fastest, bins);
+    figure = what == "cascade"
+                 ? report::cascade(VectorXd::LinSpaced(bins, slowest, fastest), map.frequency, amplitude, o.kind)
+                 : report::run_map(slowest, fastest, high, amplitude, o.kind, o.natural_frequencies);
+  } else {
+    figure = report::waterfall(r.t0 + map.time[0], r.t0 + map.time[map.time.size() - 1], high, map.amplitude, o.kind,
+                               speed, full ? low : 0);
+    for (const double f : o.natural_frequencies) {
+      figure.panels.front().horizontal(f, report::format_number(f, 4) + " Hz",
+                                       {.color = 3, .width = 1, .dash = report::Dash::dotted});
+    }
+  }
+  figure.panels.front().title =
+      fmt::format("{}: {} window, noise bandwidth {:.3g} Hz{}", full ? "x + i y" : channel, window_name(s.window),
+                  map.noise_bandwidth, turning && sweep > 1e-3 ? fmt::format(", sweep {:.3g} Hz/s", sweep) : "");
+  return figure;
+}
+
+}  // namespace whirl::pages

@@ -1,0 +1,299 @@
+#include "whirl/pages/run_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/diagnosis/rotation.hpp"
+#include "whirl/identify/validate.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/pages/run_json.hpp"
+#include "whirl/pages/run_report_tables.hpp"
+#include "whirl/report/format.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using report::Callout;
+using report::Document;
+using report::format_fixed;
+constexpr double kRpm = 2 * std::numbers::pi / 60;
+constexpr const char* kBeats =
+    "Maxima after the peak of a fast run are beats of the free with the forced vibration, not further resonances.";
+
+class RunReport {
+ public:
+  RunReport(const ReportInputs& in, const ReportOptions& options) : in_(in), o_(options) {}
+
+  Document build() {
+    doc_.title = o_.title;
+    doc_.subtitle = fmt::format("{} files, whirl {}", in_.files.size(), version());
+    findings();
+    if (!in_.records.empty() || !in_.bode.empty()) runs();
+    if (!in_.stiffness.empty() || !in_.modes.empty() || !in_.responses.empty()) tests();
+    if (!in_.models.empty()) models();
+    if (!in_.logs.empty() || !in_.runs.empty() || !in_.controllers.empty()) control();
+    judgement();
+    doc_.section("Provenance");
+    doc_.provenance(io::provenance(in_.files, o_.command_line));
+    return std::move(doc_);
+  }
+
+ private:
+  // What a reader should know before anything else; all from the inputs.
+  void findings() {
+    doc_.section("Findings");
+    bool any = false;
+    for (const auto& [name, model] : in_.models) {
+      if (model.summary.trust.empty()) continue;
+      const Callout::Kind kind = model.summary.status == Status::ok ? Callout::Kind::agrees : Callout::Kind::warning;
+      doc_.callout(kind, "Model " + name, model.summary.trust);
+      any = true;
+    }
+    for (const auto& [name, log] : in_.logs) {
+      const tuning::ClosedLoopMetrics m = metrics_of_log(log, natural_frequency(log), force_limit());
+      doc_.callout(m.closed.all < m.open.all ? Callout::Kind::agrees : Callout::Kind::disagrees, "Closed loop " + name,
+                   fmt::format("largest |x| {} with control, {} without: {} % less, by {} N rms.",
+                               report::format_amplitude(m.closed.all, AmplitudeKind::peak),
+                               report::format_amplitude(m.open.all, AmplitudeKind::peak),
+                               format_fixed(100 * m.suppression.all, 1), format_fixed(m.force_rms, 2)));
+      any = true;
+    }
+    for (const CriticalRow& c : criticals()) {
+      doc_.callout(Callout::Kind::note, "Largest 1X amplitude of " + c.run,
+                   fmt::format("{} at {:.0f} rpm in channel {}{}.",
+                               report::format_amplitude(c.amplitude, AmplitudeKind::peak), c.critical / kRpm, c.channel,
+                               c.reading ? fmt::format(", amplification factor {} by half power",
+                                                       format_fixed(c.reading->factor, 1))
+                                         : ""));
+      any = true;
+    }
+    if (!any) doc_.paragraph("The inputs hold nothing to be judged; see the sections below.");
+  }
+
+  // The 1X curves of every record and Bode table, made once.
+  const std::vector<CriticalRow>& criticals() {
+    if (!critical_rows_.empty()) return critical_rows_;
+    const auto add = [&](const std::string& run, const signal::SynchronousCurve& curve) {
+      if (curve.vector.size() == 0) return;
+      Eigen::Index top = 0;
+      const double largest = curve.vector.cwiseAbs().maxCoeff(&top);
+      critical_rows_.push_back({run, curve.name, curve.speed[top], largest, diagnosis::amplification(curve), curve});
+    };
+    for (const auto& [name, record] : in_.records) {
+      const auto turning = diagnosis::rotation_of(record);
+      if (!turning) continue;
+      for (const char* channel : {"x", "y"}) {
+        if (record.has(channel)) add(name, diagnosis::order_curve(record, *turning, channel, 1, 1, o_.slow_roll));
+      }
+    }
+    for (const auto& [name, curve] : in_.bode) {
+      signal::SynchronousCurve c = curve;
+      c.name = "1X";
+      add(name, c);
+    }
+    return critical_rows_;
+  }
+
+  ViewOptions view_options() const {
+    ViewOptions v;
+    v.slow_roll = o_.slow_roll;
+    for (const auto& [name, modes] : in_.modes) {
+      for (const Mode& m : modes.modes) v.natural_frequencies.push_back(m.frequency.value);
+    }
+    return v;
+  }
+
+  // A figure that the record may not allow (no angle, no y) is left out with its reason.
+  void draw(const std::string& what, const std::vector<ViewedRun>& run, const ViewOptions& options,
+            const std::string& caption) {
+    try {
+      doc_.figure(view(what, run, options), caption);
+    } catch (const Error& e) {
+      if (std::ranges::count(left_out_, e.what()) == 0) left_out_.emplace_back(e.what());
+    }
+  }
+
+  void runs() {
+    doc_.section("Runs");
+    doc_.table(run_table(in_.records));
+    for (const auto& [name, record] : in_.records) {
+      doc_.subsection(name);
+      left_out_.clear();
+      const std::vector<ViewedRun> run{{name, record}};
+      ViewOptions v = view_options();
+      draw("traces", run, v, "Time traces of " + name + ".");
+      draw("run-map", run, v,
+           "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
+      draw("waterfall", run, v, "Waterfall: spectra over time.");
+      draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
+      draw("bode", run, v,
+           "Bode plot of the 1X vectors, one per revolution. " + std::string(kBeats) + slow_roll_note());
+      draw("polar", run, v, "Polar plot of the same vectors.");
+      draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
+      draw("orbit", run, v, "Orbit around the largest radius; dots where the rotor angle is zero.");
+      draw("full-spectrum", run, v, "Full spectrum: forward whirl at positive, backward whirl at negative frequency.");
+      if (!left_out_.empty())
+        doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
+    }
+    for (const auto& [name, curve] : in_.bode) {
+      doc_.subsection(name);
+      doc_.figure(synchronous_view("bode", {curve}), "Bode plot of the 1X vectors. " + std::string(kBeats));
+      doc_.figure(synchronous_view("polar", {curve}), "Polar plot of the same vectors.");
+    }
+    if (!criticals().empty()) doc_.table(critical_table(criticals(), o_.service_speed));
+  }
+
+  std::string slow_roll_note() const {
+    return o_.slow_roll > 0
+               ? fmt::format(" The mean vector below {:.0f} rpm (slow roll) is taken off.", o_.slow_roll / kRpm)
+               : "";
+  }
+
+  void tests() {
+    doc_.section("Static and modal tests");
+    for (const auto& [name, law] : in_.stiffness) {
+      doc_.subsection(name);
+      doc_.key_values({{"K1", report::format_estimate(law.k1, "N/m")},
+                       {"K2", report::format_estimate(law.k2, "N/m^3")},
+                       {"cubic term", law.cubic_p_value < 0.05 ? "significant" : "not significant"},
+                       {"readings", std::to_string(law.points)}});
+      doc_.summary(law.summary, "Stiffness test");
+    }
+    for (const auto& [name, frf] : in_.responses) {
+      doc_.subsection(name);
+      doc_.figure(
+          report::frequency_response(frf, 0, {},
+                                     in_.modes.empty() ? std::vector<Mode>{} : in_.modes.front().value.modes),
+          "Frequency response of " + frf.channels.front().response + " to " + frf.channels.front().reference + ".");
+    }
+    for (const auto& [name, modes] : in_.modes) {
+      doc_.table(mode_list(name, modes));
+      doc_.summary(modes.summary, "Modes");
+    }
+  }
+
+  void models() {
+    doc_.section("Identified equations");
+    for (const auto& [name, model] : in_.models) {
+      doc_.subsection(name);
+      doc_.equations(model);
+      if (report::Table table = report::parameter_table(model); !table.rows.empty()) doc_.table(table);
+      doc_.table(report::coefficient_table(model));
+      doc_.summary(model.summary, "Model " + name);
+    }
+    validation();
+  }
+
+  // Table 2 analogue: every rotor model run free against every record.
+  void validation() {
+    report::Table table = validation_columns();
+    const NamedFile<Recording>* worst_record = nullptr;
+    identification::Validation worst;
+    for (const auto& [model_name, model] : in_.models) {
+      if (!model.rotor && (model.states.empty() || model.states.front() != "X1")) continue;
+      for (const auto& record : in_.records) {
+        if (!record.value.has("x") || !record.value.has("y") || !record.value.has("beta")) continue;
+        const bool trained = std::ranges::any_of(
+            model.provenance.inputs, [&](const std::string& input) { return input.starts_with(record.name + " "); });
+        const identification::Validation v = identification::validate_model(model, record.value);
+        add_validation(table, model_name, record.name, trained, v);
+        if (!trained && v.summary.status != Status::unusable && (worst_record == nullptr || v.nrmse > worst.nrmse)) {
+          worst_record = &record;
+          worst = v;
+        }
+      }
+    }
+    for (const auto& [name, json] : in_.validations) add_validation_file(table, name, json);
+    if (table.rows.empty()) return;
+    doc_.subsection("Prediction of records");
+    doc_.table(table);
+    if (worst_record != nullptr) {
+      doc_.figure(report::measured_and_model(worst_record->value, "x", worst.simulated["x"]),
+                  "The record predicted worst among those not used for the fit: " + worst_record->name + ".");
+    }
+  }
+
+  // Of the model, else of the controller's model, else the speed of the open loop's largest amplitude.
+  double natural_frequency(const Recording& log) const {
+    for (const auto& [name, model] : in_.models) {
+      if (model.rotor && model.rotor->natural_frequency() > 0) return model.rotor->natural_frequency();
+    }
+    for (const auto& [name, design] : in_.controllers) {
+      if (design.model.natural_frequency() > 0) return design.model.natural_frequency();
+    }
+    Eigen::Index top = 0;
+    log["x_open"].cwiseAbs().maxCoeff(&top);
+    return log["omega"][top];
+  }
+  double force_limit() const { return in_.controllers.empty() ? 0 : in_.controllers.front().value.force_limit; }
+
+  void control() {
+    doc_.section("Closed loop");
+    for (const auto& [name, design] : in_.controllers) {
+      doc_.subsection(name);
+      doc_.key_values(controller_values(design));
+      doc_.summary(design.summary, "Design");
+    }
+    for (const auto& [name, log] : in_.logs) {
+      doc_.subsection(name);
+      const double w0 = natural_frequency(log);
+      const tuning::ClosedLoopMetrics m = metrics_of_log(log, w0, force_limit());
+      doc_.table(segment_table(
+          m,
+          fmt::format("Segments by rotor speed (natural frequency {:.2f} Hz), {}", w0 / (2 * std::numbers::pi), name),
+          o_.with_paper));
+      doc_.key_values(effort_values(m));
+      const std::vector<ViewedRun> runs = viewed_runs(log, name);
+      std::vector<report::NamedRun> both;
+      for (const ViewedRun& r : runs) both.push_back({r.name, r.record});
+      const std::vector<report::Segment> parts = segment_times(log, w0);
+      doc_.figure(report::time_traces(both, {"x", "y"}, parts),
+                  "Displacement without and with control; segments shaded.");
+      doc_.figure(report::control_force({{name, runs.back().record}}, force_limit(), parts), "Control force.");
+      if (runs.back().record.has("s_x")) {
+        doc_.figure(report::time_traces({{name, runs.back().record}}, {"s_x", "s_y"}, parts),
+                    "Sliding variables s(t).");
+      }
+      left_out_.clear();
+      const ViewOptions v = view_options();
+      draw("bode", runs, v, "Bode plot of the 1X vector of x, open (grey) and closed loop.");
+      draw("spectrum", runs, v, "Spectra of x, open (grey) and closed loop.");
+      draw("orders", {runs.back()}, v, "Orders of the closed loop.");
+      doc_.figure(report::phase_plane(both, "x", parts), "Phase plane per segment.");
+      draw("funnel", runs, v, "Path of the disk centre over time.");
+      if (!left_out_.empty())
+        doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
+    }
+    for (const auto& [name, json] : in_.runs) doc_.table(run_file_table(name, json, o_.with_paper));
+  }
+
+  void judgement() {
+    const report::Table zones = zone_table(criticals(), o_.service_speed);
+    const report::Table grades = grade_table(in_.models, criticals(), o_.service_speed);
+    if (zones.rows.empty() && grades.rows.empty()) return;
+    doc_.section("Judged by the standards' numbers");
+    doc_.callout(Callout::Kind::note, "Guidance, not a statement of compliance",
+                 "Limits are those commonly quoted of ISO 20816-3, ISO 21940-11 and API 617; compare with the current "
+                 "editions.");
+    if (!zones.rows.empty()) doc_.table(zones);
+    if (!grades.rows.empty()) doc_.table(grades);
+  }
+
+  const ReportInputs& in_;
+  const ReportOptions& o_;
+  Document doc_;
+  std::vector<CriticalRow> critical_rows_;
+  std::vector<std::string> left_out_;
+};
+
+}  // namespace
+
+Document run_report(const ReportInputs& inputs, const ReportOptions& options) {
+  return RunReport(inputs, options).build();
+}
+
+}  // namespace whirl::pages

@@ -1,0 +1,96 @@
+#pragma once
+#include <complex>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "whirl/control/runout.hpp"
+#include "whirl/core/control_types.hpp"
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/modal_model.hpp"
+#include "whirl/tuning/closed_loop.hpp"
+
+namespace whirl::tuning {
+
+/// What a designer knows about the machine without looking into it: data sheets, wiring and the speed
+/// profile. The fields that no data sheet states (gain error, axis rotation, initial deflections) stay at
+/// their neutral values.
+struct Hardware {
+  rig::RigLaser laser;        ///< noise, range, bits, rate, latency; runout_*: amplitudes to expect, phases are unknown
+  rig::RigActuator actuator;  ///< gain_error and axis_rotation are not known: 0
+  rig::RigEncoder encoder;
+  rig::RigTiming timing;
+  rotor::SpeedProfile profile = rig::RigParameters::default_profile();
+  std::vector<rig::RigMode> modes;  ///< structural modes from a hammer test (structure_modes); none when not tested
+
+  double loop_delay() const;  ///< sensor latency + computation + first-order lag 1/(2 pi f), without the hold, s
+};
+
+/// The data-sheet part of a rig: laser noise, range, resolution, rate and latency, actuator range,
+/// resolution, bandwidth and computation delay, encoder, control rate, speed profile without ripple. Runout
+/// is set to 10, 5, 2.5 um with zero phases, a common surface; everything else that only the rig knows is
+/// left out.
+Hardware data_sheet(const rig::RigParameters& rig);
+
+/// Modes of the structure beside the rotor's own from a hammer test: frequency and damping as identified, the
+/// share of the actuator force that drives them is not known and assumed (participation relative to the
+/// rotor).
+std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double participation = 0.02);
+
+/// The plant a design is tuned on: the identified rotor with the hardware's data sheets.
+rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware);
+
+struct DesignProgress {
+  long evaluation = 0, budget = 0;
+  double objective = 0, best = 0;
+};
+
+struct DesignOptions {
+  std::string law = "tsmc";       ///< whirl::laws()
+  std::string estimator = "kfe";  ///< whirl::estimators()
+  bool feedforward = true;
+  Hardware hardware;
+  double gain = 0;                      ///< acceleration per newton, 1/kg; 0: the model's
+  std::map<std::string, double> fixed;  ///< parameters given by hand: not tuned
+  std::optional<control::Runout>
+      runout;              ///< slow-roll table to remove; without one, the runout identified with the rotor, if any
+  int evaluations = 160;   ///< of the objective, the same for every law: two thirds CRS2, the rest SBPLX
+  std::uint64_t seed = 1;  ///< of the search and of the sensor noise while tuning
+  int threads = 0;         ///< scenarios in parallel; 0 = all cores. The result does not depend on it
+  double stiffness_uncertainty = 0.3;  ///< relative; the design is certified only when stable at -this
+  std::function<void(const DesignProgress&)> progress;
+};
+
+/// Tunes the numbers of a law and its estimator on a plant built from the identified model and the data
+/// sheets alone.
+///
+/// Objective, mean over the scenarios: 0.5 mean over segments 1-4 of (closed peak / open peak) + 0.5 of the
+/// whole run
+/// + 0.02 TV / (1000 N/s) + a graded penalty when unstable. Scenarios, each with another error of the
+/// unbalance: nominal; one sample of delay the controller does not know; stiffness -13 % (model 15 % too
+/// stiff); stiffness -30 %; balanced rotor; structural modes 1.5 times as strong (when known). Search in log
+/// space over (C, rho/eps, rho, r, delta, cutoff, ...).
+///
+/// `margins` of the result: objective, delay_margin_s (unknown delay survived), gain_margin (factor),
+/// static_stiffness (closed-loop stiffness at K1 -30 %, relative to k1), disturbance_bound, kappa (eq. 42:
+/// rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant), certified (1 or 0). Not
+/// certified when the closed loop at K1 -30 % has negative static stiffness or is unstable; `summary` says
+/// why.
+///
+/// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
+ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
+
+/// Sensor runout as far as the identification found it (parameters runout1+_re, ... of the model: amplitudes
+/// of e^{i k beta} and e^{-i k beta}); empty when it did not.
+control::Runout identified_runout(const IdentifiedModel& model);
+
+/// The design before tuning: names, model, hardware and fixed parameters with the catalogue's defaults.
+ControllerDesign untuned_design(const IdentifiedModel& model, const DesignOptions& options);
+
+/// Recomputes `margins` and `summary` for a design whose parameters were set by hand.
+void assess(ControllerDesign& design, const DesignOptions& options);
+
+}  // namespace whirl::tuning

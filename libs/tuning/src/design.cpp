@@ -1,0 +1,214 @@
+#include "whirl/tuning/design.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlopt.hpp>
+
+#include "design_scenarios.hpp"
+#include "robustness_parallel.hpp"
+#include "whirl/control/catalogue.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+/// One number the search varies. Layers are searched as the loop gain rho/eps, the well-conditioned quantity.
+struct Variable {
+  std::string name;
+  double low = 0, high = 0, start = 0;
+  bool linear = false;
+  bool gain_over_layer = false;
+
+  double value(double u) const { return linear ? low + u * (high - low) : low * std::pow(high / low, u); }
+  double unit(double v) const {
+    const double c = std::clamp(v, low, high);
+    return linear ? (c - low) / (high - low) : std::log(c / low) / std::log(high / low);
+  }
+};
+
+bool model_based_law(const std::string& law) {
+  return !law.starts_with("pd") && law != "pid" && law != "lqr" && law != "mpc";
+}
+
+double switching_gain_of(const std::map<std::string, double>& values) {
+  const auto it = values.find("switching_gain");
+  return it != values.end() ? it->second : values.at("gain_max");
+}
+
+std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOptions& options) {
+  const auto values = control::resolve_parameters(start);
+  std::vector<Variable> out;
+  const auto add = [&](const control::ParameterInfo& info) {
+    if (!(info.tune_low < info.tune_high) || options.fixed.count(info.name)) return;
+    Variable v{info.name, info.tune_low, info.tune_high, values.at(info.name), info.tune_low < 0, false};
+    if (info.name == "boundary_layer") {
+      v.low = 3, v.high = 150, v.gain_over_layer = true;
+      v.start = switching_gain_of(values) / values.at(info.name);
+    }
+    out.push_back(v);
+  };
+  for (const auto& info : control::law_info(start.law).parameters) add(info);
+  for (const auto& info : control::estimator_info(start.estimator).parameters) add(info);
+  if (model_based_law(start.law)) {
+    for (const auto& info : control::common_parameters()) add(info);
+  }
+  return out;
+}
+
+void set_variables(ControllerDesign& d, const std::vector<Variable>& variables, const std::vector<double>& u) {
+  for (std::size_t i = 0; i < variables.size(); ++i) d.parameters[variables[i].name] = variables[i].value(u[i]);
+  for (std::size_t i = 0; i < variables.size(); ++i) {
+    if (!variables[i].gain_over_layer) continue;
+    d.parameters["boundary_layer"] = switching_gain_of(control::resolve_parameters(d)) / variables[i].value(u[i]);
+  }
+}
+
+struct Search {
+  ControllerDesign design;
+  std::vector<Variable> variables;
+  std::vector<TuningScenario> scenarios;
+  std::vector<ClosedLoopPlant> plants;
+  const DesignOptions* options = nullptr;
+  long evaluation = 0;
+  double best = 1e9;
+  std::vector<double> best_u;
+
+  double objective(const std::vector<double>& u) {
+    ControllerDesign candidate = design;
+    set_variables(candidate, variables, u);
+    std::vector<double> cost(plants.size());
+    parallel_for(static_cast<int>(plants.size()), options->threads, [&](int i) {
+      const auto s = static_cast<std::size_t>(i);
+      cost[s] = tuning_cost(plants[s].run(on_scenario(candidate, scenarios[s])));
+    });
+    double sum = 0;
+    for (double c : cost) sum += c;
+    sum /= static_cast<double>(cost.size());
+    ++evaluation;
+    if (sum < best) best = sum, best_u = u;
+    if (options->progress) options->progress({evaluation, options->evaluations, sum, best});
+    return sum;
+  }
+};
+
+double nlopt_objective(const std::vector<double>& u, std::vector<double>&, void* data) {
+  return static_cast<Search*>(data)->objective(u);
+}
+
+void run_search(Search& search) {
+  const auto n = static_cast<unsigned>(search.variables.size());
+  const int budget = search.options->evaluations, wide = budget - budget / 3;
+  std::vector<double> u(n);
+  for (unsigned i = 0; i < n; ++i) u[i] = std::clamp(search.variables[i].unit(search.variables[i].start), 0.02, 0.98);
+  double value = search.objective(u);
+  if (n == 0 || budget <= 1) return;
+
+  nlopt::srand(static_cast<unsigned long>(search.options->seed));
+  nlopt::opt global(nlopt::GN_CRS2_LM, n);
+  global.set_lower_bounds(0);
+  global.set_upper_bounds(1);
+  // The default population, 10 (n + 1), would spend the whole budget on random points.
+  global.set_population(std::max<unsigned>(n + 2, std::min<unsigned>(10 * (n + 1), static_cast<unsigned>(wide) / 3)));
+  global.set_maxeval(wide - 1);
+  global.set_min_objective(nlopt_objective, &search);
+  global.optimize(u, value);
+
+  u = search.best_u;
+  nlopt::opt local(nlopt::LN_SBPLX, n);
+  local.set_lower_bounds(0);
+  local.set_upper_bounds(1);
+  local.set_initial_step(0.1);
+  local.set_maxeval(budget / 3);
+  local.set_min_objective(nlopt_objective, &search);
+  local.optimize(u, value);
+}
+
+}  // namespace
+
+control::Runout identified_runout(const IdentifiedModel& model) {
+  control::Runout out;
+  for (std::size_t k = 0; k < control::Runout::kHarmonics; ++k) {
+    for (const double sign : {1.0, -1.0}) {
+      const std::string name = fmt::format("runout{}{}_", k + 1, sign > 0 ? '+' : '-');
+      const Estimate *re = model.parameter(name + "re"), *im = model.parameter(name + "im");
+      if (re == nullptr || im == nullptr) continue;
+      // (a + i b)(cos k beta + i sign sin k beta), x the real part, y the imaginary one.
+      out.x_cos[k] += re->value;
+      out.x_sin[k] -= sign * im->value;
+      out.y_cos[k] += im->value;
+      out.y_sin[k] += sign * re->value;
+    }
+  }
+  return out;
+}
+
+ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignOptions& options) {
+  if (!identified.rotor) {
+    throw Error(
+        fmt::format("model identified by method {}: it is no rotor with stiffness, damping and unbalance, so no "
+                    "controller can be designed from it",
+                    identified.method));
+  }
+  const RotorModel& model = *identified.rotor;
+  ControllerDesign d;
+  d.law = options.law;
+  d.estimator = options.estimator;
+  d.model = model;
+  if (options.gain > 0) d.model.gain = options.gain;
+  d.sample_time = 1 / options.hardware.timing.rate;
+  d.delay = options.hardware.loop_delay();
+  d.force_limit = options.hardware.actuator.force_limit();
+  d.feedforward = options.feedforward;
+  d.parameters["sensor_delay"] = options.hardware.laser.latency;
+  d.parameters["sensor_range"] = 0.49 * options.hardware.laser.range;
+  const auto& e = options.estimator;
+  const bool has_model = e == "kalman" || e == "kfe" || e == "kfo" || e == "eso";
+  d.parameters["predict"] = has_model ? 1 : 0;
+  if (options.law == "tsmc_paper") d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
+  const control::Runout runout = options.runout ? *options.runout : identified_runout(identified);
+  if (!runout.empty()) d.parameters.merge(control::runout_parameters(runout));
+  if (has_model && e != "eso") {
+    // The noise of the readings in quadrature with 1 um: runout harmonics and quantisation.
+    const rig::RigLaser& laser = options.hardware.laser;
+    const double lsb = laser.bits > 0 ? laser.range / std::ldexp(1.0, laser.bits) : 0;
+    d.parameters["measurement_noise"] = std::hypot(laser.noise, 1e-6, lsb / std::sqrt(12.0));
+  }
+  for (const auto& [name, value] : options.fixed) d.parameters[name] = value;
+  control::make_controller(d);  // throws for whatever is wrong
+  return d;
+}
+
+ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options) {
+  require_range("evaluations", options.evaluations, 1, 1e6);
+  Search search;
+  search.options = &options;
+  search.design = untuned_design(model, options);
+  search.variables = variables_of(search.design, options);
+  search.scenarios = tuning_scenarios(options.hardware, options.stiffness_uncertainty);
+  const Hardware hardware = tuning_hardware(search.design, options.hardware);
+  for (const auto& s : search.scenarios) {
+    search.plants.push_back(scenario_plant(s, search.design.model, hardware, options.seed));
+  }
+  run_search(search);
+
+  ControllerDesign best = search.design;
+  set_variables(best, search.variables, search.best_u);
+  best.parameters = [&] {  // what was used, derived numbers included; zero runout entries left out
+    auto all = control::resolve_parameters(best);
+    std::erase_if(all, [](const auto& p) { return p.first.starts_with("runout_") && p.second == 0; });
+    return all;
+  }();
+  assess(best, options);
+  best.margins["objective"] = search.best;
+  best.provenance.version = version();
+  best.provenance.inputs = model.provenance.inputs;
+  best.provenance.seed = options.seed;
+  best.provenance.options = fmt::format("law={} estimator={} evaluations={} feedforward={} delay={:.4g}", best.law,
+                                        best.estimator, options.evaluations, best.feedforward, best.delay);
+  return best;
+}
+
+}  // namespace whirl::tuning

@@ -1,0 +1,73 @@
+#include "design_scenarios.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace whirl::tuning {
+
+std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double stiffness_uncertainty) {
+  const auto error = [](double scale, double degrees) { return std::polar(scale, degrees * std::numbers::pi / 180); };
+  std::vector<TuningScenario> all{
+      {"nominal", 1, 1.1, 0.8, error(1.04, -4)},
+      {"one more sample of delay", 1, 1, 1, error(0.96, 4), 1, 1},
+      {"model 15 % too stiff", 1 / 1.15, 1, 1.2, error(1.04, 4)},
+      {"stiffness at its lower bound", 1 - stiffness_uncertainty, 1, 1, error(0.96, -4)},
+      {"balanced", 1, 1, 1, error(1.2, -8), 0.16},
+  };
+  if (!hardware.modes.empty()) {
+    all.push_back({"stronger structural modes", 1, 1, 1, error(1.04, -4), 1, 0, 1.5});
+  }
+  return all;
+}
+
+ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model, const Hardware& hardware,
+                               std::uint64_t seed) {
+  RotorModel m = model;
+  m.k1 *= s.stiffness;
+  m.k1_conj *= s.stiffness;
+  m.k2 *= s.cubic;
+  m.c *= s.damping;
+  m.eps *= s.unbalance * s.told_unbalance;
+  rig::RigParameters p = tuning_plant(m, hardware);
+  p.actuator.extra_delay_samples = s.extra_delay;
+  for (rig::RigMode& mode : p.modes) mode.participation *= s.modes;
+  ClosedLoopOptions options;
+  options.run.seed = seed;
+  return ClosedLoopPlant(p, options);
+}
+
+Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware) {
+  Hardware h = hardware;
+  const auto removed = [](const auto& p) { return p.first.starts_with("runout_") && p.second != 0; };
+  if (std::ranges::any_of(design.parameters, removed)) {
+    h.laser.runout_1x *= 0.1;
+    h.laser.runout_2x *= 0.1;
+    h.laser.runout_3x *= 0.1;
+  }
+  return h;
+}
+
+ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& s) {
+  design.model.eps *= s.told_unbalance;
+  design.model.offset = 0;
+  std::erase_if(design.parameters, [](const auto& p) { return p.first.starts_with("runout_"); });
+  return design;
+}
+
+double tuning_cost(const ClosedLoopMetrics& m) {
+  constexpr double kLimitCycle = 30e-6;  // m rms at standstill
+  if (m.survived < 1) return 4 - m.survived;
+  double ratio = 0;
+  int entered = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (m.open.segment[i] > 0) ratio += m.closed.segment[i] / m.open.segment[i], ++entered;
+  }
+  double cost = 0.5 * ratio / std::max(entered, 1) + 0.5 * m.closed.all / m.open.all + 0.02 * m.total_variation / 1000;
+  // Graded, so that a search can climb out.
+  if (m.standstill_rms > kLimitCycle) cost += 1 + std::min(1.0, std::log10(m.standstill_rms / kLimitCycle));
+  if (m.saturated > 0.3) cost += m.saturated;
+  return cost;
+}
+
+}  // namespace whirl::tuning

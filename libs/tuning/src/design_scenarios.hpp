@@ -1,0 +1,38 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "whirl/tuning/design.hpp"
+
+namespace whirl::tuning {
+
+/// One plant on which a candidate is judged, made from the model with stated errors.
+struct TuningScenario {
+  std::string name;
+  double stiffness = 1, cubic = 1, damping = 1;  ///< true / model
+  std::complex<double> unbalance = 1;            ///< true / what the controller is told
+  double told_unbalance = 1;                     ///< what the controller is told / model: a re-balanced rotor
+  int extra_delay = 0;                           ///< samples the controller does not know
+  double modes = 1;                              ///< strength of the structural modes
+};
+
+/// The scenarios of the tuning (see `design`). The errors are typical of an identification at the sensors'
+/// noise: a few per cent and degrees of unbalance, a damping that is hard to see.
+std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double stiffness_uncertainty);
+
+/// The plant of a scenario.
+ClosedLoopPlant scenario_plant(const TuningScenario& scenario, const RotorModel& model, const Hardware& hardware,
+                               std::uint64_t seed);
+
+/// The hardware as the tuning plant has it: where the design removes a runout table, a tenth of the expected
+/// runout is left.
+Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardware);
+
+/// The design as it would run on that plant: told unbalance scaled; no offset and no runout table, because
+/// the plant's sensors have another runout than the machine's.
+ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& scenario);
+
+/// Cost of one run, see `design`.
+double tuning_cost(const ClosedLoopMetrics& metrics);
+
+}  // namespace whirl::tuning

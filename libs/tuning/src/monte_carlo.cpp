@@ -1,0 +1,227 @@
+#include "whirl/tuning/monte_carlo.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <cmath>
+#include <deque>
+#include <memory>
+
+#include "design_scenarios.hpp"
+#include "monte_carlo_checkpoint.hpp"
+#include "monte_carlo_draw.hpp"
+#include "robustness_parallel.hpp"
+#include "run_judge.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rig/batch.hpp"
+#include "whirl/rt/clock.hpp"
+#include "whirl/rt/loop.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+/// One lane of a batch as a rig of the loop.
+template <int Lanes>
+struct LaneRig {
+  const rig::BatchRig<Lanes>* batch;
+  rig::LaneArray<Lanes>*ux, *uy;
+  int lane;
+  double half_range;
+
+  Measurement read() const noexcept {
+    const auto& r = batch->read();
+    const double x = r.x[lane], y = r.y[lane];
+    // The converter clips at its range.
+    return {r.t, x, y, r.beta, r.omega, r.omega_dot, std::abs(x) < half_range && std::abs(y) < half_range};
+  }
+  void write(const Command& c) noexcept { (*ux)[lane] = c.ux, (*uy)[lane] = c.uy; }
+  void advance() noexcept {}
+};
+
+template <int Lanes>
+struct LaneLoop {
+  LaneLoop(const rig::BatchRig<Lanes>* batch, rig::LaneArray<Lanes>* ux, rig::LaneArray<Lanes>* uy, int lane,
+           const ControllerDesign& design, const rig::RigParameters& rig)
+      : view{batch, ux, uy, lane, 0.5 * rig.laser.range},
+        controller(control::make_controller(design)),
+        clock(1 / rig.timing.rate),
+        loop(view, controller, clock) {}
+  LaneRig<Lanes> view;
+  control::Controller controller;
+  rt::SimulatedClock clock;
+  rt::Loop<LaneRig<Lanes>, control::Controller, rt::SimulatedClock> loop;
+  bool running = true;
+};
+
+/// The samples `indices`, at most Lanes of them; the lanes left over repeat the last one.
+template <int Lanes>
+std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const RigDraw& draw,
+                                        const std::vector<int>& indices, std::shared_ptr<const rig::RigTables> like) {
+  constexpr auto kLanes = static_cast<std::size_t>(Lanes);
+  std::vector<DrawnRig> rigs;
+  std::array<std::shared_ptr<const rig::RigTables>, kLanes> tables;
+  std::array<std::uint64_t, kLanes> seeds{};
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    if (i < indices.size()) {
+      rigs.push_back(draw(indices[i]));
+      tables[i] = rig::make_rig_tables(rigs.back().rig, like);
+    } else {
+      tables[i] = tables[i - 1];
+    }
+    seeds[i] = rigs.back().noise_seed;
+  }
+  const rig::RigParameters& shared = rigs.front().rig;
+  const rotor::SpeedProfile& profile = shared.profile;
+  const double rate = shared.timing.rate;
+  const long ticks = std::lround(profile.duration() * rate);
+  const ClosedLoopOptions options;
+
+  std::vector<RunJudge> open(indices.size(), RunJudge(1e3, rate, options.skip, ticks));
+  rig::BatchRig<Lanes> batch(tables, seeds);
+  for (long k = 0; k < ticks; ++k) {
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      const int lane = static_cast<int>(i);
+      open[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, 1);
+      open[i].cycle(false, Fault::none);
+    }
+    batch.advance();
+  }
+
+  batch = rig::BatchRig<Lanes>(tables, seeds);
+  rig::LaneArray<Lanes> ux, uy;
+  std::deque<LaneLoop<Lanes>> loops;
+  std::vector<RunJudge> judges;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    loops.emplace_back(&batch, &ux, &uy, static_cast<int>(i), design, rigs[i].rig);
+    judges.emplace_back(open[i].peak(), rate, options.skip, ticks);
+  }
+  for (long k = 0; k < ticks; ++k) {
+    const double omega = profile.at(static_cast<double>(k) / rate).omega;
+    for (std::size_t i = 0; i < loops.size(); ++i) {
+      LaneLoop<Lanes>& l = loops[i];
+      const int lane = static_cast<int>(i);
+      if (!l.running) continue;
+      if (!judges[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, omega)) {
+        l.running = false;
+        l.view.write({});
+        continue;
+      }
+      const rt::CycleRecord cycle = l.loop.cycle();
+      judges[i].cycle(l.controller.state().saturated || cycle.limited, cycle.trip);
+    }
+    batch.write(ux, uy);
+    batch.advance();
+  }
+  std::vector<MonteCarloSample> out;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    const RunJudge& j = judges[i];
+    out.push_back({rigs[i].rotor, open[i].peak(), j.peak(), j.standstill_rms(), j.stable(options.saturation_limit)});
+  }
+  return out;
+}
+
+}  // namespace
+
+Proportion proportion(long count, long n) {
+  using Binomial = boost::math::binomial_distribution<double>;
+  Proportion p{count, n};
+  if (n <= 0) return p;
+  const auto trials = static_cast<double>(n), successes = static_cast<double>(count);
+  p.value = successes / trials;
+  p.low = count == 0 ? 0 : Binomial::find_lower_bound_on_p(trials, successes, 0.025);
+  p.high = count == n ? 1 : Binomial::find_upper_bound_on_p(trials, successes, 0.025);
+  return p;
+}
+
+MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model, const Hardware& hardware,
+                             const MonteCarloOptions& options, const Ranks& ranks) {
+  if (!model.rotor) throw Error("Monte Carlo: the model is no rotor");
+  require_range("samples", options.samples, 1, 1e7);
+  if (options.lanes != 8 && options.lanes != 16 && options.lanes != 32) {
+    throw Error::in_field("lanes", fmt::format("{}", options.lanes), "8, 16 or 32");
+  }
+  RotorModel centre = *model.rotor;
+  if (!(centre.gain > 0)) centre.gain = design.model.gain;
+  if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
+  // The rotors drawn rest at zero, their runout is another one.
+  const ControllerDesign trial = on_scenario(design, {});
+  const RigDraw draw(centre, model, tuning_hardware(design, hardware), options);
+  const auto like = rig::make_rig_tables(draw(0).rig);
+
+  const auto n = static_cast<std::size_t>(options.samples);
+  MonteCarloResult out;
+  std::vector<double> done(n, 0);
+  std::unique_ptr<MonteCarloCheckpoint> checkpoint;
+  if (ranks.rank == 0) {
+    out.samples.resize(n);
+    if (!options.checkpoint.empty()) {
+      checkpoint = std::make_unique<MonteCarloCheckpoint>(options.checkpoint, study_key(options, design), centre,
+                                                          out.samples, done);
+    }
+  }
+  if (ranks.size > 1) ranks.broadcast(done);
+  std::vector<int> left;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (done[i] == 0) left.push_back(static_cast<int>(i));
+  }
+
+  const int cores = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = options.threads > 0 ? options.threads : std::max(1, cores / ranks.size);
+  const auto lanes = static_cast<std::size_t>(options.lanes);
+  const std::size_t mine = lanes * static_cast<std::size_t>(threads);
+  const std::size_t round = mine * static_cast<std::size_t>(ranks.size);
+  const auto report = [&](std::size_t finished) {
+    if (options.progress) options.progress(static_cast<long>(n - left.size() + finished), options.samples);
+  };
+  if (ranks.rank == 0) report(0);
+  for (std::size_t start = 0; start < left.size(); start += round) {
+    const std::size_t first = std::min(left.size(), start + mine * static_cast<std::size_t>(ranks.rank));
+    const std::size_t last = std::min(left.size(), first + mine);
+    const std::size_t groups = (last - first + lanes - 1) / lanes;
+    std::vector<std::vector<double>> numbers(groups);
+    parallel_for(static_cast<int>(groups), threads, [&](int g) {
+      const std::size_t from = first + lanes * static_cast<std::size_t>(g), to = std::min(last, from + lanes);
+      const std::vector<int> indices(left.begin() + static_cast<std::ptrdiff_t>(from),
+                                     left.begin() + static_cast<std::ptrdiff_t>(to));
+      const std::vector<MonteCarloSample> samples = options.lanes == 8    ? run_lanes<8>(trial, draw, indices, like)
+                                                    : options.lanes == 16 ? run_lanes<16>(trial, draw, indices, like)
+                                                                          : run_lanes<32>(trial, draw, indices, like);
+      for (std::size_t i = 0; i < samples.size(); ++i) {
+        append_numbers(numbers[static_cast<std::size_t>(g)], indices[i], samples[i]);
+      }
+    });
+    std::vector<double> flat;
+    for (const auto& group : numbers) flat.insert(flat.end(), group.begin(), group.end());
+    if (ranks.size > 1) flat = ranks.gather(flat);
+    if (ranks.rank != 0) continue;
+    for (std::size_t i = 0; i < flat.size(); i += kSampleNumbers) {
+      out.samples[static_cast<std::size_t>(flat[i])] = sample_from(centre, &flat[i]);
+    }
+    if (checkpoint) checkpoint->append(flat);
+    report(std::min(left.size(), start + round));
+  }
+  if (ranks.rank != 0) return out;
+
+  std::vector<double> peaks;
+  long stable = 0, exceeds = 0;
+  for (const auto& s : out.samples) {
+    peaks.push_back(s.peak);
+    stable += s.stable;
+    exceeds += !s.stable || s.peak > options.limit;
+  }
+  std::ranges::sort(peaks);
+  const auto quantile = [&](double q) {
+    return peaks[static_cast<std::size_t>(std::lround(q * static_cast<double>(peaks.size() - 1)))];
+  };
+  out.peak_median = quantile(0.5);
+  out.peak_p95 = quantile(0.95);
+  out.peak_p99 = quantile(0.99);
+  out.peak_worst = peaks.back();
+  out.stable = proportion(stable, options.samples);
+  if (options.limit > 0) out.exceeds = proportion(exceeds, options.samples);
+  return out;
+}
+
+}  // namespace whirl::tuning

@@ -1,0 +1,104 @@
+#include "monte_carlo_draw.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+/// Lower triangular L with L L^T = covariance (Cholesky of the correlations, which are all of order one while
+/// k2 and eps differ by twelve orders of magnitude); zero when no covariance is known. Eigen is not used: g++
+/// 12 with AVX-512 warns inside its decompositions.
+Root covariance_root(const IdentifiedModel& model) {
+  const auto& c = model.rotor_covariance;
+  Root root{};
+  if (c.empty()) return root;
+  if (c.size() != 25) {
+    throw Error(
+        fmt::format("rotor_covariance of the model has {} entries: must be 25 (k1, k2, c, eps_re, eps_im)", c.size()));
+  }
+  std::array<double, 5> sd{};
+  for (std::size_t i = 0; i < 5; ++i) sd[i] = c[6 * i] > 0 ? std::sqrt(c[6 * i]) : 1;
+  bool definite = true;
+  for (std::size_t j = 0; j < 5; ++j) {
+    for (std::size_t i = j; i < 5; ++i) {
+      double left = c[5 * i + j] / (sd[i] * sd[j]);
+      for (std::size_t k = 0; k < j; ++k) left -= root[i][k] * root[j][k];
+      if (i == j) {
+        definite = definite && left > -1e-6;
+        root[j][j] = std::sqrt(std::max(left, 0.0));
+      } else if (root[j][j] > 1e-6) {
+        root[i][j] = left / root[j][j];
+      } else {
+        definite = definite && std::abs(left) < 1e-5;
+      }
+    }
+  }
+  if (!definite) throw Error("rotor_covariance of the model is not positive semi-definite");
+  for (std::size_t i = 0; i < 5; ++i) {
+    for (double& entry : root[i]) entry *= sd[i];
+  }
+  return root;
+}
+
+/// Random numbers that are the same with every standard library.
+class Random {
+ public:
+  Random(std::uint64_t seed, int sample) {
+    std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                           static_cast<std::uint32_t>(sample)};
+    engine_.seed(sequence);
+  }
+  std::uint64_t bits() { return engine_(); }
+  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }  ///< in [0, 1)
+  /// Box and Muller.
+  double normal() {
+    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
+    return radius * std::cos(2 * std::numbers::pi * uniform());
+  }
+  double angle() { return 2 * std::numbers::pi * uniform(); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+}  // namespace
+
+RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
+                 const MonteCarloOptions& options)
+    : centre_(centre), hardware_(hardware), options_(options), root_(covariance_root(model)) {}
+
+DrawnRig RigDraw::operator()(int sample) const {
+  Random random(options_.seed, sample);
+  RotorModel m = centre_;
+  std::array<double, 5> unit{}, shift{};
+  for (double& u : unit) u = random.normal();
+  for (std::size_t r = 0; r < 5; ++r) {
+    for (std::size_t k = 0; k < 5; ++k) shift[r] += options_.covariance_scale * root_[r][k] * unit[k];
+  }
+  m.k1 += shift[0];
+  m.k2 += shift[1];
+  m.c += shift[2];
+  m.eps += std::complex<double>(shift[3], shift[4]);
+  // One after the other: the order of evaluation of function arguments is free, that of statements is not.
+  m.k1 *= std::max(0.1, 1 + options_.stiffness_sd * random.normal());
+  m.c *= std::max(0.05, 1 + options_.damping_sd * random.normal());
+  const double scale = options_.unbalance_sd * random.normal(), turn = options_.unbalance_sd * random.normal();
+  m.eps *= std::complex<double>(1 + scale, turn);
+  m.c = std::max(m.c, 0.0);
+  Hardware h = hardware_;
+  h.actuator.gain_error = std::max(-0.9, options_.gain_sd * random.normal());
+  h.actuator.axis_rotation = options_.rotation_sd * random.normal();
+  h.laser.runout_phase_1x = random.angle();
+  h.laser.runout_phase_2x = random.angle();
+  h.laser.runout_phase_3x = random.angle();
+  const std::uint64_t noise_seed = random.bits();
+  return {m, tuning_plant(m, h), noise_seed};
+}
+
+}  // namespace whirl::tuning
