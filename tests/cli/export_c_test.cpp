@@ -129,7 +129,7 @@ struct RigLog {
   std::vector<control::ControllerState> states;
 };
 
-RigLog rig_run(const ControllerDesign& design, const std::shared_ptr<const RigTables>& tables, double rate) {
+RigLog rig_run(const ControllerDesign& design, const std::shared_ptr<const rig::RigTables>& tables, double rate) {
   rig::RigRun experiment;
   experiment.seed = 3;
   rig::VirtualRig rig(tables, experiment);

@@ -26,7 +26,7 @@ rig::RigParameters run_down(double seconds) {
 }
 
 /// Largest |x| of the true disk centre after half a second, zero-to-peak.
-double peak(const std::shared_ptr<const RigTables>& tables, double stop, bool lasers_lost, double release) {
+double peak(const std::shared_ptr<const rig::RigTables>& tables, double stop, bool lasers_lost, double release) {
   rig::RigRun run;
   if (lasers_lost) run.faults.push_back({rig::RigFault::sensor_loss, stop, 1e9});
   rig::VirtualRig rig(tables, run);
@@ -44,7 +44,7 @@ double peak(const std::shared_ptr<const RigTables>& tables, double stop, bool la
   return out;
 }
 
-double open_peak(const std::shared_ptr<const RigTables>& tables) { return peak(tables, 0, false, 0); }
+double open_peak(const std::shared_ptr<const rig::RigTables>& tables) { return peak(tables, 0, false, 0); }
 
 TEST(ReleaseE2e, NeverAboveTheUncontrolledPeakWheneverTheLoopStops) {
   const auto tables = rig::make_rig_tables(run_down(3));
