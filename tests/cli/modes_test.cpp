@@ -32,7 +32,7 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
         const double error = mode.frequency.value / f - 1;
         found = found || (error > -0.0005 && error < above);
       }
-      EXPECT_TRUE(found) << f << " Hz, window " << whirl::signal::window << "\n" << modes.out;
+      EXPECT_TRUE(found) << f << " Hz, window " << window << "\n" << modes.out;
     }
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"})
       EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
