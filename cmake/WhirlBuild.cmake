@@ -12,8 +12,9 @@ set_property(GLOBAL PROPERTY CTEST_TARGETS_ADDED 1) # no Nightly/Continuous dash
 
 find_program(WHIRL_CCACHE ccache)
 if(WHIRL_CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER "${WHIRL_CCACHE}")
-  set(CMAKE_C_COMPILER_LAUNCHER "${WHIRL_CCACHE}")
+  # Paths below the source tree count as relative ones: two checkouts share their objects.
+  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" "${WHIRL_CCACHE}")
+  set(CMAKE_C_COMPILER_LAUNCHER ${CMAKE_CXX_COMPILER_LAUNCHER})
 endif()
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
@@ -82,10 +83,7 @@ function(whirl_tests target)
     return()
   endif()
   add_executable(${target} ${sources})
-  target_link_libraries(${target} PRIVATE ${ARG_LINKS} whirl_flags GTest::gtest GTest::gmock GTest::gtest_main)
-  target_include_directories(${target} PRIVATE "${PROJECT_SOURCE_DIR}/testing/include")
-  target_compile_definitions(${target} PRIVATE
-    WHIRL_DATA_DEFAULT="${WHIRL_DATA}" WHIRL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" WHIRL_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(${target} PRIVATE ${ARG_LINKS} whirl_flags whirl_testing GTest::gtest GTest::gmock GTest::gtest_main)
   set(not_unit "")
   foreach(kind ${WHIRL_TEST_KINDS})
     string(TOLOWER ${kind} label)

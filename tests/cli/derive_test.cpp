@@ -15,7 +15,7 @@
 namespace whirl::testing {
 namespace {
 
-std::string example(const std::string& name) { return std::string(WHIRL_SOURCE_DIR) + "/examples/05_derive/" + name; }
+std::string example(const std::string& name) { return source_dir() + "/examples/05_derive/" + name; }
 
 TEST(DeriveE2e, EveryExampleGivesEquationsLatexAndALibraryThatReadsBack) {
   const Folder folder;

@@ -90,7 +90,7 @@ TEST_P(LoopSystemCallsE2e, NothingButInputOutputAndSleepWhileArmed) {
   ASSERT_NE(at, std::string::npos);
   io.replace(at, 8, "\"" + clock + "\"");
   folder.write("io.toml", io);
-  const Trace trace = follow("cd '" + (folder / "").string() + "' && exec '" + WHIRL_PROGRAM +
+  const Trace trace = follow("cd '" + (folder / "").string() + "' && exec '" + program() +
                              "' run controller.json --io io.toml --record run.h5 --seconds 1 >run.out 2>run.err");
   if (!trace.possible) GTEST_SKIP() << "this system lets no process follow another (ptrace)";
 

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <string>
 
+#include "whirl/testing/paths.hpp"
+
 namespace whirl::testing {
 
 /// What one call of the program did.
@@ -44,7 +46,7 @@ class Folder {
   /// Runs `whirl ARGUMENTS` in the folder, through the shell.
   Outcome whirl(const std::string& arguments) const {
     const std::string command =
-        "cd '" + path_.string() + "' && '" + WHIRL_PROGRAM + "' " + arguments + " >stdout.txt 2>stderr.txt </dev/null";
+        "cd '" + path_.string() + "' && '" + program() + "' " + arguments + " >stdout.txt 2>stderr.txt </dev/null";
     const int status = std::system(command.c_str());
     Outcome outcome;
     outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

@@ -94,7 +94,7 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   folder.write("rig.toml", "[profile]\nstart_rpm = 1200\nramp_s = 12\ndwell_end_s = 0.2\n");
   const Served rig(folder, "--lockstep --watchdog-ms 10 --rig rig.toml");
   const std::string command =
-      "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+      "cd '" + (folder / "").string() + "' && { '" + program() +
       "' run controller.json --io io.toml --record killed.h5 >/dev/null 2>&1 & } ; echo $! >run.pid";
   ASSERT_EQ(std::system(command.c_str()), 0);
   rig.wait_for("killed.h5");

@@ -46,7 +46,7 @@ TEST_F(RobustnessE2e, SameBytesForAnyLanesThreadsAndProcesses) {
   for (const char* ranks : {"1", "2", "3"}) {
     const std::string out = std::string("mpi") + ranks;
     const int status =
-        shell(mpirun + ranks + " '" + WHIRL_PROGRAM + "' " + study(40) + " --threads 1 --lanes 8 --out " + out);
+        shell(mpirun + ranks + " '" + program() + "' " + study(40) + " --threads 1 --lanes 8 --out " + out);
     const std::string said = slurp(folder / "shell.txt");
     if (said.find("built without MPI") != std::string::npos) GTEST_SKIP() << said;
     ASSERT_EQ(status, 0) << said;
@@ -57,7 +57,7 @@ TEST_F(RobustnessE2e, SameBytesForAnyLanesThreadsAndProcesses) {
 
 TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
   // Killed as soon as some samples are on disk.
-  shell(std::string("'") + WHIRL_PROGRAM + "' " + study(40) +
+  shell(std::string("'") + program() + "' " + study(40) +
         " --threads 1 --lanes 8 --checkpoint ck.txt --out killed & p=$!; "
         "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -9 $p; "
         "wait $p");

@@ -38,7 +38,7 @@ struct Served {
   Served(const Folder& f, const std::string& arguments) : folder(f) {
     std::filesystem::remove(folder / "io.toml");
     std::filesystem::remove(folder / "serve.json");
-    const std::string command = "cd '" + (folder / "").string() + "' && { '" + WHIRL_PROGRAM +
+    const std::string command = "cd '" + (folder / "").string() + "' && { '" + program() +
                                 "' rig serve --io io.toml --json " + arguments +
                                 " >serve.part 2>serve.err & echo $! >serve.pid; wait $!; mv serve.part serve.json; } "
                                 "</dev/null >/dev/null 2>&1 &";

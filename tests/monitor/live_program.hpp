@@ -16,7 +16,7 @@ namespace whirl::testing {
 class LiveProgram {
  public:
   LiveProgram(const Folder& folder, const std::string& arguments) : folder_(folder) {
-    const std::string command = "cd '" + (folder / "").string() + "' && exec '" + WHIRL_PROGRAM + "' " + arguments +
+    const std::string command = "cd '" + (folder / "").string() + "' && exec '" + program() + "' " + arguments +
                                 " >live.out 2>live.err </dev/null";
     pid_ = fork();
     if (pid_ == 0) {

@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 using ::testing::StartsWith;
 using ::testing::StrEq;
 
-const std::filesystem::path kPictures = std::filesystem::path(WHIRL_BINARY_DIR) / "screenshots";
+const std::filesystem::path kPictures = std::filesystem::path(binary_dir()) / "screenshots";
 
 struct MonitorPageE2e : ::testing::Test {
   void SetUp() override {

@@ -16,6 +16,7 @@
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/data.hpp"
 #include "whirl/testing/error_of.hpp"
+#include "whirl/testing/paths.hpp"
 
 namespace whirl::io {
 namespace {
@@ -25,7 +26,7 @@ using ::testing::HasSubstr;
 using whirl::testing::error_of;
 
 std::filesystem::path corpus(const std::string& file) {
-  return std::filesystem::path(WHIRL_SOURCE_DIR) / "tests/fuzz/corpus" / file;
+  return std::filesystem::path(whirl::testing::source_dir()) / "tests/fuzz/corpus" / file;
 }
 
 class Folder {

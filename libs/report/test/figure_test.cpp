@@ -10,6 +10,7 @@
 
 #include "example_figures.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/testing/paths.hpp"
 
 namespace whirl::report {
 namespace {
@@ -35,7 +36,7 @@ std::string error_of(const Figure& figure) {
 
 /// Compares with the stored drawing. WHIRL_UPDATE_GOLDEN=1 writes it anew; look at it before committing.
 void expect_golden(const std::string& svg, const std::string& name) {
-  const std::string path = std::string(WHIRL_SOURCE_DIR) + "/libs/report/test/golden/" + name;
+  const std::string path = whirl::testing::source_dir() + "/libs/report/test/golden/" + name;
   if (std::getenv("WHIRL_UPDATE_GOLDEN") != nullptr) std::ofstream(path, std::ios::binary) << svg;
   std::ifstream file(path, std::ios::binary);
   std::stringstream stored;

@@ -4,12 +4,14 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "whirl/testing/paths.hpp"
+
 namespace whirl::testing {
 
 /// A file of the measured data set: below $WHIRL_DATA, or the directory given at configure time.
 inline std::filesystem::path data_file(const std::filesystem::path& relative) {
   const char* root = std::getenv("WHIRL_DATA");
-  return std::filesystem::path(root != nullptr ? root : WHIRL_DATA_DEFAULT) / relative;
+  return std::filesystem::path(root != nullptr ? root : data_dir()) / relative;
 }
 
 }  // namespace whirl::testing
