@@ -61,7 +61,7 @@ code{font-family:ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace}
 @media print{html{font-size:12px}body{font-size:1rem}main{max-width:none;padding:0}
 figure,table,aside,.equation,pre{break-inside:avoid}h2,h3{break-after:avoid}figcaption{break-before:avoid}
 details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}
-figure svg{max-width:82%}table{font-size:.84rem}th,td{padding:.25rem .4rem}.note,figcaption,p,ul{max-width:none}}
+figure svg{max-width:82%}table{font-size:.84rem}th,td{padding:.25rem .4rem}.l{overflow-wrap:anywhere}.note,figcaption,p,ul{max-width:none}}
 )css";
 
 }  // namespace whirl::report
