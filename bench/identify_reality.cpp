@@ -1,0 +1,146 @@
+// Rotors that leave the model class and records as laboratories have them: how often identify_rotor is right, warns, or
+// is confidently wrong (status ok, an error beyond 4 stated sd and 1 %, 0.1 % for k1).
+// Usage: bench_identify_reality [seeds per row = 6] [first seed = 1] [SNR dB = 20] [rows | records | all] [row name]
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "whirl/core/error.hpp"
+#include "whirl/identify/identify_rotor.hpp"
+#include "whirl/testing/damages.hpp"
+#include "whirl/testing/machines.hpp"
+
+namespace {
+
+using namespace whirl;
+using namespace whirl::testing;
+
+double quantile(std::vector<double> v, double share) {
+  if (v.empty()) return NAN;
+  std::sort(v.begin(), v.end());
+  return v[static_cast<std::size_t>(share * static_cast<double>(v.size() - 1) + 0.5)];
+}
+
+struct Truth {
+  const char* name;
+  double value, tolerance;  // share beyond which an error counts as wrong
+};
+
+struct Row {
+  int ok = 0, warning = 0, unusable = 0, refused = 0, wrong = 0, beyond5 = 0, covered = 0, intervals = 0;
+  std::map<std::string, std::vector<double>> errors;  // %
+  std::map<std::string, int> terms;                   // added, or named in a warning
+  std::vector<double> chi, time;
+  std::string message;  // first warning of the last seed
+
+  void count(const IdentifiedModel& model, const std::vector<Truth>& truths, const std::vector<std::string>& added) {
+    const Status s = model.summary.status;
+    (s == Status::ok ? ok : s == Status::warning ? warning : unusable)++;
+    if (!model.summary.warnings.empty()) message = model.summary.warnings.front();
+    if (s == Status::unusable) return;
+    for (const std::string& t : added) ++terms[t];
+    chi.push_back(model.summary.chi_square);
+    bool is_wrong = false, beyond = false;
+    for (const Truth& t : truths) {
+      const Estimate* p = model.parameter(t.name);
+      if (p == nullptr) continue;
+      double error = p->value - t.value, size = std::abs(t.value);
+      if (std::string(t.name) == "e_phase") {
+        error = std::remainder(error, 2 * std::numbers::pi);
+        size = 1;
+      }
+      errors[t.name].push_back(100 * std::abs(error) / size);
+      const double sds = std::abs(error) / p->sd;
+      is_wrong |= sds > 4 && std::abs(error) > t.tolerance * size;
+      beyond |= sds > 5;
+      covered += sds < 1.96;
+      ++intervals;
+    }
+    wrong += s == Status::ok && is_wrong;
+    beyond5 += beyond;
+  }
+
+  void print(const char* name) const {
+    const auto at = [&](const char* p, double q) {
+      const auto it = errors.find(p);
+      return it == errors.end() ? NAN : quantile(it->second, q);
+    };
+    std::printf(
+        "%-21s ok %3d warn %3d unus %3d err %2d | wrong %3d >5sd %3d | 95%%: k1 %7.3f k2 %7.2f c %7.2f e %7.2f %% "
+        "ph %6.2f deg | chi2 %7.2f cover %.2f %5.0f ms |",
+        name, ok, warning, unusable, refused, wrong, beyond5, at("k1", 0.95), at("k2", 0.95), at("c", 0.95),
+        at("e", 0.95), at("e_phase", 0.95) * 1.8 / std::numbers::pi, quantile(chi, 0.5),
+        intervals ? static_cast<double>(covered) / intervals : NAN, quantile(time, 0.5));
+    for (const auto& [term, times] : terms) std::printf(" %s x%d", term.c_str(), times);
+    std::printf("\n");
+    if (!message.empty()) std::printf("    %s\n", message.c_str());
+    std::fflush(stdout);
+  }
+};
+
+std::vector<Truth> truths_of(const Machine& m, Oddity oddity) {
+  std::vector<Truth> t = {{"k1", m.k, 1e-3}, {"e", m.e, 1e-2}, {"e_phase", m.e_phase, 1e-2}};
+  if (oddity == Oddity::tilt) return t;
+  // A warming rotor has no single k1, one with damping in time no single c: the value at the start of the record.
+  if (oddity != Oddity::cubic_per_axis) t.push_back({"k2", m.cubic, 1e-2});
+  t.push_back({"c", m.c, 1e-2});
+  return t;
+}
+
+void run(const char* name, int seeds, int first, const std::function<Recording(unsigned)>& record,
+         const std::function<std::vector<Truth>(unsigned)>& truths) {
+  Row row;
+  for (int n = 0; n < seeds; ++n) {
+    const auto seed = static_cast<unsigned>(first + n);
+    const std::clock_t begin = std::clock();
+    try {
+      const Recording r = record(seed);
+      const identification::RotorIdentification found =
+          identification::identify_rotor_detailed({identification::rotor_record(r)});
+      row.count(found.model, truths(seed), found.added);
+    } catch (const Error& e) {
+      ++row.refused;
+      row.message = e.what();
+    }
+    row.time.push_back(1e3 * static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
+  }
+  row.print(name);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int seeds = argc > 1 ? std::atoi(argv[1]) : 6, first = argc > 2 ? std::atoi(argv[2]) : 1;
+  const double snr = argc > 3 ? std::atof(argv[3]) : 20;
+  const std::string what = argc > 4 ? argv[4] : "all", only = argc > 5 ? argv[5] : "";
+  if (what != "records") {
+    for (const Oddity o : kOddities) {
+      if (!only.empty() && only != to_string(o)) continue;
+      run(
+          to_string(o), seeds, first, [&](unsigned seed) { return machine_record(draw_machine(o, seed), snr, seed); },
+          [&](unsigned seed) { return truths_of(draw_machine(o, seed).machine, o); });
+    }
+  }
+  if (what != "rows") {
+    for (const Damage d : kDamages) {
+      if (!only.empty() && only != to_string(d)) continue;
+      run(
+          to_string(d), seeds, first,
+          [&](unsigned seed) {
+            // AR(1) noise replaces the white noise, at the same level.
+            const DrawnMachine drawn = draw_machine(Oddity::none, seed);
+            const double level = std::pow(10.0, (20 - snr) / 20);
+            return d == Damage::ar1 ? damaged(machine_record(drawn, 80, seed), d, seed, level)
+                                    : damaged(machine_record(drawn, snr, seed), d, seed);
+          },
+          [&](unsigned seed) { return truths_of(draw_machine(Oddity::none, seed).machine, Oddity::none); });
+    }
+  }
+}
