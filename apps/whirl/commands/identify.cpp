@@ -1,14 +1,14 @@
-#include <cmath>
+#include <memory>
 
 #include "command.hpp"
 #include "identify_compare.hpp"
 #include "identify_evidence.hpp"
 #include "identify_options.hpp"
-#include "identify_stream.hpp"
 #include "print.hpp"
-#include "whirl/identify/sindy_library.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
+#include "whirl/io/record_stream.hpp"
 #include "whirl/report/equation.hpp"
 #include "whirl/report/table.hpp"
 
@@ -33,80 +33,61 @@ std::string describe_model(const IdentifiedModel& model) {
   return text;
 }
 
-/// One identification of the records by the chosen method.
-IdentifiedModel identify_records(const IdentifyOptions& o, const std::vector<Recording>& records,
-                                 std::vector<identification::BoundOutcome>* bounds = nullptr) {
-  const std::string method = o.chosen_method();
-  if (method == "weak") return identification::identify_rotor(records, o.weak());
-  if (method == "sindy" && !o.library.empty()) {
-    return identification::fit_library(records, o.candidate_library(records.front()), o.sindy(records.front()));
-  }
-  if (method == "sindy") return identification::fit_sindy(records, o.sindy(records.front()), bounds);
-  if (records.size() != 1) throw Error("--method " + method + " takes one record");
-  if (method == "paper") return identification::identify_paper(records.front(), o.paper());
-  if (method == "consistent") return identification::identify_consistent(records.front(), o.consistent());
-  return identification::identify_second_order(records.front(), o.output, o.input, o.second_order());
+/// One file of any length, read twice: --holdout is a share of its samples.
+identification::Identification stream_identify(const IdentifyFlags& flags, const identification::IdentifyOptions& o) {
+  if (flags.files.size() != 1) throw Error("--stream takes one file");
+  if (!flags.library.empty() || flags.compare) throw Error("--stream takes neither --library nor --compare");
+  if (!flags.record.rows.empty()) throw Error("--rows and --stream exclude each other");
+  RecordOptions reader = flags.record;
+  reader.required = flags.required();
+  const std::string& file = flags.files.front();
+  const auto open = [&]() -> identification::NextPart {
+    const std::shared_ptr<io::RecordStream> stream = io::open_record_stream(file, reader.csv());
+    return [stream](Recording& part) { return stream->next(part); };
+  };
+  return identify_stream(
+      open, file, [&](const Recording& first) { return flags.sindy(first); }, o);
 }
 
-void add_evidence(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& model,
-                  Evidence& evidence) {
-  if (model.summary.status == Status::unusable) return;
-  const Recording first = identification::with_derivatives(records.front(), model.inputs);
-  evidence.collinear = identification::collinear_groups(model, first);
-  if (o.no_holdout) return;
-  const auto again = [&](const std::vector<Recording>& train) { return identify_records(o, train); };
-  evidence.held_out =
-      o.rotor() ? hold_out_rotor(records, o.holdout, again) : hold_out_general(records, o.holdout, again);
-}
-
-void warn_of_poor_prediction(const Evidence& evidence, Summary& summary) {
-  const identification::HeldOut& h = evidence.held_out;
-  double worst = 0;
-  for (const identification::StateScore& s : h.horizon > 0 ? h.near : h.scores) worst = std::max(worst, s.nrmse);
-  if (worst > 0.5) {
-    summary.warn(
-        std::isfinite(worst)
-            ? fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion", h.what, 100 * worst)
-            : fmt::format("the free run of a model of the rest diverges on {}", h.what));
-  }
-}
-
-void run_identify(const IdentifyOptions& o, Session& session) {
-  o.check();
-  RecordOptions reader = o.record;
-  reader.required = o.required();
-  session.progress("identify", 0);
-  IdentifiedModel model;
-  Evidence evidence;
-  if (o.stream) {
-    model = identify_stream(o, session, evidence);
+void run_identify(const IdentifyFlags& flags, Session& session) {
+  flags.check();
+  const auto options = [&](const Recording& like) {
+    identification::IdentifyOptions o = flags.options(like);
+    o.progress = [&session](const std::string& what, double share) { session.progress(what, share); };
+    return o;
+  };
+  const auto provenance = [&] {
+    return io::provenance({flags.files.begin(), flags.files.end()}, session.command_line);
+  };
+  identification::Identification id;
+  if (flags.stream) {
+    id = stream_identify(flags, options({}));
   } else {
+    RecordOptions reader = flags.record;
+    reader.required = flags.required();
     std::vector<Recording> records;
-    for (const std::string& file : o.files) records.push_back(reader.read(file));
-    if (o.compare) {
-      compare_methods(o, records, session);
+    for (const std::string& file : flags.files) records.push_back(reader.read(file));
+    const identification::IdentifyOptions o = options(records.front());
+    if (flags.compare) {
+      print_comparison(identification::compare_methods(records, o), flags, provenance(), session);
       return;
     }
-    model = identify_records(o, records, &evidence.bounds);
-    session.progress("identify", 0.6);
-    add_evidence(o, records, model, evidence);
+    id = identification::identify(records, o);
   }
   session.progress("identify", 1);
-  warn_of_poor_prediction(evidence, model.summary);
-  model.provenance = io::provenance({o.files.begin(), o.files.end()}, session.command_line);
-  io::Json document = to_json(model);
-  document.set("evidence", to_json(evidence));
-  if (!o.out.empty()) io::save_json(o.out, document);
-  session.say(describe_model(model));
-  if (model.summary.status != Status::unusable) session.say(describe(evidence, model.summary));
+  id.model.provenance = provenance();
+  const io::Json document = to_json(id);
+  if (!flags.out.empty()) io::save_json(flags.out, document);
+  session.say(describe_model(id.model));
+  if (id.usable()) session.say(describe(id.evidence, id.summary));
   session.result(document);
-  session.finish(model.summary);
+  session.finish(id.summary);
 }
 
 }  // namespace
 
 void add_identify(CLI::App& app, Session& session) {
-  auto o = std::make_shared<IdentifyOptions>();
+  auto o = std::make_shared<IdentifyFlags>();
   CLI::App* sub = add_command(
       app, session, "identify", "Equations of motion from records of a rotor or of any system (SINDy)",
       "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: "

@@ -1,13 +1,11 @@
 #pragma once
-#include <vector>
-
 #include "command.hpp"
 #include "identify_options.hpp"
 
 namespace whirl::app {
 
-/// `whirl identify --compare`: every regression method on one record, its library and its held-out part, and the
-/// methods of whirl that need no choice of regressor.
-void compare_methods(const IdentifyOptions& options, const std::vector<Recording>& records, Session& session);
+/// `whirl identify --compare`: the table, and comparison.json where --out asks for it.
+void print_comparison(const identification::MethodComparison& comparison, const IdentifyFlags& flags,
+                      const Provenance& provenance, Session& session);
 
 }  // namespace whirl::app

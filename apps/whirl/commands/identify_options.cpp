@@ -77,7 +77,7 @@ identification::SignBound sign_bound(const std::string& text) {
 
 }  // namespace
 
-void IdentifyOptions::add_to(CLI::App* sub) {
+void IdentifyFlags::add_to(CLI::App* sub) {
   const auto between = [](double low, double high) { return CLI::Range(low, high); };
   sub->add_option("RECORDS", files, "records (CSV)")->required();
   sub->add_option("--out", out, "write the model as JSON");
@@ -199,14 +199,14 @@ void IdentifyOptions::add_to(CLI::App* sub) {
   sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression);
 }
 
-std::string IdentifyOptions::chosen_method() const {
-  if (!method.empty()) return method;
+identification::Method IdentifyFlags::method_chosen() const {
+  if (!method.empty()) return identification::method_of(method);
   const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() ||
                        !signs.empty() || degree > 0 || fourier > 0 || discrete || time || stream;
-  return general ? "sindy" : "weak";
+  return general ? identification::Method::sindy : identification::Method::weak;
 }
 
-expr::CandidateLibrary IdentifyOptions::candidate_library(const Recording& like) const {
+expr::CandidateLibrary IdentifyFlags::candidate_library(const Recording& like) const {
   const auto lhs_of = [&](const std::string& s) { return s + (discrete ? "[k+1]" : order == 2 ? "''" : "'"); };
   std::vector<std::string> sought;  // of a file that names no equation
   for (const std::string& s : sindy(like).states) sought.push_back(lhs_of(s));
@@ -235,8 +235,8 @@ expr::CandidateLibrary IdentifyOptions::candidate_library(const Recording& like)
   return read;
 }
 
-void IdentifyOptions::check() const {
-  const std::string m = chosen_method();
+void IdentifyFlags::check() const {
+  const std::string m(to_string(method_chosen()));
   const auto only = [&](const char* flag, bool given, std::initializer_list<const char*> methods) {
     if (!given || std::find(methods.begin(), methods.end(), m) != methods.end()) return;
     throw Error(fmt::format("{} is for --method {}, not for {}", flag, fmt::join(methods, " or "), m));
@@ -262,15 +262,17 @@ void IdentifyOptions::check() const {
   only("--angle profile", angle == "profile", {"weak"});
 }
 
-std::vector<std::string> IdentifyOptions::required() const {
-  if (rotor()) return {"x", "y", "beta"};
-  if (chosen_method() == "second-order") return {output, input};
+std::vector<std::string> IdentifyFlags::required() const {
+  using identification::Method;
+  const Method m = method_chosen();
+  if (m == Method::weak || m == Method::paper || m == Method::consistent) return {"x", "y", "beta"};
+  if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
   return names;
 }
 
-regression::SolveOptions IdentifyOptions::solver(const regression::SolveOptions& defaults) const {
+regression::SolveOptions IdentifyFlags::solver(const regression::SolveOptions& defaults) const {
   regression::SolveOptions s = solve;
   s.method = regressor.empty() ? defaults.method : regressor;
   for (const auto& [name, value] : kSelections) {
@@ -280,14 +282,31 @@ regression::SolveOptions IdentifyOptions::solver(const regression::SolveOptions&
   return s;
 }
 
-identification::RotorIdentifyOptions IdentifyOptions::weak() const {
+identification::IdentifyOptions IdentifyFlags::options(const Recording& like) const {
+  identification::IdentifyOptions o;
+  o.method = method_chosen();
+  o.rotor = weak();
+  o.paper = paper();
+  o.consistent = consistent();
+  o.second_order = second_order();
+  o.output = output;
+  o.input = input;
+  if (o.method == identification::Method::sindy) {
+    o.sindy = sindy(like);
+    if (!library.empty()) o.library = candidate_library(like);
+  }
+  o.holdout = no_holdout ? 0 : holdout;
+  return o;
+}
+
+identification::RotorIdentifyOptions IdentifyFlags::weak() const {
   identification::RotorIdentifyOptions o;
   if (angle == "profile") o.angle_source = identification::AngleSource::profile;
   if (!modes.empty()) o.modal = io::load<ModalModel>(modes);
   return o;
 }
 
-identification::PaperOptions IdentifyOptions::paper() const {
+identification::PaperOptions IdentifyFlags::paper() const {
   identification::PaperOptions o;
   o.solver = solver(o.solver);
   if (filter_ms > 0) o.filter_sd = filter_ms * 1e-3;
@@ -302,13 +321,13 @@ identification::PaperOptions IdentifyOptions::paper() const {
   return o;
 }
 
-identification::ConsistentOptions IdentifyOptions::consistent() const {
+identification::ConsistentOptions IdentifyFlags::consistent() const {
   identification::ConsistentOptions o;
   if (filter_ms > 0) o.filter_sd = filter_ms * 1e-3;
   return o;
 }
 
-identification::SecondOrderOptions IdentifyOptions::second_order() const {
+identification::SecondOrderOptions IdentifyFlags::second_order() const {
   identification::SecondOrderOptions o;
   o.solver = solver(o.solver);
   o.library = split_terms(term_list);
@@ -317,7 +336,7 @@ identification::SecondOrderOptions IdentifyOptions::second_order() const {
   return o;
 }
 
-identification::SindyOptions IdentifyOptions::sindy(const Recording& like) const {
+identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
   identification::SindyOptions o;
   o.states = states;
   o.inputs = inputs;

@@ -3,16 +3,12 @@
 #include <vector>
 
 #include "record_options.hpp"
-#include "whirl/expr/library.hpp"
-#include "whirl/identify/identify_rotor.hpp"
-#include "whirl/identify/paper.hpp"
-#include "whirl/identify/second_order.hpp"
-#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/identify.hpp"
 
 namespace whirl::app {
 
 /// Everything that can be said on the command line of `whirl identify`.
-struct IdentifyOptions {
+struct IdentifyFlags {
   std::vector<std::string> files;
   std::string out, method, modes, angle = "measured", output = "y", input = "u";
   double filter_ms = 0;
@@ -34,15 +30,17 @@ struct IdentifyOptions {
 
   void add_to(CLI::App* sub);
   /// weak, unless another method is named or flags of sindy are given.
-  std::string chosen_method() const;
-  bool rotor() const {
-    return chosen_method() == "weak" || chosen_method() == "paper" || chosen_method() == "consistent";
-  }
+  identification::Method method_chosen() const;
   /// Throws Error when a flag is given that the method does not take.
   void check() const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
+  /// What `identify` is to do with records like this one.
+  identification::IdentifyOptions options(const Recording& like) const;
+  /// States default to all channels of `like` that are no inputs.
+  identification::SindyOptions sindy(const Recording& like) const;
 
+ private:
   regression::SolveOptions solver(const regression::SolveOptions& defaults) const;
   identification::RotorIdentifyOptions weak() const;
   identification::PaperOptions paper() const;
@@ -51,8 +49,6 @@ struct IdentifyOptions {
   /// --library. Where the file names no equations they are of --states, else of all channels of `like` that are no
   /// inputs; where it does, Error when --states, --inputs, --order or --discrete say otherwise.
   expr::CandidateLibrary candidate_library(const Recording& like) const;
-  /// States default to all channels of `like` that are no inputs.
-  identification::SindyOptions sindy(const Recording& like) const;
 };
 
 }  // namespace whirl::app

@@ -5,7 +5,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
-#include "whirl/identify/validate_model.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"

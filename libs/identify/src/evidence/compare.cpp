@@ -17,28 +17,34 @@ std::vector<ComparedFit> compare_all(std::size_t terms, const regression::SolveO
   constexpr std::size_t kMostOfBestSubset = 40;
   std::vector<ComparedFit> fits;
   for (const std::string& method : regression::regression_methods()) {
-    ComparedFit row;
-    row.method = method;
     regression::SolveOptions solver = options;
     solver.method = method;
     solver.selection = regression::Selection::automatic;
-    const std::clock_t begin = std::clock();
-    try {
+    fits.push_back(timed_fit(method, [&] {
       if (method == "best_subset" && terms > kMostOfBestSubset) {
         throw Error(fmt::format("not run: {} terms, at most {} are practical", terms, kMostOfBestSubset));
       }
-      row.model = fit(solver);
-    } catch (const Error& e) {
-      row.model.summary.fail(e.what());
-    }
-    row.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
-    row.model.method = method;
-    for (const Equation& e : row.model.equations) {
-      for (const EquationTerm& t : e.terms) row.terms += t.coefficient.sd != 0;
-    }
-    fits.push_back(std::move(row));
+      return fit(solver);
+    }));
+    fits.back().model.method = method;
   }
   return fits;
+}
+
+ComparedFit timed_fit(const std::string& name, const std::function<IdentifiedModel()>& fit) {
+  ComparedFit row;
+  row.method = name;
+  const std::clock_t begin = std::clock();
+  try {
+    row.model = fit();
+  } catch (const Error& e) {
+    row.model.summary.fail(e.what());
+  }
+  row.seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+  for (const Equation& e : row.model.equations) {
+    for (const EquationTerm& t : e.terms) row.terms += t.coefficient.sd != 0;
+  }
+  return row;
 }
 
 }  // namespace detail

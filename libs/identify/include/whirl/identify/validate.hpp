@@ -5,6 +5,7 @@
 
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/identify/evidence.hpp"
 #include "whirl/identify/rotor_record.hpp"
 
 namespace whirl::identification {
@@ -57,5 +58,22 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
 /// status unusable, rmse infinite. Throws Error for a model with no lateral equations.
 Validation validate_model(const IdentifiedModel& model, const Recording& recording,
                           const ValidateOptions& options = {});
+
+/// One record of `validate`. `rotor` for models of a lateral rotor, else `general`.
+struct ValidationRun {
+  std::string source;
+  std::optional<Validation> rotor;
+  HeldOut general;  ///< every measured state, over the whole record and restarted every characteristic period
+  Summary summary;  ///< verdict on this record
+};
+struct ValidationReport {
+  std::vector<ValidationRun> runs;
+  Summary summary;  ///< unusable when one run is
+};
+/// Free runs of a model of any kind against records that were not used for its fit: the call behind `whirl validate`.
+/// `clean`: the noise-free record of each, or empty; rotors only. Throws Error as `validate_model`, and for a model
+/// that cannot be run on a record.
+ValidationReport validate(const IdentifiedModel& model, const std::vector<Recording>& records,
+                          const ValidateOptions& options = {}, const std::vector<Recording>& clean = {});
 
 }  // namespace whirl::identification

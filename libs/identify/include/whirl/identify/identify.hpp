@@ -1,0 +1,104 @@
+#pragma once
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/recording.hpp"
+#include "whirl/expr/library.hpp"
+#include "whirl/identify/compare.hpp"
+#include "whirl/identify/evidence.hpp"
+#include "whirl/identify/identify_rotor.hpp"
+#include "whirl/identify/paper.hpp"
+#include "whirl/identify/second_order.hpp"
+#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/validate.hpp"
+
+namespace whirl::identification {
+
+/// How equations are found. `automatic`: `weak` for records with channels x, y and beta when no states are asked for,
+/// else `sindy`.
+enum class Method { automatic, weak, paper, consistent, second_order, sindy };
+/// "weak", "second-order", ...; `automatic` is "automatic".
+std::string_view to_string(Method method);
+/// Throws Error for another name.
+Method method_of(const std::string& name);
+
+struct IdentifyOptions {
+  Method method = Method::automatic;
+  RotorIdentifyOptions rotor;                     ///< Method::weak
+  PaperOptions paper;                             ///< Method::paper; also the regressors of `compare_methods`
+  ConsistentOptions consistent;                   ///< Method::consistent
+  SecondOrderOptions second_order;                ///< Method::second_order
+  std::string output = "y", input = "u";          ///< its channels
+  SindyOptions sindy;                             ///< Method::sindy; states: by default all channels that are no inputs
+  std::optional<expr::CandidateLibrary> library;  ///< Method::sindy with exactly these terms
+  /// Share of a single record kept out of a second fit, to be predicted, 0.05 to 0.8; of several records the last is
+  /// held out. 0: no second fit.
+  double holdout = 0.3;
+  /// Told what is done and how far it is, 0 to 1. May be empty.
+  std::function<void(const std::string&, double)> progress;
+
+  /// The method that `records` of these channels get; never `automatic`.
+  Method chosen(const Recording& like) const;
+};
+
+/// What speaks for a model beside its own summary.
+struct Evidence {
+  HeldOut held_out;
+  std::vector<CollinearGroup> collinear;
+  std::vector<BoundOutcome> bounds;  ///< one per sign bound and term
+};
+
+/// A model and what speaks for and against it.
+struct Identification {
+  IdentifiedModel model;
+  Evidence evidence;
+  Summary summary;  ///< the verdict on the model by all evidence; the same as model.summary
+
+  /// May the numbers be used, if only with the stated warnings?
+  bool usable() const { return summary.status != Status::unusable; }
+};
+
+/// Equations of motion from records of a rotor or of any system: the call behind `whirl identify`.
+///
+/// Fits the model to all records, then, unless `holdout` is 0, fits a second one without the part held out and predicts
+/// that part by it. A rotor's run is predicted from its own initial state, another record's with its own unbalance
+/// (2 numbers) too. The summary gets a warning when the second model does not predict. Throws Error for missing
+/// channels, options out of range, or several records for a method that takes one.
+Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options = {});
+inline Identification identify(const Recording& record, const IdentifyOptions& options = {}) {
+  return identify(std::vector<Recording>{record}, options);
+}
+
+/// Gives the next part of a record; false at its end.
+using NextPart = std::function<bool(Recording&)>;
+
+/// The same by Method::sindy for one record of any length in bounded memory, read twice: `open` begins it anew.
+/// `source` names it. Options of the sought system may depend on the first part: `sindy_of`.
+Identification identify_stream(const std::function<NextPart()>& open, const std::string& source,
+                               const std::function<SindyOptions(const Recording& first)>& sindy_of,
+                               const IdentifyOptions& options = {});
+
+/// One line of a comparison of methods.
+struct MethodRow {
+  ComparedFit fit;
+  HeldOut held_out;
+};
+struct MethodComparison {
+  std::string what;  ///< what was held out
+  std::vector<MethodRow> rows;
+  Summary summary;  ///< unusable when no method predicts the part held out better than its mean does
+};
+/// Every regression method on one record, its library and its held-out part, and the methods of whirl that need no
+/// choice of regressor. Throws Error for Method::second_order and for several rotor records.
+MethodComparison compare_methods(const std::vector<Recording>& records, const IdentifyOptions& options = {});
+
+/// Scores of a model on data not used for it; `what` describes them. A prediction that cannot be made has its reason.
+HeldOut predict_held_out(const IdentifiedModel& model, const Recording& test, std::string what, bool rotor,
+                         const ValidateOptions& options = {});
+/// Largest nrmse of the scores; infinite when a run diverges.
+double worst_nrmse(const std::vector<StateScore>& scores);
+
+}  // namespace whirl::identification

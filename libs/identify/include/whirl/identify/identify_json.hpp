@@ -1,0 +1,20 @@
+#pragma once
+#include <string>
+
+#include "whirl/identify/identify.hpp"
+#include "whirl/io/json.hpp"
+
+namespace whirl::identification {
+
+/// whirl.model/1 with its member `evidence` (docs/formats.md).
+io::Json to_json(const Identification& identification);
+io::Json to_json(const Evidence& evidence);
+io::Json to_json(const HeldOut& held_out);
+/// One entry of validation.json (`runs[]`): file, rmse_x, rmse_y (m), nrmse, clean_rmse_*, noise_*, peaks, status.
+io::Json to_json(const Validation& validation, const std::string& file);
+/// Document of `whirl validate`, whirl.validation/1.
+io::Json to_json(const ValidationReport& report);
+/// Document of `whirl identify --compare`, whirl.comparison/1.
+io::Json to_json(const MethodComparison& comparison);
+
+}  // namespace whirl::identification

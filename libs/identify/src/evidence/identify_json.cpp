@@ -1,0 +1,111 @@
+#include "whirl/identify/identify_json.hpp"
+
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::identification {
+namespace {
+
+io::Json scores_json(const std::vector<StateScore>& scores) {
+  io::Json list = io::Json::array();
+  for (const StateScore& s : scores) {
+    io::Json entry = io::Json::object();
+    entry.set("state", s.state).set("rmse", s.rmse).set("nrmse", s.nrmse).set("noise", s.noise);
+    list.push(std::move(entry));
+  }
+  return list;
+}
+
+io::Json row_json(const MethodRow& row) {
+  const Summary& s = row.fit.model.summary;
+  io::Json out = io::Json::object();
+  out.set("method", row.fit.method).set("terms", row.fit.terms).set("residual", s.residual);
+  out.set("condition_number", s.condition_number).set("seconds", row.fit.seconds);
+  io::Json equations = io::Json::array();
+  for (const Equation& e : row.fit.model.equations) {
+    io::Json functions = io::Json::array(), coefficients = io::Json::array();
+    for (const EquationTerm& t : e.terms) {
+      functions.push(t.function);
+      coefficients.push(t.coefficient.value);
+    }
+    io::Json entry = io::Json::object();
+    entry.set("lhs", e.lhs).set("functions", std::move(functions)).set("coefficients", std::move(coefficients));
+    equations.push(std::move(entry));
+  }
+  out.set("equations", std::move(equations));
+  out.set("held_out", to_json(row.held_out));
+  out.set("reason", s.status == Status::unusable ? s.warnings.back() : row.held_out.reason);
+  return out;
+}
+
+}  // namespace
+
+io::Json to_json(const HeldOut& h) {
+  io::Json held = io::Json::object();
+  held.set("what", h.what).set("free_run", scores_json(h.scores)).set("horizon_s", h.horizon);
+  held.set("free_run_horizon", scores_json(h.near)).set("reason", h.reason);
+  return held;
+}
+
+io::Json to_json(const Evidence& evidence) {
+  io::Json groups = io::Json::array();
+  for (const CollinearGroup& g : evidence.collinear) {
+    io::Json entry = io::Json::object();
+    entry.set("equation", g.equation).set("terms", g.terms).set("condition_index", g.condition_index);
+    groups.push(std::move(entry));
+  }
+  io::Json bounds = io::Json::array();
+  for (const BoundOutcome& b : evidence.bounds) {
+    io::Json entry = io::Json::object();
+    entry.set("equation", b.equation).set("function", b.function).set("sign", b.sign > 0 ? "+" : "-");
+    entry.set("active", b.active).set("kept", b.kept).set("unbounded", b.unbounded).set("t", b.t);
+    bounds.push(std::move(entry));
+  }
+  io::Json out = io::Json::object();
+  out.set("held_out", to_json(evidence.held_out)).set("collinear", std::move(groups)).set("bounds", std::move(bounds));
+  return out;
+}
+
+io::Json to_json(const Identification& id) {
+  io::Json document = io::to_json(id.model);
+  document.set("evidence", to_json(id.evidence));
+  return document;
+}
+
+io::Json to_json(const Validation& v, const std::string& file) {
+  io::Json run = io::Json::object();
+  run.set("file", file);
+  run.set("rmse_x", v.rmse_x).set("rmse_y", v.rmse_y).set("nrmse", v.nrmse);
+  run.set("clean_rmse_x", v.clean_rmse_x).set("clean_rmse_y", v.clean_rmse_y);
+  run.set("noise_x", v.noise_x).set("noise_y", v.noise_y);
+  run.set("peak_measured", v.peak_measured).set("peak_simulated", v.peak_simulated);
+  run.set("fold_sensitive", v.fold_sensitive);
+  run.set("unbalance", std::string(to_string(v.unbalance)));
+  run.set("summary", io::to_json(v.summary));
+  return run;
+}
+
+io::Json to_json(const ValidationReport& report) {
+  io::Json runs = io::Json::array();
+  for (const ValidationRun& run : report.runs) {
+    if (run.rotor) {
+      runs.push(to_json(*run.rotor, run.source));
+    } else {
+      io::Json entry = to_json(run.general);
+      entry.set("file", run.source).set("summary", io::to_json(run.summary));
+      runs.push(std::move(entry));
+    }
+  }
+  io::Json document = io::start_document("whirl.validation", 1);
+  document.set("runs", std::move(runs)).set("summary", io::to_json(report.summary));
+  return document;
+}
+
+io::Json to_json(const MethodComparison& comparison) {
+  io::Json rows = io::Json::array();
+  for (const MethodRow& row : comparison.rows) rows.push(row_json(row));
+  io::Json document = io::start_document("whirl.comparison", 1);
+  document.set("held_out", comparison.what).set("methods", std::move(rows));
+  return document;
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,58 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/identify/identify.hpp"
+#include "whirl/identify/validate.hpp"
+
+namespace whirl::identification {
+namespace {
+
+ValidationRun general_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
+  ValidationRun run;
+  run.general = predict_held_out(model, record, record.source, false, options);
+  const HeldOut& h = run.general;
+  if (!h.reason.empty()) throw Error(h.reason);
+  for (std::size_t k = 0; k < h.scores.size(); ++k) {
+    // Over one characteristic period even chaos can be followed.
+    if (!std::isfinite(h.near[k].rmse)) {
+      run.summary.fail(fmt::format("{}: the free run of {} diverges", record.source, h.scores[k].state));
+    } else if (h.near[k].nrmse > 1) {
+      run.summary.fail(fmt::format("{}: {} is predicted no better than by its mean", record.source, h.scores[k].state));
+    }
+  }
+  return run;
+}
+
+ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
+  ValidationRun run;
+  run.rotor = validate_model(model, record, options);
+  run.summary = run.rotor->summary;
+  return run;
+}
+
+}  // namespace
+
+ValidationReport validate(const IdentifiedModel& model, const std::vector<Recording>& records,
+                          const ValidateOptions& options, const std::vector<Recording>& clean) {
+  const bool rotor = model.rotor || (!model.states.empty() && model.states.front() == "X1");
+  if (!clean.empty() && !rotor) throw Error("--clean is for rotors");
+  if (!clean.empty() && clean.size() != records.size()) {
+    throw Error::in_field("clean", fmt::format("{} records", clean.size()),
+                          fmt::format("one for each of the {} records", records.size()));
+  }
+  ValidationReport report;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    ValidateOptions own = options;
+    if (!clean.empty()) own.clean = clean[i];
+    ValidationRun run = rotor ? rotor_run(model, records[i], own) : general_run(model, records[i], own);
+    run.source = records[i].source;
+    for (const std::string& w : run.summary.warnings) report.summary.warn(w);
+    if (run.summary.status == Status::unusable) report.summary.status = Status::unusable;
+    report.runs.push_back(std::move(run));
+  }
+  return report;
+}
+
+}  // namespace whirl::identification

@@ -1,0 +1,202 @@
+#include "whirl/identify/identify.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "evidence/compare_all.hpp"
+#include "evidence/model_verdict.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/identify/sindy_library.hpp"
+
+namespace whirl::identification {
+namespace {
+
+constexpr std::pair<Method, std::string_view> kMethods[] = {{Method::automatic, "automatic"},
+                                                            {Method::weak, "weak"},
+                                                            {Method::paper, "paper"},
+                                                            {Method::consistent, "consistent"},
+                                                            {Method::second_order, "second-order"},
+                                                            {Method::sindy, "sindy"}};
+
+bool rotor(Method method) { return method == Method::weak || method == Method::paper || method == Method::consistent; }
+
+std::vector<std::string> states_of(const Recording& like, const std::vector<std::string>& inputs) {
+  std::vector<std::string> states;
+  for (const Channel& c : like.channels) {
+    if (std::find(inputs.begin(), inputs.end(), c.name) == inputs.end()) states.push_back(c.name);
+  }
+  return states;
+}
+
+/// The options with what they leave open taken from the records.
+IdentifyOptions completed(IdentifyOptions o, const Recording& like) {
+  o.method = o.chosen(like);
+  if (o.sindy.states.empty()) o.sindy.states = states_of(like, o.sindy.inputs);
+  return o;
+}
+
+/// One fit of the records by the chosen method.
+IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& records,
+                    std::vector<BoundOutcome>* bounds = nullptr) {
+  switch (o.method) {
+    case Method::weak:
+      return identify_rotor(records, o.rotor);
+    case Method::sindy:
+      return o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
+    default:
+      break;
+  }
+  if (records.size() != 1) throw Error(fmt::format("--method {} takes one record", to_string(o.method)));
+  if (o.method == Method::paper) return identify_paper(records.front(), o.paper);
+  if (o.method == Method::consistent) return identify_consistent(records.front(), o.consistent);
+  return identify_second_order(records.front(), o.output, o.input, o.second_order);
+}
+
+HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& records) {
+  if (!rotor(o.method)) return split_holdout(records, o.holdout);
+  return split_holdout(records, o.holdout, {o.rotor.record.x, o.rotor.record.y});
+}
+
+HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records) {
+  const bool is_rotor = rotor(o.method);
+  const HoldoutSplit split = split_of(o, records);
+  HeldOut held;
+  held.what = split.what;
+  try {
+    const IdentifiedModel model = fit(o, split.train);
+    if (model.summary.status == Status::unusable) {
+      held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
+      return held;
+    }
+    ValidateOptions validation;
+    validation.record = o.rotor.record;
+    if (is_rotor && records.size() > 1) validation.unbalance = UnbalanceSource::refitted;
+    return predict_held_out(model, split.test, split.what, is_rotor, validation);
+  } catch (const Error& e) {
+    held.reason = e.what();
+    return held;
+  }
+}
+
+}  // namespace
+
+std::string_view to_string(Method method) {
+  for (const auto& [value, name] : kMethods) {
+    if (value == method) return name;
+  }
+  return "?";
+}
+
+Method method_of(const std::string& name) {
+  for (const auto& [value, text] : kMethods) {
+    if (text == name) return value;
+  }
+  throw Error::in_field("method", name, "automatic, weak, paper, consistent, second-order or sindy");
+}
+
+Method IdentifyOptions::chosen(const Recording& like) const {
+  if (method != Method::automatic) return method;
+  const auto has = [&](const std::string& name) {
+    return std::any_of(like.channels.begin(), like.channels.end(), [&](const Channel& c) { return c.name == name; });
+  };
+  const bool asks = library || !sindy.states.empty() || !sindy.inputs.empty() || !sindy.library.empty();
+  return !asks && has(rotor.record.x) && has(rotor.record.y) && has(rotor.record.angle) ? Method::weak : Method::sindy;
+}
+
+double worst_nrmse(const std::vector<StateScore>& scores) {
+  double worst = 0;
+  for (const StateScore& s : scores) worst = std::isfinite(s.nrmse) ? std::max(worst, s.nrmse) : INFINITY;
+  return worst;
+}
+
+HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, std::string what, bool rotor,
+                         const ValidateOptions& options) {
+  HeldOut held;
+  held.what = std::move(what);
+  try {
+    if (rotor) {
+      const Validation v = validate_model(model, record, options);
+      if (v.summary.status == Status::unusable && std::isfinite(v.rmse_x)) {
+        held.reason = v.summary.warnings.back();
+        return held;
+      }
+      const Eigen::VectorXd &x = record[options.record.x], &y = record[options.record.y];
+      const auto spread = [](const Eigen::VectorXd& a) { return std::sqrt((a.array() - a.mean()).square().mean()); };
+      held.scores = {{options.record.x, v.rmse_x, v.rmse_x / spread(x), v.noise_x},
+                     {options.record.y, v.rmse_y, v.rmse_y / spread(y), v.noise_y}};
+      return held;
+    }
+    const Recording test = with_derivatives(record, model.inputs);
+    held.scores = score(model, test);
+    const CompiledModel compiled(model);
+    std::vector<std::string> states;
+    for (const StateScore& s : held.scores) states.push_back(s.state);
+    held.horizon = compiled.discrete() ? 10 * test.dt : characteristic_period(test, states);
+    held.near = score(model, test, held.horizon);
+  } catch (const Error& e) {
+    held.reason = e.what();
+  }
+  return held;
+}
+
+Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options) {
+  if (records.empty()) throw Error("records: at least one is needed");
+  const IdentifyOptions o = completed(options, records.front());
+  if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
+  const auto progress = [&](double share) {
+    if (o.progress) o.progress("identify", share);
+  };
+  progress(0);
+  Identification id;
+  id.model = fit(o, records, &id.evidence.bounds);
+  progress(0.6);
+  if (id.model.summary.status != Status::unusable) {
+    id.evidence.collinear = collinear_groups(id.model, with_derivatives(records.front(), id.model.inputs));
+    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records);
+  }
+  progress(1);
+  detail::judge_evidence(id);
+  return id;
+}
+
+MethodComparison compare_methods(const std::vector<Recording>& records, const IdentifyOptions& options) {
+  if (records.empty()) throw Error("records: at least one is needed");
+  const IdentifyOptions o = completed(options, records.front());
+  const bool is_rotor = rotor(o.method);
+  if (o.method == Method::second_order) throw Error("--compare is for rotors and for --method sindy");
+  if (is_rotor && records.size() != 1) throw Error("--compare takes one rotor record");
+  const HoldoutSplit split = split_of(o, records);
+  std::vector<ComparedFit> fits;
+  const auto whole = [&](const char* name, Method method) {
+    IdentifyOptions one = o;
+    one.method = method;
+    fits.push_back(detail::timed_fit(name, [&] { return fit(one, split.train); }));
+    fits.back().model.summary.residual = NAN;  // of the free run here: not comparable
+  };
+  if (is_rotor) {
+    fits = compare_regressors(rotor_record(split.train.front()), o.paper);
+    whole("consistent (tied)", Method::consistent);
+    whole("weak (default)", Method::weak);
+  } else {
+    fits = o.library ? compare_regressors(split.train, *o.library, o.sindy) : compare_regressors(split.train, o.sindy);
+    whole("sindy (default)", Method::sindy);
+  }
+  MethodComparison comparison;
+  comparison.what = split.what;
+  bool any = false;
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (o.progress) o.progress("compare", static_cast<double>(i) / static_cast<double>(fits.size()));
+    HeldOut held;
+    held.what = split.what;
+    if (!fits[i].model.equations.empty()) held = predict_held_out(fits[i].model, split.test, split.what, is_rotor);
+    any = any || (!held.scores.empty() && worst_nrmse(held.scores) < 1);
+    comparison.rows.push_back({std::move(fits[i]), std::move(held)});
+  }
+  if (o.progress) o.progress("compare", 1);
+  if (!any) comparison.summary.fail("no method predicts the part held out better than its mean does");
+  return comparison;
+}
+
+}  // namespace whirl::identification
