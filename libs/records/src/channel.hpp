@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "whirl/records/check.hpp"
+
+namespace whirl::records::detail {
+
+using Mask = Eigen::ArrayX<bool>;
+
+/// One channel while it is looked at.
+struct ChannelCheck {
+  std::string name;
+  double dt = 0, t0 = 0;
+  Eigen::VectorXd samples;  ///< masked samples bridged by straight lines
+  Mask usable;
+  double quantum = 0;  ///< smallest step between neighbours
+  double spread = 0;   ///< rms about the mean of the usable samples
+  double noise = 0;    ///< sd of the white noise, from sixth differences
+  std::vector<Finding> findings;
+
+  double time(Eigen::Index i) const { return t0 + dt * static_cast<double>(i); }
+  /// Adds a finding about samples first to last and masks them where it says so.
+  void report(Finding finding, Eigen::Index first, Eigen::Index last);
+  void bridge();   ///< masked samples become a straight line between their neighbours
+  void measure();  ///< quantum, spread and noise
+};
+
+void find_gaps(ChannelCheck& c);
+void find_flat(ChannelCheck& c);  ///< frozen stretches, dropouts, clipping
+void find_spikes(ChannelCheck& c);
+void find_lines(ChannelCheck& c, const std::vector<double>& mains, double lowest_turning, double highest_turning);
+
+/// A channel that is held between rare changes (a command, a square wave, a coarse counter).
+bool is_held(const Eigen::VectorXd& samples);
+
+/// Checks of x, y and angle together. `check_x`, `check_y`: the channels after their own checks.
+void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle, std::string_view angle_name,
+                 RecordReport& report);
+/// Angle readings that jump: a splice of the whole record.
+void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0, double dt, RecordReport& report);
+void find_drift(ChannelCheck& c, const Eigen::VectorXd& angle);
+void find_jitter(ChannelCheck& c);
+
+double median(std::vector<double> values);
+
+}  // namespace whirl::records::detail

@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "channel.hpp"
+
+namespace whirl::records::detail {
+namespace {
+
+struct Run {
+  Eigen::Index first, length;
+};
+
+double range(const Eigen::VectorXd& v, Eigen::Index first, Eigen::Index length) {
+  const auto s = v.segment(first, length);
+  return s.maxCoeff() - s.minCoeff();
+}
+
+/// How far the signal moves right before and after a stretch, within as many samples as the stretch has (40 at most: a
+/// motion that dies away comes to rest slowly). A turning point of a smooth quantised curve that stays within one
+/// quantum moves at most 12 quanta there (a parabola, three samples); a stretch that was held moves as the signal does.
+struct Beside {
+  double before = 0, after = 0;
+  bool has_before = false, has_after = false;
+};
+Beside beside(const Eigen::VectorXd& v, const Run& r) {
+  Beside b;
+  const Eigen::Index length = std::clamp<Eigen::Index>(r.length, 2, 40);
+  if (r.first >= length) {
+    b.before = range(v, r.first - length, length);
+    b.has_before = true;
+  }
+  if (r.first + r.length + length <= v.size()) {
+    b.after = range(v, r.first + r.length, length);
+    b.has_after = true;
+  }
+  return b;
+}
+
+constexpr double kQuanta = 16;  // beyond the 12 of a parabola
+
+void find_clipping(ChannelCheck& c, const std::vector<Run>& runs, bool upper) {
+  const double level = upper ? c.samples.maxCoeff() : c.samples.minCoeff();
+  const double least = std::max(kQuanta * c.quantum, 1e-9 * c.spread);
+  Eigen::Index evidence = 0;
+  for (const Run& r : runs) {
+    if (c.samples[r.first] != level || r.length < 3) continue;
+    const Beside b = beside(c.samples, r);
+    const double moves = std::min(b.has_before ? b.before : b.after, b.has_after ? b.after : b.before);
+    if (moves > least) evidence += r.length;
+  }
+  if (evidence < 4) return;
+  Eigen::Index count = 0, first = -1, last = 0;
+  for (Eigen::Index i = 0; i < c.samples.size(); ++i) {
+    if (c.samples[i] != level || !c.usable[i]) continue;
+    if (first < 0) first = i;
+    last = i;
+    ++count;
+    c.usable[i] = false;
+  }
+  Finding f{.kind = FindingKind::clipping, .severity = Severity::mask, .samples = count, .size = level};
+  f.advice = "readings at the limit are left out; a larger measuring range keeps the peaks";
+  c.report(std::move(f), first, last);
+}
+
+}  // namespace
+
+void find_flat(ChannelCheck& c) {
+  const Eigen::VectorXd& v = c.samples;
+  const Eigen::Index n = v.size();
+  std::vector<Run> runs;  // of equal usable samples
+  for (Eigen::Index i = 0; i < n;) {
+    Eigen::Index end = i + 1;
+    while (end < n && v[end] == v[i] && c.usable[end] && c.usable[i]) ++end;
+    if (end - i > 1 && c.usable[i]) runs.push_back({i, end - i});
+    i = end;
+  }
+  if (runs.empty()) return;
+  const double high = v.maxCoeff(), low = v.minCoeff();
+  const double least = std::max(kQuanta * c.quantum, 1e-9 * c.spread);
+  constexpr Eigen::Index kShortest = 12, kShortestAtEnd = 50;
+  for (const Run& r : runs) {
+    const double value = v[r.first];
+    if (r.length < kShortest) continue;
+    const bool ends = r.first + r.length == n;
+    if (ends && r.length < kShortestAtEnd) continue;
+    const Beside b = beside(v, r);
+    // Rest before something starts is not a frozen sensor; a signal that stops dead at the end is.
+    if (!b.has_before || b.before <= least || (!ends && b.has_after && b.after <= least)) continue;
+    const bool extreme = value == high || value == low;
+    // A plateau at the limit that is no longer than others there is clipping.
+    if (extreme) {
+      Eigen::Index others = 0;
+      for (const Run& o : runs) {
+        if (&o != &r && v[o.first] == value && 10 * o.length >= r.length) ++others;
+      }
+      if (others > 0) continue;
+    }
+    Finding f{
+        .kind = value == 0 ? FindingKind::dropout : FindingKind::frozen, .severity = Severity::mask, .size = value};
+    f.advice = "the readings stand still while the signal moves; they are left out";
+    c.report(std::move(f), r.first, r.first + r.length - 1);
+  }
+  std::erase_if(runs, [&](const Run& r) { return !c.usable[r.first]; });
+  if (std::isfinite(high) && high > low) {
+    find_clipping(c, runs, true);
+    find_clipping(c, runs, false);
+  }
+  c.bridge();
+}
+
+}  // namespace whirl::records::detail
