@@ -4,178 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "estimators/all.hpp"
+#include "laws/all.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/power.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::control {
 namespace {
-
-constexpr double kDerived = std::numeric_limits<double>::quiet_NaN();
-
-const ParameterInfo kSurface{
-    "surface_gain", "1/s", "C of the sliding surface (length unit 1 mm)", 60, 0.1, 5000, 5, 1000};
-const ParameterInfo kSwitching{
-    "switching_gain", "m/s^2", "rho, must exceed the disturbance bound", 3, 1e-3, 1e3, 0.2, 20};
-const ParameterInfo kLayer{"boundary_layer",
-                           "m/s",
-                           "eps; default h rho (n+1)^(n+1)/n^n for n samples of delay",
-                           kDerived,
-                           1e-6,
-                           1e3,
-                           0.005,
-                           1};
-const ParameterInfo kExponent{
-    "exponent", "1", "r = q/p of the terminal surface; below 1/2 the law is unbounded on s = 0", 0.7, 0.5, 0.999,
-    0.55,       0.98};
-const ParameterInfo kDelta{
-    "delta", "m", "regularisation length of the singular term; default from the loop gain limit", kDerived, 1e-9, 1e-2,
-    2e-6,    2e-4};
-const ParameterInfo kLength{"length_scale", "m", "length unit L of the surface gain", 1e-3, 1e-9, 1e3, 0, 0};
-const ParameterInfo kTau{"tau", "s", "time constant of the projection; default h (n+1)^(n+1)/n^n", kDerived, 1e-6, 1,
-                         1e-3,  5e-2};
-const ParameterInfo kKp{"kp", "1/s^2", "proportional gain; negative takes stiffness away", 0, -1e7, 1e7, -6000, 12000};
-const ParameterInfo kKd{"kd", "1/s", "derivative gain", 60, 0, 1e5, 5, 1000};
-
-ParameterInfo paper_delta() {
-  ParameterInfo p = kDelta;
-  p.meaning = "regularisation length; 0: the singular term as printed";
-  p.fallback = 0;
-  p.low = p.tune_low = p.tune_high = 0;
-  return p;
-}
-
-std::vector<MethodInfo> make_laws() {
-  const ParameterInfo slow{"speed_min", "rad/s", "no adaptation below this speed", 10, 0, 1e6, 0, 0};
-  const ParameterInfo per_turn{"adaptation", "1", "mu, part of the correction made per turn", 0.3, 0, 2, 0.02, 1};
-  const ParameterInfo per_time{"adaptation", "1/s", "mu of the update", 3, 0, 1e4, 0.3, 100};
-  const ParameterInfo rate{
-      "twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
-  const ParameterInfo limit{"twisting_limit", "m/s^2", "bound of the integral part", 10, 1e-3, 1e3, 0, 0};
-  const std::vector<ParameterInfo> weights{
-      {"position_scale", "m", "displacement weighted as 1", 1e-3, 1e-9, 1e3, 1e-5, 1e-2},
-      {"velocity_scale", "m/s", "velocity weighted as 1", 0.05, 1e-9, 1e3, 1e-3, 1},
-      {"control_scale", "m/s^2", "control acceleration weighted as 1", 3, 1e-9, 1e6, 0, 0}};
-  std::vector<ParameterInfo> with_horizon = weights;
-  with_horizon.push_back(
-      {"horizon", "1", "samples ahead in which the limit is seen", 12, 1, BoundedRegulator::kMaxHorizon, 0, 0});
-  return {
-      {"tsmc_paper",
-       "terminal sliding mode as printed (eq. 43)",
-       "paper eqs. 27, 35, 36, 43",
-       {kSurface, kSwitching, kLayer, kExponent, paper_delta(), kLength}},
-      {"tsmc",
-       "terminal sliding mode, regularised",
-       "paper eq. 43; singular term blended, layer from the loop delay",
-       {kSurface, kSwitching, kLayer, kExponent, kDelta, kLength}},
-      {"pd", "proportional-derivative", "paper section VII-B", {kKp, kKd}},
-      {"pid",
-       "proportional-integral-derivative",
-       "clamped integrator",
-       {kKp,
-        kKd,
-        {"ki", "1/s^3", "integral gain", 1000, 0, 1e8, 10, 1e5},
-        {"integral_limit", "m/s^2", "bound of the integral part", 5, 0, 1e3, 0, 0}}},
-      {"lqr", "linear-quadratic regulator", "discrete Riccati equation, predicted state", weights},
-      {"mpc", "model predictive control with the force limit",
-       "quadratic program solved exactly in every step; Riccati terminal cost", with_horizon},
-      {"lsmc", "linear sliding mode", "s = v + C x", {kSurface, kSwitching, kLayer}},
-      {"ntsmc",
-       "nonsingular terminal sliding mode",
-       "Feng, Yu, Man 2002",
-       {kSurface, kSwitching, kLayer, kExponent, kLength}},
-      {"ftsmc",
-       "fast terminal sliding mode",
-       "Yu, Man 2002",
-       {{"linear_gain", "1/s", "alpha of the linear part", 30, 0, 5000, 2, 300},
-        kSurface,
-        kSwitching,
-        kLayer,
-        kExponent,
-        kDelta,
-        kLength}},
-      {"nftsmc",
-       "nonsingular fast terminal sliding mode",
-       "Yang, Yang 2011",
-       {kSurface,
-        kSwitching,
-        kLayer,
-        kExponent,
-        kLength,
-        {"fast_gain", "1", "kappa of the fast term", 0.2, 0, 1e3, 0.02, 5},
-        {"fast_exponent", "1", "a1 > 1/r; default 1/r + 0.2", kDerived, 1, 10, 0, 0}}},
-      {"sta", "super-twisting, explicit", "Levant 1998; Moreno, Osorio 2012", {kSurface, rate, limit}},
-      {"smc_implicit", "linear sliding mode, implicit", "Acary, Brogliato, Orlov 2012", {kSurface, kSwitching, kTau}},
-      {"tsmc_implicit",
-       "terminal sliding mode, implicit set-point",
-       "backward Euler on the surface",
-       {kSurface, kSwitching, kTau, kExponent, kLength}},
-      {"sta_implicit", "super-twisting, implicit", "Brogliato, Polyakov, Efimov 2020", {kSurface, rate, limit}},
-      {"asmc",
-       "adaptive-gain sliding mode",
-       "Plestan, Shtessel, Bregeault, Poznyak 2010",
-       {kSurface,
-        {"boundary_layer", "m/s", "eps; default from gain_max as rho", kDerived, 1e-6, 1e3, 0.005, 1},
-        {"adaptation_rate", "1/s^2", "growth of the gain per |s|", 500, 0, 1e8, 10, 1e5},
-        {"dead_zone", "m/s", "mu; default 4 gain_max h", kDerived, 0, 1e3, 0, 0},
-        {"gain_min", "m/s^2", "smallest gain", 0.1, 0, 1e3, 0, 0},
-        {"gain_max", "m/s^2", "largest gain", 10, 1e-3, 1e3, 1, 20}}},
-      {"bsmc",
-       "barrier-function sliding mode",
-       "Obeid, Fridman, Laghrouche, Harmouche 2018",
-       {kSurface,
-        {"barrier_width", "m/s", "e: |s| is kept below", 0.1, 1e-6, 1e3, 0.01, 1},
-        {"barrier_gain", "m/s^2", "K0", 1, 1e-6, 1e3, 0.05, 20},
-        {"gain_max", "m/s^2", "largest gain", 10, 1e-3, 1e3, 0, 0}}},
-      {"pd_influence", "PD with 1x influence coefficients", "once per turn", {kKp, kKd, per_turn, slow}},
-      {"pd_fxlms", "PD with filtered-x LMS at 1x", "quadrature form", {kKp, kKd, per_time, slow}},
-      {"pd_notch", "PD with a generalised notch at 1x", "Herzog 1996", {kKp, kKd, per_time, slow}},
-  };
-}
-
-std::vector<MethodInfo> make_estimators() {
-  const ParameterInfo r{
-      "measurement_noise", "m", "rms noise of a displacement reading, runout included", 1.2e-6, 1e-9, 1e-2, 0, 0};
-  const ParameterInfo q{"acceleration_noise",
-                        "m/s^2",
-                        "rms of the acceleration the model leaves out, per sample",
-                        0.5,
-                        1e-6,
-                        1e4,
-                        0.02,
-                        20};
-  const ParameterInfo red{"derivative_rate", "m/s^2", "L, bound of |x''|", 20, 1e-3, 1e6, 2, 500};
-  return {
-      {"difference", "backward difference", "", {}},
-      {"lpf",
-       "filtered backward difference",
-       "first-order low-pass",
-       {{"cutoff", "Hz", "low-pass of the velocity", 200, 1, 1e5, 30, 450}}},
-      {"red", "robust exact differentiator, explicit", "Levant 1998", {red}},
-      {"red_implicit", "robust exact differentiator, implicit", "Brogliato, Polyakov, Efimov 2020", {red}},
-      {"eso",
-       "linear extended state observer in rotor form",
-       "Gao 2003; Miklosovic, Radke, Gao 2006",
-       {{"bandwidth", "1/s", "observer poles", 300, 1, 1e4, 50, 1200}}},
-      {"kalman", "Kalman filter, position and velocity", "model-based prediction", {r, q}},
-      {"kfe",
-       "Kalman filter with the eccentricity as states",
-       "model-based prediction; needs the angle",
-       {r,
-        q,
-        {"eccentricity_walk", "m/sqrt(s)", "random walk of the eccentricity", 2e-5, 0, 1, 2e-6, 2e-3},
-        {"eccentricity_prior", "m", "sd of the model's eccentricity at the start", 1e-4, 0, 1, 0, 0}}},
-      {"kfo",
-       "Kalman filter with an oscillator at the speed",
-       "model-based prediction; needs the speed only",
-       {r,
-        q,
-        {"oscillator_walk", "m/s^2/sqrt(s)", "random walk of the disturbance amplitude", 1, 0, 1e4, 0.05, 50},
-        {"oscillator_prior", "m/s^2", "sd of the disturbance at the start", 5, 0, 1e4, 0, 0}}},
-  };
-}
 
 std::vector<ParameterInfo> make_common() {
   std::vector<ParameterInfo> p{
@@ -198,11 +35,35 @@ std::vector<ParameterInfo> make_common() {
   return p;
 }
 
-const MethodInfo& find(const std::vector<MethodInfo>& all, std::string_view name, std::string_view field) {
+template <class Entry, std::size_t N>
+std::vector<Entry> entries(const std::array<Entry (*)(), N>& makers) {
+  std::vector<Entry> out;
+  for (const auto& make : makers) out.push_back(make());
+  return out;
+}
+
+const std::vector<LawEntry>& law_entries() {
+  static const std::vector<LawEntry> all = entries(kLaws);
+  return all;
+}
+const std::vector<EstimatorEntry>& estimator_entries() {
+  static const std::vector<EstimatorEntry> all = entries(kEstimators);
+  return all;
+}
+
+template <class Entry>
+std::vector<MethodInfo> infos(const std::vector<Entry>& all) {
+  std::vector<MethodInfo> out;
+  for (const Entry& entry : all) out.push_back(entry.info);
+  return out;
+}
+
+template <class Entry>
+const Entry& find(const std::vector<Entry>& all, std::string_view name, std::string_view field) {
   std::string known;
-  for (const auto& info : all) {
-    if (info.name == name) return info;
-    known += (known.empty() ? "" : ", ") + info.name;
+  for (const Entry& entry : all) {
+    if (entry.info.name == name) return entry;
+    known += (known.empty() ? "" : ", ") + entry.info.name;
   }
   throw Error::in_field(field, name, "one of " + known);
 }
@@ -216,19 +77,21 @@ int delay_samples(const ControllerDesign& design, const std::map<std::string, do
 }  // namespace
 
 const std::vector<MethodInfo>& laws() {
-  static const std::vector<MethodInfo> all = make_laws();
+  static const std::vector<MethodInfo> all = infos(law_entries());
   return all;
 }
 const std::vector<MethodInfo>& estimators() {
-  static const std::vector<MethodInfo> all = make_estimators();
+  static const std::vector<MethodInfo> all = infos(estimator_entries());
   return all;
 }
 const std::vector<ParameterInfo>& common_parameters() {
   static const std::vector<ParameterInfo> all = make_common();
   return all;
 }
-const MethodInfo& law_info(std::string_view name) { return find(laws(), name, "law"); }
-const MethodInfo& estimator_info(std::string_view name) { return find(estimators(), name, "estimator"); }
+const LawEntry& law_entry(std::string_view name) { return find(law_entries(), name, "law"); }
+const EstimatorEntry& estimator_entry(std::string_view name) { return find(estimator_entries(), name, "estimator"); }
+const MethodInfo& law_info(std::string_view name) { return law_entry(name).info; }
+const MethodInfo& estimator_info(std::string_view name) { return estimator_entry(name).info; }
 
 std::map<std::string, double> resolve_parameters(const ControllerDesign& design) {
   require_range("sample_time", design.sample_time, 1e-6, 1, "s");
@@ -258,26 +121,14 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
 
   const double h = design.sample_time;
   const int n = delay_samples(design, values);
-  if (has(values, "boundary_layer") && std::isnan(values["boundary_layer"])) {
-    const double rho = has(values, "switching_gain") ? values["switching_gain"] : values["gain_max"];
-    values["boundary_layer"] = boundary_layer_limit(h, rho, n);
+  for (const auto& info : known) {
+    if (info.derive != nullptr && std::isnan(values[info.name])) values[info.name] = info.derive(values, h, n);
   }
-  if (has(values, "delta") && std::isnan(values["delta"])) {
-    values["delta"] = std::clamp(
-        regularisation_limit(h, values["surface_gain"], values["exponent"], values["length_scale"], n), 1e-9, 1e-2);
-  }
-  if (has(values, "tau") && std::isnan(values["tau"])) values["tau"] = h / smooth_gain_limit(n);
-  if (has(values, "dead_zone") && std::isnan(values["dead_zone"])) values["dead_zone"] = 4 * values["gain_max"] * h;
-  if (has(values, "fast_exponent")) {
-    double& a1 = values["fast_exponent"];
-    const double g = 1 / values["exponent"];
-    if (std::isnan(a1)) a1 = g + 0.2;
-    if (!(a1 > g)) {
-      throw Error::in_field("fast_exponent", fmt::format("{:g}", a1), fmt::format("above 1/exponent = {:g}", g));
+  for (const Condition& condition : law_entry(design.law).conditions) {
+    if (!condition.holds(values)) {
+      throw Error::in_field(condition.parameter, fmt::format("{:g}", values.at(condition.parameter)),
+                            condition.allowed);
     }
-  }
-  if (has(values, "gain_min") && values["gain_min"] > values["gain_max"]) {
-    throw Error::in_field("gain_min", fmt::format("{:g} m/s^2", values["gain_min"]), "at most gain_max");
   }
   if (values["sensor_delay"] > design.delay) {
     throw Error::in_field("sensor_delay", fmt::format("{:g} s", values["sensor_delay"]),

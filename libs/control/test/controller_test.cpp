@@ -7,6 +7,7 @@
 #include <type_traits>
 
 #include "whirl/control/catalogue.hpp"
+#include "whirl/control/laws/lqr.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 #include "whirl/testing/designs.hpp"

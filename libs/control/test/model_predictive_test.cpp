@@ -1,5 +1,3 @@
-#include "whirl/control/model_predictive.hpp"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
@@ -7,6 +5,8 @@
 #include <random>
 
 #include "whirl/control/controller.hpp"
+#include "whirl/control/laws/lqr.hpp"
+#include "whirl/control/laws/mpc.hpp"
 #include "whirl/testing/designs.hpp"
 #include "whirl/testing/error_of.hpp"
 

@@ -1,8 +1,8 @@
-#include "whirl/control/synchronous.hpp"
-
 #include <gtest/gtest.h>
 
 #include <numbers>
+
+#include "whirl/control/laws/pd_synchronous.hpp"
 
 namespace whirl::control {
 namespace {

@@ -14,29 +14,8 @@ int32_t whirl_set_params(whirl_state *state, const whirl_params *params) {
     if (state->fraction < /*@whole@*/) {
       state->fraction = R(0.0);
     }
-#if HAS_CUTOFF
-    state->pole = M(exp)(R(-6.283185307179586) * params->cutoff * params->sample_time);
-#elif HAS_LPF
-    state->pole = R(0.0);
-#endif
-#if HAS_MPC
-    whirl_sample_axis(&state->axis_x, params->k1 + params->k1_conj_re, params->c + params->c_conj_re, params->sample_time);
-    whirl_sample_axis(&state->axis_y, params->k1 - params->k1_conj_re, params->c - params->c_conj_re, params->sample_time);
-    state->axis_x.kp = params->kp_x;
-    state->axis_x.kd = params->kd_x;
-    state->axis_y.kp = params->kp_y;
-    state->axis_y.kd = params->kd_y;
-#endif
-#if HAS_ESO
-    {
-      const whirl_real h = params->sample_time;
-      const whirl_real pole = M(exp)(-params->bandwidth * h);
-      const whirl_real rest = R(1.0) - pole;
-      state->l1 = R(1.0) - (pole * pole * pole);
-      state->l2 = (R(3.0) * rest * rest * (R(1.0) + pole)) / (R(2.0) * h);
-      state->l3 = (rest * rest * rest) / (h * h);
-    }
-#endif
+/*@estimator_set_params@*/
+/*@law_set_params@*/
   }
   return wrong;
 }
@@ -52,29 +31,12 @@ void whirl_reset(whirl_state *state) {
   state->first = true;
   state->saturated = false;
   state->started = false;
-#if HAS_LPF
-  state->last = whirl_make(R(0.0), R(0.0));
-  state->v = whirl_make(R(0.0), R(0.0));
+/*@estimator_reset@*/
+#if HAS_AXIS_MEMORY
+  state->memory[0] = /*@memory_start@*/;
+  state->memory[1] = /*@memory_start@*/;
 #endif
-#if HAS_ASMC
-  state->memory[0] = state->params.gain_min;
-  state->memory[1] = state->params.gain_min;
-#elif HAS_AXIS_MEMORY
-  state->memory[0] = R(0.0);
-  state->memory[1] = R(0.0);
-#endif
-#if HAS_MPC
-  whirl_free_inputs(&state->axis_x);
-  whirl_free_inputs(&state->axis_y);
-#endif
-#if HAS_SYNCHRONOUS
-  state->q = whirl_make(R(0.0), R(0.0));
-#endif
-#if HAS_INFLUENCE
-  state->sum = whirl_make(R(0.0), R(0.0));
-  state->turn_start = R(0.0);
-  state->count = 0U;
-#endif
+/*@law_reset@*/
 }
 
 int32_t whirl_init(whirl_state *state, const whirl_params *params) {
@@ -242,9 +204,8 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
 #else
   f = whirl_add(whirl_acceleration(p, e.z, e.v, p->cancel), d);
 #endif
-#if HAS_MPC
-  ax = whirl_law(p, &state->axis_x, e.z.re, e.v.re, f.re, -f.im, in->omega);
-  ay = whirl_law(p, &state->axis_y, e.z.im, e.v.im, f.im, f.re, in->omega);
+#if HAS_OWN_CALL
+/*@law_call@*/
 #elif HAS_AXIS_MEMORY
   ax = whirl_law(p, &state->memory[0], e.z.re, e.v.re, f.re, &out->s_x);
   ay = whirl_law(p, &state->memory[1], e.z.im, e.v.im, f.im, &out->s_y);
@@ -252,15 +213,7 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   ax = whirl_law(p, e.z.re, e.v.re, f.re, &out->s_x);
   ay = whirl_law(p, e.z.im, e.v.im, f.im, &out->s_y);
 #endif
-#if HAS_SYNCHRONOUS
-  {
-    const whirl_real ahead = in->omega * (p->delay + (R(0.5) * p->sample_time));
-    const whirl_complex a = whirl_synchronous(state, z, beta, in->omega, whirl_mul(forcing, whirl_phasor(ahead)),
-                                              fresh && !state->saturated);
-    ax += a.re;
-    ay += a.im;
-  }
-#endif
+/*@law_add@*/
   if (!isfinite(ax / p->gain) || !isfinite(ay / p->gain)) {
     return whirl_fault(state, WHIRL_NOT_FINITE);
   }

@@ -14,10 +14,7 @@ typedef /*@real@*/ whirl_real;
 /* Longest loop delay in samples that the force history holds. */
 #define WHIRL_MAX_DELAY 16
 #define WHIRL_HISTORY (WHIRL_MAX_DELAY + 3)
-#if HAS_MPC
-/* Most samples ahead in which the limit is seen. */
-#define WHIRL_MAX_HORIZON 32
-#endif
+/*@law_constants@*/
 
 /* Numbers of the controller. Change them before whirl_init, or later through whirl_set_params. The number in front is what
    both return when that field is out of its range. */
@@ -69,21 +66,7 @@ typedef struct {
   whirl_complex d; /* m/s^2, turns with the rotor */
 } whirl_motion;
 
-#if HAS_MPC
-/* One axis sampled, x+ = a x + b w, its regulator w = -kp x - kd v, and which inputs ahead are at a limit. */
-typedef struct {
-  whirl_real a00;
-  whirl_real a01;
-  whirl_real a10;
-  whirl_real a11;
-  whirl_real b0;
-  whirl_real b1;
-  whirl_real kp;
-  whirl_real kd;
-  int8_t set[WHIRL_MAX_HORIZON]; /* -1 at the lower limit, 0 free, 1 at the upper limit */
-} whirl_axis;
-#endif
-
+/*@law_types@*/
 /* Memory of the controller; nothing in it is meant to be read or written from outside. */
 typedef struct {
   whirl_params params;
@@ -91,14 +74,7 @@ typedef struct {
   /* derived from the parameters */
   int32_t whole_delay; /* delay = (whole_delay + fraction) sample_time */
   whirl_real fraction;
-#if HAS_LPF
-  whirl_real pole;
-#endif
-#if HAS_ESO
-  whirl_real l1;
-  whirl_real l2;
-  whirl_real l3;
-#endif
+/*@estimator_derived@*/
   /* force history as accelerations, m/s^2 */
   whirl_complex history[WHIRL_HISTORY];
   int32_t head;
@@ -109,48 +85,12 @@ typedef struct {
   bool saturated;
   /* estimator */
   bool started;
-#if HAS_LPF
-  whirl_complex last;
-  whirl_complex v;
-#endif
-#if HAS_RED
-  whirl_complex red_x;
-  whirl_complex red_w;
-#endif
-#if HAS_ESO || HAS_KALMAN
-  whirl_motion motion;
-#endif
-#if HAS_KALMAN
-  whirl_real p00; /* covariance, Hermitian */
-  whirl_real p11;
-  whirl_complex p01;
-#endif
-#if HAS_THIRD
-  whirl_real p22;
-  whirl_complex p02;
-  whirl_complex p12;
-  whirl_complex theta; /* /*@theta@*/ */
-  whirl_complex g;     /* its regressor at the last sample */
-#endif
-#if HAS_OSCILLATOR
-  whirl_real phase; /* rad */
-#endif
+/*@estimator_state@*/
   /* law, one value per axis */
 #if HAS_AXIS_MEMORY
   whirl_real memory[2]; /* /*@memory@*/ */
 #endif
-#if HAS_MPC
-  whirl_axis axis_x;
-  whirl_axis axis_y;
-#endif
-#if HAS_SYNCHRONOUS
-  whirl_complex q; /* m, eccentricity that the synchronous force stands for */
-#endif
-#if HAS_INFLUENCE
-  whirl_complex sum;
-  whirl_real turn_start; /* rad */
-  uint32_t count;
-#endif
+/*@law_state@*/
 } whirl_state;
 
 /* The designed numbers. */

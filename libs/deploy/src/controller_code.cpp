@@ -8,8 +8,8 @@
 
 #include "rotor_parameters.hpp"
 #include "template.hpp"
-#include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
+#include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/code.hpp"
 
@@ -30,28 +30,11 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
     if (is_switch(info.name) || (info.name.starts_with("runout_") && !has_runout(values))) return;
     out.push_back({info.name, info.unit, info.meaning, value, info.low, info.high});
   };
-  if (d.law == "lqr") {
-    const control::LqrGains g = control::lqr_gains(d.model.k1, d.model.c, d.sample_time, values.at("position_scale"),
-                                                   values.at("velocity_scale"), values.at("control_scale"));
-    for (const control::ParameterInfo& info : control::law_info("pd").parameters)
-      add(info, info.name == "kp" ? g.kp : g.kd);
-  } else if (d.law == "mpc") {
-    // Gains of the regulator per axis, as the library's law has them.
-    for (const auto& [axis, side] : {std::pair("x", 1.0), std::pair("y", -1.0)}) {
-      const control::LqrGains g = control::lqr_gains(
-          d.model.k1 + side * d.model.k1_conj.real(), d.model.c + side * d.model.c_conj.real(), d.sample_time,
-          values.at("position_scale"), values.at("velocity_scale"), values.at("control_scale"));
-      for (control::ParameterInfo info : control::law_info("pd").parameters) {
-        const double gain = info.name == "kp" ? g.kp : g.kd;
-        info.name += fmt::format("_{}", axis);
-        add(info, gain);
-      }
-    }
-    for (const control::ParameterInfo& info : control::law_info("mpc").parameters) {
-      if (info.name == "horizon") add(info, std::floor(values.at(info.name)));
-    }
+  const control::LawEntry& law = control::law_entry(d.law);
+  if (law.code_parameters != nullptr) {
+    for (const auto& [info, value] : law.code_parameters(d, values)) add(info, value);
   } else {
-    for (const control::ParameterInfo& info : control::law_info(d.law).parameters) add(info, values.at(info.name));
+    for (const control::ParameterInfo& info : law.info.parameters) add(info, values.at(info.name));
   }
   for (const control::ParameterInfo& info : control::estimator_info(d.estimator).parameters)
     add(info, values.at(info.name));
@@ -91,17 +74,12 @@ std::string parameter_lines(const std::vector<CodeParameter>& all) {
 
 std::string check_lines(const ControllerDesign& d, const std::vector<CodeParameter>& all, bool single) {
   std::string out;
-  int number = 0, exponent = 0, fast = 0, gain_min = 0, sensor = 0, delay = 0;
+  std::map<std::string, int> numbers;
   const auto refuse = [&](const std::string& condition, int which) {
     out += fmt::format("{}  if (!({})) {{\n    return {};\n  }}", out.empty() ? "" : "\n", condition, which);
   };
   for (const CodeParameter& p : all) {
-    ++number;
-    if (p.name == "exponent") exponent = number;
-    if (p.name == "fast_exponent") fast = number;
-    if (p.name == "gain_min") gain_min = number;
-    if (p.name == "sensor_delay") sensor = number;
-    if (p.name == "delay") delay = number;
+    const int number = numbers[p.name] = static_cast<int>(numbers.size()) + 1;
     if (std::isinf(p.high)) {
       refuse(fmt::format("isfinite(p->{})", p.name), number);
     } else {
@@ -110,11 +88,11 @@ std::string check_lines(const ControllerDesign& d, const std::vector<CodeParamet
              number);
     }
   }
-  if (fast > 0 && exponent > 0) refuse("(p->fast_exponent * p->exponent) > R(1.0)", fast);
-  if (gain_min > 0) refuse("p->gain_min <= p->gain_max", gain_min);
-  refuse("p->sensor_delay <= p->delay", sensor);
-  refuse("p->delay <= ((whirl_real)WHIRL_MAX_DELAY * p->sample_time)", delay);
-  (void)d;
+  for (const control::Condition& condition : control::law_entry(d.law).conditions) {
+    refuse(condition.c, numbers.at(condition.parameter));
+  }
+  refuse("p->sensor_delay <= p->delay", numbers.at("sensor_delay"));
+  refuse("p->delay <= ((whirl_real)WHIRL_MAX_DELAY * p->sample_time)", numbers.at("delay"));
   return out;
 }
 
@@ -124,49 +102,31 @@ std::string default_lines(const std::vector<CodeParameter>& all, bool single) {
   return out + "}\n";
 }
 
+/// Resolves a method's fragment with its own switches and slots: its sections become the slots KIND_SECTION of `s`.
+void add_fragment(TemplateSettings& s, const std::string& kind, const std::string& file,
+                  const control::CodeFragment& code) {
+  TemplateSettings own = s;
+  own.features.insert(code.features.begin(), code.features.end());
+  for (const auto& [name, text] : code.slots) own.slots[name] = text;
+  const auto sections = template_sections(deploy_template(file), own);
+  for (const char* section :
+       {"constants", "types", "derived", "state", "set_params", "reset", "body", "functions", "call", "add", "whole"}) {
+    const auto found = sections.find(section);
+    s.slots[kind + "_" + section] = found != sections.end() ? found->second : "";
+  }
+}
+
 TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::string, double>& values,
                              const CodeOptions& options) {
   TemplateSettings s;
   s.prefix = options.prefix;
   s.single_precision = options.single_precision;
   auto& on = s.features;
-  const bool pd = d.law == "pd" || d.law == "lqr" || d.law.starts_with("pd_");
-  if (pd) {
-    on.insert("PD");
-  } else if (d.law.starts_with("sta")) {
-    on.insert("STA");
-  } else if (d.law == "tsmc_paper") {
-    on.insert("TSMC");
-  }
-  std::string upper = d.law;
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  on.insert(upper);
-  if (d.law.starts_with("pd_")) {
-    on.insert("SYNCHRONOUS");
-    on.insert(upper.substr(3));  // INFLUENCE, FXLMS, NOTCH
-  }
-  const bool model_free = pd || d.law == "pid" || d.law == "mpc";  // f is the disturbance alone
-  if (model_free) on.insert("MODEL_FREE");
-  if (d.law == "pid" || d.law == "asmc" || on.contains("STA")) on.insert("AXIS_MEMORY");
-  std::string regularised;
-  if (d.law == "tsmc" || d.law == "ftsmc") {
-    on.insert("BLEND");
-    regularised = "; linear plus\n   quadratic inside |x| < delta, where the slope of the power is unbounded";
-  } else if (d.law == "tsmc_paper" && values.at("delta") > 0) {
-    on.insert("CLAMP");
-    regularised = " taken at |x| >= delta";
-  }
-  if (on.contains("TSMC") || d.law == "ftsmc") on.insert("POWER");
-
-  if (d.estimator == "lpf" || d.estimator == "difference") on.insert("LPF");
-  if (d.estimator == "lpf") on.insert("CUTOFF");
-  if (d.estimator.starts_with("red")) on.insert("RED");
-  if (d.estimator == "red_implicit") on.insert("IMPLICIT_RED");
-  if (d.estimator == "eso") on.insert("ESO");
-  if (d.estimator == "kalman" || d.estimator == "kfe" || d.estimator == "kfo") on.insert("KALMAN");
-  if (d.estimator == "kfe" || d.estimator == "kfo") on.insert("THIRD");
-  if (d.estimator == "kfo") on.insert("OSCILLATOR");
-  if (d.estimator == "kalman" || d.estimator == "kfo") on.insert("NO_FORCING");
+  const control::LawEntry& law = control::law_entry(d.law);
+  const control::EstimatorEntry& estimator = control::estimator_entry(d.estimator);
+  const control::CodeFragment law_code = law.code(values), estimator_code = estimator.code(values);
+  if (law.model_free) on.insert("MODEL_FREE");
+  if (!law_code.memory.empty()) on.insert("AXIS_MEMORY");
   if (d.feedforward) on.insert("FEEDFORWARD");
   if (values.at("predict") > 0) {
     on.insert("PREDICT");
@@ -176,28 +136,26 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   if (has_runout(values)) on.insert("RUNOUT");
 
   auto& slots = s.slots;
-  const bool oscillator = d.estimator == "kfo", single = options.single_precision;
+  const bool single = options.single_precision;
   slots["real"] = single ? "float" : "double";
   slots["angle"] =
       single ? ", wrapped by the caller to -pi..pi: float loses an angle that grows" : ", continuous or wrapped";
-  if (d.law == "pd_influence") slots["angle"] = ", continuous";
-  slots["theta"] = oscillator ? "m/s^2, amplitude of the disturbance" : "m, eccentricity";
-  slots["walk"] = oscillator ? "oscillator_walk" : "eccentricity_walk";
-  slots["prior"] = oscillator ? "oscillator_prior" : "eccentricity_prior";
-  slots["kalman"] = d.estimator == "kalman" ? "(z, v)"
-                    : oscillator            ? "(z, v, disturbance amplitude)"
-                                            : "(z, v, eccentricity)";
-  slots["memory"] = d.law == "pid"    ? "m/s^2, integral part"
-                    : d.law == "asmc" ? "m/s^2, adaptive gain"
-                                      : "m/s^2, integral part of the twisting law";
-  slots["regularised"] = regularised;
-  slots["law"] = law_equation(d.law).text;
-  slots["f"] = model_free ? "the disturbance d by unbalance"
-                          : "the acceleration without control: stiffness, damping and unbalance";
+  slots["memory"] = law_code.memory;
+  slots["memory_start"] = law_code.memory_start;
+  slots["regularised"] = "";
+  slots["law"] = law.equation;
+  slots["f"] = law.model_free ? "the disturbance d by unbalance"
+                              : "the acceleration without control: stiffness, damping and unbalance";
   slots["tolerance"] = single ? "1e-7F" : "1e-15";
   slots["slack"] = single ? "1e-5F" : "1e-12";
   slots["reached"] = single ? "0.999999F" : "0.999999999999";
   slots["whole"] = single ? "1e-4F" : "1e-9";
+  add_fragment(s, "law", "laws/" + law_code.file, law_code);
+  add_fragment(s, "estimator", "estimators/" + estimator_code.file, estimator_code);
+  if (!slots["law_call"].empty()) on.insert("OWN_CALL");
+  if (!slots["law_functions"].empty()) on.insert("LAW_FUNCTIONS");
+  on.insert(law_code.features.begin(), law_code.features.end());
+  for (const auto& [name, text] : law_code.slots) slots[name] = text;
   return s;
 }
 
@@ -232,9 +190,9 @@ void require_prefix(const std::string& prefix) {
 ControllerCode controller_code(const ControllerDesign& design, const CodeOptions& options) {
   require_prefix(options.prefix);
   control::make_controller(design);  // refuses what the library refuses, with its words
-  if (options.single_precision && design.law == "pd_influence") {
-    throw Error(
-        "law pd_influence counts whole turns on an angle that grows, which float cannot hold: export it in double");
+  if (options.single_precision && control::law_entry(design.law).continuous_angle) {
+    throw Error("law " + design.law +
+                " counts whole turns on an angle that grows, which float cannot hold: export it in double");
   }
   const std::map<std::string, double> values = control::resolve_parameters(design);
   ControllerCode code;
@@ -245,10 +203,11 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   s.slots["banner"] = banner(design, options);
   code.header = {options.prefix + ".h", fill_template(deploy_template("controller.h"), s)};
   std::string source = s.slots["banner"] + "\n#include \"" + options.prefix + ".h\"\n\n#include <math.h>\n\n";
-  const char* const law = design.law == "mpc" ? "predictive.c" : "laws.c";
-  for (const char* part : {"motion.c", "estimators.c", "implicit_power.c", law}) {
-    source += fill_template(deploy_template(part), s) + "\n";
-  }
+  const auto part = [&](std::string_view text) { source += fill_template(text, s) + "\n"; };
+  part(deploy_template("motion.c"));
+  part("/*@estimator_functions@*/\n");
+  part(deploy_template("implicit_power.c"));
+  part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);
   source += fill_template(deploy_template("controller.c"), s);
   code.source = {options.prefix + ".c", drop_unused_functions(source)};

@@ -8,6 +8,7 @@
 #include "template.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/lateral_model.hpp"
+#include "whirl/control/method.hpp"
 #include "whirl/deploy/code.hpp"
 
 namespace whirl::deploy {
@@ -51,7 +52,7 @@ std::vector<Golden> golden_run(const ControllerDesign& design, bool single, int 
             rounded(omega, single),
             rounded(alpha, single),
             k != 60 && k != 61};
-    if (design.law == "pd_influence") g.in.beta = beta;
+    if (control::law_entry(design.law).continuous_angle) g.in.beta = beta;
     if (k == 90) g.in.x = 0.011;
     if (k == 91) g.in.y = std::nan("");
     const auto answer = controller.step(g.in);

@@ -125,6 +125,21 @@ std::string fill_template(std::string_view text, const TemplateSettings& s) {
   return out;
 }
 
+std::map<std::string, std::string> template_sections(std::string_view text, const TemplateSettings& s) {
+  const std::string in = fill_slots(resolve_conditions(text, s), s);
+  std::map<std::string, std::string> out;
+  constexpr std::string_view kOpen = "/*== ", kClose = " ==*/\n";
+  for (std::size_t at = in.find(kOpen); at != std::string::npos;) {
+    const std::size_t name = at + kOpen.size(), close = in.find(kClose, name);
+    if (close == std::string::npos) throw Error("template: a section without end of its name");
+    at = in.find(kOpen, close);
+    std::string body = in.substr(close + kClose.size(), at - close - kClose.size());
+    if (!body.empty() && body.back() == '\n') body.pop_back();
+    out[in.substr(name, close - name)] = body;
+  }
+  return out;
+}
+
 std::string drop_unused_functions(std::string text) {
   const auto uses = [&text] {
     std::map<std::string_view, int> count;

@@ -6,7 +6,7 @@
 
 namespace whirl::deploy {
 
-/// Text of a file of `c/`; empty when there is none such.
+/// Text of a file of `c/` or of a method's fragment (laws/NAME, estimators/NAME); empty when there is none such.
 std::string_view deploy_template(std::string_view name);
 
 /// How the templates become a source file. They are ordinary C:
@@ -23,6 +23,10 @@ struct TemplateSettings {
 
 /// Resolves a template; throws Error when a slot is not given or the directives do not match.
 std::string fill_template(std::string_view text, const TemplateSettings& settings);
+
+/// The sections of a fragment, each begun by a line `NAME` between the signs of a C comment with `==`, resolved but for
+/// precision and prefix, which the file they are put into resolves; without the last line end.
+std::map<std::string, std::string> template_sections(std::string_view text, const TemplateSettings& settings);
 
 /// Leaves out static functions that nothing uses, with the comment above them.
 std::string drop_unused_functions(std::string text);

@@ -4,7 +4,7 @@
 #include <mutex>
 
 #include "robustness_parallel.hpp"
-#include "whirl/control/catalogue.hpp"
+#include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::tuning {
@@ -48,13 +48,11 @@ ComparedMethod parse_method(const std::string& text) {
       parts.back() += c;
     }
   }
-  // The adaptive 1x methods find the synchronous force themselves.
-  ComparedMethod m{parts[0], parts.size() > 1 ? parts[1] : "lpf", !parts[0].starts_with("pd_")};
+  ComparedMethod m{parts[0], parts.size() > 1 ? parts[1] : "lpf", !control::law_entry(parts[0]).cancels_synchronous};
   if (parts.size() > 3 || (parts.size() == 3 && parts[2] != "no-feedforward")) {
     throw Error::in_field("method", text, "LAW, LAW:ESTIMATOR or LAW:ESTIMATOR:no-feedforward");
   }
   if (parts.size() == 3) m.feedforward = false;
-  control::law_info(m.law);
   control::estimator_info(m.estimator);
   return m;
 }

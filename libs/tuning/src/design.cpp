@@ -8,8 +8,8 @@
 
 #include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
-#include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
+#include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::tuning {
@@ -28,10 +28,6 @@ struct Variable {
     return linear ? (c - low) / (high - low) : std::log(c / low) / std::log(high / low);
   }
 };
-
-bool model_based_law(const std::string& law) {
-  return !law.starts_with("pd") && law != "pid" && law != "lqr" && law != "mpc";
-}
 
 double switching_gain_of(const std::map<std::string, double>& values) {
   const auto it = values.find("switching_gain");
@@ -52,7 +48,7 @@ std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOp
   };
   for (const auto& info : control::law_info(start.law).parameters) add(info);
   for (const auto& info : control::estimator_info(start.estimator).parameters) add(info);
-  if (model_based_law(start.law)) {
+  if (!control::law_entry(start.law).model_free) {
     for (const auto& info : control::common_parameters()) add(info);
   }
   return out;
@@ -164,13 +160,12 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   d.feedforward = options.feedforward;
   d.parameters["sensor_delay"] = options.hardware.laser.latency;
   d.parameters["sensor_range"] = 0.49 * options.hardware.laser.range;
-  const auto& e = options.estimator;
-  const bool has_model = e == "kalman" || e == "kfe" || e == "kfo" || e == "eso";
-  d.parameters["predict"] = has_model ? 1 : 0;
-  if (options.law == "tsmc_paper") d.parameters["delta"] = 30e-6;  // the printed term is singular: a clamp is mandatory
+  const control::EstimatorEntry& estimator = control::estimator_entry(options.estimator);
+  d.parameters["predict"] = estimator.model_based ? 1 : 0;
+  for (const auto& [name, value] : control::law_entry(options.law).design_values) d.parameters[name] = value;
   const control::Runout runout = options.runout ? *options.runout : identified_runout(identified);
   if (!runout.empty()) d.parameters.merge(control::runout_parameters(runout));
-  if (has_model && e != "eso") {
+  if (estimator.knows_noise) {
     // The noise of the readings in quadrature with 1 um: runout harmonics and quantisation.
     const rig::RigLaser& laser = options.hardware.laser;
     const double lsb = laser.bits > 0 ? laser.range / std::ldexp(1.0, laser.bits) : 0;

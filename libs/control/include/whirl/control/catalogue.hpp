@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,8 @@ struct ParameterInfo {
   double fallback = 0;                 ///< default; NaN: derived from the other parameters, see `meaning`
   double low = 0, high = 0;            ///< admissible range, inclusive
   double tune_low = 0, tune_high = 0;  ///< range of the automatic tuning (logarithmic); equal: not tuned
+  /// Default from the other parameters, the sample time h and the samples of delay n, where `fallback` is NaN.
+  double (*derive)(const std::map<std::string, double>& values, double h, int n) = nullptr;
 };
 
 /// A law or an estimator by name.

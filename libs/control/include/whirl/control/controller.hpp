@@ -1,14 +1,11 @@
 #pragma once
 #include <array>
 #include <complex>
-#include <variant>
 
 #include "whirl/control/estimators.hpp"
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
-#include "whirl/control/model_predictive.hpp"
 #include "whirl/control/runout.hpp"
-#include "whirl/control/synchronous.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
@@ -26,19 +23,6 @@ struct ControllerState {
   bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
 };
-
-using AnyEstimator = std::variant<FilteredDifference, LevantDifferentiator, ExtendedStateObserver, KalmanEstimator>;
-/// PD per axis plus a canceller of the synchronous motion.
-struct SynchronousPd {
-  Pd x, y;
-  SynchronousCanceller synchronous;
-};
-
-using AnyLaw =
-    std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, LateralLaw<NonsingularTerminalSmc>,
-                 LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>, LateralLaw<ImplicitSmc>,
-                 LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>, LateralLaw<AdaptiveSmc>,
-                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>, LateralLaw<ModelPredictive>, SynchronousPd>;
 
 /// Settings around estimator and law, all numbers checked.
 struct ControllerSettings {
@@ -101,16 +85,5 @@ class Controller {
 /// Builds the controller a design describes. Throws Error for unknown names, parameters out of range, a law
 /// that needs the input gain when it is not known, delays longer than Controller::kMaxDelay samples.
 Controller make_controller(const ControllerDesign& design);
-
-/// Gains [kp, kd] (1/s^2, 1/s) of the discrete linear-quadratic regulator of x'' = -k1 x - c x' + a, input
-/// held over h: minimises the sum of (x / x_scale)^2 + (v / v_scale)^2 + (a / a_scale)^2. With a pure input
-/// delay the optimal law is the same gain on the predicted state. Source: discrete Riccati equation, iterated
-/// to its fixed point.
-struct LqrGains {
-  double kp = 0, kd = 0;
-  double residual = 0;         ///< of the Riccati equation, relative
-  double spectral_radius = 0;  ///< of the closed loop without delay
-};
-LqrGains lqr_gains(double k1, double c, double sample_time, double x_scale, double v_scale, double a_scale);
 
 }  // namespace whirl::control

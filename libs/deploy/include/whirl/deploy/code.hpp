@@ -34,7 +34,7 @@ struct LawEquation {
   std::string latex;  ///< the same for a document
 };
 /// Throws Error for a name that is no law.
-const LawEquation& law_equation(const std::string& law);
+LawEquation law_equation(const std::string& law);
 
 /// A controller as C99: what its files share. `lqr` is exported as the PD gains it stands for.
 struct ControllerCode {

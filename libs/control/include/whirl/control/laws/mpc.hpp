@@ -2,7 +2,7 @@
 #include <array>
 #include <cstdint>
 
-#include "whirl/control/laws.hpp"
+#include "whirl/control/laws/axis.hpp"
 
 namespace whirl::control {
 

@@ -2,6 +2,7 @@
 #include <complex>
 
 #include "whirl/control/lateral_model.hpp"
+#include "whirl/control/laws/pd.hpp"
 
 namespace whirl::control {
 
@@ -38,6 +39,12 @@ class SynchronousCanceller {
   std::complex<double> q_, sum_;
   long count_ = 0;
   double turn_start_ = 0;
+};
+
+/// PD per axis plus a canceller of the synchronous motion.
+struct SynchronousPd {
+  Pd x, y;
+  SynchronousCanceller synchronous;
 };
 
 }  // namespace whirl::control

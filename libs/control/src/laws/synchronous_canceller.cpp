@@ -1,6 +1,6 @@
-#include "whirl/control/synchronous.hpp"
-
 #include <numbers>
+
+#include "whirl/control/laws/pd_synchronous.hpp"
 
 namespace whirl::control {
 

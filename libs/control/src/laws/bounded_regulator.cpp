@@ -1,7 +1,7 @@
-#include "whirl/control/model_predictive.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "whirl/control/laws/mpc.hpp"
 
 namespace whirl::control {
 

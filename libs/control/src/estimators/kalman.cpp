@@ -1,97 +1,8 @@
-#include "whirl/control/estimators.hpp"
+#include "whirl/control/estimators/kalman.hpp"
+
+#include "whirl/control/method.hpp"
 
 namespace whirl::control {
-
-FilteredDifference::FilteredDifference(double cutoff_hz, double sample_time) noexcept
-    : pole_(std::exp(-2 * std::numbers::pi * cutoff_hz * sample_time)), h_(sample_time) {}
-
-DiskMotion FilteredDifference::step(const EstimatorInput& in) noexcept {
-  if (!started_) {
-    // A rotor in steady whirl moves at i omega z: the best guess from one sample.
-    v_ = product({0, in.omega}, in.z);
-    started_ = true;
-  } else {
-    v_ = pole_ * v_ + (1 - pole_) / h_ * (in.z - last_);
-  }
-  last_ = in.z;
-  return {in.z, v_, in.d};
-}
-
-double RobustDifferentiator::explicit_step(double y, double h) noexcept {
-  const double e = x - y, k1 = 1.5 * std::sqrt(rate), k2 = 1.1 * rate;
-  x += h * (w - k1 * sig(e, 0.5));
-  w -= h * k2 * sgn(e);
-  return w;
-}
-
-double RobustDifferentiator::implicit_step(double y, double h) noexcept {
-  const double k1 = 1.5 * std::sqrt(rate), k2 = 1.1 * rate, b = y - x - h * w;
-  if (std::abs(b) <= h * h * k2) {
-    w += b / h;
-    x = y;
-  } else {
-    const double excess = std::abs(b) - h * h * k2;
-    const double q = 2 * excess / (h * k1 + std::sqrt(h * h * k1 * k1 + 4 * excess));
-    w += h * k2 * sgn(b);
-    x = y - q * q * sgn(b);
-  }
-  return w;
-}
-
-LevantDifferentiator::LevantDifferentiator(double rate, double sample_time, bool implicit) noexcept
-    : x_{rate}, y_{rate}, h_(sample_time), implicit_(implicit) {}
-
-void LevantDifferentiator::reset() noexcept {
-  x_ = {x_.rate};
-  y_ = {y_.rate};
-  started_ = false;
-}
-
-DiskMotion LevantDifferentiator::step(const EstimatorInput& in) noexcept {
-  if (!started_) {
-    const std::complex<double> v = product({0, in.omega}, in.z);
-    x_.x = in.z.real();
-    y_.x = in.z.imag();
-    x_.w = v.real();
-    y_.w = v.imag();
-    started_ = true;
-    return {in.z, v, in.d};
-  }
-  if (implicit_) return {in.z, {x_.implicit_step(in.z.real(), h_), y_.implicit_step(in.z.imag(), h_)}, in.d};
-  return {in.z, {x_.explicit_step(in.z.real(), h_), y_.explicit_step(in.z.imag(), h_)}, in.d};
-}
-
-ExtendedStateObserver::ExtendedStateObserver(const LateralModel& model, double bandwidth, double sample_time) noexcept
-    : model_(model), h_(sample_time) {
-  const double lam = std::exp(-bandwidth * h_);
-  l1_ = 1 - lam * lam * lam;
-  l2_ = 3 * (1 - lam) * (1 - lam) * (1 + lam) / (2 * h_);
-  l3_ = (1 - lam) * (1 - lam) * (1 - lam) / (h_ * h_);
-}
-
-namespace {
-/// Prediction over one interval with the two pieces of control.
-DiskMotion predict_interval(const LateralModel& model, const DiskMotion& s, const EstimatorInput& in, double h) {
-  const DiskMotion first = in.split > 0 ? predict_motion(model, s, in.a_first, in.omega, in.split * h) : s;
-  return predict_motion(model, first, in.a_second, in.omega, (1 - in.split) * h);
-}
-}  // namespace
-
-DiskMotion ExtendedStateObserver::step(const EstimatorInput& in) noexcept {
-  if (!started_) {
-    state_ = {in.z, product({0, in.omega}, in.z), in.d};
-    started_ = true;
-    return state_;
-  }
-  state_ = predict_interval(model_, state_, in, h_);
-  if (in.fresh) {
-    const std::complex<double> e = in.z - state_.z;
-    state_.z += l1_ * e;
-    state_.v += l2_ * e;
-    state_.d += l3_ * e;
-  }
-  return state_;
-}
 
 KalmanEstimator::KalmanEstimator(const LateralModel& model, DisturbanceState disturbance, std::complex<double> eps,
                                  const KalmanOptions& options, double sample_time) noexcept
@@ -176,6 +87,90 @@ DiskMotion KalmanEstimator::step(const EstimatorInput& in) noexcept {
   }
   state_.d = kind_ == DisturbanceState::none ? in.d : product(theta_, g_);
   return state_;
+}
+
+namespace {
+
+const ParameterInfo kReading{
+    "measurement_noise", "m", "rms noise of a displacement reading, runout included", 1.2e-6, 1e-9, 1e-2, 0, 0};
+const ParameterInfo kLeftOut{"acceleration_noise",
+                             "m/s^2",
+                             "rms of the acceleration the model leaves out, per sample",
+                             0.5,
+                             1e-6,
+                             1e4,
+                             0.02,
+                             20};
+
+AnyEstimator make(const ControllerDesign& d, const Parameters& v, DisturbanceState kind, double walk, double prior) {
+  return KalmanEstimator(LateralModel::from(d.model), kind, d.model.eps,
+                         {v.at("measurement_noise"), v.at("acceleration_noise"), walk, prior}, d.sample_time);
+}
+
+}  // namespace
+
+EstimatorEntry kalman_estimator() {
+  return {
+      .info = {"kalman", "Kalman filter, position and velocity", "model-based prediction", {kReading, kLeftOut}},
+      .make = [](const ControllerDesign& d, const Parameters& v) { return make(d, v, DisturbanceState::none, 0, 0); },
+      .code =
+          [](const Parameters&) {
+            return CodeFragment{"kalman", {"NO_FORCING"}, {{"kalman", "(z, v)"}}};
+          },
+      .model_based = true,
+      .knows_noise = true};
+}
+
+EstimatorEntry kfe_estimator() {
+  return {.info = {"kfe",
+                   "Kalman filter with the eccentricity as states",
+                   "model-based prediction; needs the angle",
+                   {kReading,
+                    kLeftOut,
+                    {"eccentricity_walk", "m/sqrt(s)", "random walk of the eccentricity", 2e-5, 0, 1, 2e-6, 2e-3},
+                    {"eccentricity_prior", "m", "sd of the model's eccentricity at the start", 1e-4, 0, 1, 0, 0}}},
+          .make =
+              [](const ControllerDesign& d, const Parameters& v) {
+                return make(d, v, DisturbanceState::eccentricity, v.at("eccentricity_walk"),
+                            v.at("eccentricity_prior"));
+              },
+          .code =
+              [](const Parameters&) {
+                return CodeFragment{"kalman",
+                                    {"THIRD"},
+                                    {{"kalman", "(z, v, eccentricity)"},
+                                     {"theta", "m, eccentricity"},
+                                     {"walk", "eccentricity_walk"},
+                                     {"prior", "eccentricity_prior"}}};
+              },
+          .model_based = true,
+          .knows_noise = true};
+}
+
+EstimatorEntry kfo_estimator() {
+  return {
+      .info = {"kfo",
+               "Kalman filter with an oscillator at the speed",
+               "model-based prediction; needs the speed only",
+               {kReading,
+                kLeftOut,
+                {"oscillator_walk", "m/s^2/sqrt(s)", "random walk of the disturbance amplitude", 1, 0, 1e4, 0.05, 50},
+                {"oscillator_prior", "m/s^2", "sd of the disturbance at the start", 5, 0, 1e4, 0, 0}}},
+      .make =
+          [](const ControllerDesign& d, const Parameters& v) {
+            return make(d, v, DisturbanceState::oscillator, v.at("oscillator_walk"), v.at("oscillator_prior"));
+          },
+      .code =
+          [](const Parameters&) {
+            return CodeFragment{"kalman",
+                                {"THIRD", "OSCILLATOR", "NO_FORCING"},
+                                {{"kalman", "(z, v, disturbance amplitude)"},
+                                 {"theta", "m/s^2, amplitude of the disturbance"},
+                                 {"walk", "oscillator_walk"},
+                                 {"prior", "oscillator_prior"}}};
+          },
+      .model_based = true,
+      .knows_noise = true};
 }
 
 }  // namespace whirl::control
