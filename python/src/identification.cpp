@@ -1,0 +1,105 @@
+#include <numbers>
+
+#include "bindings.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/identify/identify_rotor.hpp"
+#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/validate.hpp"
+#include "whirl/modal/stiffness.hpp"
+
+namespace whirl::python {
+namespace {
+
+using namespace identification;
+
+IdentifiedModel identify_any(const std::vector<Recording>& records, const std::string& method,
+                             std::vector<std::string> states, std::vector<std::string> inputs, int order,
+                             std::vector<std::string> library, bool discrete) {
+  if (method == "weak") {
+    if (!states.empty() || !library.empty()) throw Error("states and library are for method='sindy'");
+    return identify_rotor(records);
+  }
+  if (method != "sindy") throw Error::in_field("method", method, "'weak' (rotors) or 'sindy' (any system)");
+  SindyOptions options;
+  options.states = std::move(states);
+  options.inputs = std::move(inputs);
+  options.order = order;
+  options.library = std::move(library);
+  options.discrete = discrete;
+  return fit_sindy(records, options);
+}
+
+UnbalanceSource unbalance_source(const std::string& name) {
+  for (const UnbalanceSource s : {UnbalanceSource::identified, UnbalanceSource::added, UnbalanceSource::refitted}) {
+    if (to_string(s) == name) return s;
+  }
+  throw Error::in_field("unbalance", name, "'identified', 'added' or 'refitted'");
+}
+
+}  // namespace
+
+void bind_identification(py::module_& m) {
+  m.def("_identify", &identify_any, py::call_guard<py::gil_scoped_release>(), py::arg("records"), py::arg("method"),
+        py::arg("states"), py::arg("inputs"), py::arg("order"), py::arg("library"), py::arg("discrete"));
+  py::class_<Validation>(m, "Validation", "Free-run prediction of a record that was not used for the fit")
+      .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, m rms (contains the sensor noise)")
+      .def_readonly("rmse_y", &Validation::rmse_y, "m rms")
+      .def_readonly("nrmse", &Validation::nrmse, "rms of the error over rms of the motion")
+      .def_readonly("noise_x", &Validation::noise_x, "noise of the record, m rms")
+      .def_readonly("noise_y", &Validation::noise_y, "m rms")
+      .def_readonly("peak_measured", &Validation::peak_measured, "largest radius, m peak")
+      .def_readonly("peak_simulated", &Validation::peak_simulated, "m peak")
+      .def_readonly("fold_sensitive", &Validation::fold_sensitive)
+      .def_readonly("simulated", &Validation::simulated)
+      .def_readonly("summary", &Validation::summary);
+  m.def(
+      "validate",
+      [](const IdentifiedModel& model, const Recording& record, const std::string& unbalance,
+         std::complex<double> added) {
+        ValidateOptions options;
+        options.unbalance = unbalance_source(unbalance);
+        options.added = added;
+        const py::gil_scoped_release unlocked;
+        return validate_model(model, record, options);
+      },
+      py::arg("model"), py::arg("record"), py::kw_only(), py::arg("unbalance") = "identified",
+      py::arg("added") = std::complex<double>(),
+      "Free-run prediction of a rotor record. `added`: complex eccentricity of a known added mass, m, for\n"
+      "unbalance='added'.");
+  m.def(
+      "score",
+      [](const IdentifiedModel& model, const Recording& record, double horizon) {
+        std::vector<StateScore> scores;
+        {
+          const py::gil_scoped_release unlocked;
+          scores = score(model, record, horizon);
+        }
+        py::dict out;
+        for (const StateScore& s : scores) {
+          out[py::str(s.state)] =
+              py::dict(py::arg("rmse") = s.rmse, py::arg("nrmse") = s.nrmse, py::arg("noise") = s.noise);
+        }
+        return out;
+      },
+      py::arg("model"), py::arg("record"), py::arg("horizon") = 0.0,
+      "Free-run error of every measured state (rms), restarted every `horizon` seconds (0: never).");
+
+  auto law = py::class_<StiffnessLaw>(m, "StiffnessLaw", "F = k1 (d - offset) + k2 (d - offset)^3");
+  law.def_readonly("k1", &StiffnessLaw::k1, "N/m")
+      .def_readonly("k2", &StiffnessLaw::k2, "N/m^3")
+      .def_readonly("offset", &StiffnessLaw::offset, "m")
+      .def_readonly("summary", &StiffnessLaw::summary)
+      .def("__repr__", [](const StiffnessLaw& v) {
+        return fmt::format("<whirl.StiffnessLaw k1 = {:.6g} +- {:.2g} N/m, k2 = {:.4g} +- {:.2g} N/m^3>", v.k1.value,
+                           v.k1.sd, v.k2.value, v.k2.sd);
+      });
+  add_json<StiffnessLaw>(law);
+  m.def(
+      "stiffness",
+      [](const Eigen::Ref<const Eigen::VectorXd>& deflection, const Eigen::Ref<const Eigen::VectorXd>& force) {
+        return modal::fit_stiffness(deflection, force);
+      },
+      py::arg("deflection"), py::arg("force"), "Stiffness law of a force-deflection table, m and N.");
+}
+
+}  // namespace whirl::python

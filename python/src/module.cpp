@@ -1,0 +1,23 @@
+#include "bindings.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/core/summary.hpp"
+
+namespace whirl::python {
+
+void stop_when_interrupted() {
+  const py::gil_scoped_acquire lock;
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+PYBIND11_MODULE(_whirl, m) {
+  m.doc() = "C++ core of the Python package whirl";
+  py::register_exception<Error>(m, "Error", PyExc_ValueError);
+  m.attr("__version__") = std::string(version());
+  bind_values(m);
+  bind_identification(m);
+  bind_modal(m);
+  bind_control(m);
+  bind_sparse(m);
+}
+
+}  // namespace whirl::python
