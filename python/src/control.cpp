@@ -1,4 +1,4 @@
-#include <fstream>
+#include <algorithm>
 #include <numbers>
 
 #include "bindings.hpp"
@@ -108,7 +108,7 @@ ControllerDesign design_controller(const IdentifiedModel& model, const std::stri
     stop_when_interrupted();
     if (!progress) return;
     const py::gil_scoped_acquire lock;
-    progress(static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
+    progress(std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
   };
   const py::gil_scoped_release unlocked;
   return tuning::design(model, options);

@@ -2,8 +2,7 @@
 
 #include "bindings.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/identify/identify_rotor.hpp"
-#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/identify/validate.hpp"
 #include "whirl/modal/stiffness.hpp"
 
@@ -12,21 +11,34 @@ namespace {
 
 using namespace identification;
 
-IdentifiedModel identify_any(const std::vector<Recording>& records, const std::string& method,
-                             std::vector<std::string> states, std::vector<std::string> inputs, int order,
-                             std::vector<std::string> library, bool discrete) {
-  if (method == "weak") {
-    if (!states.empty() || !library.empty()) throw Error("states and library are for method='sindy'");
-    return identify_rotor(records);
+Identification identify_any(const std::vector<Recording>& records, const std::string& method,
+                            std::vector<std::string> states, std::vector<std::string> inputs, int order,
+                            std::vector<std::string> library, bool discrete, double holdout,
+                            const std::function<void(const std::string&, double)>& progress) {
+  IdentifyOptions options;
+  options.method = method_of(method);
+  options.sindy.states = std::move(states);
+  options.sindy.inputs = std::move(inputs);
+  options.sindy.order = order;
+  options.sindy.library = std::move(library);
+  options.sindy.discrete = discrete;
+  options.holdout = holdout;
+  options.progress = [&](const std::string& what, double fraction) {
+    stop_when_interrupted();
+    if (!progress) return;
+    const py::gil_scoped_acquire lock;
+    progress(what, fraction);
+  };
+  const py::gil_scoped_release unlocked;
+  return identify(records, options);
+}
+
+py::dict scores_of(const std::vector<StateScore>& scores) {
+  py::dict out;
+  for (const StateScore& s : scores) {
+    out[py::str(s.state)] = py::dict(py::arg("rmse") = s.rmse, py::arg("nrmse") = s.nrmse, py::arg("noise") = s.noise);
   }
-  if (method != "sindy") throw Error::in_field("method", method, "'weak' (rotors) or 'sindy' (any system)");
-  SindyOptions options;
-  options.states = std::move(states);
-  options.inputs = std::move(inputs);
-  options.order = order;
-  options.library = std::move(library);
-  options.discrete = discrete;
-  return fit_sindy(records, options);
+  return out;
 }
 
 UnbalanceSource unbalance_source(const std::string& name) {
@@ -39,8 +51,21 @@ UnbalanceSource unbalance_source(const std::string& name) {
 }  // namespace
 
 void bind_identification(py::module_& m) {
-  m.def("_identify", &identify_any, py::call_guard<py::gil_scoped_release>(), py::arg("records"), py::arg("method"),
-        py::arg("states"), py::arg("inputs"), py::arg("order"), py::arg("library"), py::arg("discrete"));
+  py::class_<Identification>(m, "Identification", "A model and what speaks for and against it")
+      .def_readonly("model", &Identification::model)
+      .def_readonly("summary", &Identification::summary, "the verdict by all evidence")
+      .def_property_readonly("usable", &Identification::usable)
+      .def_property_readonly("parameters", [](const py::object& self) -> py::object { return self.attr("model").attr("parameters"); })
+      .def_property_readonly(
+          "held_out", [](const Identification& v) { return scores_of(v.evidence.held_out.scores); },
+          "free-run error (rms) on the part that a second fit did not see, by state")
+      .def_property_readonly("held_out_part", [](const Identification& v) { return v.evidence.held_out.what; })
+      .def("__str__", [](const py::object& self) { return py::str(self.attr("model")); })
+      .def("__repr__", [](const Identification& v) {
+        return fmt::format("<whirl.Identification by {}: {}>", v.model.method, to_string(v.summary.status));
+      });
+  m.def("_identify", &identify_any, py::arg("records"), py::arg("method"), py::arg("states"), py::arg("inputs"),
+        py::arg("order"), py::arg("library"), py::arg("discrete"), py::arg("holdout"), py::arg("progress"));
   py::class_<Validation>(m, "Validation", "Free-run prediction of a record that was not used for the fit")
       .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, m rms (contains the sensor noise)")
       .def_readonly("rmse_y", &Validation::rmse_y, "m rms")
@@ -74,12 +99,7 @@ void bind_identification(py::module_& m) {
           const py::gil_scoped_release unlocked;
           scores = score(model, record, horizon);
         }
-        py::dict out;
-        for (const StateScore& s : scores) {
-          out[py::str(s.state)] =
-              py::dict(py::arg("rmse") = s.rmse, py::arg("nrmse") = s.nrmse, py::arg("noise") = s.noise);
-        }
-        return out;
+        return scores_of(scores);
       },
       py::arg("model"), py::arg("record"), py::arg("horizon") = 0.0,
       "Free-run error of every measured state (rms), restarted every `horizon` seconds (0: never).");

@@ -181,7 +181,10 @@ void bind_model(py::module_& m) {
       .def("__str__",
            [](const IdentifiedModel& v) {
              std::string text;
-             for (const Equation& e : v.equations) text += report::to_text(e, report::names_of(v)) + "\n";
+             for (const Equation& e : v.equations) {
+               const bool definition = e.terms.size() == 1 && e.terms[0].coefficient.sd == 0;  // x' = v
+               if (!definition) text += report::to_text(e, report::names_of(v)) + "\n";
+             }
              return text;
            })
       .def("_repr_latex_",

@@ -2,8 +2,8 @@
 
     import whirl
     record = whirl.VirtualRig({"rotor.added_mass_g": 5}).record(seed=1)
-    model = whirl.identify(record)
-    print(model, model.parameters["k1"])
+    found = whirl.identify(record)
+    print(found, found.parameters["k1"], found.summary)
 
 All values are SI. A result carries `summary` (status, warnings, what it may be trusted for); bad input raises
 `whirl.Error`, a ValueError whose message names the field, the value and what is allowed.
@@ -14,6 +14,7 @@ from ._whirl import (  # noqa: F401
     Error,
     Estimate,
     FrequencyResponse,
+    Identification,
     Metrics,
     ModalModel,
     Mode,
@@ -46,6 +47,7 @@ from ._whirl import (  # noqa: F401
     write,
 )
 from ._whirl import _identify
+from . import plot as _plot
 from .sindy import (  # noqa: F401
     CustomLibrary,
     FiniteDifference,
@@ -59,16 +61,21 @@ from .sindy import (  # noqa: F401
 )
 
 
-def identify(records, method=None, *, states=(), inputs=(), order=1, library=(), discrete=False):
-    """Equations of motion from one record or a list of records.
+Recording.plot = _plot.recording
+FrequencyResponse.plot = _plot.frequency_response
+Run.plot = _plot.run
+
+
+def identify(records, method="automatic", *, states=(), inputs=(), order=1, library=(), discrete=False, holdout=0.3,
+             progress=None):
+    """Equations of motion from one record or a list of records; returns an Identification.
 
     Rotor records (channels x, y in m and beta in rad) need no more. Any other system: name its `states` and `inputs`
     (channels); `order=2` for displacements whose rates are not measured, `library` for candidate terms as text
-    (default: monomials), `discrete=True` for maps. `method`: "weak" (rotor) or "sindy"; by default the one that fits
-    the arguments. Returns a Model; raises Error for missing channels.
+    (default: monomials), `discrete=True` for maps. `holdout`: share of the record that a second fit does not see and
+    is judged on (0: no second fit). `progress(what, fraction)` is called now and then. Methods as in `whirl identify`:
+    automatic, weak, sindy, paper, consistent, second-order. Raises Error for missing channels.
     """
     if isinstance(records, Recording):
         records = [records]
-    if method is None:
-        method = "sindy" if states else "weak"
-    return _identify(list(records), method, list(states), list(inputs), order, list(library), discrete)
+    return _identify(list(records), method, list(states), list(inputs), order, list(library), discrete, holdout, progress)

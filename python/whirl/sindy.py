@@ -270,8 +270,10 @@ class SINDy(BaseEstimator):
         k = len(trajectories)
         inputs = [None if part is None else _states(part, "u") for part in _each(u, several, k)]
         rates = [None if part is None else _states(part, "x_dot") for part in _each(x_dot, several, k)]
-        steps = [self._step(part, len(data)) for part, data in zip(_each(t, several and not np.isscalar(t), k), trajectories)]
+        steps = [self._step(part, len(data)) for part, data in zip(_each(t, isinstance(t, (list, tuple)) and several, k), trajectories)]
         n, m = trajectories[0].shape[1], 0 if inputs[0] is None else inputs[0].shape[1]
+        if min(map(len, trajectories)) < 5:
+            raise ValueError(f"n_samples = {min(map(len, trajectories))}: a trajectory needs at least 5 samples")
         for data, drive in zip(trajectories, inputs):
             if data.shape[1] != n:
                 raise ValueError(f"trajectories have {n} and {data.shape[1]} states: must be the same")
@@ -354,6 +356,8 @@ class SINDy(BaseEstimator):
             return self._compiled.predict(x, u)
         self._check_fitted()
         x = _states(x)
+        if x.shape[1] != self.n_features_in_:
+            raise ValueError(f"X has {x.shape[1]} features, but {type(self).__name__} is expecting {self.n_features_in_} features as input")
         variables = x if u is None else np.hstack([x, _states(u, "u")])
         return self.library_.evaluate(variables, self.feature_names_) @ self.coefficients_.T
 
@@ -449,14 +453,19 @@ class SINDy(BaseEstimator):
 
 
 def _states(x, name="x"):
+    """x as an array of samples x states; ValueError for anything else."""
+    if hasattr(x, "toarray"):
+        raise TypeError(f"sparse data is not supported: {name} must be dense")
     x = np.asarray(x)
     if x.dtype.kind == "c":
         raise ValueError(f"Complex data not supported: {name} has complex values")
     x = np.asarray(x, dtype=float)
     if x.ndim == 1:
         x = x[:, None]
-    if x.ndim != 2 or x.shape[1] == 0:
+    if x.ndim != 2:
         raise ValueError(f"{name} has shape {x.shape}: must be samples x states")
+    if x.shape[1] == 0:
+        raise ValueError(f"{name} has 0 feature(s) (shape={x.shape}) while a minimum of 1 is required.")
     if not np.isfinite(x).all():
         raise ValueError(f"{name} contains NaN or infinity")
     return x

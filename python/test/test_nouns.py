@@ -1,0 +1,118 @@
+"""The nouns of the package against each other and against the program."""
+import json
+import os
+import pickle
+import subprocess
+
+import numpy as np
+import pytest
+import whirl
+
+
+@pytest.fixture(scope="module")
+def rig():
+    return whirl.VirtualRig({"rotor.added_mass_g": 5})
+
+
+@pytest.fixture(scope="module")
+def record(rig):
+    return rig.record(seed=1)
+
+
+@pytest.fixture(scope="module")
+def found(record):
+    return whirl.identify(record, holdout=0)
+
+
+def test_channels_are_views_that_keep_the_record():
+    x = whirl.VirtualRig().record(seed=3)["x"]
+    assert not x.flags.writeable and not x.flags.owndata
+    assert np.isfinite(x).all()
+
+
+def test_a_record_from_arrays():
+    t = np.arange(100) * 1e-3
+    r = whirl.Recording({"x": np.sin(t), "u": np.cos(t)}, t=t, units={"x": "m"})
+    assert r.dt == pytest.approx(1e-3) and len(r) == 100 and "x" in r and r.units == {"x": "m", "u": "1"}
+    again = pickle.loads(pickle.dumps(r))
+    assert (again["x"] == r["x"]).all() and again.units == r.units
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (dict(channels={"x": np.zeros(9)}, t=np.zeros(9)), "times must rise"),
+    (dict(channels={"x": np.zeros(9)}, t=np.arange(9.0) ** 2), "must be uniform"),
+    (dict(channels={"x": np.zeros(9), "y": np.zeros(8)}, dt=1), "x"),
+    (dict(channels={"x": np.zeros(9)}, dt=1, units={"x": "mm"}), "SI unit"),
+    (dict(channels={"x": np.zeros(9)}, dt=1, units={"y": "m"}), "name of a channel"),
+    (dict(channels={"x": np.full(9, np.nan)}, dt=1), "x"),
+])
+def test_bad_records_are_refused_with_the_reason(arguments, message):
+    channels = arguments.pop("channels")
+    with pytest.raises(whirl.Error, match=message):
+        whirl.Recording(channels, **arguments)
+    assert issubclass(whirl.Error, ValueError)
+
+
+def test_the_program_and_python_find_the_same(tmp_path, record, found):
+    whirl.write(tmp_path / "r.csv", record)
+    again = whirl.identify(whirl.read(tmp_path / "r.csv"), holdout=0)
+    out = tmp_path / "model.json"
+    subprocess.run([os.environ["WHIRL_PROGRAM"], "identify", tmp_path / "r.csv", "--no-holdout", "--out", out, "--quiet"],
+                   check=True, capture_output=True)
+    program = json.loads(out.read_text())["parameters"]
+    for name, value in again.parameters.items():
+        assert value.value == pytest.approx(program[name]["value"], rel=1e-12, abs=1e-300), name
+    assert found.parameters["k1"].value == pytest.approx(again.parameters["k1"].value, rel=1e-6)
+
+
+def test_models_travel(tmp_path, found):
+    model = found.model
+    assert pickle.loads(pickle.dumps(model)).to_json() == model.to_json()
+    whirl.save(tmp_path / "model.json", model)
+    assert whirl.load(tmp_path / "model.json").to_json() == model.to_json()
+    assert found.usable and "x" in str(found)
+
+
+def test_the_whole_chain(rig, found, tmp_path):
+    check = whirl.validate(found.model, rig.run_up().record(seed=2))
+    assert check.nrmse < 0.05
+    law = whirl.stiffness(*rig.stiffness_test())
+    seen = []
+    controller = whirl.design(found.model, stiffness=law, evaluations=20, progress=seen.append)
+    assert seen and seen[-1] == pytest.approx(1)
+    result = whirl.run(controller, rig)
+    assert result.metrics.stable and result.metrics.suppression["all"] > 0.9
+    assert len(result.log) > 1000
+    modes = whirl.modes(whirl.frf(rig.hammer_test()), band_high=60)
+    assert any(mode.frequency.covers(46.0) or abs(mode.frequency.value - 46) < 0.05 for mode in modes)
+    advice = whirl.balance(found.model, mass_kg=1.5, radius_mm=83, speed_rpm=1800)
+    assert advice["correction_mass_g"] > 0
+    files = whirl.export(controller, "c", tmp_path / "c")
+    assert any(file.suffix == ".c" for file in files)
+    assert pickle.loads(pickle.dumps(controller)).to_json() == controller.to_json()
+
+
+def test_ctrl_c_ends_a_long_call(rig, found):
+    def stop(fraction):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        whirl.design(found.model, mass_kg=1.5, evaluations=20, progress=stop)
+
+
+def test_errors_name_field_and_allowed_values(found, tmp_path):
+    with pytest.raises(whirl.Error, match="rotor.foo"):
+        whirl.VirtualRig({"rotor.foo": 1})
+    with pytest.raises(whirl.Error, match="no_such.csv"):
+        whirl.read(tmp_path / "no_such.csv")
+    with pytest.raises(whirl.Error, match="mass"):
+        whirl.design(found.model)
+    with pytest.raises(whirl.Error, match="unbalance"):
+        whirl.validate(found.model, whirl.VirtualRig().record(), unbalance="guess")
+
+
+def test_figures(record, rig):
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    assert len(record.plot()) == 3
+    assert len(whirl.frf(rig.hammer_test()).plot()) == 2

@@ -1,0 +1,48 @@
+"""Figures of results with matplotlib, where it is installed. Each takes the axes to draw on and returns them."""
+import numpy as np
+
+
+def _axes(axes, rows=1):
+    if axes is not None:
+        return axes
+    from matplotlib import pyplot
+
+    return pyplot.subplots(rows, 1, sharex=True, squeeze=False, layout="constrained")[1][:, 0]
+
+
+def recording(record, channels=None, axes=None):
+    """One panel per channel over time (SI units)."""
+    names = list(channels or record.names)
+    axes = np.atleast_1d(_axes(axes, len(names)))
+    for axis, name in zip(axes, names):
+        axis.plot(record.t, record[name], linewidth=0.8)
+        axis.set_ylabel(f"{name} [{record.units[name]}]")
+    axes[-1].set_xlabel("time [s]")
+    return axes
+
+
+def frequency_response(frf, axes=None):
+    """Magnitude and phase of every channel."""
+    axes = np.atleast_1d(_axes(axes, 2))
+    for (response, reference), column in zip(frf.names, frf.values.T):
+        axes[0].semilogy(frf.frequency, np.abs(column), linewidth=0.8, label=f"{response} / {reference}")
+        axes[1].plot(frf.frequency, np.degrees(np.angle(column)), linewidth=0.8)
+    axes[0].set_ylabel(f"{frf.kind} [SI]")
+    axes[0].legend()
+    axes[1].set_ylabel("phase [deg]")
+    axes[1].set_xlabel("frequency [Hz]")
+    return axes
+
+
+def run(closed_loop, axes=None):
+    """Displacement of the disk centre without and with control, and the force."""
+    log = closed_loop.log
+    axes = np.atleast_1d(_axes(axes, 2))
+    axes[0].plot(log.t, 1e3 * log["x_open"], color="0.6", linewidth=0.8, label="without control")
+    axes[0].plot(log.t, 1e3 * log["x_true"], linewidth=0.8, label="with control")
+    axes[0].set_ylabel("x [mm]")
+    axes[0].legend()
+    axes[1].plot(log.t, log["ux"], linewidth=0.8)
+    axes[1].set_ylabel("force x [N]")
+    axes[1].set_xlabel("time [s]")
+    return axes
