@@ -13,4 +13,4 @@ whirl stiffness pull_x.csv --out stiffness.json
 
 # The identified model whirls in the plane; the controller designed from it is run on the rotor that tilts.
 whirl design model.json --stiffness stiffness.json --hardware "$rig" --law pd --estimator kfe --evaluations 40 --out controller.json
-whirl run controller.json --rig-file "$rig" --log run.csv
+whirl run controller.json --rig "$rig" --log run.csv

@@ -77,14 +77,14 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
     ASSERT_EQ(folder.whirl("export fmu model.json --mass-kg 1.5 --out . --prefix plant --fmi " + std::string(version))
                   .exit_code,
               0);
-    const Outcome run = folder.whirl("run controller.json --rig plant.fmu --log run.csv --json --quiet");
+    const Outcome run = folder.whirl("run controller.json --fmu plant.fmu --log run.csv --json --quiet");
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const io::Json json = io::parse_json(run.out, "stdout");
     EXPECT_GT(*json.find("open_peak")->get<double>(), 1e-3);
     EXPECT_GT(*json.find("suppression")->get<double>(), 0.9);
     EXPECT_TRUE(std::filesystem::exists(folder / "run.csv"));
   }
-  EXPECT_EQ(folder.whirl("run controller.json --rig plant.fmu --fmu-name x=nothing").exit_code, 2);
+  EXPECT_EQ(folder.whirl("run controller.json --fmu plant.fmu --fmu-name x=nothing").exit_code, 2);
   EXPECT_EQ(folder.whirl("run controller.json --rig model.json").exit_code, 2);
 }
 

@@ -34,7 +34,7 @@ struct RealtimeE2e : ::testing::Test {
 };
 
 TEST_F(RealtimeE2e, ThroughPseudoTerminalsAndASecondProcessAsInOneProcess) {
-  const Outcome inside = folder.whirl("run controller.json --rig-file rig.toml --json");
+  const Outcome inside = folder.whirl("run controller.json --rig rig.toml --json");
   const double expected = at(io::parse_json(inside.out, "inside"), "whole", "suppression");
   ASSERT_GT(expected, 0.3);
   const Served rig(folder, "--lockstep --rig rig.toml");

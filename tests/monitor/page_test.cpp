@@ -33,7 +33,7 @@ struct MonitorPageE2e : ::testing::Test {
                  "[profile]\nstart_rpm = 900\nend_rpm = 900\nramp_s = 60\ndwell_end_s = 0\nripple_percent = 0\n");
   }
   static std::string run(const std::string& more = "") {
-    return "run controller.json --rig-file steady.toml --added-mass-g 1 --monitor --port 0 --repeat --record-folder "
+    return "run controller.json --rig steady.toml --added-mass-g 1 --monitor --port 0 --repeat --record-folder "
            "records " +
            more;
   }
@@ -263,7 +263,7 @@ TEST_F(MonitorPageE2e, ALostPageLeavesTheLoopAlone) {
 TEST_F(MonitorPageE2e, PlaysARunUpWithBodeAndPolar) {
   // A run-up through a resonance, simulated without control.
   folder.write("up.toml", "[profile]\nstart_rpm = 300\nend_rpm = 1200\nramp_s = 8\ndwell_end_s = 2\n");
-  ASSERT_EQ(folder.whirl("run controller.json --rig-file up.toml --log up.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("run controller.json --rig up.toml --log up.csv").exit_code, 0);
   const LiveProgram live(folder, "monitor up.csv --port 0 --speed 4 --reference up.csv");
   Browser browser(folder / "");
   browser.open(live.url());

@@ -9,13 +9,13 @@
 
 namespace whirl::app {
 
-void add_balance(CLI::App& app, Session& session) {
+void add_balance(CommandLine& app, Session& session) {
   struct Options {
     PlantOptions plant;
     double radius_mm = 0, speed_rpm = 0, grade = 6.3;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "balance", "Mass and angle to add, from the identified eccentricity",
       "Input: model.json of `whirl identify`; the mass of the disk by --mass-kg or --stiffness. One plane. Angles "
       "count from the\n"
@@ -52,12 +52,12 @@ void add_balance(CLI::App& app, Session& session) {
                            .set("within_grade", a.within_grade));
         session.finish(model.summary);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json")->required();
+  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
   sub->add_option("--mass-kg", o->plant.mass_kg, "mass of the disk");
-  sub->add_option("--stiffness", o->plant.stiffness, "stiffness.json of the pull test: gives the mass");
+  sub->add_option("--stiffness", o->plant.stiffness, "stiffness.json of the pull test: gives the mass")->input();
   sub->add_option("--radius-mm", o->radius_mm, "where the mass is added")->required();
   sub->add_option("--speed-rpm", o->speed_rpm, "service speed")->required();
-  sub->add_option("--grade", o->grade, "balance quality asked for, mm/s")->capture_default_str();
+  sub->add_option("--grade", o->grade, "balance quality asked for, mm/s")->show_default();
 }
 
 }  // namespace whirl::app

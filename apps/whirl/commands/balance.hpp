@@ -4,6 +4,6 @@
 namespace whirl::app {
 
 /// `whirl balance`.
-void add_balance(CLI::App& app, Session& session);
+void add_balance(CommandLine& app, Session& session);
 
 }  // namespace whirl::app

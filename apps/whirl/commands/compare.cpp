@@ -26,7 +26,7 @@ std::string file_name(const std::string& label) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, Session& session) {
+void add_compare(CommandLine& app, Session& session) {
   struct Options {
     PlantOptions plant;
     std::string rig, balanced;
@@ -38,7 +38,7 @@ void add_compare(CLI::App& app, Session& session) {
     tuning::CompareOptions compare;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "compare", "All control laws on the same rig, runs and seeds, beside the paper's numbers",
       "Input: model.json identified on the rotor to be controlled; its mass by --stiffness or --mass-kg. Every law is "
       "tuned on\n"
@@ -53,6 +53,10 @@ void add_compare(CLI::App& app, Session& session) {
       [o, &session] {
         require_range("--added-mass-g", o->added_mass_g, 0, 1000, "g");
         require_range("--seeds", o->seeds, 1, 1000);
+        if (!o->out.empty()) {
+          session.check_output(o->out / "comparison.json", "whirl.comparison");
+          session.check_output(o->out / "report.html");
+        }
         std::vector<std::filesystem::path> inputs;
         tuning::CompareOptions& c = o->compare;
         const IdentifiedModel model = o->plant.load(c.design, inputs);
@@ -92,6 +96,8 @@ void add_compare(CLI::App& app, Session& session) {
         session.say(fmt::format("best: {}", best.label));
         if (!o->out.empty()) {
           std::filesystem::create_directories(o->out);
+          for (const tuning::ComparedResult& r : comparison.results)
+            session.check_output(o->out / fmt::format("controller_{}.json", file_name(r.label)), "whirl.controller");
           for (const tuning::ComparedResult& r : comparison.results) {
             io::save(o->out / fmt::format("controller_{}.json", file_name(r.label)), r.design);
           }
@@ -104,21 +110,21 @@ void add_compare(CLI::App& app, Session& session) {
         if (!best.nominal.stable) summary.fail("no method is stable on this rig");
         session.finish(summary);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json")->required();
-  sub->add_option("--out", o->out, "folder for the report and the controllers");
+  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
+  sub->add_option("--out", o->out, "folder for the report and the controllers")->output_folder();
   sub->add_option(
       "--laws", o->laws,
       "LAW, LAW:ESTIMATOR or LAW:ESTIMATOR:no-feedforward, several; default: all laws and the estimators worth it");
   o->plant.add_to(sub);
-  sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default");
-  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk")->capture_default_str();
-  sub->add_option("--balanced", o->balanced, "model.json identified on the balanced rotor");
+  sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default")->input();
+  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk")->show_default();
+  sub->add_option("--balanced", o->balanced, "model.json identified on the balanced rotor")->input();
   sub->add_option("--evaluations", o->compare.design.evaluations, "tuning budget, the same for every law")
-      ->capture_default_str();
-  sub->add_option("--seeds", o->seeds, "runs with different sensor noise per method")->capture_default_str();
-  sub->add_option("--seed", o->compare.design.seed, "of the tuning; the runs take others")->capture_default_str();
+      ->show_default();
+  sub->add_option("--seeds", o->seeds, "runs with different sensor noise per method")->show_default();
+  sub->add_option("--seed", o->compare.design.seed, "of the tuning; the runs take others")->show_default();
   sub->add_option("--threads", o->compare.design.threads, "0: all cores; the result does not depend on it")
-      ->capture_default_str();
+      ->show_default();
   sub->add_flag("--no-matrix", o->no_matrix, "leave the robustness matrix out");
 }
 

@@ -52,13 +52,13 @@ void write_responses(const std::string& out, const FrequencyResponse& frf) {
 
 }  // namespace
 
-void add_convert(CLI::App& app, Session& session) {
+void add_convert(CommandLine& app, Session& session) {
   struct Options {
     std::string in, out, kind;
     RecordOptions record;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub =
+  CommandLine* sub =
       add_command(app, session, "convert", "A record or frequency responses from one file format to another",
                   "Input: CSV, universal file (UFF), ATFX, MAT (v5, v7.3), HDF5, WAV, LVM, found from the content; or "
                   "frequency responses\n"
@@ -80,10 +80,10 @@ void add_convert(CLI::App& app, Session& session) {
                     session.say(fmt::format("{}: {} channels, {} samples at {:.9g} Hz", o->out, record.channels.size(),
                                             record.size(), record.rate()));
                   });
-  sub->add_option("IN", o->in, "file to read")->required();
-  sub->add_option("OUT", o->out, "file to write")->required();
+  sub->add_option("IN", o->in, "file to read")->input()->required();
+  sub->add_option("OUT", o->out, "file to write")->output("signals")->required();
   sub->add_option("--kind", o->kind, "of a CSV table of frequency responses")
-      ->check(CLI::IsMember({"receptance", "mobility", "accelerance"}));
+      ->one_of({"receptance", "mobility", "accelerance"});
   o->record.add_to(sub);
 }
 

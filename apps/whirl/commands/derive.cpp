@@ -122,13 +122,13 @@ std::string describe(const lagrange::PhysicalParameters& found) {
 
 }  // namespace
 
-void add_derive(CLI::App& app, Session& session) {
+void add_derive(CommandLine& app, Session& session) {
   struct Options {
     std::string file, out, model;
     bool latex = false;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "derive", "Equations of motion, candidate terms and ties from kinetic and potential energy",
       "Input: a TOML file with coordinates, kinetic and potential energy, Rayleigh function, forces, parameters with "
       "their SI\n"
@@ -178,9 +178,9 @@ void add_derive(CLI::App& app, Session& session) {
         session.result(document);
         session.finish(summary);
       });
-  sub->add_option("FILE", o->file, "system (TOML)")->required();
-  sub->add_option("--out", o->out, "write the library as TOML");
-  sub->add_option("--model", o->model, "identified model (JSON): give the physical parameters");
+  sub->add_option("FILE", o->file, "system (TOML)")->input()->required();
+  sub->add_option("--out", o->out, "write the library as TOML")->output("settings");
+  sub->add_option("--model", o->model, "identified model (JSON): give the physical parameters")->input();
   sub->add_flag("--latex", o->latex, "print the equations as LaTeX instead");
 }
 

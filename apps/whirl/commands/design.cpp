@@ -40,7 +40,7 @@ std::map<std::string, double> parse_fixed(const std::vector<std::string>& settin
 
 }  // namespace
 
-void add_design(CLI::App& app, Session& session) {
+void add_design(CommandLine& app, Session& session) {
   struct Options {
     PlantOptions plant;
     std::string out;
@@ -50,7 +50,7 @@ void add_design(CLI::App& app, Session& session) {
   };
   auto o = std::make_shared<Options>();
   o->design.estimator = "lpf";
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "design", "A controller tuned on the identified model",
       "Input: model.json, and the mass that turns forces into accelerations: --mass-kg, or --stiffness stiffness.json\n"
       "(mass = K1 of the pull test / k1 of the model). --hardware: data sheets of sensors, converters and actuators as "
@@ -86,17 +86,15 @@ void add_design(CLI::App& app, Session& session) {
         session.result(to_json(result));
         session.finish(result.summary);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json");
-  sub->add_option("--out", o->out, "write controller.json");
-  sub->add_option("--law", o->design.law, "control law; --list names all")->capture_default_str();
-  sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->capture_default_str();
+  sub->add_option("MODEL", o->plant.model, "model.json")->input();
+  sub->add_option("--out", o->out, "write controller.json")->output("whirl.controller");
+  sub->add_option("--law", o->design.law, "control law; --list names all")->show_default();
+  sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->show_default();
   sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
   o->plant.add_to(sub);
   sub->add_option("--set", o->set, "fix a parameter instead of tuning it, NAME=NUMBER");
-  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
-      ->capture_default_str();
-  sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")
-      ->capture_default_str();
+  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")->show_default();
+  sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->show_default();
   sub->add_flag("--list", o->list, "list the laws and estimators");
 }
 

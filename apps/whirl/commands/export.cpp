@@ -59,19 +59,23 @@ std::vector<deploy::SourceFile> source_files(const Options& o, const T& value, c
 }
 
 template <class T>
-std::vector<std::string> write(const Options& o, const T& value, const deploy::CodeOptions& code) {
+std::vector<std::string> write(const Session& session, const Options& o, const T& value,
+                               const deploy::CodeOptions& code) {
   const std::filesystem::path folder = o.out;
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed) throw Error(fmt::format("--out {}: {}", o.out, failed.message()));
   std::vector<std::string> written;
   if (o.form == "fmu") {
+    session.check_output(folder / (code.prefix + ".fmu"));
     const deploy::FmuOptions f = fmu_options(o, code, std::is_same_v<T, ControllerDesign>);
     written.push_back((folder / (code.prefix + ".fmu")).string());
     deploy::pack_fmu(deploy::fmu_files(value, f), f, written.front());
     return written;
   }
-  for (const deploy::SourceFile& f : source_files(o, value, code)) {
+  const std::vector<deploy::SourceFile> files = source_files(o, value, code);
+  for (const deploy::SourceFile& f : files) session.check_output(folder / f.name, "text");
+  for (const deploy::SourceFile& f : files) {
     written.push_back((folder / f.name).string());
     io::write_text(written.back(), f.text);
   }
@@ -90,9 +94,9 @@ std::string next_step(const Options& o, const deploy::CodeOptions& code) {
 
 }  // namespace
 
-void add_export(CLI::App& app, Session& session) {
+void add_export(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "export", "A controller or model as C99, FMU or for other tools",
       "Forms:\n"
       "  c          one .c/.h pair in C99: no allocation, no input or output, no globals; all numbers adjustable in a "
@@ -124,7 +128,7 @@ void add_export(CLI::App& app, Session& session) {
         std::vector<std::string> written;
         if (name != nullptr && name->starts_with("whirl.controller/")) {
           if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller stands in its file");
-          written = write(*o, io::from_json<ControllerDesign>(document, o->file), code);
+          written = write(session, *o, io::from_json<ControllerDesign>(document, o->file), code);
         } else {
           IdentifiedModel model = io::from_json<IdentifiedModel>(document, o->file);
           if (o->mass_kg > 0) {
@@ -132,7 +136,7 @@ void add_export(CLI::App& app, Session& session) {
               throw Error(o->file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
             model.rotor->gain = 1 / o->mass_kg;
           }
-          written = write(*o, model, code);
+          written = write(session, *o, model, code);
         }
         io::Json files = io::Json::array();
         for (const std::string& path : written) {
@@ -145,21 +149,18 @@ void add_export(CLI::App& app, Session& session) {
       });
   sub->add_option("FORM", o->form, "c, fmu, python, matlab, sfunction, modelica or latex")
       ->required()
-      ->check(CLI::IsMember({"c", "fmu", "python", "matlab", "sfunction", "modelica", "latex"}));
-  sub->add_option("FILE", o->file, "controller.json or model.json")->required();
-  sub->add_option("--out", o->out, "folder to write into; default PREFIX_FORM");
+      ->one_of({"c", "fmu", "python", "matlab", "sfunction", "modelica", "latex"});
+  sub->add_option("FILE", o->file, "controller.json or model.json")->input()->required();
+  sub->add_option("--out", o->out, "folder to write into; default PREFIX_FORM")->output_folder();
   sub->add_option("--prefix", o->prefix,
                   "of every file, type and function, and name of the FMU; default: from the file's name");
   sub->add_flag("--float", o->single, "single precision");
-  sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")
-      ->check(CLI::IsMember({2, 3}))
-      ->capture_default_str();
+  sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")->one_of_numbers({2, 3})->show_default();
   sub->add_option("--type", o->type, "of an FMU: cs (co-simulation), me (model exchange) or both; default all there is")
-      ->check(CLI::IsMember({"cs", "me", "both"}));
+      ->one_of({"cs", "me", "both"});
   sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation")
-      ->capture_default_str();
-  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")
-      ->check(CLI::PositiveNumber);
+      ->show_default();
+  sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")->positive();
 }
 
 }  // namespace whirl::app

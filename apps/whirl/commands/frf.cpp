@@ -10,7 +10,7 @@
 
 namespace whirl::app {
 
-void add_frf(CLI::App& app, Session& session) {
+void add_frf(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::string> files;
     std::string out, figure, estimator = "h1";
@@ -19,7 +19,7 @@ void add_frf(CLI::App& app, Session& session) {
     double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows",
       "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and "
       "one or\n"
@@ -62,11 +62,12 @@ void add_frf(CLI::App& app, Session& session) {
         session.result(to_json(frf));
         session.finish(frf.summary);
       });
-  sub->add_option("FILES", o->files, "records of blows")->required();
-  sub->add_option("--out", o->out, "write the frequency responses as JSON");
-  sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)");
-  sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->check(CLI::IsMember({"h1", "h2", "hv"}));
-  sub->add_option("--force", o->frf.force, "name of the force channel when there are several");
+  sub->add_option("FILES", o->files, "records of blows")->input()->required();
+  sub->add_option("--out", o->out, "write the frequency responses as JSON")->output("whirl.frf");
+  sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)")
+      ->output("figure");
+  sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->one_of({"h1", "h2", "hv"});
+  sub->add_option("--force-channel", o->frf.force, "name of the force channel when there are several");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");

@@ -51,6 +51,7 @@ identification::Identification stream_identify(const IdentifyFlags& flags, const
 
 void run_identify(const IdentifyFlags& flags, Session& session) {
   flags.check();
+  if (!flags.out.empty()) session.check_output(flags.out, flags.compare ? "whirl.method_comparison" : "whirl.model");
   const auto options = [&](const Recording& like) {
     identification::IdentifyOptions o = flags.options(like);
     o.progress = [&session](const std::string& what, double share) { session.progress(what, share); };
@@ -86,9 +87,9 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
 
 }  // namespace
 
-void add_identify(CLI::App& app, Session& session) {
+void add_identify(CommandLine& app, Session& session) {
   auto o = std::make_shared<IdentifyFlags>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "identify", "Equations of motion from records of a rotor or of any system (SINDy)",
       "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: "
       "displacement\n"

@@ -77,23 +77,23 @@ identification::SignBound sign_bound(const std::string& text) {
 
 }  // namespace
 
-void IdentifyFlags::add_to(CLI::App* sub) {
-  const auto between = [](double low, double high) { return CLI::Range(low, high); };
-  sub->add_option("RECORDS", files, "records (CSV)")->required();
-  sub->add_option("--out", out, "write the model as JSON");
+void IdentifyFlags::add_to(CommandLine* sub) {
+  sub->add_option("RECORDS", files, "records (CSV)")->input()->required();
+  sub->add_option("--out", out, "write the model as JSON")->output("whirl.model|whirl.method_comparison");
   sub->add_option("--method", method, "weak (default), paper, consistent, second-order or sindy")
-      ->check(CLI::IsMember({"weak", "paper", "consistent", "second-order", "sindy"}));
+      ->one_of({"weak", "paper", "consistent", "second-order", "sindy"});
   sub->add_flag("--compare", compare, "table over all regression methods on this record instead of one model");
   sub->add_option("--holdout", holdout, "share of a single record kept out of a second fit, to be predicted (0.3)")
-      ->check(between(0.05, 0.8));
+      ->range(0.05, 0.8);
   sub->add_flag("--no-holdout", no_holdout, "no second fit: no held-out error");
   record.add_to(sub);
 
   const char* rotor_group = "Rotor";
   sub->add_option("--modes", modes, "modes of the hammer test (modes.json): candidates beside the main mode")
+      ->input()
       ->group(rotor_group);
   sub->add_option("--angle", angle, "measured, or profile: the rate of an assumed profile is refined too")
-      ->check(CLI::IsMember({"measured", "profile"}))
+      ->one_of({"measured", "profile"})
       ->group(rotor_group);
   sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")
       ->group(rotor_group);
@@ -105,52 +105,50 @@ void IdentifyFlags::add_to(CLI::App* sub) {
   const char* general = "Any system (sindy)";
   sub->add_option("--states", states, "channels whose equations are sought; default: all that are no inputs")
       ->delimiter(',')
-      ->allow_extra_args(false)
+      ->one_value()
       ->group(general);
-  sub->add_option("--inputs", inputs, "channels that drive them")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->group(general);
+  sub->add_option("--inputs", inputs, "channels that drive them")->delimiter(',')->one_value()->group(general);
   sub->add_option("--order", order, "1: x' = f(x, u); 2: x'' = f(x, x', u) from displacements alone")
-      ->check(CLI::Range(1, 2))
+      ->range(1, 2)
       ->group(general);
   sub->add_flag("--discrete", discrete, "map: x[k+1] = f(x, u)")->group(general);
   sub->add_option("--degree", degree, "library: all monomials up to this degree (default 3; 2 beyond three variables)")
-      ->check(CLI::Range(1, 8))
+      ->range(1, 8)
       ->group(general);
   sub->add_option("--fourier", fourier, "library: sin(k v), cos(k v) of every variable up to k")
-      ->check(CLI::Range(1, 20))
+      ->range(1, 20)
       ->group(general);
   sub->add_flag("--time", time, "library: time t is a variable too")->group(general);
   sub->add_option("--terms", term_list,
                   "library: further terms, e.g. \"x*abs(x), exp(-t)\"; alone they are the library")
       ->group(general);
-  CLI::Option* file =
+  Option* file =
       sub->add_option("--library", library,
                       "library.toml: exactly these terms, ties and known parts; states, inputs and order are its own "
                       "(docs/formats.md)")
-          ->check(CLI::ExistingFile)
+          ->existing_file()
+          ->input()
           ->group(general);
   for (const char* flag : {"--degree", "--fourier", "--time", "--terms"}) file->excludes(flag);
   sub->add_option("--known", known, "equation with given coefficients, kept as it is, e.g. \"x' = v\"")
-      ->allow_extra_args(false)
+      ->one_value()
       ->excludes(file)
       ->group(general);
   sub->add_option("--sign", signs,
                   "sign of a coefficient, repeatable: TERM=+ (>= 0 in every equation), EQUATION:TERM=- (<= 0), e.g. "
                   "\"v':x^3=-\"")
-      ->allow_extra_args(false)
+      ->one_value()
       ->excludes(file)
       ->group(general);
   sub->add_option("--window", window, "half-width of the weak form's test functions, s; 0: from the record")
-      ->check(between(0, 1e6))
+      ->range(0, 1e6)
       ->group(general);
   sub->add_option("--t-value", term_t_value, "terms with a smaller |coefficient / sd| go (4)")
-      ->check(between(0, 1000))
+      ->range(0, 1000)
       ->group(general);
   sub->add_option("--max-passes", max_passes,
                   "refinement: passes over the free runs after which the search for terms ends (500)")
-      ->check(CLI::Range(1, 1000000))
+      ->range(1, 1000000)
       ->group(general);
   sub->add_flag("--no-refine", no_refine, "stop after the regression: no refinement on free runs")->group(general);
   sub->add_flag("--stream", stream,
@@ -159,41 +157,39 @@ void IdentifyFlags::add_to(CLI::App* sub) {
 
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
-      ->check(CLI::IsMember(regression::regression_methods()))
+      ->one_of(regression::regression_methods())
       ->group(regression);
   std::vector<std::string> selections;
   for (const auto& [name, value] : kSelections) selections.push_back(name);
   sub->add_option("--selection", selection, "of one model on a path: automatic, bic, aic, cv, cv-1se")
-      ->check(CLI::IsMember(selections))
+      ->one_of(selections)
       ->group(regression);
   sub->add_option("--threshold", solve.threshold, "share of the target below which a term goes (stlsq, sr3, ensemble)")
-      ->check(between(0, 1))
+      ->range(0, 1)
       ->group(regression);
   sub->add_option("--lambda", solve.lambda,
                   "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
-      ->check(between(0, 1))
+      ->range(0, 1)
       ->group(regression);
   sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")
-      ->check(between(0, 1e12))
+      ->range(0, 1e12)
       ->group(regression);
   sub->add_option("--max-terms", solve.max_terms, "largest model of frols, best_subset; 0: all")
-      ->check(CLI::Range(0, 1000))
+      ->range(0, 1000)
       ->group(regression);
   sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")
-      ->check(between(0, 1e6))
+      ->range(0, 1e6)
       ->group(regression);
-  sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->check(between(1e-12, 1e12))->group(regression);
-  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")
-      ->check(CLI::Range(1, 100000))
-      ->group(regression);
+  sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->range(1e-12, 1e12)->group(regression);
+  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")->range(1, 100000)->group(regression);
   sub->add_option("--inclusion", solve.inclusion, "ensemble: share of resamples in which a term must be kept")
-      ->check(between(0, 1))
+      ->range(0, 1)
       ->group(regression);
   sub->add_option("--drop-terms", solve.drop_terms, "ensemble: terms left out of each resample at random")
-      ->check(CLI::Range(0, 1000))
+      ->range(0, 1000)
       ->group(regression);
   sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")
-      ->check(CLI::Range(2, 50))
+      ->range(2, 50)
       ->group(regression);
   sub->add_option("--seed", solve.seed, "ensemble")->group(regression);
   sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression);

@@ -28,7 +28,7 @@ struct IdentifyFlags {
   bool compare = false, no_holdout = false;
   double holdout = 0.3;
 
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
   /// weak, unless another method is named or flags of sindy are given.
   identification::Method method_chosen() const;
   /// Throws Error when a flag is given that the method does not take.

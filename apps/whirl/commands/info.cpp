@@ -37,13 +37,13 @@ io::Json to_json(const io::TableInfo& table) {
 
 }  // namespace
 
-void add_info(CLI::App& app, Session& session) {
+void add_info(CommandLine& app, Session& session) {
   struct Options {
     std::string file;
     double rate = 0;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub =
+  CommandLine* sub =
       add_command(app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
                   "Input: CSV with a header of quantity_unit columns, universal file (UFF 58, 58b, 55, 15, 82, ...), "
                   "ATFX, MAT (v5, v7.3),\n"
@@ -64,7 +64,7 @@ void add_info(CLI::App& app, Session& session) {
                     json.set("findings", texts(info.findings));
                     session.result(json);
                   });
-  sub->add_option("FILE", o->file, "file of any of these formats")->required();
+  sub->add_option("FILE", o->file, "file of any of these formats")->input()->required();
   sub->add_option("--rate", o->rate, "sample rate in Hz, for CSV files without a time column");
 }
 

@@ -81,15 +81,15 @@ io::Json to_json(const IoSettings& io, const LoopSurvey& s, double excitation, c
 
 }  // namespace
 
-void add_io(CLI::App& app, Session& session) {
-  CLI::App* io = app.add_subcommand("io", "Sensors, board and actuators of io.toml");
-  io->require_subcommand(1);
+void add_io(CommandLine& app, Session& session) {
+  CommandLine* io = app.add_subcommand("io", "Sensors, board and actuators of io.toml");
+  io->require_subcommand();
   struct Options {
     std::string io;
     double seconds = 2, excite = 0;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       *io, session, "test", "Look at each channel and measure the delay of the loop",
       "Input: io.toml (docs/formats.md). Without force, for --seconds: each displacement's distance, noise (rms, from "
       "second\n"
@@ -138,9 +138,9 @@ void add_io(CLI::App& app, Session& session) {
         for (const std::string& text : wrong) summary.fail(text);
         session.finish(summary);
       });
-  sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->required();
-  sub->add_option("--seconds", o->seconds, "length of each part")->capture_default_str();
-  sub->add_option("--excite-N", o->excite, "force of the excitation; 0: none")->capture_default_str();
+  sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
+  sub->add_option("--seconds", o->seconds, "length of each part")->show_default();
+  sub->add_option("--excite-N", o->excite, "force of the excitation; 0: none")->show_default();
 }
 
 }  // namespace whirl::app

@@ -34,17 +34,20 @@ std::pair<std::string, double> read_limit(const std::string& text) {
 
 }  // namespace
 
-void ViewOptions::add_to(CLI::App* sub) {
+void ViewOptions::add_to(CommandLine* sub) {
   sub->add_option("--port", port, "of the page; 0 takes any free one")
-      ->check(CLI::Range(0, 65535))
-      ->capture_default_str()
+      ->range(0, 65535)
+      ->show_default()
       ->group("Live view");
   sub->add_option("--address", address, "to serve at; anything but loopback shows the data to the network")
-      ->capture_default_str()
+      ->show_default()
       ->group("Live view");
-  sub->add_option("--record-folder", record_folder, "allow the page to record into this folder")->group("Live view");
+  sub->add_option("--record-folder", record_folder, "allow the page to record into this folder")
+      ->output_folder()
+      ->group("Live view");
   sub->add_option("--reference", reference,
                   "record of another run, e.g. the open loop, whose 1X amplitude is drawn behind")
+      ->input()
       ->group("Live view");
   sub->add_option("--limit", limits,
                   "largest value of a channel, with its unit, e.g. x_mm=0.5; crossings go to the log")

@@ -1,5 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
+#include "command_line.hpp"
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,7 +19,7 @@ struct ViewOptions {
   std::vector<std::string> limits;  ///< x_mm=0.5
   bool read_only = false;
 
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
   /// Throws Error for a bad limit or a reference that cannot be read.
   monitor::HubOptions hub(double rate) const;  ///< for samples at `rate` Hz
   monitor::ServerOptions server() const;       ///< with a new token unless read-only

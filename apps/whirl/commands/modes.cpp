@@ -82,7 +82,7 @@ void compare(const ModalModel& modes, const std::string& file, Session& session)
 
 }  // namespace
 
-void add_modes(CLI::App& app, Session& session) {
+void add_modes(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::string> files;
     std::string out, kind, reference, method = "plscf";
@@ -92,7 +92,7 @@ void add_modes(CLI::App& app, Session& session) {
     double low = 0, high = 0;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
       "Input: JSON written by `whirl frf`, a universal file with frequency responses, or a CSV table of them with "
       "--kind;\n"
@@ -167,20 +167,23 @@ void add_modes(CLI::App& app, Session& session) {
       });
   sub->add_option("FILES", o->files,
                   "frequency responses; several files: one per point hit, made with `whirl frf --reference`")
+      ->input()
       ->required();
-  sub->add_option("--out", o->out, "write the modes as JSON");
+  sub->add_option("--out", o->out, "write the modes as JSON")->output("whirl.modes");
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
   sub->add_option("--method", o->method,
                   "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "
                   "without the force")
-      ->check(CLI::IsMember({"plscf", "lsce", "era", "rfp", "fdd"}));
+      ->one_of({"plscf", "lsce", "era", "rfp", "fdd"});
   sub->add_option("--compare", o->reference,
-                  "modes.json of an earlier test over the same points: change of frequency and MAC");
+                  "modes.json of an earlier test over the same points: change of frequency and MAC")
+      ->input();
   sub->add_flag("--no-refine", o->no_refine,
                 "what the method alone gives: no Gauss-Newton, no search, no standard deviations");
   sub->add_option("--figure", o->figures,
                   "stabilisation diagram; a file whose name holds 'frf' shows the fit, one with 'shape' the mode "
-                  "shapes (.svg .png .pdf .csv)");
+                  "shapes (.svg .png .pdf .csv)")
+      ->output("figure");
   sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
   sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
 }

@@ -46,7 +46,7 @@ Recording read(const RecordOptions& options, const std::string& file) {
 
 }  // namespace
 
-void add_monitor(CLI::App& app, Session& session) {
+void add_monitor(CommandLine& app, Session& session) {
   struct Options {
     std::string file;
     double speed = 1;
@@ -55,7 +55,7 @@ void add_monitor(CLI::App& app, Session& session) {
     ViewOptions view;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub =
+  CommandLine* sub =
       add_command(app, session, "monitor", "Play a record in a browser as if it were measured now",
                   "Input: a record with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...) or a recording "
                   "of `whirl run --record`.\n"
@@ -75,8 +75,8 @@ void add_monitor(CLI::App& app, Session& session) {
                         o->view, std::make_unique<monitor::PlaybackSource>(std::move(record), o->speed, o->loop), hub);
                     served.until_stopped();
                   });
-  sub->add_option("FILE", o->file, "record to play")->required();
-  sub->add_option("--speed", o->speed, "times as fast as recorded, 0.01 to 10000")->capture_default_str();
+  sub->add_option("FILE", o->file, "record to play")->input()->required();
+  sub->add_option("--speed", o->speed, "times as fast as recorded, 0.01 to 10000")->show_default();
   sub->add_flag("--loop", o->loop, "start again at the end");
   o->record.add_to(sub);
   o->view.add_to(sub);

@@ -1,5 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
+#include "command_line.hpp"
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -15,7 +15,7 @@ struct PlantOptions {
   double mass_kg = 0;
 
   /// Adds --stiffness, --mass-kg, --modes and --hardware.
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
   /// The model, the files read, and the hardware and gain put into `design`. Throws Error when the mass is not known.
   IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const;
 };

@@ -27,7 +27,7 @@ report::TerminalOptions terminal() {
 
 }  // namespace
 
-void add_plot(CLI::App& app, Session& session) {
+void add_plot(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::string> files, out;
     std::string what = "traces", window, amplitude = "peak";
@@ -37,7 +37,7 @@ void add_plot(CLI::App& app, Session& session) {
   auto o = std::make_shared<Options>();
   std::string list;
   for (const pages::View& v : pages::views()) list += fmt::format("  {:<15}{}\n", v.name, v.shows);
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "plot", "Draw a record: time traces, orbit, spectra, waterfall, Bode, polar, order tracks",
       "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...), or for bode and polar a "
       "table\n"
@@ -90,9 +90,9 @@ void add_plot(CLI::App& app, Session& session) {
             io::start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
         session.result(json);
       });
-  sub->add_option("FILE", o->files, "records, or Bode tables")->required();
-  sub->add_option("--what", o->what, "which figure, see below")->capture_default_str();
-  sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once");
+  sub->add_option("FILE", o->files, "records, or Bode tables")->input()->required();
+  sub->add_option("--what", o->what, "which figure, see below")->show_default();
+  sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once")->output("figure");
   sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")
       ->delimiter(',');
   sub->add_option("--from", o->view.begin, "begin, s");
@@ -101,18 +101,18 @@ void add_plot(CLI::App& app, Session& session) {
   sub->add_option("--resolution-hz", o->view.resolution,
                   "between lines; default one block for spectra, for maps a block in which 2X moves by one line");
   sub->add_option("--window", o->window, "default hann for spectra, flat-top for maps")
-      ->check(CLI::IsMember({"hann", "flat-top", "rectangular"}));
+      ->one_of({"hann", "flat-top", "rectangular"});
   sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
-      ->check(CLI::IsMember({"peak", "p-p", "rms"}))
-      ->capture_default_str();
+      ->one_of({"peak", "p-p", "rms"})
+      ->show_default();
   sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")
       ->delimiter(',')
-      ->capture_default_str();
+      ->show_default();
   sub->add_option("--bandwidth-hz", o->view.bandwidth,
                   "of the Vold-Kalman filter; default a quarter of the mean speed");
   sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")
-      ->check(CLI::Range(1, 10000))
-      ->capture_default_str();
+      ->range(1, 10000)
+      ->show_default();
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
   sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")->delimiter(',');
   sub->add_option("--rate", o->rate, "sample rate in Hz of a file without a time column");

@@ -96,13 +96,13 @@ void replay(Session& session, const std::string& file, const std::string& contro
 
 }  // namespace
 
-void add_record(CLI::App& app, Session& session) {
+void add_record(CommandLine& app, Session& session) {
   struct Options {
     std::string io, out;
     double seconds = 0;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "record", "Record sensors and rotor angle without control",
       "Input: io.toml (docs/formats.md). Output: HDF5 with one row per tick (dataset `cycles`, SI) and events; it can "
       "be read\n"
@@ -127,17 +127,17 @@ void add_record(CLI::App& app, Session& session) {
         if (recorder.rows() == 0) summary.fail(out.reason);
         session.finish(summary);
       });
-  sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->required();
-  sub->add_option("--out", o->out, "recording to write (.h5)")->required();
+  sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
+  sub->add_option("--out", o->out, "recording to write (.h5)")->output("HDF5")->required();
   sub->add_option("--seconds", o->seconds, "end after so long; 0: when the rig is done or a signal comes");
 }
 
-void add_replay(CLI::App& app, Session& session) {
+void add_replay(CommandLine& app, Session& session) {
   struct Options {
     std::string file, controller, estimator, out;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub =
+  CommandLine* sub =
       add_command(app, session, "replay", "A recording of a loop through a controller or estimator",
                   "Input: recording of `whirl run --record` or `whirl record`. The controller (default: the one "
                   "recorded) gets the\n"
@@ -146,10 +146,10 @@ void add_replay(CLI::App& app, Session& session) {
                   "variables as CSV (SI).\n\n"
                   "Example: whirl replay run.h5 --estimator kalman --out replay.csv",
                   [o, &session] { replay(session, o->file, o->controller, o->estimator, o->out); });
-  sub->add_option("RECORDING", o->file, "recording (.h5)")->required();
-  sub->add_option("--controller", o->controller, "controller.json");
+  sub->add_option("RECORDING", o->file, "recording (.h5)")->input()->required();
+  sub->add_option("--controller", o->controller, "controller.json")->input();
   sub->add_option("--estimator", o->estimator, "estimator; `whirl design --list` names all");
-  sub->add_option("--out", o->out, "CSV file to write");
+  sub->add_option("--out", o->out, "CSV file to write")->output("record");
 }
 
 }  // namespace whirl::app

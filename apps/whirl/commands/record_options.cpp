@@ -30,7 +30,7 @@ Recording RecordOptions::read(const std::string& file) const {
   return identification::part_of(record, first, last - first);
 }
 
-void RecordOptions::add_to(CLI::App* sub) {
+void RecordOptions::add_to(CommandLine* sub) {
   sub->add_option("--columns", columns, "columns to read, HEADER or HEADER:name_unit, e.g. V1:u_V");
   sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column");
   sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");

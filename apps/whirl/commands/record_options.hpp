@@ -1,5 +1,5 @@
 #pragma once
-#include <CLI/CLI.hpp>
+#include "command_line.hpp"
 #include <string>
 #include <vector>
 
@@ -18,7 +18,7 @@ struct RecordOptions {
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
   Recording read(const std::string& file) const;
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
 };
 
 }  // namespace whirl::app

@@ -35,7 +35,7 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
 
 }  // namespace
 
-void add_report(CLI::App& app, Session& session) {
+void add_report(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::filesystem::path> files;
     std::filesystem::path out = "report.html", figures, pdf;
@@ -44,7 +44,7 @@ void add_report(CLI::App& app, Session& session) {
     pages::ReportOptions report;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "report", "One page from any set of runs and results",
       "Input, in any order: records (any format of `whirl info`), logs of `whirl run --log`, Bode tables "
       "rpm,amp_um,phase_deg,\n"
@@ -65,6 +65,9 @@ void add_report(CLI::App& app, Session& session) {
         session.progress("report: drawing", 0.3);
         const report::Document document = pages::run_report(inputs, o->report);
         report::write_html(document, o->out);
+        const auto figure_file = [&](long number, const std::string& format) {
+          return o->figures / fmt::format("figure_{:02}.{}", number, format);
+        };
         long figures = 0;
         if (!o->figures.empty()) {
           std::filesystem::create_directories(o->figures);
@@ -73,7 +76,8 @@ void add_report(CLI::App& app, Session& session) {
             if (figure == nullptr) continue;
             ++figures;
             for (const std::string& format : o->formats) {
-              report::write_figure(figure->figure, o->figures / fmt::format("figure_{:02}.{}", figures, format));
+              session.check_output(figure_file(figures, format), "figure");
+              report::write_figure(figure->figure, figure_file(figures, format));
             }
           }
         }
@@ -88,15 +92,15 @@ void add_report(CLI::App& app, Session& session) {
                            .set("pdf", o->pdf.string())
                            .set("figures", figures));
       });
-  sub->add_option("FILES", o->files, "records, logs, tables and results")->required();
-  sub->add_option("--out", o->out, "HTML page to write")->capture_default_str();
-  sub->add_option("--pdf", o->pdf, "also print the page to this PDF (needs chromium)");
-  sub->add_option("--figures", o->figures, "also write every figure into this folder");
+  sub->add_option("FILES", o->files, "records, logs, tables and results")->input()->required();
+  sub->add_option("--out", o->out, "HTML page to write")->output("HTML")->show_default();
+  sub->add_option("--pdf", o->pdf, "also print the page to this PDF (needs chromium)")->output("PDF");
+  sub->add_option("--figures", o->figures, "also write every figure into this folder")->output_folder();
   sub->add_option("--formats", o->formats, "of the figures: svg, png, pdf, csv")
       ->delimiter(',')
-      ->check(CLI::IsMember({"svg", "png", "pdf", "csv", "txt"}))
-      ->capture_default_str();
-  sub->add_option("--title", o->report.title, "of the page")->capture_default_str();
+      ->one_of({"svg", "png", "pdf", "csv", "txt"})
+      ->show_default();
+  sub->add_option("--title", o->report.title, "of the page")->show_default();
   sub->add_option("--service-rpm", o->service_rpm,
                   "largest continuous speed: margin, zones and grade are stated for it");
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");

@@ -9,14 +9,14 @@
 
 namespace whirl::app {
 
-void add_reproduce(CLI::App& app, Session& session) {
+void add_reproduce(CommandLine& app, Session& session) {
   struct Options {
     std::string rig;
     study::StudyOptions study;
   };
   auto o = std::make_shared<Options>();
   o->study.folder = "out/reproduce";
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "reproduce", "The whole study of the paper on the virtual rig, with one HTML report",
       "Stiffness test, hammer test, run-ups and run-downs (balanced, 2.5 g, 5 g, with and without 20 dB noise),\n"
       "identification by the paper's chain and by the weak form, validation, controller design, closed loop.\n"
@@ -24,6 +24,8 @@ void add_reproduce(CLI::App& app, Session& session) {
       "Example: whirl reproduce --out out/reproduce --seed 1",
       [o, &session] {
         require_range("--evaluations", o->study.evaluations, 10, 100000);
+        session.check_output(o->study.folder / "rig.toml");
+        session.check_output(o->study.folder / "report.html");
         o->study.rig = rig::read_rig(o->rig);
         o->study.command_line =
             fmt::format("whirl reproduce --seed {} --evaluations {}", o->study.seed, o->study.evaluations);
@@ -38,10 +40,10 @@ void add_reproduce(CLI::App& app, Session& session) {
         session.say("report: " + page.string());
         session.result(io::Json::object().set("report", page.string()));
       });
-  sub->add_option("--out", o->study.folder, "folder for the report and all files")->capture_default_str();
-  sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default");
-  sub->add_option("--seed", o->study.seed, "of all noise")->capture_default_str();
-  sub->add_option("--evaluations", o->study.evaluations, "tuning budget per control law")->capture_default_str();
+  sub->add_option("--out", o->study.folder, "folder for the report and all files")->output_folder()->show_default();
+  sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default")->input();
+  sub->add_option("--seed", o->study.seed, "of all noise")->show_default();
+  sub->add_option("--evaluations", o->study.evaluations, "tuning budget per control law")->show_default();
 }
 
 }  // namespace whirl::app

@@ -34,23 +34,24 @@ struct RigOptions {
   }
 };
 
-void add_common(CLI::App* sub, const std::shared_ptr<RigOptions>& o) {
-  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels");
+void add_common(CommandLine* sub, const std::shared_ptr<RigOptions>& o) {
+  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
+      ->input();
   sub->add_option("--seed", o->seed, "of the sensor noise");
 }
 
 }  // namespace
 
-void add_rig(CLI::App& app, Session& session) {
-  CLI::App* rig = app.add_subcommand("rig", "The virtual test rig: its parameters and its records");
-  rig->require_subcommand(1);
+void add_rig(CommandLine& app, Session& session) {
+  CommandLine* rig = app.add_subcommand("rig", "The virtual test rig: its parameters and its records");
+  rig->require_subcommand();
   rig->footer(
       "The rig is a simulated rotor with its sensors, converters and actuators. Its records are files like those of a\n"
       "laboratory; identification and control get nothing else.\n\n"
       "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv");
 
   auto o = std::make_shared<RigOptions>();
-  CLI::App* parameters = add_command(
+  CommandLine* parameters = add_command(
       *rig, session, "parameters", "Print the rig's parameters as TOML",
       "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure "
       "(mass,\n"
@@ -70,10 +71,10 @@ void add_rig(CLI::App& app, Session& session) {
         fmt::print("{}", rig::rig_toml(p));
       });
   add_common(parameters, o);
-  parameters->add_option("--modes", o->modes, "modes.json of `whirl modes`: the measured structure");
+  parameters->add_option("--modes", o->modes, "modes.json of `whirl modes`: the measured structure")->input();
   parameters->add_option("--channel", o->channel, "its drive-point channel, from 1");
 
-  CLI::App* record = add_command(
+  CommandLine* record = add_command(
       *rig, session, "record", "Record a run without control",
       "Output: CSV with t_s, x_mm, y_mm, beta_rad at the control rate; --truth writes the clean motion of the disk\n"
       "centre (x_mm, y_mm) beside it, for `whirl validate --clean`.\n\n"
@@ -91,14 +92,14 @@ void add_rig(CLI::App& app, Session& session) {
                                 1e3 * run_record.measured["x"].cwiseAbs().maxCoeff()));
       });
   add_common(record, o);
-  record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->required();
-  record->add_option("--truth", o->truth, "write the clean motion too");
+  record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->output("record")->required();
+  record->add_option("--truth", o->truth, "write the clean motion too")->output("record");
   record->add_option("--added-mass-g", o->added_mass_g,
                      "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
   record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's");
   record->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
 
-  CLI::App* stiffness =
+  CommandLine* stiffness =
       add_command(*rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
                   "Output: CSV with deflection_mm, force_N, loading then unloading.\n\n"
                   "Example: whirl rig stiffness --out pull_x.csv && whirl stiffness pull_x.csv",
@@ -116,10 +117,10 @@ void add_rig(CLI::App& app, Session& session) {
                     session.say(fmt::format("{}: {} readings", o->out, table.force.size()));
                   });
   add_common(stiffness, o);
-  stiffness->add_option("--out", o->out, "CSV file to write")->required();
+  stiffness->add_option("--out", o->out, "CSV file to write")->output("table")->required();
   stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y");
 
-  CLI::App* hammer =
+  CommandLine* hammer =
       add_command(*rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
                   "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
                   "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
@@ -128,8 +129,9 @@ void add_rig(CLI::App& app, Session& session) {
                     test.seed = o->seed;
                     test.direction = o->direction();
                     const std::vector<Recording> blows = rig::simulate_hammer_test(o->parameters(), test);
-                    for (std::size_t i = 0; i < blows.size(); ++i)
-                      io::write_csv(fmt::format("{}{}.csv", o->out, i + 1), blows[i]);
+                    const auto name = [&](std::size_t i) { return fmt::format("{}{}.csv", o->out, i + 1); };
+                    for (std::size_t i = 0; i < blows.size(); ++i) session.check_output(name(i), "record");
+                    for (std::size_t i = 0; i < blows.size(); ++i) io::write_csv(name(i), blows[i]);
                     session.say(fmt::format("{} blows written", blows.size()));
                   });
   add_common(hammer, o);

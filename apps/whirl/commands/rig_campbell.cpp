@@ -61,19 +61,20 @@ void campbell(const CampbellOptions& o, Session& session) {
 
 }  // namespace
 
-void add_rig_campbell(CLI::App& rig, Session& session) {
+void add_rig_campbell(CommandLine& rig, Session& session) {
   auto o = std::make_shared<CampbellOptions>();
-  CLI::App* sub = add_command(rig, session, "campbell", "Whirl frequencies and critical speeds of a rotor that tilts",
-                              "For a rig with a table [tilt] (gyroscopic rotor with four degrees of freedom): the "
-                              "frequencies of free whirl, forward\n"
-                              "and backward, from standstill to the top speed of its profile. --out writes them as CSV "
-                              "with speed_rpm, backward_tilt_hz,\n"
-                              "backward_hz, forward_hz, forward_tilt_hz.\n\n"
-                              "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml",
-                              [o, &session] { campbell(*o, session); });
-  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`")->required();
+  CommandLine* sub =
+      add_command(rig, session, "campbell", "Whirl frequencies and critical speeds of a rotor that tilts",
+                  "For a rig with a table [tilt] (gyroscopic rotor with four degrees of freedom): the "
+                  "frequencies of free whirl, forward\n"
+                  "and backward, from standstill to the top speed of its profile. --out writes them as CSV "
+                  "with speed_rpm, backward_tilt_hz,\n"
+                  "backward_hz, forward_hz, forward_tilt_hz.\n\n"
+                  "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml",
+                  [o, &session] { campbell(*o, session); });
+  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`")->input()->required();
   sub->add_option("--points", o->points, "speeds from 0 to the top");
-  sub->add_option("--out", o->out, "CSV file to write");
+  sub->add_option("--out", o->out, "CSV file to write")->output("table");
 }
 
 }  // namespace whirl::app

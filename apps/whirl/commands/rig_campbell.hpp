@@ -4,6 +4,6 @@
 namespace whirl::app {
 
 /// `whirl rig campbell`.
-void add_rig_campbell(CLI::App& rig, Session& session);
+void add_rig_campbell(CommandLine& rig, Session& session);
 
 }  // namespace whirl::app

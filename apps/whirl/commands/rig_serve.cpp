@@ -10,7 +10,7 @@
 
 namespace whirl::app {
 
-void add_rig_serve(CLI::App& rig, Session& session) {
+void add_rig_serve(CommandLine& rig, Session& session) {
   struct Options {
     std::string rig, faults, io = "io.toml", log;
     std::optional<double> added_mass_g;
@@ -19,7 +19,7 @@ void add_rig_serve(CLI::App& rig, Session& session) {
     ServeOptions serve;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       rig, session, "serve", "The rig as a process of its own, behind real wires",
       "Two lasers optoNCDT 1420 on pseudo-terminals (commands, prompts, frames with counter) and a converter board on "
       "UDP\n"
@@ -69,17 +69,18 @@ void add_rig_serve(CLI::App& rig, Session& session) {
         if (!server.started()) summary.fail("nobody started the run");
         session.finish(summary);
       });
-  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels");
+  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
+      ->input();
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->serve.run.seed, "of the sensor noise");
-  sub->add_option("--faults", o->faults, "scripted faults (TOML)");
-  sub->add_option("--io", o->io, "settings file to write")->capture_default_str();
-  sub->add_option("--address", o->serve.address, "of the board; port 0: any free one")->capture_default_str();
-  sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")->capture_default_str();
+  sub->add_option("--faults", o->faults, "scripted faults (TOML)")->input();
+  sub->add_option("--io", o->io, "settings file to write")->output("settings")->show_default();
+  sub->add_option("--address", o->serve.address, "of the board; port 0: any free one")->show_default();
+  sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")->show_default();
   sub->add_flag("--lockstep", o->serve.lockstep,
                 "every tick waits for its command: the result does not depend on the speed of the machine");
-  sub->add_option("--log", o->log, "CSV of the true motion and the forces");
+  sub->add_option("--log", o->log, "CSV of the true motion and the forces")->output("record");
 }
 
 }  // namespace whirl::app

@@ -4,6 +4,6 @@
 namespace whirl::app {
 
 /// `whirl rig serve`.
-void add_rig_serve(CLI::App& rig, Session& session);
+void add_rig_serve(CommandLine& rig, Session& session);
 
 }  // namespace whirl::app

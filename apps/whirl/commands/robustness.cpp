@@ -12,7 +12,7 @@
 
 namespace whirl::app {
 
-void add_robustness(CLI::App& app, Session& session) {
+void add_robustness(CommandLine& app, Session& session) {
   struct Options {
     PlantOptions plant;
     std::string controller;
@@ -21,7 +21,7 @@ void add_robustness(CLI::App& app, Session& session) {
     tuning::MonteCarloOptions study;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "robustness",
       "Chance that a controller keeps the displacement below a limit, over machines the model may be",
       "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, "
@@ -43,6 +43,10 @@ void add_robustness(CLI::App& app, Session& session) {
         const MpiRanks mpi;
         const tuning::Ranks& ranks = mpi.ranks();
         try {
+          if (!o->out.empty() && ranks.rank == 0) {
+            session.check_output(o->out / "robustness.json", "whirl.robustness");
+            session.check_output(o->out / "report.html");
+          }
           tuning::DesignOptions d;
           std::vector<std::filesystem::path> inputs{o->controller};
           IdentifiedModel model = o->plant.load(d, inputs);
@@ -90,25 +94,23 @@ void add_robustness(CLI::App& app, Session& session) {
           throw;
         }
       });
-  sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
-  sub->add_option("MODEL", o->plant.model, "model.json")->required();
+  sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
+  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
   o->plant.add_to(sub);
-  sub->add_option("--samples", o->study.samples, "machines drawn")->capture_default_str();
-  sub->add_option("--seed", o->study.seed, "of the draws")->capture_default_str();
-  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")
-      ->capture_default_str();
+  sub->add_option("--samples", o->study.samples, "machines drawn")->show_default();
+  sub->add_option("--seed", o->study.seed, "of the draws")->show_default();
+  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")->show_default();
   sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
-      ->capture_default_str();
-  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")
-      ->capture_default_str();
-  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->capture_default_str();
-  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")->capture_default_str();
-  sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued");
-  sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")
-      ->capture_default_str();
+      ->show_default();
+  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")->show_default();
+  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->show_default();
+  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")->show_default();
+  sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued")
+      ->output("text");
+  sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")->show_default();
   sub->add_option("--threads", o->study.threads, "per process; 0: all cores, shared among the processes")
-      ->capture_default_str();
-  sub->add_option("--out", o->out, "folder for robustness.json and report.html");
+      ->show_default();
+  sub->add_option("--out", o->out, "folder for robustness.json and report.html")->output_folder();
 }
 
 }  // namespace whirl::app

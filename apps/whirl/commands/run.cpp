@@ -10,9 +10,9 @@
 
 namespace whirl::app {
 
-void add_run(CLI::App& app, Session& session) {
+void add_run(CommandLine& app, Session& session) {
   struct Options {
-    std::string controller, rig = "virtual", rig_file, log;
+    std::string controller, rig, fmu_file, log;
     std::optional<double> added_mass_g;
     tuning::ClosedLoopOptions loop;
     bool run_up = false;
@@ -22,9 +22,9 @@ void add_run(CLI::App& app, Session& session) {
     ViewOptions view;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "run", "Closed loop of a controller on a rig",
-      "Input: controller.json; --rig virtual with --rig-file rig.toml (keys of `whirl rig parameters`).\n"
+      "Input: controller.json; --rig rig.toml (keys of `whirl rig parameters`), --fmu plant.fmu or --io io.toml.\n"
       "Output: open- and closed-loop peak (zero-to-peak, true disk centre, x axis) and suppression in the four "
       "segments of\n"
       "paper Fig. 24 and over the whole run, standstill rms, force rms and its total variation; --log writes every "
@@ -36,13 +36,13 @@ void add_run(CLI::App& app, Session& session) {
       [o, &session] {
         if (!o->io.io.empty()) return run_io(session, o->controller, o->io, o->monitor ? &o->view : nullptr);
         const ControllerDesign design = io::load<ControllerDesign>(o->controller);
-        rig::RigParameters rig = rig::read_rig(o->rig_file);
+        rig::RigParameters rig = rig::read_rig(o->rig);
         if (o->added_mass_g) {
           require_range("--added-mass-g", *o->added_mass_g, 0, 1000, "g");
           rig.rotor.added_mass = *o->added_mass_g * 1e-3;
         }
         if (o->run_up) rig = rig.run_up();
-        if (o->rig != "virtual") return run_fmu(session, o->controller, o->rig, rig.profile, o->log, o->fmu);
+        if (!o->fmu_file.empty()) return run_fmu(session, o->controller, o->fmu_file, rig.profile, o->log, o->fmu);
         if (o->monitor) {
           if (!o->log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
           return run_live(session, design, rig, {o->view, o->loop.run.seed, o->repeat});
@@ -65,21 +65,24 @@ void add_run(CLI::App& app, Session& session) {
         }
         session.finish(summary);
       });
-  sub->add_option("CONTROLLER", o->controller, "controller.json")->required();
-  sub->add_option("--rig", o->rig, "which rig: virtual, or an FMU for co-simulation (see docs/export.md)")
-      ->check(CLI::IsMember({"virtual"}) | CLI::ExistingFile);
+  sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
+  sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
+      ->input();
+  sub->add_option("--fmu", o->fmu_file, "instead: an FMU for co-simulation as the plant (docs/export.md)")
+      ->existing_file()
+      ->input();
   o->fmu.add_to(sub);
-  sub->add_option("--rig-file", o->rig_file, "parameters of the virtual rig (TOML)");
   sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
-  sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->capture_default_str();
+  sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->show_default();
   o->io.add_to(sub);
   sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")
       ->group("Live view");
   sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")
       ->group("Live view");
   o->view.add_to(sub);
-  sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables");
+  sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")
+      ->output("record");
 }
 
 }  // namespace whirl::app

@@ -55,7 +55,7 @@ FmuRun run(const std::string& fmu, const deploy::FmuPlantOptions& options, Contr
 
 }  // namespace
 
-void RunFmuOptions::add_to(CLI::App* sub) {
+void RunFmuOptions::add_to(CommandLine* sub) {
   sub->add_option("--fmu-name", names,
                   "variable of the FMU for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha");
 }

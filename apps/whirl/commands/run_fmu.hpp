@@ -11,7 +11,7 @@ namespace whirl::app {
 struct RunFmuOptions {
   std::vector<std::string> names;  ///< ROLE=VARIABLE of the FMU
 
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
 };
 void run_fmu(Session& session, const std::string& controller, const std::string& fmu,
              const rotor::SpeedProfile& profile, const std::string& log, const RunFmuOptions& options);

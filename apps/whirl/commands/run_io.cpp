@@ -85,10 +85,12 @@ io::Json histogram_json(const rt::Histogram& h) {
 
 }  // namespace
 
-void RunIoOptions::add_to(CLI::App* sub) {
+void RunIoOptions::add_to(CommandLine* sub) {
   sub->add_option("--io", io,
-                  "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)");
-  sub->add_option("--record", record, "with --io: HDF5 recording of every cycle; readable also after a kill");
+                  "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)")
+      ->input();
+  sub->add_option("--record", record, "with --io: HDF5 recording of every cycle; readable also after a kill")
+      ->output("HDF5");
   sub->add_option("--seconds", seconds, "with --io: end after so long; 0: when the rig is done or a signal comes");
   sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property");
 }

@@ -12,11 +12,11 @@ struct RunIoOptions {
   double seconds = 0;
   bool require_rt = false;
 
-  void add_to(CLI::App* sub);
+  void add_to(CommandLine* sub);
 };
 /// `whirl record`: the loop disarmed, recorded. `whirl replay`: a recording through a controller.
-void add_record(CLI::App& app, Session& session);
-void add_replay(CLI::App& app, Session& session);
+void add_record(CommandLine& app, Session& session);
+void add_replay(CommandLine& app, Session& session);
 
 /// The loop on the wall clock with the hardware of `options.io`; with `view`, shown and commanded by the page.
 void run_io(Session& session, const std::string& controller, const RunIoOptions& options,

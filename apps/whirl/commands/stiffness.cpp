@@ -62,7 +62,7 @@ io::Json to_json(const modal::AnisotropicStiffness& stiffness, const std::vector
 
 }  // namespace
 
-void add_stiffness(CLI::App& app, Session& session) {
+void add_stiffness(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::string> files, columns;
     std::vector<double> angles;
@@ -71,7 +71,7 @@ void add_stiffness(CLI::App& app, Session& session) {
     bool zero_known = false;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "stiffness", "Stiffness law F = K1 d + K2 d^3 from a force-deflection table",
       "Input: a table (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with the columns deflection (deflection_mm, ...) and "
       "force\n"
@@ -126,12 +126,13 @@ void add_stiffness(CLI::App& app, Session& session) {
         session.result(result);
         session.finish(stiffness.summary);
       });
-  sub->add_option("FILES", o->files, "force-deflection tables")->required();
+  sub->add_option("FILES", o->files, "force-deflection tables")->input()->required();
   sub->add_option("--angle-deg", o->angles, "direction of each pull, degrees from x towards y");
   sub->add_option("--columns", o->columns,
                   "columns to read, HEADER or HEADER:name_unit, e.g. V1:force_N V2:deflection_mm");
-  sub->add_option("--out", o->out, "write the law as JSON");
-  sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)");
+  sub->add_option("--out", o->out, "write the law as JSON")->output("whirl.stiffness|whirl.anisotropic_stiffness");
+  sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)")
+      ->output("figure");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");
 }
 

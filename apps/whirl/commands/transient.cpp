@@ -30,13 +30,13 @@ io::Json fit_json(const modal::TransientRunupFit& fit) {
 
 }  // namespace
 
-void add_transient(CLI::App& app, Session& session) {
+void add_transient(CommandLine& app, Session& session) {
   struct Options {
     std::string file, speed = "speed", amplitude = "amp_1x", phase = "phase_1x";
     modal::TransientRunupOptions fit;
   };
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "transient", "Modes from the 1X vector of one fast run through critical speeds",
       "Input: CSV table with one row per revolution: rpm, amp_1x_um (zero-to-peak), phase_1x_deg (phase of the average "
       "of\n"
@@ -68,13 +68,13 @@ void add_transient(CLI::App& app, Session& session) {
         session.result(io::Json::object().set("transient", fit_json(fit)).set("steady", fit_json(steady)));
         session.finish(fit.summary);
       });
-  sub->add_option("FILE", o->file, "1X vectors (CSV)")->required();
-  sub->add_option("--modes", o->fit.modes, "1 or 2")->check(CLI::Range(1, 2))->capture_default_str();
+  sub->add_option("FILE", o->file, "1X vectors (CSV)")->input()->required();
+  sub->add_option("--modes", o->fit.modes, "1 or 2")->range(1, 2)->show_default();
   sub->add_option("--speed-column", o->speed,
                   "name of the speed column; a column headed by a unit of speed alone (rpm) is called speed")
-      ->capture_default_str();
-  sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column")->capture_default_str();
-  sub->add_option("--phase-column", o->phase, "name of the phase column")->capture_default_str();
+      ->show_default();
+  sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column")->show_default();
+  sub->add_option("--phase-column", o->phase, "name of the phase column")->show_default();
 }
 
 }  // namespace whirl::app

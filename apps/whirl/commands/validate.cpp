@@ -100,9 +100,9 @@ void run_validate(const Options& o, Session& session) {
 
 }  // namespace
 
-void add_validate(CLI::App& app, Session& session) {
+void add_validate(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
-  CLI::App* sub = add_command(
+  CommandLine* sub = add_command(
       app, session, "validate", "Free-run prediction of records that were not used for the fit",
       "Input: model.json and CSV records as for identify; --clean: the noise-free record of each, where known.\n"
       "--unbalance identified: the same rotor state; refitted: the unbalance is fitted to each run, the rest is "
@@ -112,14 +112,14 @@ void add_validate(CLI::App& app, Session& session) {
       "Output: rmse_x, rmse_y in metres rms against measured and, where known, clean; nrmse; fold sensitivity.\n\n"
       "Example: whirl validate model.json runup.csv --out validation.json",
       [o, &session] { run_validate(*o, session); });
-  sub->add_option("MODEL", o->model, "model.json")->required();
-  sub->add_option("RECORDS", o->files, "records (CSV)")->required();
-  sub->add_option("--clean", o->clean, "noise-free x, y of each record");
+  sub->add_option("MODEL", o->model, "model.json")->input()->required();
+  sub->add_option("RECORDS", o->files, "records (CSV)")->input()->required();
+  sub->add_option("--clean", o->clean, "noise-free x, y of each record")->input();
   sub->add_option("--unbalance", o->unbalance, "identified, refitted or added")
-      ->check(CLI::IsMember({"identified", "refitted", "added"}));
+      ->one_of({"identified", "refitted", "added"});
   sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass");
   sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero");
-  sub->add_option("--out", o->out, "write validation.json");
+  sub->add_option("--out", o->out, "write validation.json")->output("whirl.validation");
   o->record.add_to(sub);
 }
 

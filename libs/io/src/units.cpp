@@ -171,16 +171,17 @@ std::string nearest(std::string_view word, std::span<const std::string> candidat
   const std::string w = lower(word);
   for (const std::string& candidate : candidates) {
     const std::string c = lower(candidate);
-    // Levenshtein distance, one row at a time.
-    std::vector<std::size_t> row(c.size() + 1);
+    // Edit distance in which two neighbours that changed places count once; three rows at a time.
+    std::vector<std::size_t> before(c.size() + 1), last(c.size() + 1), row(c.size() + 1);
     std::iota(row.begin(), row.end(), std::size_t{0});
     for (std::size_t i = 0; i < w.size(); ++i) {
-      std::size_t diagonal = row[0];
+      std::swap(before, last);
+      std::swap(last, row);
       row[0] = i + 1;
       for (std::size_t j = 0; j < c.size(); ++j) {
-        const std::size_t change = diagonal + (w[i] == c[j] ? 0 : 1);
-        diagonal = row[j + 1];
-        row[j + 1] = std::min({change, row[j] + 1, diagonal + 1});
+        row[j + 1] = std::min({last[j] + (w[i] == c[j] ? 0 : 1), row[j] + 1, last[j + 1] + 1});
+        if (i > 0 && j > 0 && w[i] == c[j - 1] && w[i - 1] == c[j])
+          row[j + 1] = std::min(row[j + 1], before[j - 1] + 1);
       }
     }
     if (row.back() < best_distance) {

@@ -103,7 +103,7 @@ io::Json to_json(const ValidationReport& report) {
 io::Json to_json(const MethodComparison& comparison) {
   io::Json rows = io::Json::array();
   for (const MethodRow& row : comparison.rows) rows.push(row_json(row));
-  io::Json document = io::start_document("whirl.comparison", 1);
+  io::Json document = io::start_document("whirl.method_comparison", 1);
   document.set("held_out", comparison.what).set("methods", std::move(rows));
   return document;
 }

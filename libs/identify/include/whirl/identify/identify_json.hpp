@@ -14,7 +14,7 @@ io::Json to_json(const HeldOut& held_out);
 io::Json to_json(const Validation& validation, const std::string& file);
 /// Document of `whirl validate`, whirl.validation/1.
 io::Json to_json(const ValidationReport& report);
-/// Document of `whirl identify --compare`, whirl.comparison/1.
+/// Document of `whirl identify --compare`, whirl.method_comparison/1.
 io::Json to_json(const MethodComparison& comparison);
 
 }  // namespace whirl::identification

@@ -4,10 +4,9 @@
 #include <cstdio>
 #include <exception>
 
-#include "balance.hpp"
 #include "command.hpp"
-#include "run_io.hpp"
-#include "whirl/io/units.hpp"
+#include "commands/balance.hpp"
+#include "commands/run_io.hpp"
 
 namespace whirl::app {
 
@@ -45,25 +44,27 @@ void Session::progress(const std::string& what, double fraction) {
   std::fflush(stderr);
 }
 
-CLI::App* add_command(CLI::App& app, Session& session, const std::string& name, const std::string& summary,
-                      const std::string& details, std::function<void()> run) {
-  CLI::App* sub = app.add_subcommand(name, summary);
+CommandLine* add_command(CommandLine& app, Session& session, const std::string& name, const std::string& summary,
+                         const std::string& details, std::function<void()> run) {
+  CommandLine* sub = app.add_subcommand(name, summary);
   sub->footer(details);
   sub->add_flag("--json", session.json, "print the result as JSON on stdout");
   sub->add_flag("--quiet", session.quiet, "no progress on stderr");
-  sub->callback(std::move(run));
+  sub->callback([sub, &session, run = std::move(run)] {
+    session.command = sub;
+    run();
+  });
   return sub;
 }
 
 namespace {
 
 int run(int argc, char** argv) {
-  CLI::App app{
+  CommandLine app(
       "whirl: from records of a rotor's run-up or run-down to its nonlinear equations of motion, and from these to a\n"
-      "controller of its vibration.\n"};
-  app.set_version_flag("--version", std::string("whirl ") + std::string(version()));
-  app.require_subcommand(1);
-  app.get_formatter()->column_width(34);
+      "controller of its vibration.\n",
+      "whirl " + std::string(version()));
+  app.require_subcommand();
   app.footer(
       "Files: records are CSV with a header of quantity_unit columns (t_s,x_mm,y_mm,beta_rad); see docs/formats.md.\n"
       "Exit code: 0 done, 1 the numbers are not usable (reason printed), 2 bad usage or bad input.\n\n"
@@ -96,20 +97,8 @@ int run(int argc, char** argv) {
   add_reproduce(app, session);
 
   try {
-    app.parse(argc, argv);
-  } catch (const CLI::RequiredError& e) {
-    if (argc > 1 && argv[1][0] != '-' && app.get_subcommands().empty()) {
-      std::vector<std::string> names;
-      for (const CLI::App* sub : app.get_subcommands([](CLI::App*) { return true; })) names.push_back(sub->get_name());
-      const std::string near = io::nearest(argv[1], names);
-      fmt::print(stderr, "whirl: error: no subcommand '{}'{}; see whirl --help\n", argv[1],
-                 near.empty() ? "" : ", did you mean '" + near + "'?");
-      return 2;
-    }
-    return app.exit(e) == 0 ? 0 : 2;
-  } catch (const CLI::ParseError& e) {
-    const int code = app.exit(e);
-    return code == 0 ? 0 : 2;
+    const int code = app.parse(argc, argv);
+    return code != 0 ? code : session.exit_code;
   } catch (const Error& e) {
     fmt::print(stderr, "whirl: error: {}\n", e.what());
     return 2;
@@ -120,7 +109,6 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "whirl: error: {}\n", e.what());
     return 2;
   }
-  return session.exit_code;
 }
 
 }  // namespace

@@ -1,0 +1,304 @@
+#include "command_line.hpp"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/outputs.hpp"
+#include "whirl/io/units.hpp"
+
+namespace whirl::app {
+
+struct Option::State {
+  CLI::Option* option = nullptr;
+  std::optional<FileRole> role;
+  std::string kind;
+  bool expert = false;
+  std::string group;
+};
+
+Option::Option(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Option::~Option() = default;
+
+Option* Option::required() {
+  state_->option->required();
+  return this;
+}
+Option* Option::one_of(const std::vector<std::string>& values) {
+  state_->option->check(CLI::IsMember(values));
+  return this;
+}
+Option* Option::one_of_numbers(const std::vector<int>& values) {
+  state_->option->check(CLI::IsMember(values));
+  return this;
+}
+Option* Option::range(double low, double high) {
+  state_->option->check(CLI::Range(low, high));
+  return this;
+}
+Option* Option::range(int low, int high) {
+  state_->option->check(CLI::Range(low, high));
+  return this;
+}
+Option* Option::positive() {
+  state_->option->check(CLI::PositiveNumber);
+  return this;
+}
+Option* Option::show_default() {
+  state_->option->capture_default_str();
+  return this;
+}
+Option* Option::group(const std::string& heading) {
+  state_->group = heading;
+  if (!state_->expert) state_->option->group(heading);
+  return this;
+}
+Option* Option::expert() {
+  state_->expert = true;
+  state_->option->group("");
+  return this;
+}
+Option* Option::delimiter(char character) {
+  state_->option->delimiter(character);
+  return this;
+}
+Option* Option::one_value() {
+  state_->option->allow_extra_args(false);
+  return this;
+}
+Option* Option::excludes(const std::string& flag) {
+  state_->option->excludes(flag);
+  return this;
+}
+Option* Option::excludes(const Option* other) {
+  state_->option->excludes(other->state_->option);
+  return this;
+}
+Option* Option::existing_file() {
+  state_->option->check(CLI::ExistingFile);
+  return this;
+}
+Option* Option::input() {
+  state_->role = FileRole::input;
+  return this;
+}
+Option* Option::output(const std::string& kind) {
+  state_->role = FileRole::output;
+  state_->kind = kind;
+  return this;
+}
+Option* Option::output_folder() {
+  state_->role = FileRole::output_folder;
+  return this;
+}
+
+struct CommandLine::State {
+  CLI::App* app = nullptr;
+  std::unique_ptr<CLI::App> owned;  // of the program
+  std::deque<std::unique_ptr<Option>> options;
+  std::deque<std::unique_ptr<CommandLine>> children;
+  bool force = false;
+
+  Option* keep(CLI::Option* option) {
+    auto state = std::make_unique<Option::State>();
+    state->option = option;
+    options.push_back(std::unique_ptr<Option>(new Option(std::move(state))));
+    return options.back().get();
+  }
+
+  std::vector<std::filesystem::path> inputs() const {
+    std::vector<std::filesystem::path> paths;
+    for (const auto& o : options) {
+      if (o->state_->role != FileRole::input) continue;
+      for (const std::string& value : o->state_->option->results()) paths.emplace_back(value);
+    }
+    return paths;
+  }
+
+  /// Given on the command line, and those that have a default.
+  std::vector<io::PlannedOutput> outputs() const {
+    std::vector<io::PlannedOutput> planned;
+    for (const auto& o : options) {
+      const auto& role = o->state_->role;
+      if (!role || role == FileRole::input) continue;
+      std::vector<std::string> values = o->state_->option->results();
+      if (values.empty() && !o->state_->option->get_default_str().empty())
+        values.push_back(o->state_->option->get_default_str());
+      for (std::string value : values) {
+        if (value.size() > 1 && value.front() == '"') value = value.substr(1, value.size() - 2);  // a path's default
+        if (value.empty()) continue;
+        planned.push_back({o->state_->option->get_name(), value, o->state_->kind, role == FileRole::output_folder});
+      }
+    }
+    return planned;
+  }
+
+  void show_experts() {
+    for (const auto& o : options) {
+      if (o->state_->expert) o->state_->option->group(o->state_->group.empty() ? "Expert" : o->state_->group);
+    }
+  }
+
+  /// Gives every command with outputs its --force, and every command with hidden flags its --help-all.
+  void complete() {
+    const auto writes = [](const auto& o) { return o->state_->role && o->state_->role != FileRole::input; };
+    const auto hidden = [](const auto& o) { return o->state_->expert; };
+    if (std::any_of(options.begin(), options.end(), writes))
+      app->add_flag("--force", force, "replace an existing output of another kind");
+    if (std::any_of(options.begin(), options.end(), hidden))
+      app->set_help_all_flag("--help-all", "all flags, those of the expert too");
+    for (const auto& child : children) child->state_->complete();
+  }
+
+  /// The subcommand that was given, as deep as it goes.
+  CommandLine* given(CommandLine* self) {
+    for (const auto& child : children) {
+      if (child->state_->app->parsed()) return child->state_->given(child.get());
+    }
+    return self;
+  }
+};
+
+CommandLine::CommandLine(const std::string& description, const std::string& version)
+    : state_(std::make_unique<State>()) {
+  state_->owned = std::make_unique<CLI::App>(description);
+  state_->app = state_->owned.get();
+  state_->app->set_version_flag("--version", version);
+  state_->app->get_formatter()->column_width(34);
+}
+CommandLine::CommandLine(std::unique_ptr<State> state) : state_(std::move(state)) {}
+CommandLine::~CommandLine() = default;
+
+CommandLine* CommandLine::add_subcommand(const std::string& name, const std::string& summary) {
+  auto state = std::make_unique<State>();
+  state->app = state_->app->add_subcommand(name, summary);
+  state_->children.push_back(std::unique_ptr<CommandLine>(new CommandLine(std::move(state))));
+  return state_->children.back().get();
+}
+
+template <class T>
+Option* CommandLine::add_option(const std::string& name, T& value, const std::string& help) {
+  return state_->keep(state_->app->add_option(name, value, help));
+}
+template Option* CommandLine::add_option(const std::string&, double&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::optional<double>&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, int&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, unsigned&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, long&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::uint64_t&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::string&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::filesystem::path&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::vector<double>&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::vector<int>&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::vector<std::string>&, const std::string&);
+template Option* CommandLine::add_option(const std::string&, std::vector<std::filesystem::path>&, const std::string&);
+
+Option* CommandLine::add_flag(const std::string& name, bool& value, const std::string& help) {
+  return state_->keep(state_->app->add_flag(name, value, help));
+}
+
+CommandLine* CommandLine::footer(const std::string& text) {
+  state_->app->footer(text);
+  return this;
+}
+CommandLine* CommandLine::callback(std::function<void()> run) {
+  state_->app->callback([this, run = std::move(run)] {
+    io::check_outputs(state_->inputs(), state_->outputs(), state_->force);
+    run();
+  });
+  return this;
+}
+CommandLine* CommandLine::require_subcommand() {
+  state_->app->require_subcommand(1);
+  return this;
+}
+void CommandLine::check_output(const std::filesystem::path& path, const std::string& kind) const {
+  if (std::error_code ec; !std::filesystem::exists(path.parent_path().empty() ? "." : path.parent_path(), ec)) return;
+  io::check_outputs(state_->inputs(), {{"output", path, kind, false}}, state_->force);
+}
+
+namespace {
+
+int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
+                const CLI::App& app) {
+  const std::string near = io::nearest(word, names);
+  std::string call = app.get_name();
+  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent()) {
+    if (!up->get_name().empty()) call = up->get_name() + " " + call;
+  }
+  fmt::print(stderr, "whirl: error: no {} '{}'{}; see whirl {}{}--help\n", what, word,
+             near.empty() ? "" : ", did you mean '" + near + "'?", call, call.empty() ? "" : " ");
+  return 2;
+}
+
+/// The first argument that looks like a flag and is none.
+std::optional<std::string> unknown_flag(const CLI::App& app) {
+  for (const std::string& word : app.remaining(true)) {
+    const bool number = word.size() > 1 && (std::isdigit(static_cast<unsigned char>(word[1])) != 0 || word[1] == '.');
+    if (word.size() > 1 && word[0] == '-' && !number) return word.substr(0, word.find('='));
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> flags_of(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* o : app.get_options()) {
+    for (const std::string& name : o->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+}  // namespace
+
+int CommandLine::parse(int argc, char** argv) {
+  state_->complete();
+  CLI::App& app = *state_->app;
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const auto subcommands = [](const CLI::App& of) {
+    std::vector<std::string> names;
+    for (const CLI::App* sub : of.get_subcommands([](const CLI::App*) { return true; }))
+      names.push_back(sub->get_name());
+    return names;
+  };
+  if (!words.empty() && words.front() == "help") {
+    words.erase(words.begin());
+    CLI::App* of = &app;
+    for (const std::string& word : words) {
+      const std::vector<std::string> names = subcommands(*of);
+      if (word.starts_with("-") || names.empty()) break;
+      if (std::find(names.begin(), names.end(), word) == names.end())
+        return say_unknown("subcommand", word, names, *of);
+      of = of->get_subcommand(word);
+    }
+    words.push_back("--help");
+  }
+  std::reverse(words.begin(), words.end());  // as CLI11 takes them
+  const auto deepest = [&]() -> CLI::App& { return *state_->given(this)->state_->app; };
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::CallForAllHelp&) {
+    state_->given(this)->state_->show_experts();
+    return app.exit(CLI::CallForHelp());
+  } catch (const CLI::RequiredError& e) {
+    const CLI::App& at = deepest();
+    const std::vector<std::string> extra = at.remaining(true);
+    if (!subcommands(at).empty() && !extra.empty() && !extra.front().starts_with("-"))
+      return say_unknown("subcommand", extra.front(), subcommands(at), at);
+    if (const auto flag = unknown_flag(at)) return say_unknown("flag", *flag, flags_of(at), at);
+    return app.exit(e) == 0 ? 0 : 2;
+  } catch (const CLI::ExtrasError& e) {
+    const CLI::App& at = deepest();
+    if (const auto flag = unknown_flag(at)) return say_unknown("flag", *flag, flags_of(at), at);
+    return app.exit(e) == 0 ? 0 : 2;
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  return 0;
+}
+
+}  // namespace whirl::app
