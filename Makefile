@@ -1,4 +1,5 @@
 # The README's commands. Everything real happens in CMake; this file installs what is missing and calls it.
+#   make whirl       install dependencies, build the program alone
 #   make reproduce   install dependencies, build, run the whole study, print where the report is
 #   make test        install dependencies, build, run the whole test suite
 #   make deps        only install the Debian packages of packages.txt that are missing (the tests' own: packages-test.txt)
@@ -8,7 +9,7 @@ OUT ?= out/reproduce
 SEED ?= 1
 JOBS ?= $(shell nproc)
 
-.PHONY: all deps deps-test build reproduce test sanitize bench clean
+.PHONY: all whirl deps deps-test build reproduce test sanitize bench clean
 all: build
 
 deps:
@@ -22,6 +23,11 @@ build: deps
 	  || { cat $(BUILD).configure.log; exit 1; }
 	@rm -f $(BUILD).configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
+
+whirl: deps
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release > /dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target whirl
+	@echo "$(BUILD)/bin/whirl"
 
 reproduce: deps
 	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release > /dev/null
