@@ -3,61 +3,95 @@
 #include <cmath>
 #include <numbers>
 
+#include "balance_job.hpp"
 #include "plant_options.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::app {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+struct ModelOptions {
+  PlantOptions plant;
+  double radius_mm = 0, speed_rpm = 0, grade = 6.3;
+};
+
+void balance_from_model(const ModelOptions& o, Session& session) {
+  if (!(o.radius_mm > 0)) throw Error("--radius-mm is needed: where the mass is added");
+  if (!(o.speed_rpm > 0)) throw Error("--speed-rpm is needed: the service speed");
+  tuning::DesignOptions design;
+  std::vector<std::filesystem::path> inputs;
+  const IdentifiedModel model = o.plant.load(design, inputs);
+  if (!model.rotor) throw Error(o.plant.model + ": the model has no rotor parameters; identify with --method weak");
+  const double mass = 1 / (design.gain > 0 ? design.gain : model.rotor->gain);
+  const double omega = o.speed_rpm * std::numbers::pi / 30;
+  const diagnosis::BalancingAdvice a =
+      diagnosis::balancing_advice(*model.rotor, mass, o.radius_mm * 1e-3, omega, o.grade, model.rotor_covariance);
+  session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
+                          a.heavy_angle / kDegree));
+  session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm,
+                          o.grade, a.within_grade ? "held, nothing to do" : "not held"));
+  session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
+  session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o.radius_mm,
+                          a.correction_angle / kDegree));
+  if (a.mass_interval) {
+    session.say(fmt::format("95 % interval      {:.3g} to {:.3g} g, {:.1f} to {:.1f} deg (a given mass of the disk)",
+                            1e3 * a.mass_interval->low, 1e3 * a.mass_interval->high, a.angle_interval->low / kDegree,
+                            a.angle_interval->high / kDegree));
+  }
+  session.say(
+      "if the probe reads a bow of the shaft and not its runout, the mass that nulls the true motion differs: see "
+      "docs/balancing.md");
+  io::Json json = io::Json::object();
+  json.set("unbalance_kg_m", a.unbalance)
+      .set("heavy_angle_rad", a.heavy_angle)
+      .set("correction_mass_kg", a.correction_mass)
+      .set("correction_radius_m", o.radius_mm * 1e-3)
+      .set("correction_angle_rad", a.correction_angle)
+      .set("grade_mm_s", a.grade)
+      .set("permitted_unbalance_kg_m", a.permitted_unbalance)
+      .set("within_grade", a.within_grade);
+  if (a.mass_interval) {
+    json.set("correction_mass", to_json(*a.mass_interval, "kg"))
+        .set("correction_angle", to_json(*a.angle_interval, "rad"));
+  }
+  session.result(json);
+  session.finish(model.summary);
+}
+
+}  // namespace
 
 void add_balance(CommandLine& app, Session& session) {
-  struct Options {
-    PlantOptions plant;
-    double radius_mm = 0, speed_rpm = 0, grade = 6.3;
-  };
-  auto o = std::make_shared<Options>();
+  auto model = std::make_shared<ModelOptions>();
+  auto job = std::make_shared<JobOptions>();
   CommandLine* sub = add_command(
-      app, session, "balance", "Mass and angle to add, from the identified eccentricity",
-      "Input: model.json of `whirl identify`; the mass of the disk by --mass-kg or --stiffness. One plane. Angles "
-      "count from the\n"
-      "zero of the record's angle, in its sense of rotation. The grade is G = e omega at the service speed (ISO "
-      "21940-11: 2.5\n"
-      "for turbines and pumps of high quality, 6.3 for general machines).\n\n"
+      app, session, "balance", "Masses and angles to add: from balancing runs, or from an identified model",
+      "Input: a job of balancing runs (runs.csv or runs.toml), or model.json of `whirl identify`.\n"
+      "runs.csv has one row a run and speed: run_1, speed_rpm, PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram,\n"
+      "PLANE_angle_deg for any number of probes and planes. The masses are all that is on the rotor in that run beyond "
+      "its\n"
+      "state as found. runs.toml: see docs/balancing.md. Say how vectors are written: --phase lag|lead, --amplitude\n"
+      "0p|pp|rms, --angles with|against the rotation. A run that contradicts the others is named and left out.\n"
+      "A model needs --radius-mm, --speed-rpm and the disk's mass (--mass-kg or --stiffness); one plane. The grade is\n"
+      "G = e omega at the service speed (ISO 21940-11: 2.5 for turbines and pumps of high quality, 6.3 general "
+      "machines).\n\n"
+      "Example: whirl balance runs.csv --phase lag --angles against --amplitude pp --html sheet.html\n"
       "Example: whirl balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800",
-      [o, &session] {
-        tuning::DesignOptions design;
-        std::vector<std::filesystem::path> inputs;
-        const IdentifiedModel model = o->plant.load(design, inputs);
-        if (!model.rotor)
-          throw Error(o->plant.model + ": the model has no rotor parameters; identify with --method weak");
-        const double mass = 1 / (design.gain > 0 ? design.gain : model.rotor->gain);
-        const double omega = o->speed_rpm * std::numbers::pi / 30;
-        const diagnosis::BalancingAdvice a =
-            diagnosis::balancing_advice(*model.rotor, mass, o->radius_mm * 1e-3, omega, o->grade);
-        constexpr double kDegree = 180 / std::numbers::pi;
-        session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
-                                kDegree * a.heavy_angle));
-        session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o->speed_rpm,
-                                o->grade, a.within_grade ? "held, nothing to do" : "not held"));
-        session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
-        session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass,
-                                o->radius_mm, kDegree * a.correction_angle));
-        session.result(io::Json::object()
-                           .set("unbalance_kg_m", a.unbalance)
-                           .set("heavy_angle_rad", a.heavy_angle)
-                           .set("correction_mass_kg", a.correction_mass)
-                           .set("correction_radius_m", o->radius_mm * 1e-3)
-                           .set("correction_angle_rad", a.correction_angle)
-                           .set("grade_mm_s", a.grade)
-                           .set("permitted_unbalance_kg_m", a.permitted_unbalance)
-                           .set("within_grade", a.within_grade));
-        session.finish(model.summary);
+      [model, job, &session] {
+        if (model->plant.model.ends_with(".json"))
+          balance_from_model(*model, session);
+        else
+          balance_runs(model->plant.model, *job, session);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
-  sub->add_option("--mass-kg", o->plant.mass_kg, "mass of the disk");
-  sub->add_option("--stiffness", o->plant.stiffness, "stiffness.json of the pull test: gives the mass")->input();
-  sub->add_option("--radius-mm", o->radius_mm, "where the mass is added")->required();
-  sub->add_option("--speed-rpm", o->speed_rpm, "service speed")->required();
-  sub->add_option("--grade", o->grade, "balance quality asked for, mm/s")->show_default();
+  sub->add_option("INPUT", model->plant.model, "runs.csv, runs.toml or model.json")->input()->required();
+  job->add_to(sub);
+  sub->add_option("--mass-kg", model->plant.mass_kg, "model: mass of the disk");
+  sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")->input();
+  sub->add_option("--radius-mm", model->radius_mm, "model: where the mass is added");
+  sub->add_option("--speed-rpm", model->speed_rpm, "model: service speed");
+  sub->add_option("--grade", model->grade, "model: balance quality asked for, mm/s")->show_default();
 }
 
 }  // namespace whirl::app

@@ -1,6 +1,9 @@
 #pragma once
 #include <complex>
+#include <optional>
+#include <vector>
 
+#include "whirl/core/estimate.hpp"
 #include "whirl/core/rotor_model.hpp"
 
 namespace whirl::diagnosis {
@@ -14,12 +17,14 @@ struct BalancingAdvice {
   double grade = 0;                ///< ISO 21940-11 balance quality G = e omega at service speed, mm/s
   double permitted_unbalance = 0;  ///< for the wanted grade, kg m
   bool within_grade = false;
+  std::optional<Estimate> mass_interval;   ///< of `correction_mass`, kg; only with a covariance
+  std::optional<Estimate> angle_interval;  ///< of `correction_angle`, rad
 };
 
 /// `mass` of the rotor (kg), `radius` of the correction plane (m), `service_speed` (rad/s), `wanted_grade` G
 /// in mm/s (ISO 21940-11: 2.5 turbines and pumps of high quality, 6.3 general machines). Throws Error for
-/// values <= 0.
+/// values <= 0. `covariance`: IdentifiedModel::rotor_covariance (5 x 5, row-major), or empty: no interval.
 BalancingAdvice balancing_advice(const RotorModel& model, double mass, double radius, double service_speed,
-                                 double wanted_grade = 6.3);
+                                 double wanted_grade = 6.3, const std::vector<double>& covariance = {});
 
 }  // namespace whirl::diagnosis

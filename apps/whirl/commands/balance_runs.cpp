@@ -1,0 +1,214 @@
+#include "balance_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include "whirl/io/csv.hpp"
+#include "whirl/io/settings.hpp"
+
+namespace whirl::app {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+/// Readings of one run at one speed, before they are sorted into rows.
+struct Reading {
+  std::string run;
+  double time = 0, speed = 0;
+  Eigen::VectorXcd masses, probes;
+};
+
+struct RawJob {
+  std::vector<std::string> planes, probes;
+  std::vector<Reading> readings;
+};
+
+/// Names of columns "NAME_amp" / "NAME_phase" or "NAME_mass" / "NAME_angle".
+std::vector<std::string> pairs(const io::Table& table, const std::string& first, const std::string& second) {
+  std::vector<std::string> names;
+  for (const Channel& c : table.columns) {
+    if (!c.name.ends_with(first)) continue;
+    names.push_back(c.name.substr(0, c.name.size() - first.size()));
+    table.at(names.back() + second);
+  }
+  for (const Channel& c : table.columns)
+    if (c.name.ends_with(second)) table.at(c.name.substr(0, c.name.size() - second.size()) + first);
+  return names;
+}
+
+RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
+  const io::Table table = io::read_table(path);
+  RawJob raw;
+  raw.probes = pairs(table, "_amp", "_phase");
+  raw.planes = pairs(table, "_mass", "_angle");
+  if (raw.probes.empty() || raw.planes.empty())
+    throw Error(path +
+                ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
+                "PLANE_angle_deg, and run_1");
+  const Eigen::VectorXd& run = table["run"];
+  const Channel* speed = table.find("speed");
+  const Channel* time = table.find("time") != nullptr ? table.find("time") : table.find("t");
+  for (const Channel& c : table.columns) {
+    const bool known = c.name == "run" || &c == speed || &c == time || c.name.ends_with("_amp") ||
+                       c.name.ends_with("_phase") || c.name.ends_with("_mass") || c.name.ends_with("_angle");
+    if (!known)
+      throw Error(path + ": column '" + c.name + "' is not part of a balancing table (see docs/balancing.md)");
+  }
+  for (Index i = 0; i < table.rows(); ++i) {
+    Reading r;
+    r.run = fmt::format("{:g}", run[i]);
+    r.time = time != nullptr ? time->samples[i] : run[i];
+    r.speed = speed != nullptr ? speed->samples[i] : 0;
+    r.masses.resize(static_cast<Index>(raw.planes.size()));
+    r.probes.resize(static_cast<Index>(raw.probes.size()));
+    for (std::size_t p = 0; p < raw.planes.size(); ++p)
+      r.masses[static_cast<Index>(p)] =
+          std::polar(1.0, v.angle_sign() * table[raw.planes[p] + "_angle"][i]) * table[raw.planes[p] + "_mass"][i];
+    for (std::size_t p = 0; p < raw.probes.size(); ++p) {
+      const double amplitude = table[raw.probes[p] + "_amp"][i];
+      if (amplitude < 0)
+        throw Error::in_file(path, table.first_line + static_cast<long>(i),
+                             raw.probes[p] + "_amp is negative: an amplitude is >= 0");
+      r.probes[static_cast<Index>(p)] =
+          amplitude * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * table[raw.probes[p] + "_phase"][i]);
+    }
+    raw.readings.push_back(std::move(r));
+  }
+  return raw;
+}
+
+std::vector<double> require_numbers(const io::Settings& s, const std::string& path, Quantity quantity, std::size_t n) {
+  if (!s.has(path)) throw Error(s.source() + ": " + path + " is missing");
+  std::vector<double> values = s.numbers(path, quantity, {});
+  if (values.size() != n) throw s.error(path, fmt::format("{} values are needed, {} were found", n, values.size()));
+  return values;
+}
+
+RawJob read_toml_job(const std::string& path, VectorConvention& v) {
+  const io::Settings s = io::read_settings(path);
+  RawJob raw;
+  v.phase = s.text("job.phase", v.phase, {"lag", "lead"});
+  v.amplitude = s.text("job.amplitude", v.amplitude, {"0p", "pp", "rms"});
+  v.angles = s.text("job.angles", v.angles, {"with", "against"});
+  raw.planes = s.texts("job.planes", {});
+  raw.probes = s.texts("job.probes", {});
+  if (raw.planes.empty() || raw.probes.empty()) throw Error(path + ": [job] needs planes = [...] and probes = [...]");
+  const std::vector<double> speeds = s.numbers("job.speeds", Quantity::angular_velocity, {0.0});
+  if (s.count("run") == 0) throw Error(path + ": no [[run]]");
+  Eigen::VectorXcd on = Eigen::VectorXcd::Zero(static_cast<Index>(raw.planes.size()));
+  for (std::size_t r = 0; r < s.count("run"); ++r) {
+    const std::string at = fmt::format("run[{}].", r);
+    Reading reading;
+    reading.run = s.text(at + "name", fmt::format("{}", r + 1));
+    reading.time = s.number(at + "time", Quantity::time, static_cast<double>(r));
+    if (!s.flag(at + "keep", false)) on.setZero();
+    if (s.has(at + "masses")) {
+      const auto masses = require_numbers(s, at + "masses", Quantity::mass, raw.planes.size());
+      const auto angles = require_numbers(s, at + "angles", Quantity::angle, raw.planes.size());
+      for (std::size_t p = 0; p < masses.size(); ++p)
+        on[static_cast<Index>(p)] += masses[p] * std::polar(1.0, v.angle_sign() * angles[p]);
+    }
+    reading.masses = on;
+    const auto amplitudes =
+        require_numbers(s, at + "amplitudes", Quantity::displacement, raw.probes.size() * speeds.size());
+    const auto phases = require_numbers(s, at + "phases", Quantity::angle, amplitudes.size());
+    for (std::size_t k = 0; k < speeds.size(); ++k) {
+      reading.speed = speeds[k];
+      reading.probes.resize(static_cast<Index>(raw.probes.size()));
+      for (std::size_t p = 0; p < raw.probes.size(); ++p) {
+        const std::size_t i = k * raw.probes.size() + p;
+        if (amplitudes[i] < 0) throw s.error(at + "amplitudes", "an amplitude is >= 0");
+        reading.probes[static_cast<Index>(p)] =
+            amplitudes[i] * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * phases[i]);
+      }
+      raw.readings.push_back(reading);
+    }
+  }
+  s.finish();
+  return raw;
+}
+
+/// Mean of the readings at slow roll, per probe, taken off the others.
+void take_off_slow_roll(RawJob& raw, double slow_roll, const std::string& path, JobFile& file) {
+  if (slow_roll <= 0) return;
+  Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(static_cast<Index>(raw.probes.size()));
+  double n = 0;
+  for (const Reading& r : raw.readings)
+    if (r.speed <= slow_roll) sum += r.probes, n += 1;
+  if (n == 0)
+    throw Error(fmt::format("{}: no reading at or below the slow-roll speed of {:g} rpm", path,
+                            slow_roll * 30 / std::numbers::pi));
+  std::erase_if(raw.readings, [&](const Reading& r) { return r.speed <= slow_roll; });
+  for (Reading& r : raw.readings) r.probes -= sum / n;
+  file.slow_roll = raw.probes;
+}
+
+}  // namespace
+
+double VectorConvention::amplitude_factor() const {
+  return amplitude == "pp" ? 0.5 : amplitude == "rms" ? std::numbers::sqrt2 : 1;
+}
+
+void VectorConvention::check() const {
+  const auto one_of = [](const std::string& flag, const std::string& value, std::vector<std::string> allowed) {
+    if (std::find(allowed.begin(), allowed.end(), value) == allowed.end())
+      throw Error::in_field(flag, value, fmt::format("{}", fmt::join(allowed, ", ")));
+  };
+  one_of("--phase", phase, {"lag", "lead"});
+  one_of("--amplitude", amplitude, {"0p", "pp", "rms"});
+  one_of("--angles", angles, {"with", "against"});
+}
+
+JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll) {
+  convention.check();
+  JobFile file;
+  RawJob raw = path.ends_with(".toml") ? read_toml_job(path, convention) : read_csv_job(path, convention);
+  take_off_slow_roll(raw, slow_roll, path, file);
+  file.convention = convention;
+  file.probes = raw.probes;
+  // Speeds within half a percent are one: a drive never returns to the same digit.
+  std::vector<double> speeds;
+  for (const Reading& r : raw.readings) speeds.push_back(r.speed);
+  std::sort(speeds.begin(), speeds.end());
+  for (const double w : speeds)
+    if (file.speeds.empty() || w > file.speeds.back() * 1.005) file.speeds.push_back(w);
+  if (file.speeds.empty()) throw Error(path + ": no reading above the slow roll");
+  diagnosis::BalancingJob& job = file.job;
+  job.planes = raw.planes;
+  for (std::size_t k = 0; k < file.speeds.size(); ++k) {
+    for (const std::string& probe : raw.probes) {
+      job.rows.push_back(
+          file.speeds[k] > 0 ? fmt::format("{} at {:.5g} rpm", probe, file.speeds[k] * 30 / std::numbers::pi) : probe);
+      job.speed.push_back(static_cast<int>(k));
+    }
+  }
+  const auto rows = static_cast<Index>(job.rows.size()), probes = static_cast<Index>(raw.probes.size());
+  for (const Reading& r : raw.readings) {
+    std::size_t k = 0;
+    while (k + 1 < file.speeds.size() && r.speed > file.speeds[k] * 1.005) ++k;
+    const Index first = static_cast<Index>(k) * probes;
+    // The same run and speed again is a repeat: a run of its own.
+    auto place = std::find_if(job.runs.begin(), job.runs.end(), [&](const diagnosis::BalancingRun& b) {
+      return (b.name == r.run || b.name.starts_with(r.run + " (")) && std::isnan(b.vibration[first].real());
+    });
+    if (place == job.runs.end()) {
+      const auto same = std::count_if(job.runs.begin(), job.runs.end(), [&](const diagnosis::BalancingRun& b) {
+        return b.name == r.run || b.name.starts_with(r.run + " (");
+      });
+      job.runs.push_back({same == 0 ? r.run : fmt::format("{} ({})", r.run, same + 1), r.time, r.masses,
+                          Eigen::VectorXcd::Constant(rows, {kNaN, kNaN})});
+      place = job.runs.end() - 1;
+    }
+    if ((place->masses - r.masses).norm() > 1e-9 * (1e-30 + r.masses.norm()))
+      throw Error(fmt::format("{}: run {} has different masses in two of its rows", path, r.run));
+    place->vibration.segment(first, probes) = r.probes;
+  }
+  return file;
+}
+
+}  // namespace whirl::app

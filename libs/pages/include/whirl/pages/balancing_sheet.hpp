@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "whirl/core/estimate.hpp"
+#include "whirl/core/summary.hpp"
+#include "whirl/report/document.hpp"
+
+namespace whirl::pages {
+
+/// What stands on a field balancing sheet. Amplitudes of rows and influence in the reader's kind (`amplitude`), phases
+/// and angles in the reader's convention; SI.
+struct BalancingSheet {
+  struct Plane {
+    std::string name;
+    Estimate mass;                                  ///< kg
+    Estimate angle;                                 ///< rad
+    std::vector<std::pair<double, double>> placed;  ///< kg, rad; empty: as computed
+    double independent = 1;                         ///< part that no other plane gives
+  };
+  struct Row {
+    std::string name;
+    double speed = 0;  ///< rad/s; 0: not known
+    Estimate before, after;
+    double before_phase = 0, after_phase = 0;
+    double before_pp = 0, after_pp = 0;  ///< m peak-to-peak, for the zones
+  };
+  struct Coefficient {
+    std::string row, plane;
+    double magnitude = 0, sd = 0;  ///< m/kg
+    double phase = 0;
+  };
+  std::string title, convention, criterion, amplitude;
+  std::vector<Plane> planes;
+  std::vector<Row> rows;
+  std::vector<Coefficient> influence;
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> runs;  ///< readings, lead, 0-p
+  Eigen::VectorXcd before, after;                              ///< lead, 0-p
+  double repeatability = 0, drift = 0, objective = 0, bound = 0;
+  Summary summary;
+};
+
+/// Masses, readings before and after with zones of ISO 20816-3, influence coefficients, polar plots.
+report::Document balancing_sheet(const BalancingSheet& sheet);
+
+}  // namespace whirl::pages

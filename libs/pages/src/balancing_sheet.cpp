@@ -1,0 +1,136 @@
+#include "whirl/pages/balancing_sheet.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "whirl/diagnosis/standards.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using Eigen::Index;
+constexpr double kDegree = std::numbers::pi / 180;
+
+std::string number(double value, int digits = 3) { return report::format_number(value, digits); }
+
+std::string degrees(double rad) {
+  double d = std::fmod(rad / kDegree, 360);
+  if (d < 0) d += 360;
+  return report::format_fixed(d, 1);
+}
+
+std::string interval(const Estimate& e, double factor) {
+  return std::isnan(e.low) ? "not known" : number(e.low * factor) + " to " + number(e.high * factor);
+}
+
+std::string angle_interval(const Estimate& e) {
+  if (std::isnan(e.low)) return "not known";
+  if (e.high - e.low >= 2 * std::numbers::pi - 1e-9) return "any";
+  return "± " + report::format_fixed((e.high - e.low) / 2 / kDegree, 1);
+}
+
+report::Table masses(const BalancingSheet& s) {
+  report::Table t;
+  t.caption = "Masses to add to the rotor as found (trial masses taken off)";
+  t.columns = {{"plane", "", report::Align::left},
+               {"mass", "g"},
+               {"95 % interval", "g"},
+               {"angle", "deg"},
+               {"95 % interval", "deg"},
+               {"put in", "", report::Align::left},
+               {"independent", "%"}};
+  for (const auto& p : s.planes) {
+    std::string placed;
+    for (const auto& [mass, angle] : p.placed)
+      placed += (placed.empty() ? "" : "; ") + number(mass * 1e3) + " g at " + degrees(angle);
+    t.add({p.name, number(p.mass.value * 1e3), interval(p.mass, 1e3), degrees(p.angle.value), angle_interval(p.angle),
+           placed.empty() ? "as computed" : placed, report::format_fixed(100 * p.independent, 0)});
+  }
+  t.notes = {s.convention};
+  return t;
+}
+
+report::Table readings(const BalancingSheet& s) {
+  report::Table t;
+  t.caption = "Readings before and, predicted, after";
+  t.columns = {{"reading", "", report::Align::left}, {"before", "µm " + s.amplitude}, {"phase", "deg"},
+               {"after", "µm " + s.amplitude},       {"95 % interval", "µm"},         {"zone", ""}};
+  for (const auto& r : s.rows) {
+    const std::string zone = r.speed > 0 ? std::string{diagnosis::shaft_vibration_zone(r.before_pp, r.speed)} + " → " +
+                                               std::string{diagnosis::shaft_vibration_zone(r.after_pp, r.speed)}
+                                         : "–";
+    t.add({r.name, number(r.before.value * 1e6), degrees(r.before_phase), number(r.after.value * 1e6),
+           interval(r.after, 1e6), zone});
+  }
+  t.notes = {"zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of compliance"};
+  return t;
+}
+
+report::Table coefficients(const BalancingSheet& s) {
+  report::Table t;
+  t.caption = "Influence coefficients";
+  t.columns = {{"reading", "", report::Align::left},
+               {"plane", "", report::Align::left},
+               {"magnitude", "µm " + s.amplitude + "/g"},
+               {"sd", "µm/g"},
+               {"phase", "deg"}};
+  for (const auto& c : s.influence)
+    t.add({c.row, c.plane, number(c.magnitude * 1e3), std::isnan(c.sd) ? "not known" : number(c.sd * 1e3, 2),
+           degrees(c.phase)});
+  return t;
+}
+
+report::Figure polar(const BalancingSheet& s) {
+  report::Figure figure;
+  figure.title = "Readings before and after";
+  figure.description = "Polar plots of every reading in all runs, before and predicted after the correction.";
+  figure.columns = 2;
+  for (Index m = 0; m < s.before.size(); ++m) {
+    report::Panel& panel = figure.panel(s.rows[static_cast<std::size_t>(m)].name, {"phase lead", {"deg", kDegree}},
+                                        {"amplitude 0-p", {"µm", 1e-6}});
+    panel.kind = report::Panel::Kind::polar;
+    Eigen::VectorXd angle(static_cast<Index>(s.runs.size())), radius(angle.size());
+    Index n = 0;
+    for (const auto& [name, v] : s.runs) {
+      if (std::isnan(std::abs(v[m]))) continue;
+      angle[n] = std::arg(v[m]);
+      radius[n++] = std::abs(v[m]);
+    }
+    const auto point = [](std::complex<double> z) {
+      return std::pair(Eigen::VectorXd::Constant(1, std::arg(z)), Eigen::VectorXd::Constant(1, std::abs(z)));
+    };
+    panel.scatter("runs", angle.head(n), radius.head(n), {.color = 7, .mark = report::Mark::circle});
+    panel.scatter("as found", point(s.before[m]).first, point(s.before[m]).second,
+                  {.color = 1, .mark = report::Mark::square});
+    panel.scatter("predicted", point(s.after[m]).first, point(s.after[m]).second,
+                  {.color = 0, .mark = report::Mark::diamond});
+  }
+  return figure;
+}
+
+}  // namespace
+
+report::Document balancing_sheet(const BalancingSheet& s) {
+  report::Document d;
+  d.title = "Balancing sheet";
+  d.subtitle = s.title;
+  d.table(masses(s));
+  d.table(readings(s));
+  std::vector<std::pair<std::string, std::string>> items = {
+      {"criterion",
+       s.criterion + (s.criterion == "min-max"
+                          ? ": largest reading " + number(s.objective * 1e6, 4) + " µm " + s.amplitude +
+                                ", no masses within the limits can be below " + number(s.bound * 1e6, 4)
+                          : ": root of the sum of squares " + number(s.objective * 1e6, 4) + " µm " + s.amplitude)},
+      {"repeatability", std::isnan(s.repeatability) ? "not known: no run was repeated"
+                                                    : number(s.repeatability * 1e6, 2) + " µm per component"},
+      {"drift over the job",
+       s.drift > 0 ? "at most " + number(s.drift * 1e6, 2) + " µm, taken off" : "not fitted (too few runs)"}};
+  d.key_values(std::move(items));
+  d.summary(s.summary, "the runs");
+  d.table(coefficients(s));
+  if (!s.runs.empty()) d.figure(polar(s), "Readings of every run, as found and predicted after the correction.");
+  return d;
+}
+
+}  // namespace whirl::pages

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include "program.hpp"
+#include "whirl/io/json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+std::string runs() { return std::string(WHIRL_SOURCE_DIR) + "/examples/09_balance/runs.csv"; }
+constexpr const char* kConvention = " --phase lag --amplitude pp --angles against --slow-roll-rpm 400";
+
+TEST(BalanceRunsE2e, TheWrongRunIsNamedAndTheRotorBalanced) {
+  const Folder folder;
+  const Outcome outcome = folder.whirl("balance " + runs() + kConvention + " --json --html sheet.html");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("run '5' contradicts the others: looks as if plane P2 carried nothing"),
+            std::string::npos);
+  EXPECT_NE(outcome.err.find("plane P3 acts almost as plane P2"), std::string::npos);
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader document(json, "stdout");
+  for (const io::JsonReader& row : document.at("readings").items())
+    EXPECT_LT(row.at("after").at("value").number(), 0.1 * row.at("before").at("value").number());
+  std::ifstream sheet(folder / "sheet.html");
+  const std::string text((std::istreambuf_iterator<char>(sheet)), {});
+  EXPECT_NE(text.find("Influence coefficients"), std::string::npos);
+}
+
+// The same vectors written in another convention are the same job; mixed conventions are said.
+TEST(BalanceRunsE2e, ConventionsAreReadAsStatedAndAMixtureIsSaid) {
+  const Folder folder;
+  const Outcome mixed = folder.whirl("balance " + runs() + " --phase lag --amplitude pp --slow-roll-rpm 400");
+  EXPECT_NE(mixed.err.find("counted in opposite senses"), std::string::npos) << mixed.err;
+  std::ifstream in(runs());
+  std::string line;
+  std::getline(in, line);
+  std::ostringstream lead;
+  lead << line << "\n";
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string cell;
+    for (int k = 0; std::getline(cells, cell, ','); ++k) {
+      double v = std::stod(cell);
+      if (k == 2 || k == 4) v /= 2;                                 // zero-to-peak
+      if (k == 3 || k == 5 || k == 7 || k == 9 || k == 11) v = -v;  // lead, with rotation
+      lead << (k ? "," : "") << v;
+    }
+    lead << "\n";
+  }
+  folder.write("lead.csv", lead.str());
+  const auto mass = [&](const Outcome& o) {
+    const io::Json json = io::parse_json(o.out, "stdout");
+    const io::JsonReader plane = io::JsonReader(json, "stdout").at("planes").items()[0];
+    return std::polar(plane.at("mass").at("value").number(), plane.at("angle").at("value").number());
+  };
+  const Outcome a = folder.whirl("balance " + runs() + kConvention + " --json");
+  const Outcome b = folder.whirl("balance lead.csv --phase lead --slow-roll-rpm 400 --json");
+  ASSERT_EQ(b.exit_code, 0) << b.err;
+  EXPECT_LT(std::abs(mass(a) - std::conj(mass(b))), 1e-3 * std::abs(mass(a)));
+}
+
+TEST(BalanceRunsE2e, TomlTrialsLeftOnOrTakenOff) {
+  const Folder folder;
+  folder.write("job.toml", R"([job]
+planes = ["A", "B"]
+probes = ["X", "Y"]
+phase = "lead"
+[[run]]
+name = "as found"
+amplitudes_um = [10, 20]
+phases_deg = [0, 90]
+[[run]]
+name = "trial A"
+masses_gram = [10, 0]
+angles_deg = [0, 0]
+amplitudes_um = [20, 20]
+phases_deg = [0, 90]
+[[run]]
+name = "trial B"
+keep = true
+masses_gram = [0, 10]
+angles_deg = [0, 0]
+amplitudes_um = [20, 40]
+phases_deg = [0, 90]
+)");
+  // A moves X by 1 um/g, B moves Y by 2i um/g: -10 g and -10 g.
+  const Outcome outcome = folder.whirl("balance job.toml --json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("no interval can be given"), std::string::npos);
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  for (const io::JsonReader& plane : io::JsonReader(json, "stdout").at("planes").items()) {
+    EXPECT_NEAR(plane.at("mass").at("value").number(), 10e-3, 1e-9);
+    EXPECT_NEAR(std::abs(plane.at("angle").at("value").number()), std::numbers::pi, 1e-9);
+  }
+}
+
+TEST(BalanceRunsE2e, BadTablesAreRefusedWithTheirPlace) {
+  const Folder folder;
+  folder.write("a.csv", "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg\n1,1,0,0,0\n1,2,0,5,0\n");
+  EXPECT_NE(folder.whirl("balance a.csv").err.find("influence of plane P"), std::string::npos);
+  folder.write("b.csv", "run_1,X_amp_um,P_mass_gram,P_angle_deg\n1,1,0,0\n2,2,5,0\n");
+  EXPECT_NE(folder.whirl("balance b.csv").err.find("X_phase"), std::string::npos);
+  folder.write("c.csv", "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg\n1,-1,0,0,0\n2,2,0,5,0\n");
+  const Outcome negative = folder.whirl("balance c.csv");
+  EXPECT_EQ(negative.exit_code, 2);
+  EXPECT_NE(negative.err.find("c.csv:2"), std::string::npos) << negative.err;
+  EXPECT_EQ(folder.whirl("balance c.csv --phase sideways").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace whirl::testing
