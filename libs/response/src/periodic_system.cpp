@@ -1,0 +1,168 @@
+#include "whirl/response/periodic_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::response {
+namespace {
+
+using Eigen::Index;
+using expr::Expr;
+
+std::map<std::string, Expr, std::less<>> right_hand_sides(const IdentifiedModel& model) {
+  std::map<std::string, Expr, std::less<>> rates;
+  for (const Equation& e : model.equations) {
+    if (!e.lhs.ends_with("'"))
+      throw Error("equation of " + e.lhs + ": a response curve needs differential equations, not a map");
+    std::vector<Expr> terms;
+    for (const EquationTerm& t : e.terms) terms.push_back(Expr(t.coefficient.value) * Expr::parse(t.function));
+    rates.insert_or_assign(e.lhs.substr(0, e.lhs.size() - 1), Expr::sum(terms));
+  }
+  const auto listed = [&](const std::string& s) {
+    return std::find(model.states.begin(), model.states.end(), s) != model.states.end();
+  };
+  for (const auto& [position, velocity] : {std::pair{"X1", "X2"}, {"X3", "X4"}})
+    if (rates.count(position) == 0 && rates.count(velocity) > 0 && (listed(position) || model.states.empty()))
+      rates.insert_or_assign(position, Expr::symbol(velocity));
+  return rates;
+}
+
+}  // namespace
+
+PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forcing) : amplitude_(forcing.amplitude) {
+  const auto rates = right_hand_sides(model);
+  if (rates.empty()) throw Error("the model has no equation");
+  std::map<std::string, std::string, std::less<>> velocity_of;  // position -> velocity
+  std::vector<std::string> velocities;
+  for (const auto& [state, rate] : rates) {
+    if (rate.kind() != Expr::Kind::symbol || rate.name() == state || rates.count(rate.name()) == 0) continue;
+    if (std::find(velocities.begin(), velocities.end(), rate.name()) != velocities.end()) continue;
+    velocity_of[state] = rate.name();
+    velocities.push_back(rate.name());
+  }
+  // A chain x' = v, v' = a is of order 2; the coordinate is never itself a velocity.
+  std::vector<std::string> velocity_names;
+  std::vector<Expr> f;
+  for (const auto& [state, rate] : rates) {
+    if (std::find(velocities.begin(), velocities.end(), state) != velocities.end()) continue;
+    names_.push_back(state);
+    const auto v = velocity_of.find(state);
+    order_.push_back(v == velocity_of.end() ? 1 : 2);
+    velocity_names.push_back(v == velocity_of.end() ? "_rate_of_" + state : v->second);
+    f.push_back(v == velocity_of.end() ? rate : rates.at(v->second));
+  }
+  std::map<std::string, Expr, std::less<>> given;
+  const Expr tau = Expr::symbol("_tau"), omega = Expr::symbol("_omega"), force = Expr::symbol("_force");
+  const auto free = [&](const std::string& name) {
+    return std::find(names_.begin(), names_.end(), name) == names_.end() &&
+           std::find(velocity_names.begin(), velocity_names.end(), name) == velocity_names.end();
+  };
+  bool found = false;
+  std::vector<std::string> used;
+  for (const Expr& e : f)
+    for (const std::string& name : expr::variables(e))
+      if (free(name) && std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+  const bool turning = forcing.input.empty();
+  for (const std::string& name : used) {
+    if (name == forcing.input) {
+      given.insert_or_assign(name, force * cos(tau));
+      found = true;
+    } else if (name == "X5") {
+      given.insert_or_assign(name, turning ? tau : Expr(0.0));
+      angle_ = angle_ || turning;
+    } else if (name == "X6") {
+      given.insert_or_assign(name, turning ? omega : Expr(0.0));
+    } else if (name == "t") {
+      throw Error("a term of the model uses time t: such a model has no steady response");
+    } else {
+      given.insert_or_assign(name, Expr(0.0));
+    }
+  }
+  if (!forcing.input.empty() && !found) {
+    std::string names;
+    for (const std::string& name : used) names += (names.empty() ? "" : ", ") + name;
+    throw Error::in_field("input", forcing.input, "one of those the equations use: " + (names.empty() ? "none" : names));
+  }
+  for (Expr& e : f) {
+    // The part that the angle drives is the unbalance: scaled as a whole.
+    if (turning && forcing.unbalance_scale != 1) {
+      std::map<std::string, Expr, std::less<>> still = {{"X6", Expr(0.0)}};
+      const Expr rest = substitute(e, still);
+      e = rest + Expr(forcing.unbalance_scale) * (e - rest);
+    }
+    e = substitute(e, given);
+  }
+  std::vector<std::string> variables = names_;
+  variables.insert(variables.end(), velocity_names.begin(), velocity_names.end());
+  variables.insert(variables.end(), {"_tau", "_omega", "_force"});
+  std::vector<Expr> outputs;
+  const auto add = [&](const Expr& e) {
+    if (e.is_number(0)) {
+      column_.push_back(-1);
+      return;
+    }
+    column_.push_back(static_cast<int>(outputs.size()));
+    outputs.push_back(e);
+  };
+  for (const Expr& e : f) add(e);
+  for (const Expr& e : f)
+    for (const std::string& q : names_) add(differentiate(e, q));
+  for (const Expr& e : f)
+    for (const std::string& v : velocity_names) add(differentiate(e, v));
+  for (const Expr& e : f) add(differentiate(e, "_omega"));
+  for (const Expr& e : f) add(differentiate(e, "_force"));
+  if (outputs.empty()) throw Error("every equation of the model is zero");
+  tape_ = expr::compile(outputs, variables);
+}
+
+PeriodicSystem::Values PeriodicSystem::evaluate(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
+                                                const Eigen::VectorXd& tau, double omega, double force) const {
+  const Index n = size(), points = tau.size();
+  Eigen::MatrixXd in(points, 2 * n + 3);
+  in << q, v, tau, Eigen::VectorXd::Constant(points, omega), Eigen::VectorXd::Constant(points, force);
+  const Eigen::MatrixXd out = tape_.evaluate(in);
+  std::size_t next = 0;
+  const auto take = [&](Index columns) {
+    Eigen::MatrixXd m(points, columns);
+    for (Index k = 0; k < columns; ++k) {
+      const int c = column_[next++];
+      if (c < 0)
+        m.col(k).setZero();
+      else
+        m.col(k) = out.col(c);
+    }
+    return m;
+  };
+  Values values;
+  values.f = take(n);
+  values.by_q = take(n * n);
+  values.by_v = take(n * n);
+  values.by_speed = take(n);
+  values.by_force = take(n);
+  return values;
+}
+
+IdentifiedModel rotor_equations(const RotorModel& m) {
+  IdentifiedModel model;
+  model.states = {"X1", "X2", "X3", "X4"};
+  model.inputs = {"X5", "X6"};
+  const auto equation = [&](std::string lhs, std::vector<std::pair<std::string, double>> terms) {
+    Equation e{std::move(lhs), {}};
+    for (auto& [function, value] : terms)
+      if (value != 0) e.terms.push_back({std::move(function), {value, 0, value, value}, ""});
+    model.equations.push_back(std::move(e));
+  };
+  const double kr = m.k1_conj.real(), ki = m.k1_conj.imag(), cr = m.c_conj.real(), ci = m.c_conj.imag();
+  const double er = m.eps.real(), ei = m.eps.imag();
+  equation("X2'", {{"X1", -m.k1 - kr}, {"X3", -ki}, {"X2", -m.c - cr}, {"X4", -ci}, {"X1^3+X1*X3^2", -m.k2},
+                   {"X6^2*cos(X5)", er}, {"X6^2*sin(X5)", -ei}});
+  equation("X4'", {{"X3", -m.k1 + kr}, {"X1", -ki}, {"X4", -m.c + cr}, {"X2", -ci}, {"X3^3+X1^2*X3", -m.k2},
+                   {"X6^2*sin(X5)", er}, {"X6^2*cos(X5)", ei}});
+  return model;
+}
+
+}  // namespace whirl::response

@@ -1,0 +1,196 @@
+#include "whirl/response/synchronous.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <random>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::response {
+namespace {
+
+using Eigen::Index;
+
+void check(const RotorModel& r) {
+  if (std::abs(r.k1_conj) > 0 || std::abs(r.c_conj) > 0)
+    throw Error("the closed form is that of an isotropic rotor: use the response curve of the model");
+  if (!(r.k1 > 0)) throw Error::in_field("k1", fmt::format("{:g} 1/s^2", r.k1), "> 0");
+}
+
+/// rho ((k - w)^2 + c^2 w) - e^2 w^2 with k = k1 + k2 rho, w = Omega^2, and its derivative by rho.
+double balance(const RotorModel& r, double rho, double w) {
+  const double d = r.k1 + r.k2 * rho - w;
+  return rho * (d * d + r.c * r.c * w) - std::norm(r.eps) * w * w;
+}
+double slope(const RotorModel& r, double rho, double w) {
+  const double d = r.k1 + r.k2 * rho - w;
+  return d * d + r.c * r.c * w + 2 * rho * r.k2 * d;
+}
+
+/// In the rotating frame z = (A + a + i b) e^{i Omega t} the linear motion has constant coefficients.
+bool is_stable(const RotorModel& r, double rho, double omega) {
+  // a'' - 2 Omega b' + c a' - c Omega b + (k - w + 2 k2 rho) a = 0, b'' + 2 Omega a' + c b' + c Omega a + (k - w) b = 0,
+  // k = k1 + k2 rho: s^4 + p3 s^3 + p2 s^2 + p1 s + p0, Routh and Hurwitz.
+  const double w = omega * omega, k = r.k1 + r.k2 * rho - w, ka = k + 2 * r.k2 * rho, c = r.c;
+  const double p3 = 2 * c, p2 = c * c + ka + k + 4 * w, p1 = c * (ka + k) + 4 * c * w, p0 = ka * k + c * c * w;
+  return p3 > 0 && p0 > 0 && p1 > 0 && p3 * p2 > p1 && p1 * (p3 * p2 - p1) > p3 * p3 * p0;
+}
+
+SynchronousPoint point(const RotorModel& r, double rho, double omega) {
+  const std::complex<double> receptance(r.k1 + r.k2 * rho - omega * omega, r.c * omega);
+  return {omega, std::sqrt(rho), -std::arg(receptance), is_stable(r, rho, omega)};
+}
+
+/// Roots of the cubic in rho at one w, ascending, polished by Newton.
+std::vector<double> roots(const RotorModel& r, double w) {
+  const double d = r.k1 - w, c2w = r.c * r.c * w, e2w2 = std::norm(r.eps) * w * w;
+  std::vector<double> found;
+  if (r.k2 == 0) return {e2w2 / (d * d + c2w)};
+  // k2^2 rho^3 + 2 d k2 rho^2 + (d^2 + c2w) rho - e2w2, scaled by rho = x * unit.
+  const double unit = std::max(std::cbrt(e2w2 / (r.k2 * r.k2)), std::abs(d / r.k2));
+  const double a3 = r.k2 * r.k2 * unit * unit, a2 = 2 * d * r.k2 * unit, a1 = d * d + c2w, a0 = -e2w2 / unit;
+  const double p = a2 / a3, q = a1 / a3, s = a0 / a3;
+  const double qq = (p * p - 3 * q) / 9, rr = (2 * p * p * p - 9 * p * q + 27 * s) / 54;
+  if (rr * rr < qq * qq * qq) {
+    const double theta = std::acos(std::clamp(rr / std::sqrt(qq * qq * qq), -1.0, 1.0));
+    for (const double turn : {0.0, 2 * M_PI, -2 * M_PI})
+      found.push_back(-2 * std::sqrt(qq) * std::cos((theta + turn) / 3) - p / 3);
+  } else {
+    const double big = -std::copysign(std::cbrt(std::abs(rr) + std::sqrt(rr * rr - qq * qq * qq)), rr);
+    found.push_back(big + (big != 0 ? qq / big : 0) - p / 3);
+  }
+  for (double& rho : found) {
+    rho *= unit;
+    for (int k = 0; k < 4; ++k) {
+      const double g = slope(r, rho, w);
+      const double change = g != 0 ? balance(r, rho, w) / g : 0;
+      if (std::abs(change) < 0.1 * std::abs(rho)) rho -= change;
+    }
+  }
+  std::erase_if(found, [](double rho) { return !(rho >= 0); });
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace
+
+std::vector<SynchronousPoint> synchronous_answers(const RotorModel& rotor, double omega) {
+  check(rotor);
+  std::vector<SynchronousPoint> points;
+  for (const double rho : roots(rotor, omega * omega)) points.push_back(point(rotor, rho, omega));
+  return points;
+}
+
+std::vector<SynchronousPoint> synchronous_folds(const RotorModel& r, double low, double high) {
+  check(r);
+  std::vector<SynchronousPoint> folds;
+  if (r.k2 == 0 || r.eps == 0.0) return folds;
+  // Slope = 0 is a quadratic in k2 rho at given w: 3 x^2 + 4 d x + d^2 + c^2 w = 0, x = k2 rho, d = k1 - w. Its two
+  // roots go into the balance; a sign change over w is a fold.
+  const auto x_of = [&](double w, double sign) {
+    const double d = r.k1 - w, root = d * d - 3 * r.c * r.c * w;
+    return root >= 0 ? (-2 * d + sign * std::sqrt(root)) / 3 : std::nan("");
+  };
+  constexpr int kSteps = 4000;
+  for (const double sign : {1.0, -1.0}) {
+    const auto g = [&](double w) { return balance(r, x_of(w, sign) / r.k2, w); };
+    double before = low * low, at_before = g(before);
+    for (int k = 1; k <= kSteps; ++k) {
+      const double omega = low + (high - low) * k / kSteps, w = omega * omega, at = g(w);
+      if (at_before * at < 0 && x_of(w, sign) / r.k2 > 0) {
+        double a = before, b = w;
+        for (int i = 0; i < 200 && b - a > 1e-16 * b; ++i) {
+          const double m = 0.5 * (a + b);
+          (g(m) * at_before > 0 ? a : b) = m;
+        }
+        folds.push_back(point(r, x_of(0.5 * (a + b), sign) / r.k2, std::sqrt(0.5 * (a + b))));
+      }
+      before = w;
+      at_before = at;
+    }
+  }
+  std::sort(folds.begin(), folds.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
+  return folds;
+}
+
+SynchronousPoint synchronous_peak(const RotorModel& r, double low, double high) {
+  check(r);
+  SynchronousPoint best;
+  const auto largest = [&](double omega) {
+    const std::vector<SynchronousPoint> all = synchronous_answers(r, omega);
+    if (!all.empty() && all.back().radius > best.radius) best = all.back();
+    return all.empty() ? 0.0 : all.back().radius;
+  };
+  constexpr int kSteps = 400;
+  int at = 0;
+  double top = 0;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double radius = largest(low + (high - low) * k / kSteps);
+    if (radius > top) top = radius, at = k;
+  }
+  double a = low + (high - low) * std::max(at - 1, 0) / kSteps, b = low + (high - low) * std::min(at + 1, kSteps) / kSteps;
+  for (int k = 0; k < 60; ++k) {
+    const double one = a + 0.382 * (b - a), two = b - 0.382 * (b - a);
+    (largest(one) < largest(two) ? a : b) = largest(one) < largest(two) ? one : two;
+  }
+  return best;
+}
+
+double backbone(const RotorModel& r, double radius) {
+  const double w = r.k1 + r.k2 * radius * radius;
+  return w >= 0 ? std::sqrt(w) : std::nan("");
+}
+
+SynchronousBand synchronous_band(const RotorModel& rotor, const std::vector<double>& covariance,
+                                 const Eigen::VectorXd& omega, int draws, unsigned seed) {
+  check(rotor);
+  if (covariance.size() != 25) throw Error("a band needs the model's covariance of k1, k2, c, eps");
+  require_range("draws", draws, 20, 1e6);
+  const Eigen::Map<const Eigen::Matrix<double, 5, 5>> c(covariance.data());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(
+      Eigen::Matrix<double, 5, 5>(0.5 * (c + c.transpose())));
+  const Eigen::Matrix<double, 5, 5> root =
+      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd lower(draws, omega.size()), upper(draws, omega.size());
+  Eigen::VectorXd peaks(draws);
+  for (int d = 0; d < draws; ++d) {
+    Eigen::Matrix<double, 5, 1> white;
+    for (double& x : white) x = normal(random);
+    const Eigen::Matrix<double, 5, 1> change = root * white;
+    RotorModel r = rotor;
+    r.k1 = std::max(r.k1 + change[0], 1e-9);
+    r.k2 += change[1];
+    r.c += change[2];
+    r.eps += std::complex<double>(change[3], change[4]);
+    double peak = 0;
+    for (Index k = 0; k < omega.size(); ++k) {
+      const std::vector<double> rho = roots(r, omega[k] * omega[k]);
+      lower(d, k) = rho.empty() ? 0 : std::sqrt(rho.front());
+      upper(d, k) = rho.empty() ? 0 : std::sqrt(rho.back());
+      peak = std::max(peak, upper(d, k));
+    }
+    peaks[d] = peak;
+  }
+  const auto quantile = [&](Eigen::VectorXd column, double q) {
+    const auto at = column.data() + static_cast<Index>(q * (draws - 1) + 0.5);
+    std::nth_element(column.data(), at, column.data() + draws);
+    return *at;
+  };
+  SynchronousBand band{omega, omega, omega, omega, omega, omega, 0, 0};
+  for (Index k = 0; k < omega.size(); ++k) {
+    band.low[k] = quantile(lower.col(k), 0.025);
+    band.middle[k] = quantile(lower.col(k), 0.5);
+    band.high[k] = quantile(lower.col(k), 0.975);
+    band.upper_low[k] = quantile(upper.col(k), 0.025);
+    band.upper_high[k] = quantile(upper.col(k), 0.975);
+  }
+  band.peak_low = quantile(peaks, 0.025);
+  band.peak_high = quantile(peaks, 0.975);
+  return band;
+}
+
+}  // namespace whirl::response
