@@ -105,7 +105,8 @@ class Tracer {
     for (Index i = 0; i < scale_.size(); ++i) scale_[i] = std::max(scale_[i], 1e-3 * largest);
     if (!(largest > 0)) scale_.setOnes();
   }
-  /// As the answer grows the arclength is measured in larger units, so that a resonance takes no more points than needed.
+  /// As the answer grows the arclength is measured in larger units, so that a resonance takes no more points than
+  /// needed.
   void rescale(Scaled& s) {
     const PeriodicSolution x = unpack(s);
     Eigen::VectorXd now = x.coefficients.colwise().norm().transpose();
@@ -196,7 +197,8 @@ class Tracer {
   }
 
   void finish_at_border(ResponseCurve& curve, const Scaled& at, const Scaled& next) const {
-    const double border = parameter_of(next) > std::max(o_.from, o_.to) ? std::max(o_.from, o_.to) : std::min(o_.from, o_.to);
+    const double border =
+        parameter_of(next) > std::max(o_.from, o_.to) ? std::max(o_.from, o_.to) : std::min(o_.from, o_.to);
     const double part = (border - parameter_of(at)) / (parameter_of(next) - parameter_of(at));
     Scaled between = at;
     between.y = at.y + part * (next.y - at.y);
@@ -226,8 +228,9 @@ class Tracer {
         const bool known = !curve.events.empty() && curve.events.back().after + 1 >= after;
         // A loss of stability that is no fold and no branch point: by the multiplier that leaves the circle.
         if (!known && (std::abs(critical.imag()) > 1e-3 || critical.real() < 0))
-          curve.events.push_back({std::abs(critical.imag()) > 1e-3 ? EventKind::neimark_sacker : EventKind::period_doubling,
-                                  after, point.solution, parameter_of(p)});
+          curve.events.push_back(
+              {std::abs(critical.imag()) > 1e-3 ? EventKind::neimark_sacker : EventKind::period_doubling, after,
+               point.solution, parameter_of(p)});
       }
     }
     curve.points.push_back(std::move(point));
@@ -264,11 +267,13 @@ class Tracer {
     Scaled found;
     const std::size_t after = curve.points.size() - 1;
     if (parameter_slope(a) * parameter_slope(b) < 0) {
-      if (locate(a, step, [&](const Scaled& p) { return parameter_slope(p); }, found))
+      if (locate(
+              a, step, [&](const Scaled& p) { return parameter_slope(p); }, found))
         curve.events.push_back({EventKind::fold, after, unpack(found), parameter_of(found)});
     }
     if (a.determinant_sign * b.determinant_sign < 0 &&
-        locate(a, step, [](const Scaled& p) { return p.determinant_sign; }, found))
+        locate(
+            a, step, [](const Scaled& p) { return p.determinant_sign; }, found))
       curve.events.push_back({EventKind::branch_point, after, unpack(found), parameter_of(found)});
   }
 
@@ -329,8 +334,10 @@ ResponseCurve response_curve(const PeriodicSystem& system, Parameter parameter, 
   require_range("from", options.from, -1e12, 1e12);
   require_range("to", options.to, -1e12, 1e12);
   if (!(std::abs(options.to - options.from) > 0)) throw Error("the range of the response curve is empty");
-  if (parameter == Parameter::speed && !(low > 0)) throw Error::in_field("range", fmt::format("{:g} rad/s", low), "> 0");
-  if (parameter == Parameter::force && !(fixed > 0)) throw Error::in_field("speed", fmt::format("{:g} rad/s", fixed), "> 0");
+  if (parameter == Parameter::speed && !(low > 0))
+    throw Error::in_field("range", fmt::format("{:g} rad/s", low), "> 0");
+  if (parameter == Parameter::force && !(fixed > 0))
+    throw Error::in_field("speed", fmt::format("{:g} rad/s", fixed), "> 0");
   require_range("harmonics", options.harmonics, 1, 200);
   require_range("longest_step", options.longest_step, 1e-6, 1);
   return Tracer(system, parameter, fixed, options).run();

@@ -104,7 +104,8 @@ Balance balance(const PeriodicSystem& system, const PeriodicSolution& s, Paramet
     }
     r.by_parameter.segment(i * m, m) = -b.project * by;
     if (parameter == Parameter::speed)
-      r.by_parameter.segment(i * m, m) += second ? Eigen::VectorXd(2 * s.omega * d2.col(i)) : Eigen::VectorXd(d1.col(i));
+      r.by_parameter.segment(i * m, m) +=
+          second ? Eigen::VectorXd(2 * s.omega * d2.col(i)) : Eigen::VectorXd(d1.col(i));
   }
   return r;
 }

@@ -85,7 +85,8 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
   if (!forcing.input.empty() && !found) {
     std::string names;
     for (const std::string& name : used) names += (names.empty() ? "" : ", ") + name;
-    throw Error::in_field("input", forcing.input, "one of those the equations use: " + (names.empty() ? "none" : names));
+    throw Error::in_field("input", forcing.input,
+                          "one of those the equations use: " + (names.empty() ? "none" : names));
   }
   for (Expr& e : f) {
     // The part that the angle drives is the unbalance: scaled as a whole.
@@ -158,10 +159,20 @@ IdentifiedModel rotor_equations(const RotorModel& m) {
   };
   const double kr = m.k1_conj.real(), ki = m.k1_conj.imag(), cr = m.c_conj.real(), ci = m.c_conj.imag();
   const double er = m.eps.real(), ei = m.eps.imag();
-  equation("X2'", {{"X1", -m.k1 - kr}, {"X3", -ki}, {"X2", -m.c - cr}, {"X4", -ci}, {"X1^3+X1*X3^2", -m.k2},
-                   {"X6^2*cos(X5)", er}, {"X6^2*sin(X5)", -ei}});
-  equation("X4'", {{"X3", -m.k1 + kr}, {"X1", -ki}, {"X4", -m.c + cr}, {"X2", -ci}, {"X3^3+X1^2*X3", -m.k2},
-                   {"X6^2*sin(X5)", er}, {"X6^2*cos(X5)", ei}});
+  equation("X2'", {{"X1", -m.k1 - kr},
+                   {"X3", -ki},
+                   {"X2", -m.c - cr},
+                   {"X4", -ci},
+                   {"X1^3+X1*X3^2", -m.k2},
+                   {"X6^2*cos(X5)", er},
+                   {"X6^2*sin(X5)", -ei}});
+  equation("X4'", {{"X3", -m.k1 + kr},
+                   {"X1", -ki},
+                   {"X4", -m.c + cr},
+                   {"X2", -ci},
+                   {"X3^3+X1^2*X3", -m.k2},
+                   {"X6^2*sin(X5)", er},
+                   {"X6^2*cos(X5)", ei}});
   return model;
 }
 

@@ -31,8 +31,8 @@ double slope(const RotorModel& r, double rho, double w) {
 
 /// In the rotating frame z = (A + a + i b) e^{i Omega t} the linear motion has constant coefficients.
 bool is_stable(const RotorModel& r, double rho, double omega) {
-  // a'' - 2 Omega b' + c a' - c Omega b + (k - w + 2 k2 rho) a = 0, b'' + 2 Omega a' + c b' + c Omega a + (k - w) b = 0,
-  // k = k1 + k2 rho: s^4 + p3 s^3 + p2 s^2 + p1 s + p0, Routh and Hurwitz.
+  // a'' - 2 Omega b' + c a' - c Omega b + (k - w + 2 k2 rho) a = 0, b'' + 2 Omega a' + c b' + c Omega a + (k - w) b =
+  // 0, k = k1 + k2 rho: s^4 + p3 s^3 + p2 s^2 + p1 s + p0, Routh and Hurwitz.
   const double w = omega * omega, k = r.k1 + r.k2 * rho - w, ka = k + 2 * r.k2 * rho, c = r.c;
   const double p3 = 2 * c, p2 = c * c + ka + k + 4 * w, p1 = c * (ka + k) + 4 * c * w, p0 = ka * k + c * c * w;
   return p3 > 0 && p0 > 0 && p1 > 0 && p3 * p2 > p1 && p1 * (p3 * p2 - p1) > p3 * p3 * p0;
@@ -130,7 +130,8 @@ SynchronousPoint synchronous_peak(const RotorModel& r, double low, double high) 
     const double radius = largest(low + (high - low) * k / kSteps);
     if (radius > top) top = radius, at = k;
   }
-  double a = low + (high - low) * std::max(at - 1, 0) / kSteps, b = low + (high - low) * std::min(at + 1, kSteps) / kSteps;
+  double a = low + (high - low) * std::max(at - 1, 0) / kSteps,
+         b = low + (high - low) * std::min(at + 1, kSteps) / kSteps;
   for (int k = 0; k < 60; ++k) {
     const double one = a + 0.382 * (b - a), two = b - 0.382 * (b - a);
     (largest(one) < largest(two) ? a : b) = largest(one) < largest(two) ? one : two;

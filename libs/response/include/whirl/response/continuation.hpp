@@ -8,11 +8,11 @@
 namespace whirl::response {
 
 struct CurveOptions {
-  double from = 0, to = 0;      ///< range of the parameter: speed in rad/s or force; the curve starts at `from`
-  int harmonics = 5;            ///< to start with
-  int most_harmonics = 21;      ///< where the truncation asks for more
-  double truncation = 1e-4;     ///< missed part of the spectrum that asks for more harmonics; 0: never
-  double longest_step = 0.02;   ///< arclength, relative to the range and to the amplitude
+  double from = 0, to = 0;     ///< range of the parameter: speed in rad/s or force; the curve starts at `from`
+  int harmonics = 5;           ///< to start with
+  int most_harmonics = 21;     ///< where the truncation asks for more
+  double truncation = 1e-4;    ///< missed part of the spectrum that asks for more harmonics; 0: never
+  double longest_step = 0.02;  ///< arclength, relative to the range and to the amplitude
   double shortest_step = 1e-7;
   int most_points = 4000;
   bool stability = true;
@@ -20,9 +20,9 @@ struct CurveOptions {
 
 struct CurvePoint {
   PeriodicSolution solution;
-  bool stable = false;          ///< only with options.stability
-  double multiplier = 0;        ///< largest magnitude of a Floquet multiplier
-  bool forward = true;          ///< the parameter grows along the curve here
+  bool stable = false;    ///< only with options.stability
+  double multiplier = 0;  ///< largest magnitude of a Floquet multiplier
+  bool forward = true;    ///< the parameter grows along the curve here
 };
 
 enum class EventKind { fold, branch_point, period_doubling, neimark_sacker };
@@ -41,7 +41,7 @@ struct ResponseCurve {
   std::vector<std::string> names;  ///< coordinates
   std::vector<CurvePoint> points;  ///< along the curve
   std::vector<CurveEvent> events;
-  Summary summary;                 ///< warning where the curve ends before `to`
+  Summary summary;  ///< warning where the curve ends before `to`
 
   double value(const CurvePoint& p) const {
     return parameter == Parameter::speed ? p.solution.omega : p.solution.force;
@@ -51,10 +51,10 @@ struct ResponseCurve {
   static double radius(const PeriodicSolution& s);
 };
 
-/// The curve of periodic answers by pseudo-arclength continuation (Krack and Gross 2019, ch. 4). `fixed` is the parameter
-/// that stands still: the force (for a curve over speed) or the speed. Folds are where the parameter turns, found to
-/// 1e-10; branch points where the determinant of the bordered system changes sign. Throws Error for a range that is empty
-/// or not positive in speed.
+/// The curve of periodic answers by pseudo-arclength continuation (Krack and Gross 2019, ch. 4). `fixed` is the
+/// parameter that stands still: the force (for a curve over speed) or the speed. Folds are where the parameter turns,
+/// found to 1e-10; branch points where the determinant of the bordered system changes sign. Throws Error for a range
+/// that is empty or not positive in speed.
 ResponseCurve response_curve(const PeriodicSystem& system, Parameter parameter, double fixed,
                              const CurveOptions& options);
 

@@ -25,7 +25,7 @@ struct PeriodicSolution {
 /// Residual of the balance and its derivatives at a solution.
 struct Balance {
   Eigen::VectorXd residual;
-  Eigen::MatrixXd jacobian;     ///< by the coefficients, coordinate by coordinate
+  Eigen::MatrixXd jacobian;  ///< by the coefficients, coordinate by coordinate
   Eigen::VectorXd by_parameter;
 };
 Balance balance(const PeriodicSystem& system, const PeriodicSolution& solution, Parameter parameter);
@@ -38,6 +38,7 @@ double truncation(const PeriodicSystem& system, const PeriodicSolution& solution
 Eigen::VectorXcd floquet_multipliers(const PeriodicSystem& system, const PeriodicSolution& solution);
 
 /// Newton at fixed parameters from `start`; false when it does not converge in `iterations`.
-bool solve_periodic(const PeriodicSystem& system, PeriodicSolution& start, int iterations = 30, double tolerance = 1e-11);
+bool solve_periodic(const PeriodicSystem& system, PeriodicSolution& start, int iterations = 30,
+                    double tolerance = 1e-11);
 
 }  // namespace whirl::response

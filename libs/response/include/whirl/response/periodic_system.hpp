@@ -8,16 +8,16 @@
 
 namespace whirl::response {
 
-/// What forces the system. Empty input: the rotor turns, X5 = Omega t, X6 = Omega, X7 = 0, other inputs 0. Otherwise the
-/// input is amplitude * cos(Omega t), the others 0 and the rotor at rest.
+/// What forces the system. Empty input: the rotor turns, X5 = Omega t, X6 = Omega, X7 = 0, other inputs 0. Otherwise
+/// the input is amplitude * cos(Omega t), the others 0 and the rotor at rest.
 struct Forcing {
   std::string input;
-  double amplitude = 0;          ///< unit of the input
-  double unbalance_scale = 1;    ///< rotor models: multiplies every term of the angle (eccentricity at the same angle)
+  double amplitude = 0;        ///< unit of the input
+  double unbalance_scale = 1;  ///< rotor models: multiplies every term of the angle (eccentricity at the same angle)
 };
 
-/// A model as q^(order) = f(q, q', tau, Omega, F) with tau = Omega t in 0..2 pi. A state whose equation is another state
-/// alone (X1' = X2) is a coordinate of order 2 and the other its velocity; the rest are of order 1.
+/// A model as q^(order) = f(q, q', tau, Omega, F) with tau = Omega t in 0..2 pi. A state whose equation is another
+/// state alone (X1' = X2) is a coordinate of order 2 and the other its velocity; the rest are of order 1.
 class PeriodicSystem {
  public:
   /// Throws Error for maps, states without equation, an unknown input, or terms of other names.

@@ -27,12 +27,13 @@ SynchronousPoint synchronous_peak(const RotorModel& rotor, double low, double hi
 /// Free whirl without damping: Omega(radius) = sqrt(k1 + k2 radius^2), rad/s; NaN where the root is not real.
 double backbone(const RotorModel& rotor, double radius);
 
-/// Band over the covariance of (k1, k2, c, eps_re, eps_im): quantiles 2.5, 50 and 97.5 % of the lowest and of the highest
-/// stable radius at every speed, and of the peak.
+/// Band over the covariance of (k1, k2, c, eps_re, eps_im): quantiles 2.5, 50 and 97.5 % of the lowest and of the
+/// highest stable radius at every speed, and of the peak.
 struct SynchronousBand {
-  Eigen::VectorXd omega, low, middle, high;  ///< of the answer that a slow run-up follows (smallest stable one from below)
-  Eigen::VectorXd upper_low, upper_high;     ///< of the largest stable answer
-  double peak_low = 0, peak_high = 0;        ///< m
+  Eigen::VectorXd omega, low, middle,
+      high;                               ///< of the answer that a slow run-up follows (smallest stable one from below)
+  Eigen::VectorXd upper_low, upper_high;  ///< of the largest stable answer
+  double peak_low = 0, peak_high = 0;     ///< m
 };
 SynchronousBand synchronous_band(const RotorModel& rotor, const std::vector<double>& covariance,
                                  const Eigen::VectorXd& omega, int draws = 1000, unsigned seed = 1);
