@@ -19,18 +19,18 @@ deps-test:
 	@tools/install-dependencies packages.txt packages-test.txt
 
 build: deps
-	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_TESTS=ON > $(BUILD).configure.log 2>&1 \
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON -DWHIRL_TESTS=ON > $(BUILD).configure.log 2>&1 \
 	  || { cat $(BUILD).configure.log; exit 1; }
 	@rm -f $(BUILD).configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
 
 whirl: deps
-	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release > /dev/null
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target whirl
 	@echo "$(BUILD)/bin/whirl"
 
 reproduce: deps
-	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release > /dev/null
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target whirl
 	@$(BUILD)/bin/whirl reproduce --out $(OUT) --seed $(SEED)
 

@@ -55,7 +55,8 @@ void bind_identification(py::module_& m) {
       .def_readonly("model", &Identification::model)
       .def_readonly("summary", &Identification::summary, "the verdict by all evidence")
       .def_property_readonly("usable", &Identification::usable)
-      .def_property_readonly("parameters", [](const py::object& self) -> py::object { return self.attr("model").attr("parameters"); })
+      .def_property_readonly("parameters",
+                             [](const py::object& self) -> py::object { return self.attr("model").attr("parameters"); })
       .def_property_readonly(
           "held_out", [](const Identification& v) { return scores_of(v.evidence.held_out.scores); },
           "free-run error (rms) on the part that a second fit did not see, by state")

@@ -88,7 +88,8 @@ void add_balance(CommandLine& app, Session& session) {
   sub->add_option("INPUT", model->plant.model, "runs.csv, runs.toml or model.json")->input()->required();
   job->add_to(sub);
   sub->add_option("--mass-kg", model->plant.mass_kg, "model: mass of the disk");
-  sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")->input();
+  sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")
+      ->input();
   sub->add_option("--radius-mm", model->radius_mm, "model: where the mass is added");
   sub->add_option("--speed-rpm", model->speed_rpm, "model: service speed");
   sub->add_option("--grade", model->grade, "model: balance quality asked for, mm/s")->show_default();

@@ -1,10 +1,10 @@
 #pragma once
-#include "command_line.hpp"
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "whirl/monitor/hub.hpp"
 #include "whirl/monitor/server.hpp"
 #include "whirl/rt/loop_control.hpp"

@@ -1,9 +1,9 @@
 #pragma once
-#include "command_line.hpp"
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/tuning/design.hpp"
 

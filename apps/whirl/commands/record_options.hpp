@@ -1,8 +1,8 @@
 #pragma once
-#include "command_line.hpp"
 #include <string>
 #include <vector>
 
+#include "command_line.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/io/csv.hpp"
 

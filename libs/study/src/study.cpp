@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
-#include "whirl/identify/identify_json.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"

@@ -254,7 +254,8 @@ class Report {
     std::vector<report::Suppression> rows;
     constexpr double paper[5] = {61, 91, 96, 81.8, 92.7};
     for (std::size_t i = 0; i < 4; ++i) {
-      rows.push_back({pages::kSegmentNames[i], run.run.metrics.open.segment[i], run.run.metrics.closed.segment[i], paper[i]});
+      rows.push_back(
+          {pages::kSegmentNames[i], run.run.metrics.open.segment[i], run.run.metrics.closed.segment[i], paper[i]});
     }
     rows.push_back({"whole run", run.run.metrics.open.all, run.run.metrics.closed.all, paper[4]});
     doc_.figure(report::suppression(rows, AmplitudeKind::peak), "Suppression per segment beside the paper's Table 4.");

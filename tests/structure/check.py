@@ -1,0 +1,115 @@
+#!/usr/bin/env python3
+"""The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format.
+
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|format     exit code 1 and one line per deviation
+"""
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+# Folders with more files than a reader takes in at once. They may shrink, not grow; commands: one file a subcommand.
+LARGE = {"apps/whirl/commands": 70, "libs/io/src": 30, "libs/report/src": 28}
+FOLDER_LIMIT = 24
+FUNCTION_LIMIT = 80
+# Functions that were longer when the limit was set. Both numbers may be lowered, not raised.
+LONG_FUNCTIONS, LONGEST = 36, 182
+
+
+def tracked(root):
+    """Files of the tree: those git knows, or all source files where there is no repository."""
+    listing = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True)
+    if listing.returncode == 0:
+        return [f for f in listing.stdout.split("\n") if f and (root / f).exists()]
+    return [str(f.relative_to(root)) for f in root.rglob("*")
+            if f.is_file() and not re.match(r"(build|out|\.)", str(f.relative_to(root)))]
+
+
+def table(root):
+    """library -> the libraries it may include, in the order of the document."""
+    rows = re.findall(r"^\| `libs/(\w+)` \|[^|]*\| ([^|]*) \|$", (root / "docs/architecture.md").read_text(), re.M)
+    return {name: [u for u in re.split(r"[,\s]+", uses) if u not in ("", "-")] for name, uses in rows}
+
+
+def tree(root):
+    text = (root / "docs/architecture.md").read_text()
+    documented = set(re.findall(r"^\| `([\w/]+)` \|", text, re.M))
+    actual = set()
+    for file in tracked(root):
+        parts = file.split("/")
+        if len(parts) > 1 and not parts[0].startswith("."):
+            actual.add("/".join(parts[:2]) if parts[0] in ("libs", "apps") else parts[0])
+    merged = [f"{f}: a merge was left unfinished" for f in tracked(root)
+              if re.search(rb"^(<<<<<<<|>>>>>>>) ", (root / f).read_bytes(), re.M)]
+    return (merged +
+            [f"{f}: in the tree, not in docs/architecture.md" for f in sorted(actual - documented)] +
+            [f"{f}: in docs/architecture.md, not in the tree" for f in sorted(documented - actual)])
+
+
+def includes(root):
+    allowed = table(root)
+    order = list(allowed)
+    wrong = [f"{name} uses {u}: listed after it" for name in order for u in allowed[name]
+             if u not in order or order.index(u) >= order.index(name)]
+    for file in tracked(root):
+        part = re.match(r"libs/(\w+)/(?:include|src)/", file)
+        if not part:
+            continue
+        for line, text in enumerate((root / file).read_text(errors="replace").split("\n"), 1):
+            used = re.match(r'\s*#\s*include\s*["<]whirl/(\w+)/', text)
+            if used and used[1] != part[1] and used[1] not in allowed.get(part[1], []):
+                wrong.append(f"{file}:{line}: {part[1]} includes {used[1]}, which docs/architecture.md does not allow")
+    return wrong
+
+
+def folders(root):
+    count = {}
+    for file in tracked(root):
+        folder = file.rpartition("/")[0]
+        if folder and "/corpus/" not in file:
+            count[folder] = count.get(folder, 0) + 1
+    return [f"{folder}: {n} files, the limit is {LARGE.get(folder, FOLDER_LIMIT)}"
+            for folder, n in sorted(count.items()) if n > LARGE.get(folder, FOLDER_LIMIT)]
+
+
+def functions(root):
+    """By the format of the tree a definition at namespace scope begins and ends in the first column."""
+    long = []
+    for file in tracked(root):
+        if not re.match(r"(libs/\w+/(src|include)|apps)/.*\.[ch]pp$", file):
+            continue
+        start = None
+        for line, text in enumerate((root / file).read_text().split("\n"), 1):
+            if start is None and re.match(r"[A-Za-z].*\(", text) and not text.endswith(";"):
+                start = line
+            elif start is not None and text.startswith("}"):
+                if line - start + 1 > FUNCTION_LIMIT:
+                    long.append((line - start + 1, f"{file}:{start}: {line - start + 1} lines, the limit is {FUNCTION_LIMIT}"))
+                start = None
+    wrong = [text for lines, text in long if lines > LONGEST]
+    if len(long) > LONG_FUNCTIONS:
+        wrong += [f"{len(long)} functions above {FUNCTION_LIMIT} lines, {LONG_FUNCTIONS} are known:"] + [t for _, t in long]
+    return wrong
+
+
+def form(root):
+    tool = shutil.which("clang-format")
+    if tool is None:
+        print("SKIPPED: no clang-format here (packages-test.txt)")
+        return []
+    files = [f for f in tracked(root) if re.search(r"\.[ch]pp$", f)]
+    result = subprocess.run([tool, "--dry-run", *files], cwd=root, capture_output=True, text=True)
+    return sorted({f"{m}: not formatted (clang-format -i)" for m in
+                   re.findall(r"^([^:\n]+):\d+:\d+: warning: code should be clang-formatted", result.stderr, re.M)})
+
+
+def main():
+    root = pathlib.Path(sys.argv[1])
+    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "format": form}
+    wrong = check[sys.argv[2]](root)
+    print("\n".join(wrong))
+    return 1 if wrong else 0
+
+
+sys.exit(main())
