@@ -1,5 +1,5 @@
 #include "command.hpp"
-#include "io_survey.hpp"
+#include "whirl/hardware/survey.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {
@@ -7,7 +7,7 @@ namespace {
 
 constexpr std::array<const char*, 2> kAxis{"x", "y"};
 
-report::Table channel_table(const IoSettings& io, const LoopSurvey& s) {
+report::Table channel_table(const hardware::IoSettings& io, const hardware::LoopSurvey& s) {
   report::Table table;
   table.caption = "Displacement channels, disarmed";
   table.columns = {{"", "", report::Align::left},
@@ -22,7 +22,7 @@ report::Table channel_table(const IoSettings& io, const LoopSurvey& s) {
                    {"stuck", "%"},
                    {"lost frames", ""}};
   for (std::size_t i = 0; i < 2; ++i) {
-    const ChannelSurvey& c = s.channel[i];
+    const hardware::ChannelSurvey& c = s.channel[i];
     const rt::PositionInput& p = io.hardware.position[i];
     const bool laser = !p.laser.device.empty();
     const auto percent = [&](rt::InputState state) { return fmt::format("{:.2f}", 100 * c.share(state)); };
@@ -34,49 +34,6 @@ report::Table channel_table(const IoSettings& io, const LoopSurvey& s) {
                laser ? fmt::format("{}", c.frames_lost) : "-"});
   }
   return table;
-}
-
-io::Json to_json(const IoSettings& io, const LoopSurvey& s, double excitation, const std::vector<std::string>& wrong) {
-  io::Json json = io::start_document("whirl.io-test", 1);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const ChannelSurvey& c = s.channel[i];
-    io::Json channel = io::Json::object();
-    channel.set("ticks", c.ticks).set("mean", c.mean).set("low", c.low).set("high", c.high).set("noise", c.noise);
-    for (int k = 0; k < rt::kInputStates; ++k) {
-      std::string key(to_string(static_cast<rt::InputState>(k)));
-      std::replace(key.begin(), key.end(), ' ', '_');
-      if (static_cast<rt::InputState>(k) == rt::InputState::current) key = "current";
-      channel.set(key, c.share(static_cast<rt::InputState>(k)));
-    }
-    channel.set("longest_repeat", c.longest_repeat);
-    if (!io.hardware.position[i].laser.device.empty()) {
-      channel.set("rate", c.rate)
-          .set("frames", static_cast<double>(c.frames))
-          .set("frames_lost", static_cast<double>(c.frames_lost));
-      channel.set("bytes_dropped", static_cast<double>(c.bytes_dropped));
-    }
-    if (excitation > 0) {
-      const rt::LoopDelay& d = s.delay[i];
-      io::Json delay = io::Json::object();
-      delay.set("delay", d.delay)
-          .set("deviation", d.deviation)
-          .set("gain", d.gain)
-          .set("frequency", d.frequency)
-          .set("explained", d.explained);
-      channel.set("excitation", delay);
-    }
-    json.set(kAxis[i], channel);
-  }
-  io::Json board = io::Json::object();
-  board.set("rate", s.board_rate)
-      .set("missed", s.missed)
-      .set("omega", s.omega)
-      .set("turned", s.beta_last - s.beta_first);
-  board.set("turnaround_mean", s.turnaround_mean)
-      .set("turnaround_max", s.turnaround_max)
-      .set("turnarounds", s.turnarounds);
-  json.set("board", board).set("seconds", s.seconds).set("problems", wrong);
-  return json;
 }
 
 }  // namespace
@@ -106,14 +63,10 @@ void add_io(CommandLine& app, Session& session) {
       "Exit code 1 when a channel is not fit for control, with the reasons.\n\n"
       "Example: whirl io test --io io.toml --excite-N 0.2",
       [o, &session] {
-        const IoSettings settings = read_io(o->io);
         require_range("--seconds", o->seconds, 0.5, 600, "s");
         require_range("--excite-N", o->excite, 0, 1e4, "N");
-        if (o->excite > 0 && settings.safety.displacement <= 0) {
-          throw Error::in_file(o->io, 0, "safety.displacement_mm = 0: an excitation needs a displacement that trips");
-        }
-        const LoopSurvey s = survey(settings, o->seconds, o->excite);
-        const std::vector<std::string> wrong = problems(settings, s);
+        const hardware::IoSettings settings = hardware::read_io(o->io);
+        const hardware::LoopSurvey s = hardware::survey(settings, o->seconds, o->excite);
         session.say(report::to_text(channel_table(settings, s)));
         session.say(fmt::format(
             "board: {} ticks a second by this machine's clock, nominal {:g}; {} ticks left out; speed {:.1f} rad/s, "
@@ -133,10 +86,8 @@ void add_io(CommandLine& app, Session& session) {
               "hold); {:.4g} m/s^2 per N, free vibration {:.2f} Hz; fit explains {:.2f} %",
               kAxis[i], 1e3 * d.delay, 1e3 * d.deviation, d.gain, d.frequency, 100 * d.explained));
         }
-        session.result(to_json(settings, s, o->excite, wrong));
-        Summary summary;
-        for (const std::string& text : wrong) summary.fail(text);
-        session.finish(summary);
+        session.result(hardware::to_json(settings, s));
+        session.finish(s.summary);
       });
   sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
   sub->add_option("--seconds", o->seconds, "length of each part")->show_default();

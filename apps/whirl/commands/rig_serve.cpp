@@ -1,7 +1,7 @@
 #include "rig_serve.hpp"
 
-#include "rig_server.hpp"
 #include "stop_signal.hpp"
+#include "whirl/hardware/rig_server.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/provenance.hpp"
@@ -16,7 +16,7 @@ void add_rig_serve(CommandLine& rig, Session& session) {
     std::optional<double> added_mass_g;
     double watchdog_ms = 50;
     bool run_up = false;
-    ServeOptions serve;
+    hardware::ServeOptions serve;
   };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
@@ -33,7 +33,7 @@ void add_rig_serve(CommandLine& rig, Session& session) {
       "Output at the end: peaks and suppression of the true disk centre, as `whirl run` without --io.\n\n"
       "Example: whirl rig serve --added-mass-g 5 --io io.toml & sleep 1; whirl run controller.json --io io.toml",
       [o, &session] {
-        ServeOptions serve = o->serve;
+        hardware::ServeOptions serve = o->serve;
         serve.rig = rig::read_rig(o->rig);
         if (o->added_mass_g) {
           require_range("--added-mass-g", *o->added_mass_g, 0, 1000, "g");
@@ -42,12 +42,12 @@ void add_rig_serve(CommandLine& rig, Session& session) {
         if (o->run_up) serve.rig = serve.rig.run_up();
         require_range("--watchdog-ms", o->watchdog_ms, 1, 1e4, "ms");
         serve.watchdog = 1e-3 * o->watchdog_ms;
-        if (!o->faults.empty()) read_faults(o->faults, serve);
-        RigServer server(serve);
+        if (!o->faults.empty()) hardware::read_faults(o->faults, serve);
+        hardware::RigServer server(serve);
         catch_stop_signals();
-        const IoSettings io = server.io();
+        const hardware::IoSettings io = server.io();
         // Lasers and board are there before the file that says so.
-        io::write_text(o->io, io_toml(io));
+        io::write_text(o->io, hardware::io_toml(io));
         fmt::print(stderr, "whirl: laser x {}, laser y {}, board {}; settings in {}\n",
                    io.hardware.position[0].laser.device, io.hardware.position[1].laser.device, io.address, o->io);
         const rt::RealtimeThread realtime({});  // a machine is never late

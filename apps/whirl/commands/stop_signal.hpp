@@ -7,5 +7,6 @@ namespace whirl::app {
 void catch_stop_signals();
 /// The signal that came; 0: none.
 int stop_signal() noexcept;
+inline bool stop_requested() noexcept { return stop_signal() != 0; }
 
 }  // namespace whirl::app

@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
-#include "io_file.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/hardware/io_settings.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/rt/drivers/optoncdt_line.hpp"
 #include "whirl/rt/drivers/udp_board.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 
 /// Faults of the wires, beside those of the machine (RigFault).
 enum class LineFault : std::uint8_t { lost_bytes, error_code, dropout, delay, board_silent };
@@ -115,4 +115,4 @@ class RigServer {
   double radial_ = 0, slipped_ = 0;
 };
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

@@ -1,4 +1,4 @@
-#include "io_survey.hpp"
+#include "whirl/hardware/survey.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rt/realtime.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 namespace {
 
 /// Sends what it is told and asks nothing.
@@ -167,26 +167,8 @@ void run(const IoSettings& io, double seconds, double excitation, rt::HardwareRi
   }
 }
 
-}  // namespace
-
-LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
-  IoSettings settings = io;
-  settings.release = 0;
-  rt::HardwareRig rig(io.hardware, io.board());
-  const rt::RealtimeThread realtime(io.realtime);
-  LoopSurvey out;
-  rt::WallTime time;
-  if (io.clock == "wall") {
-    rt::PacedClock clock(time, io.pace());
-    run(settings, seconds, excitation, rig, clock, out);
-  } else {
-    rt::SampleClock clock(rig, time, io.pace(), io.watchdog_ns());
-    run(settings, seconds, excitation, rig, clock, out);
-  }
-  return out;
-}
-
-std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
+// What is wrong, one sentence each.
+std::vector<std::string> problems_of(const IoSettings& io, const LoopSurvey& s) {
   constexpr double kFew = 0.01, kRateError = 0.02, kNoise = 1e-3, kExplained = 0.5;
   std::vector<std::string> out;
   if (s.channel[0].ticks == 0) {
@@ -240,4 +222,73 @@ std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& s) {
   return out;
 }
 
-}  // namespace whirl::app
+}  // namespace
+
+LoopSurvey survey(const IoSettings& io, double seconds, double excitation) {
+  require_range("seconds", seconds, 0.5, 600, "s");
+  require_range("excitation", excitation, 0, 1e4, "N");
+  if (excitation > 0 && io.safety.displacement <= 0) {
+    throw Error::in_file(io.source, 0, "safety.displacement_mm = 0: an excitation needs a displacement that trips");
+  }
+  IoSettings settings = io;
+  settings.release = 0;
+  rt::HardwareRig rig(io.hardware, io.board());
+  const rt::RealtimeThread realtime(io.realtime);
+  LoopSurvey out;
+  rt::WallTime time;
+  if (io.clock == "wall") {
+    rt::PacedClock clock(time, io.pace());
+    run(settings, seconds, excitation, rig, clock, out);
+  } else {
+    rt::SampleClock clock(rig, time, io.pace(), io.watchdog_ns());
+    run(settings, seconds, excitation, rig, clock, out);
+  }
+  out.excitation = excitation;
+  for (const std::string& text : problems_of(io, out)) out.summary.fail(text);
+  return out;
+}
+
+io::Json to_json(const IoSettings& io, const LoopSurvey& s) {
+  io::Json json = io::start_document("whirl.io-test", 1);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const ChannelSurvey& c = s.channel[i];
+    io::Json channel = io::Json::object();
+    channel.set("ticks", c.ticks).set("mean", c.mean).set("low", c.low).set("high", c.high).set("noise", c.noise);
+    for (int k = 0; k < rt::kInputStates; ++k) {
+      std::string key(to_string(static_cast<rt::InputState>(k)));
+      std::replace(key.begin(), key.end(), ' ', '_');
+      if (static_cast<rt::InputState>(k) == rt::InputState::current) key = "current";
+      channel.set(key, c.share(static_cast<rt::InputState>(k)));
+    }
+    channel.set("longest_repeat", c.longest_repeat);
+    if (!io.hardware.position[i].laser.device.empty()) {
+      channel.set("rate", c.rate)
+          .set("frames", static_cast<double>(c.frames))
+          .set("frames_lost", static_cast<double>(c.frames_lost));
+      channel.set("bytes_dropped", static_cast<double>(c.bytes_dropped));
+    }
+    if (s.excitation > 0) {
+      const rt::LoopDelay& d = s.delay[i];
+      io::Json delay = io::Json::object();
+      delay.set("delay", d.delay)
+          .set("deviation", d.deviation)
+          .set("gain", d.gain)
+          .set("frequency", d.frequency)
+          .set("explained", d.explained);
+      channel.set("excitation", delay);
+    }
+    json.set(i == 0 ? "x" : "y", channel);
+  }
+  io::Json board = io::Json::object();
+  board.set("rate", s.board_rate)
+      .set("missed", s.missed)
+      .set("omega", s.omega)
+      .set("turned", s.beta_last - s.beta_first);
+  board.set("turnaround_mean", s.turnaround_mean)
+      .set("turnaround_max", s.turnaround_max)
+      .set("turnarounds", s.turnarounds);
+  json.set("board", board).set("seconds", s.seconds).set("problems", s.summary.warnings);
+  return json;
+}
+
+}  // namespace whirl::hardware

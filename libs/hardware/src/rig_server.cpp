@@ -1,4 +1,4 @@
-#include "rig_server.hpp"
+#include "whirl/hardware/rig_server.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -15,7 +15,7 @@
 #include "whirl/rig/segments.hpp"
 #include "whirl/rt/realtime.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 namespace {
 
 constexpr double kShunt = 250;             // ohm, of the analogue outputs
@@ -355,4 +355,4 @@ Recording RigServer::truth() const {
   return out;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

@@ -10,10 +10,11 @@
 #include "whirl/rt/realtime.hpp"
 #include "whirl/rt/safety.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 
 /// What `whirl run --io`, `whirl record` and `whirl io` read from io.toml; the keys stand in docs/formats.md.
 struct IoSettings {
+  std::string source;  ///< file that they were read from
   std::string clock = "sample", overrun = "skip", dt = "nominal";
   double rate = 1000;  ///< Hz
   int max_catch_up = 3, trip_after = 10;
@@ -38,4 +39,4 @@ struct IoSettings {
 IoSettings read_io(const std::filesystem::path& path);
 std::string io_toml(const IoSettings& settings);
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

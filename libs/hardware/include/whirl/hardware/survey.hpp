@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "io_file.hpp"
+#include "whirl/core/summary.hpp"
+#include "whirl/hardware/io_settings.hpp"
+#include "whirl/io/json.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_delay.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 
 /// What one displacement channel showed, disarmed.
 struct ChannelSurvey {
@@ -38,13 +40,15 @@ struct LoopSurvey {
   long turnaround_max = 0, turnarounds = 0;
   std::array<rt::LoopDelay, 2> delay;  ///< with excitation; explained = 0 without
   Fault trip = Fault::none;            ///< of the excitation
+  double excitation = 0;               ///< N; 0: none
+  Summary summary;                     ///< unusable when a channel is not fit for control, with every reason
 };
 
 /// Runs the loop without a controller for `seconds`; then, with `excitation` > 0, a random telegraph force of so many
 /// newton on x, then on y, for `seconds` each, on the shaft at rest.
 LoopSurvey survey(const IoSettings& io, double seconds, double excitation);
 
-/// What is wrong, one sentence each; empty: nothing.
-std::vector<std::string> problems(const IoSettings& io, const LoopSurvey& survey);
+/// whirl.io-test/1
+io::Json to_json(const IoSettings& io, const LoopSurvey& survey);
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

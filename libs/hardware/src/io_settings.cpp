@@ -1,4 +1,4 @@
-#include "io_file.hpp"
+#include "whirl/hardware/io_settings.hpp"
 
 #include <cmath>
 #include <type_traits>
@@ -7,7 +7,7 @@
 #include "whirl/io/settings.hpp"
 #include "whirl/rt/drivers/udp_board.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 namespace {
 
 constexpr double kMm = 1e-3, kMs = 1e-3;
@@ -113,6 +113,7 @@ std::unique_ptr<rt::Board> IoSettings::board() const {
 IoSettings read_io(const std::filesystem::path& path) {
   const io::Settings settings = io::read_settings(path);
   IoSettings io;
+  io.source = path.string();
   settings.text("loop.clock", io.clock, {"sample", "wall"});
   settings.text("loop.overrun", io.overrun, {"skip", "catch-up", "trip"});
   settings.text("loop.dt", io.dt, {"nominal", "fill"});
@@ -165,4 +166,4 @@ std::string io_toml(const IoSettings& settings) {
   return io::to_toml(entries);
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

@@ -3,7 +3,7 @@
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_sample.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 
 /// Cycle `r`, due at `scheduled` and begun at `started` (ns of the monotonic clock), as it is recorded and shown.
 inline rt::LoopSample sample_of(const rt::CycleRecord& r, std::int64_t scheduled, std::int64_t started) noexcept {
@@ -33,4 +33,4 @@ inline void add_internals(rt::LoopSample& s, const control::Controller& controll
   s.flags |= (c.saturated ? rt::kSaturated : 0) | (c.held ? rt::kHeld : 0);
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

@@ -1,4 +1,4 @@
-#include "run_loop.hpp"
+#include "whirl/hardware/run_loop.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -6,12 +6,11 @@
 #include <limits>
 #include <thread>
 
-#include "loop_samples.hpp"
-#include "stop_signal.hpp"
+#include "whirl/hardware/loop_samples.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_control.hpp"
 
-namespace whirl::app {
+namespace whirl::hardware {
 namespace {
 
 constexpr std::int64_t kAfterTrip = 500'000'000;  // ns that are still recorded when the force is zero
@@ -30,6 +29,7 @@ struct Shared {
   LoopOutcome outcome;
   rt::LoopControl nobody;
   rt::LoopControl* control = &nobody;
+  StopRequest stop = never_stop;
   bool attended() const { return control != &nobody; }  ///< somebody may clear a trip
 };
 
@@ -43,7 +43,7 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   rt::CycleRecord r;
   // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
   const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
-  for (int k = 0; (k < io.settle || (unfit() && k < 10 * io.settle)) && stop_signal() == 0; ++k) r = loop.cycle();
+  for (int k = 0; (k < io.settle || (unfit() && k < 10 * io.settle)) && !shared.stop(); ++k) r = loop.cycle();
   const long first = r.tick + 1;
   if (!r.measurement.valid || rig.fault() != Fault::none) {
     out.reason = rig.fault() != Fault::none ? "the board does not answer" : "a displacement is not valid";
@@ -69,7 +69,7 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
       for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
     }
     if (r.releasing) tripped = clock.started();
-    const bool asked_to_end = stop_signal() != 0 || shared.abandon;
+    const bool asked_to_end = shared.stop() || shared.abandon;
     if (asked_to_end && out.trip == Fault::none) {
       if (!loop.armed()) break;
       loop.stop();
@@ -99,18 +99,17 @@ void with_clock(const IoSettings& io, rt::HardwareRig& rig, Law& law, double sec
 
 }  // namespace
 
-LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Controller* controller, double seconds,
-                     const std::function<void(const rt::LoopSample&)>& take,
-                     const std::function<void(const LoopOutcome&)>& started, rt::LoopControl* control) {
-  catch_stop_signals();
+LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Controller* controller,
+                     const LoopRunOptions& options) {
   Shared shared;
-  if (control) shared.control = control;
+  if (options.control) shared.control = options.control;
+  shared.stop = options.stop;
   std::thread thread([&] {
     NoController none;
     if (controller) {
-      with_clock(io, rig, *controller, seconds, shared);
+      with_clock(io, rig, *controller, options.seconds, shared);
     } else {
-      with_clock(io, rig, none, seconds, shared);
+      with_clock(io, rig, none, options.seconds, shared);
     }
     shared.over = true;
   });
@@ -129,15 +128,17 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
     rt::LoopSample s;
     for (bool over = false; !over;) {
       over = shared.over;
-      if (shared.ready && !told && started) started(shared.outcome), told = true;
-      while (shared.queue.pop(s)) take(s);
+      if (shared.ready && !told && options.started) options.started(shared.outcome), told = true;
+      while (shared.queue.pop(s)) {
+        if (options.take) options.take(s);
+      }
       if (!over) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
   LoopOutcome& out = shared.outcome;
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {
-    out.reason = stop_signal() != 0             ? "stopped by a signal"
+    out.reason = shared.stop()                  ? "stopped by a signal"
                  : out.trip == Fault::requested ? "stopped by the user"
                  : out.trip != Fault::none      ? "trip: " + std::string(to_string(out.trip))
                  : rig.done()                   ? "the run is over"
@@ -146,4 +147,4 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
   return out;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::hardware

@@ -1,0 +1,180 @@
+#include "whirl/hardware/realtime_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rt/realtime.hpp"
+#include "whirl/rt/recorder.hpp"
+
+namespace whirl::hardware {
+namespace {
+
+/// Adds one cycle; force_rms holds the sum of squares until the end.
+void add(RealtimeRun& run, const rt::LoopSample& s) {
+  ++run.samples;
+  if (s.flags & rt::kValid) {
+    run.x_peak = std::max(run.x_peak, std::abs(s.x));
+    run.y_peak = std::max(run.y_peak, std::abs(s.y));
+  } else {
+    ++run.lost;
+  }
+  run.saturated += (s.flags & (rt::kSaturated | rt::kLimited)) != 0;
+  run.force_rms += s.ux * s.ux;
+  run.force_peak = std::max({run.force_peak, std::abs(s.ux), std::abs(s.uy)});
+}
+
+/// Every cycle, trip and real-time property into the file.
+class Writer {
+ public:
+  Writer(const RealtimeRunOptions& options, double rate) {
+    if (!options.record.empty()) recorder_.emplace(options.record, rt::RecordingHead{1 / rate, options.texts});
+  }
+  void take(const rt::LoopSample& s) {
+    if (!recorder_) return;
+    recorder_->append(s);
+    if (s.trip != trip_) recorder_->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
+    trip_ = s.trip;
+  }
+  void started(const LoopOutcome& outcome) {
+    if (!recorder_) return;
+    for (const std::string& text : outcome.granted) recorder_->event({0, 0, "real time: " + text});
+    for (const std::string& text : outcome.refused) recorder_->event({0, 0, "refused: " + text});
+  }
+  long rows() const { return recorder_ ? recorder_->rows() : 0; }
+
+ private:
+  std::optional<rt::LoopRecorder> recorder_;
+  std::int32_t trip_ = 0;
+};
+
+LaserReport report_of(const rt::HardwareRig& rig, int i) {
+  LaserReport out;
+  out.late = rig.late(i);
+  if (const rt::optoncdt::Sensor* laser = rig.laser(i)) {
+    out.present = true;
+    out.frames = laser->statistics().frames;
+    out.frames_lost = laser->lost_frames();
+    out.bytes_dropped = laser->statistics().dropped;
+  }
+  return out;
+}
+
+io::Json histogram_json(const rt::Histogram& h) {
+  io::Json out = io::Json::object();
+  out.set("p50", h.quantile(0.5))
+      .set("p90", h.quantile(0.9))
+      .set("p99", h.quantile(0.99))
+      .set("p999", h.quantile(0.999));
+  out.set("max", h.max()).set("worst_tick", h.worst());
+  return out;
+}
+
+}  // namespace
+
+RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& io, const RealtimeRunOptions& options) {
+  require_range("--seconds", options.seconds, 0, 1e6, "s");
+  if (std::abs(design.sample_time * io.rate - 1) > 1e-6) {
+    throw Error::in_file(
+        io.source, 0,
+        fmt::format("loop.rate_hz = {:g}: the controller was designed for {:g} Hz", io.rate, 1 / design.sample_time));
+  }
+  control::Controller controller = control::make_controller(design);
+  if (options.require_realtime) {
+    const rt::RealtimeThread trial(io.realtime);
+    if (!trial.refused().empty()) throw Error("--require-rt: " + trial.refused().front());
+  }
+  rt::HardwareRig rig(io.hardware, io.board());
+  Writer writer(options, io.rate);
+  RealtimeRun run;
+  run.settings = io;
+  run.loop = run_loop(io, rig, &controller,
+                      {.seconds = options.seconds,
+                       .take =
+                           [&](const rt::LoopSample& s) {
+                             add(run, s);
+                             if (options.take) options.take(s);
+                             writer.take(s);
+                           },
+                       .started =
+                           [&](const LoopOutcome& at_start) {
+                             writer.started(at_start);
+                             if (options.started) options.started(at_start);
+                           },
+                       .control = options.control,
+                       .stop = options.stop});
+  run.force_rms = run.samples > 0 ? std::sqrt(run.force_rms / static_cast<double>(run.samples)) : 0;
+  for (int i = 0; i < 2; ++i) run.lasers[static_cast<std::size_t>(i)] = report_of(rig, i);
+  const LoopOutcome& loop = run.loop;
+  if (!loop.armed) {
+    run.summary.fail("not armed: " + loop.reason +
+                     fmt::format(" (x {}, y {})", to_string(loop.inputs[0]), to_string(loop.inputs[1])));
+  } else if (loop.trip != Fault::none && loop.trip != Fault::requested) {
+    run.summary.fail("the loop tripped: " + std::string(to_string(loop.trip)));
+  }
+  return run;
+}
+
+io::Json to_json(const RealtimeRun& run) {
+  const LoopOutcome& loop = run.loop;
+  const rt::LoopTiming& t = loop.timing;
+  io::Json json = io::start_document("whirl.realtime", 1);
+  json.set("reason", loop.reason)
+      .set("trip", to_string(loop.trip))
+      .set("trip_tick", loop.trip_tick)
+      .set("armed", loop.armed);
+  json.set("clock", run.settings.clock)
+      .set("rate", run.settings.rate)
+      .set("dt", run.settings.dt)
+      .set("overrun", run.settings.overrun);
+  json.set("executed", t.executed).set("missed", t.missed).set("late_work", t.late_work).set("late_wake", t.late_wake);
+  json.set("latency", histogram_json(t.latency)).set("execution", histogram_json(t.execution));
+  json.set("period", histogram_json(t.period));
+  json.set("samples", run.samples)
+      .set("lost", run.lost)
+      .set("records_dropped", static_cast<double>(loop.dropped_records));
+  json.set("x_peak", run.x_peak).set("y_peak", run.y_peak).set("force_rms", run.force_rms);
+  json.set("granted", loop.granted).set("refused", loop.refused);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const LaserReport& seen = run.lasers[i];
+    io::Json laser = io::Json::object();
+    laser.set("input", to_string(loop.inputs[i])).set("late", seen.late);
+    if (seen.present) {
+      laser.set("frames", static_cast<double>(seen.frames)).set("frames_lost", static_cast<double>(seen.frames_lost));
+      laser.set("bytes_dropped", static_cast<double>(seen.bytes_dropped));
+    }
+    json.set(i == 0 ? "x" : "y", laser);
+  }
+  return json;
+}
+
+RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& options) {
+  require_range("--seconds", options.seconds, 0, 1e6, "s");
+  rt::HardwareRig rig(io.hardware, io.board());
+  Writer writer(options, io.rate);
+  RecordRun run;
+  run.loop = run_loop(io, rig, nullptr,
+                      {.seconds = options.seconds,
+                       .take =
+                           [&](const rt::LoopSample& s) {
+                             writer.take(s);
+                             if (options.take) options.take(s);
+                           },
+                       .started = options.started,
+                       .stop = options.stop});
+  run.cycles = writer.rows();
+  if (run.cycles == 0) run.summary.fail(run.loop.reason);
+  return run;
+}
+
+io::Json to_json(const RecordRun& run) {
+  io::Json json = io::start_document("whirl.record", 1);
+  json.set("cycles", run.cycles).set("missed", run.loop.timing.missed).set("reason", run.loop.reason);
+  return json.set("records_dropped", static_cast<double>(run.loop.dropped_records));
+}
+
+}  // namespace whirl::hardware

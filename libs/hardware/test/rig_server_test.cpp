@@ -1,0 +1,70 @@
+#include "whirl/hardware/rig_server.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "whirl/core/error.hpp"
+#include "whirl/hardware/realtime_run.hpp"
+
+namespace whirl::hardware {
+namespace {
+
+TEST(IoSettings, ComeBackFromTheirTomlAsTheyWere) {
+  RigServer server({});
+  IoSettings io = server.io();
+  io.rate = 500;
+  io.overrun = "trip";
+  io.safety.displacement = 1.25e-3;
+  io.hardware.position[1].laser.range = 10e-3;
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "whirl_io_settings.toml";
+  std::ofstream(file) << io_toml(io);
+  const IoSettings back = read_io(file);
+  EXPECT_EQ(io_toml(back), io_toml(io));
+  EXPECT_EQ(back.source, file.string());
+  EXPECT_DOUBLE_EQ(back.safety.displacement, 1.25e-3);
+  std::ofstream(file) << "[loop]\nrate_hz = 5\n";
+  EXPECT_THROW(read_io(file), Error);
+  std::ofstream(file) << "[loop]\nrat_hz = 500\n";
+  EXPECT_THROW(read_io(file), Error);
+}
+
+/// A served rig in a thread of its own, as another process would be.
+TEST(RecordDisarmedRealtime, AServedRigIsRecordedAndTheStopRequestEndsIt) {
+  RigServer server({});
+  const IoSettings io = server.io();
+  std::atomic<bool> over{false};
+  std::thread rig([&] { server.run([&] { return over.load(); }); });
+  long seen = 0;
+  RealtimeRunOptions options;
+  options.seconds = 0.3;
+  options.record = std::filesystem::path(::testing::TempDir()) / "whirl_disarmed.h5";
+  options.take = [&](const rt::LoopSample&) { ++seen; };
+  const RecordRun run = record_disarmed(io, options);
+  over = true;
+  rig.join();
+  EXPECT_EQ(run.summary.status, Status::ok) << run.loop.reason;
+  EXPECT_GT(run.cycles, 50);
+  EXPECT_EQ(run.cycles, seen);
+  EXPECT_FALSE(run.loop.armed);
+}
+
+TEST(RunRealtime, AControllerOfAnotherRateIsRefusedBeforeAnythingIsOpened) {
+  ControllerDesign design;
+  design.sample_time = 2e-3;
+  IoSettings io;
+  io.source = "io.toml";
+  try {
+    run_realtime(design, io, {});
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("io.toml: loop.rate_hz = 1000"));
+  }
+}
+
+}  // namespace
+}  // namespace whirl::hardware
