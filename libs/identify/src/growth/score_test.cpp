@@ -55,7 +55,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     const Eigen::Index half = options.half_width > 0
                                   ? static_cast<Eigen::Index>(std::lround(options.half_width / records[r].dt))
                                   : detail::default_half_width(records[r]);
-    rows.emplace_back(fit.records[r].angle, half);
+    rows.emplace_back(records[r], fit.records[r].angle, half);
     total += 2 * rows.back().size();
   }
   // Active real columns: (column of WeakSystem::terms, times i); the last four of each record are its own.
@@ -76,7 +76,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     const Eigen::Index n = 2 * w.size();
     const double s2 = records[r].noise_variance();
     const Eigen::VectorXcd forcing = detail::sample_forcing(own.angle);
-    const Eigen::VectorXcd measured = records[r].z - own.beside;
+    const Eigen::VectorXcd measured = (own.readings.size() ? own.readings : records[r].z) - own.beside;
     const Eigen::VectorXd stiffness = (m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix();
     BandedCholesky<Complex> whiten = w.whitener(stiffness, m.c);
     if (!whiten.factorize()) throw Error("score test: the noise covariance is singular");

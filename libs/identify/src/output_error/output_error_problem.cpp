@@ -31,12 +31,29 @@ double OutputErrorProblem::evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::Ve
     for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
     const Eigen::Index n = m.size();
     Eigen::VectorXd residual(2 * n);
-    residual.head(n) = (m.z - record.main - record.beside).real() / m.noise_x;
-    residual.tail(n) = (m.z - record.main - record.beside).imag() / m.noise_y;
+    residual.head(n) = (m.z - record.main - record.beside).real();
+    residual.tail(n) = (m.z - record.main - record.beside).imag();
+    const ResidualFilter& filter = filters_[r];
+    if (filter.has_beside()) {
+      const Eigen::VectorXcd more = filter.beside(residual);
+      residual.head(n) -= more.real();
+      residual.tail(n) -= more.imag();
+      record.beside += more;
+    }
+    if (filter.masks()) {
+      record.readings = m.z;
+      record.readings.real().array() -= (1 - filter.used_x()) * residual.head(n).array();
+      record.readings.imag().array() -= (1 - filter.used_y()) * residual.tail(n).array();
+      residual.head(n).array() *= filter.used_x();
+      residual.tail(n).array() *= filter.used_y();
+    }
+    const double used_x = filter.masks() ? filter.used_x().sum() : static_cast<double>(n);
+    const double used_y = filter.masks() ? filter.used_y().sum() : static_cast<double>(n);
+    record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / used_x);
+    record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / used_y);
+    filter.apply(residual);
     const double squares = residual.squaredNorm();
     if (!std::isfinite(squares)) return INFINITY;
-    record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / static_cast<double>(n)) * m.noise_x;
-    record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / static_cast<double>(n)) * m.noise_y;
     cost += squares;
     if (normal != nullptr) accumulate(static_cast<int>(r), s, sens, residual, *normal, *right);
   }
@@ -84,8 +101,8 @@ void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities
     const auto k = static_cast<std::size_t>(q.index);
     const auto column = static_cast<Eigen::Index>(c);
     if (q.kind == Kind::lane) {
-      jacobian.col(column).head(n) = sens.dx.col(q.index) / m.noise_x;
-      jacobian.col(column).tail(n) = sens.dy.col(q.index) / m.noise_y;
+      jacobian.col(column).head(n) = sens.dx.col(q.index);
+      jacobian.col(column).tail(n) = sens.dy.col(q.index);
       continue;
     }
     const Eigen::VectorXcd* g = nullptr;
@@ -116,13 +133,14 @@ void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities
         break;
     }
     if (q.imaginary) {
-      jacobian.col(column).head(n) = -g->imag() / m.noise_x;
-      jacobian.col(column).tail(n) = g->real() / m.noise_y;
+      jacobian.col(column).head(n) = -g->imag();
+      jacobian.col(column).tail(n) = g->real();
     } else {
-      jacobian.col(column).head(n) = g->real() / m.noise_x;
-      jacobian.col(column).tail(n) = g->imag() / m.noise_y;
+      jacobian.col(column).head(n) = g->real();
+      jacobian.col(column).tail(n) = g->imag();
     }
   }
+  filters_[static_cast<std::size_t>(r)].apply(jacobian);
   Eigen::MatrixXd product = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
   product.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
   const Eigen::VectorXd gradient = jacobian.transpose() * residual;

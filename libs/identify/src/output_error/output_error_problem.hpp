@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "output_error/output_error_signals.hpp"
+#include "output_error/residual_filter.hpp"
 
 namespace whirl::identification::detail {
 
@@ -13,10 +14,17 @@ class OutputErrorProblem {
       : measured_(records),
         options_(options),
         parameters_(parameter_list(static_cast<int>(records.size()), options, static_cast<int>(modes))),
-        signals_(records.size()) {}
+        signals_(records.size()),
+        filters_(records.begin(), records.end()) {}
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters_.size()); }
+  /// Independent numbers in the residuals of all records.
+  double values() const {
+    double sum = 0;
+    for (const ResidualFilter& f : filters_) sum += f.values();
+    return sum;
+  }
   /// Cost at p; with `normal` also the normal matrix and gradient. Infinite when the motion diverges.
   double evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::VectorXd* right);
   /// Main mode at sample 0 from a fit of {1, cos beta, sin beta} to the first samples; at rest when it hardly turns.
@@ -33,6 +41,7 @@ class OutputErrorProblem {
   const OutputErrorOptions& options_;
   std::vector<Parameter> parameters_;
   std::vector<Signals> signals_;
+  std::vector<ResidualFilter> filters_;
 };
 
 }  // namespace whirl::identification::detail

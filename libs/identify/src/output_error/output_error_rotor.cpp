@@ -80,9 +80,7 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
     fit.summary.fail("the simulation of the starting model diverges");
     return fit;
   }
-  Eigen::Index values = 0;
-  for (const RotorRecord& r : records) values += 2 * r.size();
-  const double freedom = static_cast<double>(values - problem.size());
+  const double values = problem.values(), freedom = values - static_cast<double>(problem.size());
   double damping = 0;
   bool converged = false;
   for (fit.iterations = 0; fit.iterations < options.max_iterations && !converged;) {
@@ -124,7 +122,7 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
     }
   }
   fit.summary.chi_square = cost / freedom;
-  fit.summary.residual = std::sqrt(cost / static_cast<double>(values));
+  fit.summary.residual = std::sqrt(cost / values);
   if (!converged) fit.summary.warn(fmt::format("output error did not converge in {} steps", fit.iterations));
 
   if (!(normal.diagonal().minCoeff() > 0)) {

@@ -5,6 +5,7 @@
 
 #include "evidence/rotor_verdict.hpp"
 #include "growth/rotor_growth.hpp"
+#include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/weak_rotor.hpp"
@@ -107,6 +108,10 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   if (first.summary.status == Status::unusable) {
     model.summary.fail(first.summary.warnings.back());
     return result;
+  }
+  if (std::any_of(records.begin(), records.end(), [](const RotorRecord& r) { return r.colour.size() > 0; })) {
+    const OutputErrorFit plain = fit_output_error_rotor(records, first.model, result.active, first.eps);
+    for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
   detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, result.active, options, false);
   if (options.search_modes && grown.usable() && grown.chi_square > 1.3) {

@@ -63,6 +63,9 @@ IdentifiedModel rotor_shell(const RotorRecord& record, std::string method) {
   model.sample_time = record.dt;
   model.noise_sd = std::sqrt(0.5 * record.noise_variance());
   model.provenance.version = std::string(version());
+  if (record.usable_x.size() > 0) {
+    model.summary.warn("this method cannot leave samples out: it takes the curve through their neighbours as measured");
+  }
   model.provenance.inputs = {record.source};
   return model;
 }

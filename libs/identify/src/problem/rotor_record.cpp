@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "problem/record_noise.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/signal/noise.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -13,17 +13,6 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 
 double spread(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
-
-// Longest stretch of equal samples at the largest or smallest value.
-Eigen::Index clipped_run(const Eigen::VectorXd& v) {
-  const double high = v.maxCoeff(), low = v.minCoeff();
-  Eigen::Index longest = 0, run = 0;
-  for (Eigen::Index i = 1; i < v.size(); ++i) {
-    run = v[i] == v[i - 1] && (v[i] == high || v[i] == low) ? run + 1 : 0;
-    longest = std::max(longest, run + 1);
-  }
-  return longest;
-}
 
 void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   Summary& s = r.summary;
@@ -36,9 +25,6 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
       s.fail(fmt::format("channel {} is constant: the sensor sees no motion", name));
     } else if (sd < 1.2 * noise) {
       s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
-    } else if (const Eigen::Index run = clipped_run(*name == 'x' ? x : y); run >= 4) {
-      s.warn(fmt::format("channel {} stays at its extreme value for {} samples: the sensor range is too small", name,
-                         run));
     }
   }
   if (sx > 1e-12 && sy > 1e-12) {
@@ -63,8 +49,33 @@ double RotorRecord::turns() const {
 double RotorRecord::speed_low() const { return angle.omega.size() ? angle.omega.cwiseAbs().minCoeff() : 0.0; }
 double RotorRecord::speed_high() const { return angle.omega.size() ? angle.omega.cwiseAbs().maxCoeff() : 0.0; }
 
+double RotorRecord::noise_gain(double omega) const {
+  if (colour.size() == 0) return 1;
+  std::complex<double> s = 1;
+  for (Eigen::Index k = 0; k < colour.size(); ++k)
+    s -= colour[k] * std::polar(1.0, -omega * dt * static_cast<double>(k + 1));
+  return 1 / std::norm(s);
+}
+
+double RotorRecord::noise_power() const {
+  if (colour.size() == 0) return 1;
+  constexpr int kLines = 1024;
+  double sum = 0;
+  for (int k = 0; k < kLines; ++k) sum += noise_gain(0.5 * kTurn / dt * (k + 0.5) / kLines);
+  return sum / kLines;
+}
+
 RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options) {
-  recording.check();
+  records::RecordReport report;
+  if (options.check) {
+    records::CheckOptions what;
+    what.x = options.x;
+    what.y = options.y;
+    what.angle = options.angle;
+    report = records::check(recording, what);
+  } else {
+    recording.check();
+  }
   RotorRecord r;
   r.source = recording.source;
   r.dt = recording.dt;
@@ -101,10 +112,9 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
     r.angle.beta -= d * r.angle.omega - (0.5 * d * d) * r.angle.alpha;
     r.angle.omega -= d * r.angle.alpha;
   }
-  // Sixth differences of coarsely quantised or noise-free data vanish; a millionth of the signal keeps weights finite.
-  r.noise_x = options.noise_sd > 0 ? options.noise_sd : std::max(signal::noise_sd(x), 1e-6 * spread(x));
-  r.noise_y = options.noise_sd > 0 ? options.noise_sd : std::max(signal::noise_sd(y), 1e-6 * spread(y));
-  check_contents(r, x, y);
+  detail::take_findings(report, options, r);
+  detail::measure_noise(options, r);
+  check_contents(r, r.z.real(), r.z.imag());
   return r;
 }
 

@@ -55,7 +55,7 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
       throw Error::in_field("half_width", fmt::format("{} samples", half), "from 8 samples to a quarter of the record");
     }
     if (prepared.empty()) fit.half_width = static_cast<double>(half) * r.dt;
-    prepared.push_back({detail::WeakRows(r.angle, half), detail::sample_forcing(r.angle), r.z});
+    prepared.push_back({detail::WeakRows(r, r.angle, half), detail::sample_forcing(r.angle), r.z});
   }
 
   const std::vector<SharedTerm> shared = shared_terms(options);

@@ -14,7 +14,7 @@ Eigen::VectorXd samples_of(const Eigen::VectorXd& half_grid) {
 }
 }  // namespace
 
-WeakRows::WeakRows(const AngleSignal& angle, Eigen::Index half)
+WeakRows::WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::Index half)
     : half_(half), step_(std::max<Eigen::Index>(1, half / kOverlap)), dt_(angle.dt) {
   const double width = static_cast<double>(half) * dt_;
   const Eigen::ArrayXd s = Eigen::ArrayXd::LinSpaced(2 * half + 1, -1, 1);
@@ -31,7 +31,16 @@ WeakRows::WeakRows(const AngleSignal& angle, Eigen::Index half)
 
   // Near standstill both rows of a centre coincide: the backward one would only add a singular covariance.
   const double slow = 2.0 / width;
+  Eigen::ArrayXd used = Eigen::ArrayXd::Ones(beta.size());
+  if (record.usable_x.size()) used = 0.5 * (record.usable_x + record.usable_y);
+  if (record.usable_x.size() || record.colour.size()) {
+    const double total = record.noise_power();
+    noise_ = used.sqrt();
+    for (Eigen::Index i = 0; i < noise_.size(); ++i) noise_[i] *= std::sqrt(record.noise_gain(omega_[i]) / total);
+  }
+  const Eigen::ArrayXd inside = phi_.array().square() / phi_.squaredNorm();
   for (Eigen::Index first = 0; first + 2 * half < beta.size(); first += step_) {
+    if ((inside * used.segment(first, 2 * half + 1)).sum() < 0.5) continue;
     rows_.push_back({first, false});
     if (std::abs(omega_[first + half]) > slow) rows_.push_back({first, true});
   }
@@ -111,6 +120,7 @@ BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, dou
       v.real() = phi_tt_.array() - c * phi_t_.array() +
                  (stiffness.segment(row.first, length).array() - w.square()) * phi_.array();
       v.imag() = -2 * w * phi_t_.array() + (c * w - alpha_.segment(row.first, length).array()) * phi_.array();
+      if (noise_.size()) v.array() *= noise_.segment(row.first, length).array();
       l_turned.emplace_back(v.cwiseProduct(turn.segment(row.first, length)));
       l.push_back(std::move(v));
       first.push_back(row.first);

@@ -15,7 +15,9 @@ using Complex = std::complex<double>;
 class WeakRows {
  public:
   /// `half` samples on either side of a centre; a centre every half / 4 samples.
-  WeakRows(const AngleSignal& angle, Eigen::Index half);
+  /// `angle` may be a corrected one of the record. Windows of which less than half is measured are left out; the noise
+  /// of a row follows the samples left out and, where it is coloured, its density at the speed of the centre.
+  WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::Index half);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(rows_.size()); }
 
@@ -38,6 +40,7 @@ class WeakRows {
   double dt_ = 0;
   std::vector<Row> rows_;
   Eigen::VectorXd phi_, phi_t_, phi_tt_;
+  Eigen::VectorXd noise_;  ///< sd of the noise of each sample over that of a usable white one
   Eigen::VectorXd omega_, alpha_;
   Eigen::VectorXcd demodulate_;  ///< e^{-i beta}
 };

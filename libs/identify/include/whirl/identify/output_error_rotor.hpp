@@ -49,8 +49,10 @@ struct OutputErrorRecord {
   std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
   AngleSignal angle;                                ///< with the fitted correction and delay
   Eigen::VectorXcd main;                            ///< simulated main mode, m
-  Eigen::VectorXcd beside;                          ///< offset + modes + runout, m
-  double rmse_x = 0, rmse_y = 0;                    ///< measured minus simulated, m rms
+  Eigen::VectorXcd beside;                          ///< offset + modes + runout + hum + drift, m
+  /// Readings with the samples left out replaced by simulated ones, m; empty when all are used.
+  Eigen::VectorXcd readings;
+  double rmse_x = 0, rmse_y = 0;  ///< measured minus simulated, m rms
 };
 
 struct OutputErrorFit {

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "whirl/core/angle_signal.hpp"
 #include "whirl/core/recording.hpp"
@@ -18,7 +19,11 @@ struct RotorRecordOptions {
   /// Known age of the displacement samples against the angle (sensor and filter latency), s; negative: the angle is
   /// older.
   double sensor_delay = 0;
-  double noise_sd = 0;  ///< displacement noise per axis, m rms; 0: estimated from sixth differences
+  double noise_sd = 0;  ///< displacement noise per axis, m rms, white; 0: size and colour are estimated
+  /// records::check before anything is fitted: samples that are clipped, frozen, missing or far off are left out, hum
+  /// and drift are estimated beside the motion, a record that cannot be used is refused. Without it the samples must be
+  /// finite.
+  bool check = true;
 };
 
 /// One run-up or run-down as identification needs it: z = x + i y with the rotor angle and the noise.
@@ -27,20 +32,31 @@ struct RotorRecord {
   double dt = 0;                    ///< s
   Eigen::VectorXcd z;               ///< x + i y, m
   AngleSignal angle;                ///< when the displacement was taken
-  double noise_x = 0, noise_y = 0;  ///< sd of the white noise per axis, m
+  double noise_x = 0, noise_y = 0;  ///< sd of the noise per axis, m
+  /// Autoregression of the noise, n_i = sum_k colour_k n_{i-1-k} + e_i, the same for both axes; empty: white.
+  Eigen::VectorXd colour = {};
+  /// 1, or 0 for a sample that is left out and bridged in z; both empty: all are usable.
+  Eigen::ArrayXd usable_x = {}, usable_y = {};
+  std::vector<double> hum = {};  ///< mains lines estimated beside the motion, Hz
+  bool drift = false;            ///< a slow drift is estimated beside the motion
   /// Unusable, with the reason, when no rotor can be identified from this record: fewer than 1000 samples or 5
   /// turns, a constant or vanishing displacement channel, x and y the same signal, a speed that hardly changes,
   /// fewer than 8 samples per turn at the top speed, or noise larger than the signal.
   Summary summary;
 
   Eigen::Index size() const { return z.size(); }
-  double turns() const;                                                            ///< revolutions turned
-  double speed_low() const;                                                        ///< smallest |speed|, rad/s
-  double speed_high() const;                                                       ///< largest |speed|, rad/s
+  double turns() const;            ///< revolutions turned
+  double speed_low() const;        ///< smallest |speed|, rad/s
+  double speed_high() const;       ///< largest |speed|, rad/s
   double noise_variance() const { return noise_x * noise_x + noise_y * noise_y; }  ///< of z, m^2
+  /// Spectral density of the noise at an angular frequency over that of its innovations; 1 when white.
+  double noise_gain(double omega) const;
+  double noise_power() const;  ///< mean of noise_gain over all frequencies: variance of the noise over its innovations
 };
 
-/// Throws Error for missing channels, wrong quantities, samples that are not finite or a known angle of another length.
+/// Findings of the record check stand in the summary: with a warning where samples are left out or something is
+/// estimated beside the motion, unusable where the record is refused. Throws Error for missing channels, wrong
+/// quantities, an angle that is not finite or a known angle of another length.
 RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options = {});
 
 }  // namespace whirl::identification

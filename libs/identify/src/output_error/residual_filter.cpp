@@ -1,0 +1,101 @@
+#include "output_error/residual_filter.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+#include <numbers>
+
+namespace whirl::identification::detail {
+namespace {
+
+Eigen::ArrayXd weights(const Eigen::ArrayXd& used, Eigen::Index reach, Eigen::Index n) {
+  if (used.size() == 0 && reach == 0) return {};
+  Eigen::ArrayXd w = used.size() ? used : Eigen::ArrayXd::Ones(n);
+  w.head(reach).setZero();
+  for (Eigen::Index i = 0; i < n && used.size(); ++i) {
+    if (used[i] == 0) w.segment(i, std::min(reach + 1, n - i)).setZero();
+  }
+  return w;
+}
+
+/// Hum: two amplitudes and their slow change (the frequency is known to a part of 1 / duration); drift: a cubic.
+Eigen::MatrixXd columns_beside(const RotorRecord& r) {
+  const Eigen::Index n = r.size();
+  Eigen::MatrixXd base(n, 4 * static_cast<Eigen::Index>(r.hum.size()) + (r.drift ? 3 : 0));
+  const Eigen::ArrayXd s = Eigen::ArrayXd::LinSpaced(n, -1, 1);
+  Eigen::Index column = 0;
+  for (const double hz : r.hum) {
+    const Eigen::ArrayXd phase =
+        Eigen::ArrayXd::LinSpaced(n, 0, 2 * std::numbers::pi * hz * r.dt * static_cast<double>(n - 1));
+    base.col(column++) = phase.cos();
+    base.col(column++) = phase.sin();
+    base.col(column++) = s * phase.cos();
+    base.col(column++) = s * phase.sin();
+  }
+  if (r.drift) {
+    base.col(column++) = s;
+    base.col(column++) = s.square() - 1.0 / 3;
+    base.col(column++) = s.cube() - 0.6 * s;
+  }
+  return base;
+}
+
+}  // namespace
+
+ResidualFilter::ResidualFilter(const RotorRecord& r)
+    : n_(r.size()),
+      sd_x_(r.noise_x / std::sqrt(r.noise_power())),
+      sd_y_(r.noise_y / std::sqrt(r.noise_power())),
+      values_(2 * static_cast<double>(r.size())),
+      colour_(r.colour),
+      used_x_(r.usable_x),
+      used_y_(r.usable_y),
+      weight_x_(weights(r.usable_x, r.colour.size(), r.size())),
+      weight_y_(weights(r.usable_y, r.colour.size(), r.size())),
+      base_(columns_beside(r)) {
+  if (weight_x_.size()) values_ = weight_x_.sum() + weight_y_.sum();
+  if (base_.cols() == 0) return;
+  values_ -= 2 * static_cast<double>(base_.cols());
+  for (const bool x : {true, false}) {
+    Eigen::MatrixXd white = base_;
+    for (Eigen::Index k = 0; k < white.cols(); ++k) whiten(white.col(k), x ? sd_x_ : sd_y_, x ? weight_x_ : weight_y_);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(white);
+    (x ? q_x_ : q_y_) = qr.householderQ() * Eigen::MatrixXd::Identity(n_, white.cols());
+    (x ? r_x_ : r_y_) = qr.matrixQR().topRows(white.cols()).triangularView<Eigen::Upper>();
+  }
+}
+
+void ResidualFilter::whiten(Eigen::Ref<Eigen::VectorXd> v, double sd, const Eigen::ArrayXd& weight) const {
+  v /= sd;
+  for (Eigen::Index i = n_ - 1; colour_.size() > 0 && i >= colour_.size(); --i) {
+    for (Eigen::Index k = 0; k < colour_.size(); ++k) v[i] -= colour_[k] * v[i - 1 - k];
+  }
+  if (weight.size()) v.array() *= weight;
+}
+
+void ResidualFilter::apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
+  for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+    whiten(columns.col(k).head(n_), sd_x_, weight_x_);
+    whiten(columns.col(k).tail(n_), sd_y_, weight_y_);
+  }
+  if (base_.cols() == 0) return;
+  columns.topRows(n_) -= q_x_ * (q_x_.transpose() * columns.topRows(n_)).eval();
+  columns.bottomRows(n_) -= q_y_ * (q_y_.transpose() * columns.bottomRows(n_)).eval();
+}
+
+Eigen::VectorXcd ResidualFilter::beside(const Eigen::VectorXd& residual) const {
+  Eigen::VectorXcd out(n_);
+  for (const bool x : {true, false}) {
+    Eigen::VectorXd v = x ? residual.head(n_) : residual.tail(n_);
+    whiten(v, x ? sd_x_ : sd_y_, x ? weight_x_ : weight_y_);
+    const Eigen::VectorXd amplitude =
+        (x ? r_x_ : r_y_).triangularView<Eigen::Upper>().solve((x ? q_x_ : q_y_).transpose() * v);
+    if (x) {
+      out.real() = base_ * amplitude;
+    } else {
+      out.imag() = base_ * amplitude;
+    }
+  }
+  return out;
+}
+
+}  // namespace whirl::identification::detail
