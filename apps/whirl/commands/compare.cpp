@@ -107,7 +107,9 @@ void add_compare(CommandLine& app, Session& session) {
         }
         session.result(to_json(comparison));
         Summary summary;
-        if (!best.nominal.stable) summary.fail("no method is stable on this rig");
+        if (!best.nominal.stable) {
+          summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
+        }
         session.finish(summary);
       });
   sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();

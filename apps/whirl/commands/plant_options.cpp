@@ -10,12 +10,16 @@ void PlantOptions::add_to(CommandLine* sub) {
   sub->add_option("--mass-kg", mass_kg, "mass of the disk");
   sub->add_option("--stiffness", stiffness, "stiffness.json of the pull test: gives the mass")->input();
   sub->add_option("--modes", modes, "modes.json of the hammer test: the tuning plant gets these modes")->input();
-  sub->add_option("--hardware", hardware, "TOML with the data sheets; default: those of the virtual rig")->input();
+  sub->add_option("--hardware", hardware,
+                  "TOML with the data sheets; default: those of the virtual rig. [modes.N] frequency_hz, "
+                  "damping_percent, participation and sensor_sign (0: not known): structural modes that are known")
+      ->input();
 }
 
 IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
   const IdentifiedModel identified = whirl::io::load<IdentifiedModel>(model);
   design.hardware = tuning::data_sheet(rig::read_rig(hardware));
+  const std::vector<rig::RigMode> known = rig::read_modes(hardware);
   inputs.emplace_back(model);
   if (!stiffness.empty()) {
     if (!identified.rotor) throw Error(model + ": the model has no rotor parameters; identify with --method weak");
@@ -31,6 +35,7 @@ IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<st
         tuning::structure_modes(whirl::io::load<ModalModel>(modes), identified.rotor->natural_frequency());
     inputs.emplace_back(modes);
   }
+  design.hardware.modes = tuning::known_modes(design.hardware.modes, known);
   return identified;
 }
 

@@ -50,6 +50,7 @@ void add_run(CommandLine& app, Session& session) {
         const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o->loop);
         if (!o->log.empty()) io::write_csv(o->log, run.log);
         const tuning::ClosedLoopMetrics& m = run.metrics;
+        if (!m.stable) session.say("FAILS: " + m.verdict.text());
         session.say(report::to_text(pages::segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
         session.say(
             fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
@@ -60,8 +61,7 @@ void add_run(CommandLine& app, Session& session) {
         session.result(json);
         Summary summary;
         if (!m.stable) {
-          summary.fail(m.trip != Fault::none ? "the loop tripped: " + std::string(to_string(m.trip))
-                                             : "the closed loop is not stable on this rig");
+          summary.fail(m.verdict.text());
         }
         session.finish(summary);
       });

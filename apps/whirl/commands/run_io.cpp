@@ -1,5 +1,6 @@
 #include "run_io.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <optional>

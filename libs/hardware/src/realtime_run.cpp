@@ -76,7 +76,14 @@ io::Json histogram_json(const rt::Histogram& h) {
 
 }  // namespace
 
-RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& io, const RealtimeRunOptions& options) {
+RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& settings,
+                         const RealtimeRunOptions& options) {
+  IoSettings io = settings;
+  // The design knows what the rotor does without control: a loop that goes there is lost.
+  if (const auto trip = design.margins.find("trip_displacement_m"); trip != design.margins.end()) {
+    double& limit = io.safety.displacement;
+    limit = limit > 0 ? std::min(limit, trip->second) : trip->second;
+  }
   require_range("--seconds", options.seconds, 0, 1e6, "s");
   if (std::abs(design.sample_time * io.rate - 1) > 1e-6) {
     throw Error::in_file(

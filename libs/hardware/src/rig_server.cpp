@@ -335,7 +335,9 @@ tuning::ClosedLoopMetrics RigServer::metrics() const {
   m.force_rms = std::sqrt(square / n);
   m.total_variation /= n / rate;
   m.survived = n * static_cast<double>(ratio_) / static_cast<double>(rig_.ticks());
-  m.stable = rig::RigTruth(rig_).finite();
+  m.verdict = tuning::judge({.open = m.open, .closed = m.closed});
+  if (!rig::RigTruth(rig_).finite()) m.verdict.reasons.insert(m.verdict.reasons.begin(), "the motion diverged");
+  m.stable = m.verdict.passed();
   return m;
 }
 

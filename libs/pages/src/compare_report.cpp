@@ -224,9 +224,11 @@ report::Table matrix_table(const Comparison& c) {
     t.add(std::move(row));
   }
   t.notes = {
-      "FAILS: standing limit cycle or offset (rms above 30 um at standstill), divergence, trip, or saturated more than "
-      "30 % "
-      "of the time. Delay in samples; told: the controller knows of it."};
+      "FAILS: divergence, trip, limit cycle (at standstill, or motion above 30 um rms that stands beside the "
+      "synchronous one "
+      "while turning), a segment worse than without control, total variation above 1.5 times the nominal, or at the "
+      "force "
+      "limit more than 1 % of the time while turning. Delay in samples; told: the controller knows of it."};
   return t;
 }
 
@@ -283,6 +285,7 @@ io::Json to_json(const Comparison& c) {
                            .set("condition", k.name)
                            .set("peak", k.metrics.closed.all)
                            .set("stable", k.metrics.stable)
+                           .set("reasons", k.metrics.verdict.reasons)
                            .set("standstill_rms", k.metrics.standstill_rms)
                            .set("force_rms", k.metrics.force_rms)
                            .set("saturated", k.metrics.saturated));

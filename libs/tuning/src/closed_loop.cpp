@@ -82,18 +82,16 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   rt::Loop loop(rig, controller, clock, options_.safety);
 
   const long ticks = rig.ticks();
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(ticks);
   std::optional<Log> table;
   if (log != nullptr) table.emplace(ticks);
 
   ClosedLoopMetrics out;
   out.open = open_;
-  RunJudge judge(open_.all, rig_.timing.rate, options_.skip, ticks);
-  double square = 0, variation = 0, last = 0;
+  RunJudge judge(open_, &segment_, rig_.timing.rate, options_.skip, ticks, options_.verdict);
+  double square = 0;
   for (long i = 0; i < ticks; ++i) {
     const std::complex<double> z = truth.z();
     if (!judge.motion(z, truth.angle().omega)) break;
-    x(i) = z.real();
     const rt::CycleRecord cycle = loop.cycle();
     if (table) {
       table->row(i, z, truth.commanded(), cycle.measurement, controller.state(),
@@ -102,25 +100,27 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
     const double u = truth.commanded().real();
     square += u * u;
     out.force_peak = std::max(out.force_peak, std::abs(u));
-    variation += std::abs(u - last);
-    last = u;
-    judge.cycle(controller.state().saturated || cycle.limited, cycle.trip);
+    judge.cycle(cycle.measurement, u, controller.state().saturated || cycle.limited, cycle.trip);
   }
   const long k = judge.tick();
   const double n = static_cast<double>(std::max(k, 1L));
-  out.closed = rig::segment_peaks(x, segment_, judge.skip());
-  out.closed.all = judge.peak();
+  const JudgedRun judged = judge.collected(smooth_variation_, nominal_excess(design));
+  out.closed = judged.closed;
   out.suppression = rig::suppression(open_, out.closed);
   out.radial_peak = judge.radial_peak();
-  out.standstill_rms = judge.standstill_rms();
+  out.standstill_rms = judged.standstill_rms;
+  out.standing_rms = judged.standing_rms;
   out.force_rms = std::sqrt(square / n);
-  out.total_variation = variation / (n / rig_.timing.rate);
+  out.total_variation = judged.total_variation;
+  out.smooth_variation = smooth_variation_;
   out.excess_variation = out.total_variation - smooth_variation_;
   out.saturated = judge.saturated();
+  out.saturated_turning = judged.saturated_turning;
   out.held = controller.state().held_total;
-  out.trip = judge.trip();
-  out.survived = judge.survived();
-  out.stable = judge.stable(options_.saturation_limit);
+  out.trip = judged.trip;
+  out.survived = judged.survived;
+  out.verdict = tuning::judge(judged, options_.verdict);
+  out.stable = out.verdict.passed();
 
   if (log != nullptr) {
     *log = {};

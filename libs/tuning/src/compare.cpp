@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <tuple>
 
 #include "robustness_parallel.hpp"
 #include "whirl/control/method.hpp"
@@ -118,7 +119,8 @@ std::vector<ComparedResult> compare(const IdentifiedModel& model, const rig::Rig
 const ComparedResult& best_result(const std::vector<ComparedResult>& results) {
   if (results.empty()) throw Error("best_result: nothing was compared");
   return *std::ranges::min_element(results, {}, [](const ComparedResult& r) {
-    return std::pair{!r.stable_everywhere(), r.peak_mean};
+    const auto failures = std::ranges::count_if(r.matrix, [](const RobustnessCase& c) { return !c.metrics.stable; });
+    return std::tuple{!r.nominal.stable, failures, r.peak_mean};
   });
 }
 

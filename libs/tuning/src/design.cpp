@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlopt.hpp>
+#include <numbers>
 
 #include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
@@ -122,6 +123,33 @@ void run_search(Search& search) {
   local.optimize(u, value);
 }
 
+/// Why no controller may be designed on this model; empty: none.
+std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
+  // The identification's own words where a model of part of the record fails on the rest.
+  for (const std::string& warning : model.summary.warnings) {
+    if (warning.starts_with("a model of the rest does not predict") || warning.starts_with("the free run of a model")) {
+      return "the model does not explain its record: " + warning;
+    }
+  }
+  if (model.summary.status == Status::unusable) {
+    return "the model does not explain its record" +
+           (model.summary.warnings.empty() ? "" : ": " + model.summary.warnings.back());
+  }
+  const double top = std::max(hardware.profile.omega_start, hardware.profile.omega_end);
+  for (const ForcedMode& mode : model.rotor->modes) {
+    if (!(mode.omega > 0 && mode.omega < 1.1 * top) || mode.zeta > 0.2) continue;
+    if (std::abs(mode.participation) < 0.05 * std::abs(model.rotor->eps)) continue;
+    const double f = mode.omega / (2 * std::numbers::pi);
+    if (std::ranges::any_of(hardware.modes, [&](const rig::RigMode& m) { return std::abs(m.frequency / f - 1) < 0.1; }))
+      continue;
+    return fmt::format(
+        "the record shows a second critical speed at {:.1f} Hz, inside the speed range; how the force and the sensor "
+        "take part in that mode is not known: give its hammer test (modes.json) or [modes.N] in the data sheet",
+        f);
+  }
+  return {};
+}
+
 }  // namespace
 
 control::Runout identified_runout(const IdentifiedModel& model) {
@@ -181,6 +209,12 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
   Search search;
   search.options = &options;
   search.design = untuned_design(model, options);
+  if (const std::string why = refusal(model, options.hardware); !why.empty()) {
+    search.design.margins["certified"] = 0;
+    search.design.summary.trust = "not designed";
+    search.design.summary.fail("refused: " + why);
+    return search.design;
+  }
   search.variables = variables_of(search.design, options);
   search.scenarios = tuning_scenarios(options.hardware, options.stiffness_uncertainty);
   const Hardware hardware = tuning_hardware(search.design, options.hardware);

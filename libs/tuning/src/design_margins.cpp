@@ -48,6 +48,31 @@ double largest_stable(double stable, double unstable, int steps, const std::func
   return stable;
 }
 
+/// Why the design fails on the structure that may be there: signs that are not known, modes 1.5 times as strong; empty:
+/// it holds for all of it.
+std::string sign_refusals(const ControllerDesign& trial, const TuningScenario& nominal, const RotorModel& model,
+                          const Hardware& hardware, std::uint64_t seed, int threads) {
+  if (hardware.modes.empty()) return {};
+  const std::vector<Hardware> cases = hardware.sign_cases();
+  std::vector<std::string> text(2 * cases.size());
+  parallel_for(static_cast<int>(text.size()), threads, [&](int i) {
+    const auto index = static_cast<std::size_t>(i);
+    const Hardware& h = cases[index / 2];
+    TuningScenario s = nominal;
+    s.modes = i % 2 == 0 ? 1 : 1.5;
+    const Verdict verdict = scenario_plant(s, model, h, seed).run(trial).verdict;
+    if (verdict.passed()) return;
+    const std::string signs = hardware.signs_of(h);
+    text[index] = fmt::format("{}{}: {}", signs.empty() ? "with the structural modes" : "with " + signs,
+                              s.modes > 1 ? " 1.5 times as strong" : "", verdict.text());
+  });
+  std::string out;
+  for (const std::string& reason : text) {
+    if (!reason.empty()) out += (out.empty() ? "" : "; ") + reason;
+  }
+  return out;
+}
+
 }  // namespace
 
 void assess(ControllerDesign& design, const DesignOptions& options) {
@@ -59,19 +84,24 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   const Hardware hardware = tuning_hardware(design, options.hardware);
   const auto scenarios = tuning_scenarios(hardware, options.stiffness_uncertainty);
   const TuningScenario& nominal = scenarios[0];
-  const ControllerDesign trial = on_scenario(design, nominal);
+  ControllerDesign trial = on_scenario(design, nominal);
   const std::uint64_t seed = options.seed + 1000;  // not the seed of the tuning
   const ClosedLoopMetrics run = scenario_plant(nominal, model, hardware, seed).run(trial);
   auto& margins = design.margins;
   margins["peak_m"] = run.closed.all;
-  if (!run.stable) design.summary.fail("the design is not stable on its own tuning plant");
+  margins["open_peak_m"] = run.open.all;
+  margins["excess_variation"] = trial.margins["excess_variation"] = run.excess_variation;
+  margins["trip_displacement_m"] = std::min(std::max(0.5 * run.open.all, 4 * run.closed.all), 0.9 * run.open.all);
+  const std::string refused = run.verdict.passed()
+                                  ? sign_refusals(trial, nominal, model, hardware, seed, options.threads)
+                                  : "on its own tuning plant: " + run.verdict.text();
 
   // Unknown delay, in whole samples, and gain.
   std::array<bool, kMaxExtraDelay + 1> stable{};
   parallel_for(kMaxExtraDelay + 1, options.threads, [&](int extra) {
     TuningScenario s = nominal;
     s.extra_delay = extra;
-    stable[static_cast<std::size_t>(extra)] = scenario_plant(s, model, hardware, seed).run(trial).stable;
+    stable[static_cast<std::size_t>(extra)] = scenario_plant(s, model, hardware, seed).run(trial).verdict.stable;
   });
   int delay = 0;
   while (delay < kMaxExtraDelay && stable[static_cast<std::size_t>(delay) + 1]) ++delay;
@@ -79,7 +109,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   const auto gain_stable = [&](double factor) {
     Hardware h = hardware;
     h.actuator.gain_error = factor - 1;
-    return scenario_plant(nominal, model, h, seed).run(trial).stable;
+    return scenario_plant(nominal, model, h, seed).run(trial).verdict.stable;
   };
   double low = 1, high = 1;
   while (high < 5 && gain_stable(high * 1.5)) low = high *= 1.5;
@@ -90,8 +120,8 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   margins["static_stiffness"] = left;
   TuningScenario soft = nominal;
   soft.stiffness = 1 - options.stiffness_uncertainty;
-  const bool soft_stable = scenario_plant(soft, model, hardware, seed).run(trial).stable;
-  const bool certified = run.stable && left > 0 && soft_stable;
+  const bool soft_stable = scenario_plant(soft, model, hardware, seed).run(trial).verdict.stable;
+  const bool certified = refused.empty() && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;
   if (left <= 0) {
@@ -138,6 +168,12 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
                                    "times and stiffness {:.0f} % lower; simulation only",
                                    delay, margins["gain_margin"], percent)
                              : "not certified: see the warnings";
+  if (certified && !hardware.modes.empty()) {
+    design.summary.trust += hardware.sign_cases().size() > 1
+                                ? "; structural modes of either sign, up to 1.5 times as strong"
+                                : "; structural modes of the sign found, up to 1.5 times as strong";
+  }
+  if (!refused.empty()) design.summary.fail("not certified: " + refused);
 }
 
 }  // namespace whirl::tuning

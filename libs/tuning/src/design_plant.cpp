@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -32,13 +34,81 @@ Hardware data_sheet(const rig::RigParameters& rig) {
   return h;
 }
 
-std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double participation) {
+namespace {
+
+/// Acceleration per newton of a mode in a channel: its inverse modal mass, signed, 1/kg.
+double inverse_mass(const Mode& mode, Eigen::Index channel) {
+  return -2 * mode.pole.imag() * mode.residues[channel].imag();
+}
+
+bool is_rotor(const Mode& mode, double rotor_omega) {
+  return std::abs(2 * std::numbers::pi * mode.frequency.value / rotor_omega - 1) < 0.1;
+}
+
+}  // namespace
+
+std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double fallback) {
+  Eigen::Index channels = modal.modes.empty() ? 0 : modal.modes.front().residues.size();
+  for (const Mode& mode : modal.modes) channels = std::min(channels, mode.residues.size());
+  // The rotor's own mode may be split by anisotropy: its parts together are the rotor.
+  Eigen::Index channel = 0;
+  double rotor = 0;
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    double sum = 0;
+    for (const Mode& mode : modal.modes) {
+      if (is_rotor(mode, rotor_omega)) sum += inverse_mass(mode, c);
+    }
+    if (std::abs(sum) > std::abs(rotor)) rotor = sum, channel = c;
+  }
+  const auto at = static_cast<std::size_t>(channel);
+  const bool named = at < modal.responses.size() && at < modal.references.size();
+  const bool drive_point = named && modal.responses[at] == modal.references[at];
   std::vector<rig::RigMode> out;
-  double sign = 1;
   for (const Mode& mode : modal.modes) {
-    if (2 * std::numbers::pi * mode.frequency.value < 1.5 * rotor_omega) continue;  // the rotor's own mode
-    out.push_back({mode.frequency.value, std::max(mode.damping.value, 1e-3), participation, sign, 0});
-    sign = -sign;  // the shape at the sensor is not known either: both signs occur
+    if (is_rotor(mode, rotor_omega) || 2 * std::numbers::pi * mode.frequency.value < rotor_omega) continue;
+    rig::RigMode m{mode.frequency.value, std::max(mode.damping.value, 1e-3), fallback, 0, 0};
+    if (rotor != 0) {
+      const double ratio = inverse_mass(mode, channel) / rotor;
+      if (std::abs(ratio) < 5e-4) continue;
+      m.participation = std::abs(ratio);
+      m.sensor_sign = ratio < 0 ? -1 : drive_point ? 0 : 1;
+    }
+    out.push_back(m);
+  }
+  return out;
+}
+
+std::vector<rig::RigMode> known_modes(std::vector<rig::RigMode> modes, const std::vector<rig::RigMode>& data_sheet) {
+  for (const rig::RigMode& known : data_sheet) {
+    std::erase_if(modes, [&](const rig::RigMode& m) { return std::abs(m.frequency / known.frequency - 1) < 0.05; });
+  }
+  modes.insert(modes.end(), data_sheet.begin(), data_sheet.end());
+  std::ranges::sort(modes, {}, &rig::RigMode::frequency);
+  return modes;
+}
+
+std::vector<Hardware> Hardware::sign_cases() const {
+  std::vector<std::size_t> open;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (modes[i].sensor_sign == 0) open.push_back(i);
+  }
+  const bool each = open.size() <= 3;
+  const std::size_t cases = open.empty() ? 1 : each ? std::size_t{1} << open.size() : 2;
+  std::vector<Hardware> out(cases, *this);
+  for (std::size_t c = 0; c < cases; ++c) {
+    for (std::size_t i = 0; i < open.size(); ++i) {
+      out[c].modes[open[i]].sensor_sign = (each ? (c >> i) & 1 : c) != 0 ? -1 : 1;
+    }
+  }
+  return out;
+}
+
+std::string Hardware::signs_of(const Hardware& chosen) const {
+  std::string out;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (modes[i].sensor_sign != 0) continue;
+    out += fmt::format("{}mode {} ({:.1f} Hz) {}", out.empty() ? "" : ", ", i + 1, modes[i].frequency,
+                       chosen.modes[i].sensor_sign < 0 ? '-' : '+');
   }
   return out;
 }
@@ -57,7 +127,7 @@ rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardwar
   p.rotor.residual_phase = std::arg(model.eps);
   p.rotor.added_mass = 0;
   p.profile = hardware.profile;
-  p.modes = hardware.modes;
+  p.modes = hardware.sign_cases().front().modes;
   p.laser = hardware.laser;
   p.actuator = hardware.actuator;
   p.encoder = hardware.encoder;

@@ -17,6 +17,9 @@ std::vector<TuningScenario> tuning_scenarios(const Hardware& hardware, double st
   };
   if (!hardware.modes.empty()) {
     all.push_back({"stronger structural modes", 1, 1, 1, error(1.04, -4), 1, 0, 1.5});
+    if (hardware.sign_cases().size() > 1) {
+      all.push_back({"stronger structural modes of the other sign", 1, 1, 1, error(1.04, -4), 1, 0, 1.5, true});
+    }
   }
   return all;
 }
@@ -29,7 +32,7 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
   m.k2 *= s.cubic;
   m.c *= s.damping;
   m.eps *= s.unbalance * s.told_unbalance;
-  rig::RigParameters p = tuning_plant(m, hardware);
+  rig::RigParameters p = tuning_plant(m, s.other_signs ? hardware.sign_cases().back() : hardware);
   p.actuator.extra_delay_samples = s.extra_delay;
   for (rig::RigMode& mode : p.modes) mode.participation *= s.modes;
   ClosedLoopOptions options;
@@ -66,6 +69,7 @@ double tuning_cost(const ClosedLoopMetrics& m) {
   double cost = 0.5 * ratio / std::max(entered, 1) + 0.5 * m.closed.all / m.open.all + 0.02 * m.total_variation / 1000;
   // Graded, so that a search can climb out.
   if (m.standstill_rms > kLimitCycle) cost += 1 + std::min(1.0, std::log10(m.standstill_rms / kLimitCycle));
+  if (m.standing_rms > 0) cost += 1 + std::clamp(std::log10(m.standing_rms / kLimitCycle), 0.0, 1.0);
   if (m.saturated > 0.3) cost += m.saturated;
   return cost;
 }

@@ -14,6 +14,7 @@ struct TuningScenario {
   double told_unbalance = 1;                     ///< what the controller is told / model: a re-balanced rotor
   int extra_delay = 0;                           ///< samples the controller does not know
   double modes = 1;                              ///< strength of the structural modes
+  bool other_signs = false;                      ///< of the modes whose sign is not known: all - instead of all +
 };
 
 /// The scenarios of the tuning (see `design`). The errors are typical of an identification at the sensors'

@@ -78,13 +78,30 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   const long ticks = std::lround(profile.duration() * rate);
   const ClosedLoopOptions options;
 
-  std::vector<RunJudge> open(indices.size(), RunJudge(1e3, rate, options.skip, ticks));
+  // Speed and segments of every machine; the force that holds an eccentricity of 1 m still.
+  Eigen::VectorXd omega(ticks);
+  double smooth = 0, last = 0;
+  for (long k = 0; k < ticks; ++k) {
+    const rotor::AngleState a = profile.at(static_cast<double>(k) / rate);
+    omega[k] = a.omega;
+    const double u = control::unbalance_per_metre(a.beta, a.omega, a.alpha).real();
+    smooth += std::abs(u - last) * rate / static_cast<double>(ticks);
+    last = u;
+  }
+  std::vector<std::vector<int>> segments;
+  for (std::size_t i = 0; i < indices.size(); ++i) {
+    segments.push_back(rig::segments(omega, rigs[i].rig.natural_frequency(), options.bounds));
+  }
+
+  const rig::SegmentPeaks far{.all = 1e3};
+  std::vector<RunJudge> open;
+  for (std::size_t i = 0; i < indices.size(); ++i) open.emplace_back(far, &segments[i], rate, options.skip, ticks);
   rig::BatchRig<Lanes> batch(tables, seeds);
   for (long k = 0; k < ticks; ++k) {
     for (std::size_t i = 0; i < open.size(); ++i) {
       const int lane = static_cast<int>(i);
-      open[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, 1);
-      open[i].cycle(false, Fault::none);
+      open[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, 0);
+      open[i].cycle({}, 0, false, Fault::none);
     }
     batch.advance();
   }
@@ -95,21 +112,20 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   std::vector<RunJudge> judges;
   for (std::size_t i = 0; i < indices.size(); ++i) {
     loops.emplace_back(&batch, &ux, &uy, static_cast<int>(i), design, rigs[i].rig);
-    judges.emplace_back(open[i].peak(), rate, options.skip, ticks);
+    judges.emplace_back(open[i].closed(), &segments[i], rate, options.skip, ticks);
   }
   for (long k = 0; k < ticks; ++k) {
-    const double omega = profile.at(static_cast<double>(k) / rate).omega;
     for (std::size_t i = 0; i < loops.size(); ++i) {
       LaneLoop<Lanes>& l = loops[i];
       const int lane = static_cast<int>(i);
       if (!l.running) continue;
-      if (!judges[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, omega)) {
+      if (!judges[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, omega[k])) {
         l.running = false;
         l.view.write({});
         continue;
       }
       const rt::CycleRecord cycle = l.loop.cycle();
-      judges[i].cycle(l.controller.state().saturated || cycle.limited, cycle.trip);
+      judges[i].cycle(cycle.measurement, ux[lane], l.controller.state().saturated || cycle.limited, cycle.trip);
     }
     batch.write(ux, uy);
     batch.advance();
@@ -117,7 +133,9 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   std::vector<MonteCarloSample> out;
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const RunJudge& j = judges[i];
-    out.push_back({rigs[i].rotor, open[i].peak(), j.peak(), j.standstill_rms(), j.stable(options.saturation_limit)});
+    const double force = smooth * std::abs(rigs[i].rotor.eps) / rigs[i].rotor.gain;
+    const JudgedRun judged = j.collected(force, nominal_excess(design));
+    out.push_back({rigs[i].rotor, judged.open.all, judged.closed.all, judged.standstill_rms, judge(judged).passed()});
   }
   return out;
 }

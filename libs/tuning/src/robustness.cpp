@@ -92,7 +92,7 @@ std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, co
     options.run.seed = seed;
     c.change(p, d, options.run);
     // With less force than the task needs, saturation is the condition and no sign of instability.
-    if (d.force_limit < design.force_limit) options.saturation_limit = 1;
+    if (d.force_limit < design.force_limit) options.verdict.saturated = 1;
     out[static_cast<std::size_t>(i)] = {c.name, ClosedLoopPlant(p, options).run(d)};
   });
   return out;

@@ -76,7 +76,9 @@ TEST(ClosedLoopReference, PredictiveControlGainsWhereTheForceEnds) {
   for (const double part : {1.0, 0.25}) {
     rig::RigParameters rig;
     rig.actuator.voltage_limit *= part;
-    const ClosedLoopPlant plant(rig);
+    ClosedLoopOptions options;
+    options.verdict.saturated = 1;  // the force that is at its limit is the condition here
+    const ClosedLoopPlant plant(rig, options);
     ControllerDesign d = pd(rig, 0);
     d.estimator = "kfe";
     d.parameters = {

@@ -42,8 +42,9 @@ struct RealtimeRun {
   Summary summary;  ///< unusable when the loop did not arm or tripped by itself
 };
 
-/// Closes the loop on the sensors and actuators of `io`. Throws Error for a controller of another rate, settings out of
-/// range, and hardware that cannot be opened.
+/// Closes the loop on the sensors and actuators of `io`. The displacement that trips is the smaller one of `io` and of
+/// the design (margin trip_displacement_m). Throws Error for a controller of another rate, settings out of range, and
+/// hardware that cannot be opened.
 RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& io, const RealtimeRunOptions& options);
 /// whirl.realtime/1
 io::Json to_json(const RealtimeRun& run);

@@ -9,6 +9,7 @@
 #include "whirl/rig/parameters.hpp"
 #include "whirl/rig/segments.hpp"
 #include "whirl/rt/safety.hpp"
+#include "whirl/tuning/verdict.hpp"
 
 namespace whirl::rig {
 class RigTables;
@@ -31,18 +32,20 @@ struct ClosedLoopMetrics {
   double saturated = 0;         ///< fraction of ticks at the force limit
   long held = 0;                ///< samples lost and bridged
   Fault trip = Fault::none;
-  double survived = 1;  ///< fraction of the run before divergence or trip
-  /// No divergence, no trip, no standing limit cycle or offset (rms above 30 um at standstill), not saturated
-  /// too often.
-  bool stable = true;
+  double survived = 1;           ///< fraction of the run before divergence or trip
+  double smooth_variation = 0;   ///< of the force that holds this rotor still, N/s
+  double standing_rms = 0;       ///< motion that stands beside the synchronous one while turning, m rms; 0: none
+  double saturated_turning = 0;  ///< fraction of the ticks of a turning shaft at the force limit
+  Verdict verdict;               ///< of the one judge, see verdict.hpp
+  bool stable = true;            ///< verdict.passed()
 };
 
 struct ClosedLoopOptions {
   rig::RigRun run;          ///< seed of the sensor noise, scripted faults
   rt::SafetyLimits safety;  ///< of the loop; the force limit of the design acts in any case
   rig::SegmentBounds bounds;
-  double skip = 0.5;              ///< start transient left out of the peaks, s
-  double saturation_limit = 0.3;  ///< fraction of saturated ticks above which a run counts as unstable
+  double skip = 0.5;      ///< start transient left out of the peaks, s
+  VerdictLimits verdict;  ///< what makes a run a failure
 };
 
 /// One plant for many runs: angle tables and open-loop peaks are computed once and shared. Const members may

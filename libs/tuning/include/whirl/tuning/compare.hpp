@@ -58,8 +58,8 @@ struct ComparedResult {
 std::vector<ComparedResult> compare(const IdentifiedModel& model, const rig::RigParameters& rig,
                                     const CompareOptions& options);
 
-/// The method to use: the smallest whole-run peak among those stable in every condition of the matrix; when none is,
-/// the smallest peak of all.
+/// The method to use: of those that pass the nominal run the one that fails in the fewest conditions of the matrix, of
+/// equals the one with the smallest whole-run peak.
 const ComparedResult& best_result(const std::vector<ComparedResult>& results);
 
 /// What one imperfection of the machine alone leaves.

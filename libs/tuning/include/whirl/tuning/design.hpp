@@ -24,8 +24,16 @@ struct Hardware {
   rig::RigEncoder encoder;
   rig::RigTiming timing;
   rotor::SpeedProfile profile = rig::RigParameters::default_profile();
-  std::vector<rig::RigMode> modes;  ///< structural modes from a hammer test (structure_modes); none when not tested
+  /// Structural modes as the loop sees them: participation the share of the actuator's force, sensor_sign the sign of
+  /// the shape at the sensor times that at the actuator; 0: not known, then tuning, margins and certificate take both.
+  /// From a hammer test (structure_modes) or the data sheet (known_modes); none when not tested.
+  std::vector<rig::RigMode> modes;
 
+  /// The same hardware for every choice of the signs that are not known (all of up to three, else all + and all -);
+  /// itself alone when all are known.
+  std::vector<Hardware> sign_cases() const;
+  /// "mode 1 (46.0 Hz) -" for the modes whose sign is not known here and chosen in `chosen`; empty when none is.
+  std::string signs_of(const Hardware& chosen) const;
   double loop_delay() const;  ///< sensor latency + computation + first-order lag 1/(2 pi f), without the hold, s
 };
 
@@ -35,10 +43,16 @@ struct Hardware {
 /// left out.
 Hardware data_sheet(const rig::RigParameters& rig);
 
-/// Modes of the structure beside the rotor's own from a hammer test: frequency and damping as identified, the
-/// share of the actuator force that drives them is not known and assumed (participation relative to the
-/// rotor).
-std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double participation = 0.02);
+/// Modes of the structure beside the rotor's own from a hammer test with the hammer at the actuator and the pick-up at
+/// the sensor: frequency and damping as identified, the signed participation from the residues: the inverse modal mass
+/// -2 Im(p) Im(a) of a mode relative to that of the rotor's own mode, taken from the channel in which the rotor answers
+/// most. The sign is not known (0) when response and reference are the same point (a drive point: the residue is the
+/// square of the shape, whatever the loop sees) unless it is negative; sign and size (then `fallback`) are not known
+/// when no mode lies within 10 % of `rotor_omega`, rad/s. Modes below 0.05 % of the rotor's are left out.
+std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_omega, double fallback = 0.02);
+
+/// `modes` with those of the data sheet: one within 5 % in frequency is replaced, the others are added.
+std::vector<rig::RigMode> known_modes(std::vector<rig::RigMode> modes, const std::vector<rig::RigMode>& data_sheet);
 
 /// The plant a design is tuned on: the identified rotor with the hardware's data sheets.
 rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware);
@@ -67,6 +81,8 @@ struct DesignOptions {
 /// Tunes the numbers of a law and its estimator on a plant built from the identified model and the data
 /// sheets alone.
 ///
+/// Refused (Summary unusable, nothing tuned) when the model does not explain its own record.
+///
 /// Objective, mean over the scenarios: 0.5 mean over segments 1-4 of (closed peak / open peak) + 0.5 of the
 /// whole run
 /// + 0.02 TV / (1000 N/s) + a graded penalty when unstable. Scenarios, each with another error of the
@@ -75,10 +91,13 @@ struct DesignOptions {
 /// space over (C, rho/eps, rho, r, delta, cutoff, ...).
 ///
 /// `margins` of the result: objective, delay_margin_s (unknown delay survived), gain_margin (factor),
-/// static_stiffness (closed-loop stiffness at K1 -30 %, relative to k1), disturbance_bound, kappa (eq. 42:
-/// rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant), certified (1 or 0). Not
-/// certified when the closed loop at K1 -30 % has negative static stiffness or is unstable; `summary` says
-/// why.
+/// static_stiffness (closed-loop stiffness at K1 -30 %, relative to k1), open_peak_m and trip_displacement_m (open-loop
+/// peak of the tuning plant, and the displacement at which a run is lost: half of it, at least four times the closed
+/// one, at most 90 % of it), excess_variation (N/s, nominal: what the judge of later runs refers to),
+/// disturbance_bound, kappa (eq. 42: rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant),
+/// certified (1 or 0). Not certified when the nominal run or one with another sign or 1.5 times the participation of
+/// the structural modes fails the judge (verdict.hpp): then the summary is unusable; nor when the closed loop at K1 -30
+/// % has negative static stiffness or is unstable; `summary` says why.
 ///
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);

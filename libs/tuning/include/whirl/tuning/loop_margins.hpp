@@ -1,0 +1,76 @@
+#pragma once
+#include <complex>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "whirl/core/control_types.hpp"
+#include "whirl/tuning/design.hpp"
+
+namespace whirl::tuning {
+
+/// ISO 14839-3 zones of the peak sensitivity: A below 3 (9.5 dB), B below 4 (12 dB), C below 5 (14 dB), D above.
+char sensitivity_zone(double peak_sensitivity);
+
+/// The loop opened at the force, both axes as one complex loop z = x + i y: a frequency above zero whirls with the
+/// rotor, below zero against it.
+struct LoopResponse {
+  std::vector<double> frequency;           ///< Hz, ascending, negative ones included
+  std::vector<std::complex<double>> loop;  ///< L: force the controller answers with / force acting, sign of 1 + L
+};
+
+/// Distance of one loop response from -1.
+struct LoopMargins {
+  double omega = 0;                   ///< speed of the shaft, rad/s
+  bool stable = true;                 ///< the motion at this speed does not grow
+  double gain_up = 0, gain_down = 0;  ///< factors on the loop gain that reach the limit; infinite, 0: none does
+  double gain_frequency = 0;          ///< Hz of the nearer one
+  double phase = 0;                   ///< rad, smallest turn of L either way
+  double phase_frequency = 0;         ///< Hz
+  double delay = 0;                   ///< s of further delay; infinite: none
+  double delay_frequency = 0;         ///< Hz
+  double modulus = 1;                 ///< smallest |1 + L|
+  double peak_sensitivity = 1;        ///< largest |S| = 1 / modulus
+  double peak_complementary = 0;      ///< largest |T| = |L S|
+  double peak_frequency = 0;          ///< Hz of max |S|
+  char zone() const { return sensitivity_zone(peak_sensitivity); }
+};
+
+/// Margins of a response of a loop that is stable as it is: the first gain, phase and delay at which 1 + L = 0
+/// somewhere.
+LoopMargins margins_of(const LoopResponse& response);
+
+struct MarginOptions {
+  int speeds = 20;    ///< from standstill to the top of the profile, both included
+  double settle = 3;  ///< s before the response counts
+  double window = 4;  ///< s of one period of the excitation: resolution 1 / window
+  int repeats = 2;    ///< excitations with other phases, averaged
+  /// Force of the excitation, N rms of an axis; 0: what deflects the shaft by 1 um.
+  double force = 0;
+  std::uint64_t seed = 1;
+  int threads = 0;  ///< 0 = all cores; the result does not depend on it
+};
+
+struct SpeedMargins {
+  LoopMargins margins;
+  LoopResponse response;
+};
+
+/// Loop gain, sensitivity and margins of `design` on `rig` at constant speeds.
+///
+/// The controller is the real step function and its operating point the synchronous orbit at that speed, with the noise
+/// of the sensors: the same run is made with and without a small force of all frequencies (multisine, random phases),
+/// and the difference of the two is the small-signal response about that orbit: of a linear law exact, of a sliding
+/// term its gain averaged over the orbit and the noise. L = -u_c / (u_c + d), u_c the controller's part and d the
+/// excitation.
+///
+/// Converters are taken without resolution and forces without limit. Motion that couples forward with backward whirl
+/// (anisotropy, axes with different gains) is left out of L; it is in the run that decides `stable`.
+/// Throws Error for a bad design or rig.
+std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
+                                       const MarginOptions& options = {});
+
+/// The worst over the speeds: smallest gain, phase, delay and modulus margin, largest peaks.
+LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds);
+
+}  // namespace whirl::tuning

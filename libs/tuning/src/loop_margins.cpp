@@ -1,0 +1,228 @@
+#include "whirl/tuning/loop_margins.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+
+#include "robustness_parallel.hpp"
+#include "standing_motion.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rig/virtual_rig.hpp"
+#include "whirl/signal/fft.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLost = 50e-3;  // m: no motion of a loop that holds
+
+/// The controller's force in one window, N, and whether its motion grew or a limit cycle stood.
+struct ForceRun {
+  Eigen::VectorXcd force;
+  bool holds = true;
+};
+
+ForceRun run_window(const ControllerDesign& design, const std::shared_ptr<const rig::RigTables>& tables,
+                    std::uint64_t seed, Eigen::Index window, double settle, const Eigen::VectorXcd* excitation) {
+  control::Controller controller = control::make_controller(design);
+  rig::VirtualRig rig(tables, {seed, {}});
+  const rig::RigTruth truth(rig);
+  const Eigen::Index ticks = rig.ticks(), first = ticks - window;
+  StandingMotion standing(1 / design.sample_time, settle, {});
+  ForceRun out{Eigen::VectorXcd::Zero(window)};
+  for (Eigen::Index k = 0; k < ticks; ++k) {
+    const Measurement m = rig.read();
+    const auto answer = controller.step(m);
+    Command c = answer ? *answer : Command{};
+    if (k >= first) out.force[k - first] = {c.ux, c.uy};
+    if (m.omega != 0) standing.reading({m.x, m.y}, m.beta);
+    if (excitation != nullptr) {
+      const Complex d = (*excitation)[k % window];
+      c.ux += d.real(), c.uy += d.imag();
+    }
+    rig.write(c);
+    rig.advance();
+    if (!(std::abs(truth.z()) < kLost)) {
+      out.holds = false;
+      return out;
+    }
+  }
+  out.holds = standing.rms() == 0;
+  return out;
+}
+
+/// One period of a force with every line of both whirl directions at random phase.
+Eigen::VectorXcd multisine(Eigen::Index samples, double rms, std::mt19937_64& random) {
+  Eigen::VectorXcd lines(samples);
+  for (Eigen::Index k = 0; k < samples; ++k) {
+    lines[k] = std::polar(1.0, kTurn * static_cast<double>(random() >> 11) * 0x1p-53);
+  }
+  Eigen::VectorXcd force = signal::inverse_fft(lines);
+  return force * (rms * std::sqrt(2.0 * static_cast<double>(samples)) / force.norm());
+}
+
+/// The rig at a constant speed, its forces without limit and resolution, its structure at rest.
+rig::RigParameters at_speed(rig::RigParameters p, double omega, double duration) {
+  p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = duration, .beta_start = p.profile.beta_start};
+  for (rig::RigMode& mode : p.modes) mode.initial = 0;
+  p.actuator.voltage_limit *= 1e3;
+  p.actuator.bits = p.laser.bits = 0;
+  return p;
+}
+
+SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters& rig, double omega,
+                        const MarginOptions& o, std::uint64_t seed) {
+  const double h = design.sample_time;
+  const Eigen::Index window = std::lround(o.window / h);
+  const auto tables = rig::make_rig_tables(at_speed(rig, omega, o.settle + o.window));
+  ControllerDesign free = design;
+  free.force_limit = 0;
+  // mpc takes the limit as part of its law: far away, it is the regulator
+  const double force = o.force > 0 ? o.force : rig.rotor.stiffness * 1e-6;
+  const ForceRun still = run_window(free, tables, seed, window, o.settle, nullptr);
+  SpeedMargins out;
+  out.margins.omega = omega;
+  bool holds = still.holds;
+  Eigen::VectorXcd cross = Eigen::VectorXcd::Zero(window);
+  Eigen::VectorXd power = Eigen::VectorXd::Zero(window);
+  std::mt19937_64 random(seed + 17);
+  for (int i = 0; i < o.repeats && holds; ++i) {
+    const Eigen::VectorXcd excitation = multisine(window, force, random);
+    const ForceRun shaken = run_window(free, tables, seed, window, o.settle, &excitation);
+    const Eigen::VectorXcd answer = shaken.force - still.force;
+    const Eigen::Index third = window / 3;
+    // What the excitation leaves must be as large at the end as at the beginning.
+    holds = shaken.holds && !(answer.tail(third).norm() > 1.5 * answer.head(third).norm());
+    // The record before the window gave the period that the window repeats: excitation[k % window] begins anew with it.
+    const Eigen::Index shift = (std::lround((o.settle + o.window) / h) - window) % window;
+    Eigen::VectorXcd acting(window);
+    for (Eigen::Index k = 0; k < window; ++k) acting[k] = answer[k] + excitation[(k + shift) % window];
+    const Eigen::VectorXcd u = signal::fft(answer), sum = signal::fft(acting);
+    cross -= (u.array() * sum.array().conjugate()).matrix();
+    power += sum.cwiseAbs2();
+  }
+  if (holds) {
+    for (Eigen::Index k = 0; k < window; ++k) {
+      const Eigen::Index line = (k + window - window / 2) % window;  // from the lowest frequency on
+      const Eigen::Index number = k - window / 2;
+      if (line == 0) continue;
+      out.response.frequency.push_back(static_cast<double>(number) / (static_cast<double>(window) * h));
+      out.response.loop.push_back(cross[line] / power[line]);
+    }
+    out.margins = margins_of(out.response);
+    out.margins.omega = omega;
+  } else {
+    LoopMargins& m = out.margins;
+    m.stable = false;
+    m.gain_up = m.gain_down = 1;
+    m.phase = m.delay = m.modulus = 0;
+    m.peak_sensitivity = m.peak_complementary = kInfinity;
+  }
+  return out;
+}
+
+/// Further turn of L, rad in [0, 2 pi), by which a delay brings it onto -1 at frequency f.
+double turn_to_critical(Complex loop, double f) {
+  const double turn = f > 0 ? std::arg(loop) + std::numbers::pi : std::numbers::pi - std::arg(loop);
+  return turn < 0 ? turn + kTurn : turn >= kTurn ? turn - kTurn : turn;
+}
+
+}  // namespace
+
+char sensitivity_zone(double s) { return s < 3 ? 'A' : s < 4 ? 'B' : s < 5 ? 'C' : 'D'; }
+
+LoopMargins margins_of(const LoopResponse& r) {
+  LoopMargins m;
+  m.gain_up = m.delay = kInfinity;
+  m.gain_down = 0;
+  m.phase = std::numbers::pi;
+  double nearest = kInfinity;
+  const auto at_unit_gain = [&](Complex loop, double f) {
+    const double phase = std::abs(std::arg(-loop));
+    if (phase < m.phase) m.phase = phase, m.phase_frequency = f;
+    const double delay = turn_to_critical(loop, f) / (kTurn * std::abs(f));
+    if (delay < m.delay) m.delay = delay, m.delay_frequency = f;
+  };
+  for (std::size_t i = 0; i < r.loop.size(); ++i) {
+    const Complex l = r.loop[i];
+    const double f = r.frequency[i], s = 1 / std::abs(1.0 + l);
+    if (s > m.peak_sensitivity) m.peak_sensitivity = s, m.peak_frequency = f;
+    m.peak_complementary = std::max(m.peak_complementary, std::abs(l) * s);
+    if (i == 0 || r.frequency[i] * r.frequency[i - 1] < 0) continue;
+    const Complex before = r.loop[i - 1];
+    // Between two lines L is taken as a straight stroke.
+    const double g0 = std::log(std::abs(before)), g1 = std::log(std::abs(l));
+    if ((g0 > 0) != (g1 > 0)) {
+      const double part = g0 / (g0 - g1);
+      at_unit_gain(before + part * (l - before), r.frequency[i - 1] + part * (f - r.frequency[i - 1]));
+    }
+    if ((before.imag() > 0) != (l.imag() > 0)) {
+      const double part = before.imag() / (before.imag() - l.imag());
+      const double real = before.real() + part * (l.real() - before.real());
+      if (real >= 0) continue;
+      const double factor = -1 / real;
+      if (factor >= 1) m.gain_up = std::min(m.gain_up, factor);
+      if (factor < 1) m.gain_down = std::max(m.gain_down, factor);
+      if (std::abs(std::log(factor)) < nearest) nearest = std::abs(std::log(factor)), m.gain_frequency = f;
+    }
+  }
+  m.modulus = 1 / m.peak_sensitivity;
+  return m;
+}
+
+std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig::RigParameters& rig,
+                                       const MarginOptions& options) {
+  require_range("speeds", options.speeds, 1, 1000);
+  require_range("settle", options.settle, 0.1, 1000, "s");
+  require_range("window", options.window, 0.5, 1000, "s");
+  require_range("repeats", options.repeats, 1, 1000);
+  require_range("force", options.force, 0, 1e6, "N");
+  if (std::abs(design.sample_time * rig.timing.rate - 1) > 1e-9) {
+    throw Error::in_field("sample_time", fmt::format("{:g} s", design.sample_time),
+                          fmt::format("that of the rig, {:g} s", 1 / rig.timing.rate));
+  }
+  control::make_controller(design);  // throws for whatever is wrong
+  rig.check();
+  const double top = std::max(std::abs(rig.profile.omega_start), std::abs(rig.profile.omega_end));
+  std::vector<SpeedMargins> out(static_cast<std::size_t>(options.speeds));
+  parallel_for(options.speeds, options.threads, [&](int i) {
+    const double omega = options.speeds > 1 ? top * i / (options.speeds - 1) : top;
+    out[static_cast<std::size_t>(i)] =
+        margins_at(design, rig, omega, options, options.seed + static_cast<std::uint64_t>(i));
+  });
+  return out;
+}
+
+LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds) {
+  LoopMargins worst;
+  worst.gain_up = worst.delay = kInfinity;
+  worst.phase = std::numbers::pi;
+  double gain = kInfinity;
+  for (const SpeedMargins& s : speeds) {
+    const LoopMargins& m = s.margins;
+    worst.stable = worst.stable && m.stable;
+    worst.gain_up = std::min(worst.gain_up, m.gain_up);
+    worst.gain_down = std::max(worst.gain_down, m.gain_down);
+    const double nearer = std::min(std::log(m.gain_up), m.gain_down > 0 ? -std::log(m.gain_down) : kInfinity);
+    if (nearer < gain) gain = nearer, worst.gain_frequency = m.gain_frequency;
+    if (m.phase < worst.phase) worst.phase = m.phase, worst.phase_frequency = m.phase_frequency;
+    if (m.delay < worst.delay) worst.delay = m.delay, worst.delay_frequency = m.delay_frequency;
+    worst.peak_complementary = std::max(worst.peak_complementary, m.peak_complementary);
+    if (m.peak_sensitivity > worst.peak_sensitivity) {
+      worst.peak_sensitivity = m.peak_sensitivity;
+      worst.modulus = m.modulus;
+      worst.peak_frequency = m.peak_frequency;
+      worst.omega = m.omega;
+    }
+  }
+  return worst;
+}
+
+}  // namespace whirl::tuning
