@@ -61,6 +61,7 @@ void add_design(CommandLine& app, Session& session);
 void add_run(CommandLine& app, Session& session);
 void add_monitor(CommandLine& app, Session& session);
 void add_compare(CommandLine& app, Session& session);
+void add_margins(CommandLine& app, Session& session);
 void add_robustness(CommandLine& app, Session& session);
 void add_plot(CommandLine& app, Session& session);
 void add_report(CommandLine& app, Session& session);

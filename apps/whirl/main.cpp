@@ -86,6 +86,7 @@ int run(int argc, char** argv) {
   add_replay(app, session);
   add_monitor(app, session);
   add_compare(app, session);
+  add_margins(app, session);
   add_robustness(app, session);
   add_plot(app, session);
   add_report(app, session);

@@ -67,7 +67,8 @@ void add_rig_serve(CommandLine& rig, Session& session) {
         session.result(json);
         Summary summary;
         if (!server.started()) summary.fail("nobody started the run");
-        if (server.started() && server.commands() > 0 && !m.stable) summary.fail(m.verdict.text());
+        // A loop that left before the end is judged by its own end.
+        if (server.commands() > 0 && server.expired() == 0 && !m.stable) summary.fail(m.verdict.text());
         session.finish(summary);
       });
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 
+#include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
 #include "standing_motion.hpp"
 #include "whirl/control/controller.hpp"
@@ -197,6 +198,32 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
     out[static_cast<std::size_t>(i)] =
         margins_at(design, rig, omega, options, options.seed + static_cast<std::uint64_t>(i));
   });
+  return out;
+}
+
+std::string margin_failure(const std::vector<SpeedMargins>& speeds) {
+  for (const SpeedMargins& s : speeds) {
+    if (!s.margins.stable) return fmt::format("the loop is not stable at {:.1f} Hz", s.margins.omega / kTurn);
+  }
+  const LoopMargins worst = worst_margins(speeds);
+  if (worst.zone() != 'D') return {};
+  return fmt::format("peak sensitivity {:.1f} at {:.0f} Hz and a speed of {:.1f} Hz: zone D of ISO 14839-3 (above 5)",
+                     worst.peak_sensitivity, worst.peak_frequency, worst.omega / kTurn);
+}
+
+std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,
+                                        const DesignOptions& plant, const MarginOptions& options) {
+  if (!model.rotor) throw Error("margins: the model is no rotor");
+  RotorModel rotor = *model.rotor;
+  if (plant.gain > 0) rotor.gain = plant.gain;
+  if (!(rotor.gain > 0)) rotor.gain = design.model.gain;
+  if (!(rotor.gain > 0)) throw Error("margins: the input gain of the model is not known");
+  const ControllerDesign trial = on_scenario(design, {});
+  std::vector<MarginStudy> out;
+  for (const Hardware& chosen : plant.hardware.sign_cases()) {
+    const Hardware hardware = tuning_hardware(design, chosen);
+    out.push_back({plant.hardware.signs_of(chosen), loop_margins(trial, tuning_plant(rotor, hardware), options)});
+  }
   return out;
 }
 

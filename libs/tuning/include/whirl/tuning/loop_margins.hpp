@@ -64,6 +64,12 @@ struct SpeedMargins {
 /// term its gain averaged over the orbit and the noise. L = -u_c / (u_c + d), u_c the controller's part and d the
 /// excitation.
 ///
+/// Agreement with the instability found by simulation, by test: gain within 15 %, delay within half a sample, for the
+/// linear laws with `difference`, `lpf`, `eso`, `kfe` and `kfo`. Of a sliding law the gain is largest for the smallest
+/// motion: its margins say where small motion begins to grow (chattering), large motion stands more. Not covered: laws
+/// whose gain follows the motion slowly (`asmc`, `bsmc`), one that acts once per turn (`pd_influence`), estimators
+/// without a gain at small motion (`red`).
+///
 /// Converters are taken without resolution and forces without limit. Motion that couples forward with backward whirl
 /// (anisotropy, axes with different gains) is left out of L; it is in the run that decides `stable`.
 /// Throws Error for a bad design or rig.
@@ -72,5 +78,20 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
 
 /// The worst over the speeds: smallest gain, phase, delay and modulus margin, largest peaks.
 LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds);
+
+/// Why these margins do not do: a speed at which the loop is not stable, or a peak sensitivity in zone D; empty: they
+/// do.
+std::string margin_failure(const std::vector<SpeedMargins>& speeds);
+
+/// Margins on one plant that the machine may be.
+struct MarginStudy {
+  std::string plant;  ///< the signs chosen where they are not known; empty: all are known
+  std::vector<SpeedMargins> speeds;
+};
+
+/// Margins on the plant of the model and the data sheets, for every choice of the signs of structural modes that are
+/// not known. Throws Error when the model has no rotor or no input gain.
+std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,
+                                        const DesignOptions& plant, const MarginOptions& options = {});
 
 }  // namespace whirl::tuning

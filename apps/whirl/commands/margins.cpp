@@ -1,0 +1,69 @@
+#include "command.hpp"
+#include "plant_options.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/io/provenance.hpp"
+#include "whirl/pages/margins_report.hpp"
+#include "whirl/report/document.hpp"
+
+namespace whirl::app {
+
+void add_margins(CommandLine& app, Session& session) {
+  struct Options {
+    PlantOptions plant;
+    std::string controller;
+    std::filesystem::path out;
+    tuning::MarginOptions margins;
+  };
+  auto o = std::make_shared<Options>();
+  CommandLine* sub = add_command(
+      app, session, "margins", "Gain, phase, delay and modulus margin of the loop at every speed",
+      "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, "
+      "--hardware as "
+      "in\n"
+      "`whirl design`. The controller's own step is linearised about its synchronous orbit, with the noise of the "
+      "sensors; "
+      "both\n"
+      "axes are one complex loop, with forward and backward whirl. Modes whose sign is not known are taken both ways.\n"
+      "Output: table per plant with the peak sensitivity and its zone of ISO 14839-3; --out DIR writes margins.json "
+      "and\n"
+      "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable or in zone D.\n\n"
+      "Example: whirl margins controller.json model.json --mass-kg 1.5 --modes modes.json",
+      [o, &session] {
+        if (!o->out.empty()) {
+          session.check_output(o->out / "margins.json", "whirl.margins");
+          session.check_output(o->out / "report.html");
+        }
+        tuning::DesignOptions d;
+        std::vector<std::filesystem::path> inputs{o->controller};
+        const IdentifiedModel model = o->plant.load(d, inputs);
+        if (!model.rotor) throw Error(o->plant.model + ": the model has no rotor parameters");
+        const ControllerDesign design = io::load<ControllerDesign>(o->controller);
+        std::vector<tuning::MarginStudy> studies = tuning::margin_studies(design, model, d, o->margins);
+        for (const tuning::MarginStudy& s : studies) session.say(report::to_text(pages::margins_table(s, design)));
+        const Provenance from = io::provenance(inputs, session.command_line, o->margins.seed);
+        const io::Json json = pages::to_json(studies).set("provenance", to_json(from));
+        if (!o->out.empty()) {
+          std::filesystem::create_directories(o->out);
+          io::save_json(o->out / "margins.json", json);
+          report::write_html(pages::margins_report(studies, design, from), o->out / "report.html", true);
+          session.say("report: " + (o->out / "report.html").string());
+        }
+        session.result(json);
+        Summary summary;
+        for (const tuning::MarginStudy& s : studies) {
+          if (const std::string why = tuning::margin_failure(s.speeds); !why.empty()) {
+            summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
+          }
+        }
+        session.finish(summary);
+      });
+  sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
+  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
+  o->plant.add_to(sub);
+  sub->add_option("--speeds", o->margins.speeds, "from standstill to the top of the profile")->show_default();
+  sub->add_option("--seed", o->margins.seed, "of sensor noise and excitation")->show_default();
+  sub->add_option("--threads", o->margins.threads, "0: all cores; the result does not depend on it")->show_default();
+  sub->add_option("--out", o->out, "folder for margins.json and report.html")->output_folder();
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,206 @@
+#include "whirl/tuning/loop_margins.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "whirl/control/catalogue.hpp"
+#include "whirl/control/controller.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/rig/virtual_rig.hpp"
+
+namespace whirl::tuning {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+IdentifiedModel model_of(const rig::RigParameters& rig) {
+  IdentifiedModel m;
+  m.rotor = rig.true_model();
+  m.rotor->k1_conj = m.rotor->c_conj = 0;
+  return m;
+}
+
+ControllerDesign default_design(const rig::RigParameters& rig, const std::string& law, const std::string& estimator) {
+  DesignOptions o;
+  o.law = law;
+  o.estimator = estimator;
+  o.hardware = data_sheet(rig);
+  return untuned_design(model_of(rig), o);
+}
+
+/// The default rig without what couples forward with backward whirl; `seed` > 0: another machine with other modes,
+/// delay and gain.
+rig::RigParameters machine(std::uint64_t seed) {
+  rig::RigParameters p;
+  p.rotor.stiffness_split = p.rotor.damping_split = p.rotor.cross_stiffness = 0;
+  if (seed == 0) return p;
+  std::mt19937_64 random(seed);
+  const auto between = [&](double low, double high) {
+    return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+  };
+  p.modes.clear();
+  for (const double f : {between(35, 60), between(90, 160)}) {
+    p.modes.push_back({f, between(0.006, 0.02), between(0.005, 0.05), between(0, 1) < 0.5 ? -1.0 : 1.0, 0});
+  }
+  p.actuator.gain_error = between(-0.2, 0.2);
+  p.actuator.axis_rotation = between(-0.1, 0.1);  // cross gain of the axes
+  p.actuator.bandwidth = between(120, 400);
+  p.actuator.delay_samples = between(0, 1) < 0.5 ? 1 : 2;
+  return p;
+}
+
+/// Whether a small blow dies out at this speed, with the loop gain times `gain` and `delay` samples more: two runs that
+/// differ by the blow alone.
+bool blow_dies(const ControllerDesign& design, rig::RigParameters p, double omega, double gain, int delay) {
+  p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = 9};
+  for (rig::RigMode& mode : p.modes) mode.initial = 0;
+  p.actuator.voltage_limit *= 1e3;
+  p.actuator.bits = p.laser.bits = 0;
+  p.actuator.gain_error = (1 + p.actuator.gain_error) * gain - 1;
+  p.actuator.extra_delay_samples += delay;
+  ControllerDesign free = design;
+  free.force_limit = 0;
+  const auto tables = rig::make_rig_tables(p);
+  rig::VirtualRig a(tables, {5, {}}), b(tables, {5, {}});
+  control::Controller ca = control::make_controller(free), cb = ca;
+  double early = 0, late = 0;
+  for (int k = 0; k < 9000; ++k) {
+    const auto ua = ca.step(a.read()), ub = cb.step(b.read());
+    if (!ua || !ub) return false;
+    Command blow = *ub;
+    if (k == 3000) blow.ux += 0.1, blow.uy += 0.03;
+    a.write(*ua);
+    b.write(blow);
+    a.advance();
+    b.advance();
+    const std::complex<double> za = rig::RigTruth(a).z(), zb = rig::RigTruth(b).z();
+    if (!(std::abs(za) < 0.05) || !(std::abs(zb) < 0.05)) return false;
+    if (k > 3200 && k < 5000) early = std::max(early, std::abs(za - zb));
+    if (k > 7200) late = std::max(late, std::abs(za - zb));
+  }
+  return late < 0.8 * early || late < 1e-12;
+}
+
+struct Found {
+  double gain = 0;
+  int delay = 0;
+};
+Found by_simulation(const ControllerDesign& d, const rig::RigParameters& p, double omega) {
+  Found out;
+  double low = 1, high = 1;
+  while (high < 12 && blow_dies(d, p, omega, high * 1.5, 0)) high *= 1.5;
+  low = high, high *= 1.5;
+  for (int i = 0; i < 4; ++i) {
+    const double middle = std::sqrt(low * high);
+    (blow_dies(d, p, omega, middle, 0) ? low : high) = middle;
+  }
+  out.gain = std::sqrt(low * high);
+  while (out.delay < 12 && blow_dies(d, p, omega, 1, out.delay + 1)) ++out.delay;
+  return out;
+}
+
+void compare(const std::string& law, const std::string& estimator, std::uint64_t seed, double omega) {
+  const rig::RigParameters p = machine(seed);
+  const ControllerDesign d = default_design(p, law, estimator);
+  rig::RigParameters at = p;
+  at.profile.omega_start = omega, at.profile.omega_end = 0;
+  MarginOptions o;
+  o.speeds = 1;
+  o.threads = 1;
+  const LoopMargins m = loop_margins(d, at, o).front().margins;
+  const bool stable = blow_dies(d, p, omega, 1, 0);
+  const std::string what = law + ":" + estimator + " machine " + std::to_string(seed);
+  EXPECT_EQ(m.stable, stable) << what;
+  if (!m.stable || !stable) return;
+  const Found found = by_simulation(d, p, omega);
+  std::printf("%-24s %llu: gain %.2f (%.2f), delay %.2f (%d), |S| %.2f at %.0f Hz\n", (law + ":" + estimator).c_str(),
+              static_cast<unsigned long long>(seed), m.gain_up, found.gain, m.delay / d.sample_time, found.delay,
+              m.peak_sensitivity, m.peak_frequency);
+  if (found.gain < 12) {
+    EXPECT_NEAR(m.gain_up / found.gain, 1, 0.15) << what;
+  } else {
+    EXPECT_GT(m.gain_up, 10) << what;
+  }
+  // Whole samples: the largest that is stable lies below the margin, the next above.
+  const double delay = m.delay / d.sample_time;
+  if (found.delay < 12) {
+    EXPECT_GT(delay, found.delay - 0.5) << what;
+    EXPECT_LT(delay, found.delay + 1.5) << what;
+  } else {
+    EXPECT_GT(delay, 11) << what;
+  }
+}
+
+// Laws that are linear about their orbit, adaptation at 1x included.
+TEST(LoopMarginsProperty, LinearLawsAgreeWithTheInstabilityFoundBySimulation) {
+  for (const char* law : {"pd", "pid", "lqr", "mpc", "pd_fxlms", "pd_notch"}) compare(law, "lpf", 0, kTurn * 20);
+}
+
+TEST(LoopMarginsProperty, EstimatorsAgreeWithTheInstabilityFoundBySimulation) {
+  for (const char* estimator : {"difference", "eso", "kfe", "kfo"}) compare("pd", estimator, 0, kTurn * 20);
+}
+
+TEST(LoopMarginsProperty, RandomMachinesAgreeWithTheInstabilityFoundBySimulation) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    compare("pd", "lpf", seed, kTurn * 25);
+    compare("pd", "eso", seed, kTurn * 8);
+  }
+}
+
+// A sliding term has its largest gain at the smallest motion: the gain margin is where small motion begins to grow, and
+// large motion stands more.
+TEST(LoopMarginsProperty, SlidingLawsStandAtLeastTheGainFound) {
+  const rig::RigParameters p = machine(0);
+  for (const char* law : {"tsmc", "lsmc", "ntsmc", "smc_implicit"}) {
+    const ControllerDesign d = default_design(p, law, "lpf");
+    rig::RigParameters at = p;
+    at.profile.omega_start = kTurn * 20, at.profile.omega_end = 0;
+    MarginOptions o;
+    o.speeds = 1;
+    const LoopMargins m = loop_margins(d, at, o).front().margins;
+    ASSERT_TRUE(m.stable) << law;
+    EXPECT_GT(m.gain_up, 1) << law;
+    EXPECT_TRUE(blow_dies(d, p, kTurn * 20, 1 + 0.85 * (m.gain_up - 1), 0)) << law << " " << m.gain_up;
+  }
+}
+
+// L = g e^{-i omega tau} / (i omega): gain margin pi / (2 tau g), delay margin pi / (2 g) - tau, both whirl directions
+// alike.
+TEST(LoopMarginsReference, IntegratorWithDelay) {
+  LoopResponse r;
+  const double g = 40, tau = 8e-3;
+  for (double f = -400; f <= 400; f += 0.05) {
+    if (std::abs(f) < 0.01) continue;
+    const std::complex<double> s(0, kTurn * f);
+    r.frequency.push_back(f);
+    r.loop.push_back(g * std::exp(-s * tau) / s);
+  }
+  const LoopMargins m = margins_of(r);
+  EXPECT_NEAR(m.gain_up, std::numbers::pi / (2 * tau * g), 1e-2);
+  EXPECT_NEAR(m.delay, std::numbers::pi / (2 * g) - tau, 1e-4);
+  EXPECT_NEAR(m.phase, std::numbers::pi / 2 - tau * g, 1e-3);
+  EXPECT_NEAR(m.modulus * m.peak_sensitivity, 1, 1e-12);
+  EXPECT_EQ(m.gain_down, 0);
+}
+
+TEST(LoopMarginsUnit, UnstableLoopsHaveNone) {
+  rig::RigParameters p = machine(0);
+  ControllerDesign d = default_design(p, "pd", "lpf");
+  d.parameters["kd"] = 2000;
+  MarginOptions o;
+  o.speeds = 2;
+  const auto speeds = loop_margins(d, p, o);
+  EXPECT_FALSE(worst_margins(speeds).stable);
+  EXPECT_EQ(worst_margins(speeds).zone(), 'D');
+  EXPECT_NE(margin_failure(speeds).find("not stable"), std::string::npos);
+  EXPECT_EQ(sensitivity_zone(2.9), 'A');
+  EXPECT_EQ(sensitivity_zone(4.5), 'C');
+  o.speeds = 0;
+  EXPECT_THROW(loop_margins(d, p, o), Error);
+}
+
+}  // namespace
+}  // namespace whirl::tuning
