@@ -335,7 +335,10 @@ tuning::ClosedLoopMetrics RigServer::metrics() const {
   m.force_rms = std::sqrt(square / n);
   m.total_variation /= n / rate;
   m.survived = n * static_cast<double>(ratio_) / static_cast<double>(rig_.ticks());
-  m.verdict = tuning::judge({.open = m.open, .closed = m.closed});
+  tuning::JudgedRun judged;
+  judged.open = m.open;
+  judged.closed = m.closed;
+  m.verdict = tuning::judge(judged);
   if (!rig::RigTruth(rig_).finite()) m.verdict.reasons.insert(m.verdict.reasons.begin(), "the motion diverged");
   m.stable = m.verdict.passed();
   return m;
