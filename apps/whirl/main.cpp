@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "commands/balance.hpp"
+#include "commands/response.hpp"
 #include "commands/run_io.hpp"
 
 namespace whirl::app {
@@ -91,6 +92,8 @@ int run(int argc, char** argv) {
   add_plot(app, session);
   add_report(app, session);
   add_balance(app, session);
+  add_response(app, session);
+  add_simulate(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);

@@ -11,7 +11,7 @@
 namespace whirl::testing {
 namespace {
 
-std::string runs() { return std::string(WHIRL_SOURCE_DIR) + "/examples/09_balance/runs.csv"; }
+std::string runs() { return source_dir() + "/examples/09_balance/runs.csv"; }
 constexpr const char* kConvention = " --phase lag --amplitude pp --angles against --slow-roll-rpm 400";
 
 TEST(BalanceRunsE2e, TheWrongRunIsNamedAndTheRotorBalanced) {
@@ -101,7 +101,10 @@ phases_deg = [0, 90]
 TEST(BalanceRunsE2e, BadTablesAreRefusedWithTheirPlace) {
   const Folder folder;
   folder.write("a.csv", "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg\n1,1,0,0,0\n1,2,0,5,0\n");
-  EXPECT_NE(folder.whirl("balance a.csv").err.find("influence of plane P"), std::string::npos);
+  EXPECT_NE(folder.whirl("balance a.csv").err.find("run 1 has different masses"), std::string::npos);
+  folder.write("d.csv",
+               "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg,Q_mass_gram,Q_angle_deg\n1,1,0,0,0,0,0\n2,2,0,5,0,0,0\n");
+  EXPECT_NE(folder.whirl("balance d.csv").err.find("influence of plane Q"), std::string::npos);
   folder.write("b.csv", "run_1,X_amp_um,P_mass_gram,P_angle_deg\n1,1,0,0\n2,2,5,0\n");
   EXPECT_NE(folder.whirl("balance b.csv").err.find("X_phase"), std::string::npos);
   folder.write("c.csv", "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg\n1,-1,0,0,0\n2,2,0,5,0\n");

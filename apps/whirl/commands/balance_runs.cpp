@@ -193,6 +193,10 @@ JobFile read_job(const std::string& path, VectorConvention convention, double sl
     while (k + 1 < file.speeds.size() && r.speed > file.speeds[k] * 1.005) ++k;
     const Index first = static_cast<Index>(k) * probes;
     // The same run and speed again is a repeat: a run of its own.
+    for (const diagnosis::BalancingRun& b : job.runs) {
+      if (b.name != r.run || (b.masses - r.masses).norm() <= 1e-9 * (1e-30 + r.masses.norm())) continue;
+      throw Error(fmt::format("{}: run {} has different masses in two of its rows", path, r.run));
+    }
     auto place = std::find_if(job.runs.begin(), job.runs.end(), [&](const diagnosis::BalancingRun& b) {
       return (b.name == r.run || b.name.starts_with(r.run + " (")) && std::isnan(b.vibration[first].real());
     });
@@ -204,8 +208,6 @@ JobFile read_job(const std::string& path, VectorConvention convention, double sl
                           Eigen::VectorXcd::Constant(rows, {kNaN, kNaN})});
       place = job.runs.end() - 1;
     }
-    if ((place->masses - r.masses).norm() > 1e-9 * (1e-30 + r.masses.norm()))
-      throw Error(fmt::format("{}: run {} has different masses in two of its rows", path, r.run));
     place->vibration.segment(first, probes) = r.probes;
   }
   return file;

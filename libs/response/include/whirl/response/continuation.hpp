@@ -12,7 +12,7 @@ struct CurveOptions {
   int harmonics = 5;           ///< to start with
   int most_harmonics = 21;     ///< where the truncation asks for more
   double truncation = 1e-4;    ///< missed part of the spectrum that asks for more harmonics; 0: never
-  double longest_step = 0.02;  ///< arclength, relative to the range and to the amplitude
+  double longest_step = 0.05;  ///< arclength, relative to the range and to the amplitude
   double shortest_step = 1e-7;
   int most_points = 4000;
   bool stability = true;

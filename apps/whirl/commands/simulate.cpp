@@ -1,0 +1,125 @@
+#include "whirl/rotor/simulate.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "response.hpp"
+#include "whirl/identify/sindy.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/report/format.hpp"
+
+namespace whirl::app {
+namespace {
+
+using Eigen::Index;
+constexpr double kRpm = std::numbers::pi / 30;
+
+struct Options {
+  std::string model, record, out;
+  double from_rpm = 0, to_rpm = 0, seconds = 0, dwell_s = 0, rate_hz = 1000, unbalance = 1, eccentricity_um = -1,
+         phase_deg = 0;
+};
+
+Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
+  Channel c;
+  c.name = std::move(name);
+  c.samples = std::move(samples);
+  c.quantity = quantity;
+  return c;
+}
+
+/// A model without rotor parameters: free run over the inputs of a record.
+Recording run_equations(const IdentifiedModel& model, const Options& o) {
+  if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
+  const Recording in = io::read_csv(o.record);
+  const identification::ModelRun result = identification::simulate(model, in);
+  if (result.diverged)
+    throw Error(fmt::format("the motion diverges after {:.4g} s", static_cast<double>(result.valid) * result.dt));
+  Recording out = in;
+  out.channels.clear();
+  for (const std::string& input : model.inputs)
+    if (in.find(input) != nullptr) out.channels.push_back(*in.find(input));
+  for (std::size_t k = 0; k < result.states.size(); ++k) {
+    const Channel* measured = in.find(result.states[k]);
+    out.channels.push_back(channel(result.states[k], result.values.col(static_cast<Index>(k)),
+                                   measured != nullptr ? measured->quantity : Quantity::dimensionless));
+  }
+  return out;
+}
+
+Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at) {
+  rotor.eps *= o.unbalance;
+  if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
+  require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
+  require_range("--dwell-s", o.dwell_s, 0, 1e6, "s");
+  require_range("--rate-hz", o.rate_hz, 1, 1e7, "Hz");
+  if ((o.seconds + o.dwell_s) * o.rate_hz > 5e7)
+    throw Error("more than 50 million samples: lower --rate-hz or --seconds");
+  rotor::SpeedProfile profile;
+  profile.omega_start = o.from_rpm * kRpm;
+  profile.omega_end = o.to_rpm * kRpm;
+  profile.ramp_time = o.seconds;
+  profile.dwell_end = o.dwell_s;
+  const AngleSignal angle = rotor::angle_signal(profile, 1 / o.rate_hz);
+  const rotor::Response response = rotor::simulate(rotor, angle);
+  Index worst = 0;
+  peak = response.z.size() > 0 ? (response.z.array() - rotor.offset).abs().maxCoeff(&worst) : 0;
+  at = angle.omega[2 * worst];
+  if (!std::isfinite(peak)) throw Error("the motion diverges: the model is not stable over this profile");
+  Recording out = response.recording();
+  Eigen::VectorXd beta(response.z.size());
+  for (Index i = 0; i < beta.size(); ++i) beta[i] = angle.beta[2 * i];
+  out.channels.push_back(channel("beta", std::move(beta), Quantity::angle));
+  return out;
+}
+
+void run(const Options& o, Session& session) {
+  const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
+  double peak = 0, at = 0;
+  Recording result;
+  if (model.rotor && o.record.empty()) {
+    if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
+    result = run_rotor(*model.rotor, o, peak, at);
+    session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
+                            at / kRpm));
+  } else {
+    if (o.seconds > 0 || o.unbalance != 1 || o.eccentricity_um >= 0)
+      throw Error("--seconds, --unbalance and --eccentricity-um belong to a rotor's speed profile, not to --record");
+    result = run_equations(model, o);
+  }
+  if (!o.out.empty()) io::write_csv(o.out, result);
+  io::Json json = io::Json::object();
+  json.set("samples", static_cast<double>(result.size())).set("dt", result.dt);
+  if (peak > 0) json.set("peak_radius_m", peak).set("peak_omega", at);
+  session.result(json);
+  session.say(fmt::format("samples            {} at {:g} Hz{}", result.size(), 1 / result.dt,
+                          o.out.empty() ? "" : ", written to " + o.out));
+  session.finish(model.summary);
+}
+
+}  // namespace
+
+void add_simulate(CommandLine& app, Session& session) {
+  auto o = std::make_shared<Options>();
+  CommandLine* sub =
+      add_command(app, session, "simulate", "Motion of a model over a run-up, a run-down or a record's inputs",
+                  "Input: model.json of `whirl identify`. A rotor runs from one speed to another (up or down) from its "
+                  "steady whirl;\n"
+                  "a model of other equations runs over the inputs in the record --record, from its first sample.\n\n"
+                  "Example: whirl simulate model.json --from-rpm 300 --to-rpm 2000 --seconds 10 --out runup.csv",
+                  [o, &session] { run(*o, session); });
+  sub->add_option("MODEL", o->model, "model.json")->input()->required();
+  sub->add_option("--from-rpm", o->from_rpm, "speed at the start")->range(0.0, 1e6);
+  sub->add_option("--to-rpm", o->to_rpm, "speed at the end of the ramp")->range(0.0, 1e6);
+  sub->add_option("--seconds", o->seconds, "length of the ramp");
+  sub->add_option("--dwell-s", o->dwell_s, "time at the last speed")->show_default();
+  sub->add_option("--rate-hz", o->rate_hz, "samples a second")->show_default();
+  sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->show_default();
+  sub->add_option("--eccentricity-um", o->eccentricity_um, "instead of the identified one");
+  sub->add_option("--phase-deg", o->phase_deg, "its angle")->show_default();
+  sub->add_option("--record", o->record, "CSV with the inputs of a model of other equations")->input();
+  sub->add_option("--out", o->out, "the record, CSV")->output("record");
+}
+
+}  // namespace whirl::app

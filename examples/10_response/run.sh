@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# How the identified rotor answers: every steady answer over speed with its folds, then run-ups at two rates past them.
+set -euo pipefail
+out=${1:-out/10_response}
+mkdir -p "$out" && cd "$out"
+
+whirl rig record --added-mass-g 5 --out rundown.csv
+whirl identify rundown.csv --out model.json --quiet
+
+# Steady answers with the band of the model's covariance; dotted beyond what the record covered.
+whirl response model.json --from-rpm 300 --to-rpm 1900 --data rundown.csv --out response.json --figure response.svg
+
+# The same rotor with a third of the unbalance.
+whirl response model.json --from-rpm 300 --to-rpm 1900 --unbalance 0.33 --data rundown.csv --figure response_small.svg
+
+# Slowly and fast through the critical speed, up and down.
+whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 30 --out slow_up.csv
+whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 3 --out fast_up.csv
+whirl simulate model.json --from-rpm 1900 --to-rpm 300 --seconds 30 --out slow_down.csv

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "program.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/io/model_json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+/// A rotor with a fold: k1 = 8882.6, k2 = 2e8, c = 7.5, e = 0.3 mm.
+void write_rotor(const Folder& folder) {
+  IdentifiedModel model;
+  model.method = "weak";
+  RotorModel r;
+  r.k1 = 8882.6;
+  r.k2 = 2e8;
+  r.c = 7.5;
+  r.eps = 3e-4;
+  model.rotor = r;
+  model.rotor_covariance.assign(25, 0.0);
+  const double sd[5] = {20, 2e6, 0.1, 1e-6, 1e-6};
+  for (std::size_t k = 0; k < 5; ++k) model.rotor_covariance[6 * k] = sd[k] * sd[k];
+  io::save(folder / "model.json", model);
+}
+
+// The folds of the curve are where slow runs jump: up at the upper one, down at the lower one.
+TEST(ResponseE2e, SlowRunsJumpAtTheFoldsOfTheCurve) {
+  const Folder folder;
+  write_rotor(folder);
+  const Outcome outcome = folder.whirl("response model.json --from-rpm 400 --to-rpm 1900 --json --figure r.svg");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader document(json, "stdout");
+  std::vector<double> folds;
+  for (const io::JsonReader& e : document.at("events").items()) folds.push_back(e.at("omega").number());
+  ASSERT_EQ(folds.size(), 2U);
+  double top = 0;
+  for (const io::JsonReader& p : document.at("points").items()) top = std::max(top, p.at("amplitude").number());
+  const std::vector<double> interval = document.at("peak_interval").numbers();
+  EXPECT_LT(interval[0], top);
+  EXPECT_GT(interval[1], top);
+
+  const auto jump = [&](const char* flags) {
+    EXPECT_EQ(
+        folder.whirl(std::string("simulate model.json --seconds 120 --rate-hz 500 --out run.csv --force ") + flags)
+            .exit_code,
+        0);
+    const io::Table run = io::read_table(folder / "run.csv");
+    // Speed at the largest radius of the slow run up; of the run down where the radius grows fastest.
+    const Eigen::VectorXd radius = (run["x"].array().square() + run["y"].array().square()).sqrt();
+    Eigen::Index at = 0;
+    radius.maxCoeff(&at);
+    return (run["beta"][at + 1] - run["beta"][at - 1]) * 250;
+  };
+  EXPECT_NEAR(jump("--from-rpm 900 --to-rpm 1300"), std::max(folds[0], folds[1]), 1.0);
+  EXPECT_NEAR(jump("--from-rpm 1300 --to-rpm 900"), std::min(folds[0], folds[1]), 1.5);
+}
+
+TEST(ResponseE2e, BadRequestsAreRefused) {
+  const Folder folder;
+  write_rotor(folder);
+  EXPECT_EQ(folder.whirl("response model.json --from-rpm 0 --to-rpm 1900").exit_code, 2);
+  EXPECT_EQ(folder.whirl("response model.json --from-rpm 300 --to-rpm 300").exit_code, 2);
+  EXPECT_EQ(folder.whirl("response model.json --from-rpm 300 --to-rpm 900 --input q --amplitude 1").exit_code, 2);
+  EXPECT_EQ(folder.whirl("simulate model.json").exit_code, 2);
+  EXPECT_EQ(folder.whirl("simulate model.json --from-rpm 1 --to-rpm 2 --seconds -3").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace whirl::testing
