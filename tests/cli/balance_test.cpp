@@ -102,8 +102,9 @@ TEST(BalanceRunsE2e, BadTablesAreRefusedWithTheirPlace) {
   const Folder folder;
   folder.write("a.csv", "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg\n1,1,0,0,0\n1,2,0,5,0\n");
   EXPECT_NE(folder.whirl("balance a.csv").err.find("run 1 has different masses"), std::string::npos);
-  folder.write("d.csv",
-               "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg,Q_mass_gram,Q_angle_deg\n1,1,0,0,0,0,0\n2,2,0,5,0,0,0\n");
+  folder.write(
+      "d.csv",
+      "run_1,X_amp_um,X_phase_deg,P_mass_gram,P_angle_deg,Q_mass_gram,Q_angle_deg\n1,1,0,0,0,0,0\n2,2,0,5,0,0,0\n");
   EXPECT_NE(folder.whirl("balance d.csv").err.find("influence of plane Q"), std::string::npos);
   folder.write("b.csv", "run_1,X_amp_um,P_mass_gram,P_angle_deg\n1,1,0,0\n2,2,5,0\n");
   EXPECT_NE(folder.whirl("balance b.csv").err.find("X_phase"), std::string::npos);
