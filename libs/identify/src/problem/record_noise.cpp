@@ -205,7 +205,7 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
   double level = 1, lowest = cost(Eigen::VectorXd(), level);
   Eigen::VectorXd reflection(0);
   double found = level;
-  for (Eigen::Index order = 1; order <= 4; ++order) {
+  for (Eigen::Index order = 1; order <= 2; ++order) {
     Eigen::VectorXd trial(order);
     trial << reflection, Eigen::VectorXd::Zero(order - reflection.size());
     double trial_level = 1;
@@ -216,7 +216,16 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
     found = trial_level;
   }
   if (reflection.size() == 0 || reflection.cwiseAbs().maxCoeff() < 0.1) return;
-  r.colour = autoregression(reflection);
+  // Lines and modes in the spectrum are motion, not noise: the smooth curve must fit as noise would.
+  const Eigen::VectorXd a = autoregression(reflection);
+  double mean = 0, squares = 0;
+  for (std::size_t k = 0; k < cost.w.size(); ++k) {
+    const double ratio = std::log(cost.power[k] * gain_squared(a, cost.w[k]) / found);
+    mean += ratio / static_cast<double>(cost.w.size());
+    squares += ratio * ratio / static_cast<double>(cost.w.size());
+  }
+  if ((squares - mean * mean) * 2 * 0.6 * windows > 2.5) return;
+  r.colour = a;
   const double size = std::sqrt(found * r.noise_power());
   r.noise_x *= size;
   r.noise_y *= size;

@@ -45,9 +45,9 @@ struct RotorRecord {
   Summary summary;
 
   Eigen::Index size() const { return z.size(); }
-  double turns() const;            ///< revolutions turned
-  double speed_low() const;        ///< smallest |speed|, rad/s
-  double speed_high() const;       ///< largest |speed|, rad/s
+  double turns() const;                                                            ///< revolutions turned
+  double speed_low() const;                                                        ///< smallest |speed|, rad/s
+  double speed_high() const;                                                       ///< largest |speed|, rad/s
   double noise_variance() const { return noise_x * noise_x + noise_y * noise_y; }  ///< of z, m^2
   /// Spectral density of the noise at an angular frequency over that of its innovations; 1 when white.
   double noise_gain(double omega) const;
