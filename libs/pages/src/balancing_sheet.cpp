@@ -119,9 +119,10 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   std::vector<std::pair<std::string, std::string>> items = {
       {"criterion",
        s.criterion + (s.criterion == "min-max"
-                          ? ": largest reading " + number(s.objective * 1e6, 4) + " µm " + s.amplitude +
-                                ", no masses within the limits can be below " + number(s.bound * 1e6, 4)
-                          : ": root of the sum of squares " + number(s.objective * 1e6, 4) + " µm " + s.amplitude)},
+                          ? ": largest reading (masses as computed) " + number(s.objective * 1e6, 4) + " µm " +
+                                s.amplitude + ", no masses within the limits can be below " + number(s.bound * 1e6, 4)
+                          : ": root of the sum of squares (masses as computed) " + number(s.objective * 1e6, 4) +
+                                " µm " + s.amplitude)},
       {"repeatability", std::isnan(s.repeatability) ? "not known: no run was repeated"
                                                     : number(s.repeatability * 1e6, 2) + " µm per component"},
       {"drift over the job",
