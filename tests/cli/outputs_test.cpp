@@ -191,6 +191,19 @@ TEST(OutputsE2e, NamesThatACommandChoosesDoNotTakeInputsEither) {
   EXPECT_EQ(folder.whirl("export c controller.json --out .").exit_code, 0);
 }
 
+TEST(HelpE2e, FlagsOfTheExpertStandUnderHelpAllOnly) {
+  const Folder folder;
+  const Outcome everyday = folder.whirl("identify --help"), all = folder.whirl("identify --help-all");
+  EXPECT_EQ(everyday.exit_code, 0);
+  EXPECT_EQ(all.exit_code, 0);
+  for (const char* flag : {"--out", "--method", "--regressor", "--help-all"})
+    EXPECT_NE(everyday.out.find(flag), std::string::npos) << flag;
+  for (const char* flag : {"--threshold", "--nu", "--folds", "--resamples"}) {
+    EXPECT_EQ(everyday.out.find(flag), std::string::npos) << flag;
+    EXPECT_NE(all.out.find(flag), std::string::npos) << flag;
+  }
+}
+
 TEST(HelpE2e, HelpOfASubcommandAndHintsForMisspeltWords) {
   const Folder folder;
   EXPECT_EQ(folder.whirl("help").out, folder.whirl("--help").out);

@@ -166,33 +166,44 @@ void IdentifyFlags::add_to(CommandLine* sub) {
       ->group(regression);
   sub->add_option("--threshold", solve.threshold, "share of the target below which a term goes (stlsq, sr3, ensemble)")
       ->range(0, 1)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--lambda", solve.lambda,
                   "weight of lasso, sqrt_lasso as a share of the smallest that empties the model")
       ->range(0, 1)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--ridge", solve.ridge, "ridge on scaled columns (ols, ridge, stlsq)")
       ->range(0, 1e12)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--max-terms", solve.max_terms, "largest model of frols, best_subset; 0: all")
       ->range(0, 1000)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--backward-t", solve.t_value, "backward: terms with a smaller |t| go")
       ->range(0, 1e6)
-      ->group(regression);
-  sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->range(1e-12, 1e12)->group(regression);
-  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")->range(1, 100000)->group(regression);
+      ->group(regression)
+      ->expert();
+  sub->add_option("--nu", solve.sr3_nu, "sr3: relaxation")->range(1e-12, 1e12)->group(regression)->expert();
+  sub->add_option("--resamples", solve.resamples, "ensemble: block bootstraps")
+      ->range(1, 100000)
+      ->group(regression)
+      ->expert();
   sub->add_option("--inclusion", solve.inclusion, "ensemble: share of resamples in which a term must be kept")
       ->range(0, 1)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--drop-terms", solve.drop_terms, "ensemble: terms left out of each resample at random")
       ->range(0, 1000)
-      ->group(regression);
+      ->group(regression)
+      ->expert();
   sub->add_option("--folds", solve.folds, "cross-validation: folds of contiguous time blocks")
       ->range(2, 50)
-      ->group(regression);
-  sub->add_option("--seed", solve.seed, "ensemble")->group(regression);
-  sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression);
+      ->group(regression)
+      ->expert();
+  sub->add_option("--seed", solve.seed, "ensemble")->group(regression)->expert();
+  sub->add_flag("--debias", solve.debias, "lasso: least squares on the support found")->group(regression)->expert();
 }
 
 identification::Method IdentifyFlags::method_chosen() const {

@@ -188,7 +188,7 @@ class StudyRunner {
     for (const StudyValidation& v : study_.validations) {
       rows.push_back(to_json(v.validation, v.record + ".csv").set("method", v.method).set("trained_on", v.trained_on));
     }
-    io::save_json(folder() / "validation.json", io::start_document("whirl.study_validation", 1).set("runs", std::move(rows)));
+    io::save_json(folder() / "validation.json", io::start_document("whirl.validation", 1).set("runs", std::move(rows)));
   }
 
   // Everything below uses the identified models and the data sheets; the rig's parameters appear in `close_loops` only.
