@@ -5,6 +5,7 @@
 #include <exception>
 
 #include "command.hpp"
+#include "commands/ambient.hpp"
 #include "commands/balance.hpp"
 #include "commands/response.hpp"
 #include "commands/run_io.hpp"
@@ -78,6 +79,7 @@ int run(int argc, char** argv) {
   add_stiffness(app, session);
   add_frf(app, session);
   add_modes(app, session);
+  add_oma(app, session);
   add_derive(app, session);
   add_identify(app, session);
   add_validate(app, session);

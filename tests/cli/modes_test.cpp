@@ -6,7 +6,9 @@
 
 #include "program.hpp"
 #include "whirl/core/modal_model.hpp"
+#include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/testing/ambient.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -91,6 +93,26 @@ TEST(ModesE2e, RigBuiltFromTheModesRingsLikeTheOneThatWasHit) {
   EXPECT_EQ(against.exit_code, 0) << against.err;
   EXPECT_NE(against.out.find("Against a.json"), std::string::npos) << against.out;
   EXPECT_EQ(folder.whirl("rig parameters --modes a.json --channel 9").exit_code, 2);
+}
+
+TEST(ModesE2e, AmbientModesAreWrittenWhereTheyWereAskedFor) {
+  const Folder folder;
+  io::write_csv(folder / "ambient.csv", make_ambient({.duration = 120, .structure = 2, .seed = 9}).recording);
+  for (const std::string command :
+       {"modes ambient.csv --method fdd", "oma ambient.csv --method efdd", "oma ambient.csv"}) {
+    const Outcome run = folder.whirl(command + " --out f.json --figure f.svg");
+    ASSERT_EQ(run.exit_code, 0) << command << run.err;
+    EXPECT_NE(slurp(folder / "f.json").find("\"frequency\""), std::string::npos) << command;
+    EXPECT_NE(slurp(folder / "f.svg").find("<svg"), std::string::npos) << command;
+    std::filesystem::remove(folder / "f.json");
+    std::filesystem::remove(folder / "f.svg");
+    const Outcome refused = folder.whirl(command + " --out f.uff");
+    EXPECT_EQ(refused.exit_code, 2) << command;
+    EXPECT_FALSE(std::filesystem::exists(folder / "f.uff")) << command;
+  }
+  const Outcome oma = folder.whirl("oma ambient.csv");
+  EXPECT_NE(oma.out.find("harmonic"), std::string::npos) << oma.out;
+  EXPECT_NE(oma.err.find("28 Hz is a tone"), std::string::npos) << oma.err;
 }
 
 }  // namespace

@@ -71,6 +71,8 @@ void add_convert(CommandLine& app, Session& session) {
                   [o, &session] {
                     if (const std::optional<FrequencyResponse> frf = read_responses(o->in, o->kind)) {
                       write_responses(o->out, *frf);
+                      for (const std::string& remark : frf->summary.warnings)
+                        fmt::print(stderr, "whirl: warning: {}: {}\n", o->in, remark);
                       session.say(fmt::format("{}: {} frequency responses of {} lines", o->out, frf->channels.size(),
                                               frf->frequency.size()));
                       return;

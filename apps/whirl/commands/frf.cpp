@@ -1,5 +1,6 @@
 #include "whirl/modal/frf.hpp"
 
+#include "ambient.hpp"
 #include "command.hpp"
 #include "record_options.hpp"
 #include "whirl/io/model_json.hpp"
@@ -16,6 +17,7 @@ void add_frf(CommandLine& app, Session& session) {
     std::string out, figure, estimator = "h1";
     modal::FrfOptions frf;
     RecordOptions record;
+    bool keep_odd = false;
     double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
   };
   auto o = std::make_shared<Options>();
@@ -27,10 +29,12 @@ void add_frf(CommandLine& app, Session& session) {
       "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
       [o, &session] {
+        require_json_name(o->out);
         modal::FrfOptions options = o->frf;
         options.estimator = o->estimator == "h2"   ? FrfEstimator::h2
                             : o->estimator == "hv" ? FrfEstimator::hv
                                                    : FrfEstimator::h1;
+        options.drop_odd = !o->keep_odd;
         options.trigger = o->trigger_percent / 100;
         options.pre_trigger = o->pre_trigger_ms * 1e-3;
         options.window_end = o->window_end_percent / 100;
@@ -50,6 +54,7 @@ void add_frf(CommandLine& app, Session& session) {
           for (const modal::SecondHit& hit : blows[i].second_hits) {
             finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
           }
+          for (const std::string& d : blows[i].disagreements) finding += ", " + d;
           table.add({fmt::format("{}", i + 1), fmt::format("{:.1f}", blows[i].peak),
                      fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
         }
@@ -76,6 +81,10 @@ void add_frf(CommandLine& app, Session& session) {
   sub->add_option("--window-end-percent", o->window_end_percent,
                   "exponential window: its value at the end; 100 = none. Modes are corrected for it");
   o->record.add_to(sub);
+  sub->add_option("--exclude", o->frf.exclude, "blows to leave out, counted from 1 over all files");
+  sub->add_flag(
+      "--keep-odd-blows", o->keep_odd,
+      "average blows too that certainly disagree with the others (reversed, other unit, delayed, incoherent)");
   sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave blows with a second hit out");
 }
 

@@ -2,13 +2,13 @@
 #include <cmath>
 #include <filesystem>
 
+#include "ambient.hpp"
 #include "command.hpp"
 #include "responses.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/modal/checks.hpp"
-#include "whirl/modal/fdd.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/report/rotor_figures.hpp"
@@ -41,29 +41,6 @@ void draw(const std::string& file, const FrequencyResponse& frf, const ModalMode
   std::vector<double> chosen;
   for (const Mode& mode : modes.modes) chosen.push_back(mode.frequency.value);
   report::write_figure(report::stabilisation(frf, poles, chosen), file);
-}
-
-// Modes from records of an unknown excitation.
-void ambient(const Recording& record, const modal::FddOptions& options, Session& session) {
-  const modal::AmbientModes found = modal::decompose_ambient(record, options);
-  report::Table table;
-  table.caption = "Modes under ambient excitation";
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"damping", "%"}, {"MPC", ""}};
-  io::Json json = io::start_document("whirl.ambient_modes", 1);
-  io::Json::Array modes;
-  for (const modal::AmbientMode& mode : found.modes) {
-    table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency),
-               fmt::format("{:.3f}", 100 * mode.damping),
-               fmt::format("{:.3f}", modal::mode_complexity(mode.shape).mpc)});
-    io::Json entry = io::Json::object();
-    entry.set("frequency", mode.frequency);
-    entry.set("damping", mode.damping);
-    modes.push_back(std::move(entry));
-  }
-  json.set("modes", std::move(modes));
-  session.say(report::to_text(table));
-  session.result(json);
-  session.finish(found.summary);
 }
 
 // Against the modes of an earlier test, e.g. before a change of the machine.
@@ -106,16 +83,26 @@ void add_modes(CommandLine& app, Session& session) {
         if (o->method == "fdd") {
           if (o->files.size() > 1)
             throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
-          ambient(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, session);
+          require_json_name(o->out);
+          show_fdd(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, o->out, o->figures,
+                   session);
           return;
         }
+        require_json_name(o->out);
         std::vector<FrequencyResponse> parts;
+        std::vector<std::string> remarks;
         for (const std::string& file : o->files) {
           std::optional<FrequencyResponse> found = read_responses(file, o->kind);
           if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+          // Those of a document written by `whirl frf` were shown when it was made.
+          if (io::file_format(file) != io::FileFormat::json) {
+            for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);
+          }
           parts.push_back(std::move(*found));
         }
-        const FrequencyResponse frf = modal::join_references(parts);
+        std::vector<std::string> dead;
+        const FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
+        for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
         modal::ModeOptions options = o->modes;
         options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
                                : o->method == "era" ? modal::PoleMethod::era
@@ -125,6 +112,7 @@ void add_modes(CommandLine& app, Session& session) {
         options.poles.band_low = o->low;
         options.poles.band_high = o->high;
         ModalModel modes = modal::fit_modes(frf, options);
+        for (const std::string& remark : remarks) modes.summary.warn(remark);
         for (const modal::Reciprocity& pair : modal::check_reciprocity(frf)) {
           if (pair.difference > std::max(0.1, 3 * pair.noise)) {
             modes.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold",
@@ -148,14 +136,23 @@ void add_modes(CommandLine& app, Session& session) {
         const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
         for (std::size_t i = 0; i < modes.modes.size(); ++i) {
           const Mode& m = modes.modes[i];
-          table.add({fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value), deviation(m.frequency.sd),
-                     fmt::format("{:.4f}", 100 * m.damping.value), deviation(100 * m.damping.sd),
+          const bool outside = m.frequency.value < modes.band_low || m.frequency.value > modes.band_high;
+          table.add({outside ? "outside" : fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
+                     deviation(m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
+                     deviation(100 * m.damping.sd),
                      shapes.points.size() < 2
                          ? "-"
                          : fmt::format("{:.3f}",
                                        modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
         }
         session.say(report::to_text(table));
+        if (modes.frequency_scatter > 0) {
+          session.say(fmt::format(
+              "frequencies differ by {:.2g} % between FRFs (one standard deviation){}; the modes are their means",
+              100 * modes.frequency_scatter,
+              modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter)
+                                        : ""));
+        }
         session.say(fmt::format(
             "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
             modes.band_low, modes.band_high,

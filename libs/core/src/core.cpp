@@ -153,6 +153,10 @@ std::string_view to_string(FrfKind k) {
   return "?";
 }
 
+std::string_view to_string(DampingModel model) {
+  return model == DampingModel::viscous ? "viscous" : "hysteretic";
+}
+
 std::string_view to_string(FrfEstimator e) {
   switch (e) {
     case FrfEstimator::h1:

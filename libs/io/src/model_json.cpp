@@ -204,6 +204,10 @@ Json to_json(const ModalModel& model) {
     Json mode;
     mode.set("frequency", to_json(m.frequency, "Hz")).set("damping", to_json(m.damping, "1"));
     mode.set("pole_rad_s", to_json(m.pole)).set("residues", complex_parts(m.residues));
+    if (m.offsets.size() > 0) {
+      mode.set("pole_offsets_rad_s", complex_parts(m.offsets));
+      mode.set("frequency_scatter", m.frequency_scatter).set("damping_scatter", m.damping_scatter);
+    }
     modes.push(std::move(mode));
   }
   Json out = start_document("whirl.modes", 1);
@@ -215,6 +219,8 @@ Json to_json(const ModalModel& model) {
   out.set("channels", std::move(channels)).set("window_decay_1_s", model.window_decay);
   out.set("lower_residual", complex_parts(model.lower)).set("upper_residual", complex_parts(model.upper));
   out.set("upper_residual_slope", complex_parts(model.upper_slope));
+  out.set("damping_model", to_string(model.damping_model));
+  out.set("frequency_scatter", model.frequency_scatter).set("damping_scatter", model.damping_scatter);
   out.set("band_hz", Json::array().push(model.band_low).push(model.band_high));
   out.set("reconstruction_error", model.reconstruction_error).set("noise_floor", model.noise_floor);
   finish(out, model.summary, model.provenance);
@@ -229,6 +235,10 @@ ModalModel from_json(const Json& document, std::string_view source) {
   for (const JsonReader& m : in.at("modes").items()) {
     model.modes.push_back({read_estimate(m.at("frequency")), read_estimate(m.at("damping")),
                            m.at("pole_rad_s").complex(), read_complex_parts(m.at("residues"))});
+    if (!m.has("pole_offsets_rad_s")) continue;
+    model.modes.back().offsets = read_complex_parts(m.at("pole_offsets_rad_s"));
+    model.modes.back().frequency_scatter = m.at("frequency_scatter").number();
+    model.modes.back().damping_scatter = m.at("damping_scatter").number();
   }
   model.kind = read_kind(in.at("kind"));
   model.lower = read_complex_parts(in.at("lower_residual"));
@@ -240,6 +250,14 @@ ModalModel from_json(const Json& document, std::string_view source) {
     }
     model.window_decay = in.at("window_decay_1_s").number();
     model.upper_slope = read_complex_parts(in.at("upper_residual_slope"));
+  }
+  if (in.has("damping_model")) {  // older files: viscous
+    const std::string damping = in.at("damping_model").text();
+    if (damping != "viscous" && damping != "hysteretic")
+      throw in.at("damping_model").error("must be viscous or hysteretic");
+    model.damping_model = damping == "viscous" ? DampingModel::viscous : DampingModel::hysteretic;
+    model.frequency_scatter = in.at("frequency_scatter").number();
+    model.damping_scatter = in.at("damping_scatter").number();
   }
   const std::vector<double> band = in.at("band_hz").numbers();
   if (band.size() != 2) throw in.at("band_hz").error("must be [low, high]");

@@ -203,12 +203,28 @@ class Reader {
     file_.functions.push_back(std::move(f));
   }
 
+  // True when the block ends after so many bytes of data: CR LF or nothing, then the line -1.
+  bool ends_after(std::size_t bytes) const {
+    std::string_view rest = lines_.rest();
+    if (rest.size() < bytes) return false;
+    rest.remove_prefix(bytes);
+    for (int i = 0; i < 2 && !rest.empty() && (rest.front() == '\r' || rest.front() == '\n'); ++i)
+      rest.remove_prefix(1);
+    return is_delimiter(rest.substr(0, rest.find_first_of("\r\n")));
+  }
+
   std::vector<double> binary_numbers(const BinaryForm& form, const UffFunction& f, std::size_t per_value) {
     const std::size_t width = f.single ? 4 : 8;
-    const std::string_view raw = lines_.take(form.bytes);
     const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
+    // Some writers count values instead of bytes, or a complex value once: where the block ends decides.
+    const bool miscounted = form.bytes != wanted * width && !ends_after(form.bytes) && ends_after(wanted * width);
+    if (miscounted) {
+      warn(fmt::format("line {}: the header states {} bytes of data, {} values of {} bytes follow: all were read",
+                       lines_.line(), form.bytes, wanted, width));
+    }
+    const std::string_view raw = lines_.take(miscounted ? wanted * width : form.bytes);
     const std::size_t count = std::min(wanted, raw.size() / width);
-    if (form.bytes != wanted * width && raw.size() == form.bytes) {
+    if (!miscounted && form.bytes != wanted * width && raw.size() == form.bytes) {
       warn(
           fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
     }

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,7 @@ class TextLines {
   std::size_t remaining() const { return bytes_.size() - at_; }
   std::string_view next();
   std::string_view peek() const;
+  std::string_view rest() const { return bytes_.substr(std::min(at_, bytes_.size())); }
   /// Raw bytes, at most as many as there are.
   std::string_view take(std::size_t count);
   long line() const { return line_; }  ///< of the line last returned, from 1

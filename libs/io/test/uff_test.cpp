@@ -1,5 +1,6 @@
 #include "whirl/io/uff.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -216,6 +217,40 @@ TEST(UffProperty, WrittenFilesReadBack) {
   std::string crlf;
   for (char c : text) crlf += c == '\n' ? std::string("\r\n") : std::string(1, c);
   EXPECT_EQ(whirl::io::format_uff(whirl::io::parse_uff(crlf, "memory")), whirl::io::format_uff(back));
+}
+
+// One 58b FRF of four complex doubles whose header states `stated` bytes of data.
+std::string binary_frf(int stated, int blocks = 1) {
+  std::string text;
+  for (int b = 0; b < blocks; ++b) {
+    text += fmt::format("    -1\n    58b     1     2          11{:12}     0     0           0           0\n", stated);
+    for (int i = 0; i < 5; ++i) text += "NONE\n";
+    text +=
+        fmt::format("{:5}{:10}{:5}{:10} {:10}{:10}{:4} {:10}{:10}{:4}\n", 4, 0, 0, 0, "NONE", b + 1, 3, "NONE", 1, 3);
+    text += fmt::format("{:10}{:10}{:10}{:13.5E}{:13.5E}{:13.5E}\n", 6, 4, 1, 0.0, 1.0, 0.0);
+    for (const int kind : {18, 12, 13, 0})
+      text += fmt::format("{:10}{:5}{:5}{:5} {:20} {:20}\n", kind, 0, 0, 0, "NONE", "NONE");
+    for (int i = 0; i < 8; ++i) {
+      const double value = 0.5 * (i + 1);
+      text.append(reinterpret_cast<const char*>(&value), sizeof value);
+    }
+    text += "\n    -1\n";
+  }
+  return text;
+}
+
+TEST(UffReference, ComplexBinaryDataAreWholeWhateverTheHeaderCounts) {
+  // 64 bytes follow. pyuff states values x width = 32; others count values, or state 0.
+  for (const int stated : {64, 32, 8, 4, 0}) {
+    const whirl::io::UffFile file = whirl::io::parse_uff(binary_frf(stated, 3), "memory");
+    ASSERT_EQ(file.functions.size(), 3u) << stated;
+    EXPECT_EQ(file.warnings.size(), stated == 64 ? 0u : 3u) << stated;
+    for (const auto& f : file.functions) {
+      ASSERT_EQ(f.value.size(), 4) << stated;
+      EXPECT_EQ(f.value[0], Complex(0.5, 1)) << stated;
+      EXPECT_EQ(f.value[3], Complex(3.5, 4)) << stated;
+    }
+  }
 }
 
 TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {

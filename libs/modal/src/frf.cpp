@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "blow.hpp"
+#include "blow_agreement.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/signal/window.hpp"
@@ -97,6 +98,56 @@ Eigen::Index usable_lines(const Eigen::VectorXd& ff, double drop_db) {
 
 }  // namespace
 
+namespace {
+
+// A response that never moves gives an FRF of zeros, which no fit can use.
+void drop_dead_responses(const std::vector<Recording>& blows, FrequencyResponse& result) {
+  std::erase_if(result.channels, [&](const FrfChannel& channel) {
+    const bool dead = std::all_of(blows.begin(), blows.end(), [&](const Recording& blow) {
+      return blow[channel.response].maxCoeff() == blow[channel.response].minCoeff();
+    });
+    if (dead) result.summary.warn(fmt::format("response '{}' never changes: left out", channel.response));
+    return dead;
+  });
+  if (result.channels.empty()) throw Error("every response is dead: none ever changes");
+}
+
+// Names the blows that disagree with the others, and leaves out those that certainly do.
+void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::size_t>& measured,
+                    const FrfOptions& options, double dt, Eigen::Index samples, std::vector<BlowReport>& found,
+                    FrequencyResponse& result) {
+  if (spectra.size() < 2) return;
+  Eigen::VectorXd ff = Eigen::VectorXd::Zero(spectra.front().force.size());
+  for (const BlowSpectra& blow : spectra) ff += blow.force.cwiseAbs2();
+  const Eigen::Index lines = usable_lines(ff, options.band_drop_db > 0 ? options.band_drop_db : 20);
+  std::vector<BlowSpectra> excited;
+  for (const BlowSpectra& blow : spectra) {
+    excited.push_back({blow.force.segment(1, lines - 1), {}});
+    for (const auto& a : blow.responses) excited.back().responses.push_back(a.segment(1, lines - 1));
+  }
+  std::vector<std::string> names;
+  for (const FrfChannel& channel : result.channels) names.push_back(channel.response);
+  const auto verdicts = judge_blows(excited, names, dt, samples);
+  std::vector<BlowSpectra> kept;
+  for (std::size_t i = 0; i < spectra.size(); ++i) {
+    BlowReport& report = found[measured[i]];
+    bool certain = false;
+    for (const BlowDisagreement& d : verdicts[i]) {
+      report.disagreements.push_back(d.finding);
+      certain = certain || d.certain;
+    }
+    report.used = !(certain && options.drop_odd);
+    for (const std::string& finding : report.disagreements) {
+      result.summary.warn(fmt::format("blow {} at {:.4g} s: {}{}", measured[i] + 1, report.time, finding,
+                                      report.used ? "" : "; left out"));
+    }
+    if (report.used) kept.push_back(std::move(spectra[i]));
+  }
+  spectra = std::move(kept);
+}
+
+}  // namespace
+
 std::vector<Recording> split_blows(const Recording& recording, const FrfOptions& options) {
   check_options(options);
   recording.check();
@@ -174,6 +225,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
     result.channels.push_back({channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
   }
   if (result.channels.empty()) throw Error("no response channel beside the force");
+  drop_dead_responses(blows, result);
 
   const double length = dt * static_cast<double>(n);
   result.window_decay = -std::log(options.window_end) / length;
@@ -183,6 +235,12 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
                     std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
   std::vector<BlowReport> found;
+  std::vector<BlowSpectra> spectra;
+  std::vector<std::size_t> measured;  // blow of each of `spectra`
+  for (const int number : options.exclude) {
+    if (number < 1 || number > static_cast<int>(blows.size()))
+      throw Error(fmt::format("exclude = {}: must be 1 to {}, the number of blows", number, blows.size()));
+  }
   for (std::size_t b = 0; b < blows.size(); ++b) {
     const Recording& blow = blows[b];
     const Pulse& pulse = pulses[b];
@@ -197,7 +255,9 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
       if (is_overloaded(blow[channel.response])) report.overloaded_responses.push_back(channel.response);
     }
     const bool overloaded = check.overload || !report.overloaded_responses.empty();
-    report.used = !(options.drop_overloads && overloaded) && !(options.drop_double_hits && !check.second_hits.empty());
+    const bool excluded = std::count(options.exclude.begin(), options.exclude.end(), static_cast<int>(b) + 1) > 0;
+    report.used = !excluded && !(options.drop_overloads && overloaded) &&
+                  !(options.drop_double_hits && !check.second_hits.empty());
     found.push_back(report);
     if (overloaded) {
       result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
@@ -225,12 +285,19 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
       const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / dt));
       force = force.cwiseProduct(signal::force_window(n, std::min(end, n), taper));
     }
-    const Eigen::VectorXcd f = signal::real_fft(force);
-    sums.ff += f.cwiseAbs2();
+    spectra.push_back({signal::real_fft(force), {}});
+    measured.push_back(b);
     for (std::size_t c = 0; c < responses; ++c) {
-      const Eigen::VectorXcd a = signal::real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay));
-      sums.aa[c] += a.cwiseAbs2();
-      sums.af[c] += a.cwiseProduct(f.conjugate());
+      spectra.back().responses.push_back(
+          signal::real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay)));
+    }
+  }
+  drop_odd_blows(spectra, measured, options, dt, n, found, result);
+  for (const BlowSpectra& blow : spectra) {
+    sums.ff += blow.force.cwiseAbs2();
+    for (std::size_t c = 0; c < responses; ++c) {
+      sums.aa[c] += blow.responses[c].cwiseAbs2();
+      sums.af[c] += blow.responses[c].cwiseProduct(blow.force.conjugate());
     }
     ++result.averages;
   }

@@ -14,63 +14,16 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include "fractions.hpp"
+
 namespace whirl::modal {
 namespace {
 
-using Eigen::ArrayXd;
 using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-
-constexpr Index kSlice = 256;  // lines
-constexpr Complex kJ(0, 1);
-
-// 1/(s'-p), 1/(s'-p*) and with derivatives their squares, as real and imaginary columns: re of all, then im of all.
-void fill_fractions(const Band& band, const std::vector<Complex>& shifted, Index first, Index n, bool squares,
-                    Eigen::Ref<MatrixXd> rows) {
-  const ArrayXd w = band.omega.segment(first, n).array();
-  const Index per_pole = squares ? 4 : 2, half = per_pole * static_cast<Index>(shifted.size());
-  for (std::size_t k = 0; k < shifted.size(); ++k) {
-    const Index column = per_pole * static_cast<Index>(k);
-    for (const int sign : {1, -1}) {
-      const double re = -shifted[k].real();
-      const ArrayXd d = w - sign * shifted[k].imag();
-      const ArrayXd inverse = (d.square() + re * re).inverse();
-      const Index at = column + (sign > 0 ? 0 : 1);
-      rows.col(at).head(n) = (re * inverse).matrix();
-      rows.col(half + at).head(n) = (-d * inverse).matrix();
-      if (!squares) continue;
-      const ArrayXd ur = rows.col(at).head(n).array(), ui = rows.col(half + at).head(n).array();
-      rows.col(at + 2).head(n) = (ur.square() - ui.square()).matrix();
-      rows.col(half + at + 2).head(n) = (2 * ur * ui).matrix();
-    }
-  }
-}
-
-// Residual terms as complex columns, without s^d. Frequencies relative to the end of the band keep them comparable.
-MatrixXcd residual_terms(const Band& band, const ResidualTerms& terms, Index first, Index n) {
-  const double top = band.omega[band.lines() - 1];
-  MatrixXcd columns(n, Index{terms.lower} + Index{terms.upper} + Index{terms.slope});
-  for (Index i = 0; i < n; ++i) {
-    const Complex s = Complex(band.decay, band.omega[first + i]) / top;
-    Index column = 0;
-    if (terms.lower) columns(i, column++) = 1.0 / (s * s);
-    if (terms.upper) columns(i, column++) = 1.0;
-    if (terms.slope) columns(i, column++) = s * s;
-  }
-  return columns;
-}
-
-// s^d on lines [first, first + n).
-Eigen::VectorXcd motion_factor(const Band& band, Index first, Index n) {
-  Eigen::VectorXcd factor = Eigen::VectorXcd::Ones(n);
-  for (Index i = 0; i < n; ++i) {
-    for (int d = 0; d < band.power; ++d) factor[i] *= Complex(band.decay, band.omega[first + i]);
-  }
-  return factor;
-}
 
 struct Normal {
   MatrixXd gram;  ///< of all columns
@@ -84,12 +37,12 @@ class NormalEquations {
       : band_(band),
         terms_(terms),
         derivatives_(derivatives),
+        roots_(roots_of(band, poles, terms)),
         n_(static_cast<Index>(poles.size())),
         per_pole_(derivatives ? 4 : 2) {
     const double step = band.lines() > 1 ? band.omega[1] - band.omega[0] : 1;
     for (Index k = 0; k < n_; ++k) {
-      const Complex p = poles[static_cast<std::size_t>(k)] - band.decay;
-      shifted_.push_back(p);
+      const Complex p = roots_[static_cast<std::size_t>(k)].first;
       const Index nearest =
           std::clamp(static_cast<Index>(std::lround((p.imag() - band.omega[0]) / step)), Index{0}, band.lines() - 1);
       if (std::abs(p.imag() - band.omega[nearest]) > 30 * -p.real()) direct_.push_back(k);
@@ -99,7 +52,7 @@ class NormalEquations {
   }
 
   Index linear() const { return 2 * n_ + terms_.count(); }
-  double half_width(Index k) const { return -shifted_[static_cast<std::size_t>(k)].real(); }
+  double half_width(Index k) const { return -roots_[static_cast<std::size_t>(k)].first.real(); }
 
   // One Normal per group of channels: [c, c + group) share the weights of c, up to a factor.
   std::vector<Normal> accumulate(Index group) const {
@@ -113,7 +66,7 @@ class NormalEquations {
                                   MatrixXcd::Zero(direct_count_, group + direct_count_));
     for (Index first = 0; first < band_.lines(); first += kSlice) {
       const Index n = std::min(kSlice, band_.lines() - first);
-      fill_fractions(band_, shifted_, first, n, derivatives_, rows);
+      fill_fractions(band_, roots_, first, n, derivatives_, rows);
       const Eigen::VectorXcd factor = motion_factor(band_, first, n);
       MatrixXcd plain(n, direct_count_);
       plain.leftCols(terms_count_) = residual_terms(band_, terms_, first, n);
@@ -158,11 +111,11 @@ class NormalEquations {
   }
 
  private:
-  // Complex products with conj(column) for the two real columns that a conjugate pair of fractions makes:
-  // re column u + v, im column j (u - v).
-  static void put_pair(Eigen::Ref<MatrixXd> to, Index row, const Eigen::RowVectorXcd& u, const Eigen::RowVectorXcd& v) {
-    to.row(row) = (u + v).real();
-    to.row(row + 1) = (u - v).imag();
+  // Products with the two real columns of a pair, from those with conj(u) and conj(v).
+  static void put_pair(Eigen::Ref<MatrixXd> to, Pairing pairing, const Eigen::RowVectorXcd& u,
+                       const Eigen::RowVectorXcd& v) {
+    to.row(0) = (u + pairing.alpha * v).real();
+    to.row(1) = (u + pairing.beta * v).imag();
   }
 
   Normal assemble(const MatrixXcd& p, const MatrixXcd& direct, Index group) const {
@@ -181,10 +134,11 @@ class NormalEquations {
       const Index f = fraction_of(pair), row = row_of(pair);
       const Eigen::RowVectorXcd u = scale_of(pair) * p.row(f), v = scale_of(pair) * p.row(f + 1);
       MatrixXd two(2, p.cols());
-      put_pair(two, 0, u, v);
+      const Pairing pairing = pairing_of(terms_, pair >= n_);
+      put_pair(two, pairing, u, v);
       normal.data.middleRows(row, 2) = two.leftCols(group);
       MatrixXd turned(2, p.cols());  // with j y instead of y
-      put_pair(turned, 0, kJ * u, kJ * v);
+      put_pair(turned, pairing, kJ * u, kJ * v);
       for (Index t = 0; t < terms_count_; ++t) {
         for (Index i = 0; i < step; ++i) {
           const auto& source = i == 0 ? two : turned;
@@ -226,9 +180,11 @@ class NormalEquations {
           for (Index b = 0; b < per_pole_ / 2; ++b) {
             const Complex uu = sums(2 * a, 2 * b), uv = sums(2 * a, 2 * b + 1), vu = sums(2 * a + 1, 2 * b),
                           vv = sums(2 * a + 1, 2 * b + 1);
+            const Pairing ka = pairing_of(terms_, a > 0), lb = pairing_of(terms_, b > 0);
+            const auto sum = [&](double left, double right) { return uu + right * uv + left * vu + left * right * vv; };
             Eigen::Matrix2d block;
-            block << (uu + uv + vu + vv).real(), (kJ * (uu - uv + vu - vv)).real(), (uu + uv - vu - vv).imag(),
-                (uu - uv - vu + vv).real();
+            block << sum(ka.alpha, lb.alpha).real(), -sum(ka.alpha, lb.beta).imag(), sum(ka.beta, lb.alpha).imag(),
+                sum(ka.beta, lb.beta).real();
             block *= scale_of(k + a * n_) * scale_of(l + b * n_);
             normal.gram.block<2, 2>(row_of(k + a * n_), row_of(l + b * n_)) = block;
             normal.gram.block<2, 2>(row_of(l + b * n_), row_of(k + a * n_)) = block.transpose();
@@ -243,8 +199,8 @@ class NormalEquations {
     MatrixXcd sums(per_pole_, per_pole_);
     for (Index i = 0; i < 2; ++i) {
       for (Index j = 0; j < 2; ++j) {
-        const Complex pk = shifted_[static_cast<std::size_t>(k)], pl = shifted_[static_cast<std::size_t>(l)];
-        const Complex a = -(i == 0 ? std::conj(pk) : pk), b = j == 0 ? pl : std::conj(pl);
+        const Roots &rk = roots_[static_cast<std::size_t>(k)], &rl = roots_[static_cast<std::size_t>(l)];
+        const Complex a = -std::conj(i == 0 ? rk.first : rk.second), b = j == 0 ? rl.first : rl.second;
         const Complex d = 1.0 / (a - b);
         const Complex fa = -std::conj(f[per_pole_ * k + i]), fb = f[per_pole_ * l + j];
         const Complex difference = (fa - fb) * d;
@@ -262,8 +218,8 @@ class NormalEquations {
   const Band& band_;
   const ResidualTerms& terms_;
   bool derivatives_;
+  std::vector<Roots> roots_;
   Index n_, per_pole_, terms_count_ = 0, direct_count_ = 0;
-  std::vector<Complex> shifted_;
   std::vector<Index> direct_;  ///< poles whose products are summed as they are
 };
 
@@ -280,6 +236,8 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
   if (with_jacobian) {
     fit.jtj = MatrixXd::Zero(2 * n, 2 * n);
     fit.jtr = VectorXd::Zero(2 * n);
+    fit.projection.reserve(static_cast<std::size_t>(band.channels()));
+    fit.channel_information = fit.channel_score = MatrixXd::Zero(2 * n, band.channels());
   }
   const Index group = band.common_weight ? band.channels() : 1;
   const std::vector<Normal> normals = equations.accumulate(group);
@@ -296,7 +254,9 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
     MatrixXd schur, psi_r;
     if (with_jacobian && n > 0) {
       const MatrixXd g12 = scale.asDiagonal() * normal.gram.topRightCorner(m, 2 * n);
-      schur = normal.gram.bottomRightCorner(2 * n, 2 * n) - g12.transpose() * factor.solve(g12);
+      const MatrixXd solved = factor.solve(g12);
+      schur = normal.gram.bottomRightCorner(2 * n, 2 * n) - g12.transpose() * solved;
+      fit.projection.push_back(scale.asDiagonal() * solved);
       psi_r = normal.data.bottomRows(2 * n) - normal.gram.bottomLeftCorner(2 * n, m) * x;
     }
     for (Index c = 0; c < group; ++c) {
@@ -320,7 +280,11 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
       };
       for (Index k = 0; k < n; ++k) {
         const Eigen::Matrix2d rk = rotate(k);
-        fit.jtr.segment<2>(2 * k) += rk.transpose() * psi_r.col(c).segment<2>(2 * k);
+        const Eigen::Vector2d score = rk.transpose() * psi_r.col(c).segment<2>(2 * k);
+        fit.jtr.segment<2>(2 * k) += score;
+        fit.channel_score.col(channel).segment<2>(2 * k) = score / equations.half_width(k);
+        fit.channel_information.col(channel).segment<2>(2 * k) =
+            (rk.transpose() * schur.block<2, 2>(2 * k, 2 * k) * rk).diagonal() / std::pow(equations.half_width(k), 2);
         for (Index l = 0; l <= k; ++l) {
           fit.jtj.block<2, 2>(2 * k, 2 * l) += rk.transpose() * schur.block<2, 2>(2 * k, 2 * l) * rotate(l);
         }
@@ -339,21 +303,22 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
 }
 
 Eigen::MatrixXcd residual_of(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit) {
-  std::vector<Complex> shifted;
-  for (const Complex p : poles) shifted.push_back(p - band.decay);
+  const std::vector<Roots> roots = roots_of(band, poles, terms);
+  const Pairing pairing = pairing_of(terms, false);
   const auto n = static_cast<Index>(poles.size());
   const Index count = fit.residues.rows() - 2 * n, step = terms.complex ? 2 : 1;
   MatrixXcd residual = band.h;
   MatrixXd rows(kSlice, 4 * n);
-  // Of u and v: a + j b and its conjugate, a, b being two rows of the residues.
+  // Of u and v: a + j b and its partner, a, b being two rows of the residues.
   MatrixXd factors(4 * n, 2 * band.channels());
   for (Index k = 0; k < n; ++k) {
     for (Index c = 0; c < band.channels(); ++c) {
       const double a = fit.residues(2 * k, c), b = fit.residues(2 * k + 1, c);
-      factors(2 * k, c) = factors(2 * k + 1, c) = a;
-      factors(2 * n + 2 * k, c) = -b, factors(2 * n + 2 * k + 1, c) = b;
-      factors(2 * k, band.channels() + c) = b, factors(2 * k + 1, band.channels() + c) = -b;
-      factors(2 * n + 2 * k, band.channels() + c) = factors(2 * n + 2 * k + 1, band.channels() + c) = a;
+      const double a2 = pairing.alpha * a, b2 = pairing.beta * b;
+      factors(2 * k, c) = a, factors(2 * k + 1, c) = a2;
+      factors(2 * n + 2 * k, c) = -b, factors(2 * n + 2 * k + 1, c) = -b2;
+      factors(2 * k, band.channels() + c) = b, factors(2 * k + 1, band.channels() + c) = b2;
+      factors(2 * n + 2 * k, band.channels() + c) = a, factors(2 * n + 2 * k + 1, band.channels() + c) = a2;
     }
   }
   MatrixXcd tail(count / step, band.channels());
@@ -363,7 +328,7 @@ Eigen::MatrixXcd residual_of(const Band& band, const Poles& poles, const Residua
   }
   for (Index first = 0; first < band.lines(); first += kSlice) {
     const Index lines = std::min(kSlice, band.lines() - first);
-    fill_fractions(band, shifted, first, lines, false, rows);
+    fill_fractions(band, roots, first, lines, false, rows);
     const MatrixXd parts = rows.topRows(lines) * factors;
     MatrixXcd model = residual_terms(band, terms, first, lines) * tail;
     model.real() += parts.leftCols(band.channels());

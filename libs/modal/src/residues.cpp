@@ -13,13 +13,13 @@ namespace whirl::modal {
 
 using Complex = std::complex<double>;
 
-ResidueFit unpack_residues(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit) {
-  const auto n = static_cast<Eigen::Index>(poles.size());
+ResidueFit unpack_residues(const Band& band, const ResidualTerms& terms, const Eigen::MatrixXd& parameters) {
+  const Eigen::Index n = (parameters.rows() - terms.count()) / 2;
   ResidueFit result;
   result.residues.resize(n, band.channels());
   for (Eigen::Index k = 0; k < n; ++k) {
-    result.residues.row(k).real() = fit.residues.row(2 * k);
-    result.residues.row(k).imag() = fit.residues.row(2 * k + 1);
+    result.residues.row(k).real() = parameters.row(2 * k);
+    result.residues.row(k).imag() = parameters.row(2 * k + 1);
   }
   // The columns were written in w / top, see Columns.
   const double top2 = std::pow(band.omega[band.lines() - 1], 2);
@@ -27,16 +27,18 @@ ResidueFit unpack_residues(const Band& band, const Poles& poles, const ResidualT
   result.lower = result.upper = result.upper_slope = Eigen::VectorXcd::Zero(band.channels());
   const auto take = [&](bool present, double scale, Eigen::VectorXcd& term) {
     if (!present) return;
-    term.real() = scale * fit.residues.row(row++).transpose();
-    if (terms.complex) term.imag() = scale * fit.residues.row(row++).transpose();
+    term.real() = scale * parameters.row(row++).transpose();
+    if (terms.complex) term.imag() = scale * parameters.row(row++).transpose();
   };
   take(terms.lower, top2, result.lower);
   take(terms.upper, 1, result.upper);
   take(terms.slope, 1 / top2, result.upper_slope);
-  const Eigen::MatrixXcd residual = residual_of(band, poles, terms, fit);
+  return result;
+}
+
+void set_errors(const Band& band, const Eigen::MatrixXcd& residual, ResidueFit& result) {
   result.channel_error = residual.colwise().norm().cwiseQuotient(band.h.colwise().norm()).transpose();
   result.reconstruction_error = residual.norm() / band.h.norm();
-  return result;
 }
 
 ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<Complex>& poles,
@@ -53,7 +55,10 @@ ResidueFit fit_residues(const FrequencyResponse& frf, const std::vector<Complex>
   if (2 * band.lines() < 2 * static_cast<Eigen::Index>(poles.size()) + terms.count()) {
     throw Error(fmt::format("{} poles on {} lines: too few lines", poles.size(), band.lines()));
   }
-  return unpack_residues(band, poles, terms, fit_poles(band, poles, terms, false));
+  const PoleFit fit = fit_poles(band, poles, terms, false);
+  ResidueFit result = unpack_residues(band, terms, fit.residues);
+  set_errors(band, residual_of(band, poles, terms, fit), result);
+  return result;
 }
 
 Eigen::VectorXcd synthesise(const ModalModel& model, Eigen::Index channel,
@@ -68,7 +73,10 @@ Eigen::VectorXcd synthesise(const ModalModel& model, Eigen::Index channel,
     if (s != Complex(0)) sum += model.lower[channel] / (s * s);
     if (model.upper_slope.size() > 0) sum += model.upper_slope[channel] * s * s;
     for (const Mode& mode : model.modes) {
-      sum += mode.residues[channel] / (s - mode.pole) + std::conj(mode.residues[channel]) / (s - std::conj(mode.pole));
+      const Complex a = mode.residues[channel];
+      const Complex p = mode.offsets.size() > channel ? mode.pole + mode.offsets[channel] : mode.pole;
+      sum += model.damping_model == DampingModel::hysteretic ? a / (s - p) - a / (s + p)
+                                                             : a / (s - p) + std::conj(a) / (s - std::conj(p));
     }
     h[i] = sum * std::pow(s, static_cast<int>(kind));
   }

@@ -8,6 +8,7 @@
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/testing/data.hpp"
+#include "whirl/testing/roving.hpp"
 
 namespace {
 using Complex = std::complex<double>;
@@ -222,9 +223,29 @@ TEST(Modes, BadInputIsAnError) {
   EXPECT_THROW(whirl::modal::fit_modes(data.frf, options), whirl::Error);
   data.frf.channels[0].value[3] = NAN;
   EXPECT_THROW(whirl::modal::fit_modes(data.frf), whirl::Error);
-  data.frf.channels[0].value.setZero();
+  for (auto& channel : data.frf.channels) channel.value.setZero();
   EXPECT_THROW(whirl::modal::fit_modes(data.frf), whirl::Error);
   EXPECT_THROW(whirl::modal::mac(Eigen::VectorXcd::Ones(2), Eigen::VectorXcd::Ones(3)), whirl::Error);
+}
+
+TEST(Modes, DeadChannelIsLeftOutAndNamed) {
+  auto data = make_synthetic(small(1));
+  data.frf.channels[2].value.setZero();
+  const auto model = whirl::modal::fit_modes(data.frf);
+  EXPECT_EQ(score(data.poles, model).frequency, 8);
+  EXPECT_EQ(model.responses.size(), data.frf.channels.size() - 1);
+  const std::string name = data.frf.channels[2].response + "/" + data.frf.channels[2].reference;
+  EXPECT_TRUE(std::any_of(model.summary.warnings.begin(), model.summary.warnings.end(),
+                          [&](const std::string& w) { return w.find(name) != std::string::npos; }));
+}
+
+TEST(Modes, BandWithoutAModeSaysSo) {
+  whirl::modal::ModeOptions options;
+  options.poles.band_low = 12;
+  options.poles.band_high = 20;
+  const auto data = whirl::testing::make_roving({.modes = 2, .low = 5, .high = 200, .modes_above = 0, .seed = 7});
+  ASSERT_GT(data.frequency[0], 22);
+  EXPECT_EQ(whirl::modal::fit_modes(data.frf, options).summary.status, whirl::Status::unusable);
 }
 
 TEST(ModesReference, NoiseFreeDataOf35ModesGiveNoOtherPoleInTheBand) {

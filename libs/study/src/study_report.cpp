@@ -1,9 +1,9 @@
 #include "whirl/study/study_report.hpp"
 
 #include <cmath>
-#include <numbers>
 
 #include "study_tables.hpp"
+#include "whirl/modal/residues.hpp"
 #include "whirl/pages/run_json.hpp"
 #include "whirl/pages/run_report_tables.hpp"
 #include "whirl/report/format.hpp"
@@ -35,21 +35,10 @@ Recording closed_loop(const Recording& log) {
 }
 
 Eigen::VectorXcd reconstruction(const FrequencyResponse& frf, const ModalModel& modes, Eigen::Index channel) {
-  Eigen::VectorXcd h(frf.frequency.size());
+  // The exponential window adds its decay to s (FRF and modes agree only with it).
+  Eigen::VectorXcd h = modal::synthesise(modes, channel, frf.frequency, modes.kind, frf.window_decay);
   for (Eigen::Index i = 0; i < h.size(); ++i) {
-    // The exponential window adds its decay to s (FRF and modes agree only with it).
-    const std::complex<double> s(frf.window_decay, 2 * std::numbers::pi * frf.frequency[i]);
-    if (frf.frequency[i] < modes.band_low || frf.frequency[i] > modes.band_high) {
-      h[i] = {NAN, NAN};
-      continue;
-    }
-    std::complex<double> sum = modes.lower[channel] / (s * s) + modes.upper[channel];
-    if (modes.upper_slope.size() > channel) sum += modes.upper_slope[channel] * s * s;
-    for (const Mode& m : modes.modes) {
-      const std::complex<double> a = m.residues[channel];
-      sum += a / (s - m.pole) + std::conj(a) / (s - std::conj(m.pole));
-    }
-    h[i] = sum * std::pow(s, static_cast<int>(modes.kind));
+    if (frf.frequency[i] < modes.band_low || frf.frequency[i] > modes.band_high) h[i] = {NAN, NAN};
   }
   return h;
 }

@@ -38,12 +38,21 @@ struct FrequencyResponse {
   Provenance provenance;
 };
 
+/// Damping of the modes of a fit. Hysteretic (structural): stiffness k (1 + i eta), a/(s - p) - a/(s + p) instead of a
+/// conjugate pair; then `frequency` is sqrt(k/m) / 2 pi and `damping` eta / 2.
+enum class DampingModel { viscous, hysteretic };
+std::string_view to_string(DampingModel model);
+
 /// One conjugate pole pair p = -zeta w0 + i w0 sqrt(1 - zeta^2) with its residues.
 struct Mode {
   Estimate frequency;         ///< undamped natural frequency |p| / 2 pi, Hz
   Estimate damping;           ///< zeta
   std::complex<double> pole;  ///< rad/s, Im > 0, window damping removed
   Eigen::VectorXcd residues;  ///< one per FrfChannel, receptance residues a of paper eq. 20
+  /// Pole of each FrfChannel less `pole`, rad/s, where the FRFs differ (roving sensors, warming); empty when they agree.
+  Eigen::VectorXcd offsets = {};
+  double frequency_scatter = 0;  ///< relative standard deviation of the frequency between FRFs
+  double damping_scatter = 0;    ///< standard deviation of the damping ratio between FRFs
 };
 
 /// Poles, residues and residuals of paper eq. 20.
@@ -58,6 +67,9 @@ struct ModalModel {
   FrfKind kind = FrfKind::accelerance;  ///< of the FRFs fitted
   double band_low = 0, band_high = 0;   ///< Hz
   double reconstruction_error = 0;      ///< norm(measured - model) / norm(measured) inside the band
+  DampingModel damping_model = DampingModel::viscous;
+  double frequency_scatter = 0;  ///< relative sd of the natural frequencies between FRFs, all modes; 0 = none seen
+  double damping_scatter = 0;    ///< sd of the damping ratios between FRFs, all modes; 0 = none seen
   double noise_floor = 0;               ///< the same from the measured variance; 0 when unknown
   Summary summary;
   Provenance provenance;

@@ -4,6 +4,9 @@
 
 namespace whirl::modal {
 
+/// Damping of the modes: viscous, hysteretic (structural), or the one with the larger likelihood.
+enum class DampingChoice { automatic, viscous, hysteretic };
+
 struct ModeOptions {
   PoleOptions poles;        ///< band, weighting and orders of the start
   ResidueOptions residues;  ///< which residuals; its band and weighting follow `poles`
@@ -12,18 +15,26 @@ struct ModeOptions {
   bool search = true;       ///< look in what is left for weak modes that no order showed
   double search_gain = 25;  ///< energy of a new pole over that of noise in the same directions
   int max_modes = 200;
+  bool scatter = true;  ///< let the poles differ between FRFs where the evidence asks for it
+  DampingChoice damping = DampingChoice::automatic;
 };
 
 /// Modes of a set of FRFs, from the lines to poles, residues and residuals with their uncertainty.
 ///
-/// pLSCF start, automatic selection, Gauss-Newton by variable projection over the poles alone, then search of the
-/// residual for modes that were missed. Frequencies and damping are those of the structure: the decay of an exponential
-/// window is removed (`damping_through_window` gives what was seen). Standard deviations come from the scatter about
-/// the model; where that scatter is structured over several lines they are widened accordingly. A mode that the data do
-/// not support is dropped; one narrower than a line, or whose ringing does not fit the record, is warned about. Modes
-/// up to 30 % outside the band may be present: they stand for what the residuals cannot, and their damping means
-/// little.
+/// Dead channels are left out with a warning. pLSCF start, automatic selection, Gauss-Newton by variable projection
+/// over the poles alone, then search of the residual for modes that were missed. Frequencies and damping are those of
+/// the structure: the decay of an exponential window is removed (`damping_through_window` gives what was seen).
+/// Standard deviations come from the scatter about the model; where that scatter is structured over several lines or
+/// common to several FRFs they are widened accordingly. Where single FRFs show their own poles (roving sensors,
+/// warming), every FRF gets its own and the modes are their means, with the scatter stated (mixed-effects model, chosen
+/// by description length). A mode that the data do not support is dropped; one narrower than a line, or whose ringing
+/// does not fit the record, is warned about. Modes up to 30 % outside the band may be present: they stand for what the
+/// residuals cannot, and their damping means little.
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options = {});
+
+/// The responses without those that are zero (or 1e-9 of the others) on every line, which no fit can use; `names` of
+/// those left out. Throws Error when none remains.
+FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vector<std::string>& names);
 
 /// Damping ratio of the mode as it appears behind an exponential window of this decay, 1/s.
 double damping_through_window(const Mode& mode, double window_decay);

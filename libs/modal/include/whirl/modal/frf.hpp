@@ -23,6 +23,8 @@ struct FrfOptions {
   double converter_range = 0;     ///< largest |value| of the force channel's converter, N; 0 = unknown
   bool drop_overloads = true;     ///< leave overloaded blows out of the average
   bool drop_double_hits = false;  ///< leave blows with a second hit out of the average
+  bool drop_odd = true;           ///< leave out blows that certainly disagree with most others (sign, gain, delay)
+  std::vector<int> exclude = {};  ///< blows to leave out, counted from 1 over all recordings
   double band_drop_db = 20;  ///< the band ends where the force spectrum has dropped by this much; 0 = keep all lines
 };
 
@@ -40,6 +42,8 @@ struct BlowReport {
   bool force_overload = false;
   std::vector<std::string> overloaded_responses;
   std::vector<SecondHit> second_hits;
+  std::vector<std::string>
+      disagreements;  ///< with the other blows: reversed, another gain or unit, delayed, incoherent
   bool used = true;
 };
 

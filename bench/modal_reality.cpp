@@ -1,0 +1,92 @@
+// Modal fits where reality leaves the model: frequencies that differ between FRFs, mass loading by a roving sensor,
+// modes above the band, noise common to all responses, hysteretic damping, kinds whose size spans decades.
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+
+#include "../libs/modal/test/synthetic.hpp"
+#include "whirl/modal/fit_modes.hpp"
+#include "whirl/testing/roving.hpp"
+
+namespace {
+
+void print(const char* name, const whirl::testing::ModeScore& s, const whirl::ModalModel& model, std::size_t truth,
+           double seconds) {
+  fmt::print("| {:<36} | {:2d}/{:<2d} | {:2d} | {:2d} ({}) | {:3.0f} {:3.0f} | {:7.5f} {:6.3f} | {:5.2f} |", name,
+             s.frequency, truth, s.both, s.extra, s.sharp_extra, 100.0 * s.covered_frequency / std::max(1, s.frequency),
+             100.0 * s.covered_damping / std::max(1, s.frequency), 100 * s.median_frequency_error,
+             100 * s.median_damping_error, seconds);
+#ifndef WHIRL_OLD
+  fmt::print(" {:.4f} % ({:.2f} %)", 100 * model.frequency_scatter, 100 * model.damping_scatter);
+#else
+  (void)model;
+#endif
+  fmt::print("\n");
+}
+
+std::vector<std::complex<double>> poles_of(const std::vector<double>& f, const std::vector<double>& zeta) {
+  std::vector<std::complex<double>> poles;
+  for (std::size_t i = 0; i < f.size(); ++i) {
+    poles.push_back(2 * std::numbers::pi * f[i] * std::complex<double>(-zeta[i], std::sqrt(1 - zeta[i] * zeta[i])));
+  }
+  return poles;
+}
+
+template <class F>
+void timed(const char* name, const whirl::FrequencyResponse& frf, const std::vector<std::complex<double>>& truth, F&&) {
+  const std::clock_t start = std::clock();
+  const whirl::ModalModel model = whirl::modal::fit_modes(frf);
+  print(name, whirl::testing::score(truth, model), model, truth.size(),
+        static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+}
+
+void roving(const char* name, whirl::testing::RovingOptions o, int seeds) {
+  for (int seed = 1; seed <= seeds; ++seed) {
+    o.seed = static_cast<unsigned>(100 + seed);
+    const auto data = whirl::testing::make_roving(o);
+    timed(name, data.frf, poles_of(data.frequency, data.damping), 0);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int seeds = argc > 1 ? std::atoi(argv[1]) : 2;
+  const char* only = argc > 2 ? argv[2] : "";
+  const auto wanted = [&](const char* name) { return std::strstr(name, only) != nullptr; };
+  fmt::print("| case | found | both | false (sharp) | cover f, zeta | error f %, zeta % | s | scatter f (zeta) |\n");
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  for (const auto& [name, scatter] :
+       {std::pair{"scatter 0.01 %", 1e-4}, {"scatter 0.03 %", 3e-4}, {"scatter 0.1 %", 1e-3}}) {
+    if (wanted(name)) roving(name, {.frequency_scatter = scatter}, seeds);
+  }
+  if (wanted("scatter both"))
+    roving("scatter both 0.03 %, damping 5 %", {.frequency_scatter = 3e-4, .damping_scatter = 0.05}, seeds);
+  if (wanted("none")) roving("none", {}, seeds);
+  for (int above : {6, 20}) {
+    if (wanted("above")) roving("above the band", {.noise = 0.01, .modes_above = above}, seeds);
+  }
+  if (wanted("common")) roving("common force noise 2 %", {.noise = 0.002, .common_noise = 0.02}, seeds);
+  if (wanted("hysteretic")) roving("hysteretic", {.hysteretic = true}, seeds);
+  for (int seed = 1; seed <= seeds && wanted("beam"); ++seed) {
+    const auto beam = whirl::testing::make_beam({.seed = static_cast<unsigned>(seed)});
+    timed("beam, roving sensor", beam.frf, poles_of(beam.unloaded, std::vector<double>(beam.unloaded.size(), 0.004)),
+          0);
+  }
+  for (const auto kind : {whirl::FrfKind::mobility, whirl::FrfKind::receptance}) {
+    for (const bool proportional : {false, true}) {
+      for (int seed = 1; seed <= seeds && wanted("35 modes"); ++seed) {
+        whirl::testing::SyntheticOptions o;
+        o.kind = kind;
+        o.noise = 0.05;
+        o.proportional = proportional;
+        o.seed = static_cast<unsigned>(seed);
+        const auto data = whirl::testing::make_synthetic(o);
+        const std::string name = fmt::format("35 modes, {} 5 %, {}", to_string(kind), proportional ? "prop." : "add.");
+        timed(name.c_str(), data.frf, data.poles, 0);
+      }
+    }
+  }
+}

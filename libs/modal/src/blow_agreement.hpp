@@ -1,0 +1,25 @@
+#pragma once
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+namespace whirl::modal {
+
+/// Spectra of one blow, on the lines that the hammer excites.
+struct BlowSpectra {
+  Eigen::VectorXcd force;
+  std::vector<Eigen::VectorXcd> responses;
+};
+
+/// What sets a blow apart from the others, per blow: empty when it agrees. `names` of the responses, `dt` of the
+/// record, `samples` of one transform. Needs two blows; with two only, both are named, since nothing tells which is
+/// wrong.
+struct BlowDisagreement {
+  std::string finding;
+  bool certain = false;  ///< most of the blows agree with one another and this one does not
+};
+std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpectra>& blows,
+                                                       const std::vector<std::string>& names, double dt,
+                                                       Eigen::Index samples);
+
+}  // namespace whirl::modal

@@ -1,0 +1,151 @@
+#include "modal_result.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "residue_fit.hpp"
+
+namespace whirl::modal {
+namespace {
+
+using Eigen::Index;
+using Complex = std::complex<double>;
+constexpr double kPi = std::numbers::pi;
+
+// Frequency and damping of a pole and their derivatives by Re p and Im p.
+struct Parameters {
+  double frequency, damping;
+  Eigen::Vector2d frequency_slope, damping_slope;
+};
+
+Parameters parameters_of(Complex p, DampingModel model) {
+  const double u = p.real(), v = p.imag(), size = std::abs(p);
+  if (model == DampingModel::viscous) {
+    return {size / (2 * kPi),
+            -u / size,
+            Eigen::Vector2d(u, v) / (2 * kPi * size),
+            {-v * v / std::pow(size, 3), u * v / std::pow(size, 3)}};
+  }
+  // -p^2 = k/m (1 + i eta)
+  const double stiffness = v * v - u * u, loss = -2 * u * v, root = std::sqrt(stiffness);
+  return {root / (2 * kPi),
+          loss / stiffness / 2,
+          Eigen::Vector2d(-u, v) / (2 * kPi * root),
+          {-v / stiffness + u * loss / (stiffness * stiffness), -u / stiffness - v * loss / (stiffness * stiffness)}};
+}
+
+void warn_of_modes(const Band& band, ModalModel& model) {
+  for (const Mode& mode : model.modes) {
+    if (mode.frequency.value < band.low || mode.frequency.value > band.high) continue;
+    if (band.decay == 0 && -mode.pole.real() / band.line_width() < 3) {
+      model.summary.warn(
+          fmt::format("mode at {:.5g} Hz still rings at the end of a record of 1/df = {:.3g} s: leakage makes its "
+                      "damping too high; use an exponential window",
+                      mode.frequency.value, 1 / band.line_width()));
+    }
+    if (2 * mode.damping.value * mode.frequency.value < band.line_width()) {
+      model.summary.warn(fmt::format("mode at {:.5g} Hz is narrower than a line: its damping is limited by resolution",
+                                     mode.frequency.value));
+    }
+  }
+  for (const Mode& mode : model.modes) {
+    for (const Mode& strong : model.modes) {
+      const double times = std::round(mode.frequency.value / strong.frequency.value);
+      const double distance = std::abs(mode.frequency.value - times * strong.frequency.value);
+      if ((times == 2 || times == 3) && distance < mode.damping.value * mode.frequency.value &&
+          mode.residues.norm() < 0.01 * strong.residues.norm()) {
+        model.summary.warn(
+            fmt::format("mode at {:.5g} Hz lies at {:g} times the far stronger one at {:.5g} Hz: it may be the "
+                        "distortion of a nonlinear stiffness, not a mode",
+                        mode.frequency.value, times, strong.frequency.value));
+        break;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Solution& solution) {
+  ModalModel model;
+  model.damping_model = solution.terms.hysteretic ? DampingModel::hysteretic : DampingModel::viscous;
+  std::vector<std::size_t> order(solution.poles.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::sort(order.begin(), order.end(),
+            [&](auto a, auto b) { return std::abs(solution.poles[a]) < std::abs(solution.poles[b]); });
+  ResidueFit residues = unpack_residues(band, solution.terms, solution.residues);
+  set_errors(band, solution.residual, residues);
+  for (std::size_t i : order) {
+    const Complex p = solution.poles[i];
+    const auto at = static_cast<Index>(i);
+    Mode mode;
+    mode.pole = p;
+    mode.residues = residues.residues.row(at).transpose();
+    const Parameters values = parameters_of(p, model.damping_model);
+    mode.frequency.value = values.frequency;
+    mode.damping.value = values.damping;
+    double frequency_variance = 0, damping_variance = 0;
+    for (const Eigen::MatrixXd& covariance : solution.covariance) {
+      const Eigen::Matrix2d c = covariance.block<2, 2>(2 * at, 2 * at);
+      frequency_variance = std::max(frequency_variance, values.frequency_slope.dot(c * values.frequency_slope));
+      damping_variance = std::max(damping_variance, values.damping_slope.dot(c * values.damping_slope));
+    }
+    if (!solution.covariance.empty()) {
+      mode.frequency = Estimate::from_sd(values.frequency, std::sqrt(frequency_variance));
+      mode.damping = Estimate::from_sd(values.damping, std::sqrt(damping_variance));
+    }
+    if (!solution.local.empty()) {
+      mode.offsets.resize(band.channels());
+      for (Index c = 0; c < band.channels(); ++c) mode.offsets[c] = solution.local[static_cast<std::size_t>(c)][i] - p;
+      mode.frequency_scatter = std::sqrt(solution.spread(at, 1)) / std::abs(p);
+      mode.damping_scatter = std::sqrt(solution.spread(at, 0)) / std::abs(p);
+    }
+    model.modes.push_back(std::move(mode));
+  }
+  model.frequency_scatter = solution.frequency_scatter;
+  model.damping_scatter = solution.damping_scatter;
+  model.lower = residues.lower;
+  model.upper = residues.upper;
+  model.upper_slope = residues.upper_slope;
+  model.kind = frf.kind;
+  model.band_low = band.low;
+  model.band_high = band.high;
+  model.window_decay = band.decay;
+  model.reconstruction_error = residues.reconstruction_error;
+  model.noise_floor = band.noise_floor;
+  for (const auto& channel : frf.channels) {
+    model.responses.push_back(channel.response);
+    model.references.push_back(channel.reference);
+  }
+  warn_of_modes(band, model);
+  if (!solution.converged) model.summary.warn("refinement of the poles has not converged");
+  const auto inside = std::count_if(model.modes.begin(), model.modes.end(), [&](const Mode& mode) {
+    return mode.frequency.value >= band.low && mode.frequency.value <= band.high;
+  });
+  if (inside == 0) {
+    model.summary.fail(model.modes.empty() ? "no mode found in the band"
+                                           : "no mode in the band: those listed lie outside and only stand for what "
+                                             "the residuals cannot");
+  }
+  if (solution.correlated > 3) {
+    model.summary.warn(fmt::format("the model leaves structure over about {:.0f} lines: error bars are widened for it",
+                                   solution.correlated));
+  }
+  model.summary.residual = model.reconstruction_error;
+  model.summary.trust = fmt::format(
+      "{} modes between {:.4g} and {:.4g} Hz, reconstruction within {:.3g} %{}", inside, band.low, band.high,
+      100 * model.reconstruction_error,
+      model.frequency_scatter > 0
+          ? fmt::format("; frequencies differ by {:.2g} % (one sd) between FRFs", 100 * model.frequency_scatter)
+          : "");
+  if (model.damping_model == DampingModel::hysteretic)
+    model.summary.trust += "; the damping is structural (hysteretic), the ratio shown half the loss factor";
+  model.provenance.version = version();
+  return model;
+}
+
+}  // namespace whirl::modal

@@ -1,0 +1,114 @@
+#include "tones.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/signal/fft.hpp"
+
+namespace whirl::modal {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Complex = std::complex<double>;
+constexpr double kPi = std::numbers::pi;
+
+// Power of all channels per line, each channel scaled to unit variance, behind a Hann window.
+VectorXd line_power(const MatrixXd& y) {
+  VectorXd window(y.rows());
+  for (Index i = 0; i < y.rows(); ++i)
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(y.rows()));
+  VectorXd power = VectorXd::Zero(y.rows() / 2 + 1);
+  for (Index c = 0; c < y.cols(); ++c) {
+    const VectorXd x = y.col(c).cwiseProduct(window);
+    const double size = x.squaredNorm();
+    if (size > 0) power += signal::real_fft(x).cwiseAbs2() / size;
+  }
+  return power;
+}
+
+// Cosine and sine of a frequency about the middle of the record.
+MatrixXd tone_columns(Index n, double dt, double frequency) {
+  MatrixXd columns(n, 2);
+  for (Index i = 0; i < n; ++i) {
+    const double angle = 2 * kPi * frequency * dt * (static_cast<double>(i) - 0.5 * static_cast<double>(n));
+    columns(i, 0) = std::cos(angle);
+    columns(i, 1) = std::sin(angle);
+  }
+  return columns;
+}
+
+double tone_energy(const MatrixXd& y, double dt, double frequency) {
+  const MatrixXd columns = tone_columns(y.rows(), dt, frequency);
+  const MatrixXd products = columns.transpose() * y;
+  return ((columns.transpose() * columns).ldlt().solve(products).cwiseProduct(products)).sum();
+}
+
+}  // namespace
+
+std::vector<Tone> find_tones(const MatrixXd& y, double dt, double low, double high) {
+  const VectorXd power = line_power(y);
+  const double line = 1 / (dt * static_cast<double>(y.rows()));
+  std::vector<Tone> tones;
+  for (Index k = std::max<Index>(30, static_cast<Index>(low / line)); k + 31 < power.size(); ++k) {
+    if (static_cast<double>(k) * line > high) break;
+    if (power[k] < power.segment(k - 2, 5).maxCoeff()) continue;
+    // A tone fills three lines behind a Hann window; random response as narrow as a few lines does not stand so far out
+    // of the nearest lines.
+    std::vector<double> near;
+    for (Index i = 4; i <= 12; ++i) {
+      near.push_back(power[k - i]);
+      near.push_back(power[k + i]);
+    }
+    const double mean = std::max(1e-300, VectorXd::Map(near.data(), static_cast<Index>(near.size())).mean());
+    const double chance = std::log(static_cast<double>(power.size())) + 6;  // of exponential lines, of one channel
+    if (power[k] < 3 * chance * mean) continue;
+    Tone tone;
+    tone.frequency = static_cast<double>(k) * line;
+    tone.evidence = fmt::format("spectral line {:.0f} times its surroundings", power[k] / mean);
+    tones.push_back(std::move(tone));
+  }
+  return tones;
+}
+
+void subtract_tone(MatrixXd& y, double dt, Tone& tone) {
+  const double line = 1 / (dt * static_cast<double>(y.rows()));
+  double low = tone.frequency - 0.7 * line, high = tone.frequency + 0.7 * line;
+  for (int i = 0; i < 14; ++i) {  // golden-section search of the largest energy
+    const double a = high - 0.618034 * (high - low), b = low + 0.618034 * (high - low);
+    (tone_energy(y, dt, a) > tone_energy(y, dt, b) ? high : low) =
+        tone_energy(y, dt, a) > tone_energy(y, dt, b) ? b : a;
+  }
+  tone.frequency = 0.5 * (low + high);
+  const MatrixXd columns = tone_columns(y.rows(), dt, tone.frequency);
+  const MatrixXd x = (columns.transpose() * columns).ldlt().solve(columns.transpose() * y);
+  y -= columns * x;
+  tone.amplitude = x.colwise().norm().transpose();
+}
+
+double band_kurtosis(const MatrixXd& y, double dt, double frequency, double half_width) {
+  const double line = 1 / (dt * static_cast<double>(y.rows()));
+  const Index first = std::max<Index>(1, static_cast<Index>((frequency - half_width) / line)),
+              last = std::min<Index>(y.rows() / 2 - 1, static_cast<Index>((frequency + half_width) / line) + 1);
+  double best = -1, kurtosis = 3;
+  for (Index c = 0; c < y.cols(); ++c) {
+    const Eigen::VectorXcd all = signal::real_fft(y.col(c));
+    Eigen::VectorXcd kept = Eigen::VectorXcd::Zero(last - first + 1);
+    kept = all.segment(first, last - first + 1);
+    if (kept.squaredNorm() <= best) continue;
+    best = kept.squaredNorm();
+    // The envelope: shifted to 0 Hz. Kurtosis of the oscillation = 1.5 mean|a|^4 / (mean|a|^2)^2.
+    Eigen::VectorXcd padded = Eigen::VectorXcd::Zero(signal::fast_fft_length(4 * kept.size()));
+    padded.head(kept.size()) = kept;
+    const VectorXd square = signal::inverse_fft(padded).cwiseAbs2();
+    kurtosis = 1.5 * square.squaredNorm() / static_cast<double>(square.size()) / std::pow(square.mean(), 2);
+  }
+  return kurtosis;
+}
+
+}  // namespace whirl::modal

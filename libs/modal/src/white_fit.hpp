@@ -1,0 +1,46 @@
+#pragma once
+#include "pole_fit.hpp"
+#include "whirl/modal/fit_modes.hpp"
+
+namespace whirl::modal {
+
+/// Poles refined under equal, independent noise in every line (weights), all FRFs having the same poles.
+struct Refined {
+  Poles poles;
+  PoleFit fit;
+  bool converged = false;
+  Eigen::MatrixXcd residual = {};
+  double correlated = 1;    ///< lines, see correlated_lines
+  std::size_t started = 0;  ///< so many leading poles come from the stabilisation diagram, the others from the search
+};
+
+/// Real data minus real parameters: residues and residuals of every channel, and the poles.
+double freedom(const Band& band, const Poles& poles, const ResidualTerms& terms);
+
+/// Variance of one weighted real datum; not below 1e-5 of the data, rms.
+double noise_variance(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit);
+double least_variance(const Band& band);
+
+/// Gauss-Newton with Levenberg damping, its factor by the ratio of real to predicted gain (Nielsen). Stops when a step
+/// would gain less than 0.03 of one noise variance per pole, or would move nothing that matters.
+Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations);
+
+/// Drops poles that the data do not hold: damping out of range, real part not known to a factor, or an energy that
+/// noise could have. Returns true when any was dropped.
+bool drop_unsupported(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options,
+                      double correlated = 1);
+
+/// Refines, searches what is left for missed modes and drops what the data do not hold. `equal`: the same lines without
+/// weights, empty when `full` has none. Never leaves a larger error than the poles it started from.
+Refined fit_white(const Band& full, const Band& equal, const Poles& start, const ResidualTerms& terms,
+                  const ModeOptions& options);
+
+/// Covariance of (Re, Im) of the poles, in their order, from the scatter about the model; `correlated` lines count as
+/// one.
+Eigen::MatrixXd covariance_of(const Band& band, const Refined& state, const ResidualTerms& terms, double correlated);
+
+/// The same from the scores of the lines themselves: holds when what is left is common to several FRFs (an error of the
+/// force) or follows the resonance (sandwich covariance, blocks of `correlated` lines).
+Eigen::MatrixXd line_covariance(const Band& band, const Refined& state, const ResidualTerms& terms, double correlated);
+
+}  // namespace whirl::modal

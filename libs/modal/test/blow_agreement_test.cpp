@@ -1,0 +1,132 @@
+// Blows that disagree with the others: named, and left out when most agree.
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <random>
+
+#include "whirl/modal/frf.hpp"
+
+namespace {
+
+using whirl::Quantity;
+using whirl::Recording;
+
+// Blows of half-sine pulses on three modes, each response the sum of decaying oscillations that every sample of the
+// force starts (recursion of the exact impulse response), with noise.
+std::vector<Recording> blows(unsigned seed, int count = 5) {
+  std::mt19937_64 random(seed * 7919ull);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  const double dt = 1.0 / 2048;
+  const Eigen::Index n = 2048, start = 60;
+  std::vector<Recording> result;
+  for (int b = 0; b < count; ++b) {
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(n), response = Eigen::VectorXd::Zero(n);
+    const double peak = 60 * (0.7 + 0.6 * uniform(random));
+    const auto width = static_cast<Eigen::Index>(5 + 3 * uniform(random));
+    for (Eigen::Index i = 0; i < width; ++i)
+      force[start + i] =
+          peak * std::sin(std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(width));
+    for (const double f : {31.0, 84.0, 143.0}) {
+      const double w = 2 * std::numbers::pi * f, zeta = 0.02;
+      std::complex<double> z = 0;
+      const std::complex<double> turn = std::exp(std::complex<double>(-zeta * w, w) * dt);
+      for (Eigen::Index i = 0; i < n; ++i) {
+        z = z * turn + force[i] * dt;
+        response[i] += w * z.imag() / 30;
+      }
+    }
+    const double size = std::sqrt(response.squaredNorm() / static_cast<double>(n));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      force[i] += 0.002 * peak * normal(random);
+      response[i] += 0.03 * size * normal(random);
+    }
+    Recording record;
+    record.dt = dt;
+    record.source = "blow";
+    record.add("f", Quantity::force, force);
+    record.add("a", Quantity::acceleration, response);
+    result.push_back(std::move(record));
+  }
+  return result;
+}
+
+std::vector<whirl::modal::BlowReport> judge(const std::vector<Recording>& records,
+                                            whirl::modal::FrfOptions options = {}) {
+  std::vector<whirl::modal::BlowReport> reports;
+  whirl::modal::estimate_frf(records, options, &reports);
+  return reports;
+}
+
+void expect_only_third(const std::vector<whirl::modal::BlowReport>& reports, const std::string& word) {
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    EXPECT_EQ(reports[i].used, i != 2) << "blow " << i + 1;
+    EXPECT_EQ(reports[i].disagreements.empty(), i != 2) << "blow " << i + 1;
+  }
+  ASSERT_FALSE(reports[2].disagreements.empty());
+  EXPECT_NE(reports[2].disagreements[0].find(word), std::string::npos) << reports[2].disagreements[0];
+}
+
+TEST(BlowAgreementProperty, ReversedScaledDelayedAndStrangeBlowsAreNamedAndLeftOut) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const auto clean = blows(seed);
+    auto damaged = clean;
+    damaged[2].channels[1].samples *= -1;
+    expect_only_third(judge(damaged), "reversed");
+    damaged = clean;
+    damaged[2].channels[1].samples /= 9.80665;
+    expect_only_third(judge(damaged), "in g");
+    damaged = clean;
+    damaged[2].channels[1].samples.tail(2042) = clean[2].channels[1].samples.head(2042).eval();
+    expect_only_third(judge(damaged), "late by");
+    damaged = clean;
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    for (double& x : damaged[2].channels[1].samples) x = 5 * normal(random);
+    expect_only_third(judge(damaged), "incoherent");
+  }
+}
+
+TEST(BlowAgreementProperty, CleanSetsAreNotAccused) {
+  int accused = 0, all = 0;
+  for (unsigned seed = 101; seed <= 180; ++seed) {
+    for (const auto& report : judge(blows(seed))) {
+      ++all;
+      accused += !report.disagreements.empty();
+    }
+  }
+  EXPECT_LT(accused, 0.01 * all);
+}
+
+TEST(BlowAgreement, ExcludedBlowsAreNotAveraged) {
+  const auto reports = judge(blows(7), {.exclude = {2, 4}});
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(reports[i].used, i != 1 && i != 3);
+  EXPECT_THROW(judge(blows(7), {.exclude = {6}}), std::exception);
+}
+
+TEST(BlowAgreement, OddBlowsAreKeptWhenAsked) {
+  auto damaged = blows(8);
+  damaged[2].channels[1].samples *= -1;
+  const auto reports = judge(damaged, {.drop_odd = false});
+  EXPECT_TRUE(reports[2].used);
+  EXPECT_FALSE(reports[2].disagreements.empty());
+}
+
+TEST(BlowAgreement, TwoBlowsThatDisagreeAreBothNamedAndKept) {
+  auto damaged = blows(9, 2);
+  damaged[1].channels[1].samples *= -1;
+  for (const auto& report : judge(damaged)) {
+    EXPECT_TRUE(report.used);
+    EXPECT_FALSE(report.disagreements.empty());
+  }
+}
+
+TEST(BlowAgreement, DeadResponseIsLeftOutWithAWarning) {
+  auto records = blows(10);
+  for (Recording& record : records) record.add("dead", Quantity::acceleration, Eigen::VectorXd::Zero(record.size()));
+  const auto frf = whirl::modal::estimate_frf(records);
+  ASSERT_EQ(frf.channels.size(), 1u);
+  EXPECT_NE(frf.summary.warnings.front().find("dead"), std::string::npos);
+}
+
+}  // namespace

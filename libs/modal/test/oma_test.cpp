@@ -1,0 +1,88 @@
+// Modes from ambient records, against a structure of known modes.
+#include "whirl/modal/oma.hpp"
+
+#include <gtest/gtest.h>
+
+#include "whirl/modal/poles.hpp"
+#include "whirl/testing/ambient.hpp"
+
+namespace {
+
+using whirl::modal::identify_operational;
+using whirl::modal::OperationalModes;
+using whirl::testing::make_ambient;
+
+struct Score {
+  int found = 0, extra = 0, frequency = 0, damping = 0;
+  std::vector<double> damping_error;
+};
+
+void add(const whirl::testing::Ambient& truth, const OperationalModes& found, Score& score) {
+  std::vector<bool> used(found.modes.size());
+  for (std::size_t k = 0; k < truth.frequency.size(); ++k) {
+    std::size_t best = found.modes.size();
+    double distance = 0.006;
+    for (std::size_t m = 0; m < found.modes.size(); ++m) {
+      const double d = std::abs(found.modes[m].frequency.value / truth.frequency[k] - 1);
+      if (used[m] || d >= distance) continue;
+      distance = d;
+      best = m;
+    }
+    if (best == found.modes.size()) continue;
+    used[best] = true;
+    ++score.found;
+    score.frequency += found.modes[best].frequency.covers(truth.frequency[k]);
+    score.damping += found.modes[best].damping.covers(truth.damping[k]);
+    score.damping_error.push_back(std::abs(found.modes[best].damping.value / truth.damping[k] - 1));
+  }
+  score.extra += static_cast<int>(std::count(used.begin(), used.end(), false));
+}
+
+TEST(OmaProperty, FiveAmbientRecordsShowEveryModeAndBothTones) {
+  Score score;
+  for (unsigned seed = 31; seed <= 35; ++seed) {
+    const auto truth = make_ambient({.structure = 5, .seed = seed});
+    const OperationalModes found = identify_operational(truth.recording);
+    add(truth, found, score);
+    ASSERT_EQ(found.tones.size(), 2u);
+    EXPECT_NEAR(found.tones[0].frequency, 14, 0.002);
+    EXPECT_NEAR(found.tones[1].frequency, 28, 0.002);
+  }
+  EXPECT_EQ(score.found, 40);
+  EXPECT_EQ(score.extra, 0);
+  // 40 intervals at 95 %.
+  EXPECT_GE(score.frequency, 34);
+  EXPECT_GE(score.damping, 34);
+}
+
+TEST(Oma, SetUpsAreScaledOnTheirSharedChannels) {
+  const auto truth = make_ambient({.frequency = {4, 9, 17}, .channels = 8, .tones = {}, .structure = 3, .seed = 41});
+  std::vector<OperationalModes> setups;
+  for (const std::vector<int>& channels : {std::vector<int>{0, 1, 2, 3, 4}, {0, 1, 5, 6, 7}}) {
+    whirl::Recording part;
+    part.dt = truth.recording.dt;
+    for (const int c : channels) {
+      const auto& channel = truth.recording.channels[static_cast<std::size_t>(c)];
+      part.add(channel.name, channel.quantity, channel.samples);
+    }
+    setups.push_back(identify_operational(part));
+  }
+  const OperationalModes merged = whirl::modal::merge_setups(setups);
+  ASSERT_EQ(merged.modes.size(), 3u);
+  ASSERT_EQ(merged.channels.size(), 8u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(merged.modes[k].frequency.value, truth.frequency[k], 0.01 * truth.frequency[k]);
+    const Eigen::VectorXcd shape = Eigen::VectorXd::Map(truth.shape[k].data(), 8).cast<std::complex<double>>();
+    EXPECT_GT(whirl::modal::mac(merged.modes[k].shape, shape), 0.98);
+  }
+  setups[1].channels = {"a", "b", "c", "d", "e"};
+  EXPECT_THROW(whirl::modal::merge_setups(setups), std::exception);
+}
+
+TEST(OmaProperty, RandomResponseAloneShowsNoTone) {
+  for (unsigned seed = 51; seed <= 54; ++seed)
+    EXPECT_TRUE(
+        identify_operational(make_ambient({.tones = {}, .structure = 6, .seed = seed}).recording).tones.empty());
+}
+
+}  // namespace
