@@ -35,6 +35,7 @@ target_compile_options(whirl_flags INTERFACE
   # With AVX-512 also inside its own intrinsics; the dev preset builds without and keeps both warnings.
   $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_NATIVE}>:-march=native$<SEMICOLON>-Wno-uninitialized$<SEMICOLON>-Wno-array-bounds>>)
 target_link_libraries(whirl_flags INTERFACE Eigen3::Eigen)
+target_compile_features(whirl_flags INTERFACE cxx_std_20)
 if(WHIRL_SANITIZE)
   target_compile_options(whirl_flags INTERFACE
     $<BUILD_INTERFACE:-fsanitize=${WHIRL_SANITIZE}> $<BUILD_INTERFACE:-fno-sanitize-recover=all>

@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# The C++ examples on records of the virtual rig, built by CMakeLists.txt beside this file.
+set -euo pipefail
+out=${1:-out/cpp}
+mkdir -p "$out" && cd "$out"
+
+whirl rig record --added-mass-g 5 --out rundown.csv
+whirl rig record --added-mass-g 5 --run-up --seed 2 --out runup.csv
+
+example_check_record rundown.csv
+example_identify_and_validate rundown.csv runup.csv
+example_design_and_run model.json
+example_own_system
