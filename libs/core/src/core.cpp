@@ -153,9 +153,7 @@ std::string_view to_string(FrfKind k) {
   return "?";
 }
 
-std::string_view to_string(DampingModel model) {
-  return model == DampingModel::viscous ? "viscous" : "hysteretic";
-}
+std::string_view to_string(DampingModel model) { return model == DampingModel::viscous ? "viscous" : "hysteretic"; }
 
 std::string_view to_string(FrfEstimator e) {
   switch (e) {

@@ -49,7 +49,8 @@ struct Mode {
   Estimate damping;           ///< zeta
   std::complex<double> pole;  ///< rad/s, Im > 0, window damping removed
   Eigen::VectorXcd residues;  ///< one per FrfChannel, receptance residues a of paper eq. 20
-  /// Pole of each FrfChannel less `pole`, rad/s, where the FRFs differ (roving sensors, warming); empty when they agree.
+  /// Pole of each FrfChannel less `pole`, rad/s, where the FRFs differ (roving sensors, warming); empty when they
+  /// agree.
   Eigen::VectorXcd offsets = {};
   double frequency_scatter = 0;  ///< relative standard deviation of the frequency between FRFs
   double damping_scatter = 0;    ///< standard deviation of the damping ratio between FRFs
@@ -70,7 +71,7 @@ struct ModalModel {
   DampingModel damping_model = DampingModel::viscous;
   double frequency_scatter = 0;  ///< relative sd of the natural frequencies between FRFs, all modes; 0 = none seen
   double damping_scatter = 0;    ///< sd of the damping ratios between FRFs, all modes; 0 = none seen
-  double noise_floor = 0;               ///< the same from the measured variance; 0 when unknown
+  double noise_floor = 0;        ///< the same from the measured variance; 0 when unknown
   Summary summary;
   Provenance provenance;
 };

@@ -21,7 +21,7 @@ struct OmaOptions {
   int block_rows = 0;                  ///< block rows of the Hankel matrix; 0 = about 360 rows in all
   int blocks = 20;                     ///< of the record, for the variances
   double max_damping = 0.1;
-  double presence = 0.33;       ///< share of the orders that show a mode
+  double presence = 0.33;        ///< share of the orders that show a mode
   double largest_spread = 0.6;   ///< largest sd of a damping ratio, relative to it
   bool remove_harmonics = true;  ///< subtract pure tones before the identification
   std::vector<double> tones;     ///< Hz; known ones, e.g. from a tachometer, told and subtracted in any case
