@@ -1,7 +1,9 @@
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 
 #include "command.hpp"
@@ -9,6 +11,7 @@
 #include "commands/balance.hpp"
 #include "commands/response.hpp"
 #include "commands/run_io.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace whirl::app {
 
@@ -120,4 +123,13 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace whirl::app
 
-int main(int argc, char** argv) { return whirl::app::run(argc, argv); }
+int main(int argc, char** argv) {
+  whirl::io::clean_up_on_signals();
+  const int code = whirl::app::run(argc, argv);
+  // What was printed counts as written only when all of it has arrived.
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    fmt::print(stderr, "whirl: error: standard output cannot be written: {}\n", std::strerror(errno));
+    return 2;
+  }
+  return code;
+}

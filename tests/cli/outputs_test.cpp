@@ -119,7 +119,7 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   };
   for (const Call& call : kCalls) {
     for (const Case& c : {Case{"nowhere/out.csv", "no folder nowhere"}, Case{"sub", "is a folder"},
-                          Case{"file/out.csv", "no folder"}, Case{"/dev/full", "no regular file"}}) {
+                          Case{"file/out.csv", "no folder"}, Case{"/dev/full", "No space left"}}) {
       const Outcome outcome = folder.whirl(with_output(call.arguments, c.out));
       EXPECT_EQ(outcome.exit_code, 2) << call.arguments << " with " << c.out;
       EXPECT_NE(outcome.err.find(c.reason), std::string::npos) << call.arguments << " with " << c.out << "\n"

@@ -5,7 +5,9 @@
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/identify/identify_rotor.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/output.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/compare_report.hpp"
 #include "whirl/rig/records.hpp"
@@ -95,7 +97,7 @@ void add_compare(CommandLine& app, Session& session) {
         session.say(report::to_text(pages::floor_table(comparison)));
         session.say(fmt::format("best: {}", best.label));
         if (!o->out.empty()) {
-          std::filesystem::create_directories(o->out);
+          io::make_folder(o->out);
           for (const tuning::ComparedResult& r : comparison.results)
             session.check_output(o->out / fmt::format("controller_{}.json", file_name(r.label)), "whirl.controller");
           for (const tuning::ComparedResult& r : comparison.results) {

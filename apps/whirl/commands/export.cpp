@@ -9,6 +9,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::app {
 namespace {
@@ -62,23 +63,20 @@ template <class T>
 std::vector<std::string> write(const Session& session, const Options& o, const T& value,
                                const deploy::CodeOptions& code) {
   const std::filesystem::path folder = o.out;
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  if (failed) throw Error(fmt::format("--out {}: {}", o.out, failed.message()));
   std::vector<std::string> written;
   if (o.form == "fmu") {
     session.check_output(folder / (code.prefix + ".fmu"));
     const deploy::FmuOptions f = fmu_options(o, code, std::is_same_v<T, ControllerDesign>);
+    // What is refused leaves no folder.
+    const std::vector<deploy::SourceFile> files = deploy::fmu_files(value, f);
+    io::make_folder(folder);
     written.push_back((folder / (code.prefix + ".fmu")).string());
-    deploy::pack_fmu(deploy::fmu_files(value, f), f, written.front());
+    deploy::pack_fmu(files, f, written.front());
     return written;
   }
   const std::vector<deploy::SourceFile> files = source_files(o, value, code);
   for (const deploy::SourceFile& f : files) session.check_output(folder / f.name, "text");
-  for (const deploy::SourceFile& f : files) {
-    written.push_back((folder / f.name).string());
-    io::write_text(written.back(), f.text);
-  }
+  for (const std::filesystem::path& path : io::write_files(folder, files)) written.push_back(path.string());
   return written;
 }
 

@@ -227,6 +227,8 @@ void LiveView::take(const rt::LoopSample& s) {
   state.ring.push(static_cast<std::uint64_t>(s.tick), row.data());
 }
 
+void LiveView::note(const std::string& line) { state_->happened(line); }
+
 void LiveView::ended(const std::string& reason) {
   state_->over = true;
   state_->happened("the run has ended: " + reason);

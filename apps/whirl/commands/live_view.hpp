@@ -54,6 +54,8 @@ class LiveView {
   rt::LoopControl* control();
   /// Each cycle in the order of time, from the thread that empties the loop's queue.
   void take(const rt::LoopSample& sample);
+  /// A line of the page's log.
+  void note(const std::string& line);
   /// The loop is over; the page stays.
   void ended(const std::string& reason);
   void until_stopped() const { served_->until_stopped(); }

@@ -49,11 +49,17 @@ void add_record(CommandLine& app, Session& session) {
         options.record = o->out;
         options.texts = {{"settings", io::read_text(o->io)}, {"command_line", session.command_line}};
         options.stop = stop_requested;
+        options.note = [](const std::string& line) { fmt::print(stderr, "whirl: {}\n", line); };
         const hardware::RecordRun run = hardware::record_disarmed(io, options);
         session.say(fmt::format("{}: {} cycles, {} ticks left out, {} records dropped; {}", o->out, run.cycles,
                                 run.loop.timing.missed, run.loop.dropped_records, run.loop.reason));
         session.result(hardware::to_json(run));
         session.finish(run.summary);
+        if (!run.record_error.empty()) {
+          throw Error::in_file(o->out, 0,
+                               fmt::format("the recording is not complete, {} cycles are missing: {}", run.not_recorded,
+                                           run.record_error));
+        }
       });
   sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
   sub->add_option("--out", o->out, "recording to write (.h5)")->output("HDF5")->required();

@@ -3,6 +3,9 @@
 #include <numbers>
 
 #include "command.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/output.hpp"
+#include "whirl/io/temporary.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/write_figure.hpp"
 
@@ -13,24 +16,28 @@ constexpr double kRpm = 2 * std::numbers::pi / 60;
 
 // Prints the page to PDF with the first browser found. Nothing is loaded from anywhere: the page is one file.
 void print_pdf(const std::filesystem::path& page, const std::filesystem::path& pdf) {
-  std::string profile = (std::filesystem::temp_directory_path() / "whirl-print-XXXXXX").string();
-  if (mkdtemp(profile.data()) == nullptr) throw Error("no temporary folder can be made for the browser");
+  io::ByteSink sink(pdf);
+  const io::TemporaryFolder temporary("print");
+  const std::filesystem::path printed = temporary.path() / "page.pdf";
   int code = 127;
   for (const char* browser : {"chromium", "chromium-browser", "google-chrome"}) {
-    code = report::run_program({browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic",
-                                "--no-first-run", "--disable-background-networking", "--disable-component-update",
-                                "--disable-sync", "--no-pdf-header-footer", "--user-data-dir=" + profile,
-                                "--print-to-pdf=" + std::filesystem::absolute(pdf).string(),
-                                "file://" + std::filesystem::absolute(page).string()});
+    code = report::run_program(
+        {browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pdf-header-footer",
+         "--user-data-dir=" + (temporary.path() / "profile").string(), "--print-to-pdf=" + printed.string(),
+         "file://" + std::filesystem::absolute(page).string()});
     if (code != 127) break;
   }
-  std::filesystem::remove_all(profile);
   if (code == 127) {
     throw Error("--pdf needs the browser chromium (Debian: apt install chromium); without it open " + page.string() +
                 " in any browser and print it: the page is made for paper");
   }
-  if (code != 0 || !std::filesystem::exists(pdf))
-    throw Error::in_file(pdf.string(), 0, "the browser could not write it");
+  const std::string bytes = std::filesystem::exists(printed) ? io::read_text(printed) : "";
+  if (code != 0 || !bytes.starts_with("%PDF-") ||
+      bytes.find("%%EOF", bytes.size() - std::min<std::size_t>(bytes.size(), 32)) == std::string::npos)
+    throw Error::in_file(pdf.string(), 0, fmt::format("the browser made no complete PDF (exit code {})", code));
+  sink.write(bytes);
+  sink.close();
 }
 
 }  // namespace
@@ -70,7 +77,7 @@ void add_report(CommandLine& app, Session& session) {
         };
         long figures = 0;
         if (!o->figures.empty()) {
-          std::filesystem::create_directories(o->figures);
+          io::make_folder(o->figures);
           for (const report::Block& block : document.blocks) {
             const auto* figure = std::get_if<report::FigureBlock>(&block);
             if (figure == nullptr) continue;

@@ -3,8 +3,10 @@
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "ranks.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/output.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/monte_carlo_report.hpp"
 #include "whirl/report/document.hpp"
@@ -80,7 +82,7 @@ void add_robustness(CommandLine& app, Session& session) {
           }
           const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
           if (!o->out.empty()) {
-            std::filesystem::create_directories(o->out);
+            io::make_folder(o->out);
             io::save_json(o->out / "robustness.json", json);
             report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
             session.say("report: " + (o->out / "report.html").string());

@@ -89,6 +89,10 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
     options.control = view->control();
   }
   options.stop = stop_requested;
+  options.note = [&](const std::string& line) {
+    fmt::print(stderr, "whirl: {}: {}\n", o.record, line);
+    if (view) view->note(line);
+  };
   const hardware::RealtimeRun run = hardware::run_realtime(design, io, options);
   const hardware::LoopOutcome& out = run.loop;
   if (view) {
@@ -120,6 +124,11 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
   }
   session.result(hardware::to_json(run));
   session.finish(run.summary);
+  if (!run.record_error.empty()) {
+    throw Error::in_file(o.record, 0,
+                         fmt::format("the recording is not complete, {} of {} cycles are missing: {}", run.not_recorded,
+                                     run.samples, run.record_error));
+  }
 }
 
 }  // namespace whirl::app

@@ -184,6 +184,9 @@ std::string_view to_string(Fault f) {
     case Fault::requested:
       return "requested";
   }
+  // Those of the loop (whirl/rt/faults.hpp).
+  if (f == Fault{7}) return "gap";
+  if (f == Fault{8}) return "implausible";
   return "?";
 }
 

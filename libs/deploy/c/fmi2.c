@@ -53,6 +53,9 @@ EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_d
   if ((it == NULL) || (it->phase != INSTANTIATED)) {
     return refuse(c, "fmi2SetupExperiment belongs before the initialization");
   }
+  if (!isfinite(start)) {
+    return refuse(c, "the start time is not a finite number");
+  }
   it->time = start;
   return fmi2OK;
 }
@@ -199,6 +202,9 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fm
   (void)no_set_state_prior;
   if ((it == NULL) || (it->phase != STEPPING)) {
     return refuse(c, "fmi2DoStep outside the step mode");
+  }
+  if (!isfinite(time)) {
+    return refuse(c, "the time is not a finite number");
   }
   it->time = time;
   why = advance(it, size);

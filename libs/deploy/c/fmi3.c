@@ -89,6 +89,9 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tole
   if ((it == NULL) || (it->phase != INSTANTIATED)) {
     return refuse(c, "fmi3EnterInitializationMode after the initialization");
   }
+  if (!isfinite(start)) {
+    return refuse(c, "the start time is not a finite number");
+  }
   it->time = start;
   it->phase = INITIALISING;
   return fmi3OK;
@@ -188,6 +191,9 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 siz
   (void)no_set_state_prior;
   if ((it == NULL) || (it->phase != STEPPING)) {
     return refuse(c, "fmi3DoStep outside the step mode");
+  }
+  if (!isfinite(time)) {
+    return refuse(c, "the time is not a finite number");
   }
   it->time = time;
   why = advance(it, size);

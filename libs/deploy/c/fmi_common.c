@@ -134,14 +134,23 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/SetTime(void *c, double time) {
   if (c == NULL) {
     return /*@fmi@*/Error;
   }
+  if (!isfinite(time)) {
+    return refuse(c, "the time is not a finite number");
+  }
   body_of(c)->time = time;
   body_of(c)->changed = true;
   return /*@fmi@*/OK;
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/SetContinuousStates(void *c, const double x[], size_t n) {
+  size_t i;
   if ((c == NULL) || (n != STATES)) {
     return refuse(c, "wrong number of states");
+  }
+  for (i = 0; i < n; i++) {
+    if (!isfinite(x[i])) {
+      return refuse(c, "a state is not a finite number");
+    }
   }
   memcpy(body_of(c)->x, x, n * sizeof x[0]);
   body_of(c)->changed = true;

@@ -94,8 +94,19 @@ static bool settable(const instance *c, unsigned int reference) {
   return (reference >= FIRST_PARAMETER) && (reference < FIRST_PARAMETER + PARAMETERS);
 }
 
+/* What may be set to no number: a displacement that is not finite is a lost sample to the controller. */
+static bool may_be_lost(unsigned int reference) {
+#if HAS_CONTROLLER
+  return (reference == FIRST_INPUT) || (reference == FIRST_INPUT + 1);
+#else
+  (void)reference;
+  return false;
+#endif
+}
+
 static bool set_real(instance *c, unsigned int reference, double value) {
-  double *const at = settable(c, reference) ? real_variable(c, reference) : NULL;
+  const bool good = isfinite(value) || may_be_lost(reference);
+  double *const at = (good && settable(c, reference)) ? real_variable(c, reference) : NULL;
   if (at != NULL) {
     *at = value;
     c->changed = true;
@@ -168,9 +179,17 @@ static const char *advance(instance *c, double size) {
   const double periods = size / c->params.sample_time;
   const double whole = floor(periods + 0.5);
   whirl_input in;
-  whirl_output out;
+  whirl_output out = {0};
   int k;
-  if ((whole < 1.0) || (whole > 1e6) || (fabs(periods - whole) > 1e-6)) {
+  if (!isfinite(size) || !isfinite(c->time)) {
+    return "time or communication step is not a finite number";
+  }
+  for (k = 2; k < INPUTS; k++) {
+    if (!isfinite(c->input[k])) {
+      return "an input is not a finite number";
+    }
+  }
+  if (!(whole >= 1.0) || (whole > 1e6) || (fabs(periods - whole) > 1e-6)) {
     return "the communication step must be a multiple of the sample time of the controller";
   }
   if (c->changed && (whirl_set_params(&c->state, &c->params) != 0)) {
@@ -186,6 +205,9 @@ static const char *advance(instance *c, double size) {
     in.omega_dot = c->input[4];
     in.valid = (c->boolean[0] != 0);
     c->status = (int)whirl_step(&c->state, &in, &out);
+  }
+  if (c->status == (int)WHIRL_NOT_FINITE) {
+    return "the controller has no finite answer to these inputs";
   }
   c->output[0] = out.ux;
   c->output[1] = out.uy;
@@ -204,7 +226,10 @@ static const char *advance(instance *c, double size) {
   double u[INPUTS + 1] = {0.0};
   int i;
   int k;
-  if (!(size >= 0.0) || (steps > 1e7)) {
+  if (!isfinite(size) || !isfinite(c->time)) {
+    return "time or communication step is not a finite number";
+  }
+  if (!(size >= 0.0) || !(steps <= 1e7)) {
     return "the communication step must be positive and at most 1e7 inner steps";
   }
   for (i = 0; i < INPUTS; i++) {

@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
-#include <sstream>
 
 #include "fmu_description.hpp"
 #include "template.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -219,23 +220,69 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   return finish(b, options, std::move(s), code.header, code.source);
 }
 
+namespace {
+
+/// Symbols of the mathematical library as they were in 2002, so that the binary also loads where the system is old. The
+/// newer ones differ in errno and wrapper only. Not for the sources: another compiler may know another library.
+constexpr std::string_view kOldGlibc = R"(#include <features.h>
+#if defined(__x86_64__) && defined(__GLIBC__)
+#define OLD(name) __asm__(".symver " #name "," #name "@GLIBC_2.2.5");
+OLD(exp) OLD(exp2) OLD(log) OLD(log2) OLD(pow) OLD(hypot) OLD(fmod)
+OLD(expf) OLD(exp2f) OLD(logf) OLD(log2f) OLD(powf) OLD(hypotf) OLD(fmodf)
+#undef OLD
+#endif
+)";
+
+/// The files as one ZIP, in memory.
+std::string zipped(const std::vector<SourceFile>& files, const std::string& name) {
+  zip_error_t error;
+  zip_error_init(&error);
+  zip_source_t* const memory = zip_source_buffer_create(nullptr, 0, 0, &error);
+  zip_t* const zip = memory == nullptr ? nullptr : zip_open_from_source(memory, ZIP_TRUNCATE, &error);
+  struct Free {
+    zip_source_t* source;
+    ~Free() { zip_source_free(source); }
+  } const release{memory};
+  const auto fail = [&](zip_t* open, const char* why) {
+    const std::string text = fmt::format("{}: cannot be packed: {}", name, why);
+    if (open != nullptr) zip_discard(open);
+    throw Error(text);
+  };
+  if (zip == nullptr) fail(nullptr, zip_error_strerror(&error));
+  zip_source_keep(memory);                      // zip_close gives its own hold away
+  constexpr time_t kEpoch = 315532800 + 86400;  // 1980, the first year a ZIP file knows: the same bytes every time
+  for (const SourceFile& f : files) {
+    zip_source_t* const source = zip_source_buffer(zip, f.text.data(), f.text.size(), 0);
+    const zip_int64_t index = source == nullptr ? -1 : zip_file_add(zip, f.name.c_str(), source, ZIP_FL_ENC_UTF_8);
+    if (index < 0) {
+      zip_source_free(source);
+      fail(zip, zip_strerror(zip));
+    }
+    zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), kEpoch, 0);
+  }
+  if (zip_close(zip) != 0) fail(zip, zip_strerror(zip));
+  zip_stat_t size;
+  zip_stat_init(&size);
+  if (zip_source_stat(memory, &size) != 0 || zip_source_open(memory) != 0) fail(nullptr, "no memory");
+  std::string bytes(size.size, '\0');
+  const zip_int64_t got = zip_source_read(memory, bytes.data(), bytes.size());
+  zip_source_close(memory);
+  if (got != static_cast<zip_int64_t>(bytes.size())) fail(nullptr, "no memory");
+  return bytes;
+}
+
+}  // namespace
+
 void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path) {
   const std::string& id = options.code.prefix;
-  std::string folder = (std::filesystem::temp_directory_path() / "whirl-fmu-XXXXXX").string();
-  if (mkdtemp(folder.data()) == nullptr) throw Error("no temporary folder for the compiler: " + folder);
-  struct Remove {
-    std::string folder;
-    ~Remove() {
-      std::error_code ignored;
-      std::filesystem::remove_all(folder, ignored);
-    }
-  } const remove{folder};
-  for (const SourceFile& f : files) {
-    std::filesystem::create_directories((std::filesystem::path(folder) / f.name).parent_path());
-    std::ofstream(std::filesystem::path(folder) / f.name, std::ios::binary) << f.text;
-  }
+  io::ByteSink sink(path);  // a place that cannot be written is told before the compiler starts
+  const io::TemporaryFolder temporary("fmu");
+  const std::string folder = temporary.path().string();
+  io::write_files(folder, files);
+  io::write_text(temporary.path() / "old_glibc.h", kOldGlibc);
   const std::string command = fmt::format(
-      "cd '{}/sources' && cc -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c {}_fmu.c -lm "
+      "cd '{}/sources' && cc -include ../old_glibc.h -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c "
+      "{}_fmu.c -lm "
       "2>../cc.log",
       folder, id, id, id);
   if (std::system(command.c_str()) != 0) {
@@ -244,32 +291,12 @@ void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, c
     std::getline(log, first);
     throw Error("the C compiler 'cc', which builds the binary of an FMU, did not succeed: " + first);
   }
-  std::ifstream binary(std::filesystem::path(folder) / (id + ".so"), std::ios::binary);
-  std::ostringstream bytes;
-  bytes << binary.rdbuf();
   std::vector<SourceFile> all = files;
-  all.push_back({fmt::format("binaries/{}/{}.so", options.version == 2 ? "linux64" : "x86_64-linux", id), bytes.str()});
+  all.push_back({fmt::format("binaries/{}/{}.so", options.version == 2 ? "linux64" : "x86_64-linux", id),
+                 io::read_text(temporary.path() / (id + ".so"))});
 
-  int code = 0;
-  zip_t* const zip = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
-  if (zip == nullptr) throw Error(path.string() + ": cannot be written");
-  constexpr time_t kEpoch = 315532800 + 86400;  // 1980, the first year a ZIP file knows: the same bytes every time
-  for (const SourceFile& f : all) {
-    zip_source_t* const source = zip_source_buffer(zip, f.text.data(), f.text.size(), 0);
-    const zip_int64_t index = source == nullptr ? -1 : zip_file_add(zip, f.name.c_str(), source, ZIP_FL_ENC_UTF_8);
-    if (index < 0) {
-      const std::string why = zip_strerror(zip);
-      zip_source_free(source);
-      zip_discard(zip);
-      throw Error(fmt::format("{}: {}", path.string(), why));
-    }
-    zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), kEpoch, 0);
-  }
-  if (zip_close(zip) != 0) {
-    const std::string why = zip_strerror(zip);
-    zip_discard(zip);
-    throw Error(fmt::format("{}: {}", path.string(), why));
-  }
+  sink.write(zipped(all, path.string()));
+  sink.close();
 }
 
 }  // namespace whirl::deploy

@@ -13,24 +13,14 @@
 #include "fmi2.h"
 #include "fmi3.h"
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/output.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace whirl::deploy {
 namespace {
 
-struct Folder {
-  std::string path = (std::filesystem::temp_directory_path() / "whirl-fmu-XXXXXX").string();
-  Folder() {
-    if (mkdtemp(path.data()) == nullptr) throw Error("no temporary folder: " + path);
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-};
-
-void unpack(const std::filesystem::path& file, const std::string& folder) {
+void unpack(const std::filesystem::path& file, const std::filesystem::path& folder) {
   constexpr zip_uint64_t kLimit = 1u << 30;
   zip_t* const zip = zip_open(file.c_str(), ZIP_RDONLY, nullptr);
   if (zip == nullptr) throw Error::in_file(file.string(), 0, "no FMU: not a ZIP file, or it cannot be read");
@@ -49,14 +39,14 @@ void unpack(const std::filesystem::path& file, const std::string& folder) {
     if (outside || total > kLimit)
       throw Error::in_file(file.string(), 0, "no FMU: an entry leaves its folder, or more than 1 GiB");
     if (name.filename().empty()) continue;  // a folder
-    std::filesystem::create_directories((folder / name).parent_path());
+    io::make_folder((folder / name).parent_path());
     std::string bytes(info.size, '\0');
     zip_file_t* const entry = zip_fopen_index(zip, static_cast<zip_uint64_t>(i), 0);
     const bool read =
         entry != nullptr && zip_fread(entry, bytes.data(), bytes.size()) == static_cast<zip_int64_t>(bytes.size());
     if (entry != nullptr) zip_fclose(entry);
     if (!read) throw Error::in_file(file.string(), 0, fmt::format("entry {} is damaged", name.string()));
-    std::ofstream(folder / name, std::ios::binary) << bytes;
+    io::write_text(folder / name, bytes);
   }
 }
 
@@ -68,7 +58,7 @@ const fmi2CallbackFunctions kCallbacks{quiet2, std::calloc, std::free, nullptr, 
 }  // namespace
 
 struct FmuPlant::State {
-  Folder folder;
+  io::TemporaryFolder folder{"fmu"};
   void* library = nullptr;
   void* component = nullptr;
   bool three = false, failed = false;
@@ -125,11 +115,11 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   require_range("sample_time", options.sample_time, 1e-6, 1, "s");
   s.options = options;
   s.angle = rotor::AngleFunction(options.profile);
-  unpack(fmu, s.folder.path);
+  unpack(fmu, s.folder.path().string());
   const auto refuse = [&](const std::string& why) { return Error::in_file(fmu.string(), 0, why); };
 
   pugi::xml_document xml;
-  if (!xml.load_file((s.folder.path + "/modelDescription.xml").c_str()))
+  if (!xml.load_file((s.folder.path().string() + "/modelDescription.xml").c_str()))
     throw refuse("no FMU: modelDescription.xml is missing or damaged");
   const pugi::xml_node root = xml.child("fmiModelDescription"), kind = root.child("CoSimulation");
   const std::string version = root.attribute("fmiVersion").value();
@@ -177,10 +167,10 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
 
   const std::string id = kind.attribute("modelIdentifier").value();
   const std::string binary =
-      fmt::format("{}/binaries/{}/{}.so", s.folder.path, s.three ? "x86_64-linux" : "linux64", id);
+      fmt::format("{}/binaries/{}/{}.so", s.folder.path().string(), s.three ? "x86_64-linux" : "linux64", id);
   s.library = dlopen(binary.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (s.library == nullptr) throw refuse("no binary for Linux on x86-64 that can be loaded");
-  const std::string resources = s.folder.path + "/resources";
+  const std::string resources = s.folder.path().string() + "/resources";
   const char* const token = root.attribute(s.three ? "instantiationToken" : "guid").value();
   bool ready;
   s.set_angle();

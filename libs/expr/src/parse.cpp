@@ -2,6 +2,7 @@
 // power = atom [(^|**) signed]; atom = number | name | name ( sum {, sum} ) | ( sum ).
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
@@ -13,6 +14,7 @@ namespace whirl::expr {
 namespace {
 
 constexpr int kMaxNesting = 200;
+constexpr double kMaxExponent = 1000;
 constexpr std::size_t kMaxLength = 100000;
 
 class Parser {
@@ -139,7 +141,13 @@ class Parser {
     if (++nesting_ > kMaxNesting) raise(at, fmt::format("nested more than {} levels deep", kMaxNesting));
     const Expr exponent = signed_power();
     --nesting_;
-    return build(at, [&] { return pow(base, exponent); });
+    const Expr result = build(at, [&] { return pow(base, exponent); });
+    // Multiplied out, a power has as many terms as its exponent says; no equation of motion needs this many.
+    if (result.kind() == Expr::Kind::power && result.args()[1].is_number() &&
+        std::abs(result.args()[1].value()) > kMaxExponent)
+      raise(at, fmt::format("exponent {:g} must be between -{:g} and {:g}", result.args()[1].value(), kMaxExponent,
+                            kMaxExponent));
+    return result;
   }
 
   static bool letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }

@@ -32,6 +32,7 @@ void add(RealtimeRun& run, const rt::LoopSample& s) {
 class Writer {
  public:
   Writer(const RealtimeRunOptions& options, double rate) {
+    note_ = options.note;
     if (!options.record.empty()) recorder_.emplace(options.record, rt::RecordingHead{1 / rate, options.texts});
   }
   void take(const rt::LoopSample& s) {
@@ -39,6 +40,16 @@ class Writer {
     recorder_->append(s);
     if (s.trip != trip_) recorder_->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
     trip_ = s.trip;
+    if (recorder_->failure().empty() || told_) return;
+    told_ = true;  // the rotor is still held: the loop goes on
+    if (note_) note_(fmt::format("recording stopped at tick {}: {}; the loop runs on", s.tick, recorder_->failure()));
+  }
+  template <class Run>
+  void finish(Run& run) {
+    if (!recorder_) return;
+    recorder_->close();
+    run.not_recorded = recorder_->lost();
+    run.record_error = recorder_->failure();
   }
   void started(const LoopOutcome& outcome) {
     if (!recorder_) return;
@@ -49,6 +60,8 @@ class Writer {
 
  private:
   std::optional<rt::LoopRecorder> recorder_;
+  std::function<void(const std::string&)> note_;
+  bool told_ = false;
   std::int32_t trip_ = 0;
 };
 
@@ -114,6 +127,7 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
                            },
                        .control = options.control,
                        .stop = options.stop});
+  writer.finish(run);
   run.force_rms = run.samples > 0 ? std::sqrt(run.force_rms / static_cast<double>(run.samples)) : 0;
   for (int i = 0; i < 2; ++i) run.lasers[static_cast<std::size_t>(i)] = report_of(rig, i);
   const LoopOutcome& loop = run.loop;
@@ -143,7 +157,8 @@ io::Json to_json(const RealtimeRun& run) {
   json.set("period", histogram_json(t.period));
   json.set("samples", run.samples)
       .set("lost", run.lost)
-      .set("records_dropped", static_cast<double>(loop.dropped_records));
+      .set("records_dropped", static_cast<double>(loop.dropped_records))
+      .set("not_recorded", run.not_recorded);
   json.set("x_peak", run.x_peak).set("y_peak", run.y_peak).set("force_rms", run.force_rms);
   json.set("granted", loop.granted).set("refused", loop.refused);
   for (std::size_t i = 0; i < 2; ++i) {
@@ -173,6 +188,7 @@ RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& option
                            },
                        .started = options.started,
                        .stop = options.stop});
+  writer.finish(run);
   run.cycles = writer.rows();
   if (run.cycles == 0) run.summary.fail(run.loop.reason);
   return run;
@@ -181,7 +197,8 @@ RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& option
 io::Json to_json(const RecordRun& run) {
   io::Json json = io::start_document("whirl.record", 1);
   json.set("cycles", run.cycles).set("missed", run.loop.timing.missed).set("reason", run.loop.reason);
-  return json.set("records_dropped", static_cast<double>(run.loop.dropped_records));
+  return json.set("records_dropped", static_cast<double>(run.loop.dropped_records))
+      .set("not_recorded", run.not_recorded);
 }
 
 }  // namespace whirl::hardware

@@ -1,11 +1,14 @@
 #include "whirl/hardware/run_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
 
+#include "whirl/core/error.hpp"
 #include "whirl/hardware/loop_samples.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/loop_control.hpp"
@@ -122,6 +125,7 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
       thread.join();
     }
   };
+  std::string take_failure;
   {
     const Joiner joiner{shared, thread};
     bool told = false;
@@ -130,12 +134,19 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
       over = shared.over;
       if (shared.ready && !told && options.started) options.started(shared.outcome), told = true;
       while (shared.queue.pop(s)) {
-        if (options.take) options.take(s);
+        // What is done with a cycle afterwards must not take the force from the rotor.
+        try {
+          if (options.take) options.take(s);
+        } catch (const std::exception& e) {
+          if (take_failure.empty()) fmt::print(stderr, "whirl: {}; the loop runs on\n", e.what());
+          take_failure = e.what();
+        }
       }
       if (!over) std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
   LoopOutcome& out = shared.outcome;
+  if (!take_failure.empty()) throw Error(take_failure);
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {
     out.reason = shared.stop()                  ? "stopped by a signal"

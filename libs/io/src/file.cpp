@@ -1,14 +1,21 @@
 #include "whirl/io/file.hpp"
 
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/input.hpp"
+#include "whirl/io/temporary.hpp"
 
 namespace whirl::io {
 
@@ -20,6 +27,8 @@ struct FileCloser {
 using File = std::unique_ptr<std::FILE, FileCloser>;
 
 constexpr std::size_t kChunk = std::size_t{1} << 16;
+// Noise does not pack: a file that packs better is made to fill the memory.
+constexpr std::uint64_t kUnpackedFreely = 64 << 20, kMostRatio = 200;
 
 }  // namespace
 
@@ -35,6 +44,7 @@ struct ByteSource::State {
   bool gzip = false;
   bool inflating = false;
   bool member_done = false;
+  std::uint64_t packed = 0, unpacked = 0;  // bytes
   z_stream z{};
 
   ~State() {
@@ -102,6 +112,14 @@ struct ByteSource::State {
       const int rc = inflate(&z, Z_NO_FLUSH);
       raw.remove_prefix(offered - z.avail_in);
       done += room - z.avail_out;
+      packed += offered - z.avail_in;
+      unpacked += room - z.avail_out;
+      if (unpacked > kUnpackedFreely && unpacked / kMostRatio > packed) {
+        throw Error::in_file(name, 0,
+                             fmt::format("unpacks to more than {} times its size: no record does; unpack it with gzip "
+                                         "when that is meant",
+                                         kMostRatio));
+      }
       if (rc == Z_STREAM_END) {
         member_done = true;
       } else if (rc != Z_OK && rc != Z_BUF_ERROR) {
@@ -112,11 +130,54 @@ struct ByteSource::State {
   }
 };
 
+namespace {
+
+constexpr std::size_t kMaxPiped = std::size_t{1} << 30;  // bytes
+
+/// Everything that comes out of a pipe, in a file.
+void drain(const std::filesystem::path& from, std::FILE* in, const std::filesystem::path& to) {
+  ByteSink sink(to);
+  std::string chunk(kChunk, '\0');
+  for (std::size_t total = 0;;) {
+    const std::size_t n = std::fread(chunk.data(), 1, chunk.size(), in);
+    if (std::ferror(in)) throw Error::in_file(from.string(), 0, std::string("cannot be read: ") + std::strerror(errno));
+    total += n;
+    if (total > kMaxPiped)
+      throw Error::in_file(from.string(), 0,
+                           fmt::format("larger than the limit of {} bytes of a pipe or device", kMaxPiped));
+    sink.write({chunk.data(), n});
+    if (n < chunk.size()) break;
+  }
+  sink.close();
+}
+
+}  // namespace
+
+std::filesystem::path input_path(const std::filesystem::path& path) {
+  struct stat there {};
+  const bool standard = path == "-";
+  if (!standard && (stat(path.c_str(), &there) != 0 || S_ISREG(there.st_mode))) return path;
+  if (!standard && S_ISDIR(there.st_mode)) throw Error::in_file(path.string(), 0, "is a folder, not a file");
+  if (!standard && (S_ISBLK(there.st_mode) || S_ISSOCK(there.st_mode)))
+    throw Error::in_file(path.string(), 0, "is a block device or a socket, not a file or a pipe");
+  static std::mutex mutex;
+  static std::optional<TemporaryFolder> folder;
+  static std::map<std::string, std::filesystem::path> known;
+  const std::lock_guard lock(mutex);
+  if (const auto at = known.find(path.string()); at != known.end()) return at->second;
+  const File opened(standard ? nullptr : std::fopen(path.c_str(), "rb"));
+  if (!standard && !opened)
+    throw Error::in_file(path.string(), 0, std::string("cannot be opened: ") + std::strerror(errno));
+  if (!folder) folder.emplace("input");
+  const std::filesystem::path kept = folder->path() / fmt::format("{}{}", known.size(), path.extension().string());
+  drain(path, standard ? stdin : opened.get(), kept);
+  known[path.string()] = kept;
+  return kept;
+}
+
 ByteSource::ByteSource(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
   state_->name = path.string();
-  std::error_code ec;
-  if (std::filesystem::is_directory(path, ec)) throw Error::in_file(state_->name, 0, "is a folder, not a file");
-  state_->file.reset(std::fopen(path.c_str(), "rb"));
+  state_->file.reset(std::fopen(input_path(path).c_str(), "rb"));
   if (!state_->file) throw Error::in_file(state_->name, 0, std::string("cannot be opened: ") + std::strerror(errno));
   state_->start();
 }
@@ -159,76 +220,6 @@ std::string read_text(const std::filesystem::path& path, std::size_t limit) {
 }
 std::string decompress(std::string_view bytes, std::string_view name, std::size_t limit) {
   return read_all(ByteSource(bytes, std::string(name)), limit);
-}
-
-struct ByteSink::State {
-  std::filesystem::path path, temporary;
-  File file;
-  gzFile gz = nullptr;
-
-  ~State() {
-    if (gz) gzclose(gz);
-    if (file || gz) {
-      file.reset();
-      std::error_code ec;
-      std::filesystem::remove(temporary, ec);
-    }
-  }
-  [[noreturn]] void fail() const {
-    throw Error::in_file(path.string(), 0, std::string("cannot be written: ") + std::strerror(errno));
-  }
-};
-
-ByteSink::ByteSink(const std::filesystem::path& path) : state_(std::make_unique<State>()) {
-  state_->path = path;
-  state_->temporary = path;
-  state_->temporary += ".part";
-  errno = 0;
-  if (path.extension() == ".gz") {
-    state_->gz = gzopen(state_->temporary.c_str(), "wb6");
-    if (!state_->gz) state_->fail();
-  } else {
-    state_->file.reset(std::fopen(state_->temporary.c_str(), "wb"));
-    if (!state_->file) state_->fail();
-  }
-}
-
-ByteSink::~ByteSink() = default;
-
-void ByteSink::write(std::string_view bytes) {
-  while (!bytes.empty()) {
-    const std::size_t n = std::min<std::size_t>(bytes.size(), std::size_t{1} << 30);
-    if (state_->gz) {
-      if (gzwrite(state_->gz, bytes.data(), static_cast<unsigned>(n)) != static_cast<int>(n)) state_->fail();
-    } else if (std::fwrite(bytes.data(), 1, n, state_->file.get()) != n) {
-      state_->fail();
-    }
-    bytes.remove_prefix(n);
-  }
-}
-
-void ByteSink::close() {
-  bool good = true;
-  if (state_->gz) {
-    good = gzclose(state_->gz) == Z_OK;
-    state_->gz = nullptr;
-  } else if (state_->file) {
-    good = std::fclose(state_->file.release()) == 0;
-  }
-  std::error_code ec;
-  if (good) std::filesystem::rename(state_->temporary, state_->path, ec);
-  if (!good || ec) {
-    std::error_code ignored;
-    std::filesystem::remove(state_->temporary, ignored);
-    if (ec) throw Error::in_file(state_->path.string(), 0, "cannot be written: " + ec.message());
-    state_->fail();
-  }
-}
-
-void write_text(const std::filesystem::path& path, std::string_view text) {
-  ByteSink sink(path);
-  sink.write(text);
-  sink.close();
 }
 
 }  // namespace whirl::io

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/input.hpp"
 
 namespace whirl::io {
 namespace {
@@ -99,7 +101,7 @@ std::string sha256(std::string_view bytes) {
 }
 
 std::string sha256_file(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
+  std::ifstream in(input_path(path), std::ios::binary);
   if (!in) throw Error::in_file(path.string(), 0, "cannot be opened");
   Sha256 hash;
   std::vector<char> buffer(1 << 18);

@@ -1,16 +1,24 @@
 // HDF5 and MAT v7.3 (which is HDF5 with the dimensions reversed) by the HDF5 library.
 #include <fmt/format.h>
 #include <hdf5.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 
 #include "arrays.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/input.hpp"
 
 namespace whirl::io {
 namespace {
+
+constexpr int kProbeSeconds = 20;
 
 /// An identifier of the library, closed at the end.
 class Id {
@@ -187,12 +195,41 @@ SignalFile collect(hid_t file, Visit visit, std::string_view name, bool matlab) 
 
 }  // namespace
 
+void probe_hdf5(const std::string& name, const std::function<void()>& read) {
+  const pid_t child = fork();
+  if (child < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
+  if (child == 0) {
+    for (const int signal : {SIGALRM, SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGABRT}) std::signal(signal, SIG_DFL);
+    const rlimit none{0, 0}, time{kProbeSeconds, kProbeSeconds};
+    setrlimit(RLIMIT_CORE, &none);
+    setrlimit(RLIMIT_CPU, &time);
+    alarm(kProbeSeconds);  // it may also sleep without end
+    try {
+      read();
+    } catch (...) {
+      // An ordinary error: whoever reads it for good says it.
+    }
+    _exit(0);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
+  const bool endless = WIFSIGNALED(status) &&
+                       (WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
+  throw Error::in_file(
+      name, 0,
+      endless ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s", kProbeSeconds)
+              : std::string("is damaged: the HDF5 library fails on it"));
+}
+
 SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Id file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const std::filesystem::path kept = input_path(path);
+  const Id file(H5Fopen(kept.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (file < 0) throw Error::in_file(path.string(), 0, "is no HDF5 file, or damaged or cut off");
   Visit visit{};
-  visit.bytes = std::filesystem::file_size(path);
+  visit.bytes = std::filesystem::file_size(kept);
   visit.first = static_cast<hsize_t>(first);
   visit.count = static_cast<hsize_t>(count);
   return collect(file, std::move(visit), path.string(), false);
@@ -213,16 +250,21 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
 
 void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Id file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+  ByteSink sink(path);
+  // In memory: the library does not survive a disk that becomes full under it.
+  const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fapl_core(access, 1 << 20, false);
+  const Id file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose);
   if (file < 0) throw Error::in_file(path.string(), 0, "cannot be written");
   bool good = true;
+  const Id plain(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_obj_track_times(plain, false);  // the same record gives the same bytes
   for (const Channel& channel : recording.channels) {
     std::string name = channel.name;
     for (char& c : name) c = c == '/' ? '_' : c;
     const hsize_t size = static_cast<hsize_t>(channel.samples.size());
     const Id space(H5Screate_simple(1, &size, nullptr), H5Sclose), scalar(H5Screate(H5S_SCALAR), H5Sclose);
-    const Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                  H5Dclose);
+    const Id data(H5Dcreate2(file, name.c_str(), H5T_IEEE_F64LE, space, H5P_DEFAULT, plain, H5P_DEFAULT), H5Dclose);
     good = good && H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, channel.samples.data()) >= 0;
     const std::string unit(si_unit(channel.quantity));
     const Id text(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -234,7 +276,13 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
       good = good && H5Awrite(number, H5T_NATIVE_DOUBLE, &value) >= 0;
     }
   }
-  if (!good) throw Error::in_file(path.string(), 0, "cannot be written completely");
+  good = good && H5Fflush(file, H5F_SCOPE_GLOBAL) >= 0;
+  const ssize_t size = good ? H5Fget_file_image(file, nullptr, 0) : -1;
+  std::string bytes(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
+  if (size <= 0 || H5Fget_file_image(file, bytes.data(), bytes.size()) != size)
+    throw Error::in_file(path.string(), 0, "cannot be put together in memory");
+  sink.write(bytes);
+  sink.close();
 }
 
 }  // namespace whirl::io

@@ -96,9 +96,9 @@ void try_writing(const PlannedOutput& output) {
   const fs::file_status status = fs::status(output.path, ec);
   if (!output.folder) {
     if (fs::is_directory(status)) refuse("is a folder; give the name of a file");
-    if (fs::exists(status) && !fs::is_regular_file(status)) refuse("is no regular file");
     if (fs::exists(status) && access(output.path.c_str(), W_OK) != 0)
       refuse(std::string("cannot be written: ") + std::strerror(errno));
+    if (fs::exists(status) && !fs::is_regular_file(status)) return;  // a pipe or a device is written through
   } else if (fs::exists(status) && !fs::is_directory(status)) {
     refuse("is a file; give the name of a folder");
   }

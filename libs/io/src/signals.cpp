@@ -10,6 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/input.hpp"
 #include "whirl/io/uff.hpp"
 
 namespace whirl::io {
@@ -151,6 +152,7 @@ SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& opt
       file = parse_mat(read_text(path), name);
       break;
     case FileFormat::hdf5:
+      probe_hdf5(name, [&] { (void)parse_hdf5(read_text(path), name); });
       file = parse_hdf5(read_text(path), name);
       break;
     case FileFormat::wav:

@@ -9,7 +9,7 @@ export function send(command, more = {}) {
 }
 /** `on`: {stream, status, log(lines, all)} are called when such a message has come. */
 export function connect(on) {
-  socket = new WebSocket(`ws://${location.host}/stream`);
+  socket = new WebSocket(`ws://${location.host}/stream${token ? `?token=${token}` : ""}`);
   socket.binaryType = "arraybuffer";
   socket.onopen = connectedAnew;
   socket.onclose = () => {

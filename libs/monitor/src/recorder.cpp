@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
 #include "whirl/report/format.hpp"
 
@@ -19,13 +20,6 @@ std::string header(const StreamInfo& info) {
   std::string out = "t_s";
   for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, io::si_suffix(c.quantity).suffix);
   return out + ",valid_1\n";
-}
-
-void write_text(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw Error::in_file(file.string(), 0, "cannot be written");
 }
 
 }  // namespace
@@ -50,7 +44,7 @@ void Recorder::start(const StreamInfo& info, const std::string& settings_json) {
     run_ = options_.folder / fmt::format("run_{:03}", number++);
   } while (!std::filesystem::create_directory(run_, failed) && !failed && number < 10000);
   if (failed) throw Error::in_file(run_.string(), 0, "folder cannot be created: " + failed.message());
-  write_text(run_ / "settings.json", settings_json + "\n");
+  io::write_text(run_ / "settings.json", settings_json + "\n");
   file_.open(run_ / "record.csv", std::ios::binary);
   file_ << header(info);
   if (!file_) {

@@ -31,6 +31,8 @@ using std::chrono_literals::operator""s;
 
 constexpr std::size_t kMaxRequest = 4096;  ///< bytes of one message of a client
 constexpr int kSendBuffer = 1 << 18;       ///< bytes
+constexpr std::size_t kHolders = 8;        ///< clients with the token, beside the viewers
+constexpr auto kRefusalEvery = 60s;        ///< a line at most about refused commands
 
 /// Beast of this age has its own string view.
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
@@ -62,7 +64,10 @@ struct Service {
   Hub& hub;
   ServerOptions options;
   std::uint16_t port = 0;
-  std::size_t clients = 0;                         ///< of the server's thread
+  std::size_t viewers = 0;  ///< clients without the token; of the server's thread
+  std::size_t holders = 0;  ///< clients with it
+  std::size_t refused = 0;  ///< commands since the last line about them
+  std::chrono::steady_clock::time_point refusal_told{};
   std::vector<std::weak_ptr<ClientQueue>> queues;  ///< all that were given to the hub
   asio::io_context context{1};                     ///< destroyed before what its handlers use
   tcp::acceptor acceptor;
@@ -81,13 +86,27 @@ struct Service {
     if (origin.empty()) return true;
     return origin.starts_with(kScheme) && host_allowed(origin.substr(kScheme.size()));
   }
+  bool has_token(std::string_view target) const {
+    constexpr std::string_view kBefore = "/stream?token=";
+    return target.starts_with(kBefore) && same_secret(options.token, std::string(target.substr(kBefore.size())));
+  }
+  /// Whoever sends thousands of commands without the token must not push what matters out of the log.
+  void note_refusal() {
+    ++refused;
+    const auto now = std::chrono::steady_clock::now();
+    if (refusal_told != std::chrono::steady_clock::time_point{} && now - refusal_told < kRefusalEvery) return;
+    refusal_told = now;
+    hub.report(fmt::format("refused: {} without the right token",
+                           refused == 1 ? "a command" : fmt::format("{} commands", refused)));
+    refused = 0;
+  }
   void accept();
 };
 
 /// One WebSocket client.
 class StreamSession : public std::enable_shared_from_this<StreamSession> {
  public:
-  StreamSession(tcp::socket&& socket, Service& server);
+  StreamSession(tcp::socket&& socket, Service& server, bool holder);
   ~StreamSession();
   void run(http::request<http::string_body> request);
 
@@ -98,6 +117,7 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   void close();
 
   Service& server_;
+  const bool holder_;  ///< came with the token
   websocket::stream<beast::tcp_stream> stream_;
   std::shared_ptr<ClientQueue> queue_;
   beast::flat_buffer buffer_;
@@ -139,12 +159,17 @@ void PageSession::answer() {
     return send(http::status::forbidden, "text/plain", "forbidden: this page is served to its own address only\n");
   }
   if (websocket::is_upgrade(request)) {
-    if (target != "/stream") return send(http::status::not_found, "text/plain", "not found\n");
-    if (server_.clients >= server_.options.max_clients) {
+    const bool holder = server_.has_token(target);
+    if (!holder && target != "/stream") {
+      if (target.starts_with("/stream?")) server_.note_refusal();
+      return send(http::status::not_found, "text/plain", "not found\n");
+    }
+    // Viewers never take the place of the person who can trip.
+    if (holder ? server_.holders >= kHolders : server_.viewers >= server_.options.max_clients) {
       return send(http::status::service_unavailable, "text/plain", "too many clients\n");
     }
     stream_.expires_never();
-    std::make_shared<StreamSession>(stream_.release_socket(), server_)->run(parser_->release());
+    std::make_shared<StreamSession>(stream_.release_socket(), server_, holder)->run(parser_->release());
     return;
   }
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
@@ -183,8 +208,9 @@ void PageSession::send(http::status status, std::string_view type, std::string_v
   });
 }
 
-StreamSession::StreamSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {
-  ++server_.clients;
+StreamSession::StreamSession(tcp::socket&& socket, Service& server, bool holder)
+    : server_(server), holder_(holder), stream_(std::move(socket)) {
+  ++(holder_ ? server_.holders : server_.viewers);
   // A slow page shall lose frames, not lag behind: the system must not hold seconds of them.
   beast::error_code ignored;
   auto& wire = beast::get_lowest_layer(stream_).socket();
@@ -195,7 +221,7 @@ StreamSession::StreamSession(tcp::socket&& socket, Service& server) : server_(se
 
 StreamSession::~StreamSession() {
   if (queue_) server_.hub.remove(queue_);
-  --server_.clients;
+  --(holder_ ? server_.holders : server_.viewers);
 }
 
 void StreamSession::run(http::request<http::string_body> request) {
@@ -243,7 +269,7 @@ void StreamSession::received() {
              !same_secret(server_.options.token, request["token"].get<std::string>())) {
     answer = {{"type", "refused"}, {"reason", "this needs the token that the monitor printed at its start"}};
     ++refused_;
-    server_.hub.report("refused: a command without the right token");
+    server_.note_refusal();
   } else {
     request.erase("token");
     server_.hub.submit(request.dump());

@@ -196,6 +196,50 @@ TEST_F(MonitorServer, FragmentedMessageIsJoinedAndOversizeCloses) {
   EXPECT_EQ(next(*open()).front(), '{');  // others are served on
 }
 
+TEST_F(MonitorServer, ViewersNeverTakeThePlaceOfTheTokensHolder) {
+  std::vector<std::unique_ptr<Stream>> viewers;
+  beast::error_code failed;
+  for (int i = 0; i < 20 && !failed; ++i) {
+    auto stream = open("http://" + host(), failed);
+    if (!failed) viewers.push_back(std::move(stream));
+  }
+  EXPECT_TRUE(failed) << "viewers are limited";
+  Stream wrong(connect());
+  wrong.handshake(host(), "/stream?token=secre", failed);
+  EXPECT_TRUE(failed);
+  Stream holder(connect());
+  holder.handshake(host(), "/stream?token=secret", failed);
+  ASSERT_FALSE(failed) << failed.message();
+  holder.write(asio::buffer(std::string(R"({"command":"pause","token":"secret"})")));
+  for (int i = 0; i < 5; ++i) {
+    if (await(holder, "status")["items"][0][1] == "paused") return;
+  }
+  FAIL() << "not paused";
+}
+
+TEST_F(MonitorServer, RefusedCommandsAreToldOnceAndDoNotFillTheLog) {
+  int sent = 0;
+  for (int connection = 0; connection < 20; ++connection) {
+    beast::error_code failed;
+    auto stream = open("http://" + host(), failed);
+    if (failed) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      continue;
+    }
+    for (int i = 0; i < 10 && !failed; ++i, ++sent) {
+      stream->write(asio::buffer(std::string(R"({"command":"trip","token":"x"})")), failed);
+      if (!failed) await(*stream, "refused");
+    }
+  }
+  ASSERT_GT(sent, 50);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  auto viewer = open();
+  const json history = await(*viewer, "history");
+  int lines = 0;
+  for (const auto& line : history["log"]) lines += line.get<std::string>().find("refused") != std::string::npos;
+  EXPECT_EQ(lines, 1) << history.dump();
+}
+
 TEST_F(MonitorServer, ClientsAreLimitedAndLeaveRoomAgain) {
   std::vector<std::unique_ptr<Stream>> streams;
   for (int i = 0; i < 3; ++i) streams.push_back(open());

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-
 #include "document_style.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::report {
 namespace {
@@ -162,13 +162,6 @@ class TextWriter {
   int figures_ = 0;
 };
 
-void write_file(const std::filesystem::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw Error::in_file(file.string(), 0, "cannot be written");
-}
-
 }  // namespace
 
 Document& Document::section(std::string text) {
@@ -251,20 +244,19 @@ std::string to_text(const Document& document) {
 }
 
 void write_html(const Document& document, const std::filesystem::path& file, bool data) {
-  write_file(file, to_html(document));
-  if (!data) return;
+  if (!data) return io::write_text(file, to_html(document));
   const std::filesystem::path folder = file.parent_path() / (file.stem().string() + "_figures");
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  if (failed) throw Error::in_file(folder.string(), 0, "folder cannot be created: " + failed.message());
+  std::vector<io::FileText> files;
   int number = 0;
   for (const Block& block : document.blocks) {
     const auto* figure = std::get_if<FigureBlock>(&block);
     if (figure == nullptr) continue;
     const std::string name = fmt::format("figure_{}", ++number);
-    write_file(folder / (name + ".svg"), to_svg(figure->figure));
-    write_file(folder / (name + ".csv"), to_csv(figure->figure));
+    files.push_back({name + ".svg", to_svg(figure->figure)});
+    files.push_back({name + ".csv", to_csv(figure->figure)});
   }
+  io::write_files(folder, files);
+  io::write_text(file, to_html(document));
 }
 
 }  // namespace whirl::report

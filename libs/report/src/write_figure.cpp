@@ -1,58 +1,108 @@
 #include "whirl/report/write_figure.hpp"
 
+#include <fcntl.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
-#include <fstream>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/report/terminal_plot.hpp"
 
 extern char** environ;
 
 namespace whirl::report {
 
-int run_program(const std::vector<std::string>& arguments, const std::string& input_text) {
-  std::FILE* input = std::tmpfile();
-  if (input == nullptr) throw Error("no temporary file can be made");
-  std::fwrite(input_text.data(), 1, input_text.size(), input);
-  std::rewind(input);
+namespace {
+
+/// A file in memory: needs no disk that could be full.
+class MemoryFile {
+ public:
+  MemoryFile() : descriptor_(memfd_create("whirl", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw Error(std::string("no memory for another program's data: ") + std::strerror(errno));
+  }
+  ~MemoryFile() { close(descriptor_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  int descriptor() const { return descriptor_; }
+  void fill(const std::string& text) {
+    for (std::size_t done = 0; done < text.size();) {
+      const ssize_t n = pwrite(descriptor_, text.data() + done, text.size() - done, static_cast<off_t>(done));
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) throw Error("no memory for another program's data");
+      done += static_cast<std::size_t>(n);
+    }
+  }
+  std::string text() const {
+    std::string out(static_cast<std::size_t>(std::max<off_t>(lseek(descriptor_, 0, SEEK_END), 0)), '\0');
+    for (std::size_t done = 0; done < out.size();) {
+      const ssize_t n = pread(descriptor_, out.data() + done, out.size() - done, static_cast<off_t>(done));
+      if (n < 0 && errno == EINTR) continue;
+      if (n <= 0) throw Error("the output of another program cannot be read");
+      done += static_cast<std::size_t>(n);
+    }
+    return out;
+  }
+
+ private:
+  int descriptor_;
+};
+
+std::string converted(const Figure& figure, const std::filesystem::path& file, const std::string& format) {
+  std::string bytes;
+  const int code = run_program({"rsvg-convert", "--format=" + format, "--zoom=2", "--background-color=white"},
+                               to_svg(figure), &bytes);
+  if (code == 127) {
+    throw Error::in_file(file.string(), 0,
+                         "PNG and PDF figures need the program rsvg-convert (Debian: apt install librsvg2-bin)");
+  }
+  // A converter that stopped halfway may still say that all is well.
+  const std::string_view end = format == "png" ? std::string_view("IEND\xae\x42\x60\x82") : std::string_view("%%EOF\n");
+  if (code != 0 || !bytes.ends_with(end))
+    throw Error::in_file(file.string(), 0,
+                         fmt::format("rsvg-convert made no complete {} (exit code {})", format, code));
+  return bytes;
+}
+
+}  // namespace
+
+int run_program(const std::vector<std::string>& arguments, const std::string& input_text, std::string* output) {
+  MemoryFile input, printed;
+  input.fill(input_text);
   std::vector<char*> argv;
   for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, fileno(input), STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", 1 /* O_WRONLY */, 0);
-  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", 1, 0);
+  posix_spawn_file_actions_adddup2(&actions, input.descriptor(), STDIN_FILENO);
+  if (output != nullptr) {
+    posix_spawn_file_actions_adddup2(&actions, printed.descriptor(), STDOUT_FILENO);
+  } else {
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  }
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   pid_t child = 0;
   const int failed = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   int status = 0;
-  if (failed == 0) waitpid(child, &status, 0);
-  std::fclose(input);
   if (failed != 0) return 127;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (output != nullptr) *output = printed.text();
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 void write_figure(const Figure& figure, const std::filesystem::path& file) {
   const std::string ending = file.extension().string();
-  if (ending == ".png" || ending == ".pdf") {
-    const std::string svg = to_svg(figure);
-    const int code = run_program({"rsvg-convert", "--format=" + ending.substr(1), "--zoom=2",
-                                  "--background-color=white", "--output", file.string()},
-                                 svg);
-    if (code == 127) {
-      throw Error::in_file(file.string(), 0,
-                           "PNG and PDF figures need the program rsvg-convert (Debian: apt install librsvg2-bin)");
-    }
-    if (code != 0) throw Error::in_file(file.string(), 0, "cannot be written (does the folder exist?)");
-    return;
-  }
   std::string text;
-  if (ending == ".svg") {
+  if (ending == ".png" || ending == ".pdf") {
+    text = converted(figure, file, ending.substr(1));
+  } else if (ending == ".svg") {
     text = to_svg(figure);
   } else if (ending == ".csv") {
     text = to_csv(figure);
@@ -61,10 +111,7 @@ void write_figure(const Figure& figure, const std::filesystem::path& file) {
   } else {
     throw Error::in_file(file.string(), 0, "unknown kind of figure: must end in .svg, .png, .pdf, .csv or .txt");
   }
-  std::ofstream out(file, std::ios::binary);
-  out << text;
-  out.close();
-  if (!out) throw Error::in_file(file.string(), 0, "cannot be written (does the folder exist?)");
+  io::write_text(file, text);
 }
 
 }  // namespace whirl::report

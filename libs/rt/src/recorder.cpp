@@ -1,14 +1,22 @@
 #include "whirl/rt/recorder.hpp"
 
+#include <fcntl.h>
 #include <hdf5.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstddef>
+#include <cstdio>
 #include <cstring>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+#include "whirl/io/input.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::rt {
 namespace {
@@ -32,6 +40,8 @@ class Handle {
   }
   hid_t get() const { return id_; }
   explicit operator bool() const { return id_ >= 0; }
+  /// It stays open: closing it would end the program.
+  void leave() { id_ = -1; }
 
  private:
   hid_t id_;
@@ -151,29 +161,94 @@ std::vector<Row> read_rows(hid_t file, const char* name, const Handle& type) {
   return rows;
 }
 
-// Errors are told by exceptions alone.
-void quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+void prepare_library() {
+  // A file that could not be finished stays open for ever; the library must not try again when the program ends.
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to tell
+}
+
+/// Room on the disk that is taken before the library needs it: it does not survive a disk that becomes full under it.
+/// With the room of the last step the file can still be closed.
+class Reserve {
+ public:
+  void open(const std::filesystem::path& path) { descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC); }
+  ~Reserve() { give_back(); }
+  /// Makes sure of some megabytes behind what is there. 0, or the system's reason.
+  int ensure() {
+    const off_t size = lseek(descriptor_, 0, SEEK_END);
+    if (descriptor_ < 0 || size < 0) return errno;
+    if (size + kLeast <= end_) return 0;
+    int code;
+    do {
+      code = fallocate(descriptor_, FALLOC_FL_KEEP_SIZE, 0, size + 2 * kLeast);
+    } while (code != 0 && errno == EINTR);
+    if (code == 0) {
+      end_ = size + 2 * kLeast;
+      return 0;
+    }
+    if (errno != EOPNOTSUPP && errno != ENOSYS) return errno;
+    struct statvfs space {};  // a file system that cannot reserve: ask each time
+    if (fstatvfs(descriptor_, &space) != 0) return errno;
+    return space.f_bavail * space.f_frsize < static_cast<fsblkcnt_t>(4 * kLeast) ? ENOSPC : 0;
+  }
+  /// 0, or the system's reason.
+  int sync() const { return descriptor_ < 0 || fdatasync(descriptor_) == 0 || errno == EINTR ? 0 : errno; }
+  void give_back() {
+    if (descriptor_ < 0) return;
+    const off_t size = lseek(descriptor_, 0, SEEK_END);
+    if (size >= 0 && ftruncate(descriptor_, size) != 0) errno = 0;  // costs room, not data
+    (void)fsync(descriptor_);
+    ::close(std::exchange(descriptor_, -1));
+  }
+
+ private:
+  static constexpr off_t kLeast = off_t{1} << 21;
+  int descriptor_ = -1;
+  off_t end_ = 0;
+};
 
 }  // namespace
 
 struct LoopRecorder::State {
   std::filesystem::path path, temporary;
+  Reserve reserve;
   Handle file{-1, H5Fclose}, cycles{-1, H5Dclose}, events{-1, H5Dclose}, cycle{cycle_type()}, event{event_type()};
   std::vector<LoopSample> buffer;
   hsize_t cycle_rows = 0, event_rows = 0;
   double interval;
   std::chrono::steady_clock::time_point flushed = std::chrono::steady_clock::now();
+  std::string failure;
+  long lost = 0;
 
-  Error failed(const char* what) const { return Error::in_file(path.string(), 0, fmt::format("{} failed", what)); }
+  Error failed(const char* what) const {
+    return Error::in_file(
+        path.string(), 0,
+        fmt::format("{} failed{}{}", what, errno != 0 ? ": " : "", errno != 0 ? strerror(errno) : ""));
+  }
 
   State(const std::filesystem::path& p, const RecordingHead& head, double flush_interval)
-      : path(p), temporary(p.string() + ".new"), interval(flush_interval) {
-    quiet();
+      : path(p), interval(flush_interval) {
+    const std::filesystem::path target = io::regular_target(p);
+    temporary = target.parent_path() / fmt::format(".whirl-{}-recording.part", getpid());
     buffer.reserve(kBuffered);
+    try {
+      create(head);
+      if (std::rename(temporary.c_str(), target.c_str()) != 0) throw failed("creating the recording");
+    } catch (...) {
+      abandon();
+      unlink(temporary.c_str());
+      throw;
+    }
+  }
+
+  void create(const RecordingHead& head) {
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
     H5Pset_libver_bounds(access.get(), H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+    errno = 0;
     file = Handle(H5Fcreate(temporary.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
     if (!file) throw failed("creating the recording");
+    reserve.open(temporary);
+    if (const int code = reserve.ensure(); code != 0) errno = code, throw failed("creating the recording");
     const hid_t root = file.get();
     write_text(root, "schema", kSchema);
     std::string names;
@@ -201,39 +276,77 @@ struct LoopRecorder::State {
       if (*f.unit) write_text(cycles.get(), fmt::format("unit_{}", f.name).c_str(), f.unit);
     }
     if (H5Fstart_swmr_write(file.get()) < 0) throw failed("starting to record");
-    H5Fflush(root, H5F_SCOPE_LOCAL);
-    std::filesystem::rename(temporary, path);
+    if (H5Fflush(root, H5F_SCOPE_LOCAL) < 0) throw failed("writing the head");
+    if (const int code = reserve.sync(); code != 0) errno = code, throw failed("writing the head");
   }
 
-  void write_buffer() {
-    if (!buffer.empty() && !append_rows(cycles.get(), cycle.get(), cycle_rows, buffer.size(), buffer.data())) {
-      throw failed("writing");
+  /// The library would end the program on a second try.
+  void abandon() {
+    cycles.leave();
+    events.leave();
+    file.leave();
+  }
+  /// Nothing more is written. `open`: the library still stands, and what it has can be closed.
+  void give_up(int code, bool open) {
+    if (!failure.empty()) return;
+    failure = code != 0 ? std::strerror(code) : "writing failed";
+    lost += static_cast<long>(buffer.size());
+    buffer.clear();
+    if (open) {
+      EventRow row{static_cast<std::int64_t>(cycle_rows), 0, {}};
+      const std::string text = "recording stopped: " + failure;
+      std::memcpy(row.text.data(), text.data(), std::min(text.size(), row.text.size() - 1));
+      open = append_rows(events.get(), event.get(), event_rows, 1, &row) && H5Dflush(cycles.get()) >= 0 &&
+             H5Dflush(events.get()) >= 0;
     }
+    if (!open) abandon();
+  }
+  bool room() {
+    const int code = failure.empty() ? reserve.ensure() : 0;
+    if (code != 0) give_up(code, true);
+    return failure.empty();
+  }
+  void write_buffer() {
+    if (!room()) return;
+    errno = 0;
+    if (!buffer.empty() && !append_rows(cycles.get(), cycle.get(), cycle_rows, buffer.size(), buffer.data()))
+      return give_up(errno, false);
     buffer.clear();
   }
   void flush() {
     write_buffer();
+    if (!failure.empty()) return;
+    errno = 0;
     // Values before the length that counts them: H5Dflush writes the chunks first.
-    if (H5Dflush(cycles.get()) < 0 || H5Dflush(events.get()) < 0) throw failed("writing");
+    if (H5Dflush(cycles.get()) < 0 || H5Dflush(events.get()) < 0) return give_up(errno, false);
+    if (const int code = reserve.sync(); code != 0) return give_up(code, false);
     flushed = std::chrono::steady_clock::now();
   }
 };
 
-LoopRecorder::LoopRecorder(const std::filesystem::path& path, const RecordingHead& head, double flush_interval)
-    : state_(std::make_unique<State>(path, head, flush_interval)) {}
+LoopRecorder::LoopRecorder(const std::filesystem::path& path, const RecordingHead& head, double flush_interval) {
+  prepare_library();
+  state_ = std::make_unique<State>(path, head, flush_interval);
+}
 
-LoopRecorder::~LoopRecorder() {
-  try {
-    event({state_->cycle_rows == 0 ? 0 : rows() - 1, 0, "end of recording"});
-    flush();
-  } catch (const Error&) {
-    // The file keeps what it has.
-  }
+LoopRecorder::~LoopRecorder() { close(); }
+
+void LoopRecorder::close() {
+  if (std::exchange(closed_, true)) return;
+  event({state_->cycle_rows == 0 ? 0 : rows() - 1, 0, "end of recording"});
+  state_->flush();
+  if (state_->failure.empty() && H5Fflush(state_->file.get(), H5F_SCOPE_GLOBAL) < 0) state_->give_up(errno, false);
 }
 
 long LoopRecorder::rows() const { return static_cast<long>(state_->cycle_rows + state_->buffer.size()); }
+const std::string& LoopRecorder::failure() const { return state_->failure; }
+long LoopRecorder::lost() const { return state_->lost; }
 
 void LoopRecorder::append(const LoopSample& sample) {
+  if (!state_->failure.empty()) {
+    ++state_->lost;
+    return;
+  }
   state_->buffer.push_back(sample);
   if (std::chrono::duration<double>(std::chrono::steady_clock::now() - state_->flushed).count() >= state_->interval) {
     state_->flush();
@@ -245,8 +358,10 @@ void LoopRecorder::append(const LoopSample& sample) {
 void LoopRecorder::event(const LoopEvent& e) {
   EventRow row{e.tick, e.t, {}};
   std::memcpy(row.text.data(), e.text.data(), std::min(e.text.size(), row.text.size() - 1));
+  if (!state_->room()) return;
+  errno = 0;
   if (!append_rows(state_->events.get(), state_->event.get(), state_->event_rows, 1, &row))
-    throw state_->failed("writing");
+    return state_->give_up(errno, false);
   state_->flush();
 }
 
@@ -257,8 +372,9 @@ const std::string* LoopRecord::text(const std::string& name) const {
   return at == head.texts.end() ? nullptr : &at->second;
 }
 
-LoopRecord read_loop_record(const std::filesystem::path& path) {
-  quiet();
+namespace {
+
+LoopRecord read_in_this_process(const std::filesystem::path& path) {
   // A file whose writer was killed still says that it is being written.
   Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose);
   if (!file) file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
@@ -285,6 +401,17 @@ LoopRecord read_loop_record(const std::filesystem::path& path) {
     out.closed = out.events.back().text == "end of recording";
   }
   return out;
+}
+
+}  // namespace
+
+LoopRecord read_loop_record(const std::filesystem::path& path) {
+  prepare_library();
+  // What says that it is being written and is damaged besides makes the library look again without end.
+  const std::filesystem::path kept = io::input_path(path);
+  io::probe_hdf5(path.string(), [&] { (void)read_in_this_process(kept); });
+  LoopRecord record = read_in_this_process(kept);
+  return record;
 }
 
 }  // namespace whirl::rt

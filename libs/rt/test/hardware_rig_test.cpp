@@ -9,10 +9,13 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <thread>
 
 #include "whirl/core/error.hpp"
+#include "whirl/rt/drivers/angle_tracker.hpp"
 #include "whirl/rt/drivers/optoncdt_line.hpp"
+#include "whirl/rt/faults.hpp"
 
 namespace whirl::rt {
 namespace {
@@ -118,6 +121,72 @@ TEST_F(HardwareRigRealtime, ASilentOrLostBoardDemandsATrip) {
   board.reading.done = true;
   tick(rig, 12, 12);
   EXPECT_EQ(rig.fault(), Fault::none) << "after the end nothing is missing";
+}
+
+// The rotor brakes to rest at several rates; the speed is an encoder filter's, which overshoots there.
+TEST_F(HardwareRigRealtime, AQuickStopIsNoDeadEncoderAndADeadEncoderIsFound) {
+  for (const double rpm_per_s : {100.0, 400.0, 700.0, 1500.0, 3000.0}) {
+    for (const double start : {20.0, 75.0}) {
+      for (const bool dead : {false, true}) {
+        board = {};
+        HardwareRig rig = make(analog());
+        AngleTracker tracker(4096, 5, 1e-3);
+        const double a = rpm_per_s * 2 * std::numbers::pi / 60;
+        double angle = 0, speed = start;
+        Fault fault = Fault::none;
+        int at = -1;
+        std::int32_t count_now = 0;
+        for (int k = 0; k < 3000; ++k) {
+          if (k == 100) rig.arm(true);
+          if (k > 500) speed = std::max(0.0, speed - a * 1e-3);
+          angle += speed * 1e-3;
+          if (!dead || k <= 450) count_now = static_cast<std::int32_t>(angle / (2 * std::numbers::pi) * 4096);
+          tracker.update(count_now);
+          board.reading.beta = tracker.beta();
+          board.reading.omega = tracker.omega();
+          board.reading.omega_dot = tracker.omega_dot();
+          tick(rig, 12, 12);
+          if (fault == Fault::none && rig.fault() != Fault::none) fault = rig.fault(), at = k;
+        }
+        EXPECT_EQ(fault, dead ? Fault::stale_sensor : Fault::none)
+            << rpm_per_s << " rpm/s from " << start << " rad/s, at " << at << ": " << to_string(fault);
+        if (dead) {
+          EXPECT_LE(at, 450 + 45) << "within 45 ms";
+        }
+      }
+    }
+  }
+}
+
+TEST_F(HardwareRigRealtime, WhatABoardCannotSaySaysSo) {
+  const auto after = [&](auto&& change) {
+    board = {};
+    HardwareRig rig = make(analog());
+    rig.arm(true);
+    for (int k = 0; k < 50; ++k) {
+      board.reading.beta += 0.06;
+      board.reading.omega = 60;
+      tick(rig, 12, 12);
+    }
+    EXPECT_EQ(rig.fault(), Fault::none);
+    change(board.reading);
+    tick(rig, 12, 12);
+    const Fault fault = rig.fault();
+    rig.arm(false);
+    tick(rig, 12, 12);
+    rig.arm(true);
+    EXPECT_EQ(rig.fault(), Fault::none) << "a new start looks anew";
+    return fault;
+  };
+  EXPECT_EQ(after([](BoardReading& r) { r.beta += 0.06; }), Fault::none);
+  EXPECT_EQ(after([](BoardReading& r) { r.tick += 3, r.beta += 0.24; }), Fault::none) << "lost ticks";
+  EXPECT_EQ(after([](BoardReading& r) { r.tick += 1u << 30; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.tick -= 20, r.beta += 0.06; }), kImplausible) << "the board started again";
+  EXPECT_EQ(after([](BoardReading& r) { r.beta += 1e6; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.beta += 2; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.beta = 1e13; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.omega = 1e5; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.omega_dot = 1e7; }), kImplausible);
 }
 
 TEST_F(HardwareRigRealtime, AnExpiredBoardAndAStandingAngleTripTheArmedLoop) {

@@ -160,7 +160,8 @@ struct Rig {
   Command written{9, 9};
   bool armed = false;
   Fault reason = Fault::none;
-  Measurement read() const noexcept { return {}; }
+  bool lost = false;
+  Measurement read() const noexcept { return {.valid = !lost}; }
   void write(const Command& c) noexcept { written = c; }
   void advance() const noexcept {}
   void arm(bool on) noexcept { armed = on; }
@@ -231,10 +232,14 @@ TEST(ArmingRealtime, MissedTicksAreFilledForALawThatCountsOnItsSampleTime) {
     time.t += 3'200'000;
     EXPECT_EQ(loop.cycle().missed, 3);
     EXPECT_EQ(law.steps, policy == DtPolicy::fill ? 5 : 2);
-    EXPECT_EQ(law.lost, policy == DtPolicy::fill ? 3 : 0);
-    time.t += 100'000'000;
+    EXPECT_EQ(law.lost, 0) << "both ends are there: the motion between them is filled in";
+    time.t += 50'000'000;
     loop.cycle();
-    EXPECT_EQ(law.lost, policy == DtPolicy::fill ? 7 : 0) << "bounded";
+    EXPECT_EQ(law.steps, policy == DtPolicy::fill ? 10 : 3) << "bounded";
+    rig.lost = true;
+    time.t += 50'000'000;
+    loop.cycle();
+    EXPECT_EQ(law.lost, policy == DtPolicy::fill ? 5 : 1) << "without an end the samples are lost";
   }
 }
 

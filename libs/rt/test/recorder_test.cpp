@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/mount.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -69,6 +70,56 @@ TEST_F(RecorderTest, SomethingElseIsRefused) {
   EXPECT_THROW((void)read_loop_record(path), Error);
   EXPECT_THROW((void)read_loop_record(folder / "missing.h5"), Error);
   EXPECT_THROW(LoopRecorder(folder / "no" / "such" / "run.h5", {}), Error);
+}
+
+TEST_F(RecorderTest, AFullDiskEndsAFileThatCanBeReadAndCountsWhatIsMissing) {
+  const auto small = folder / "small";
+  std::filesystem::create_directories(small);
+  if (::mount("tmpfs", small.c_str(), "tmpfs", 0, "size=6m") != 0) GTEST_SKIP() << "no right to make a small disk";
+  long rows = 0, lost = 0;
+  std::string failure;
+  {
+    LoopRecorder recorder(small / "full.h5", {1e-3, {{"controller", "{}"}}}, 0.05);
+    for (long k = 0; k < 100000; ++k) recorder.append(sample(k));
+    recorder.close();
+    rows = recorder.rows(), lost = recorder.lost(), failure = recorder.failure();
+  }
+  EXPECT_NE(failure.find("No space left"), std::string::npos) << failure;
+  EXPECT_EQ(rows + lost, 100000);
+  EXPECT_GT(lost, 0);
+  {
+    const LoopRecord r = read_loop_record(small / "full.h5");
+    EXPECT_FALSE(r.closed);
+    EXPECT_EQ(static_cast<long>(r.cycles.size()), rows);
+    EXPECT_GT(rows, 2000);
+    for (std::size_t k = 0; k < r.cycles.size(); ++k) ASSERT_EQ(r.cycles[k].tick, static_cast<long>(k));
+    ASSERT_FALSE(r.events.empty());
+    EXPECT_EQ(r.events.back().text.rfind("recording stopped: No space", 0), 0u);
+  }
+  EXPECT_EQ(::umount(small.c_str()), 0);
+  EXPECT_THROW(LoopRecorder("/dev/null", {}), Error) << "no file";
+}
+
+TEST_F(RecorderTest, ADamagedRecordingIsRefusedAndNotWaitedFor) {
+  const auto path = folder / "sound.h5";
+  {
+    LoopRecorder recorder(path, {1e-3, {}}, 0.01);
+    for (long k = 0; k < 3000; ++k) recorder.append(sample(k));
+  }
+  std::ifstream in(path, std::ios::binary);
+  const std::string sound((std::istreambuf_iterator<char>(in)), {});
+  std::mt19937_64 random(11);
+  for (int round = 0; round < 2; ++round) {
+    std::string bytes = sound;
+    for (int i = 0; i < 12; ++i)
+      bytes[random() % std::min<std::size_t>(bytes.size(), 6000)] = static_cast<char>(random());
+    const auto damaged = folder / "damaged.h5";
+    std::ofstream(damaged, std::ios::binary) << bytes;
+    try {
+      (void)read_loop_record(damaged);
+    } catch (const Error&) {
+    }
+  }
 }
 
 // The writer is killed at an instant nobody chose; --gtest_repeat=20 does it a hundred times.

@@ -10,6 +10,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/output.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/modal/stiffness.hpp"
@@ -25,7 +26,7 @@ class StudyRunner {
   explicit StudyRunner(const StudyOptions& options) { study_.options = options; }
 
   Study run() {
-    std::filesystem::create_directories(folder());
+    io::make_folder(folder());
     io::write_text(folder() / "rig.toml", rig::rig_toml(options().rig));
     stiffness_test();
     hammer_test();

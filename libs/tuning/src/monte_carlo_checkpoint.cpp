@@ -1,15 +1,27 @@
 #include "monte_carlo_checkpoint.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::tuning {
+
+namespace {
+
+/// Of the text of a line: a digit changed by hand or by a disk must not change a result.
+std::string checksum(std::string_view line) { return io::sha256(line).substr(0, 16); }
+
+}  // namespace
 
 void append_numbers(std::vector<double>& out, int index, const MonteCarloSample& s) {
   out.insert(out.end(), {static_cast<double>(index), s.model.k1, s.model.k2, s.model.c, s.model.eps.real(),
@@ -27,7 +39,7 @@ std::string study_key(const MonteCarloOptions& o, const ControllerDesign& design
   const std::string text = fmt::format("{} {} {:a} {:a} {:a} {:a} {:a} {:a} {}", o.samples, o.seed, o.covariance_scale,
                                        o.stiffness_sd, o.damping_sd, o.unbalance_sd, o.gain_sd, o.rotation_sd, o.key) +
                            to_json(design).dump();
-  return "whirl.robustness.checkpoint/1 " + io::sha256(text);
+  return "whirl.robustness.checkpoint/2 " + io::sha256(text);
 }
 
 MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, const std::string& key,
@@ -42,7 +54,14 @@ MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, co
           path_ +
           ": checkpoint of another study (other controller, model, seed or options); remove it or name another");
     }
-    while (std::getline(in, line) && !in.eof()) {  // eof: the last line has no end
+    for (int row = 2; std::getline(in, line) && !in.eof();
+         ++row) {  // eof: the last line has no end, its writer was killed
+      const std::size_t sum = line.rfind(' ');
+      if (sum == std::string::npos || line.substr(sum + 1) != checksum(std::string_view(line).substr(0, sum))) {
+        throw Error::in_file(path_, row,
+                             "the line does not fit its checksum: the checkpoint was changed or damaged; "
+                             "remove the line, and the sample is computed again");
+      }
       double numbers[kSampleNumbers];
       const char* at = line.c_str();
       bool complete = true;
@@ -52,35 +71,39 @@ MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, co
         complete = complete && end != at;
         at = end;
       }
-      if (!complete || !(numbers[0] >= 0) || numbers[0] >= static_cast<double>(samples.size())) continue;
+      if (!complete || !(numbers[0] >= 0) || numbers[0] >= static_cast<double>(samples.size()))
+        throw Error::in_file(path_, row, "is no sample of this study");
       const auto i = static_cast<std::size_t>(numbers[0]);
       samples[i] = sample_from(centre, numbers);
       done[i] = 1;
       kept += line + "\n";
     }
   }
-  // A kill in here must not lose what the file holds.
-  const std::string fresh = path_ + ".new";
-  {
-    std::ofstream out(fresh, std::ios::binary);
-    out << kept;
-    if (!out.flush()) throw Error(fresh + ": cannot be written");
-  }
-  std::filesystem::rename(fresh, path);
-  file_ = std::fopen(path_.c_str(), "ab");
-  if (file_ == nullptr) throw Error(path_ + ": cannot be written");
+  io::write_text(path, kept);  // a kill in here must not lose what the file holds
+  file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (file_ < 0) throw Error(path_ + ": cannot be written: " + std::strerror(errno));
 }
 
 MonteCarloCheckpoint::~MonteCarloCheckpoint() {
-  if (file_ != nullptr) std::fclose(file_);
+  if (file_ >= 0) close(file_);
 }
 
 void MonteCarloCheckpoint::append(const std::vector<double>& numbers) {
-  std::string text;
+  std::string text, line;
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    text += fmt::format("{:a}{}", numbers[i], (i + 1) % kSampleNumbers == 0 ? "\n" : " ");
+    line += fmt::format("{}{:a}", line.empty() ? "" : " ", numbers[i]);
+    if ((i + 1) % kSampleNumbers != 0) continue;
+    text += line + " " + checksum(line) + "\n";
+    line.clear();
   }
-  if (std::fputs(text.c_str(), file_) < 0 || std::fflush(file_) != 0) throw Error(path_ + ": cannot be written");
+  std::string_view left = text;
+  while (!left.empty()) {
+    const ssize_t n = write(file_, left.data(), left.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw Error(path_ + ": cannot be written: " + std::strerror(errno));
+    left.remove_prefix(static_cast<std::size_t>(n));
+  }
+  if (fdatasync(file_) != 0 && errno != EINTR) throw Error(path_ + ": cannot be written: " + std::strerror(errno));
 }
 
 }  // namespace whirl::tuning

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdio>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,7 +17,7 @@ MonteCarloSample sample_from(const RotorModel& centre, const double* numbers);
 std::string study_key(const MonteCarloOptions& options, const ControllerDesign& design);
 
 /// Finished samples in a text file, one a line in hexadecimal floating point, so that a study goes on where it was
-/// killed. A line cut short by the kill is dropped.
+/// killed. Each line ends with a checksum: one that was changed is an error; one cut short by a kill is dropped.
 class MonteCarloCheckpoint {
  public:
   /// Opens or makes the file and fills in the samples it holds (`done[i]` = 1). Throws Error when it is of another
@@ -32,7 +31,7 @@ class MonteCarloCheckpoint {
   void append(const std::vector<double>& numbers);
 
  private:
-  std::FILE* file_ = nullptr;
+  int file_ = -1;
   std::string path_;
 };
 

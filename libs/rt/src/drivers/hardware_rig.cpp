@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "whirl/core/error.hpp"
+#include "whirl/rt/faults.hpp"
 #include "whirl/rt/realtime.hpp"
 
 namespace whirl::rt {
@@ -15,6 +17,11 @@ namespace {
 constexpr double kSmallestCurrent = 3.6e-3, kLargestCurrent = 20.4e-3;  // A, of a working 4..20 mA loop
 constexpr long kApart = 1000;    // cycles after which a clock that runs apart is moved by a tick
 constexpr double kTurned = 0.1;  // rad the rotor turns before a standing angle is suspicious
+constexpr double kSlowing = 20;  // rad/s^2 by which any rotor may slow down without having been seen to
+constexpr double kFastest = 6300, kFastestChange = 1e5;  // rad/s, rad/s^2: no such rotor is held by this program
+constexpr double kJump = 0.5, kJumpRate = 0.5,
+                 kJumpChange = 1e3;  // rad, share of the turn, rad/s^2: angle against speed
+constexpr double kTickJump = 10;     // s
 
 void check(const PositionInput& p, double rate) {
   if (p.direction != 1 && p.direction != -1)
@@ -96,11 +103,56 @@ void HardwareRig::drain() noexcept {
     }
   }
   // After the lasers: a board reading never seems older than the frames that came with it.
-  const std::uint32_t before = reading_.tick;
+  const BoardReading before = reading_;
   if (board_->read(reading_)) {
-    board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before) : 0;
+    implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
+    board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before.tick) : 0;
     board_seen_ = board_fresh_ = true;
   }
+}
+
+bool HardwareRig::plausible(const BoardReading& before) const noexcept {
+  const double ticks = static_cast<std::int32_t>(reading_.tick - before.tick);
+  const double t = ticks * options_.sample_time;
+  // Written so that NaN fails.
+  if (!(t >= 0 && t <= kTickJump)) return false;
+  if (!(std::abs(reading_.omega) <= kFastest && std::abs(reading_.omega_dot) <= kFastestChange)) return false;
+  // The angle may be wrapped.
+  const double led = 0.5 * (before.omega + reading_.omega) * t;
+  const double jump = reading_.beta - before.beta - led;
+  const double off = std::remainder(jump, 2 * std::numbers::pi);
+  const double most = kJump + kJumpRate * std::abs(led) + 0.5 * kJumpChange * t * t;
+  return std::abs(jump) <= 2 * std::numbers::pi + most && (std::abs(off) <= most || most >= std::numbers::pi);
+}
+
+// At the end of each cycle with a fresh reading: `last_beta_` is the angle of the cycle before.
+void HardwareRig::follow_angle() noexcept {
+  const long ticks = std::min<long>(angle_repeated_ + 1, static_cast<long>(angles_.size()));
+  std::rotate(angles_.begin(), angles_.begin() + ticks, angles_.end());
+  for (long i = ticks; i > 1; --i) angles_[angles_.size() - static_cast<std::size_t>(i)] = last_beta_;
+  angles_.back() = reading_.beta;
+  angles_known_ = std::min<long>(angles_known_ + ticks, static_cast<long>(angles_.size()));
+}
+
+// A rotor that stops is seen to slow down before; a dead encoder stops in full turn. The speed of the board is filtered
+// and overshoots when the rotor comes to rest, so that it cannot decide.
+bool HardwareRig::encoder_dead() const noexcept {
+  const double stood = static_cast<double>(angle_repeated_) * options_.sample_time;
+  if (options_.stuck <= 0 || stood <= options_.stuck) return false;
+  const long window = std::clamp(std::lround(10e-3 / options_.sample_time), 2L, 20L);
+  const auto last = static_cast<long>(angles_.size()) - 1;
+  if (angles_known_ <= 3 * window) return std::abs(reading_.omega) * stood > kTurned;
+  const auto speed = [&](long end) {
+    return std::abs(angles_[static_cast<std::size_t>(end)] - angles_[static_cast<std::size_t>(end - window)]) /
+           (static_cast<double>(window) * options_.sample_time);
+  };
+  const double v = speed(last), before = speed(last - 2 * window);
+  const double slowing = std::max(0.0, before - v) / (2 * static_cast<double>(window) * options_.sample_time);
+  const double a = 2 * slowing + kSlowing;
+  // A board that measures speed by itself may say that the rotor turns although the angle never moved.
+  if (std::abs(reading_.omega) > 3 * (v + before) + 5 && std::abs(reading_.omega) * stood > kTurned) return true;
+  const double turned = v > a * stood ? (v - 0.5 * a * stood) * stood : 0.5 * v * v / a;
+  return turned > kTurned;
 }
 
 void HardwareRig::align() noexcept {
@@ -224,6 +276,7 @@ Measurement HardwareRig::read() noexcept {
   if (armed_) follow_clocks();
   board_silent_ = board_fresh_ ? 0 : board_silent_ + 1;
   if (!armed_ || reading_.beta != last_beta_) {
+    follow_angle();
     angle_repeated_ = 0;
   } else if (board_fresh_) {
     ++angle_repeated_;
@@ -266,6 +319,7 @@ void HardwareRig::write(const Command& force) noexcept {
 
 void HardwareRig::arm(bool armed) noexcept {
   if (armed && !armed_) start_ = tick_ + 1;
+  if (armed != armed_) implausible_ = false;
   armed_ = armed;
 }
 
@@ -273,10 +327,8 @@ Fault HardwareRig::fault() const noexcept {
   if (reading_.done) return Fault::none;
   if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
-  const double stood = static_cast<double>(angle_repeated_) * options_.sample_time;
-  if (options_.stuck > 0 && stood > options_.stuck && std::abs(reading_.omega) * stood > kTurned)
-    return Fault::stale_sensor;
-  return Fault::none;
+  if (implausible_) return kImplausible;
+  return encoder_dead() ? Fault::stale_sensor : Fault::none;
 }
 
 }  // namespace whirl::rt

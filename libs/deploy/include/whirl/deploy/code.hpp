@@ -3,13 +3,12 @@
 #include <vector>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::deploy {
 
 /// A file to be written: name relative to the folder of the export, and its text.
-struct SourceFile {
-  std::string name, text;
-};
+using SourceFile = io::FileText;
 
 /// How names and numbers of exported source are written.
 struct CodeOptions {

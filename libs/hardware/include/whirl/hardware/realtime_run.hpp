@@ -19,6 +19,7 @@ struct RealtimeRunOptions {
   std::vector<std::pair<std::string, std::string>> texts;  ///< head of the recording: controller, settings, ...
   std::function<void(const rt::LoopSample&)> take;         ///< every cycle, in the calling thread
   std::function<void(const LoopOutcome&)> started;         ///< once, with the real-time properties granted and refused
+  std::function<void(const std::string&)> note;            ///< the recording has stopped, and why; the loop runs on
   rt::LoopControl* control = nullptr;                      ///< of a person who may arm, disarm and clear a trip
   StopRequest stop = never_stop;
 };
@@ -39,7 +40,9 @@ struct RealtimeRun {
   long samples = 0, lost = 0;            ///< ticks, and those without a valid displacement
   long saturated = 0;                    ///< ticks with a limited force
   std::array<LaserReport, 2> lasers{};
-  Summary summary;  ///< unusable when the loop did not arm or tripped by itself
+  long not_recorded = 0;     ///< cycles that the recording lacks
+  std::string record_error;  ///< why; empty: it is complete
+  Summary summary;           ///< unusable when the loop did not arm or tripped by itself
 };
 
 /// Closes the loop on the sensors and actuators of `io`. The displacement that trips is the smaller one of `io` and of
@@ -52,8 +55,10 @@ io::Json to_json(const RealtimeRun& run);
 /// Sensors and rotor angle without control.
 struct RecordRun {
   LoopOutcome loop;
-  long cycles = 0;  ///< written
-  Summary summary;  ///< unusable when there is none
+  long cycles = 0;           ///< written
+  long not_recorded = 0;     ///< cycles that the recording lacks
+  std::string record_error;  ///< why; empty: it is complete
+  Summary summary;           ///< unusable when there is none
 };
 RecordRun record_disarmed(const IoSettings& io, const RealtimeRunOptions& options);
 /// whirl.record/1

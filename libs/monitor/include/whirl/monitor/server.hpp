@@ -11,16 +11,17 @@ struct ServerOptions {
   std::string address = "127.0.0.1";  ///< loopback unless the user says otherwise
   std::uint16_t port = 8765;          ///< 0: any free port
   std::string token;                  ///< needed for every command; empty: no commands at all
-  std::size_t max_clients = 16;
-  std::size_t queue = 64;  ///< messages that wait for one client before the oldest is dropped
+  std::size_t max_clients = 16;       ///< viewers; those with the token have places of their own
+  std::size_t queue = 64;             ///< messages that wait for one client before the oldest is dropped
 };
 
 /// Serves the page and the stream from one thread. The hub must outlive the server.
 ///
 /// GET / and the files of the page, WebSocket at /stream. A request whose Host is not this server's address, or whose
 /// Origin is another page, is refused (DNS rebinding, foreign pages). Clients read; a client that sends {"command":
-/// ..., "token": ...} with the right token controls. Slow or silent clients lose frames or their connection, never the
-/// hub's time.
+/// ..., "token": ...} with the right token controls. A client that opens /stream?token=... with it has a place
+/// that no viewer can take. Refused commands are told once a minute with their number. Slow or silent clients lose
+/// frames or their connection, never the hub's time.
 class Server {
  public:
   /// Binds at once; throws Error when the address cannot be used.

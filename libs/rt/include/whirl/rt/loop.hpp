@@ -1,9 +1,12 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
+#include "whirl/rt/faults.hpp"
 #include "whirl/rt/release.hpp"
 #include "whirl/rt/safety.hpp"
 
@@ -23,24 +26,85 @@ struct CycleRecord {
   long missed = 0;         ///< ticks left out before this one
 };
 
-/// What a law that counts on its sample time h is told after ticks were left out.
+/// What a law that counts on its sample time h is told after ticks were left out. With either, the first commands after
+/// a gap are bounded (GapBound).
 enum class DtPolicy : std::uint8_t {
-  nominal,  ///< nothing: every step stands for h
-  fill,  ///< one step with a lost sample per tick left out (at most LoopOptions::max_fill), so that its time stays true
+  nominal,  ///< nothing: every step stands for h, and the velocity after a gap of n ticks is taken n + 1 times too
+            ///< large
+  fill,  ///< one step per tick left out, with the motion between the last sample and this one (bridge()), so that its
+         ///< time stays true; at most LoopOptions::max_fill
 };
 
 struct LoopOptions {
   bool armed = true;  ///< from the first cycle on
   DtPolicy dt = DtPolicy::nominal;
-  long max_fill = 16;
+  long max_fill = 64;
+  long max_gap = 100;         ///< ticks left out at once after which the loop trips (kGap); 0 = never
   double sample_time = 1e-3;  ///< h, s; used by DtPolicy::fill and by the release
   long release = 0;           ///< ticks in which the force fades after a trip (SynchronousRelease); 0: zero at once
 };
 
 /// After which faults the force may fade. Not when the force itself may be what is wrong.
 constexpr bool may_release(Fault f) noexcept {
-  return f == Fault::stale_sensor || f == Fault::overrun || f == Fault::watchdog || f == Fault::requested;
+  return f == Fault::stale_sensor || f == Fault::overrun || f == Fault::watchdog || f == Fault::requested || f == kGap;
 }
+
+/// What the sensors would have shown a share `part` (0 to 1) of the way from one valid sample to the next: angle and
+/// speed as a cubic through both ends, the displacement linear in the frame that turns with the rotor, because most of
+/// it is synchronous. A straight line between two points of an orbit would cut through it.
+inline Measurement bridge(const Measurement& from, const Measurement& to, double part) noexcept {
+  const double T = to.t - from.t, p = part, q = 1 - part;
+  Measurement m = to;
+  m.t = from.t + part * T;
+  // The last angle may have been wrapped: it is taken within half a turn of where the speed leads.
+  const double led = from.beta + 0.5 * (from.omega + to.omega) * T;
+  const double end = led + std::remainder(to.beta - led, 2 * std::numbers::pi);
+  // Hermite's cubic: both angles, both speeds.
+  m.beta = q * q * ((1 + 2 * p) * from.beta + p * T * from.omega) + p * p * ((1 + 2 * q) * end - q * T * to.omega);
+  m.omega = q * from.omega + p * to.omega;
+  m.omega_dot = q * from.omega_dot + p * to.omega_dot;
+  const auto turned = [](const Measurement& z, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return Command{c * z.x - s * z.y, s * z.x + c * z.y};
+  };
+  const Command a = turned(from, m.beta - from.beta), b = turned(to, m.beta - end);
+  m.x = q * a.ux + p * b.ux;
+  m.y = q * a.uy + p * b.uy;
+  return m;
+}
+
+/// Bound of the first commands after a gap: what the law sees of the motion is then the poorest. For as many cycles as
+/// ticks were left out (at least kLeast), each axis is kept within kFactor times the largest force of the last fifth of
+/// a second, or a tenth of the force limit when that is more.
+class GapBound {
+ public:
+  static constexpr double kFactor = 1.15, kMemory = 0.2, kGrowth = 0.5;  // 1, s, s
+  static constexpr long kLeast = 5;
+
+  explicit GapBound(double sample_time) noexcept
+      : keep_(std::exp(-sample_time / kMemory)), grow_(std::exp(sample_time / kGrowth)) {}
+
+  /// Once a cycle, with the command the gate let pass; true when it was bounded.
+  bool apply(long missed, double force_limit, Command& u) noexcept {
+    if (missed > 0) left_ = std::max(left_, std::max(kLeast, missed));
+    bool bounded = false;
+    if (left_ > 0) {
+      --left_;
+      const double most = std::max(kFactor * recent_, 0.1 * force_limit);
+      const Command asked = u;
+      if (most > 0) u = {std::clamp(u.ux, -most, most), std::clamp(u.uy, -most, most)};
+      bounded = u.ux != asked.ux || u.uy != asked.uy;
+      if (bounded) recent_ *= grow_;  // a loop that has gaps all the time must still follow a growing motion
+    } else {
+      recent_ = std::max({keep_ * recent_, std::abs(u.ux), std::abs(u.uy)});
+    }
+    return bounded;
+  }
+
+ private:
+  double keep_, grow_, recent_ = 0;
+  long left_ = 0;
+};
 
 /// The closed loop, the same in simulation and on hardware: wait -> read -> controller -> safety -> write ->
 /// advance.
@@ -65,6 +129,7 @@ class Loop {
         limits_(limits),
         options_(options),
         release_(options.sample_time),
+        bound_(options.sample_time),
         armed_(options.armed) {
     tell_rig();
   }
@@ -89,6 +154,7 @@ class Loop {
     Fault clock_fault = Fault::none, found = Fault::none;
     if constexpr (requires { clock_.fault(); }) found = clock_fault = clock_.fault();
     if constexpr (requires { rig_.fault(); }) found = first(found, rig_.fault());
+    if (armed_ && options_.max_gap > 0 && r.missed > options_.max_gap) found = first(found, kGap);
     // No samples and so no time to fade in, or a person's trip.
     const bool at_once = clock_fault == Fault::watchdog || clock_fault == Fault::requested;
     if (options_.release > 0) release_.follow(r.measurement, 1 + r.missed);
@@ -96,6 +162,11 @@ class Loop {
       fill(r.measurement, r.missed);
       r.request = controller_.step(r.measurement);
       decision = decide(limits_, safety_, r.measurement, r.request, tick_, first(requested_, found));
+      if (decision.state.trip == Fault::none && bound_.apply(r.missed, limits_.force, decision.command)) {
+        decision.limited = true;
+        decision.state.last = decision.command;
+      }
+      before_ = r.measurement;
     } else {
       if (safety_.trip != Fault::none) r.request = Expected<Command, Fault>::fault(safety_.trip);
       decision.state = safety_;
@@ -129,6 +200,8 @@ class Loop {
   bool arm() noexcept {
     if (safety_.trip != Fault::none) return false;
     armed_ = true;
+    before_.valid = false;
+    bound_ = GapBound(options_.sample_time);
     safety_.invalid = 0;
     tell_rig();
     return true;
@@ -165,16 +238,24 @@ class Loop {
     limit_force(limits_, u);
     return u;
   }
-  // The controller's own time over `missed` ticks: samples are lost, the angle goes on at its speed.
+  // The controller's own time over `missed` ticks: the motion between two samples, or lost samples when one of them is
+  // no sample; the angle then goes on at its speed.
   void fill(const Measurement& now, long missed) noexcept {
     if (options_.dt != DtPolicy::fill) return;
+    const double all = static_cast<double>(missed + 1);
+    Measurement from = before_;
+    from.t = now.t - all * options_.sample_time;
     for (long back = std::min(missed, options_.max_fill); back > 0; --back) {
       const double ago = static_cast<double>(back) * options_.sample_time;
       Measurement m = now;
-      m.valid = false;
-      m.t -= ago;
-      m.beta -= (now.omega - 0.5 * now.omega_dot * ago) * ago;
-      m.omega -= now.omega_dot * ago;
+      if (now.valid && before_.valid) {
+        m = bridge(from, now, 1 - static_cast<double>(back) / all);
+      } else {
+        m.valid = false;
+        m.t -= ago;
+        m.beta -= (now.omega - 0.5 * now.omega_dot * ago) * ago;
+        m.omega -= now.omega_dot * ago;
+      }
       (void)controller_.step(m);
       controller_.applied(safety_.last);
     }
@@ -186,6 +267,8 @@ class Loop {
   SafetyLimits limits_;
   LoopOptions options_;
   SynchronousRelease release_;
+  GapBound bound_;
+  Measurement before_{.valid = false};
   SafetyState safety_;
   Fault requested_ = Fault::none;
   bool armed_;

@@ -26,7 +26,8 @@ struct LoopEvent {
 /// Recording of a loop in HDF5: datasets `cycles` (one row per cycle, fields of LoopSample) and `events`, the head as
 /// attributes. Made for the death of the program at any instant: the file appears under its name only when it can be
 /// opened, and is written in HDF5's single-writer mode, in which what is on disk is readable after every write. Rows
-/// appended since the last flush may be lost, never those before it. Not for the real-time thread.
+/// appended since the last flush may be lost, never those before it. A flush reaches the disk itself; room on the disk
+/// is taken ahead, so that a full disk ends a file that can be read. Not for the real-time thread.
 class LoopRecorder {
  public:
   /// `flush_interval` in s. Throws Error naming the file.
@@ -35,15 +36,21 @@ class LoopRecorder {
   LoopRecorder(const LoopRecorder&) = delete;
   LoopRecorder& operator=(const LoopRecorder&) = delete;
 
-  /// Throws Error when the file cannot be written any more.
+  /// None of these throws: the loop goes on when its recording cannot. After the first failure nothing more is written,
+  /// `failure()` says why, and every row that is not in the file counts as lost.
   void append(const LoopSample& sample);
   void event(const LoopEvent& event);
   void flush();
-  long rows() const;
+  /// The end of the recording, as the destructor; apart, so that its failure can be told.
+  void close();
+  long rows() const;                   ///< recorded
+  long lost() const;                   ///< not recorded
+  const std::string& failure() const;  ///< empty: none
 
  private:
   struct State;
   std::unique_ptr<State> state_;
+  bool closed_ = false;
 };
 
 /// A recording, whole or cut off by a kill.

@@ -116,6 +116,9 @@ class HardwareRig {
   void align() noexcept;
   void follow_clocks() noexcept;
   InputState examine(Axis& axis, const PositionInput& input) noexcept;
+  void follow_angle() noexcept;
+  bool encoder_dead() const noexcept;
+  bool plausible(const BoardReading& before) const noexcept;
 
   HardwareOptions options_;
   std::unique_ptr<Board> board_;
@@ -125,6 +128,11 @@ class HardwareRig {
   std::int64_t board_tick_ = 0, tick_ = 0, start_ = 0;
   long board_silent_ = 0, board_apart_ = 0, angle_repeated_ = 0;
   double last_beta_ = 0;
+  /// Angle of the last ticks up to its last change, newest last: how fast the rotor turned, and whether it slowed down,
+  /// by the encoder alone.
+  std::array<double, 64> angles_{};
+  long angles_known_ = 0;
+  bool implausible_ = false;  ///< latched while armed
   bool armed_ = false, started_ = false, at_rest_ = false, waited_ = false;
 };
 

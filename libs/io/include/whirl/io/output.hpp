@@ -1,0 +1,29 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+// The one way of every file of whirl to the disk, behind ByteSink and write_text() (file.hpp): written beside, flushed
+// to the disk and renamed, so that a name shows either what was there before or everything, also after a full disk, a
+// kill or the loss of power. Symbolic links are followed: the file they name is replaced. An existing file keeps its
+// permissions and must be writable. What is no regular file (a pipe, a device, /dev/stdout, /dev/fd/N) is written
+// through and never replaced. Interrupted and short writes go on. Errors name the file and the reason.
+
+namespace whirl::io {
+
+/// Where a file belongs that is read while it is written: links followed. Throws Error when a pipe, a device or a
+/// folder stands there, or a file that may not be written.
+std::filesystem::path regular_target(const std::filesystem::path& path);
+
+/// Makes a folder and those above it. Throws Error naming it.
+void make_folder(const std::filesystem::path& folder);
+
+/// A file in a folder; its name may hold folders.
+struct FileText {
+  std::string name, text;
+};
+/// Writes files that belong together: all are on the disk before the first one gets its name, so that a full disk
+/// changes none of them. Folders are made, and removed again when that fails. Returns the paths.
+std::vector<std::filesystem::path> write_files(const std::filesystem::path& folder, const std::vector<FileText>& files);
+
+}  // namespace whirl::io

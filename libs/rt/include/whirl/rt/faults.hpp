@@ -1,0 +1,10 @@
+#pragma once
+#include "whirl/core/control_types.hpp"
+
+namespace whirl::rt {
+
+// Faults that only a loop knows, beside those of the controller; whirl::to_string names them too.
+inline constexpr Fault kGap{7};          ///< too many ticks left out at once
+inline constexpr Fault kImplausible{8};  ///< tick, angle or speed of the board cannot be
+
+}  // namespace whirl::rt
