@@ -7,7 +7,7 @@
 #include <boost/asio/write.hpp>
 #include <regex>
 
-#include "../cli/served.hpp"
+#include "../cli/loop/served.hpp"
 #include "browser.hpp"
 #include "live_program.hpp"
 #include "whirl/io/csv.hpp"

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "whirl/control/catalogue.hpp"
+#include "whirl/testing/paths.hpp"
 
 namespace whirl::control {
 namespace {
@@ -17,7 +18,7 @@ std::string trimmed(std::string text) {
 
 /// Rows of the markdown tables of docs/notation.md; an escaped bar is no end of a cell.
 std::vector<std::vector<std::string>> documented_rows() {
-  std::ifstream in(std::string(WHIRL_SOURCE_DIR) + "/docs/notation.md");
+  std::ifstream in(testing::source_dir() + "/docs/notation.md");
   EXPECT_TRUE(in.good());
   std::vector<std::vector<std::string>> rows;
   for (std::string line; std::getline(in, line);) {

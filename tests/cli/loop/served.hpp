@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/parameters.hpp"
