@@ -46,6 +46,10 @@ std::string describe(const identification::Evidence& evidence, const Summary& su
     text += fmt::format("collinear         {}{}: hard to tell apart on these records (condition index {:.3g})\n",
                         g.equation.empty() ? "" : g.equation + ": ", fmt::join(g.terms, ", "), g.condition_index);
   }
+  for (const identification::Ambiguity& a : evidence.ambiguities) {
+    text += fmt::format("not told apart    {}\n                  {}\n                  to decide: {}\n", a.readings,
+                        a.consequence, a.experiment);
+  }
   const identification::HeldOut& h = evidence.held_out;
   if (!h.reason.empty()) {
     text += fmt::format("held out          {}: no prediction, {}\n", h.what, h.reason);

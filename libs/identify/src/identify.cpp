@@ -59,7 +59,9 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
   return split_holdout(records, o.holdout, {o.rotor.record.x, o.rotor.record.y});
 }
 
-HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records) {
+/// `rest`: the model of what is not held out, where there is one.
+HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records,
+                 std::optional<IdentifiedModel>& rest) {
   const bool is_rotor = rotor(o.method);
   const HoldoutSplit split = split_of(o, records);
   HeldOut held;
@@ -73,6 +75,7 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
     ValidateOptions validation;
     validation.record = o.rotor.record;
     if (is_rotor && records.size() > 1) validation.unbalance = UnbalanceSource::refitted;
+    rest = model;
     return predict_held_out(model, split.test, split.what, is_rotor, validation);
   } catch (const Error& e) {
     held.reason = e.what();
@@ -150,13 +153,23 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   };
   progress(0);
   Identification id;
-  id.model = fit(o, records, &id.evidence.bounds);
+  std::optional<IdentifiedModel> rest;
+  if (o.method == Method::weak) {
+    std::vector<RotorRecord> rotor_records;
+    for (const Recording& r : records) rotor_records.push_back(rotor_record(r, o.rotor.record));
+    RotorIdentification found = identify_rotor_detailed(rotor_records, o.rotor);
+    id.model = std::move(found.model);
+    id.evidence.ambiguities = std::move(found.ambiguities);
+  } else {
+    id.model = fit(o, records, &id.evidence.bounds);
+  }
   progress(0.6);
   if (id.model.summary.status != Status::unusable) {
     id.evidence.collinear = collinear_groups(id.model, with_derivatives(records.front(), id.model.inputs));
-    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records);
+    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, rest);
   }
   progress(1);
+  if (rest && o.method == Method::weak) detail::compare_with_rest(*rest, id.model);
   detail::judge_evidence(id);
   return id;
 }

@@ -19,6 +19,37 @@ Eigen::VectorXcd half_forcing(const AngleSignal& a) {
   return f;
 }
 
+// Each force beyond the plain rotor, beside all the others: the derivative by its coefficient against differences.
+TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivatives) {
+  const RotorModel m = rotor_a();
+  const Sweep sweep{20, 5, 2, 0.3, 1e-3};
+  const AngleSignal angle = sweep.angle();
+  const Eigen::VectorXcd f = half_forcing(angle);
+  const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
+  const std::array<double, 11> sizes{1e16, 1e8, 5, 0.01, 0.02, 0.5, 50, 1, 0.01, 20, 0.5};
+  std::vector<RotorTerm> terms;
+  for (std::size_t k = 0; k < sizes.size(); ++k) {
+    terms.push_back({kRotorTermNames[k].kind, sizes[k], k == 3 ? 1e-3 : k >= 9 ? 0.7 : 0.0});
+  }
+  const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0),
+                                                                  {terms, angle.omega, 0.2}, 1e-3, z0, v0);
+  ASSERT_TRUE(s.finite);
+  const auto run = [&](std::size_t k, double by) {
+    std::vector<RotorTerm> moved = terms;
+    moved[k].value += by;
+    return detail::main_mode(m, m.eps, f, {moved, angle.omega, 0.2}, 1e-3, z0, v0).z;
+  };
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const double step = 1e-3 * sizes[k];
+    const Eigen::VectorXcd d = (run(k, step) - run(k, -step)) / (2 * step);
+    Eigen::VectorXcd found(d.size());
+    found.real() = s.dx.col(detail::kProfile + static_cast<Eigen::Index>(k));
+    found.imag() = s.dy.col(detail::kProfile + static_cast<Eigen::Index>(k));
+    EXPECT_GT(d.norm(), 0) << kRotorTermNames[k].label;
+    EXPECT_LT((found - d).norm(), 1e-4 * d.norm()) << kRotorTermNames[k].label;
+  }
+}
+
 TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   RotorModel m = rotor_a();
   m.k1_conj = {30, -20};
@@ -26,8 +57,11 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const Sweep sweep{20, 5, 2, 0.3, 1e-3};
   const Eigen::VectorXcd f = half_forcing(sweep.angle());
   const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
+  const Eigen::VectorXd omega = sweep.angle().omega;
+  const std::vector<RotorTerm> none;
+  const detail::TermForces plain{none, omega, 0};
   const detail::Sensitivities s =
-      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), 1e-3, z0, v0);
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, 1e-3, z0, v0);
   const auto check = [&](int lane, auto&& changed, double step) {
     const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
     Eigen::VectorXcd found(d.size());
@@ -36,7 +70,7 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     EXPECT_LT((found - d).norm(), 1e-5 * d.norm()) << "lane " << lane;
   };
   const auto run = [&](const RotorModel& model, Complex a = 0, Complex b = 0) {
-    return detail::main_mode(model, model.eps, f, 1e-3, z0 + a, v0 + b);
+    return detail::main_mode(model, model.eps, f, plain, 1e-3, z0 + a, v0 + b).z;
   };
   const auto with = [&](auto&& edit) {
     return [&, edit](double d) {
@@ -70,9 +104,9 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     return half_forcing(a);
   };
   const Eigen::MatrixXcd slope = (turned(1e-4) - turned(-1e-4)) / 2e-4;
-  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, 1e-3, z0, v0);
-  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), 1e-3, z0, v0) -
-                                     detail::main_mode(m, m.eps, turned(-1e-4), 1e-3, z0, v0)) /
+  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, plain, 1e-3, z0, v0);
+  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), plain, 1e-3, z0, v0).z -
+                                     detail::main_mode(m, m.eps, turned(-1e-4), plain, 1e-3, z0, v0).z) /
                                     2e-4;
   Eigen::VectorXcd found(by_angle.size());
   found.real() = p.dx.col(detail::kProfile);

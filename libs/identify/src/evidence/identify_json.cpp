@@ -60,8 +60,15 @@ io::Json to_json(const Evidence& evidence) {
     entry.set("active", b.active).set("kept", b.kept).set("unbounded", b.unbounded).set("t", b.t);
     bounds.push(std::move(entry));
   }
+  io::Json ambiguities = io::Json::array();
+  for (const Ambiguity& a : evidence.ambiguities) {
+    io::Json entry = io::Json::object();
+    entry.set("readings", a.readings).set("consequence", a.consequence).set("experiment", a.experiment);
+    ambiguities.push(std::move(entry));
+  }
   io::Json out = io::Json::object();
   out.set("held_out", to_json(evidence.held_out)).set("collinear", std::move(groups)).set("bounds", std::move(bounds));
+  out.set("ambiguities", std::move(ambiguities));
   return out;
 }
 
@@ -77,6 +84,7 @@ io::Json to_json(const Validation& v, const std::string& file) {
   run.set("rmse_x", v.rmse_x).set("rmse_y", v.rmse_y).set("nrmse", v.nrmse);
   run.set("clean_rmse_x", v.clean_rmse_x).set("clean_rmse_y", v.clean_rmse_y);
   run.set("noise_x", v.noise_x).set("noise_y", v.noise_y);
+  run.set("band_x", v.band_x).set("band_y", v.band_y);
   run.set("peak_measured", v.peak_measured).set("peak_simulated", v.peak_simulated);
   run.set("fold_sensitive", v.fold_sensitive);
   run.set("unbalance", std::string(to_string(v.unbalance)));
@@ -88,7 +96,8 @@ io::Json to_json(const ValidationReport& report) {
   io::Json runs = io::Json::array();
   for (const ValidationRun& run : report.runs) {
     if (run.rotor) {
-      runs.push(to_json(*run.rotor, run.source));
+      io::Json entry = to_json(*run.rotor, run.source);
+      runs.push(std::move(entry.set("summary", io::to_json(run.summary))));
     } else {
       io::Json entry = to_json(run.general);
       entry.set("file", run.source).set("summary", io::to_json(run.summary));

@@ -2,9 +2,31 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace whirl::identification::detail {
+
+void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
+  constexpr double k95 = 1.959963984540054;
+  for (const auto& [name, part] : rest.parameters) {
+    if (name != "k1" && name != "k2" && name != "c" && name != "e") continue;
+    for (auto& [own, e] : model.parameters) {
+      if (own != name) continue;
+      const double shift = std::abs(part.value - e.value), sd = std::hypot(part.sd, e.sd);
+      if (!(shift > 4 * sd) || !(shift > 1e-3 * std::abs(e.value))) continue;
+      model.summary.warn(
+          fmt::format("{} is {:.5g} by all records and {:.5g} without the part held out, {:.1f} standard deviations "
+                      "apart: they do not follow one model",
+                      name, e.value, part.value, shift / sd));
+      if (model.summary.status != Status::unusable)
+        model.summary.trust = "Do not trust this model beyond these records: parts of them give different parameters.";
+      e.low = std::min(e.low, part.low);
+      e.high = std::max(e.high, part.high);
+      e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});
+    }
+  }
+}
 
 void judge_evidence(Identification& id) {
   const HeldOut& h = id.evidence.held_out;

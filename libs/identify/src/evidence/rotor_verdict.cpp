@@ -113,6 +113,13 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
     summary.trust = "Do not use this model.";
     return;
   }
+  if (summary.chi_square > 2) {
+    summary.trust = fmt::format(
+        "Do not trust this model beyond these records: chi-square is {:.3g} after the search for terms, so that "
+        "something it does not have moves the rotor.",
+        summary.chi_square);
+    return;
+  }
   summary.trust = fmt::format(
       "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any cross-coupled "
       "stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can separate.",

@@ -1,16 +1,20 @@
 #include "whirl/identify/validate.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "output_error/output_error_kernel.hpp"
+#include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/rotor/equations.hpp"
-#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::identification {
 namespace {
 
 using Complex = std::complex<double>;
+
+constexpr double kBand = 2;  // 95 %
 
 // Probe runout among the parameters of the model, as readings along the angle of an instant `delay` before.
 Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal& angle, double delay) {
@@ -29,6 +33,38 @@ Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal
       }
     }
   }
+}
+
+/// rms of x and y by which the motion moves when each principal direction of the parameters' covariance moves by its
+/// standard deviation; the initial state, which is fitted to the run, stays.
+Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel& rotor, const OutputErrorRecord& run,
+                                 const detail::TermForces& forces, double dt, bool own_unbalance) {
+  const Eigen::Map<const Eigen::Matrix<double, 5, 5>> covariance(model.rotor_covariance.data());
+  Eigen::Matrix<double, 5, 5> c = covariance;
+  if (own_unbalance) {  // fitted to this run
+    c.rightCols<2>().setZero();
+    c.bottomRows<2>().setZero();
+  }
+  const Eigen::Matrix<double, 5, 1> scale = c.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::Matrix<double, 5, 1> by = (scale.array() > 0).select(scale.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(by.asDiagonal() * c * by.asDiagonal());
+  const Eigen::VectorXcd forcing = rotor::unbalance_forcing(run.angle);
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  for (Eigen::Index k = 0; k < 5; ++k) {
+    if (!(eigen.eigenvalues()[k] > 0)) continue;
+    const Eigen::Matrix<double, 5, 1> step =
+        std::sqrt(eigen.eigenvalues()[k]) * scale.cwiseProduct(eigen.eigenvectors().col(k));
+    RotorModel moved = rotor;
+    moved.k1 += step[0];
+    moved.k2 += step[1];
+    moved.c += step[2];
+    const Eigen::VectorXcd shift =
+        detail::main_mode(moved, run.eps + Complex(step[3], step[4]), forcing, forces, dt, run.z0, run.dz0).z -
+        run.main;
+    squares +=
+        Eigen::Vector2d(shift.real().squaredNorm(), shift.imag().squaredNorm()) / static_cast<double>(shift.size());
+  }
+  return squares.cwiseSqrt();
 }
 
 double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
@@ -74,6 +110,9 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
   free.offset = options.refit_offset;
+  free.terms = detail::terms_of(model);
+  free.free_terms = false;
+  free.sensor = detail::sensor_of(model);
   const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
   if (fit.summary.status == Status::unusable) {
     v.summary.fail(fit.summary.warnings.back());
@@ -81,7 +120,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   }
   const OutputErrorRecord& run = fit.records[0];
   v.eps = run.eps;
-  const Eigen::VectorXcd simulated = run.main + run.beside + runout;
+  const Eigen::VectorXcd simulated = fit.read_main(0) + run.beside + runout;
   const Eigen::VectorXcd error = measured - simulated;
   v.rmse_x = rms(error.real());
   v.rmse_y = rms(error.imag());
@@ -107,10 +146,22 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   RotorModel harder = fit.model;
   harder.eps = run.eps;
   harder.k2 *= 1 + options.fold_change;
-  const Eigen::VectorXcd moved =
-      rotor::simulate_main_mode(harder, rotor::unbalance_forcing(run.angle), record.dt, {run.z0, run.dz0}).z;
+  const Eigen::VectorXcd moved = detail::main_mode(harder, run.eps, rotor::unbalance_forcing(run.angle),
+                                                   {free.terms, run.angle.omega, record.t0}, record.dt, run.z0, run.dz0)
+                                     .z;
   v.fold_shift = std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size()));
   v.fold_sensitive = !(v.fold_shift < options.fold_limit);
+  if (model.rotor_covariance.size() == 25) {
+    const Eigen::Vector2d spread =
+        parameter_spread(model, fit.model, run, {free.terms, run.angle.omega, record.t0}, record.dt, free.unbalance);
+    const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
+    const double model_error = std::isfinite(left) ? std::max(0.0, left) : 0;
+    const auto band = [&](double noise, double moves) {
+      return kBand * std::sqrt(noise * noise + moves * moves + model_error);
+    };
+    v.band_x = band(record.noise_x, spread[0]);
+    v.band_y = band(record.noise_y, spread[1]);
+  }
   v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));
   v.summary.chi_square = fit.summary.chi_square;
   if (v.fold_sensitive) {

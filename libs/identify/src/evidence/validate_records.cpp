@@ -28,7 +28,18 @@ ValidationRun general_run(const IdentifiedModel& model, const Recording& record,
 ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
   ValidationRun run;
   run.rotor = validate_model(model, record, options);
-  run.summary = run.rotor->summary;
+  const Validation& v = *run.rotor;
+  run.summary = v.summary;
+  if (run.summary.status == Status::unusable) return run;
+  // What a jump across the fold decides says nothing about the model.
+  if (!v.fold_sensitive && (v.rmse_x > v.band_x || v.rmse_y > v.band_y)) {
+    run.summary.fail(fmt::format(
+        "{}: the model does not predict this run: error {:.3g} and {:.3g} mm rms, {:.3g} and {:.3g} mm are "
+        "within its 95 % band (unbalance {})",
+        record.source, 1e3 * v.rmse_x, 1e3 * v.rmse_y, 1e3 * v.band_x, 1e3 * v.band_y, to_string(v.unbalance)));
+  } else if (v.nrmse > 1) {
+    run.summary.fail(fmt::format("{}: the run is predicted no better than by its mean", record.source));
+  }
   return run;
 }
 

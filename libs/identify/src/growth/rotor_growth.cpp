@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "whirl/identify/score_test.hpp"
 
@@ -13,6 +14,9 @@ namespace {
 
 using Complex = std::complex<double>;
 
+// Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
+constexpr double kNear = 40, kTie = 9, kHint = 10.8;
+constexpr std::size_t kMostTerms = 6;     // forces beyond RotorModel
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
 
 struct CandidateMode {
@@ -48,10 +52,35 @@ struct Growth {
   double delay = 0;
   std::vector<CandidateMode> modes;  ///< not yet in the model
   std::vector<DecayingMode> decays;
+  std::vector<RotorTerm> terms;  ///< all candidate forces
 };
 
+/// The candidate forces; scales of their own are those of this motion.
+std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency) {
+  double peak = 0;
+  for (const RotorRecord& r : records) peak = std::max(peak, (r.z.array() - r.z.mean()).abs().maxCoeff());
+  std::vector<RotorTerm> terms;
+  for (const RotorTermName& name : kRotorTermNames) {
+    RotorTerm term{name.kind};
+    if (name.kind == RotorTermKind::coulomb_friction) term.reference = 1e-3 * peak * main_frequency;
+    if (name.kind == RotorTermKind::stiffness_drift || name.kind == RotorTermKind::damping_drift) {
+      term.reference = records.front().t0;
+    }
+    terms.push_back(term);
+  }
+  return terms;
+}
+
 Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
-  if (term == "conj z") {
+  const auto force =
+      std::find_if(g.terms.begin(), g.terms.end(), [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
+  if (force != g.terms.end()) {
+    g.active.terms.push_back(*force);
+  } else if (term == "sensor gain") {
+    g.active.sensor_gain = true;
+  } else if (term == "sensor angle") {
+    g.active.sensor_angle = true;
+  } else if (term == "conj z") {
     g.active.conj_stiffness = true;
   } else if (term == "conj z'") {
     g.active.conj_damping = true;
@@ -74,32 +103,243 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
   return g;
 }
 
+/// The growing model without a term; nothing where the term cannot be taken out alone.
+std::optional<Growth> without_term(Growth g, const std::string& term) {
+  const auto force = std::find_if(g.active.terms.begin(), g.active.terms.end(),
+                                  [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
+  if (force != g.active.terms.end()) {
+    g.active.terms.erase(force);
+  } else if (term == "sensor gain") {
+    g.active.sensor_gain = false;
+    g.active.sensor.gain = 0;
+  } else if (term == "sensor angle") {
+    g.active.sensor_angle = false;
+    g.active.sensor.angle = 0;
+  } else if (term == "conj z") {
+    g.active.conj_stiffness = false;
+    g.start.k1_conj = 0;
+  } else if (term == "conj z'") {
+    g.active.conj_damping = false;
+    g.start.c_conj = 0;
+  } else if (term == "delay") {
+    g.active.delay = false;
+    g.delay = 0;
+  } else if (term.starts_with("runout")) {
+    g.active.runout_harmonics = 0;
+  } else {
+    return std::nullopt;
+  }
+  return g;
+}
+
 /// Name for reports: modes and decays by their frequency.
 std::string label(const std::string& term, const Growth& g) {
-  if (!term.starts_with("mode") && !term.starts_with("decay")) return term;
+  if (!term.starts_with("mode ") && !term.starts_with("decay ")) return term;
   const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
   const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].omega;
   return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
 }
 
-/// Candidates to try next: the best one that the model can take up. Near resonance conj z and conj z' look alike, so
-/// when both are significant the fit decides between them.
+/// Terms that were candidates from the first beside those that an engineer may have in mind need a higher score: with
+/// n more chances of four sigma the threshold grows by 2 ln n.
+bool is_special(const std::string& term) {
+  return term.starts_with("conj") || term.starts_with("mode") || term.starts_with("decay") ||
+         term.starts_with("runout") || term == "delay";
+}
+double threshold_of(const std::string& term, double threshold) {
+  constexpr double kMoreChances = 13;  // forces and sensor axes
+  return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
+}
+
+/// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
+/// trajectory decides.
 std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
                                     const std::vector<std::string>& refused, double threshold) {
+  constexpr std::size_t kMost = 6;
+  std::vector<std::string> terms;
+  double best = 0;
   for (const ScoreCandidate& c : test.candidates) {
-    if (!c.in_model || c.score < threshold || std::find(refused.begin(), refused.end(), c.term) != refused.end())
+    if (!c.in_model || c.score < threshold_of(c.term, threshold) || c.score < 0.1 * best || terms.size() == kMost ||
+        std::find(refused.begin(), refused.end(), c.term) != refused.end())
       continue;
-    if (c.term.starts_with("mode") && c.score < 3 * threshold &&
-        growth.modes[std::stoul(c.term.substr(5)) - 1].searched) {
-      continue;
+    if (c.term.starts_with("mode ")) {
+      if (c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) continue;
+      // Modes next to each other are one candidate.
+      if (std::any_of(terms.begin(), terms.end(), [](const auto& t) { return t.starts_with("mode "); })) continue;
     }
-    if (c.term.starts_with("conj z")) {
-      const ScoreCandidate* other = test.find(c.term == "conj z" ? "conj z'" : "conj z");
-      if (other != nullptr && other->score >= threshold) return {"conj z", "conj z'"};
-    }
-    return {c.term};
+    best = std::max(best, c.score);
+    terms.push_back(c.term);
   }
-  return {};
+  return terms;
+}
+
+/// The search of one model.
+class Grower {
+ public:
+  Grower(const std::vector<RotorRecord>& records, Growth start, std::vector<Complex> eps,
+         const RotorIdentifyOptions& options)
+      : records_(records), options_(options), growth_(std::move(start)), eps_(std::move(eps)) {
+    for (const RotorRecord& r : records) values_ += 2 * static_cast<double>(r.size());
+    score_.half_width = options.half_width;
+    score_.runout_harmonics = options.runout_harmonics;
+    score_.delay = options.delay;
+    score_.terms = growth_.terms;
+    score_.sensor = options.terms;
+    fit_ = fit(growth_);
+  }
+
+  GrownRotor run() {
+    while (usable() && step()) {
+    }
+    if (usable()) {
+      prune();
+      find_others();
+    }
+    grown_.fit = std::move(fit_);
+    grown_.active = growth_.active;
+    return std::move(grown_);
+  }
+
+ private:
+  bool usable() const { return fit_.summary.status != Status::unusable; }
+  OutputErrorFit fit(const Growth& g) const {
+    return fit_output_error_rotor(records_, g.start, g.active, eps_, g.delay);
+  }
+  /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
+  double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
+    return values_ * (smaller.summary.chi_square - larger.summary.chi_square) /
+           std::max(1.0, larger.summary.chi_square);
+  }
+  /// The next fit starts where this one ended.
+  void settle() {
+    growth_.start = fit_.model;
+    growth_.active.decays = fit_.decays;
+    growth_.active.terms = fit_.terms;
+    growth_.active.sensor = fit_.sensor;
+    growth_.delay = fit_.delay;
+    for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
+  }
+  ScoreTest test() {
+    score_.decays = growth_.decays;
+    score_.modes.clear();
+    for (const CandidateMode& c : growth_.modes) score_.modes.push_back(c.mode);
+    ScoreTest test = score_rotor_terms(records_, fit_, growth_.active, score_);
+    grown_.chi_square = test.chi_square;
+    grown_.condition_number = test.condition_number;
+    grown_.test = test;
+    return test;
+  }
+  bool step();
+  void prune();
+  void find_others();
+  void warn_of_missing(const ScoreTest& test);
+
+  const std::vector<RotorRecord>& records_;
+  const RotorIdentifyOptions& options_;
+  Growth growth_;
+  std::vector<Complex> eps_;
+  ScoreTestOptions score_;
+  double values_ = 0;  // real readings
+  OutputErrorFit fit_;
+  GrownRotor grown_;
+  std::vector<std::pair<std::string, std::string>> taken_;  // term and its label
+  std::vector<std::pair<std::string, std::string>> near_;   // term taken, term that did nearly as well
+  std::vector<std::string> refused_;
+};
+
+/// One more term; false when none is left that the evidence asks for.
+bool Grower::step() {
+  settle();
+  const ScoreTest score = test();
+  const std::vector<std::string> terms = next_terms(score, growth_, refused_, options_.score_threshold);
+  std::optional<OutputErrorFit> best;
+  Growth with;
+  std::string chosen;
+  std::vector<std::pair<std::string, double>> tried;  // term, chi-square
+  for (const std::string& term : terms) {
+    const Growth trial = with_term(growth_, term, options_);
+    if (trial.active.terms.size() > kMostTerms) continue;
+    OutputErrorFit trial_fit = fit(trial);
+    if (trial_fit.summary.status == Status::unusable) continue;
+    tried.emplace_back(term, trial_fit.summary.chi_square);
+    if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;
+    best = std::move(trial_fit);
+    with = trial;
+    chosen = term;
+  }
+  // The trajectory must confirm the weak equations.
+  if (best && gain(fit_, *best) >= threshold_of(chosen, options_.score_threshold)) {
+    for (const auto& [term, chi_square] : tried) {
+      if (term != chosen && values_ * (chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
+        near_.emplace_back(chosen, term);
+    }
+    taken_.emplace_back(chosen, label(chosen, growth_));
+    grown_.added.push_back(taken_.back().second);
+    fit_ = std::move(*best);
+    growth_ = std::move(with);
+    if (growth_.start.modes.size() >= kMostSearched)
+      std::erase_if(growth_.modes, [](const auto& c) { return c.searched; });
+    refused_.clear();
+    return true;
+  }
+  refused_.insert(refused_.end(), terms.begin(), terms.end());
+  if (!terms.empty()) return true;
+  warn_of_missing(score);
+  return false;
+}
+
+/// Takes out terms that stood in for one that came later.
+void Grower::prune() {
+  if (taken_.size() < 2) return;
+  bool changed = false;
+  for (auto at = taken_.begin(); at != taken_.end();) {
+    const std::optional<Growth> less = without_term(growth_, at->first);
+    OutputErrorFit without;
+    if (less) without = fit(*less);
+    if (!less || without.summary.status == Status::unusable ||
+        gain(without, fit_) >= threshold_of(at->first, options_.score_threshold)) {
+      ++at;
+      continue;
+    }
+    growth_ = *less;
+    fit_ = std::move(without);
+    settle();
+    std::erase(grown_.added, at->second);
+    at = taken_.erase(at);
+    changed = true;
+  }
+  if (changed) test();
+}
+
+/// Models that the records cannot tell from this one: with another term in the place of one taken up, or with a term
+/// whose evidence is strong but not enough.
+void Grower::find_others() {
+  const auto is_taken = [&](const std::string& term) {
+    return std::any_of(taken_.begin(), taken_.end(), [&](const auto& t) { return t.first == term; });
+  };
+  for (const auto& [taken, other] : near_) {
+    if (!is_taken(taken) || is_taken(other)) continue;
+    const std::optional<Growth> less = without_term(growth_, taken);
+    if (!less) continue;
+    OutputErrorFit replaced = fit(with_term(*less, other, options_));
+    if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
+      grown_.others.push_back({taken, label(other, growth_), std::move(replaced)});
+  }
+  for (const ScoreCandidate& c : grown_.test.candidates) {
+    if (!c.in_model || is_special(c.term) || c.score < kHint) continue;
+    OutputErrorFit more = fit(with_term(growth_, c.term, options_));
+    if (more.summary.status != Status::unusable && gain(fit_, more) >= kTie)
+      grown_.others.push_back({"", c.term, std::move(more)});
+  }
+}
+
+void Grower::warn_of_missing(const ScoreTest& test) {
+  if (test.candidates.empty() || test.chi_square <= 1.3) return;
+  const ScoreCandidate& first = test.candidates.front();
+  if (first.score < threshold_of(first.term, options_.score_threshold)) return;
+  grown_.warnings.push_back(
+      fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model does not have",
+                  label(first.term, growth_), first.score, threshold_of(first.term, options_.score_threshold)));
 }
 
 }  // namespace
@@ -108,7 +348,8 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
                       const std::vector<Complex>& start_eps, const OutputErrorOptions& active,
                       const RotorIdentifyOptions& options, bool search_modes) {
   const double main_frequency = std::sqrt(start.k1);
-  Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}};
+  Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}, {}};
+  if (options.terms) growth.terms = candidate_terms(records, main_frequency);
   for (const CandidateMode& c : growth.modes) growth.decays.push_back({c.mode.omega, c.mode.zeta});
   if (search_modes) {
     double top = 0;
@@ -116,69 +357,7 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
     const std::vector<CandidateMode> more = searched_modes(top, main_frequency);
     growth.modes.insert(growth.modes.end(), more.begin(), more.end());
   }
-  ScoreTestOptions score;
-  score.half_width = options.half_width;
-  score.runout_harmonics = options.runout_harmonics;
-  score.delay = options.delay;
-
-  GrownRotor grown;
-  double values = 0;  // real readings
-  for (const RotorRecord& r : records) values += 2 * static_cast<double>(r.size());
-  std::vector<std::string> refused;
-  std::vector<Complex> eps = start_eps;
-  OutputErrorFit fit = fit_output_error_rotor(records, growth.start, growth.active, eps);
-  for (;;) {
-    grown.fit = std::move(fit);
-    grown.active = growth.active;
-    if (!grown.usable()) return grown;
-    growth.start = grown.fit.model;
-    growth.active.decays = grown.fit.decays;
-    growth.delay = grown.fit.delay;
-    for (std::size_t r = 0; r < eps.size(); ++r) eps[r] = grown.fit.records[r].eps;
-    score.decays = growth.decays;
-    score.modes.clear();
-    for (const CandidateMode& c : growth.modes) score.modes.push_back(c.mode);
-    const ScoreTest test = score_rotor_terms(records, grown.fit, grown.active, score);
-    grown.chi_square = test.chi_square;
-    grown.condition_number = test.condition_number;
-
-    const Growth before = growth;
-    const std::vector<std::string> terms = next_terms(test, growth, refused, options.score_threshold);
-    std::string chosen;
-    for (const std::string& term : terms) {
-      const Growth trial = with_term(before, term, options);
-      OutputErrorFit trial_fit = fit_output_error_rotor(records, trial.start, trial.active, eps, trial.delay);
-      if (trial_fit.summary.status == Status::unusable) continue;
-      if (!chosen.empty() && trial_fit.summary.chi_square >= fit.summary.chi_square) continue;
-      fit = std::move(trial_fit);
-      growth = trial;
-      chosen = label(term, before);
-    }
-    // The trajectory must confirm the weak equations: likelihood ratio on the same scale.
-    const double drop = chosen.empty() ? 0
-                                       : values * (grown.fit.summary.chi_square - fit.summary.chi_square) /
-                                             std::max(1.0, fit.summary.chi_square);
-    if (drop >= options.score_threshold) {
-      if (growth.start.modes.size() >= kMostSearched)
-        std::erase_if(growth.modes, [](const auto& c) { return c.searched; });
-      grown.added.push_back(chosen);
-      refused.clear();
-      continue;
-    }
-    growth = before;
-    if (!terms.empty()) {
-      refused.insert(refused.end(), terms.begin(), terms.end());
-      fit = std::move(grown.fit);
-      continue;
-    }
-    if (!test.candidates.empty() && test.candidates.front().score >= options.score_threshold && test.chi_square > 1.3) {
-      grown.warnings.push_back(fmt::format(
-          "the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model "
-          "does not have",
-          label(test.candidates.front().term, before), test.candidates.front().score, options.score_threshold));
-    }
-    return grown;
-  }
+  return Grower(records, std::move(growth), start_eps, options).run();
 }
 
 }  // namespace whirl::identification::detail

@@ -5,8 +5,16 @@
 
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
+#include "whirl/identify/score_test.hpp"
 
 namespace whirl::identification::detail {
+
+/// Another model that explains the records nearly as well.
+struct OtherReading {
+  std::string taken;  ///< term in the model; empty: the model without `other`
+  std::string other;  ///< term in its place
+  OutputErrorFit fit;
+};
 
 /// A rotor model grown term by term on evidence.
 struct GrownRotor {
@@ -14,6 +22,8 @@ struct GrownRotor {
   OutputErrorOptions active;
   std::vector<std::string> added;
   std::vector<std::string> warnings;
+  std::vector<OtherReading> others;
+  ScoreTest test;         ///< of the final model
   double chi_square = 0;  ///< of the weak equations
   double condition_number = 0;
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "output_error/output_error_kernel.hpp"
+#include "output_error/output_error_parameters.hpp"
 #include "weak/weak_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/modal_response.hpp"
@@ -20,6 +20,22 @@ struct Candidate {
   bool in_model;
   Eigen::MatrixXd columns;
 };
+
+/// Force of a term with coefficient 1 along the simulated motion.
+Eigen::VectorXcd force_along(RotorTerm term, const OutputErrorRecord& own, double t0, double dt) {
+  Eigen::VectorXcd force(own.main.size());
+  for (Eigen::Index i = 0; i < force.size(); ++i) {
+    const Complex z = own.main[i], v = own.main_rate[i];
+    const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
+                                   t0 + dt * static_cast<double>(i));
+    force[i] = {f.x, f.y};
+  }
+  return force;
+}
+
+bool has_term(const OutputErrorOptions& active, RotorTermKind kind) {
+  return std::any_of(active.terms.begin(), active.terms.end(), [&](const RotorTerm& t) { return t.kind == kind; });
+}
 
 /// Rows of all records, stacked as they come.
 struct Stacked {
@@ -62,7 +78,9 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   std::vector<std::pair<int, bool>> shared = {{0, false}, {1, false}, {2, false}};
   if (active.conj_stiffness) shared.insert(shared.end(), {{5, false}, {5, true}});
   if (active.conj_damping) shared.insert(shared.end(), {{6, false}, {6, true}});
-  const auto n_shared = static_cast<Eigen::Index>(shared.size());
+  const auto n_simulated = static_cast<Eigen::Index>(active.terms.size()) + active.sensor_gain + active.sensor_angle;
+  const auto n_tied = static_cast<Eigen::Index>(shared.size());
+  const Eigen::Index n_shared = n_tied + n_simulated;
   const Eigen::Index unknowns = n_shared + 4 * static_cast<Eigen::Index>(records.size());
 
   Stacked s;
@@ -76,7 +94,8 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     const Eigen::Index n = 2 * w.size();
     const double s2 = records[r].noise_variance();
     const Eigen::VectorXcd forcing = detail::sample_forcing(own.angle);
-    const Eigen::VectorXcd measured = (own.readings.size() ? own.readings : records[r].z) - own.beside;
+    const Eigen::VectorXcd measured =
+        detail::unread_by(fit.sensor, (own.readings.size() ? own.readings : records[r].z) - own.beside);
     const Eigen::VectorXd stiffness = (m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix();
     BandedCholesky<Complex> whiten = w.whitener(stiffness, m.c);
     if (!whiten.factorize()) throw Error("score test: the noise covariance is singular");
@@ -86,7 +105,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     };
     const auto place = [&](Eigen::MatrixXd& into, const detail::WeakSystem& system) {
       const Eigen::MatrixXcd t = whitened(system.terms);
-      for (Eigen::Index k = 0; k < n_shared; ++k) {
+      for (Eigen::Index k = 0; k < n_tied; ++k) {
         const auto [column, imaginary] = shared[static_cast<std::size_t>(k)];
         into.col(k).segment(s.top, n) = detail::stack((imaginary ? Complex(0, 1) : Complex(1, 0)) * t.col(column));
       }
@@ -100,6 +119,19 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     place(s.active, noisy);
     place(s.instruments, detail::weak_system(w, own.main, 0, forcing));
     s.right.segment(s.top, n) = detail::stack(whitened(noisy.right).col(0));
+    // What a probe reads too much is an error of z; columns of motion known without noise serve on both sides.
+    const Eigen::VectorXcd gain_error = Complex(0, 1) * own.main.imag(), angle_error = Complex(0, 1) * own.main.real();
+    Eigen::Index simulated = n_tied;
+    const auto simulated_column = [&](const Eigen::VectorXcd& column) {
+      const Eigen::VectorXd v = detail::stack(whitened(column).col(0));
+      s.active.col(simulated).segment(s.top, n) = v;
+      s.instruments.col(simulated++).segment(s.top, n) = v;
+    };
+    for (const RotorTerm& term : active.terms) {
+      simulated_column(w.apply(0, force_along(term, own, records[r].t0, records[r].dt)));
+    }
+    if (active.sensor_gain) simulated_column(w.rotor(gain_error, stiffness, m.c));
+    if (active.sensor_angle) simulated_column(w.rotor(angle_error, stiffness, m.c));
 
     std::size_t next = 0;
     const auto candidate = [&](const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
@@ -151,7 +183,15 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
       candidate(fmt::format("runout {}", h), true,
                 {w.rotor(carrier, stiffness, m.c), w.rotor(carrier.conjugate(), stiffness, m.c)});
     }
-    candidate("|z|^4 z", false, {w.apply(0, z.cwiseAbs2().cwiseAbs2().cast<Complex>().cwiseProduct(z))}, true);
+    for (const RotorTerm& term : options.terms) {
+      if (has_term(active, term.kind)) continue;
+      candidate(std::string(name_of(term.kind).label), true,
+                {w.apply(0, force_along(term, own, records[r].t0, records[r].dt))}, true);
+    }
+    if (options.sensor && !active.sensor_gain)
+      candidate("sensor gain", true, {w.rotor(gain_error, stiffness, m.c)}, true);
+    if (options.sensor && !active.sensor_angle)
+      candidate("sensor angle", true, {w.rotor(angle_error, stiffness, m.c)}, true);
     candidate("|z| z", false, {w.apply(0, radius.cwiseProduct(z))}, true);
     candidate("|z|^2 conj z", false, {w.apply(0, z.cwiseAbs2().cast<Complex>().cwiseProduct(conj))});
     candidate("conj(z)^3", false, {w.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
@@ -185,7 +225,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     // Quantiles of chi-square at four sigma: 16, 19, 25 for 1, 2, 4 degrees of freedom.
     const double per_freedom = 1 + 0.18 * static_cast<double>(own.rank() - 1);
     const double score = rotated.head(own.rank()).squaredNorm() / variance / per_freedom;
-    test.candidates.push_back({c.term, score, c.in_model});
+    test.candidates.push_back({c.term, score, c.in_model, left.cols() == 1 ? std::sqrt(variance) / left.norm() : 0});
   }
   std::sort(test.candidates.begin(), test.candidates.end(),
             [](const ScoreCandidate& p, const ScoreCandidate& q) { return p.score > q.score; });

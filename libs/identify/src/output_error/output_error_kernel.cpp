@@ -7,9 +7,9 @@ namespace {
 
 /// Linear lateral dynamics about the present motion: a = f(z, v) and its derivatives, in real numbers.
 struct Local {
-  double ax, ay;         // acceleration
-  double kxx, kxy, kyy;  // minus d a / d z (symmetric)
-  double cxx, cxy, cyy;  // minus d a / d v
+  double ax, ay;              // acceleration
+  double kxx, kxy, kyx, kyy;  // minus d a / d z
+  double cxx, cxy, cyx, cyy;  // minus d a / d v
 };
 
 inline Local local(const RotorModel& m, Complex eps, double x, double y, double vx, double vy, Complex f) {
@@ -18,16 +18,25 @@ inline Local local(const RotorModel& m, Complex eps, double x, double y, double 
   const double k = m.k1 + m.k2 * r2;
   l.cxx = m.c + m.c_conj.real();
   l.cyy = m.c - m.c_conj.real();
-  l.cxy = m.c_conj.imag();
+  l.cxy = l.cyx = m.c_conj.imag();
   l.ax = -(k + a) * x - b * y - l.cxx * vx - l.cxy * vy + eps.real() * f.real() - eps.imag() * f.imag();
   l.ay = -(k - a) * y - b * x - l.cxy * vx - l.cyy * vy + eps.real() * f.imag() + eps.imag() * f.real();
   l.kxx = k + a + 2 * m.k2 * x * x;
   l.kyy = k - a + 2 * m.k2 * y * y;
-  l.kxy = b + 2 * m.k2 * x * y;
+  l.kxy = l.kyx = b + 2 * m.k2 * x * y;
   return l;
 }
 
-template <int Lanes>
+inline void add_term(const RotorTerm& term, const TermForce& f, Local& l) {
+  l.ax += term.value * f.x, l.ay += term.value * f.y;
+  l.kxx -= term.value * f.x_x, l.kxy -= term.value * f.x_y;
+  l.kyx -= term.value * f.y_x, l.kyy -= term.value * f.y_y;
+  l.cxx -= term.value * f.x_vx, l.cxy -= term.value * f.x_vy;
+  l.cyx -= term.value * f.y_vx, l.cyy -= term.value * f.y_vy;
+}
+
+/// Extended: with forces beyond RotorModel.
+template <int Lanes, bool Extended>
 struct Stepper {
   using Array = Eigen::Array<double, Lanes, 1>;
 
@@ -35,6 +44,8 @@ struct Stepper {
   Complex eps;
   const Eigen::VectorXcd& forcing;
   const Eigen::MatrixXcd& profile;
+  const TermForces& extra;
+  double half_step;
 
   // Explicit part of d a / d p: each lane's own column of the equation.
   void direct(double x, double y, double vx, double vy, Eigen::Index half, Array& gx, Array& gy) const {
@@ -75,12 +86,22 @@ struct Stepper {
   };
 
   void rate(const State& s, Eigen::Index half, Array& gx, Array& gy, Rate& r) const {
-    const Local l = local(model, eps, s.x, s.y, s.vx, s.vy, forcing[half]);
+    Local l = local(model, eps, s.x, s.y, s.vx, s.vy, forcing[half]);
     direct(s.x, s.y, s.vx, s.vy, half, gx, gy);
+    if constexpr (Extended) {
+      const double time = extra.t0 + half_step * static_cast<double>(half);
+      Eigen::Index lane = kProfile + profile.cols();
+      for (const RotorTerm& term : extra.terms) {
+        const TermForce f = term_force(term, s.x, s.y, s.vx, s.vy, extra.omega[half], time);
+        add_term(term, f, l);
+        gx[lane] = f.x;
+        gy[lane++] = f.y;
+      }
+    }
     r.ax = l.ax;
     r.ay = l.ay;
     r.sax = gx - l.kxx * s.sx - l.kxy * s.sy - l.cxx * s.sux - l.cxy * s.suy;
-    r.say = gy - l.kxy * s.sx - l.kyy * s.sy - l.cxy * s.sux - l.cyy * s.suy;
+    r.say = gy - l.kyx * s.sx - l.kyy * s.sy - l.cyx * s.sux - l.cyy * s.suy;
   }
 
   /// State a time `step` from s, with velocity s.v + within * before.a on the way and acceleration latest.a.
@@ -96,7 +117,7 @@ struct Stepper {
   }
 
   void run(double dt, Complex z0, Complex dz0, Sensitivities& out) const {
-    const Eigen::Index n = out.z.size();
+    const Eigen::Index n = out.motion.z.size();
     Array gx = Array::Zero(), gy = Array::Zero();
     State s{z0.real(), z0.imag(), dz0.real(), dz0.imag(), Array::Zero(), Array::Zero(), Array::Zero(), Array::Zero()};
     s.sx[kX0] = s.sy[kY0] = s.sux[kVx0] = s.suy[kVy0] = 1;
@@ -104,7 +125,8 @@ struct Stepper {
     Rate r1, r2, r3, r4;
     const double h = dt, q = 0.5 * dt;
     for (Eigen::Index i = 0;; ++i) {
-      out.z[i] = {s.x, s.y};
+      out.motion.z[i] = {s.x, s.y};
+      out.motion.v[i] = {s.vx, s.vy};
       out.dx.row(i).template head<Lanes>() = s.sx;
       out.dy.row(i).template head<Lanes>() = s.sy;
       if (i + 1 == n) break;
@@ -136,43 +158,62 @@ struct Stepper {
 }  // namespace
 
 Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
-                                      const Eigen::MatrixXcd& profile, double dt, Complex z0, Complex dz0) {
+                                      const Eigen::MatrixXcd& profile, const TermForces& terms, double dt, Complex z0,
+                                      Complex dz0) {
   constexpr int kNarrow = 16, kWide = 24;
   Sensitivities out;
   const Eigen::Index n = (forcing.size() + 1) / 2;
-  const int lanes = kProfile + profile.cols() <= kNarrow ? kNarrow : kWide;
-  out.z.resize(n);
+  const auto needed = kProfile + profile.cols() + static_cast<Eigen::Index>(terms.terms.size());
+  const int lanes = needed <= kNarrow ? kNarrow : needed <= kWide ? kWide : kMostLanes;
+  out.motion.z.resize(n);
+  out.motion.v.resize(n);
   out.dx.resize(n, lanes);
   out.dy.resize(n, lanes);
+  const auto run = [&]<int Lanes>() {
+    if (terms.terms.empty()) {
+      Stepper<Lanes, false>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
+    } else {
+      Stepper<Lanes, true>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
+    }
+  };
   if (lanes == kNarrow) {
-    Stepper<kNarrow>{model, eps, forcing, profile}.run(dt, z0, dz0, out);
+    run.template operator()<kNarrow>();
+  } else if (lanes == kWide) {
+    run.template operator()<kWide>();
   } else {
-    Stepper<kWide>{model, eps, forcing, profile}.run(dt, z0, dz0, out);
+    run.template operator()<kMostLanes>();
   }
   return out;
 }
 
-Eigen::VectorXcd main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, double dt, Complex z0,
-                           Complex dz0) {
+MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, const TermForces& terms,
+                     double dt, Complex z0, Complex dz0) {
   const Eigen::Index n = (forcing.size() + 1) / 2;
-  Eigen::VectorXcd z(n);
+  MainMotion out{Eigen::VectorXcd(n), Eigen::VectorXcd(n)};
   double x = z0.real(), y = z0.imag(), vx = dz0.real(), vy = dz0.imag();
   const double h = dt, q = 0.5 * dt;
+  const auto at = [&](double px, double py, double pvx, double pvy, Eigen::Index half) {
+    Local l = local(model, eps, px, py, pvx, pvy, forcing[half]);
+    for (const RotorTerm& term : terms.terms) {
+      add_term(term, term_force(term, px, py, pvx, pvy, terms.omega[half], terms.t0 + q * static_cast<double>(half)),
+               l);
+    }
+    return l;
+  };
   for (Eigen::Index i = 0;; ++i) {
-    z[i] = {x, y};
+    out.z[i] = {x, y};
+    out.v[i] = {vx, vy};
     if (i + 1 == n) break;
-    const Local a = local(model, eps, x, y, vx, vy, forcing[2 * i]);
-    const Local b = local(model, eps, x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, forcing[2 * i + 1]);
-    const Local c = local(model, eps, x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay,
-                          forcing[2 * i + 1]);
-    const Local d = local(model, eps, x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay,
-                          forcing[2 * i + 2]);
+    const Local a = at(x, y, vx, vy, 2 * i);
+    const Local b = at(x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, 2 * i + 1);
+    const Local c = at(x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay, 2 * i + 1);
+    const Local d = at(x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay, 2 * i + 2);
     x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
     y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
     vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
     vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
   }
-  return z;
+  return out;
 }
 
 }  // namespace whirl::identification::detail

@@ -1,8 +1,10 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <vector>
 
 #include "whirl/core/rotor_model.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::identification::detail {
 
@@ -26,20 +28,36 @@ enum Lane : int {
   kProfile
 };
 
+/// The main mode at the samples.
+struct MainMotion {
+  Eigen::VectorXcd z, v;  ///< m, m/s
+};
+
+/// Forces beyond RotorModel, with the speed on the half grid and the time of sample 0 that they may depend on.
+struct TermForces {
+  const std::vector<RotorTerm>& terms;
+  const Eigen::VectorXd& omega;
+  double t0;
+};
+
 struct Sensitivities {
-  Eigen::VectorXcd z;  ///< main mode at the samples
+  MainMotion motion;
   /// d x / d p and d y / d p in the rows of the samples, lanes in the columns; row-major as the integration writes.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> dx, dy;
   bool finite = true;
 };
 
+constexpr int kMostLanes = 32;
+
 /// RK4 of the main mode and its sensitivities. `forcing`: F on the half grid (2 N - 1). `profile`: derivative of F by
-/// the angle corrections on the half grid, one column each (may have none). z0, dz0: initial state.
+/// the angle corrections on the half grid, one column each (may have none); then follows one lane for each of `terms`.
+/// z0, dz0: initial state. At most kMostLanes lanes.
 Sensitivities main_mode_sensitivities(const RotorModel& model, std::complex<double> eps,
-                                      const Eigen::VectorXcd& forcing, const Eigen::MatrixXcd& profile, double dt,
-                                      std::complex<double> z0, std::complex<double> dz0);
+                                      const Eigen::VectorXcd& forcing, const Eigen::MatrixXcd& profile,
+                                      const TermForces& terms, double dt, std::complex<double> z0,
+                                      std::complex<double> dz0);
 /// The motion alone.
-Eigen::VectorXcd main_mode(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
-                           double dt, std::complex<double> z0, std::complex<double> dz0);
+MainMotion main_mode(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
+                     const TermForces& terms, double dt, std::complex<double> z0, std::complex<double> dz0);
 
 }  // namespace whirl::identification::detail

@@ -80,12 +80,32 @@ double lane_value(const Point& p, const Parameter& q) {
 
 }  // namespace
 
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion) {
+  if (sensor.gain == 0 && sensor.angle == 0) return motion;
+  Eigen::VectorXcd out = motion;
+  out.imag() = (1 + sensor.gain) * motion.imag() + sensor.angle * motion.real();
+  return out;
+}
+
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings) {
+  if (sensor.gain == 0 && sensor.angle == 0) return readings;
+  Eigen::VectorXcd out = readings;
+  out.imag() = (readings.imag() - sensor.angle * readings.real()) / (1 + sensor.gain);
+  return out;
+}
+
 std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes) {
   std::vector<Parameter> list;
   if (options.rotor) add_lanes(list, -1, {{"k1", kK1}, {"k2", kK2}, {"c", kC}});
   if (options.conj_stiffness) add_lanes(list, -1, {{"k1_conj_re", kConjKRe}, {"k1_conj_im", kConjKIm}});
   if (options.conj_damping) add_lanes(list, -1, {{"c_conj_re", kConjCRe}, {"c_conj_im", kConjCIm}});
   if (options.delay) list.push_back({"delay", Kind::lane, -1, kProfile + options.profile_degree});
+  for (int k = 0; options.free_terms && k < static_cast<int>(options.terms.size()); ++k) {
+    list.push_back(
+        {std::string(name_of(options.terms[static_cast<std::size_t>(k)].kind).parameter), Kind::term, -1, k});
+  }
+  if (options.sensor_gain) list.push_back({"sensor_gain", Kind::sensor_gain, -1});
+  if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
@@ -123,6 +143,15 @@ void move(Point& p, const Parameter& q, double d) {
     case Kind::lane:
       move_lane(p, q, d);
       break;
+    case Kind::term:
+      p.terms[k].value += d;
+      break;
+    case Kind::sensor_gain:
+      p.sensor.gain += d;
+      break;
+    case Kind::sensor_angle:
+      p.sensor.angle += d;
+      break;
     case Kind::offset:
       r->offset += dc;
       break;
@@ -157,6 +186,12 @@ double value(const Point& p, const Parameter& q) {
   switch (q.kind) {
     case Kind::lane:
       return lane_value(p, q);
+    case Kind::term:
+      return p.terms[k].value;
+    case Kind::sensor_gain:
+      return p.sensor.gain;
+    case Kind::sensor_angle:
+      return p.sensor.angle;
     case Kind::offset:
       return part(p.records[static_cast<std::size_t>(q.record)].offset);
     case Kind::participation:

@@ -10,13 +10,26 @@ namespace whirl::identification::detail {
 
 /// What a parameter of the output-error fit acts on. A lane is integrated with the motion, the others enter the
 /// readings.
-enum class Kind { lane, offset, participation, pole_w, pole_zeta, decay_w, decay_zeta, decay, runout };
+enum class Kind {
+  lane,
+  term,
+  sensor_gain,
+  sensor_angle,
+  offset,
+  participation,
+  pole_w,
+  pole_zeta,
+  decay_w,
+  decay_zeta,
+  decay,
+  runout
+};
 
 struct Parameter {
   std::string name;
   Kind kind;
   int record;     // -1: shared
-  int index = 0;  // lane, mode, amplitude
+  int index = 0;  // lane, term, mode, amplitude
   bool imaginary = false;
 };
 
@@ -27,7 +40,14 @@ struct Point {
   std::vector<Eigen::VectorXd> profile;
   std::vector<DecayingMode> decays;
   double delay = 0;
+  std::vector<RotorTerm> terms;
+  SensorAxes sensor;
 };
+
+/// The motion as the probes read it.
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion);
+/// The motion that gives these readings.
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings);
 
 /// Parameters that the options ask for, shared ones first, then those of each record.
 std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes);

@@ -17,22 +17,25 @@ double OutputErrorProblem::evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::Ve
     const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
     const Signals& s = signals_[r];
+    const TermForces forces{p.terms, record.angle.omega, m.t0};
     Sensitivities sens;
     if (normal != nullptr) {
-      sens = main_mode_sensitivities(p.model, record.eps, s.forcing, s.profile, m.dt, record.z0, record.dz0);
+      sens = main_mode_sensitivities(p.model, record.eps, s.forcing, s.profile, forces, m.dt, record.z0, record.dz0);
       if (!sens.finite) return INFINITY;
-      record.main = std::move(sens.z);
     } else {
-      record.main = main_mode(p.model, record.eps, s.forcing, m.dt, record.z0, record.dz0);
+      sens.motion = main_mode(p.model, record.eps, s.forcing, forces, m.dt, record.z0, record.dz0);
     }
+    record.main = std::move(sens.motion.z);
+    record.main_rate = std::move(sens.motion.v);
     record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
     for (std::size_t k = 0; k < s.modal.size(); ++k) record.beside += record.participation[k] * s.modal[k];
     for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
     for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
     const Eigen::Index n = m.size();
     Eigen::VectorXd residual(2 * n);
-    residual.head(n) = (m.z - record.main - record.beside).real();
-    residual.tail(n) = (m.z - record.main - record.beside).imag();
+    const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main) - record.beside;
+    residual.head(n) = error.real();
+    residual.tail(n) = error.imag();
     const ResidualFilter& filter = filters_[r];
     if (filter.has_beside()) {
       const Eigen::VectorXcd more = filter.beside(residual);
@@ -55,7 +58,7 @@ double OutputErrorProblem::evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::Ve
     const double squares = residual.squaredNorm();
     if (!std::isfinite(squares)) return INFINITY;
     cost += squares;
-    if (normal != nullptr) accumulate(static_cast<int>(r), s, sens, residual, *normal, *right);
+    if (normal != nullptr) accumulate(p, static_cast<int>(r), sens, residual, *normal, *right);
   }
   return cost;
 }
@@ -85,8 +88,10 @@ void OutputErrorProblem::start_state(Point& p) {
   }
 }
 
-void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities& sens, const Eigen::VectorXd& residual,
+void OutputErrorProblem::accumulate(const Point& p, int r, const Sensitivities& sens, const Eigen::VectorXd& residual,
                                     Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
+  const Signals& s = signals_[static_cast<std::size_t>(r)];
+  const Eigen::VectorXcd& motion = p.records[static_cast<std::size_t>(r)].main;
   const RotorRecord& m = measured_[static_cast<std::size_t>(r)];
   const Eigen::Index n = m.size();
   std::vector<Eigen::Index> global;
@@ -100,9 +105,19 @@ void OutputErrorProblem::accumulate(int r, const Signals& s, const Sensitivities
     const Parameter& q = parameters_[static_cast<std::size_t>(global[c])];
     const auto k = static_cast<std::size_t>(q.index);
     const auto column = static_cast<Eigen::Index>(c);
-    if (q.kind == Kind::lane) {
-      jacobian.col(column).head(n) = sens.dx.col(q.index);
-      jacobian.col(column).tail(n) = sens.dy.col(q.index);
+    if (q.kind == Kind::lane || q.kind == Kind::term) {
+      const Eigen::Index lane = q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index;
+      jacobian.col(column).head(n) = sens.dx.col(lane);
+      jacobian.col(column).tail(n) = ((1 + p.sensor.gain) * sens.dy.col(lane) + p.sensor.angle * sens.dx.col(lane));
+      continue;
+    }
+    if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
+      jacobian.col(column).head(n).setZero();
+      if (q.kind == Kind::sensor_gain) {
+        jacobian.col(column).tail(n) = motion.imag();
+      } else {
+        jacobian.col(column).tail(n) = motion.real();
+      }
       continue;
     }
     const Eigen::VectorXcd* g = nullptr;

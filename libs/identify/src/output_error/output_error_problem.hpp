@@ -34,7 +34,7 @@ class OutputErrorProblem {
   void refresh_all(Point& p) {
     for (std::size_t r = 0; r < measured_.size(); ++r) refresh(p, r, measured_[r], options_, signals_[r]);
   }
-  void accumulate(int r, const Signals& s, const Sensitivities& sens, const Eigen::VectorXd& residual,
+  void accumulate(const Point& p, int r, const Sensitivities& sens, const Eigen::VectorXd& residual,
                   Eigen::MatrixXd& normal, Eigen::VectorXd& right) const;
 
   const std::vector<RotorRecord>& measured_;

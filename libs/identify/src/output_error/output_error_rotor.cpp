@@ -28,6 +28,8 @@ bool solve(const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double d
 
 }  // namespace
 
+Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const { return detail::read_by(sensor, records[r].main); }
+
 Eigen::Index OutputErrorFit::index(const std::string& name) const {
   const auto at = std::find(names.begin(), names.end(), name);
   return at == names.end() ? -1 : static_cast<Eigen::Index>(at - names.begin());
@@ -39,6 +41,7 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   if (records.empty()) throw Error("records: at least one is needed");
   require_range("profile_degree", options.profile_degree, 0, 6);
   require_range("runout_harmonics", options.runout_harmonics, 0, 10);
+  require_range("terms", static_cast<double>(options.terms.size()), 0, 10);
   require_range("max_iterations", options.max_iterations, 1, 1000);
   require_range("tolerance", options.tolerance, 1e-9, 10);
   if (!start_eps.empty() && start_eps.size() != records.size()) {
@@ -58,6 +61,8 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   point.model = start;
   point.decays = options.decays;
   point.delay = start_delay;
+  point.terms = options.terms;
+  point.sensor = options.sensor;
   for (std::size_t r = 0; r < records.size(); ++r) {
     OutputErrorRecord o;
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
@@ -156,6 +161,8 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   }
   fit.decays = point.decays;
   fit.delay = point.delay;
+  fit.terms = point.terms;
+  fit.sensor = point.sensor;
   fit.records = std::move(point.records);
   return fit;
 }

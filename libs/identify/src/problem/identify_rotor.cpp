@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
 #include "growth/rotor_growth.hpp"
 #include "problem/record_noise.hpp"
@@ -137,6 +138,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   detail::describe_rotor(view, result.fit, model);
   model.summary.chi_square = result.chi_square_weak;
   detail::judge_rotor(records, result, model.summary);
+  if (model.summary.status != Status::unusable) detail::carry_ambiguities(grown, scale, result);
   return result;
 }
 

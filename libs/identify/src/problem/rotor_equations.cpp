@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace whirl::identification::detail {
@@ -31,6 +32,72 @@ double ParameterView::covariance(const std::string& a, const std::string& b) con
   return scale_ * fit_.covariance(fit_.index(a), fit_.index(b));
 }
 
+namespace {
+
+/// The force of a term in paper states, for the x or the y equation; the coefficient enters with `sign`.
+struct TermText {
+  std::string function;
+  double sign;
+};
+std::vector<TermText> term_text(const RotorTerm& term, bool x) {
+  const std::string own = x ? "X1" : "X3", v = x ? "X2" : "X4", other = x ? "X3" : "X1", other_v = x ? "X4" : "X2";
+  const double turn = x ? -1 : 1;  // of i z and i z'
+  const std::string since = term.reference == 0 ? "t" : fmt::format("(t - {:.17g})", term.reference);
+  switch (term.kind) {
+    case RotorTermKind::quintic_stiffness:
+      return {{own + "*(X1^2 + X3^2)^2", -1}};
+    case RotorTermKind::cubic_per_axis:
+      return {{own + "^3", -1}};
+    case RotorTermKind::quadratic_damping:
+      return {{v + "*sqrt(X2^2 + X4^2)", -1}};
+    case RotorTermKind::coulomb_friction:
+      return {{fmt::format("{}/sqrt(X2^2 + X4^2 + {:.17g})", v, term.reference * term.reference), -1}};
+    case RotorTermKind::gyroscopic:
+      return {{"X6*" + other_v, turn}};
+    case RotorTermKind::rotating_damping:
+      return {{v, -1}, {"X6*" + other, turn}};
+    case RotorTermKind::cross_coupled:
+      return {{other, turn}};
+    case RotorTermKind::stiffness_with_speed:
+      return {{"abs(X6)*" + own, -1}};
+    case RotorTermKind::damping_with_speed:
+      return {{"abs(X6)*" + v, -1}};
+    case RotorTermKind::stiffness_drift:
+      return {{since + "*" + own, -1}};
+    case RotorTermKind::damping_drift:
+      return {{since + "*" + v, -1}};
+  }
+  return {};
+}
+
+/// Where the reference of a term is kept among the parameters.
+std::string reference_name(const RotorTermName& name) {
+  return name.kind == RotorTermKind::coulomb_friction ? "friction_speed" : "drift_start";
+}
+
+}  // namespace
+
+std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
+  std::vector<RotorTerm> terms;
+  for (const RotorTermName& name : kRotorTermNames) {
+    const Estimate* value = model.parameter(std::string(name.parameter));
+    if (value == nullptr) continue;
+    const bool refers = name.kind == RotorTermKind::coulomb_friction || name.kind == RotorTermKind::stiffness_drift ||
+                        name.kind == RotorTermKind::damping_drift;
+    const Estimate* reference = refers ? model.parameter(reference_name(name)) : nullptr;
+    terms.push_back({name.kind, value->value, reference != nullptr ? reference->value : 0});
+  }
+  return terms;
+}
+
+SensorAxes sensor_of(const IdentifiedModel& model) {
+  const auto value = [&](const char* name) {
+    const Estimate* e = model.parameter(name);
+    return e != nullptr ? e->value : 0.0;
+  };
+  return {value("sensor_gain"), value("sensor_angle")};
+}
+
 void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {
   model.states = {"X1", "X2", "X3", "X4"};
   model.inputs = {"X5", "X6", "X7"};
@@ -46,6 +113,20 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
     if (c) e.terms.push_back({w, view.sum({{-1, "c_conj_im"}}), "1/s"});
     const char* in_phase = x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)";
     const char* quadrature = x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)";
+    for (const RotorTerm& term : fit.terms) {
+      const std::string name(name_of(term.kind).parameter);
+      for (const auto& [function, factor] : term_text(term, x)) {
+        // Rotating damping damps as c does: one term of the equation.
+        const auto same = std::find_if(e.terms.begin(), e.terms.end(),
+                                       [&, &f = function](const EquationTerm& t) { return t.function == f; });
+        if (same != e.terms.end()) {
+          same->coefficient = function == v ? view.sum({{-1, "c"}, {sign, "c_conj_re"}, {factor, name}})
+                                            : view.sum({{-1, "k1_conj_im"}, {factor, name}});
+        } else {
+          e.terms.push_back({function, view.sum({{factor, name}}), std::string(name_of(term.kind).unit)});
+        }
+      }
+    }
     e.terms.push_back({in_phase, view["eps_re"], "m"});
     e.terms.push_back({quadrature, view["eps_im"], "m"});
     return e;
@@ -73,6 +154,15 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
   }
   p.emplace_back("offset_x", view["offset_re"]);
   p.emplace_back("offset_y", view["offset_im"]);
+  for (const RotorTerm& term : fit.terms) {
+    const RotorTermName& name = name_of(term.kind);
+    p.emplace_back(name.parameter, view[std::string(name.parameter)]);
+    const bool kept = std::any_of(p.begin(), p.end(), [&](const auto& q) { return q.first == reference_name(name); });
+    if (term.reference != 0 && !kept) p.emplace_back(reference_name(name), Estimate{term.reference, NAN, NAN, NAN});
+  }
+  for (const char* name : {"sensor_gain", "sensor_angle"}) {
+    if (view.has(name)) p.emplace_back(name, view[name]);
+  }
   if (view.has("delay")) p.emplace_back("delay", view["delay"]);
   for (std::size_t j = 0; j < fit.decays.size(); ++j) {
     for (const auto& [part, name] : {std::pair("omega", "w"), std::pair("zeta", "zeta")}) {

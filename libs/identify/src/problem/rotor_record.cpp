@@ -79,6 +79,7 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   RotorRecord r;
   r.source = recording.source;
   r.dt = recording.dt;
+  r.t0 = recording.t0;
   for (const std::string& name : {options.x, options.y}) {
     if (recording.at(name).quantity != Quantity::displacement) {
       throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity), "displacement");

@@ -48,7 +48,8 @@ struct IdentifyOptions {
 struct Evidence {
   HeldOut held_out;
   std::vector<CollinearGroup> collinear;
-  std::vector<BoundOutcome> bounds;  ///< one per sign bound and term
+  std::vector<BoundOutcome> bounds;    ///< one per sign bound and term
+  std::vector<Ambiguity> ambiguities;  ///< of Method::weak
 };
 
 /// A model and what speaks for and against it.

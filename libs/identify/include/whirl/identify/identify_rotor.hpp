@@ -5,6 +5,7 @@
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/identify/evidence.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/identify/rotor_record.hpp"
 
@@ -31,6 +32,7 @@ struct RotorIdentifyOptions {
   bool search_modes = true;
   bool refine_poles = true;  ///< w and zeta of added modes and decays are refined
   bool delay = true;         ///< candidate: displacement channels that lag the angle
+  bool terms = true;         ///< candidates: the forces of RotorTermKind and the axes of the y probe
   int runout_harmonics = 3;  ///< candidates: shaft runout at orders 1 .. n read by the probes, 0 to 4
 };
 
@@ -41,6 +43,9 @@ struct RotorIdentification {
   OutputErrorOptions active;       ///< terms that were estimated
   std::vector<std::string> added;  ///< terms added by the score test, in order, e.g. "conj z", "mode 21.2 Hz"
   double chi_square_weak = 0;      ///< of the final model
+  /// Readings that the records cannot tell apart: a bow beside runout, springs along the axes beside a radial one,
+  /// terms whose likelihood is nearly that of one taken up. The intervals of the model cover the readings.
+  std::vector<Ambiguity> ambiguities;
 };
 
 /// Rotor model from run-up or run-down records: the default pipeline.
@@ -48,17 +53,19 @@ struct RotorIdentification {
 /// 1. weak form, order-tracked, generalised least squares (fit_weak_rotor): no starting guess;
 /// 2. AngleSource::profile: search of the rate within +- profile_search by the weak residual;
 /// 3. output-error refinement with sensor offset, initial state and, for a profile, the angle correction;
-/// 4. score test (score_rotor_terms): the most significant term among conj z, conj z', modes, decays, runout and sensor
-/// delay is
-///    added while it reaches the threshold and the trajectory confirms it, each time refining and simulating again;
-///    significant terms that a RotorModel cannot hold are named in the warnings;
+/// 4. score test (score_rotor_terms): the most significant term among conj z, conj z', modes, decays, runout, sensor
+///    delay, sensor axes and the forces of RotorTermKind is added while it reaches the threshold and the trajectory
+///    confirms it, each time refining and simulating again; significant terms that the model cannot hold are named in
+///    the warnings. Where several candidates are significant the trajectory decides between them; a term that later
+///    ones make needless is taken out again. The threshold grows with the number of candidates;
 /// 5. covariance scaled by max(1, chi_square): the weak residual is both the alarm and the scale.
 ///
 /// Several records share the rotor; each has its own unbalance (parameters e, e_phase, then e_2, e_phase_2, ...).
 /// `equations` is in paper states X1 = x - offset_x, X2 = x', X3 = y - offset_y, X4 = y' with inputs X5 = beta, X6 =
 /// beta', X7 = beta''; terms with a common unknown are written as one function. parameters: k1, k2, c, e, e_phase,
 /// natural_frequency (rad/s), damping_ratio, offset_x, offset_y, and where added k1_conj_re, k1_conj_im, c_conj_re,
-/// c_conj_im, delay (s), runout1+_re, ..., mode1_omega, mode1_zeta, mode1_re, ..., decay1_omega, decay1_zeta, ...
+/// c_conj_im, the parameters of kRotorTermNames, sensor_gain, sensor_angle (rad), delay (s), runout1+_re, ...,
+/// mode1_omega, mode1_zeta, mode1_re, ..., decay1_omega, decay1_zeta, ...
 ///
 /// Summary: `residual` is the rms of measured minus simulated, m (both axes); status unusable with a reason when the
 /// records cannot give a rotor or the model explains them badly, warning with model error or weakly determined

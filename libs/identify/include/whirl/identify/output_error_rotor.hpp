@@ -7,6 +7,7 @@
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/identify/rotor_record.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::identification {
 
@@ -15,6 +16,12 @@ namespace whirl::identification {
 struct DecayingMode {
   double omega = 0;  ///< undamped, rad/s
   double zeta = 0;   ///< damping ratio, below 1
+};
+
+/// What the y probe reads of the motion: (1 + gain) y + angle x. Beside it, readings have offset, modes, runout.
+struct SensorAxes {
+  double gain = 0;   ///< y reads too much by this share
+  double angle = 0;  ///< the y probe leans towards x by this angle, rad (small)
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -29,6 +36,11 @@ struct OutputErrorOptions {
   bool poles = false;                ///< w and zeta of the forced and decaying modes
   /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
   bool delay = false;
+  /// Forces beyond RotorModel, with their starting values; at most 10.
+  std::vector<RotorTerm> terms;
+  bool free_terms = true;  ///< their coefficients are estimated
+  SensorAxes sensor;       ///< starting value
+  bool sensor_gain = false, sensor_angle = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;
@@ -48,7 +60,7 @@ struct OutputErrorRecord {
   std::vector<std::complex<double>> decay;          ///< amplitudes of e^{p t} and e^{conj(p) t} of each decay, m
   std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
   AngleSignal angle;                                ///< with the fitted correction and delay
-  Eigen::VectorXcd main;                            ///< simulated main mode, m
+  Eigen::VectorXcd main, main_rate;                 ///< simulated main mode, m and m/s
   Eigen::VectorXcd beside;                          ///< offset + modes + runout + hum + drift, m
   /// Readings with the samples left out replaced by simulated ones, m; empty when all are used.
   Eigen::VectorXcd readings;
@@ -59,6 +71,8 @@ struct OutputErrorFit {
   RotorModel model;  ///< eps, offset and participations of the first record
   std::vector<DecayingMode> decays;
   double delay = 0;  ///< s
+  std::vector<RotorTerm> terms;
+  SensorAxes sensor;
   std::vector<OutputErrorRecord> records;
   std::vector<std::string> names;  ///< of the estimated parameters; from the second record on with suffix _2, _3, ...
   Eigen::VectorXd values;
@@ -66,13 +80,15 @@ struct OutputErrorFit {
   int iterations = 0;
   Summary summary;  ///< residual: rms of the weighted residual; chi_square: its square by degrees of freedom
 
+  /// Main mode of record r as the probes read it.
+  Eigen::VectorXcd read_main(std::size_t r) const;
   /// Index of a parameter in names; -1 when it was not estimated.
   Eigen::Index index(const std::string& name) const;
 };
 
 /// Maximum-likelihood refinement: minimises sum |z_model(t_i) - z_i|^2 / sigma^2 over the trajectory of
 ///
-///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout],
+///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout]   [z1 as SensorAxes reads it],
 ///
 /// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Gauss-Newton with forward sensitivities
 /// integrated together with the motion (RK4 on the sample grid, forcing on the half grid), Levenberg damping when a

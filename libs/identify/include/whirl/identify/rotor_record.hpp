@@ -30,6 +30,7 @@ struct RotorRecordOptions {
 struct RotorRecord {
   std::string source;
   double dt = 0;                    ///< s
+  double t0 = 0;                    ///< time of the first sample, s
   Eigen::VectorXcd z;               ///< x + i y, m
   AngleSignal angle;                ///< when the displacement was taken
   double noise_x = 0, noise_y = 0;  ///< sd of the noise per axis, m

@@ -10,11 +10,12 @@ namespace whirl::identification {
 
 /// Evidence for one term that the present model lacks.
 struct ScoreCandidate {
-  std::string term;  ///< "conj z", "conj z'", "mode 2", "decay 1", "runout 1", "delay", "|z|^4 z", ...
+  std::string term;  ///< "conj z", "conj z'", "mode 2", "decay 1", "runout 1", "delay", "quintic stiffness", ...
   /// Drop of the residual sum of squares by the residual variance, divided by 1 + 0.18 (unknowns - 1), so that 16 is
   /// four sigma for a term of one, two or four real unknowns.
   double score = 0;
   bool in_model = false;  ///< RotorModel or OutputErrorOptions can take it up
+  double sd = 0;          ///< that the coefficient of a term with one real unknown would have; 0 for others
 };
 
 struct ScoreTest {
@@ -31,6 +32,8 @@ struct ScoreTestOptions {
   double half_width = 0;             ///< of the test functions, s; 0: as WeakRotorOptions
   std::vector<ForcedMode> modes;     ///< candidates; participation is not used
   std::vector<DecayingMode> decays;  ///< candidates
+  std::vector<RotorTerm> terms;      ///< candidates; the coefficients are not used
+  bool sensor = false;               ///< candidates: gain and angle of the y probe
   bool delay = true;                 ///< candidate: the displacement channels lag the angle
   int runout_harmonics = 3;          ///< candidates "runout 1" .. "runout n" beyond those already in the model
 };

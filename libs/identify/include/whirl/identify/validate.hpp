@@ -32,7 +32,10 @@ struct ValidateOptions {
 struct Validation {
   double rmse_x = 0, rmse_y = 0;                  ///< against measured, m rms (contains the sensor noise)
   double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, m rms; NaN when not given
-  double nrmse = 0;                              ///< rms of measured - simulated over rms of measured - mean, both axes
+  double nrmse = 0;  ///< rms of measured - simulated over rms of measured - mean, both axes
+  /// What the rms error of an axis may be when the model is right: 95 % band from the noise, the intervals of its
+  /// parameters and the error that it left on its own records, m rms; NaN where the model states none.
+  double band_x = NAN, band_y = NAN;
   double noise_x = 0, noise_y = 0;               ///< of the record, m rms: the floor of rmse_x and rmse_y
   double peak_measured = 0, peak_simulated = 0;  ///< largest radius about the offset, m (measured includes noise)
   bool fold_sensitive = false;                   ///< a change of k2 within its uncertainty may make the run jump or not
@@ -41,7 +44,8 @@ struct Validation {
   std::complex<double> eps;  ///< unbalance used, m
   Recording simulated;       ///< channels x, y: as the sensors would read them, without noise
   /// Unusable when the model or the record is, or the simulation diverges; warning when fold-sensitive (such a run may
-  /// not be averaged with others). residual = sqrt((rmse_x^2 + rmse_y^2) / 2).
+  /// not be averaged with others).
+  /// residual = sqrt((rmse_x^2 + rmse_y^2) / 2).
   Summary summary;
 };
 
@@ -64,7 +68,9 @@ struct ValidationRun {
   std::string source;
   std::optional<Validation> rotor;
   HeldOut general;  ///< every measured state, over the whole record and restarted every characteristic period
-  Summary summary;  ///< verdict on this record
+  /// Verdict on this record: unusable also where the error of a run that is not fold-sensitive leaves the model's band,
+  /// or is as large as the motion.
+  Summary summary;
 };
 struct ValidationReport {
   std::vector<ValidationRun> runs;

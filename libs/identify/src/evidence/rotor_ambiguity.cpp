@@ -1,0 +1,122 @@
+#include "evidence/rotor_ambiguity.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "problem/rotor_equations.hpp"
+
+namespace whirl::identification::detail {
+namespace {
+
+constexpr double k95 = 1.959963984540054;
+
+std::array<double, 5> five(const RotorModel& r) { return {r.k1, r.k2, r.c, r.eps.real(), r.eps.imag()}; }
+
+/// Intervals and covariance of `model` cover `other` too.
+void widen(IdentifiedModel& model, const IdentifiedModel& other) {
+  for (auto& [name, e] : model.parameters) {
+    const Estimate* o = other.parameter(name);
+    if (o == nullptr || !std::isfinite(e.sd) || !std::isfinite(o->sd)) continue;
+    double shift = o->value - e.value;
+    if (name.starts_with("e_phase")) shift = std::remainder(shift, 2 * std::numbers::pi);
+    e.low = std::min(e.low, e.value + shift - k95 * o->sd);
+    e.high = std::max(e.high, e.value + shift + k95 * o->sd);
+    e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});
+  }
+  const std::array<double, 5> a = five(*model.rotor), b = five(*other.rotor);
+  if (model.rotor_covariance.size() != 25) return;
+  for (std::size_t i = 0; i < 5; ++i) {
+    for (std::size_t j = 0; j < 5; ++j)
+      model.rotor_covariance[5 * i + j] += (b[i] - a[i]) * (b[j] - a[j]) / (k95 * k95);
+  }
+}
+
+/// "c 3.02 or 2.41 1/s" of the parameters that move by more than their deviation.
+std::string difference(const IdentifiedModel& model, const IdentifiedModel& other) {
+  constexpr std::array<std::pair<const char*, const char*>, 5> names{
+      {{"k1", "1/s^2"}, {"k2", "1/(m^2 s^2)"}, {"c", "1/s"}, {"e", "m"}, {"e_phase", "rad"}}};
+  std::string text;
+  for (const auto& [name, unit] : names) {
+    const Estimate &a = *model.parameter(name), &b = *other.parameter(name);
+    if (std::abs(a.value - b.value) > std::max(a.sd, b.sd))
+      text += fmt::format("{}{} {:.5g} or {:.5g} {}", text.empty() ? "" : ", ", name, a.value, b.value, unit);
+  }
+  return text.empty() ? "k1, k2, c and e are the same within their intervals" : text;
+}
+
+std::string experiment_for(const std::string& a, const std::string& b) {
+  const std::string both = a + ", " + b;
+  const auto has = [&](const char* word) { return both.find(word) != std::string::npos; };
+  if (has("sensor") || has("conj")) return "calibrate the probes, or pull the shaft along x and along y";
+  if (has("time")) return "a run-up after the run-down, or a run at another rate";
+  if (has("gyroscopic") || has("rotating") || has("cross") || has("speed")) {
+    return "a free decay (blow) at rest and at speed, or a run over another speed range";
+  }
+  return "a run with more unbalance";
+}
+
+void bow_beside_runout(RotorIdentification& result) {
+  if (result.active.runout_harmonics < 1) return;
+  IdentifiedModel& model = result.model;
+  const Estimate *re = model.parameter("runout1+_re"), *im = model.parameter("runout1+_im");
+  const std::complex<double> runout(re->value, im->value);
+  if (std::abs(runout) < 3 * std::max(re->sd, im->sd)) return;
+  // A bow b reads as runout b with eccentricity e + b (1 - i c / omega): docs/identification.md.
+  const double speed = model.rotor->natural_frequency();
+  IdentifiedModel bowed = model;
+  bowed.rotor->eps = model.rotor->eps - runout * std::complex<double>(1, -model.rotor->c / speed);
+  for (auto& [name, e] : bowed.parameters) {
+    if (name != "e" && name != "e_phase") continue;
+    const double value = name == "e" ? std::abs(bowed.rotor->eps) : std::arg(bowed.rotor->eps);
+    const double size = std::max(std::abs(bowed.rotor->eps), 1e-12), per = name == "e" ? 1 : size;
+    // The force i c omega b that tells them apart is not in the fit: it biases e by as much as it is.
+    const double bias = std::abs(runout) * model.rotor->c / speed;
+    e = Estimate::from_sd(value, std::hypot(model.parameter("e")->sd, std::max(re->sd, im->sd), bias) / per);
+  }
+  const double k1 = model.rotor->k1;
+  result.ambiguities.push_back(
+      {fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg)",
+                   1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi),
+       fmt::format("{}; a bow needs the balance mass of e + (k1 / speed^2) b = e + ({:.4g} / speed^2) b at its speed",
+                   difference(model, bowed), k1),
+       "a slow roll on a second probe plane, or on a surface of known runout"});
+  widen(model, bowed);
+}
+
+void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
+  const ScoreCandidate* c = grown.test.find(std::string(name_of(RotorTermKind::cubic_per_axis).label));
+  const Estimate& k2 = *result.model.parameter("k2");
+  if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > 5 * c->sd) return;
+  result.ambiguities.push_back(
+      {"a radial cubic spring, or cubic springs along the axes: the orbits are nearly circular",
+       fmt::format("k2 {:.4g} 1/(m^2 s^2) radial, or {:.4g} along each axis", k2.value, k2.value * 4 / 3),
+       "a pull test in two directions, or a blow: a motion along a line"});
+}
+
+}  // namespace
+
+void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result) {
+  IdentifiedModel& model = result.model;
+  const IdentifiedModel found = model;
+  bow_beside_runout(result);
+  springs_along_axes(grown, result);
+  for (const OtherReading& reading : grown.others) {
+    IdentifiedModel other;
+    describe_rotor(ParameterView(reading.fit, scale), reading.fit, other);
+    Ambiguity a;
+    a.readings = reading.taken.empty()
+                     ? fmt::format("without or with {}: there is a weak sign of it", reading.other)
+                     : fmt::format("{} or {}: the records cannot tell them apart", reading.taken, reading.other);
+    a.consequence = difference(found, other);
+    a.experiment = experiment_for(reading.taken, reading.other);
+    model.summary.warn(fmt::format("{}; {}; to decide: {}", a.readings, a.consequence, a.experiment));
+    result.ambiguities.push_back(std::move(a));
+    widen(model, other);
+  }
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,12 @@
+#pragma once
+#include "growth/rotor_growth.hpp"
+#include "whirl/identify/identify_rotor.hpp"
+
+namespace whirl::identification::detail {
+
+/// What the records cannot tell apart, stated in `ambiguities` and carried on: the intervals of the model and its
+/// rotor_covariance are widened to cover every reading. Readings that the search found make the summary warn.
+/// `scale`: of the covariances.
+void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result);
+
+}  // namespace whirl::identification::detail
