@@ -63,7 +63,7 @@ def main():
     build = pathlib.Path(o.build).resolve()
     includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/include"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
     libraries = []
-    for name in ("tuning", "rig", "identify", "control", "rt", "io", "rotor", "signal", "regression", "expr", "core"):
+    for name in ("control", "rotor", "io", "expr", "core"):
         libraries += [str(f) for f in build.glob(f"libs/{name}/libwhirl_{name}.a")]
     guard = [str(f) for f in build.glob("**/whirl_alloc_guard.dir/**/alloc_guard.cpp.o")]
     total = killed = broken = 0
@@ -86,11 +86,15 @@ def main():
                 extra = [f"-I{ROOT / pathlib.Path(path).parent}"]
                 command = ["g++", "-std=c++20", "-O0", "-w", "-DEIGEN_MAX_ALIGN_BYTES=64", f"-I{folder}", *extra, *includes, *sources,
                            *guard, "-o", str(folder / "test"), "-lgtest_main", "-lgtest", "-lgmock", *libraries, *libraries,
-                           "-lfmt", "-lz", "-lpthread", "-ldl"]
+                           "-lfmt", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
+                           "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
                 if guard:
                     command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
-                if subprocess.run(command, capture_output=True).returncode != 0:
+                built = subprocess.run(command, capture_output=True, text=True)
+                if built.returncode != 0:
                     broken += 1
+                    if broken == 1:
+                        print("does not compile:", built.stderr[-600:], file=sys.stderr)
                     continue
                 seen += 1
                 try:

@@ -94,18 +94,13 @@ static bool settable(const instance *c, unsigned int reference) {
   return (reference >= FIRST_PARAMETER) && (reference < FIRST_PARAMETER + PARAMETERS);
 }
 
-/* What may be set to no number: a displacement that is not finite is a lost sample to the controller. */
-static bool may_be_lost(unsigned int reference) {
-#if HAS_CONTROLLER
-  return (reference == FIRST_INPUT) || (reference == FIRST_INPUT + 1);
-#else
-  (void)reference;
-  return false;
-#endif
+/* Inputs may be no number: the step refuses them, but a displacement of a controller, which is a lost sample. */
+static bool is_input(unsigned int reference) {
+  return (reference >= FIRST_INPUT) && (reference < FIRST_INPUT + INPUTS);
 }
 
 static bool set_real(instance *c, unsigned int reference, double value) {
-  const bool good = isfinite(value) || may_be_lost(reference);
+  const bool good = isfinite(value) || is_input(reference);
   double *const at = (good && settable(c, reference)) ? real_variable(c, reference) : NULL;
   if (at != NULL) {
     *at = value;
@@ -179,6 +174,7 @@ static const char *advance(instance *c, double size) {
   const double periods = size / c->params.sample_time;
   const double whole = floor(periods + 0.5);
   whirl_input in;
+  const whirl_state before = c->state;
   whirl_output out = {0};
   int k;
   if (!isfinite(size) || !isfinite(c->time)) {
@@ -207,6 +203,7 @@ static const char *advance(instance *c, double size) {
     c->status = (int)whirl_step(&c->state, &in, &out);
   }
   if (c->status == (int)WHIRL_NOT_FINITE) {
+    c->state = before;
     return "the controller has no finite answer to these inputs";
   }
   c->output[0] = out.ux;

@@ -130,6 +130,7 @@ void write_wav(const std::filesystem::path& path, const Recording& recording) {
   {
     const Handle file(sf_open_virtual(&io, SFM_WRITE, &info, &memory), sf_close);
     if (file == nullptr) throw Error::in_file(path.string(), 0, sf_strerror(nullptr));
+    sf_command(file.get(), SFC_SET_ADD_PEAK_CHUNK, nullptr, SF_FALSE);  // it holds the date: other bytes each time
     std::string comment(kComment);
     for (const Channel& channel : recording.channels) {
       std::string name = channel.name;
