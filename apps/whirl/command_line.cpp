@@ -41,10 +41,6 @@ Option* Option::range(double low, double high) {
   state_->option->check(CLI::Range(low, high));
   return this;
 }
-Option* Option::range(int low, int high) {
-  state_->option->check(CLI::Range(low, high));
-  return this;
-}
 Option* Option::positive() {
   state_->option->check(CLI::PositiveNumber);
   return this;

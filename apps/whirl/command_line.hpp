@@ -20,8 +20,6 @@ class Option {
   Option* one_of_numbers(const std::vector<int>& values);
   /// Number in [low, high].
   Option* range(double low, double high);
-  Option* range(int low, int high);
-  Option* range(int low, double high) { return range(static_cast<double>(low), high); }
   Option* positive();
   /// Prints the value that the variable has now as the default.
   Option* show_default();

@@ -86,16 +86,17 @@ TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const io::Json document = io::parse_json(found.out, "stdout");
   const io::JsonReader in(document, "stdout");
-  const auto check = [&](const char* list, const char* name, double truth) {
+  const auto check = [&](const char* list, const char* name, double truth, double widest = 0.01) {
     const Estimate e = io::read_estimate(in.at(list).at(name));
     EXPECT_NEAR(e.value, truth, 4 * e.sd + 0.002 * std::abs(truth)) << name;
-    EXPECT_LT(e.sd, 0.01 * std::abs(truth)) << name;
+    EXPECT_LT(e.sd, widest * std::abs(truth)) << name;
   };
   check("parameters", "K1", 8500);
   check("parameters", "K2", 1.5e7);
   check("parameters", "C", 1.5);
-  // The balanced rotor's unbalance and the screw's: mass times eccentricity, mass times radius.
-  check("reported", "m*e", std::abs(std::polar(1.5 * 51.3e-6, 0.6) + 5e-3 * 82.73e-3));
+  // The balanced rotor's unbalance and the screw's: mass times eccentricity, mass times radius. The lasers read runout,
+  // which may as well be a bow of 10 um: the interval of e covers both readings, 10 um of 319 um.
+  check("reported", "m*e", std::abs(std::polar(1.5 * 51.3e-6, 0.6) + 5e-3 * 82.73e-3), 0.025);
   // The isotropic derivation does not fit this machine, and says so.
   const Outcome isotropic = folder.whirl("derive " + example("rotor.toml") + " --model model.json");
   EXPECT_EQ(isotropic.exit_code, 2);

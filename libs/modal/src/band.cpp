@@ -93,6 +93,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   if (n < 20) throw Error(fmt::format("band {:g} to {:g} Hz holds {} lines: must hold at least 20", low, high, n));
 
   Band band;
+  band.grid = arrange_grid(frf).channel;
   band.power = static_cast<int>(frf.kind);
   band.decay = frf.window_decay;
   band.omega = 2 * std::numbers::pi * frf.frequency.segment(first, n);

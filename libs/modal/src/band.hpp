@@ -13,6 +13,7 @@ struct Band {
   Eigen::VectorXd omega;        ///< rad/s, uniform, > 0
   Eigen::MatrixXcd h;           ///< lines x channels
   Eigen::MatrixXd weight;       ///< lines x channels
+  Eigen::MatrixXi grid;         ///< outputs x references -> channel, as Grid::channel
   bool common_weight = false;   ///< all columns of `weight` are multiples of the first: one Gram matrix serves all
   bool guessed_weight = false;  ///< flat or proportional was chosen by the scatter between lines
   double decay = 0;             ///< of the exponential window, 1/s: the lines lie at s = decay + j omega

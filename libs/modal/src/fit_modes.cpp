@@ -68,6 +68,26 @@ Band window_of(const Band& band, const Refined& state, bool hysteretic, Complex 
   return window;
 }
 
+// The residues of one mode are its shape at the response times its shape at the reference. Poles that differ between
+// FRFs leave that product; two modes in one, each seen by its own reference, do not.
+bool is_one_mode(const Band& band, const ScatterFit& fit, std::size_t pole) {
+  const auto row = 2 * static_cast<Index>(pole);
+  Eigen::MatrixXcd residues(band.grid.rows(), band.grid.cols());
+  for (Index o = 0; o < residues.rows(); ++o) {
+    for (Index r = 0; r < residues.cols(); ++r) {
+      const int c = band.grid(o, r);
+      residues(o, r) = {fit.residues(row, c), fit.residues(row + 1, c)};
+    }
+  }
+  const Eigen::VectorXd sizes = Eigen::JacobiSVD<Eigen::MatrixXcd>(residues).singularValues();
+  return sizes.size() < 2 || sizes[1] < 0.3 * sizes[0];
+}
+
+std::size_t nearest(const Poles& poles, Complex p) {
+  const auto closer = [&](Complex a, Complex b) { return std::abs(a - p) < std::abs(b - p); };
+  return static_cast<std::size_t>(std::min_element(poles.begin(), poles.end(), closer) - poles.begin());
+}
+
 // True when the lines about a pole are described better by one pole that differs between FRFs than by what the white
 // fit put there. `other`: a close neighbour that may only split it, else the pole itself.
 bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms& terms, Complex pole, Complex other,
@@ -81,6 +101,7 @@ bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms
   if (other != pole) std::erase(near, other);
   const ScatterFit scatter =
       fit_scatter(window, near, local, {.search_gain = options.search_gain, .max_damping = options.poles.max_damping});
+  if (scatter.poles.empty() || !is_one_mode(band, scatter, nearest(scatter.poles, pole))) return false;
   return description_length(window, scatter, local) <
          description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - 10;
 }
@@ -170,13 +191,22 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     ScatterFit scatter = fit_scatter(
         band, from, terms,
         {.search_gain = options.search_gain, .max_damping = options.poles.max_damping, .max_modes = options.max_modes});
-    if (!scatter.poles.empty() &&
+    // Two poles of the white fit that became one which is no mode of its own.
+    const bool hides = std::any_of(state.poles.begin(), state.poles.end(), [&](Complex p) {
+      const std::size_t k = scatter.poles.empty() ? 0 : nearest(scatter.poles, p);
+      const auto same = [&](Complex q) { return !scatter.poles.empty() && nearest(scatter.poles, q) == k; };
+      return inside(band, p) && std::count_if(state.poles.begin(), state.poles.end(), same) > 1 &&
+             !is_one_mode(band, scatter, k);
+    });
+    if (!scatter.poles.empty() && !hides &&
         description_length(band, scatter, terms) < length_of(band, state, terms, scatter.correlated)) {
       return solution_of(std::move(scatter), terms);
     }
   }
-  // Only where the FRFs agree: what scatter leaves would decide between the two by chance.
-  if (options.damping == DampingChoice::automatic && !state.poles.empty() && band.decay == 0) {
+  // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
+  // stiffness leaves would decide between the two by chance.
+  const bool model_error = band.noise_floor > 0 && state.residual.norm() > 1.5 * band.noise_floor * band.h.norm();
+  if (options.damping == DampingChoice::automatic && !state.poles.empty() && band.decay == 0 && !model_error) {
     ResidualTerms other = terms;
     other.hysteretic = true;
     Refined hysteretic = refine(band, state.poles, state.started, other, options.max_iterations);
