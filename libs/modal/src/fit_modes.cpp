@@ -80,7 +80,7 @@ bool is_one_mode(const Band& band, const ScatterFit& fit, std::size_t pole) {
     }
   }
   const Eigen::VectorXd sizes = Eigen::JacobiSVD<Eigen::MatrixXcd>(residues).singularValues();
-  return sizes.size() < 2 || sizes[1] < 0.3 * sizes[0];
+  return sizes.size() < 2 || sizes[1] < 0.6 * sizes[0];
 }
 
 std::size_t nearest(const Poles& poles, Complex p) {
@@ -102,8 +102,10 @@ bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms
   const ScatterFit scatter =
       fit_scatter(window, near, local, {.search_gain = options.search_gain, .max_damping = options.poles.max_damping});
   if (scatter.poles.empty() || !is_one_mode(band, scatter, nearest(scatter.poles, pole))) return false;
+  // Several windows are looked at, and what far poles leave in them is taken as known: only a clear gain counts.
+  constexpr double kClear = 60;
   return description_length(window, scatter, local) <
-         description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - 10;
+         description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - kClear;
 }
 
 // True when the poles of single FRFs stray from the common ones by more than noise explains, or when two poles stand so

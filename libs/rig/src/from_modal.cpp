@@ -20,6 +20,10 @@ RigParameters rig_from_modal(const ModalModel& modal, Eigen::Index channel, cons
     if (channel < 0 || channel >= mode.residues.size()) {
       throw Error::in_field("channel", fmt::format("{}", channel), fmt::format("0 to {}", mode.residues.size() - 1));
     }
+    // Modes outside the band stand for what its residuals cannot.
+    if (modal.band_high > 0 && !(mode.frequency.value >= modal.band_low && mode.frequency.value <= modal.band_high)) {
+      continue;
+    }
     const double omega = std::abs(mode.pole);
     const double inverse_mass = -2 * mode.pole.imag() * mode.residues[channel].imag();
     found.push_back({omega, -mode.pole.real() / omega, inverse_mass});

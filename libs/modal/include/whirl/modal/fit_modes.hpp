@@ -15,8 +15,8 @@ struct ModeOptions {
   bool search = true;       ///< look in what is left for weak modes that no order showed
   double search_gain = 25;  ///< energy of a new pole over that of noise in the same directions
   int max_modes = 200;
-  bool scatter = true;  ///< let the poles differ between FRFs where the evidence asks for it
-  DampingChoice damping = DampingChoice::automatic;
+  bool scatter = true;                             ///< let the poles differ between FRFs where the evidence asks for it
+  DampingChoice damping = DampingChoice::viscous;  ///< `automatic` mistakes viscous sets of many modes at times
 };
 
 /// Modes of a set of FRFs, from the lines to poles, residues and residuals with their uncertainty.
