@@ -126,8 +126,6 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
                                                                << outcome.err;
       EXPECT_EQ(outcome.out, "") << call.arguments;
     }
-    // A device is written through: that it is full shows when it is written.
-    EXPECT_EQ(folder.whirl(with_output(call.arguments, "/dev/full")).exit_code, 2) << call.arguments;
   }
   const std::string long_name(300, 'n');
   EXPECT_EQ(folder.whirl("identify record.csv --out " + long_name + ".json").exit_code, 2);
