@@ -310,7 +310,7 @@ TEST(MonitorCommandE2e, BadInputIsRefusedWithAReason) {
   for (const auto& [arguments, reason] :
        {std::pair{"absent.csv", "absent.csv"}, std::pair{"x.csv --limit x=1", "--limit"},
         std::pair{"x.csv --limit q_mm=1", "a channel of the stream: x"},
-        std::pair{"x.csv --record-folder x.csv", "x.csv: no folder that can be written"},
+        std::pair{"x.csv --record-folder x.csv", "x.csv: is a file; give the name of a folder"},
         std::pair{"x.csv --speed 1e9", "speed"}, std::pair{"x.csv --address nowhere", "nowhere"}}) {
     const Outcome o = folder.whirl(std::string("monitor --port 0 ") + arguments);
     EXPECT_EQ(o.exit_code, 2) << arguments;

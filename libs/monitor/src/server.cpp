@@ -160,8 +160,8 @@ void PageSession::answer() {
   }
   if (websocket::is_upgrade(request)) {
     const bool holder = server_.has_token(target);
-    if (!holder && target != "/stream") {
-      if (target.starts_with("/stream?")) server_.note_refusal();
+    // A page that was opened with the token of an earlier start still shows.
+    if (!holder && target != "/stream" && !target.starts_with("/stream?")) {
       return send(http::status::not_found, "text/plain", "not found\n");
     }
     // Viewers never take the place of the person who can trip.

@@ -20,8 +20,8 @@ struct ServerOptions {
 /// GET / and the files of the page, WebSocket at /stream. A request whose Host is not this server's address, or whose
 /// Origin is another page, is refused (DNS rebinding, foreign pages). Clients read; a client that sends {"command":
 /// ..., "token": ...} with the right token controls. A client that opens /stream?token=... with it has a place
-/// that no viewer can take. Refused commands are told once a minute with their number. Slow or silent clients lose
-/// frames or their connection, never the hub's time.
+/// that no viewer can take; with a wrong one it is a viewer. Refused commands are told once a minute with their number.
+/// Slow or silent clients lose frames or their connection, never the hub's time.
 class Server {
  public:
   /// Binds at once; throws Error when the address cannot be used.
