@@ -7,10 +7,10 @@
 #include <exception>
 
 #include "command.hpp"
-#include "commands/ambient.hpp"
-#include "commands/balance.hpp"
-#include "commands/response.hpp"
-#include "commands/run_io.hpp"
+#include "commands/balance/balance.hpp"
+#include "commands/balance/response.hpp"
+#include "commands/machine/run_io.hpp"
+#include "commands/modal/ambient.hpp"
 #include "whirl/io/temporary.hpp"
 
 namespace whirl::app {

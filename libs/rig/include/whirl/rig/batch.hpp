@@ -21,7 +21,7 @@ struct alignas(64) LaneArray {
 /// and 32 lanes.
 ///
 /// Throughput comes from the shared forcing table and from laws that are themselves written as loops over the
-/// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/rig_tsmc_lanes.cpp).
+/// lanes (copy the reading first: the compiler then knows that nothing overlaps; bench/machine/rig_tsmc_lanes.cpp).
 template <int Lanes>
 class BatchRig {
  public:

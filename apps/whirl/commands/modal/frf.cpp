@@ -2,7 +2,7 @@
 
 #include "ambient.hpp"
 #include "command.hpp"
-#include "record_options.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/report/rotor_figures.hpp"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "response.hpp"
+#include "commands/balance/response.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "balance_job.hpp"
-#include "plant_options.hpp"
+#include "commands/control/plant_options.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/model_json.hpp"
 

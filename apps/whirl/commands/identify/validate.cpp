@@ -2,8 +2,8 @@
 #include <numbers>
 
 #include "command.hpp"
+#include "commands/machine/record_options.hpp"
 #include "identify_evidence.hpp"
-#include "record_options.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"

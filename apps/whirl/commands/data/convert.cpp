@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "command.hpp"
-#include "record_options.hpp"
-#include "responses.hpp"
+#include "commands/machine/record_options.hpp"
+#include "commands/modal/responses.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/frf_csv.hpp"
 #include "whirl/io/model_json.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "../libs/identify/test/rotor_synthetic.hpp"
+#include "../../libs/identify/test/rotor_synthetic.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/validate.hpp"
 

@@ -1,7 +1,7 @@
 #include <numbers>
 
 #include "command.hpp"
-#include "print.hpp"
+#include "commands/identify/print.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/modal/transient_runup.hpp"
 #include "whirl/report/table.hpp"

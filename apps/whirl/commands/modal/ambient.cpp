@@ -3,7 +3,7 @@
 #include <cmath>
 #include <filesystem>
 
-#include "record_options.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "record_options.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/identify/identify.hpp"
 
 namespace whirl::app {

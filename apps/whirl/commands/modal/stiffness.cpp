@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "command.hpp"
-#include "print.hpp"
+#include "commands/identify/print.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "../tests/monitor/browser.hpp"
+#include "../../tests/monitor/browser.hpp"
 #include "monitor_stream.hpp"
 #include "whirl/monitor/server.hpp"
 
