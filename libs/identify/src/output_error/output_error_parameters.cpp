@@ -22,60 +22,83 @@ void add_complex(std::vector<Parameter>& list, const std::string& base, Kind kin
 // Poles stay positive and stable; a step may shrink them by a third at most.
 double bounded(double value, double change, double most) { return std::clamp(value + change, value / 1.5, most); }
 
-double& real_lane(Point& p, const Parameter& q) {
-  switch (q.index) {
-    case kK1:
-      return p.model.k1;
-    case kK2:
-      return p.model.k2;
-    case kC:
-      return p.model.c;
-    default:
-      if (q.record < 0) return p.delay;
-      return p.profile[static_cast<std::size_t>(q.record)][q.index - kProfile];
+/// A real number, or a part of a complex one.
+struct Slot {
+  double* real = nullptr;
+  Complex* number = nullptr;
+  bool imaginary = false;
+
+  double value() const { return real != nullptr ? *real : imaginary ? number->imag() : number->real(); }
+  void add(double d) const {
+    if (real != nullptr) {
+      *real += d;
+    } else {
+      *number += imaginary ? Complex(0, d) : Complex(d, 0);
+    }
   }
-}
-// Complex number and part that a lane moves; null for the real lanes.
-std::pair<Complex*, bool> complex_lane(Point& p, const Parameter& q) {
+};
+
+Slot lane_slot(Point& p, const Parameter& q) {
   OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
   switch (q.index) {
+    case kK1:
+      return {&p.model.k1};
+    case kK2:
+      return {&p.model.k2};
+    case kC:
+      return {&p.model.c};
     case kEpsRe:
-      return {&r->eps, false};
     case kEpsIm:
-      return {&r->eps, true};
+      return {nullptr, &r->eps, q.index == kEpsIm};
     case kX0:
-      return {&r->z0, false};
     case kY0:
-      return {&r->z0, true};
+      return {nullptr, &r->z0, q.index == kY0};
     case kVx0:
-      return {&r->dz0, false};
     case kVy0:
-      return {&r->dz0, true};
+      return {nullptr, &r->dz0, q.index == kVy0};
     case kConjKRe:
-      return {&p.model.k1_conj, false};
     case kConjKIm:
-      return {&p.model.k1_conj, true};
+      return {nullptr, &p.model.k1_conj, q.index == kConjKIm};
     case kConjCRe:
-      return {&p.model.c_conj, false};
     case kConjCIm:
-      return {&p.model.c_conj, true};
+      return {nullptr, &p.model.c_conj, q.index == kConjCIm};
     default:
-      return {nullptr, false};
+      if (q.record < 0) return {&p.delay};
+      return {&p.profile[static_cast<std::size_t>(q.record)][q.index - kProfile]};
   }
 }
-void move_lane(Point& p, const Parameter& q, double d) {
-  if (const auto [number, imaginary] = complex_lane(p, q); number != nullptr) {
-    *number += imaginary ? Complex(0, d) : Complex(d, 0);
-  } else {
-    real_lane(p, q) += d;
+
+/// Where the number that a parameter stands for lies.
+Slot slot(Point& p, const Parameter& q) {
+  const auto k = static_cast<std::size_t>(q.index);
+  OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
+  switch (q.kind) {
+    case Kind::lane:
+      return lane_slot(p, q);
+    case Kind::term:
+      return {&p.terms[k].value};
+    case Kind::sensor_gain:
+      return {&p.sensor.gain};
+    case Kind::sensor_angle:
+      return {&p.sensor.angle};
+    case Kind::offset:
+      return {nullptr, &r->offset, q.imaginary};
+    case Kind::participation:
+      return {nullptr, &r->participation[k], q.imaginary};
+    case Kind::decay:
+      return {nullptr, &r->decay[k], q.imaginary};
+    case Kind::runout:
+      return {nullptr, &r->runout[k], q.imaginary};
+    case Kind::pole_w:
+      return {&p.model.modes[k].omega};
+    case Kind::pole_zeta:
+      return {&p.model.modes[k].zeta};
+    case Kind::decay_w:
+      return {&p.decays[k].omega};
+    case Kind::decay_zeta:
+      return {&p.decays[k].zeta};
   }
-}
-double lane_value(const Point& p, const Parameter& q) {
-  Point& editable = const_cast<Point&>(p);  // one accessor for reading and moving
-  if (const auto [number, imaginary] = complex_lane(editable, q); number != nullptr) {
-    return imaginary ? number->imag() : number->real();
-  }
-  return real_lane(editable, q);
+  return {};
 }
 
 }  // namespace
@@ -136,80 +159,18 @@ std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& opt
 }
 
 void move(Point& p, const Parameter& q, double d) {
-  const Complex dc = q.imaginary ? Complex(0, d) : Complex(d, 0);
-  const auto k = static_cast<std::size_t>(q.index);
-  OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
-  switch (q.kind) {
-    case Kind::lane:
-      move_lane(p, q, d);
-      break;
-    case Kind::term:
-      p.terms[k].value += d;
-      break;
-    case Kind::sensor_gain:
-      p.sensor.gain += d;
-      break;
-    case Kind::sensor_angle:
-      p.sensor.angle += d;
-      break;
-    case Kind::offset:
-      r->offset += dc;
-      break;
-    case Kind::participation:
-      r->participation[k] += dc;
-      break;
-    case Kind::decay:
-      r->decay[k] += dc;
-      break;
-    case Kind::runout:
-      r->runout[k] += dc;
-      break;
-    // Poles keep their sign: a step may not leave the stable half plane.
-    case Kind::pole_w:
-      p.model.modes[k].omega = bounded(p.model.modes[k].omega, d, INFINITY);
-      break;
-    case Kind::pole_zeta:
-      p.model.modes[k].zeta = bounded(p.model.modes[k].zeta, d, 0.9);
-      break;
-    case Kind::decay_w:
-      p.decays[k].omega = bounded(p.decays[k].omega, d, INFINITY);
-      break;
-    case Kind::decay_zeta:
-      p.decays[k].zeta = bounded(p.decays[k].zeta, d, 0.9);
-      break;
+  const Slot at = slot(p, q);
+  if (q.kind == Kind::pole_w || q.kind == Kind::decay_w) {
+    *at.real = bounded(*at.real, d, INFINITY);
+  } else if (q.kind == Kind::pole_zeta || q.kind == Kind::decay_zeta) {
+    *at.real = bounded(*at.real, d, 0.9);
+  } else {
+    at.add(d);
   }
 }
 
 double value(const Point& p, const Parameter& q) {
-  const auto k = static_cast<std::size_t>(q.index);
-  const auto part = [&](Complex v) { return q.imaginary ? v.imag() : v.real(); };
-  switch (q.kind) {
-    case Kind::lane:
-      return lane_value(p, q);
-    case Kind::term:
-      return p.terms[k].value;
-    case Kind::sensor_gain:
-      return p.sensor.gain;
-    case Kind::sensor_angle:
-      return p.sensor.angle;
-    case Kind::offset:
-      return part(p.records[static_cast<std::size_t>(q.record)].offset);
-    case Kind::participation:
-      return part(p.records[static_cast<std::size_t>(q.record)].participation[k]);
-    case Kind::decay:
-      return part(p.records[static_cast<std::size_t>(q.record)].decay[k]);
-    case Kind::runout:
-      return part(p.records[static_cast<std::size_t>(q.record)].runout[k]);
-    case Kind::pole_w:
-      return p.model.modes[k].omega;
-    case Kind::pole_zeta:
-      return p.model.modes[k].zeta;
-    case Kind::decay_w:
-      return p.decays[k].omega;
-    case Kind::decay_zeta:
-      return p.decays[k].zeta;
-  }
-  return 0;
+  return slot(const_cast<Point&>(p), q).value();  // one accessor for reading and moving
 }
 
 }  // namespace whirl::identification::detail

@@ -5,62 +5,117 @@
 #include <cmath>
 
 namespace whirl::identification::detail {
+namespace {
 
-double OutputErrorProblem::evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::VectorXd* right) {
-  refresh_all(p);
-  double cost = 0;
-  if (normal != nullptr) {
-    normal->setZero(size(), size());
-    right->setZero(size());
+/// Derivative of the readings by a parameter that enters them beside the motion.
+const Eigen::VectorXcd& beside(const Signals& s, const Parameter& q, const Eigen::VectorXcd& ones) {
+  const auto k = static_cast<std::size_t>(q.index);
+  switch (q.kind) {
+    case Kind::participation:
+      return s.modal[k];
+    case Kind::pole_w:
+      return s.modal_w[k];
+    case Kind::pole_zeta:
+      return s.modal_zeta[k];
+    case Kind::decay_w:
+      return s.decay_w[k];
+    case Kind::decay_zeta:
+      return s.decay_zeta[k];
+    case Kind::decay:
+      return s.decay[k];
+    case Kind::runout:
+      return s.runout[k];
+    default:
+      return ones;
   }
+}
+
+}  // namespace
+
+void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
+  refresh_all(p);
+  sum.cost = 0;
+  sum.normal.setZero(size(), size());
+  sum.gradient.setZero(size());
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
-    const Signals& s = signals_[r];
     const TermForces forces{p.terms, record.angle.omega, m.t0};
-    Sensitivities sens;
-    if (normal != nullptr) {
-      sens = main_mode_sensitivities(p.model, record.eps, s.forcing, s.profile, forces, m.dt, record.z0, record.dz0);
-      if (!sens.finite) return INFINITY;
-    } else {
-      sens.motion = main_mode(p.model, record.eps, s.forcing, forces, m.dt, record.z0, record.dz0);
+    Sensitivities motion = main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile,
+                                                   forces, m.dt, record.z0, record.dz0);
+    if (!motion.finite) {
+      sum.cost = INFINITY;
+      return;
     }
-    record.main = std::move(sens.motion.z);
-    record.main_rate = std::move(sens.motion.v);
-    record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
-    for (std::size_t k = 0; k < s.modal.size(); ++k) record.beside += record.participation[k] * s.modal[k];
-    for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
-    for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
-    const Eigen::Index n = m.size();
-    Eigen::VectorXd residual(2 * n);
-    const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main) - record.beside;
-    residual.head(n) = error.real();
-    residual.tail(n) = error.imag();
-    const ResidualFilter& filter = filters_[r];
-    if (filter.has_beside()) {
-      const Eigen::VectorXcd more = filter.beside(residual);
-      residual.head(n) -= more.real();
-      residual.tail(n) -= more.imag();
-      record.beside += more;
+    record.main = std::move(motion.motion.z);
+    record.main_rate = std::move(motion.motion.v);
+    const Eigen::VectorXd left = residual(p, r, record);
+    std::vector<Eigen::Index> unknowns;
+    for (Eigen::Index j = 0; j < size(); ++j) {
+      const int owner = parameters_[static_cast<std::size_t>(j)].record;
+      if (owner < 0 || owner == static_cast<int>(r)) unknowns.push_back(j);
     }
-    if (filter.masks()) {
-      record.readings = m.z;
-      record.readings.real().array() -= (1 - filter.used_x()) * residual.head(n).array();
-      record.readings.imag().array() -= (1 - filter.used_y()) * residual.tail(n).array();
-      residual.head(n).array() *= filter.used_x();
-      residual.tail(n).array() *= filter.used_y();
-    }
-    const double used_x = filter.masks() ? filter.used_x().sum() : static_cast<double>(n);
-    const double used_y = filter.masks() ? filter.used_y().sum() : static_cast<double>(n);
-    record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / used_x);
-    record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / used_y);
-    filter.apply(residual);
-    const double squares = residual.squaredNorm();
-    if (!std::isfinite(squares)) return INFINITY;
-    cost += squares;
-    if (normal != nullptr) accumulate(p, static_cast<int>(r), sens, residual, *normal, *right);
+    const Eigen::MatrixXd slopes = jacobian(p, r, motion, unknowns);
+    SquareSum run{left.squaredNorm(), Eigen::MatrixXd::Zero(slopes.cols(), slopes.cols()), slopes.transpose() * left};
+    run.normal.selfadjointView<Eigen::Lower>().rankUpdate(slopes.transpose());
+    add_run(run, unknowns, sum);
+    if (!std::isfinite(sum.cost)) return;
   }
-  return cost;
+}
+
+void OutputErrorProblem::last(Point& p, SquareSum& sum) {
+  refresh_all(p);
+  sum.cost = 0;
+  for (std::size_t r = 0; r < measured_.size(); ++r) {
+    const RotorRecord& m = measured_[r];
+    OutputErrorRecord& record = p.records[r];
+    MainMotion motion = main_mode(p.model, record.eps, signals_[r].forcing, {p.terms, record.angle.omega, m.t0}, m.dt,
+                                  record.z0, record.dz0);
+    record.main = std::move(motion.z);
+    record.main_rate = std::move(motion.v);
+    sum.cost += residual(p, r, record).squaredNorm();
+  }
+}
+
+Point OutputErrorProblem::moved(const Point& p, const Eigen::VectorXd& step) const {
+  Point next = p;
+  for (Eigen::Index j = 0; j < size(); ++j) move(next, parameters_[static_cast<std::size_t>(j)], step[j]);
+  return next;
+}
+
+/// Whitened residual of a record whose motion is simulated; also what is beside it, readings filled in, and errors.
+Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, OutputErrorRecord& record) const {
+  const RotorRecord& m = measured_[r];
+  const Signals& s = signals_[r];
+  record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
+  for (std::size_t k = 0; k < s.modal.size(); ++k) record.beside += record.participation[k] * s.modal[k];
+  for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
+  for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
+  const Eigen::Index n = m.size();
+  Eigen::VectorXd residual(2 * n);
+  const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main) - record.beside;
+  residual.head(n) = error.real();
+  residual.tail(n) = error.imag();
+  const ResidualFilter& filter = filters_[r];
+  if (filter.has_beside()) {
+    const Eigen::VectorXcd more = filter.beside(residual);
+    residual.head(n) -= more.real();
+    residual.tail(n) -= more.imag();
+    record.beside += more;
+  }
+  if (filter.masks()) {
+    record.readings = m.z;
+    record.readings.real().array() -= (1 - filter.used_x()) * residual.head(n).array();
+    record.readings.imag().array() -= (1 - filter.used_y()) * residual.tail(n).array();
+    residual.head(n).array() *= filter.used_x();
+    residual.tail(n).array() *= filter.used_y();
+  }
+  const double used_x = filter.masks() ? filter.used_x().sum() : static_cast<double>(n);
+  const double used_y = filter.masks() ? filter.used_y().sum() : static_cast<double>(n);
+  record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / used_x);
+  record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / used_y);
+  filter.apply(residual);
+  return residual;
 }
 
 void OutputErrorProblem::start_state(Point& p) {
@@ -88,85 +143,32 @@ void OutputErrorProblem::start_state(Point& p) {
   }
 }
 
-void OutputErrorProblem::accumulate(const Point& p, int r, const Sensitivities& sens, const Eigen::VectorXd& residual,
-                                    Eigen::MatrixXd& normal, Eigen::VectorXd& right) const {
-  const Signals& s = signals_[static_cast<std::size_t>(r)];
-  const Eigen::VectorXcd& motion = p.records[static_cast<std::size_t>(r)].main;
-  const RotorRecord& m = measured_[static_cast<std::size_t>(r)];
-  const Eigen::Index n = m.size();
-  std::vector<Eigen::Index> global;
-  for (Eigen::Index j = 0; j < size(); ++j) {
-    const int owner = parameters_[static_cast<std::size_t>(j)].record;
-    if (owner < 0 || owner == r) global.push_back(j);
-  }
-  Eigen::MatrixXd jacobian(2 * n, static_cast<Eigen::Index>(global.size()));
+/// Whitened derivatives of the readings of record r, x above y.
+Eigen::MatrixXd OutputErrorProblem::jacobian(const Point& p, std::size_t r, const Sensitivities& motion,
+                                             const std::vector<Eigen::Index>& unknowns) const {
+  const Signals& s = signals_[r];
+  const Eigen::VectorXcd& z = p.records[r].main;
+  const Eigen::Index n = z.size();
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
-  for (std::size_t c = 0; c < global.size(); ++c) {
-    const Parameter& q = parameters_[static_cast<std::size_t>(global[c])];
-    const auto k = static_cast<std::size_t>(q.index);
-    const auto column = static_cast<Eigen::Index>(c);
+  Eigen::MatrixXd slopes(2 * n, static_cast<Eigen::Index>(unknowns.size()));
+  for (std::size_t c = 0; c < unknowns.size(); ++c) {
+    const Parameter& q = parameters_[static_cast<std::size_t>(unknowns[c])];
+    auto x = slopes.col(static_cast<Eigen::Index>(c)).head(n), y = slopes.col(static_cast<Eigen::Index>(c)).tail(n);
     if (q.kind == Kind::lane || q.kind == Kind::term) {
       const Eigen::Index lane = q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index;
-      jacobian.col(column).head(n) = sens.dx.col(lane);
-      jacobian.col(column).tail(n) = ((1 + p.sensor.gain) * sens.dy.col(lane) + p.sensor.angle * sens.dx.col(lane));
-      continue;
-    }
-    if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
-      jacobian.col(column).head(n).setZero();
-      if (q.kind == Kind::sensor_gain) {
-        jacobian.col(column).tail(n) = motion.imag();
-      } else {
-        jacobian.col(column).tail(n) = motion.real();
-      }
-      continue;
-    }
-    const Eigen::VectorXcd* g = nullptr;
-    switch (q.kind) {
-      case Kind::offset:
-        g = &ones;
-        break;
-      case Kind::participation:
-        g = &s.modal[k];
-        break;
-      case Kind::pole_w:
-        g = &s.modal_w[k];
-        break;
-      case Kind::pole_zeta:
-        g = &s.modal_zeta[k];
-        break;
-      case Kind::decay_w:
-        g = &s.decay_w[k];
-        break;
-      case Kind::decay_zeta:
-        g = &s.decay_zeta[k];
-        break;
-      case Kind::decay:
-        g = &s.decay[k];
-        break;
-      default:
-        g = &s.runout[k];
-        break;
-    }
-    if (q.imaginary) {
-      jacobian.col(column).head(n) = -g->imag();
-      jacobian.col(column).tail(n) = g->real();
+      x = motion.dx.col(lane);
+      y = (1 + p.sensor.gain) * motion.dy.col(lane) + p.sensor.angle * motion.dx.col(lane);
+    } else if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
+      x.setZero();
+      y = q.kind == Kind::sensor_gain ? Eigen::VectorXd(z.imag()) : Eigen::VectorXd(z.real());
     } else {
-      jacobian.col(column).head(n) = g->real();
-      jacobian.col(column).tail(n) = g->imag();
+      const Eigen::VectorXcd& g = beside(s, q, ones);
+      x = q.imaginary ? Eigen::VectorXd(-g.imag()) : Eigen::VectorXd(g.real());
+      y = q.imaginary ? Eigen::VectorXd(g.real()) : Eigen::VectorXd(g.imag());
     }
   }
-  filters_[static_cast<std::size_t>(r)].apply(jacobian);
-  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
-  product.selfadjointView<Eigen::Lower>().rankUpdate(jacobian.transpose());
-  const Eigen::VectorXd gradient = jacobian.transpose() * residual;
-  for (std::size_t a = 0; a < global.size(); ++a) {
-    right[global[a]] += gradient[static_cast<Eigen::Index>(a)];
-    for (std::size_t b = 0; b <= a; ++b) {
-      const double v = product(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b));
-      normal(global[a], global[b]) += v;
-      if (a != b) normal(global[b], global[a]) += v;
-    }
-  }
+  filters_[r].apply(slopes);
+  return slopes;
 }
 
 }  // namespace whirl::identification::detail

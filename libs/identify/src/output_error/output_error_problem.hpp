@@ -1,13 +1,16 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <vector>
 
+#include "output_error/output_error.hpp"
 #include "output_error/output_error_signals.hpp"
 #include "output_error/residual_filter.hpp"
 
 namespace whirl::identification::detail {
 
-/// Cost, normal matrix and gradient of the output-error fit at a point.
+/// The rotor as a problem of output error: main mode integrated with its sensitivities, readings through the axes of
+/// the probes beside offset, modes, decays and runout, residual whitened by the filter of each record.
 class OutputErrorProblem {
  public:
   OutputErrorProblem(const std::vector<RotorRecord>& records, const OutputErrorOptions& options, std::size_t modes)
@@ -19,14 +22,21 @@ class OutputErrorProblem {
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters_.size()); }
-  /// Independent numbers in the residuals of all records.
   double values() const {
     double sum = 0;
     for (const ResidualFilter& f : filters_) sum += f.values();
     return sum;
   }
-  /// Cost at p; with `normal` also the normal matrix and gradient. Infinite when the motion diverges.
-  double evaluate(Point& p, Eigen::MatrixXd* normal, Eigen::VectorXd* right);
+
+  void linearise(Point& p, SquareSum& sum);
+  void last(Point& p, SquareSum& sum);
+  Point moved(const Point& p, const Eigen::VectorXd& step) const;
+  /// No parameter moves by more than the share `tolerance` of its standard deviation.
+  bool small(const SquareSum& sum, const Eigen::VectorXd& step, double decrease) const {
+    const double n = static_cast<double>(step.size()), variance = std::max(1.0, sum.cost / (values() - n));
+    return decrease < options_.tolerance * options_.tolerance * variance * n;
+  }
+
   /// Main mode at sample 0 from a fit of {1, cos beta, sin beta} to the first samples; at rest when it hardly turns.
   void start_state(Point& p);
 
@@ -34,8 +44,9 @@ class OutputErrorProblem {
   void refresh_all(Point& p) {
     for (std::size_t r = 0; r < measured_.size(); ++r) refresh(p, r, measured_[r], options_, signals_[r]);
   }
-  void accumulate(const Point& p, int r, const Sensitivities& sens, const Eigen::VectorXd& residual,
-                  Eigen::MatrixXd& normal, Eigen::VectorXd& right) const;
+  Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
+  Eigen::MatrixXd jacobian(const Point& p, std::size_t r, const Sensitivities& motion,
+                           const std::vector<Eigen::Index>& unknowns) const;
 
   const std::vector<RotorRecord>& measured_;
   const OutputErrorOptions& options_;

@@ -1,7 +1,5 @@
 #include "whirl/identify/output_error_rotor.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -13,31 +11,8 @@ namespace {
 
 using detail::Complex;
 
-// Solves the damped, diagonally scaled normal equations; false when they are not positive definite. A parameter without
-// effect at this point stays (the pole of a mode whose participation is still zero).
-bool solve(const Eigen::MatrixXd& normal, const Eigen::VectorXd& right, double damping, Eigen::VectorXd& step) {
-  const Eigen::VectorXd scale = (normal.diagonal().array() > 0).select(normal.diagonal().cwiseSqrt(), 1.0);
-  Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-  scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
-  scaled.diagonal().array() += damping;
-  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  if (llt.info() != Eigen::Success) return false;
-  step = llt.solve(right.cwiseQuotient(scale)).cwiseQuotient(scale);
-  return step.allFinite();
-}
-
-}  // namespace
-
-Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const { return detail::read_by(sensor, records[r].main); }
-
-Eigen::Index OutputErrorFit::index(const std::string& name) const {
-  const auto at = std::find(names.begin(), names.end(), name);
-  return at == names.end() ? -1 : static_cast<Eigen::Index>(at - names.begin());
-}
-
-OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
-                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
-                                      double start_delay) {
+void check(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,
+           const std::vector<Complex>& start_eps) {
   if (records.empty()) throw Error("records: at least one is needed");
   require_range("profile_degree", options.profile_degree, 0, 6);
   require_range("runout_harmonics", options.runout_harmonics, 0, 10);
@@ -47,23 +22,17 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   if (!start_eps.empty() && start_eps.size() != records.size()) {
     throw Error::in_field("start_eps", fmt::format("{} values", start_eps.size()), "empty or one per record");
   }
-  OutputErrorFit fit;
-  fit.model = start;
-  for (const RotorRecord& r : records) {
-    if (r.summary.status == Status::unusable) {
-      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.warnings.back()));
-      return fit;
-    }
-  }
+}
 
-  detail::OutputErrorProblem problem(records, options, start.modes.size());
+detail::Point start_point(std::size_t records, const RotorModel& start, const OutputErrorOptions& options,
+                          const std::vector<Complex>& start_eps, double start_delay) {
   detail::Point point;
   point.model = start;
   point.decays = options.decays;
   point.delay = start_delay;
   point.terms = options.terms;
   point.sensor = options.sensor;
-  for (std::size_t r = 0; r < records.size(); ++r) {
+  for (std::size_t r = 0; r < records; ++r) {
     OutputErrorRecord o;
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
     o.offset = start.offset;
@@ -76,80 +45,13 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
     point.records.push_back(std::move(o));
     point.profile.emplace_back(Eigen::VectorXd::Zero(options.profile_degree));
   }
-  problem.start_state(point);
+  return point;
+}
 
-  Eigen::MatrixXd normal;
-  Eigen::VectorXd right, step;
-  double cost = problem.evaluate(point, &normal, &right);
-  if (!std::isfinite(cost)) {
-    fit.summary.fail("the simulation of the starting model diverges");
-    return fit;
-  }
-  const double values = problem.values(), freedom = values - static_cast<double>(problem.size());
-  double damping = 0;
-  bool converged = false;
-  for (fit.iterations = 0; fit.iterations < options.max_iterations && !converged;) {
-    if (!solve(normal, right, damping, step)) {
-      if (damping < 1) {
-        damping = std::max(10 * damping, 1e-8);
-        continue;
-      }
-      fit.summary.fail("the output-error equations are singular: some parameter does not act on these records");
-      return fit;
-    }
-    ++fit.iterations;
-    const double moved = step.dot(normal * step);  // squared step in standard deviations
-    converged = damping < 1e-6 && moved < options.tolerance * options.tolerance * std::max(1.0, cost / freedom) *
-                                              static_cast<double>(problem.size());
-    detail::Point trial = point;
-    for (Eigen::Index j = 0; j < problem.size(); ++j) {
-      detail::move(trial, problem.parameters()[static_cast<std::size_t>(j)], step[j]);
-    }
-    if (converged) {
-      if (const double c = problem.evaluate(trial, nullptr, nullptr); c <= cost * (1 + 1e-12)) {
-        point = std::move(trial);
-        cost = c;
-      }
-      break;
-    }
-    Eigen::MatrixXd next_normal;
-    Eigen::VectorXd next_right;
-    const double next = problem.evaluate(trial, &next_normal, &next_right);
-    if (next < cost) {
-      point = std::move(trial);
-      normal = std::move(next_normal);
-      right = std::move(next_right);
-      cost = next;
-      damping = damping < 1e-6 ? 0 : damping * 0.1;
-    } else {
-      damping = std::max(10 * damping, 1e-4);
-      if (damping > 1e8) break;
-    }
-  }
-  fit.summary.chi_square = cost / freedom;
-  fit.summary.residual = std::sqrt(cost / values);
-  if (!converged) fit.summary.warn(fmt::format("output error did not converge in {} steps", fit.iterations));
-
-  if (!(normal.diagonal().minCoeff() > 0)) {
-    fit.summary.fail("the output-error equations are singular: some parameter does not act on these records");
-    return fit;
-  }
-  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
-  const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  const double lowest = eigen.eigenvalues()[0], highest = eigen.eigenvalues()[problem.size() - 1];
-  fit.summary.condition_number = lowest > 0 ? std::sqrt(highest / lowest) : INFINITY;
-  if (!(lowest > 1e-13 * highest)) {
-    fit.summary.fail(
-        fmt::format("the output-error equations are singular (condition number {:.1e})", fit.summary.condition_number));
-    return fit;
-  }
-  fit.covariance =
-      scale.cwiseInverse().asDiagonal() *
-      (eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose()) *
-      scale.cwiseInverse().asDiagonal();
-  fit.values.resize(problem.size());
-  for (const detail::Parameter& q : problem.parameters()) {
+/// The estimate and what its parameters are called.
+void take_over(const std::vector<detail::Parameter>& parameters, detail::Point&& point, OutputErrorFit& fit) {
+  fit.values.resize(static_cast<Eigen::Index>(parameters.size()));
+  for (const detail::Parameter& q : parameters) {
     fit.values[static_cast<Eigen::Index>(fit.names.size())] = detail::value(point, q);
     fit.names.push_back(q.name);
   }
@@ -164,6 +66,56 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   fit.terms = point.terms;
   fit.sensor = point.sensor;
   fit.records = std::move(point.records);
+}
+
+}  // namespace
+
+Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const { return detail::read_by(sensor, records[r].main); }
+
+Eigen::Index OutputErrorFit::index(const std::string& name) const {
+  const auto at = std::find(names.begin(), names.end(), name);
+  return at == names.end() ? -1 : static_cast<Eigen::Index>(at - names.begin());
+}
+
+OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
+                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
+                                      double start_delay) {
+  check(records, options, start_eps);
+  OutputErrorFit fit;
+  fit.model = start;
+  for (const RotorRecord& r : records) {
+    if (r.summary.status == Status::unusable) {
+      fit.summary.fail(fmt::format("{}: {}", r.source, r.summary.warnings.back()));
+      return fit;
+    }
+  }
+
+  detail::OutputErrorProblem problem(records, options, start.modes.size());
+  detail::Point point = start_point(records.size(), start, options, start_eps, start_delay);
+  problem.start_state(point);
+  detail::OutputError found = detail::fit_output_error(problem, point, options.max_iterations);
+  if (found.diverged) {
+    fit.summary.fail("the simulation of the starting model diverges");
+    return fit;
+  }
+  fit.iterations = found.descent.iterations;
+  fit.summary.chi_square = found.variance();
+  fit.summary.residual = std::sqrt(found.sum.cost / found.values);
+  if (found.descent.end == Descent::singular || !(found.sum.normal.diagonal().minCoeff() > 0)) {
+    fit.summary.fail("the output-error equations are singular: some parameter does not act on these records");
+    return fit;
+  }
+  if (found.descent.end != Descent::converged) {
+    fit.summary.warn(fmt::format("output error did not converge in {} steps", fit.iterations));
+  }
+  fit.summary.condition_number = found.information.condition_number;
+  if (found.information.covariance.size() == 0) {
+    fit.summary.fail(
+        fmt::format("the output-error equations are singular (condition number {:.1e})", fit.summary.condition_number));
+    return fit;
+  }
+  fit.covariance = std::move(found.information.covariance);
+  take_over(problem.parameters(), std::move(point), fit);
   return fit;
 }
 

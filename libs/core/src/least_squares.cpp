@@ -1,0 +1,39 @@
+#include "whirl/core/least_squares.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+
+namespace whirl {
+
+bool damped_step(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, double damping,
+                 Eigen::VectorXd& step) {
+  const Eigen::VectorXd scale = (normal.diagonal().array() > 0).select(normal.diagonal().cwiseSqrt(), 1.0);
+  Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
+  scaled.diagonal() = (normal.diagonal().array() > 0).select(scaled.diagonal(), 1.0);
+  scaled.diagonal().array() += damping;
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+  if (llt.info() != Eigen::Success) return false;
+  step = llt.solve(gradient.cwiseQuotient(scale)).cwiseQuotient(scale);
+  return step.allFinite();
+}
+
+InverseInformation invert_information(const Eigen::MatrixXd& normal, double least) {
+  InverseInformation inverse;
+  const Eigen::Index n = normal.rows();
+  inverse.condition_number = std::numeric_limits<double>::infinity();
+  if (n == 0 || !(normal.diagonal().minCoeff() > 0)) return inverse;
+  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
+  const double lowest = eigen.eigenvalues()[0], highest = eigen.eigenvalues()[n - 1];
+  if (lowest > 0) inverse.condition_number = std::sqrt(highest / lowest);
+  if (!(lowest > 1e-13 * highest) && least == 0) return inverse;
+  inverse.covariance =
+      scale.cwiseInverse().asDiagonal() *
+      (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least * highest).cwiseInverse().asDiagonal() *
+       eigen.eigenvectors().transpose()) *
+      scale.cwiseInverse().asDiagonal();
+  return inverse;
+}
+
+}  // namespace whirl
