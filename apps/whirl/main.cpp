@@ -99,6 +99,7 @@ int run(int argc, char** argv) {
   add_balance(app, session);
   add_response(app, session);
   add_simulate(app, session);
+  add_runup(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);

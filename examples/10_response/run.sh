@@ -13,6 +13,9 @@ whirl response model.json --from-rpm 300 --to-rpm 1900 --data rundown.csv --out 
 # The same rotor with a third of the unbalance.
 whirl response model.json --from-rpm 300 --to-rpm 1900 --unbalance 0.33 --data rundown.csv --figure response_small.svg
 
+# How fast to run up so that the radius stays within 3 mm.
+whirl runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 3 --out plan.json --figure runup.svg
+
 # Slowly and fast through the critical speed, up and down.
 whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 30 --out slow_up.csv
 whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 3 --out fast_up.csv

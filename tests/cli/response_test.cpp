@@ -60,6 +60,35 @@ TEST(ResponseE2e, SlowRunsJumpAtTheFoldsOfTheCurve) {
   EXPECT_NEAR(jump("--from-rpm 1300 --to-rpm 900"), std::min(folds[0], folds[1]), 1.5);
 }
 
+// The suggested rate is tried by another command of the program, on the model itself.
+TEST(RunUpE2e, TheSuggestedRateKeepsTheLimitAndALimitOutOfReachFails) {
+  const Folder folder;
+  write_rotor(folder);
+  const Outcome outcome = folder.whirl(
+      "runup model.json --from-rpm 400 --to-rpm 1900 --limit-mm 3.5 --json --out plan.json --figure r.svg");
+  ASSERT_LE(outcome.exit_code, 1) << outcome.err;
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader up = io::JsonReader(json, "stdout").at("up");
+  const double rate = up.at("suggested").number();
+  EXPECT_GE(rate, up.at("slowest_safe").number());
+  EXPECT_LE(up.at("peak_interval").numbers()[1], 3.5e-3);
+  EXPECT_TRUE(std::filesystem::exists(folder / "r.svg"));
+  EXPECT_EQ(slurp(folder / "plan.json").empty(), false);
+  const Outcome run = folder.whirl(fmt::format("simulate model.json --from-rpm 400 --to-rpm 1900 --seconds {} --json",
+                                               1500 * std::numbers::pi / 30 / rate));
+  EXPECT_LE(io::JsonReader(io::parse_json(run.out, "stdout"), "stdout").at("peak_radius_m").number(), 3.5e-3);
+
+  const Outcome hopeless = folder.whirl("runup model.json --from-rpm 400 --to-rpm 1900 --limit-mm 0.01");
+  EXPECT_EQ(hopeless.exit_code, 1);
+  EXPECT_NE(hopeless.err.find("no rate"), std::string::npos) << hopeless.err;
+  const Outcome weak =
+      folder.whirl("runup model.json --from-rpm 400 --to-rpm 1900 --mass-kg 1.5 --inertia-kgm2 0.01 --torque-nm 0.005");
+  EXPECT_EQ(weak.exit_code, 1);
+  EXPECT_NE(weak.err.find("stalls"), std::string::npos) << weak.err;
+  EXPECT_EQ(folder.whirl("runup model.json --from-rpm 1900 --to-rpm 400").exit_code, 2);
+  EXPECT_EQ(folder.whirl("runup model.json --from-rpm 400 --to-rpm 1900 --torque-nm 1").exit_code, 2);
+}
+
 TEST(ResponseE2e, BadRequestsAreRefused) {
   const Folder folder;
   write_rotor(folder);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <random>
 
+#include "covariance_draws.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::response {
@@ -147,26 +147,12 @@ double backbone(const RotorModel& r, double radius) {
 SynchronousBand synchronous_band(const RotorModel& rotor, const std::vector<double>& covariance,
                                  const Eigen::VectorXd& omega, int draws, unsigned seed) {
   check(rotor);
-  if (covariance.size() != 25) throw Error("a band needs the model's covariance of k1, k2, c, eps");
+  CovarianceDraws draw(rotor, covariance, seed);
   require_range("draws", draws, 20, 1e6);
-  const Eigen::Map<const Eigen::Matrix<double, 5, 5>> c(covariance.data());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(
-      Eigen::Matrix<double, 5, 5>(0.5 * (c + c.transpose())));
-  const Eigen::Matrix<double, 5, 5> root =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> normal;
   Eigen::MatrixXd lower(draws, omega.size()), upper(draws, omega.size());
   Eigen::VectorXd peaks(draws);
   for (int d = 0; d < draws; ++d) {
-    Eigen::Matrix<double, 5, 1> white;
-    for (double& x : white) x = normal(random);
-    const Eigen::Matrix<double, 5, 1> change = root * white;
-    RotorModel r = rotor;
-    r.k1 = std::max(r.k1 + change[0], 1e-9);
-    r.k2 += change[1];
-    r.c += change[2];
-    r.eps += std::complex<double>(change[3], change[4]);
+    const RotorModel r = draw();
     double peak = 0;
     for (Index k = 0; k < omega.size(); ++k) {
       const std::vector<double> rho = roots(r, omega[k] * omega[k]);
