@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "whirl/core/control_types.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
 #include "whirl/core/quantity.hpp"
@@ -154,6 +155,25 @@ std::string_view to_string(FrfKind k) {
 }
 
 std::string_view to_string(DampingModel model) { return model == DampingModel::viscous ? "viscous" : "hysteretic"; }
+
+std::string_view to_string(Hold hold) {
+  switch (hold) {
+    case Hold::zero:
+      return "zero";
+    case Hold::first:
+      return "first";
+    case Hold::band_limited:
+      break;
+  }
+  return "band-limited";
+}
+
+Hold hold_of(std::string_view name) {
+  for (const Hold hold : {Hold::band_limited, Hold::zero, Hold::first}) {
+    if (to_string(hold) == name) return hold;
+  }
+  throw Error::in_field("hold", name, "zero, first or band-limited");
+}
 
 std::string_view to_string(FrfEstimator e) {
   switch (e) {

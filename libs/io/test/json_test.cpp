@@ -81,6 +81,17 @@ TEST(ModelJson, CovarianceOfTheParametersRoundTripsAndMustFit) {
   EXPECT_THROW((void)from_json<IdentifiedModel>(document, "m"), Error);
 }
 
+TEST(ModelJson, TimingOfInputsRoundTrips) {
+  IdentifiedModel m = rotor_model();
+  m.timing = {{"u", Hold::zero, Estimate::from_sd(0.02, 0.001)}};
+  Json document = parse_json(to_json(m).dump(), "m");
+  const IdentifiedModel back = from_json<IdentifiedModel>(document, "m");
+  ASSERT_EQ(back.timing.size(), 1u);
+  EXPECT_EQ(back.timing[0].input, "u");
+  EXPECT_EQ(back.timing[0].hold, Hold::zero);
+  EXPECT_EQ(back.timing[0].dead_time.value, 0.02);
+}
+
 TEST(ModelJson, ParametersHaveTheirUnit) {
   EXPECT_EQ(parameter_unit("k2"), "1/(m^2 s^2)");
   EXPECT_EQ(parameter_unit("e_phase_x"), "rad");

@@ -265,6 +265,34 @@ ModalModel from_json(const Json& document, std::string_view source) {
   return model;
 }
 
+namespace {
+
+Json timing_json(const std::vector<InputTiming>& timing) {
+  Json list = Json::array();
+  for (const InputTiming& t : timing) {
+    Json one = Json::object().set("input", t.input).set("hold", std::string(to_string(t.hold)));
+    list.push(std::move(one.set("dead_time", to_json(t.dead_time, "s"))));
+  }
+  return list;
+}
+
+std::vector<InputTiming> read_timing(const JsonReader& in) {
+  std::vector<InputTiming> timing;
+  for (const JsonReader& t : in.items()) {
+    InputTiming one;
+    one.input = t.at("input").text();
+    const std::string hold = t.at("hold").text();
+    if (hold != "zero" && hold != "first" && hold != "band-limited")
+      throw t.at("hold").error("must be zero, first or band-limited");
+    one.hold = hold_of(hold);
+    one.dead_time = read_estimate(t.at("dead_time"));
+    timing.push_back(std::move(one));
+  }
+  return timing;
+}
+
+}  // namespace
+
 Json to_json(const IdentifiedModel& model) {
   Json parameters = Json::object();
   for (const auto& [name, estimate] : model.parameters) parameters.set(name, to_json(estimate, parameter_unit(name)));
@@ -292,6 +320,7 @@ Json to_json(const IdentifiedModel& model) {
   Json out = start_document("whirl.model", 1);
   out.set("method", model.method).set("parameters", std::move(parameters)).set("states", model.states);
   out.set("inputs", model.inputs).set("equations", std::move(equations));
+  if (!model.timing.empty()) out.set("input_timing", timing_json(model.timing));
   out.set("rotor", model.rotor ? rotor_json(*model.rotor) : Json())
       .set("rotor_covariance", Json(model.rotor_covariance))
       .set("parameter_covariance",  // parameters added above have none
@@ -332,6 +361,7 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
     }
     model.equations.push_back(std::move(equation));
   }
+  if (in.has("input_timing")) model.timing = read_timing(in.at("input_timing"));
   model.rotor_covariance = in.at("rotor_covariance").numbers();
   if (!model.rotor_covariance.empty() && model.rotor_covariance.size() != 25) {
     throw in.at("rotor_covariance").error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -23,6 +24,21 @@ struct Equation {
   std::vector<EquationTerm> terms;
 };
 
+/// What an input does between its samples. `band_limited`: a signal without content above half the sample rate, as an
+/// anti-aliasing filter leaves it; `zero`: constant until the next sample, as a D/A converter puts it out; `first`:
+/// straight lines from sample to sample.
+enum class Hold { band_limited, zero, first };
+std::string_view to_string(Hold hold);
+/// "zero", "first" or "band-limited"; throws Error for another name.
+Hold hold_of(std::string_view name);
+
+/// How an input channel reaches the system.
+struct InputTiming {
+  std::string input;
+  Hold hold = Hold::band_limited;
+  Estimate dead_time;  ///< s: the system feels at t what the channel says at t - dead_time
+};
+
 /// Equations of motion found from records.
 ///
 /// Rotor models use the states of paper eq. 22: X1 = x, X2 = x', X3 = y, X4 = y', X5 = beta, X6 = beta'
@@ -32,6 +48,7 @@ struct IdentifiedModel {
   std::vector<std::string> states;  ///< names used in `equations`, in order
   std::vector<std::string> inputs;  ///< names of prescribed signals used in `equations`
   std::vector<Equation> equations;
+  std::vector<InputTiming> timing;  ///< of inputs that are not band-limited signals without dead time
   std::vector<std::pair<std::string, Estimate>> parameters;  ///< physical parameters: k1, k2, c, e, e_phase, ...
   std::optional<RotorModel> rotor;                           ///< the same as a rotor, when the model has that form
   /// Covariance of (k1, k2, c, eps_re, eps_im), row-major 5 x 5; empty when not known. Used to draw rotors for
