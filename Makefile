@@ -2,6 +2,7 @@
 #   make whirl       install dependencies, build the program alone
 #   make reproduce   install dependencies, build, run the whole study, print where the report is
 #   make test        install dependencies, build, run the whole test suite
+#   make deb         build the Debian packages into build-deb/ (installs debhelper and mkdocs)
 #   make deps        only install the Debian packages of packages.txt that are missing (the tests' own: packages-test.txt)
 SHELL := /bin/bash
 BUILD ?= build
@@ -9,7 +10,7 @@ OUT ?= out/reproduce
 SEED ?= 1
 JOBS ?= $(shell nproc)
 
-.PHONY: all whirl deps deps-test build reproduce test sanitize bench clean
+.PHONY: all whirl deps deps-test build reproduce test sanitize deb bench clean
 all: build
 
 deps:
@@ -41,6 +42,9 @@ sanitize: deps-test
 	@cmake --preset sanitize > /dev/null
 	@cmake --build --preset sanitize -j $(JOBS)
 	@ctest --preset sanitize -j $(JOBS)
+
+deb:
+	@tools/build-packages
 
 bench: deps
 	@cmake --preset dev > /dev/null

@@ -70,5 +70,6 @@ void add_export(CommandLine& app, Session& session);
 void add_rig(CommandLine& app, Session& session);
 void add_io(CommandLine& app, Session& session);
 void add_reproduce(CommandLine& app, Session& session);
+void add_manual(CommandLine& app, Session& session);  // and completion
 
 }  // namespace whirl::app

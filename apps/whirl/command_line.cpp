@@ -8,6 +8,7 @@
 #include <deque>
 #include <optional>
 
+#include "command_texts.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/io/units.hpp"
@@ -20,6 +21,7 @@ struct Option::State {
   std::string kind;
   bool expert = false;
   std::string group;
+  std::vector<std::string> choices;
 };
 
 Option::Option(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -30,10 +32,12 @@ Option* Option::required() {
   return this;
 }
 Option* Option::one_of(const std::vector<std::string>& values) {
+  state_->choices = values;
   state_->option->check(CLI::IsMember(values));
   return this;
 }
 Option* Option::one_of_numbers(const std::vector<int>& values) {
+  for (const int value : values) state_->choices.push_back(fmt::to_string(value));
   state_->option->check(CLI::IsMember(values));
   return this;
 }
@@ -164,6 +168,7 @@ CommandLine::CommandLine(const std::string& description, const std::string& vers
     : state_(std::make_unique<State>()) {
   state_->owned = std::make_unique<CLI::App>(description);
   state_->app = state_->owned.get();
+  state_->app->name("whirl");
   state_->app->set_version_flag("--version", version);
   state_->app->get_formatter()->column_width(34);
 }
@@ -220,15 +225,33 @@ void CommandLine::check_output(const std::filesystem::path& path, const std::str
 
 namespace {
 
+OptionText text_of(const CLI::Option& option) {
+  OptionText text;
+  text.positional = option.get_positional();
+  if (text.positional) {
+    text.flags.push_back(option.get_name());
+  } else {
+    for (const std::string& name : option.get_snames()) text.flags.push_back("-" + name);
+    for (const std::string& name : option.get_lnames()) text.flags.push_back("--" + name);
+  }
+  text.argument = option.get_type_name();
+  text.argument = text.argument.substr(0, text.argument.find(':'));
+  text.help = option.get_description();
+  if (const std::string preset = option.get_default_str(); !preset.empty())
+    text.help += fmt::format("{}default {}", text.help.empty() ? "" : "; ", preset);
+  text.heading = option.get_group();
+  text.required = option.get_required();
+  text.several = option.get_items_expected_max() > 1;
+  return text;
+}
+
 int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
                 const CLI::App& app) {
   const std::string near = io::nearest(word, names);
   std::string call = app.get_name();
-  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent()) {
-    if (!up->get_name().empty()) call = up->get_name() + " " + call;
-  }
-  fmt::print(stderr, "whirl: error: no {} '{}'{}; see whirl {}{}--help\n", what, word,
-             near.empty() ? "" : ", did you mean '" + near + "'?", call, call.empty() ? "" : " ");
+  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent()) call = up->get_name() + " " + call;
+  fmt::print(stderr, "whirl: error: no {} '{}'{}; see {} --help\n", what, word,
+             near.empty() ? "" : ", did you mean '" + near + "'?", call);
   return 2;
 }
 
@@ -250,6 +273,30 @@ std::vector<std::string> flags_of(const CLI::App& app) {
 }
 
 }  // namespace
+
+CommandText CommandLine::describe() const {
+  const CLI::App& app = *state_->app;
+  CommandText text;
+  text.name = app.get_name();
+  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent())
+    text.name = up->get_name() + " " + text.name;
+  text.summary = app.get_description();
+  while (!text.summary.empty() && (text.summary.back() == '\n' || text.summary.back() == '.')) text.summary.pop_back();
+  std::replace(text.summary.begin(), text.summary.end(), '\n', ' ');
+  if (text.summary.starts_with("whirl: ")) text.summary = text.summary.substr(7);
+  text.details = app.get_footer();
+  for (const CLI::Option* option : app.get_options()) {
+    text.options.push_back(text_of(*option));
+    for (const auto& own : state_->options) {
+      if (own->state_->option != option) continue;
+      text.options.back().choices = own->state_->choices;
+      text.options.back().file = own->state_->role.has_value();
+      if (own->state_->expert) text.options.back().heading = own->state_->group.empty() ? "Expert" : own->state_->group;
+    }
+  }
+  for (const auto& child : state_->children) text.children.push_back(child->describe());
+  return text;
+}
 
 int CommandLine::parse(int argc, char** argv) {
   state_->complete();

@@ -7,6 +7,8 @@
 
 namespace whirl::app {
 
+struct CommandText;
+
 /// What a path on the command line is for. The program refuses, before it computes anything, to write over a file that
 /// it reads, to a place that cannot be written, and (without --force) over an existing file of another kind.
 enum class FileRole { input, output, output_folder };
@@ -77,6 +79,9 @@ class CommandLine {
   /// Refuses `path` as an output like one that was given on the command line; for names that a command makes itself, in
   /// a folder that may not be there yet.
   void check_output(const std::filesystem::path& path, const std::string& kind = "") const;
+
+  /// Everything that --help-all says, of this command and of those below it. Complete once `parse` has begun.
+  CommandText describe() const;
 
   /// Parses and runs. 0, or 2 when the command line is wrong (said on stderr). `whirl help SUB` is `whirl SUB --help`.
   int parse(int argc, char** argv);

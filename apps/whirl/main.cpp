@@ -105,6 +105,7 @@ int run(int argc, char** argv) {
   add_rig(app, session);
   add_io(app, session);
   add_reproduce(app, session);
+  add_manual(app, session);
 
   try {
     const int code = app.parse(argc, argv);

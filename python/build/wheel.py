@@ -1,6 +1,7 @@
 """A PEP 517 backend: builds the package with CMake and packs the wheel. It needs no package of its own."""
 import base64
 import hashlib
+import io
 import os
 import re
 import subprocess
@@ -30,12 +31,22 @@ def _tag():
         sysconfig.get_platform().replace("-", "_").replace(".", "_"))
 
 
-def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+def _compile():
+    """The build folder that holds the finished package."""
+    if "WHIRL_PREBUILT" in os.environ:  # a build folder that is up to date, e.g. of `make`
+        return Path(os.environ["WHIRL_PREBUILT"])
     build = Path(os.environ.get("WHIRL_BUILD", ROOT / "build-python"))
     configure = ["cmake", "-S", ROOT, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DWHIRL_TESTS=OFF",
                  "-DWHIRL_NATIVE=OFF", f"-DWHIRL_PYTHON_EXECUTABLE={sys.executable}"]
     subprocess.run(configure, check=True)
     subprocess.run(["cmake", "--build", build, "--target", "whirl_python"], check=True)
+    return build
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    build = _compile()
+    if not list((build / "python" / "whirl").glob("_whirl*.so")):
+        raise RuntimeError(f"{build}/python/whirl has no compiled module: are the packages of packages.txt installed?")
     name = f"whirl-{VERSION}-{_tag()}.whl"
     record = []
     with zipfile.ZipFile(Path(wheel_directory) / name, "w", zipfile.ZIP_DEFLATED) as wheel:
@@ -63,4 +74,7 @@ def build_sdist(sdist_directory, config_settings=None):
     with tarfile.open(Path(sdist_directory) / f"{base}.tar.gz", "w:gz") as archive:
         for file in filter(None, files):
             archive.add(ROOT / file, f"{base}/{file}")
+        info = tarfile.TarInfo(f"{base}/PKG-INFO")
+        info.size = len(METADATA.encode())
+        archive.addfile(info, io.BytesIO(METADATA.encode()))
     return f"{base}.tar.gz"

@@ -48,17 +48,10 @@ from ._whirl import (  # noqa: F401
 )
 from ._whirl import _identify
 from . import plot as _plot
-from .sindy import (  # noqa: F401
-    CustomLibrary,
-    FiniteDifference,
-    FourierLibrary,
-    PolynomialLibrary,
-    SINDy,
-    SmoothingSpline,
-    SparseRegression,
-    STLSQ,
-    TermLibrary,
-)
+from .differentiation import FiniteDifference, SmoothingSpline  # noqa: F401
+from .libraries import CustomLibrary, FourierLibrary, PolynomialLibrary, TermLibrary  # noqa: F401
+from .optimizers import STLSQ, SparseRegression  # noqa: F401
+from .sindy import SINDy  # noqa: F401
 
 
 Recording.plot = _plot.recording

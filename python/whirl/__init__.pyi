@@ -4,15 +4,15 @@ from typing import Any, Callable, Mapping, Sequence, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .sindy import CustomLibrary as CustomLibrary
-from .sindy import FiniteDifference as FiniteDifference
-from .sindy import FourierLibrary as FourierLibrary
-from .sindy import PolynomialLibrary as PolynomialLibrary
+from .differentiation import FiniteDifference as FiniteDifference
+from .differentiation import SmoothingSpline as SmoothingSpline
+from .libraries import CustomLibrary as CustomLibrary
+from .libraries import FourierLibrary as FourierLibrary
+from .libraries import PolynomialLibrary as PolynomialLibrary
+from .libraries import TermLibrary as TermLibrary
+from .optimizers import STLSQ as STLSQ
+from .optimizers import SparseRegression as SparseRegression
 from .sindy import SINDy as SINDy
-from .sindy import SmoothingSpline as SmoothingSpline
-from .sindy import SparseRegression as SparseRegression
-from .sindy import STLSQ as STLSQ
-from .sindy import TermLibrary as TermLibrary
 
 __version__: str
 Array = NDArray[np.float64]
