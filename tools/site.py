@@ -39,6 +39,17 @@ def references():
     return short, text
 
 
+def formula(tex):
+    """A displayed formula as a line of text; the pages hold no script that could set it."""
+    text = re.sub(r"\\(?:text|frac\{1\})\{([^{}]*)\}", lambda m: ("1/" if "frac" in m[0] else "") + m[1], tex)
+    for name, sign in {r"\ddot z": "z″", r"\dot z": "z′", r"\qquad": " ", r"\varphi": "φ", r"\beta": "β", r"\,": " ", r"\ ": " ",
+                       r"^{i\varphi}": " exp(iφ)", r"^{iφ}": " exp(iφ)", "_1": "₁", "_2": "₂", "_i": "ᵢ", "|^2": "|²", "-": "−"}.items():
+        text = text.replace(name, sign)
+    if "\\" in text:
+        sys.exit(f"site.py: a formula that cannot be written as text: {text}")
+    return "    " + " ".join(text.split()).replace(" given ", "\n    given ")
+
+
 def page(file, cited):
     """Text of a file with its links made to those of the site."""
     text = file.read_text()
@@ -60,6 +71,7 @@ def page(file, cited):
             return f"[{label}](examples.md)"
         return label
 
+    text = re.sub(r"\$\$\n(.*?)\n\$\$", lambda m: formula(m[1]), text, flags=re.S)
     text = re.sub(r"\[([^]]*)\]\(([^)\s]+)\)", link, text)
     return re.sub(r"\[@([\w-]+)\]", lambda m: f"([{cited[m[1]]}](references.md#{m[1]}))", text)
 
