@@ -41,7 +41,7 @@ def references():
 
 def formula(tex):
     """A displayed formula as a line of text; the pages hold no script that could set it."""
-    text = re.sub(r"\\(?:text|frac\{1\})\{([^{}]*)\}", lambda m: ("1/" if "frac" in m[0] else "") + m[1], tex)
+    text = re.sub(r"\\(?:text|t?frac\{1\})\{([^{}]*)\}", lambda m: ("1/" if "frac" in m[0] else "") + m[1], tex)
     for name, sign in {r"\ddot z": "z″", r"\dot z": "z′", r"\qquad": " ", r"\varphi": "φ", r"\beta": "β", r"\,": " ", r"\ ": " ",
                        r"^{i\varphi}": " exp(iφ)", r"^{iφ}": " exp(iφ)", "_1": "₁", "_2": "₂", "_i": "ᵢ", "|^2": "|²", "-": "−"}.items():
         text = text.replace(name, sign)

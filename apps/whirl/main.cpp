@@ -11,6 +11,7 @@
 #include "commands/balance/response.hpp"
 #include "commands/machine/run_io.hpp"
 #include "commands/modal/ambient.hpp"
+#include "defaults.hpp"
 #include "whirl/io/temporary.hpp"
 
 namespace whirl::app {
@@ -76,7 +77,6 @@ int run(int argc, char** argv) {
       "Example: whirl identify rundown.csv --out model.json && whirl design model.json --out controller.json");
 
   Session session;
-  for (int i = 0; i < argc; ++i) session.command_line += (i ? " " : "") + std::string(argv[i]);
   add_info(app, session);
   add_convert(app, session);
   add_stiffness(app, session);
@@ -108,7 +108,12 @@ int run(int argc, char** argv) {
   add_manual(app, session);
 
   try {
-    const int code = app.parse(argc, argv);
+    std::vector<std::string> words = with_defaults(app.describe(), {argv + 1, argv + argc});
+    words.insert(words.begin(), argv[0]);
+    session.command_line = fmt::format("{}", fmt::join(words, " "));
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    const int code = app.parse(static_cast<int>(arguments.size()), arguments.data());
     return code != 0 ? code : session.exit_code;
   } catch (const Error& e) {
     fmt::print(stderr, "whirl: error: {}\n", e.what());

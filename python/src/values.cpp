@@ -168,9 +168,9 @@ void bind_model(py::module_& m) {
       .def_readonly("equations", &IdentifiedModel::equations)
       .def_property_readonly(
           "parameters",
-          [](const IdentifiedModel& model) {
+          [](const IdentifiedModel& v) {
             py::dict out;
-            for (const auto& [name, value] : model.parameters) out[py::str(name)] = value;
+            for (const auto& [name, value] : v.parameters) out[py::str(name)] = value;
             return out;
           },
           "physical parameters by name, SI")
