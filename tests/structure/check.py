@@ -13,7 +13,7 @@ import sys
 FOLDER_LIMIT = 24
 FUNCTION_LIMIT = 80
 # Functions that were longer when the limit was set. Both numbers may be lowered, not raised.
-LONG_FUNCTIONS, LONGEST = 36, 182
+LONG_FUNCTIONS, LONGEST = 33, 182
 
 
 def tracked(root):

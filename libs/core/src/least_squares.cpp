@@ -21,19 +21,29 @@ InverseInformation invert_information(const Eigen::MatrixXd& normal, double leas
   InverseInformation inverse;
   const Eigen::Index n = normal.rows();
   inverse.condition_number = std::numeric_limits<double>::infinity();
-  if (n == 0 || !(normal.diagonal().minCoeff() > 0)) return inverse;
-  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt();
+  if (n == 0 || (least == 0 && !(normal.diagonal().minCoeff() > 0))) return inverse;
+  const Eigen::VectorXd scale = (normal.diagonal().array() > 0).select(normal.diagonal().cwiseSqrt(), 1.0);
   const Eigen::MatrixXd scaled = scale.cwiseInverse().asDiagonal() * normal * scale.cwiseInverse().asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
   const double lowest = eigen.eigenvalues()[0], highest = eigen.eigenvalues()[n - 1];
   if (lowest > 0) inverse.condition_number = std::sqrt(highest / lowest);
-  if (!(lowest > 1e-13 * highest) && least == 0) return inverse;
-  inverse.covariance =
-      scale.cwiseInverse().asDiagonal() *
-      (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least * highest).cwiseInverse().asDiagonal() *
-       eigen.eigenvectors().transpose()) *
-      scale.cwiseInverse().asDiagonal();
+  if (least == 0 && !(lowest > 1e-13 * highest)) return inverse;
+  const Eigen::VectorXd kept = eigen.eigenvalues().cwiseMax(least * std::max(highest, 1e-300));
+  inverse.covariance = scale.cwiseInverse().asDiagonal() *
+                       (eigen.eigenvectors() * kept.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose()) *
+                       scale.cwiseInverse().asDiagonal();
   return inverse;
+}
+
+Eigen::MatrixXd marginal_information(const Eigen::MatrixXd& normal, Eigen::Index kept) {
+  const Eigen::Index others = normal.rows() - kept;
+  if (others == 0) return normal;
+  const auto diagonal = normal.diagonal().tail(others).array();
+  const Eigen::VectorXd scale = (diagonal > 0).select(diagonal.sqrt().inverse(), 1.0);
+  Eigen::MatrixXd own = scale.asDiagonal() * normal.bottomRightCorner(others, others) * scale.asDiagonal();
+  own.diagonal().array() += 1e-13;
+  const Eigen::MatrixXd with = scale.asDiagonal() * normal.bottomLeftCorner(others, kept);
+  return normal.topLeftCorner(kept, kept) - with.transpose() * own.ldlt().solve(with);
 }
 
 }  // namespace whirl

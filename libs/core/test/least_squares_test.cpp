@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <functional>
 
@@ -117,6 +118,14 @@ TEST(LeastSquares, InvertsANearlySingularMatrixOnlyWhenAskedTo) {
   ASSERT_EQ(forced.covariance.size(), 4);
   // The sum is known: variance 1 / 4 of half the sum of both.
   EXPECT_NEAR(forced.covariance.sum(), 1, 0.1);
+}
+
+TEST(LeastSquaresProperty, MarginalInformationIsTheInverseOfTheCornerOfTheInverse) {
+  const Eigen::MatrixXd j = Eigen::MatrixXd::Random(40, 6);
+  const Eigen::MatrixXd n = j.transpose() * j;
+  const Eigen::MatrixXd corner = invert_information(n).covariance.topLeftCorner(2, 2);
+  EXPECT_LT((marginal_information(n, 2) - corner.inverse()).norm(), 1e-9 * n.norm());
+  EXPECT_EQ(marginal_information(n, 6), n);
 }
 
 }  // namespace

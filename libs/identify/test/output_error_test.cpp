@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "../src/output_error/output_error_kernel.hpp"
+#include "../src/output_error/rotor/output_error_kernel.hpp"
 #include "rotor_synthetic.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/identify/weak_rotor.hpp"

@@ -3,7 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "output_error/output_error_kernel.hpp"
+#include "output_error/rotor/output_error_kernel.hpp"
 #include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "output_error/output_error_parameters.hpp"
+#include "output_error/rotor/output_error_parameters.hpp"
 #include "weak/weak_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/modal_response.hpp"

@@ -12,10 +12,9 @@ void add_run(const SquareSum& run, const std::vector<Eigen::Index>& unknowns, Sq
 struct OutputError {
   SquareSum sum;
   DescentReport descent;
-  InverseInformation information;  ///< of the noise alone: not scaled by the residual variance
-  double values = 0;               ///< independent numbers compared
-  double freedom = 0;              ///< values less unknowns
-  bool diverged = false;           ///< the start does; nothing was done
+  double values = 0;      ///< independent numbers compared
+  double freedom = 0;     ///< values less unknowns
+  bool diverged = false;  ///< the start does; nothing was done
   double variance() const { return sum.cost / freedom; }
 };
 
@@ -29,7 +28,7 @@ struct OutputError {
 /// add_run; `values(sum)` counts the independent numbers. Nothing here knows what f, h and W are: a rotor on measured
 /// angles (OutputErrorProblem) and terms of a library (StatesProblem) go through the same descent.
 template <class Problem, class Point>
-OutputError fit_output_error(Problem& problem, Point& point, int max_iterations, double least_information = 0) {
+OutputError fit_output_error(Problem& problem, Point& point, int max_iterations) {
   OutputError fit;
   problem.linearise(point, fit.sum);
   fit.values = problem.values();
@@ -37,7 +36,6 @@ OutputError fit_output_error(Problem& problem, Point& point, int max_iterations,
   fit.diverged = !std::isfinite(fit.sum.cost);
   if (fit.diverged || !(fit.freedom > 0)) return fit;
   fit.descent = descend(problem, point, fit.sum, max_iterations);
-  if (fit.descent.end != Descent::singular) fit.information = invert_information(fit.sum.normal, least_information);
   return fit;
 }
 

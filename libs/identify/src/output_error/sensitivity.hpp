@@ -1,10 +1,10 @@
 #pragma once
 #include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "whirl/expr/expr.hpp"
 #include "whirl/expr/tape.hpp"
-#include "whirl/identify/refine.hpp"
 
 namespace whirl::identification::detail {
 
@@ -16,29 +16,28 @@ struct SensitiveTerm {
   bool free = true;  ///< has a sensitivity column
 };
 
-/// Sums of one Gauss-Newton step: unknowns are the free terms in order, then the start of each run.
-struct StepSums {
-  Eigen::MatrixXd normal;    // J'J
-  Eigen::VectorXd gradient;  // J'r
-  double cost = 0;           // r'r
-  Eigen::VectorXd cost_of;   // the same by output
-  Eigen::VectorXd rows_of;
-  Eigen::Index rows = 0;
-  bool diverged = false;
-};
-
 /// RK4 of states and sensitivities of x' = sum theta f(x, u).
 class SensitivitySystem {
  public:
   SensitivitySystem(std::vector<SensitiveTerm> terms, std::vector<std::string> states, std::vector<std::string> inputs);
-  std::vector<SensitiveTerm>& terms() { return terms_; }
+  const std::vector<SensitiveTerm>& terms() const { return terms_; }
   Eigen::Index states() const { return n_; }
+  Eigen::Index inputs() const { return m_; }
+  /// Free terms.
   Eigen::Index parameters() const { return p_; }
-  StepSums run(const std::vector<FreeRun>& runs, double dt, const std::vector<Eigen::Index>& outputs,
-               const Eigen::VectorXd& weight, Eigen::Index skip, bool free_start);
+  Eigen::VectorXd free_values() const;
+  void set_free_values(const Eigen::VectorXd& theta);
+
+  /// One step of length h of the states x and the sensitivities s: a row per unknown (free terms, then others that act
+  /// through the start), a column per state, so that the long dimension is contiguous. Inputs at the beginning, the
+  /// middle and the end of the step; with held inputs these are the values that hold within it.
+  void step(double h, const double* begin, const double* middle, const double* end, Eigen::VectorXd& x,
+            Eigen::MatrixXd& s);
 
  private:
   void rate(const double* state, const double* input);
+  void slope(const Eigen::VectorXd& x, const Eigen::MatrixXd& s, const double* input, std::size_t stage);
+
   std::vector<SensitiveTerm> terms_;
   Eigen::Index n_, p_, m_;
   std::vector<Eigen::Index> column_;  // sensitivity column of each term, -1 when fixed
@@ -48,8 +47,10 @@ class SensitivitySystem {
   };
   std::vector<Partial> partials_;
   expr::Tape tape_;  // functions, then partial derivatives
-  Eigen::VectorXd in_, out_, dx_;
-  Eigen::MatrixXd jacobian_, forcing_;
+  Eigen::VectorXd in_, out_, dx_, moved_;
+  Eigen::MatrixXd jacobian_, forcing_, moved_s_;
+  Eigen::VectorXd x_[4];
+  Eigen::MatrixXd s_[4];
 };
 
 }  // namespace whirl::identification::detail

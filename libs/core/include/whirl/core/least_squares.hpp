@@ -38,8 +38,12 @@ struct InverseInformation {
   Eigen::MatrixXd covariance;   ///< empty where the matrix is singular
   double condition_number = 0;  ///< of J with columns of unit length
 };
-/// Singular: an eigenvalue below 1e-13 of the largest; with `least` > 0 such eigenvalues count as that share of it.
+/// Singular: an eigenvalue below 1e-13 of the largest. With `least` > 0 eigenvalues below that share of the largest
+/// count as that much, so that a direction which nothing determines gets a large variance.
 InverseInformation invert_information(const Eigen::MatrixXd& normal, double least = 0);
+
+/// Information on the first `kept` unknowns once the others are estimated beside them (Schur complement).
+Eigen::MatrixXd marginal_information(const Eigen::MatrixXd& normal, Eigen::Index kept);
 
 enum class Descent {
   converged,  ///< the next step was too small to matter

@@ -1,4 +1,4 @@
-#include "output_error/output_error_problem.hpp"
+#include "output_error/rotor/output_error_problem.hpp"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "output_error/output_error_parameters.hpp"
+#include "output_error/rotor/output_error_parameters.hpp"
 
 namespace whirl::identification::detail {
 

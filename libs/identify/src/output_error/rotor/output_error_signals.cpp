@@ -1,4 +1,4 @@
-#include "output_error/output_error_signals.hpp"
+#include "output_error/rotor/output_error_signals.hpp"
 
 #include <cmath>
 

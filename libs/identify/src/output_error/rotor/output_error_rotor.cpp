@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "output_error/output_error_problem.hpp"
+#include "output_error/rotor/output_error_problem.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::identification {
@@ -108,13 +108,14 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   if (found.descent.end != Descent::converged) {
     fit.summary.warn(fmt::format("output error did not converge in {} steps", fit.iterations));
   }
-  fit.summary.condition_number = found.information.condition_number;
-  if (found.information.covariance.size() == 0) {
+  InverseInformation inverse = invert_information(found.sum.normal);
+  fit.summary.condition_number = inverse.condition_number;
+  if (inverse.covariance.size() == 0) {
     fit.summary.fail(
         fmt::format("the output-error equations are singular (condition number {:.1e})", fit.summary.condition_number));
     return fit;
   }
-  fit.covariance = std::move(found.information.covariance);
+  fit.covariance = std::move(inverse.covariance);
   take_over(problem.parameters(), std::move(point), fit);
   return fit;
 }

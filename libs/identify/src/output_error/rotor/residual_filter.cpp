@@ -1,4 +1,4 @@
-#include "output_error/residual_filter.hpp"
+#include "output_error/rotor/residual_filter.hpp"
 
 #include <Eigen/QR>
 #include <cmath>

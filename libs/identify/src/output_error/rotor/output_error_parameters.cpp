@@ -1,4 +1,4 @@
-#include "output_error/output_error_parameters.hpp"
+#include "output_error/rotor/output_error_parameters.hpp"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "output_error/output_error_kernel.hpp"
+#include "output_error/rotor/output_error_kernel.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 
 namespace whirl::identification::detail {

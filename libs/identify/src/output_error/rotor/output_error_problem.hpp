@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "output_error/output_error.hpp"
-#include "output_error/output_error_signals.hpp"
-#include "output_error/residual_filter.hpp"
+#include "output_error/rotor/output_error_signals.hpp"
+#include "output_error/rotor/residual_filter.hpp"
 
 namespace whirl::identification::detail {
 

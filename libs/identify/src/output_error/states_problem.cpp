@@ -1,0 +1,141 @@
+#include "output_error/states_problem.hpp"
+
+#include <cmath>
+#include <numeric>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::identification::detail {
+namespace {
+
+/// The sums in the tied unknowns: normal = M' N M, gradient = M' g, M = diag(ties, 1).
+void reduce(SquareSum& sums, const Eigen::MatrixXd& ties) {
+  const Eigen::Index p = ties.rows(), w = ties.cols(), rest = sums.gradient.size() - p;
+  Eigen::MatrixXd normal(w + rest, w + rest);
+  normal.topLeftCorner(w, w) = ties.transpose() * sums.normal.topLeftCorner(p, p) * ties;
+  normal.topRightCorner(w, rest) = ties.transpose() * sums.normal.topRightCorner(p, rest);
+  normal.bottomLeftCorner(rest, w) = normal.topRightCorner(w, rest).transpose();
+  normal.bottomRightCorner(rest, rest) = sums.normal.bottomRightCorner(rest, rest);
+  Eigen::VectorXd gradient(w + rest);
+  gradient << ties.transpose() * sums.gradient.head(p), sums.gradient.tail(rest);
+  sums.normal = std::move(normal);
+  sums.gradient = std::move(gradient);
+}
+
+/// Rows of a Jacobian on their way into J'J and J'r, a batch at a time.
+class RowBatch {
+ public:
+  RowBatch(SquareSum& into, Eigen::Index unknowns)
+      : into_(into), rows_(unknowns, kBatch), residuals_(static_cast<Eigen::Index>(kBatch)) {}
+  template <class Row>
+  void add(const Row& row, double residual) {
+    rows_.col(filled_) = row;
+    residuals_[filled_++] = residual;
+    if (filled_ == kBatch) flush();
+  }
+  void flush() {
+    if (filled_ == 0) return;
+    into_.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(filled_));
+    into_.gradient.noalias() += rows_.leftCols(filled_) * residuals_.head(filled_);
+    filled_ = 0;
+  }
+
+ private:
+  static constexpr Eigen::Index kBatch = 128;
+  SquareSum& into_;
+  Eigen::MatrixXd rows_;
+  Eigen::VectorXd residuals_;
+  Eigen::Index filled_ = 0;
+};
+
+}  // namespace
+
+StatesProblem::StatesProblem(SensitivitySystem system, const std::vector<FreeRun>& runs, double dt,
+                             std::vector<Eigen::Index> outputs, const RefineOptions& options)
+    : system_(std::move(system)),
+      runs_(runs),
+      dt_(dt),
+      outputs_(std::move(outputs)),
+      weight_(options.output_sd.size() > 0 ? Eigen::VectorXd(options.output_sd.cwiseInverse())
+                                           : Eigen::VectorXd::Ones(static_cast<Eigen::Index>(outputs_.size()))),
+      options_(options),
+      tied_(options.ties.size() > 0) {
+  const auto n_out = static_cast<Eigen::Index>(outputs_.size());
+  if (n_out == 0) throw Error("refinement needs at least one measured state");
+  if (weight_.size() != n_out) throw Error("one noise sd per output is needed");
+  if (tied_ && options.ties.rows() != system_.parameters()) throw Error("ties need one row per estimated coefficient");
+  for (const FreeRun& r : runs) {
+    const Eigen::Index rows = r.measured.rows();
+    const bool driven = system_.inputs() > 0;
+    if (rows < 2 || r.measured.cols() != n_out || r.start.size() != system_.states() ||
+        (driven && (r.inputs.rows() != 2 * rows - 1 || r.inputs.cols() != system_.inputs()))) {
+      throw Error("a run for refinement has sizes that do not fit the model");
+    }
+    inputs_.emplace_back(r.inputs.transpose());
+  }
+}
+
+StatesPoint StatesProblem::start() const {
+  StatesPoint p{system_.free_values(), {}, {}, {}};
+  for (const FreeRun& r : runs_) p.starts.push_back(r.start);
+  return p;
+}
+
+StatesPoint StatesProblem::moved(const StatesPoint& p, const Eigen::VectorXd& step) const {
+  StatesPoint next = p;
+  next.theta += tied_ ? Eigen::VectorXd(options_.ties * step.head(coefficients())) : step.head(coefficients());
+  const Eigen::Index n = system_.states();
+  for (std::size_t r = 0; options_.free_start && r < next.starts.size(); ++r) {
+    next.starts[r] += step.segment(coefficients() + n * static_cast<Eigen::Index>(r), n);
+  }
+  return next;
+}
+
+void StatesProblem::linearise(StatesPoint& p, SquareSum& sum) {
+  ++passes_;
+  system_.set_free_values(p.theta);
+  const Eigen::Index terms = system_.parameters(), starts = options_.free_start ? system_.states() : 0;
+  const Eigen::Index total = terms + starts * static_cast<Eigen::Index>(runs_.size());
+  sum = {0, Eigen::MatrixXd::Zero(total, total), Eigen::VectorXd::Zero(total)};
+  p.cost_of = p.rows_of = Eigen::VectorXd::Zero(weight_.size());
+  std::vector<Eigen::Index> unknowns(static_cast<std::size_t>(terms + starts));
+  std::iota(unknowns.begin(), unknowns.end(), 0);
+  for (std::size_t r = 0; r < runs_.size(); ++r) {
+    SquareSum run{0, Eigen::MatrixXd::Zero(terms + starts, terms + starts), Eigen::VectorXd::Zero(terms + starts)};
+    if (!follow(r, p, run)) {
+      sum.cost = INFINITY;
+      return;
+    }
+    std::iota(unknowns.begin() + terms, unknowns.end(), terms + starts * static_cast<Eigen::Index>(r));
+    add_run(run, unknowns, sum);
+  }
+  sum.cost = p.cost_of.sum();
+  values_ = p.rows_of.sum();
+  if (tied_) reduce(sum, options_.ties);
+}
+
+/// Sums of run r in its own unknowns, lower half of the normal matrix; false when it diverges.
+bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
+  const Eigen::MatrixXd& measured = runs_[r].measured;
+  const auto input = [&](Eigen::Index half) { return system_.inputs() > 0 ? inputs_[r].col(half).data() : nullptr; };
+  RowBatch batch(run, run.gradient.size());
+  Eigen::VectorXd x = p.starts[r];
+  Eigen::MatrixXd s = Eigen::MatrixXd::Zero(run.gradient.size(), system_.states());
+  if (options_.free_start) s.bottomRows(system_.states()).setIdentity();
+  for (Eigen::Index i = 0; i < measured.rows(); ++i) {
+    if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e30) return false;
+    for (std::size_t o = 0; i >= options_.skip && o < outputs_.size(); ++o) {
+      const auto column = static_cast<Eigen::Index>(o);
+      const double residual = (measured(i, column) - x[outputs_[o]]) * weight_[column];
+      if (!std::isfinite(residual)) continue;
+      p.cost_of[column] += residual * residual;
+      ++p.rows_of[column];
+      batch.add(weight_[column] * s.col(outputs_[o]), residual);
+    }
+    if (i + 1 < measured.rows()) system_.step(dt_, input(2 * i), input(2 * i + 1), input(2 * i + 2), x, s);
+  }
+  batch.flush();
+  return true;
+}
+
+}  // namespace whirl::identification::detail
