@@ -21,7 +21,7 @@ SECTIONS = {
     "How-to": ["howto.md", "balancing.md", "response.md", "export.md", "monitor.md"],
     "Reference": ["subcommands.md", "formats.md", "notation.md", "python.md", "reliability.md"],
     "Background": ["method.md", "references.md", "paper-errata.md", "validation.md", "validation-modal.md", "validation-control.md",
-                   "validation-realtime.md", "architecture.md", "changes.md"],
+                   "validation-realtime.md", "architecture.md", "releasing.md", "changes.md"],
 }
 
 

@@ -169,6 +169,13 @@ std::string Json::dump() const {
 Json parse_json(std::string_view text, std::string_view source) {
   Builder builder;
   if (!nlohmann::json::sax_parse(text, &builder) || !builder.problem.empty()) {
+    const std::string_view head = text.substr(0, std::min(text.find('\n'), std::size_t{200}));
+    if (!head.empty() && std::isalpha(static_cast<unsigned char>(head[0])) != 0 && head.find(',') != text.npos) {
+      throw Error::in_file(
+          source, 1,
+          fmt::format("is a table in CSV ('{}'), not a JSON result of whirl; are two files in each other's place?",
+                      head.substr(0, 40)));
+    }
     const std::string_view before = text.substr(0, builder.position);
     const long line = builder.position == 0 ? 0 : 1 + std::count(before.begin(), before.end(), '\n');
     throw Error::in_file(source, line, "damaged JSON: " + builder.problem);
@@ -188,6 +195,18 @@ const T& expect(const JsonReader& reader, const Json& value, std::string_view wa
   throw reader.error(fmt::format("is {}, must be {}", value.type_name(), wanted));
 }
 
+/// The command that writes a schema of this name.
+std::string_view maker_of(std::string_view name) {
+  static constexpr std::pair<std::string_view, std::string_view> kMakers[] = {
+      {"whirl.model", "whirl identify"}, {"whirl.controller", "whirl design"}, {"whirl.stiffness", "whirl stiffness"},
+      {"whirl.modes", "whirl modes"},    {"whirl.frf", "whirl frf"},           {"whirl.margins", "whirl margins"},
+  };
+  for (const auto& [schema, command] : kMakers) {
+    if (schema == name) return command;
+  }
+  return {};
+}
+
 }  // namespace
 
 void JsonReader::require_schema(std::string_view name, int version) const {
@@ -199,7 +218,9 @@ void JsonReader::require_schema(std::string_view name, int version) const {
   const char* const end = text->data() + text->size();
   if (slash == std::string::npos || text->substr(0, slash) != name ||
       std::from_chars(text->data() + slash + 1, end, found).ptr != end || found < 1) {
-    throw error(fmt::format("schema '{}', must be '{}/{}'", text->substr(0, 60), name, version));
+    const std::string_view maker = maker_of(name);
+    throw error(fmt::format("schema '{}', must be '{}/{}'{}; are two files in each other's place?", text->substr(0, 60),
+                            name, version, maker.empty() ? "" : fmt::format(" (written by `{}`)", maker)));
   }
   if (found > version) {
     throw error(

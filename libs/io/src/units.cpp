@@ -151,11 +151,30 @@ std::string allowed_units(Quantity quantity) {
   return out;
 }
 
+namespace {
+
+/// The unit in which a quantity of this name is mostly recorded; for an example.
+std::string_view usual_unit(std::string_view name) {
+  const std::string word = lower(name);
+  const auto is = [&](std::initializer_list<std::string_view> words) {
+    return std::find(words.begin(), words.end(), word) != words.end();
+  };
+  if (is({"t", "time", "dt"})) return "s";
+  if (is({"beta", "angle", "phi", "phase", "theta", "rotation"})) return "rad";
+  if (is({"speed", "rpm", "omega", "n"})) return "rpm";
+  if (is({"force", "f", "u", "ux", "uy", "hammer", "load"})) return "N";
+  if (word.starts_with("acc") || word.starts_with("a_")) return "m_s2";
+  if (is({"v", "vx", "vy", "velocity"})) return "m_s";
+  return "mm";
+}
+
+}  // namespace
+
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);
   if (at == std::string_view::npos) {
-    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_mm'; allowed units: {}", name, name,
-                       allowed_units());
+    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_{}'; allowed units: {}", name, name,
+                       usual_unit(name), allowed_units());
   }
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;

@@ -35,6 +35,40 @@ double synchronous(const ChannelCheck& x, const ChannelCheck& y, const Eigen::Ve
   return energy / (static_cast<double>(n) * (x.spread * x.spread + y.spread * y.spread));
 }
 
+/// How many stretches of the faster half of a record turn with the angle, and how many against it. Each counts alike:
+/// near the critical speed the free vibration is far larger than the motion that the rotation drives, and turns both
+/// ways.
+struct Turning {
+  long with = 0, against = 0, stretches = 0;
+};
+Turning turning(const ChannelCheck& x, const ChannelCheck& y, const Eigen::VectorXd& angle) {
+  const Eigen::Index n = angle.size(), width = std::max<Eigen::Index>(64, n / 200);
+  const double mx = x.samples.mean(), my = y.samples.mean();
+  std::vector<double> speeds;
+  for (Eigen::Index first = 0; first + width <= n; first += width)
+    speeds.push_back(std::abs(angle[first + width - 1] - angle[first]));
+  const double middle = speeds.empty() ? 0 : median(speeds);
+  Turning found;
+  for (std::size_t k = 0; k < speeds.size(); ++k) {
+    // Within less than a turn the two senses look alike.
+    if (speeds[k] < middle || speeds[k] < kTurn) continue;
+    Complex with = 0, against = 0;
+    double energy = 0;
+    for (Eigen::Index i = static_cast<Eigen::Index>(k) * width; i < static_cast<Eigen::Index>(k + 1) * width; ++i) {
+      const Complex z(x.samples[i] - mx, y.samples[i] - my), turn = std::polar(1.0, -angle[i]);
+      with += z * turn;
+      against += z * std::conj(turn);
+      energy += std::norm(z);
+    }
+    ++found.stretches;
+    // Noise alone stays far below a tenth of the energy in one line.
+    const double floor = 0.1 * energy * static_cast<double>(width);
+    found.with += std::norm(with) > floor && std::norm(with) > 4 * std::norm(against);
+    found.against += std::norm(against) > floor && std::norm(against) > 4 * std::norm(with);
+  }
+  return found;
+}
+
 }  // namespace
 
 void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0, double dt, RecordReport& report) {
@@ -170,7 +204,8 @@ void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle,
   };
   for (const ChannelCheck* c : {&x, &y}) {
     const double peak = (c->samples.array() - c->samples.mean()).abs().maxCoeff();
-    if (peak > 0.05) whole(FindingKind::size, c->name, peak, "no rotor moves that far: is the unit mm or um, not m?");
+    if (peak > 0.05)
+      whole(FindingKind::size, c->name, peak, "no rotor moves that far: is the unit mm or um, not m (or um, not mm)?");
   }
   if (angle.allFinite() && angle.size() > 64 && x.spread > 0 && y.spread > 0) {
     const Eigen::VectorXd a = unwrapped(angle);
@@ -181,7 +216,9 @@ void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle,
       whole(FindingKind::angle_unit, angle_name, degrees > turns ? 360.0 : 1.0,
             degrees > turns ? "the motion follows the angle read in degrees: state the unit of the angle as deg"
                             : "the motion follows the angle read in turns: multiply the angle by 2 pi");
-    } else if (backward > 0.2 && backward > 4 * forward) {
+    } else if (const Turning t = turning(x, y, a);
+               (backward > 0.2 && backward > 4 * forward) ||
+               (t.against >= 12 && 4 * t.against > t.stretches && t.against > 5 * t.with)) {
       whole(FindingKind::whirl_sense, "", backward / std::max(forward, 1e-12),
             "the rotation is against the angle: x and y are swapped, one of them has the wrong sign, or the angle "
             "counts backwards");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "document_script.hpp"
 #include "document_style.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
@@ -209,7 +210,7 @@ Document& Document::summary(const Summary& result, std::string of_what) {
   if (result.status == Status::ok && result.trust.empty()) return *this;
   const bool good = result.status == Status::ok;
   callout(good ? Callout::Kind::note : Callout::Kind::warning,
-          good ? std::move(of_what) : fmt::format("{}: {}", of_what, to_string(result.status)), result.trust);
+          result.status == Status::unusable ? fmt::format("{}: unusable", of_what) : std::move(of_what), result.trust);
   if (!result.warnings.empty()) bullets(result.warnings);
   return *this;
 }
@@ -231,7 +232,9 @@ std::string to_html(const Document& document) {
   out += figure_style(true) + "\n</style>\n</head>\n<body>\n<main>\n<header>\n";
   out += "<h1>" + escape_markup(document.title) + "</h1>\n";
   if (!document.subtitle.empty()) out += "<p class=\"subtitle\">" + escape_markup(document.subtitle) + "</p>\n";
-  out += "</header>\n" + contents(document) + body.take() + "</main>\n</body>\n</html>\n";
+  out += "</header>\n" + contents(document) + body.take() + "</main>\n<script>";
+  out += kDocumentScript;
+  out += "</script>\n</body>\n</html>\n";
   return out;
 }
 

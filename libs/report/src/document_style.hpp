@@ -29,7 +29,13 @@ figure .drawing{overflow-x:auto}
 figure svg{display:block;max-width:100%;height:auto}
 figcaption,caption{color:var(--muted);font-size:.9rem;text-align:left;margin-top:.4rem;max-width:80ch}
 figcaption b{color:var(--text)}
-.table{margin:1.4rem 0;overflow-x:auto}
+.wf path,.wf rect,.wf line{vector-effect:non-scaling-stroke}
+.live .wf svg[data-p]{cursor:crosshair}.live .wf .lg{cursor:pointer}.wf .lg.off{opacity:.35}
+.wf .cur{stroke:var(--muted);stroke-width:1;stroke-dasharray:3 2;pointer-events:none}.wf .sel{fill:var(--link);opacity:.18;pointer-events:none}
+.wf .rd{pointer-events:none}.wf .rd rect{fill:var(--panel);stroke:var(--line);opacity:.94}
+.table{margin:1.4rem 0;overflow-x:auto;width:max-content;min-width:100%;max-width:calc(50vw + 410px)}
+@media (max-width:900px){.table{width:auto;max-width:100%}}
+@media screen and (max-width:860px){figure svg.wf{max-width:none}}
 table{border-collapse:collapse;font-size:.92rem;font-variant-numeric:tabular-nums}
 caption{padding-bottom:.5rem;caption-side:top;color:var(--text)}
 th,td{padding:.32rem .8rem;border-bottom:1px solid var(--line);vertical-align:top}
@@ -60,7 +66,7 @@ code{font-family:ui-monospace,"DejaVu Sans Mono",Menlo,Consolas,monospace}
 @page{size:A4;margin:16mm 14mm}
 @media print{html{font-size:12px}body{font-size:1rem}main{max-width:none;padding:0}
 figure,table,aside,.equation,pre{break-inside:avoid}h2,h3{break-after:avoid}figcaption{break-before:avoid}
-details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}
+.wf .cur,.wf .sel,.wf .rd{display:none}.table{width:auto;max-width:none}details{display:none}nav{break-inside:avoid}a{color:inherit;text-decoration:none}figure .drawing,.table,.equation{overflow:visible}
 figure svg{max-width:82%}table{font-size:.84rem}th,td{padding:.25rem .4rem}.l{overflow-wrap:anywhere}.note,figcaption,p,ul{max-width:none}}
 )css";
 

@@ -58,7 +58,18 @@ void balance_from_model(const ModelOptions& o, Session& session) {
         .set("correction_angle", to_json(*a.angle_interval, "rad"));
   }
   session.result(json);
-  session.finish(model.summary);
+  Summary summary = model.summary;
+  if (a.correction_mass > 0.05 * mass) {
+    summary.fail(
+        fmt::format("the mass to add is {:.3g} % of the disk's: is --radius-mm = {:g} a radius in m, or the mass in g?",
+                    100 * a.correction_mass / mass, o.radius_mm));
+  }
+  if (const double critical = model.rotor->natural_frequency() * 30 / std::numbers::pi; o.speed_rpm < critical / 12) {
+    summary.warn(
+        fmt::format("--speed-rpm = {:g} is far below the critical speed of {:.0f} rpm: is it in Hz ({:.0f} rpm)?",
+                    o.speed_rpm, critical, 60 * o.speed_rpm));
+  }
+  session.finish(summary);
 }
 
 }  // namespace

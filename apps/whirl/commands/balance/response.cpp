@@ -173,6 +173,14 @@ void run(const Options& o, Session& session) {
   options.harmonics = o.harmonics;
   response::ResponseCurve curve =
       response::response_curve(system, response::Parameter::speed, turning ? 0 : o.amplitude, options);
+  if (rotor) {
+    const double critical = rotor->natural_frequency();
+    if (std::max(options.from, options.to) < critical / 12) {
+      curve.summary.warn(fmt::format(
+          "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?",
+          o.from_rpm, o.to_rpm, critical / kRpm, 60 * o.from_rpm, 60 * o.to_rpm));
+    }
+  }
   if (curve.points.empty()) {
     session.finish(curve.summary);
     return;

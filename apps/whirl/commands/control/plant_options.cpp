@@ -30,6 +30,20 @@ IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<st
   } else if (!identified.rotor || identified.rotor->gain == 0) {
     throw Error("the rotor's mass is needed: give --mass-kg or --stiffness");
   }
+  if (identified.rotor && design.gain > 0) {
+    // m e omega^2 at the critical speed against what the actuators can do: no control law bridges a factor of a
+    // hundred.
+    const double pull = std::abs(identified.rotor->eps) * identified.rotor->k1 / design.gain;
+    const double limit = rig::read_rig(hardware).actuator.force_limit();
+    if (limit > 0 && pull > 100 * limit) {
+      throw Error(fmt::format(
+          "{}: the unbalance then pulls with {:.3g} N at the critical speed, {:.0f} times the actuator's limit of "
+          "{:.3g} N: is the mass in g, not kg?",
+          mass_kg > 0 ? fmt::format("--mass-kg = {:g}", mass_kg)
+                      : stiffness + " gives a mass of " + fmt::format("{:.3g} kg", 1 / design.gain),
+          pull, pull / limit, limit));
+    }
+  }
   if (!modes.empty() && identified.rotor) {
     design.hardware.modes =
         tuning::structure_modes(whirl::io::load<ModalModel>(modes), identified.rotor->natural_frequency());

@@ -82,7 +82,8 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   r.t0 = recording.t0;
   for (const std::string& name : {options.x, options.y}) {
     if (recording.at(name).quantity != Quantity::displacement) {
-      throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity), "displacement");
+      throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity),
+                            fmt::format("displacement: name the column {0}_mm or {0}_um", name));
     }
   }
   const Eigen::VectorXd& x = recording[options.x];
@@ -100,7 +101,9 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   } else {
     const Channel& channel = recording.at(options.angle);
     if (channel.quantity != Quantity::angle) {
-      throw Error::in_field(fmt::format("channel {}", options.angle), to_string(channel.quantity), "angle");
+      throw Error::in_field(
+          fmt::format("channel {}", options.angle), to_string(channel.quantity),
+          fmt::format("angle: name the column {0}_rad, {0}_deg or {0}_rev; a speed is no angle", options.angle));
     }
     const signal::AngleFit fit = signal::angle_from_encoder(channel.samples, recording.dt, options.angle_fit);
     r.angle = fit.angle;

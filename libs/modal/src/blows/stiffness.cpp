@@ -138,6 +138,9 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                                   law.summary.residual, deflection.minCoeff(), deflection.maxCoeff());
   if (!converged) law.summary.fail("stiffness fit did not converge");
   if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
+  if (const double far = deflection.cwiseAbs().maxCoeff(); far > 0.2)
+    law.summary.fail(
+        fmt::format("deflections up to {:.3g} m: no shaft is pulled that far; is their unit mm, not m?", far));
   if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
   if (law.cubic_p_value > 0.05) {
     law.summary.warn(fmt::format("cubic term not significant (p = {:.2g}): a larger deflection is needed to see it",

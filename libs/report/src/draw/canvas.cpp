@@ -127,10 +127,10 @@ void Canvas::mark(double x, double y, Mark mark, int color, double opacity) {
   }
 }
 
-void Canvas::begin_clip(const Box& box) {
+void Canvas::begin_clip(const Box& box, std::string_view extra) {
   // A nested <svg> clips without an id, which would have to be unique over all figures of a page.
-  out_ += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\">\n", px(box.x),
-                      px(box.y), px(box.width), px(box.height));
+  out_ += fmt::format("<svg x=\"{0}\" y=\"{1}\" width=\"{2}\" height=\"{3}\" viewBox=\"{0} {1} {2} {3}\"{4}>\n",
+                      px(box.x), px(box.y), px(box.width), px(box.height), extra);
 }
 
 }  // namespace whirl::report

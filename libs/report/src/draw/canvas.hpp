@@ -46,7 +46,7 @@ class Canvas {
             double angle = 0);
   void mark(double x, double y, Mark mark, int color, double opacity = 1);
   /// Everything until end_clip() is cut at the box.
-  void begin_clip(const Box& box);
+  void begin_clip(const Box& box, std::string_view extra = "");
   void end_clip() { out_ += "</svg>\n"; }
   std::string take() { return std::move(out_); }
 

@@ -150,11 +150,38 @@ void draw_heat_map(Canvas& canvas, const Mapping& map, const HeatMap& heat) {
                   png_data_uri(heat.values, color_limits(heat), heat.color.unit.factor)));
 }
 
+/// What the script of a page needs to know of an axis; limits in shown units.
+std::string axis_data(const Axis& axis, const Limits& limits) {
+  const auto plain = [](std::string text) {
+    std::erase_if(text, [](char c) { return c == '"' || c == '\\' || c == '\''; });
+    return escape_markup(text);
+  };
+  const std::string name = plain(axis.label), unit = plain(axis.unit.symbol);
+  return fmt::format(R"({{"low":{},"high":{},"log":{},"name":"{}","unit":"{}","key":"{} {}"}})", limits.low,
+                     limits.high, limits.logarithmic, name, unit, name, unit);
+}
+
+std::string panel_data(const PanelLayout& layout) {
+  if (layout.id < 0) return {};
+  return fmt::format(" data-a=\"{}\" data-p='{{\"x\":{},\"y\":{}}}'", layout.id,
+                     axis_data(layout.panel.x, layout.limits.x), axis_data(layout.panel.y, layout.limits.y));
+}
+
+/// Opens a group that the script of a page finds; nothing in a drawing on its own.
+void open_group(Canvas& canvas, const PanelLayout& layout, std::string_view css, const std::string& name = "") {
+  if (layout.id < 0) return;
+  canvas.raw(fmt::format("<g class=\"{}\" data-a=\"{}\" data-n=\"{}\">\n", css, layout.id, escape_markup(name)));
+}
+void close_group(Canvas& canvas, const PanelLayout& layout) {
+  if (layout.id >= 0) canvas.raw("</g>\n");
+}
+
 void draw_axes(Canvas& canvas, const PanelLayout& layout) {
   const Box& plot = layout.plot;
   const Limits& lx = layout.limits.x;
   const Limits& ly = layout.limits.y;
   canvas.rect(plot, "frame");
+  open_group(canvas, layout, "tx");
   for (std::size_t i = 0; i < layout.x.major.size(); ++i) {
     const double x = plot.x + plot.width * lx.fraction(layout.x.major[i]);
     const bool category = !layout.category_lines.empty();
@@ -172,6 +199,8 @@ void draw_axes(Canvas& canvas, const PanelLayout& layout) {
     const double x = plot.x + plot.width * lx.fraction(v);
     canvas.line(x, plot.bottom(), x, plot.bottom() + 2, "ax");
   }
+  close_group(canvas, layout);
+  open_group(canvas, layout, "ty");
   double widest = 0;
   for (std::size_t i = 0; i < layout.y.major.size(); ++i) {
     const double y = plot.bottom() - plot.height * ly.fraction(layout.y.major[i]);
@@ -183,6 +212,7 @@ void draw_axes(Canvas& canvas, const PanelLayout& layout) {
     const double y = plot.bottom() - plot.height * ly.fraction(v);
     canvas.line(plot.x - 2, y, plot.x, y, "ax");
   }
+  close_group(canvas, layout);
   if (layout.x_labels) {
     canvas.text(plot.x + plot.width / 2, plot.bottom() + layout.bottom - 4,
                 axis_text(layout.panel.x, layout.x.exponent), Anchor::middle);
@@ -264,7 +294,7 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
   const Mapping map{layout};
   canvas.rect(plot, "plot");
   draw_legend(canvas, layout);
-  canvas.begin_clip(plot);
+  canvas.begin_clip(plot, layout.panel.categories.empty() ? panel_data(layout) : "");
   for (const Span& span : panel.spans) {
     const bool vertical = span.direction == Direction::vertical;
     const double a = vertical ? map.x(span.low) : map.y(span.high), b = vertical ? map.x(span.high) : map.y(span.low);
@@ -277,6 +307,7 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
   const auto bar_series = std::count_if(panel.series.begin(), panel.series.end(), is_bars);
   int bar = 0;
   for (const Series& s : panel.series) {
+    open_group(canvas, layout, "sr", s.name);
     switch (s.kind) {
       case Series::Kind::band:
         draw_band(canvas, map, s);
@@ -296,6 +327,7 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
       default:
         draw_points(canvas, s, reduce(layout, s, map.points(s.x, s.y)));
     }
+    close_group(canvas, layout);
   }
   for (const ReferenceLine& line : panel.lines) {
     const bool vertical = line.direction == Direction::vertical;
@@ -309,7 +341,9 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
   canvas.end_clip();
   draw_axes(canvas, layout);
   for (const HeatMap& heat : panel.heat_maps) draw_color_bar(canvas, layout, heat);
+  open_group(canvas, layout, "lb");
   draw_labels(canvas, map);
+  close_group(canvas, layout);
 }
 
 }  // namespace whirl::report

@@ -47,6 +47,8 @@ void draw_legend(Canvas& canvas, const PanelLayout& layout) {
   for_each_legend_item(layout.panel, layout.plot.width, [&](const Series& s, double dx, int row) {
     const double x = layout.plot.x + dx, y = top + kLegendRow * (row + 0.5);
     const std::string color = std::to_string(s.style.color);
+    if (layout.id >= 0)
+      canvas.raw(fmt::format("<g class=\"lg\" data-a=\"{}\" data-n=\"{}\">\n", layout.id, escape_markup(s.name)));
     if (s.kind == Series::Kind::bars) {
       canvas.rect({x + 4, y - 5, kSwatch - 8, 10}, "f" + color);
     } else if (s.kind == Series::Kind::band) {
@@ -64,6 +66,7 @@ void draw_legend(Canvas& canvas, const PanelLayout& layout) {
       canvas.mark(x + kSwatch / 2, y, s.style.mark, s.style.color);
     }
     canvas.text(x + kSwatch + 6, y + 4, s.name);
+    if (layout.id >= 0) canvas.raw("</g>\n");
   });
 }
 

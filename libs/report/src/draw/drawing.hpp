@@ -17,6 +17,7 @@ struct PanelLayout {
   double legend_height = 0;
   bool x_labels = true;
   Box plot;
+  int id = -1;  ///< of the panel in its figure, for the script of a page; -1: a drawing without
 };
 
 void draw_cartesian(Canvas& canvas, const PanelLayout& layout);

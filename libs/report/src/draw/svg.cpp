@@ -221,7 +221,9 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
     canvas.raw("<style>" + figure_style(false) + "</style>\n");
     canvas.rect({0, 0, figure.width, y}, "page");
   }
-  for (const PanelLayout& layout : layouts) {
+  int panels = 0;
+  for (PanelLayout& layout : layouts) {
+    if (options.embedded) layout.id = panels++;
     const double title_y = layout.plot.y - (layout.legend_height > 0 ? layout.legend_height + 4 : 0) - 7;
     canvas.text(layout.plot.x, title_y, layout.panel.title, Anchor::start, "title");
     switch (layout.panel.kind) {
