@@ -3,8 +3,9 @@
 
 namespace whirl::report {
 
-/// Script of the page: values under the pointer with cursors linked over panels of the same axis, zoom, series on and off.
-/// Without it the page is complete; it reads only what the drawings carry (`data-p` of a plot area: the limits of its axes).
+/// Script of the page: values under the pointer with cursors linked over panels of the same axis, zoom, series on and
+/// off. Without it the page is complete; it reads only what the drawings carry (`data-p` of a plot area: the limits of
+/// its axes).
 inline constexpr std::string_view kDocumentScript = R"js(//<![CDATA[
 (() => {
 "use strict";

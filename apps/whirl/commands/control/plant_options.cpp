@@ -31,11 +31,11 @@ IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<st
     throw Error("the rotor's mass is needed: give --mass-kg or --stiffness");
   }
   if (identified.rotor && design.gain > 0) {
-    // m e omega^2 at the critical speed against what the actuators can do: no control law bridges a factor of a
-    // hundred.
+    // m e omega^2 at the critical speed against what the actuators can do: no control law bridges a factor of
+    // fifty.
     const double pull = std::abs(identified.rotor->eps) * identified.rotor->k1 / design.gain;
     const double limit = rig::read_rig(hardware).actuator.force_limit();
-    if (limit > 0 && pull > 100 * limit) {
+    if (limit > 0 && pull > 50 * limit) {
       throw Error(fmt::format(
           "{}: the unbalance then pulls with {:.3g} N at the critical speed, {:.0f} times the actuator's limit of "
           "{:.3g} N: is the mass in g, not kg?",
