@@ -48,7 +48,7 @@ struct RotorB {
       variables(i, 6) = 1e-3 * static_cast<double>(i);
     }
     targets.resize(n, 6);
-    for (int k = 0; k < 6; ++k) targets.col(k) = signal::spectral_derivative(variables.col(k), 1e-3, 1, 400);
+    for (int k = 0; k < 6; ++k) targets.col(k) = signal::smoothing_spline(variables.col(k), 1e-3, 0).first;
     std::mt19937_64 engine(1);
     std::normal_distribution<double> normal;
     for (int k = 0; k < 6; ++k) {

@@ -4,6 +4,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/report/equation.hpp"
 
@@ -63,16 +64,6 @@ py::array samples_of(const py::object& self, const std::string& name) {
   py::array_t<double> view(samples.size(), samples.data(), self);
   view.attr("setflags")(py::arg("write") = false);
   return view;
-}
-
-void write_recording(const std::filesystem::path& path, const Recording& r) {
-  const std::string ending = path.extension().string();
-  if (ending == ".mat") return io::write_mat(path, r);
-  if (ending == ".h5" || ending == ".hdf5") return io::write_hdf5(path, r);
-  if (ending == ".wav") return io::write_wav(path, r);
-  if (ending == ".lvm") return io::write_lvm(path, r);
-  if (ending == ".csv" || ending == ".gz") return io::write_csv(path, r);
-  throw Error::in_field("path", path.string(), "a file name that ends in .csv, .csv.gz, .mat, .h5, .wav or .lvm");
 }
 
 void bind_recording(py::module_& m) {
@@ -235,7 +226,7 @@ void bind_values(py::module_& m) {
       "A record from a file: CSV, UFF, ATFX, MAT, HDF5, WAV or LVM, found from its first bytes. `rate` in Hz for "
       "files\n"
       "without time; `columns` selects and names channels as --columns does.");
-  m.def("write", &write_recording, py::arg("path"), py::arg("recording"),
+  m.def("write", &io::write_recording, py::arg("path"), py::arg("recording"),
         "Writes a record in the format of the file's ending.");
   m.def("load", &load_any, py::arg("path"), "A result from its JSON file: model, controller, modes, frf or stiffness.");
   const auto save = [](const std::filesystem::path& path, const auto& value) { io::save(path, value); };

@@ -37,6 +37,25 @@ TEST(RigE2e, CampbellOfARotorWithoutTiltIsRefused) {
   EXPECT_NE(outcome.err.find("tilt.diametral"), std::string::npos) << outcome.err;
 }
 
+// Turned at a twentieth of its critical speed the shaft shows its surface: 12 um at 1x by the rig's parameters.
+TEST(DesignE2e, ASlowRollGivesTheRunoutToRemove) {
+  const Folder folder;
+  folder.write("slow.toml", "[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n");
+  ASSERT_EQ(folder.whirl("rig record --rig slow.toml --out slow.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  const std::string design = "design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 10 --quiet ";
+  const Outcome outcome = folder.whirl(design + "--slow-roll slow.csv --out controller.json");
+  EXPECT_NE(outcome.exit_code, 2) << outcome.err;
+  const io::Json controller = io::load_json(folder / "controller.json");
+  const auto parameter = [&](const char* name) { return *controller.find("parameters")->find(name)->get<double>(); };
+  EXPECT_NEAR(std::hypot(parameter("runout_x_cos_1"), parameter("runout_x_sin_1")), 12e-6, 1e-6);
+  EXPECT_NE(slurp(folder / "controller.json").find("slow.csv sha256:"), std::string::npos);
+  const Outcome still = folder.whirl(design + "--slow-roll model.json --out c.json");
+  EXPECT_EQ(still.exit_code, 2);
+  EXPECT_NE(still.err.find("model.json"), std::string::npos) << still.err;
+}
+
 // The advice of the record taken: the correction mass balances the rig to the grade asked for.
 TEST(BalanceE2e, MassAndAngleCancelTheUnbalance) {
   const Folder folder;

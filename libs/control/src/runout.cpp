@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::control {

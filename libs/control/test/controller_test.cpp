@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <limits>
 #include <type_traits>
 
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/laws/lqr.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/testing/alloc_guard.hpp"
 #include "whirl/testing/designs.hpp"

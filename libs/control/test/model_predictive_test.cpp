@@ -1,12 +1,12 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <limits>
 #include <random>
 
 #include "whirl/control/controller.hpp"
 #include "whirl/control/laws/lqr.hpp"
 #include "whirl/control/laws/mpc.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/testing/designs.hpp"
 #include "whirl/testing/error_of.hpp"
 

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <complex>
 #include <random>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl {
 namespace {

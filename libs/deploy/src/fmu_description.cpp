@@ -12,33 +12,15 @@
 
 #include "whirl/core/summary.hpp"
 #include "whirl/expr/expr.hpp"
+#include "whirl/report/format.hpp"
 
 namespace whirl::deploy {
 namespace {
 
+/// For an attribute, in which a reader takes a line end for a blank unless it is written as a character.
 std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\n':
-        out += "&#10;";
-        break;
-      default:
-        out += c;
-    }
-  }
+  std::string out = report::escape_markup(text);
+  for (std::size_t at = out.find('\n'); at != std::string::npos; at = out.find('\n', at)) out.replace(at, 1, "&#10;");
   return out;
 }
 

@@ -55,6 +55,46 @@ void quiet2(fmi2ComponentEnvironment, fmi2String, fmi2Status, fmi2String, fmi2St
 void quiet3(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String) {}
 const fmi2CallbackFunctions kCallbacks{quiet2, std::calloc, std::free, nullptr, nullptr};
 
+/// Value references of an FMU's variables, by role.
+class Variables {
+ public:
+  Variables(const pugi::xml_node& root, const std::filesystem::path& fmu, const FmuPlantOptions& options)
+      : fmu_(fmu), names_(options.names) {
+    for (const pugi::xml_node v : root.child("ModelVariables").children()) {
+      reference_[v.attribute("name").value()] = v.attribute("valueReference").as_uint();
+    }
+    for (const auto& [role, name] : names_) {
+      if (role != "x" && role != "y" && role != "ux" && role != "uy" && role != "beta" && role != "omega" &&
+          role != "alpha") {
+        throw Error::in_field("role", role, "one of x, y, ux, uy, beta, omega, alpha");
+      }
+    }
+  }
+  /// That named in the options, else one of the usual names; null when there is none.
+  const unsigned* find(const std::string& role, std::initializer_list<const char*> usual) const {
+    if (const auto given = names_.find(role); given != names_.end()) {
+      const auto found = reference_.find(given->second);
+      if (found == reference_.end()) throw refuse(fmt::format("no variable {} for {}", given->second, role));
+      return &found->second;
+    }
+    for (const char* name : usual) {
+      if (const auto found = reference_.find(name); found != reference_.end()) return &found->second;
+    }
+    return nullptr;
+  }
+  unsigned need(const std::string& role, std::initializer_list<const char*> usual) const {
+    const unsigned* found = find(role, usual);
+    if (found == nullptr) throw refuse(fmt::format("no variable for {}: name it, e.g. {}=rotor.{}", role, role, role));
+    return *found;
+  }
+
+ private:
+  Error refuse(const std::string& why) const { return Error::in_file(fmu_.string(), 0, why); }
+  const std::filesystem::path& fmu_;
+  const decltype(FmuPlantOptions::names)& names_;
+  std::map<std::string, unsigned> reference_;
+};
+
 }  // namespace
 
 struct FmuPlant::State {
@@ -100,6 +140,33 @@ struct FmuPlant::State {
     return three ? set3(component, inputs.data(), inputs.size(), values.data(), values.size()) <= fmi3Warning
                  : set2(component, inputs.data(), inputs.size(), values.data()) <= fmi2Warning;
   }
+  /// Instance, initialization and the first inputs; false when the FMU refuses.
+  bool start3(const char* token, const std::string& resources) {
+    fmi3Instance (*instantiate)(fmi3String, fmi3String, fmi3String, bool, bool, bool, bool, const unsigned*,
+                                std::size_t, void*, fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
+    fmi3Status (*enter)(void*, bool, double, double, bool, double);
+    fmi3Status (*leave)(void*);
+    load(instantiate, "fmi3InstantiateCoSimulation"), load(enter, "fmi3EnterInitializationMode");
+    load(leave, "fmi3ExitInitializationMode"), load(free_instance, "fmi3FreeInstance");
+    load(set3, "fmi3SetFloat64"), load(get3, "fmi3GetFloat64"), load(step3, "fmi3DoStep");
+    component = instantiate("plant", token, (resources + "/").c_str(), false, false, false, false, nullptr, 0, nullptr,
+                            quiet3, nullptr);
+    return component != nullptr && enter(component, false, 0, 0, false, 0) <= fmi3Warning && set_inputs() &&
+           leave(component) <= fmi3Warning;
+  }
+  bool start2(const char* token, const std::string& resources) {
+    fmi2Component (*instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions*, int, int);
+    fmi2Status (*setup)(void*, int, double, double, int, double);
+    fmi2Status (*enter)(void*);
+    fmi2Status (*leave)(void*);
+    load(instantiate, "fmi2Instantiate"), load(setup, "fmi2SetupExperiment"),
+        load(enter, "fmi2EnterInitializationMode");
+    load(leave, "fmi2ExitInitializationMode"), load(free_instance, "fmi2FreeInstance");
+    load(set2, "fmi2SetReal"), load(get2, "fmi2GetReal"), load(step2, "fmi2DoStep");
+    component = instantiate("plant", fmi2CoSimulation, token, ("file://" + resources).c_str(), &kCallbacks, 0, 0);
+    return component != nullptr && setup(component, 0, 0, 0, 0, 0) <= fmi2Warning && enter(component) <= fmi2Warning &&
+           set_inputs() && leave(component) <= fmi2Warning;
+  }
   void take_reading() noexcept {
     const unsigned references[] = {x, y};
     const bool ok = three ? get3(component, references, 2, reading, 2) <= fmi3Warning
@@ -127,38 +194,13 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
     throw refuse(fmt::format("fmiVersion '{}': must be 2.0 or 3.0", version));
   s.three = version != "2.0";
   if (!kind) throw refuse("the FMU has no co-simulation");
-  std::map<std::string, unsigned> reference;
-  for (const pugi::xml_node v : root.child("ModelVariables").children()) {
-    reference[v.attribute("name").value()] = v.attribute("valueReference").as_uint();
-  }
-  const auto find = [&](const std::string& role, std::initializer_list<const char*> usual) -> const unsigned* {
-    if (const auto given = options.names.find(role); given != options.names.end()) {
-      const auto found = reference.find(given->second);
-      if (found == reference.end()) throw refuse(fmt::format("no variable {} for {}", given->second, role));
-      return &found->second;
-    }
-    for (const char* name : usual) {
-      if (const auto found = reference.find(name); found != reference.end()) return &found->second;
-    }
-    return nullptr;
-  };
-  const auto need = [&](const std::string& role, std::initializer_list<const char*> usual) {
-    const unsigned* found = find(role, usual);
-    if (found == nullptr) throw refuse(fmt::format("no variable for {}: name it, e.g. {}=rotor.{}", role, role, role));
-    return *found;
-  };
-  for (const auto& [role, name] : options.names) {
-    if (role != "x" && role != "y" && role != "ux" && role != "uy" && role != "beta" && role != "omega" &&
-        role != "alpha") {
-      throw Error::in_field("role", role, "one of x, y, ux, uy, beta, omega, alpha");
-    }
-  }
-  s.x = need("x", {"x_sensor", "x"});
-  s.y = need("y", {"y_sensor", "y"});
-  s.inputs = {need("ux", {"ux"}), need("uy", {"uy"})};
+  const Variables variables(root, fmu, options);
+  s.x = variables.need("x", {"x_sensor", "x"});
+  s.y = variables.need("y", {"y_sensor", "y"});
+  s.inputs = {variables.need("ux", {"ux"}), variables.need("uy", {"uy"})};
   constexpr const char* kAngle[] = {"beta", "omega", "alpha"};
   for (int i = 0; i < 3; ++i) {
-    if (const unsigned* found = find(kAngle[i], {kAngle[i]})) {
+    if (const unsigned* found = variables.find(kAngle[i], {kAngle[i]})) {
       s.inputs.push_back(*found);
       s.angle_of.push_back(i);
     }
@@ -172,33 +214,8 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   if (s.library == nullptr) throw refuse("no binary for Linux on x86-64 that can be loaded");
   const std::string resources = s.folder.path().string() + "/resources";
   const char* const token = root.attribute(s.three ? "instantiationToken" : "guid").value();
-  bool ready;
   s.set_angle();
-  if (s.three) {
-    fmi3Instance (*instantiate)(fmi3String, fmi3String, fmi3String, bool, bool, bool, bool, const unsigned*,
-                                std::size_t, void*, fmi3LogMessageCallback, fmi3IntermediateUpdateCallback);
-    fmi3Status (*enter)(void*, bool, double, double, bool, double);
-    fmi3Status (*leave)(void*);
-    s.load(instantiate, "fmi3InstantiateCoSimulation"), s.load(enter, "fmi3EnterInitializationMode");
-    s.load(leave, "fmi3ExitInitializationMode"), s.load(s.free_instance, "fmi3FreeInstance");
-    s.load(s.set3, "fmi3SetFloat64"), s.load(s.get3, "fmi3GetFloat64"), s.load(s.step3, "fmi3DoStep");
-    s.component = instantiate("plant", token, (resources + "/").c_str(), false, false, false, false, nullptr, 0,
-                              nullptr, quiet3, nullptr);
-    ready = s.component != nullptr && enter(s.component, false, 0, 0, false, 0) <= fmi3Warning && s.set_inputs() &&
-            leave(s.component) <= fmi3Warning;
-  } else {
-    fmi2Component (*instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions*, int, int);
-    fmi2Status (*setup)(void*, int, double, double, int, double);
-    fmi2Status (*enter)(void*);
-    fmi2Status (*leave)(void*);
-    s.load(instantiate, "fmi2Instantiate"), s.load(setup, "fmi2SetupExperiment"),
-        s.load(enter, "fmi2EnterInitializationMode");
-    s.load(leave, "fmi2ExitInitializationMode"), s.load(s.free_instance, "fmi2FreeInstance");
-    s.load(s.set2, "fmi2SetReal"), s.load(s.get2, "fmi2GetReal"), s.load(s.step2, "fmi2DoStep");
-    s.component = instantiate("plant", fmi2CoSimulation, token, ("file://" + resources).c_str(), &kCallbacks, 0, 0);
-    ready = s.component != nullptr && setup(s.component, 0, 0, 0, 0, 0) <= fmi2Warning &&
-            enter(s.component) <= fmi2Warning && s.set_inputs() && leave(s.component) <= fmi2Warning;
-  }
+  const bool ready = s.three ? s.start3(token, resources) : s.start2(token, resources);
   if (!ready) throw refuse("the FMU refused its initialization");
   s.take_reading();
   if (s.failed) throw refuse("the FMU gives no displacement");

@@ -1,9 +1,10 @@
 #include "barrier.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::diagnosis {
 namespace {

@@ -1,10 +1,10 @@
 #include "whirl/diagnosis/influence.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "contradiction.hpp"
 #include "influence_fit.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {

@@ -1,9 +1,10 @@
 #include "influence_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::diagnosis {
 

@@ -1,4 +1,3 @@
-#include <Eigen/Dense>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
@@ -6,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/influence.hpp"
 

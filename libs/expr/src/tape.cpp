@@ -167,10 +167,6 @@ class Emitter {
   std::vector<Line> lines_;
 };
 
-bool unary(Tape::Op op) {
-  return op == Tape::Op::neg || op == Tape::Op::sqrt || (op >= Tape::Op::abs && op <= Tape::Op::tanh);
-}
-
 inline double apply(Tape::Op op, double a, double b) noexcept {
   switch (op) {
     case Tape::Op::add:
@@ -386,88 +382,6 @@ void Tape::evaluate_point(const double* in, double* out) const noexcept {
   }
   for (const Copy& c : copies_) slot[c.to] = slot[c.from];
   std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
-}
-
-std::string Tape::c99(const C99Options& options) const {
-  const std::size_t n_vars = variables_.size(), fixed = n_vars + constants_.size();
-  const auto literal = [&](double value) {
-    const std::string text = number_text(value, true);
-    const std::string wrapped = options.literal_macro.empty() ? text : options.literal_macro + "(" + text + ")";
-    return value < 0 && options.literal_macro.empty() ? "(" + wrapped + ")" : wrapped;
-  };
-  const auto operand = [&](std::uint32_t value) {
-    if (value < n_vars) return options.inputs.empty() ? variables_[value] : options.inputs[value];
-    if (value < fixed) return literal(constants_[value - n_vars]);
-    return options.prefix + std::to_string(value - fixed);
-  };
-  const auto call = [&](const char* function, const std::string& arguments) {
-    const std::string name = options.function_macro.empty() ? function : options.function_macro + "(" + function + ")";
-    return name + "(" + arguments + ")";
-  };
-  std::string text;
-  for (std::size_t i = 0; i < steps_.size(); ++i) {
-    const Step& step = steps_[i];
-    const std::string a = operand(step.a), b = unary(step.op) ? "" : operand(step.b);
-    std::string value;
-    switch (step.op) {
-      case Op::add:
-        value = a + " + " + b;
-        break;
-      case Op::sub:
-        value = a + " - " + b;
-        break;
-      case Op::mul:
-        value = a + " * " + b;
-        break;
-      case Op::div:
-        value = a + " / " + b;
-        break;
-      case Op::neg:
-        value = "-" + a;
-        break;
-      case Op::sqrt:
-        value = call("sqrt", a);
-        break;
-      case Op::pow:
-        value = call("pow", a + ", " + b);
-        break;
-      case Op::abs:
-        value = call("fabs", a);
-        break;
-      case Op::sgn:
-        value = fmt::format("({})(({} > {z}) - ({} < {z}))", options.type, a, a, fmt::arg("z", literal(0)));
-        break;
-      case Op::exp:
-        value = call("exp", a);
-        break;
-      case Op::log:
-        value = call("log", a);
-        break;
-      case Op::sin:
-        value = call("sin", a);
-        break;
-      case Op::cos:
-        value = call("cos", a);
-        break;
-      case Op::tan:
-        value = call("tan", a);
-        break;
-      case Op::tanh:
-        value = call("tanh", a);
-        break;
-      case Op::min:
-        value = fmt::format("{} < {} ? {} : {}", a, b, a, b);
-        break;
-      case Op::max:
-        value = fmt::format("{} > {} ? {} : {}", a, b, a, b);
-        break;
-    }
-    text += fmt::format("{}const {} {}{} = {};\n", options.indent, options.type, options.prefix, i, value);
-  }
-  for (std::size_t k = 0; k < outputs_.size(); ++k) {
-    text += fmt::format("{}{} = {};\n", options.indent, options.outputs[k], operand(outputs_[k]));
-  }
-  return text;
 }
 
 }  // namespace whirl::expr

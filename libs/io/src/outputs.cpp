@@ -11,6 +11,7 @@
 #include <string_view>
 #include <utility>
 
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -71,20 +72,8 @@ std::string kind_of_csv(std::string_view header) {
 struct Ending {
   std::string_view ending, kind;
 };
-constexpr std::array kEndings{Ending{".svg", "SVG"},
-                              Ending{".png", "PNG"},
-                              Ending{".pdf", "PDF"},
-                              Ending{".html", "HTML"},
-                              Ending{".htm", "HTML"},
-                              Ending{".h5", "HDF5"},
-                              Ending{".hdf5", "HDF5"},
-                              Ending{".wav", "WAV"},
-                              Ending{".mat", "MAT"},
-                              Ending{".uff", "universal file"},
-                              Ending{".unv", "universal file"},
-                              Ending{".lvm", "LVM"},
-                              Ending{".atfx", "ATFX"},
-                              Ending{".fmu", "zip"},
+constexpr std::array kEndings{Ending{".svg", "SVG"},      Ending{".png", "PNG"},  Ending{".pdf", "PDF"},
+                              Ending{".html", "HTML"},    Ending{".htm", "HTML"}, Ending{".fmu", "zip"},
                               Ending{".toml", "settings"}};
 
 /// Asks the system rather than the permission bits: read-only file systems, quotas and ACLs answer too.
@@ -145,16 +134,11 @@ std::string file_kind(const fs::path& path) {
   std::string_view text = head;
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   if (text.empty()) return "";
-  for (const auto& [magic, kind] : {std::pair<std::string_view, std::string_view>{"\x89PNG", "PNG"},
-                                    {"%PDF", "PDF"},
-                                    {"\x89HDF", "HDF5"},
-                                    {"RIFF", "WAV"},
-                                    {"MATLAB 5.0", "MAT"},
-                                    {"MATLAB 7.3", "HDF5"},
-                                    {"LabVIEW Measurement", "LVM"},
-                                    {"PK\x03\x04", "zip"}}) {
+  for (const auto& [magic, kind] :
+       {std::pair<std::string_view, std::string_view>{"\x89PNG", "PNG"}, {"%PDF", "PDF"}, {"PK\x03\x04", "zip"}}) {
     if (text.starts_with(magic)) return std::string(kind);
   }
+  if (const std::string_view words = words_of_magic(text); !words.empty()) return std::string(words);
   const std::size_t first = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   const std::string_view plain = text.substr(first);
   if (plain.starts_with("{") || plain.starts_with("[{")) return kind_of_json(plain);
@@ -178,6 +162,9 @@ std::string kind_to_write(const fs::path& path, const std::string& kind) {
   for (const Ending& e : kEndings) {
     if (end == e.ending) return std::string(e.kind);
   }
+  if (const std::string_view words = words_of_ending(end);
+      !words.empty() && end != ".txt" && end != ".tsv" && end != ".json")
+    return std::string(words);
   if (kind == "record" || kind == "table" || kind == "figure" || kind == "signals") return "text";
   return kind;
 }

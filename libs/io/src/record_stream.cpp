@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/signals.hpp"
 
@@ -105,15 +106,12 @@ class Hdf5RecordStream : public RecordStream {
 
 }  // namespace
 
-std::unique_ptr<RecordStream> open_record_stream(const std::filesystem::path& file, const CsvOptions& options) {
-  switch (file_format(file)) {
-    case FileFormat::csv:
-      return std::make_unique<CsvRecordStream>(file.string(), options);
-    case FileFormat::hdf5:
-      return std::make_unique<Hdf5RecordStream>(file.string(), options);
-    default:
-      throw Error(file.string() + ": --stream reads CSV and HDF5; whirl convert makes one of it");
-  }
+std::unique_ptr<RecordStream> stream_csv(const std::filesystem::path& path, const CsvOptions& options) {
+  return std::make_unique<CsvRecordStream>(path.string(), options);
+}
+
+std::unique_ptr<RecordStream> stream_hdf5(const std::filesystem::path& path, const CsvOptions& options) {
+  return std::make_unique<Hdf5RecordStream>(path.string(), options);
 }
 
 }  // namespace whirl::io

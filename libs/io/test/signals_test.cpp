@@ -12,6 +12,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/io/info.hpp"
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/data.hpp"
@@ -23,6 +24,7 @@ namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using whirl::testing::error_of;
 
 std::filesystem::path corpus(const std::string& file) {
@@ -150,6 +152,49 @@ TEST(Signals, FormatIsFoundFromTheContent) {
   EXPECT_EQ(file_format(corpus("atfx/small.atfx")), FileFormat::atfx);
   EXPECT_EQ(file_format(corpus("json/frf.json")), FileFormat::json);
   EXPECT_THROW(read_signals(corpus("json/frf.json")), Error);
+}
+
+TEST(Formats, EveryEndingThatIsWrittenReadsBackWithTheSameValues) {
+  const Folder folder;
+  Recording record;
+  record.dt = 1e-3;
+  record.add("force", Quantity::force, Eigen::VectorXd::LinSpaced(50, -3, 4));
+  record.add("acc", Quantity::acceleration, Eigen::VectorXd::LinSpaced(50, 1, -0.125));
+  int written = 0;
+  for (const char* ending : {".mat", ".h5", ".hdf5", ".lvm", ".uff", ".unv", ".csv", ".csv.gz", ".MAT"}) {
+    const std::filesystem::path path = folder / (std::string("record") + ending);
+    write_recording(path, record);
+    const Recording back = read(path);
+    ASSERT_EQ(back.size(), 50) << ending;
+    EXPECT_LT((back["force"] - record["force"]).cwiseAbs().maxCoeff(), 1e-9) << ending;
+    EXPECT_LT((back["acc"] - record["acc"]).cwiseAbs().maxCoeff(), 1e-9) << ending;
+    ++written;
+  }
+  EXPECT_EQ(written, 9);
+  EXPECT_EQ(file_format(folder / "record.mat"), FileFormat::mat);
+  const std::string error = error_of([&] { write_recording(folder / "record.xyz", record); });
+  for (const char* ending : {".mat", ".h5", ".wav", ".lvm", ".uff", ".csv"}) EXPECT_THAT(error, HasSubstr(ending));
+  EXPECT_THAT(error, Not(HasSubstr(".atfx")));  // read only
+  EXPECT_THAT(error, Not(HasSubstr(".json")));  // results
+}
+
+TEST(Formats, ResponsesComeFromTheFilesThatHoldThem) {
+  const std::optional<FrequencyResponse> json = read_responses(corpus("json/frf.json"));
+  ASSERT_TRUE(json.has_value());
+  EXPECT_FALSE(read_responses(corpus("wav/pcm24.wav")).has_value());
+  const Folder folder;
+  for (const char* name : {"frf.uff", "frf.csv", "frf.json"}) {
+    write_responses(folder / name, *json);
+    const std::optional<FrequencyResponse> back = read_responses(folder / name, json->kind);
+    ASSERT_TRUE(back.has_value()) << name;
+    EXPECT_EQ(back->kind, json->kind) << name;
+    EXPECT_EQ(back->frequency.size(), json->frequency.size()) << name;
+  }
+  EXPECT_THAT(error_of([&] { read_responses(folder / "frf.csv"); }), HasSubstr("state --kind"));
+  EXPECT_THAT(error_of([&] { write_responses(folder / "frf.wav", *json); }), HasSubstr(".json"));
+  EXPECT_EQ(frf_kind("mobility"), FrfKind::mobility);
+  EXPECT_FALSE(frf_kind("").has_value());
+  EXPECT_THROW(frf_kind("mobile"), Error);
 }
 
 TEST(Signals, AtfxTablesHaveTheirTime) {

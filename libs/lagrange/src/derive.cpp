@@ -1,6 +1,7 @@
 #include "whirl/lagrange/derive.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "algebra.hpp"
 #include "symmetry.hpp"
@@ -107,6 +108,33 @@ void check(const LagrangeProblem& problem) {
   }
 }
 
+struct Energies {
+  ex kinetic, potential, rayleigh;
+};
+
+/// d/dt(dT/dq') - dT/dq + dV/dq + dR/dq' = Q, solved for mass matrix times accelerations = h.
+std::pair<GiNaC::matrix, std::vector<ex>> balance(const Energies& of, const std::vector<Motion>& motions,
+                                                  const std::vector<Motion>& signals, const ex& time,
+                                                  const std::function<ex(std::size_t)>& force_of, Names& names) {
+  const std::size_t n = motions.size();
+  GiNaC::matrix mass(static_cast<unsigned>(n), static_cast<unsigned>(n));
+  std::vector<ex> h;
+  for (std::size_t i = 0; i < n; ++i) {
+    const ex momentum = of.kinetic.diff(motions[i].rate);
+    ex force = of.kinetic.diff(motions[i].q) - of.potential.diff(motions[i].q) - of.rayleigh.diff(motions[i].rate) -
+               momentum.diff(GiNaC::ex_to<symbol>(time)) + force_of(i);
+    for (std::size_t j = 0; j < n; ++j) {
+      mass(static_cast<unsigned>(i), static_cast<unsigned>(j)) = reduced(momentum.diff(motions[j].rate), names);
+      force -= momentum.diff(motions[j].q) * motions[j].rate;
+    }
+    for (const Motion& signal : signals) {
+      force -= momentum.diff(signal.q) * signal.rate + momentum.diff(signal.rate) * signal.acceleration;
+    }
+    h.push_back(reduced(force, names));
+  }
+  return {mass, h};
+}
+
 }  // namespace
 
 LagrangeEquations derive(const LagrangeProblem& problem) {
@@ -137,24 +165,12 @@ LagrangeEquations derive(const LagrangeProblem& problem) {
   potential = potential.subs(tied);
   rayleigh = rayleigh.subs(tied);
 
+  const auto force_of = [&](std::size_t i) {
+    const auto it = problem.forces.find(problem.coordinates[i]);
+    return it == problem.forces.end() ? ex(0) : read(it->second, "force");
+  };
+  const auto [mass, h] = balance({kinetic, potential, rayleigh}, motions, signals, time, force_of, names);
   const std::size_t n = motions.size();
-  GiNaC::matrix mass(static_cast<unsigned>(n), static_cast<unsigned>(n));
-  std::vector<ex> h;
-  for (std::size_t i = 0; i < n; ++i) {
-    const ex momentum = kinetic.diff(motions[i].rate);
-    ex force = kinetic.diff(motions[i].q) - potential.diff(motions[i].q) - rayleigh.diff(motions[i].rate) -
-               momentum.diff(GiNaC::ex_to<symbol>(time));
-    if (const auto it = problem.forces.find(problem.coordinates[i]); it != problem.forces.end())
-      force += read(it->second, "force");
-    for (std::size_t j = 0; j < n; ++j) {
-      mass(static_cast<unsigned>(i), static_cast<unsigned>(j)) = reduced(momentum.diff(motions[j].rate), names);
-      force -= momentum.diff(motions[j].q) * motions[j].rate;
-    }
-    for (const Motion& signal : signals) {
-      force -= momentum.diff(signal.q) * signal.rate + momentum.diff(signal.rate) * signal.acceleration;
-    }
-    h.push_back(reduced(force, names));
-  }
   for (unsigned i = 0; i < n; ++i) {
     result.mass.emplace_back();
     for (unsigned j = 0; j < n; ++j) result.mass[i].push_back(names.to(mass(i, j)));

@@ -1,13 +1,12 @@
 #include "whirl/lagrange/physical.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/tape.hpp"
 
@@ -238,6 +237,164 @@ bool fraction(double& exponent) {
   return true;
 }
 
+/// What the parameters have to meet: relations to the unknowns of the fit and to values measured apart.
+struct Task {
+  Problem problem;
+  std::map<std::string, expr::Expr, std::less<>> exact;
+  expr::UnitMap units;
+  MatrixXd covariance;              ///< of the observed values
+  std::vector<std::string> unused;  ///< not known and in no relation
+};
+
+bool occurs(const std::string& name, const std::vector<expr::Expr>& relations) {
+  return std::any_of(relations.begin(), relations.end(), [&](const expr::Expr& e) {
+    const std::vector<std::string> names = expr::variables(e);
+    return std::find(names.begin(), names.end(), name) != names.end();
+  });
+}
+
+Task make_task(const expr::CandidateLibrary& library, const UnknownEstimates& fit,
+               const std::vector<PhysicalParameter>& parameters) {
+  Task task;
+  Problem& problem = task.problem;
+  for (const PhysicalParameter& p : parameters) {
+    if (!p.unit.empty()) task.units[p.name] = expr::Unit::parse(p.unit);
+    if (p.exact()) task.exact.emplace(p.name, expr::Expr(p.value.value));
+  }
+  for (const expr::TiedGroup& group : library.groups) {
+    if (group.coefficient.empty()) throw Error(fmt::format("group '{}' has no meaning in parameters", group.name));
+    problem.relations.push_back(expr::substitute(expr::Expr::parse(group.coefficient), task.exact));
+  }
+  std::vector<std::pair<std::string, Estimate>> given;
+  const std::vector<expr::Expr> relations = problem.relations;
+  for (const PhysicalParameter& p : parameters) {
+    if (p.exact() || !occurs(p.name, relations)) {
+      if (!p.known()) task.unused.push_back(p.name);
+      continue;
+    }
+    if (p.known()) given.emplace_back(p.name, p.value);
+    problem.names.push_back(p.name);
+    problem.units.push_back(p.unit);
+  }
+  const Index groups = fit.value.size(), rows = groups + static_cast<Index>(given.size());
+  problem.observed.resize(rows);
+  problem.observed.head(groups) = fit.value;
+  task.covariance = MatrixXd::Zero(rows, rows);
+  task.covariance.topLeftCorner(groups, groups) = fit.covariance;
+  for (Index row = groups; row < rows; ++row) {
+    const auto& [name, value] = given[static_cast<std::size_t>(row - groups)];
+    problem.relations.push_back(expr::Expr::symbol(name));
+    problem.observed[row] = value.value;
+    task.covariance(row, row) = value.sd * value.sd;
+  }
+  return task;
+}
+
+/// What a solution says about any term of the parameters.
+class Reader {
+ public:
+  Reader(const Task& task, const Solution& solution, VectorXd scale, Directions space, MatrixXd spread, bool intervals)
+      : task_(task),
+        solution_(solution),
+        scale_(std::move(scale)),
+        space_(std::move(space)),
+        spread_(std::move(spread)),
+        intervals_(intervals) {}
+
+  PhysicalQuantity quantity(const std::string& name, const expr::Expr& term) const {
+    const auto [value, gradient] = evaluate(term);
+    const double sd = std::sqrt(std::max(0.0, (gradient * spread_ * gradient.transpose())(0, 0)));
+    const std::vector<std::string>& names = task_.problem.names;
+    const auto itself = std::find(names.begin(), names.end(), name);
+    const std::optional<expr::Unit> unit = expr::unit_of(term, task_.units);
+    // An angle's own text: in products rad is the number one.
+    const std::string text = itself != names.end()
+                                 ? task_.problem.units[static_cast<std::size_t>(itself - names.begin())]
+                             : unit ? unit->str()
+                                    : "";
+    return {name, text, intervals_ ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
+  }
+
+  /// The fit sees every direction that moves the term.
+  bool determined(const expr::Expr& term) const {
+    const auto [value, gradient] = evaluate(term);
+    const VectorXd slope = scale_.cwiseProduct(gradient.row(0).transpose());
+    return space_.unseen.cols() == 0 || (slope.transpose() * space_.unseen).norm() < 1e-6 * (slope.norm() + 1e-300);
+  }
+
+  /// Parameter k over powers of those that must be given; nothing where no small fractions do it.
+  std::optional<expr::Expr> combination(Index k) const {
+    const std::vector<std::string>& names = task_.problem.names;
+    expr::Expr product = expr::Expr::symbol(names[static_cast<std::size_t>(k)]);
+    if (std::find(space_.references.begin(), space_.references.end(), k) != space_.references.end()) return {};
+    for (std::size_t r = 0; r < space_.references.size(); ++r) {
+      double exponent = space_.unseen(k, static_cast<Index>(r));
+      if (!fraction(exponent)) return {};
+      product = product * pow(expr::Expr::symbol(names[static_cast<std::size_t>(space_.references[r])]), -exponent);
+    }
+    if (!determined(product)) return {};
+    return product;
+  }
+
+  const MatrixXd& spread() const { return spread_; }
+  const std::vector<Index>& references() const { return space_.references; }
+
+ private:
+  std::pair<VectorXd, MatrixXd> evaluate(const expr::Expr& term) const {
+    std::pair<VectorXd, MatrixXd> result;
+    Relations({expr::substitute(term, task_.exact)}, task_.problem.names)
+        .evaluate(solution_.p, result.first, result.second);
+    return result;
+  }
+
+  const Task& task_;
+  const Solution& solution_;
+  VectorXd scale_;
+  Directions space_;
+  MatrixXd spread_;
+  bool intervals_;
+};
+
+/// Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no
+/// solution.
+void judge(PhysicalParameters& result, double chi_square, bool intervals) {
+  const double bound = result.excess + 6 * std::sqrt(2.0 * result.excess) + 10;
+  if (!std::isfinite(chi_square) || (result.excess == 0 && chi_square > 1e-3)) {
+    result.summary.fail("no parameters give the unknowns of the fit");
+  } else if (result.excess > 0 && intervals && chi_square > bound) {
+    result.summary.warn(
+        fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
+                    chi_square, result.excess, result.excess > 1 ? "s" : ""));
+  }
+}
+
+void list_parameters(const Reader& reader, const Problem& problem, PhysicalParameters& result) {
+  std::vector<Index> found;
+  for (Index k = 0; k < static_cast<Index>(problem.names.size()); ++k) {
+    const std::string& name = problem.names[static_cast<std::size_t>(k)];
+    if (reader.determined(expr::Expr::symbol(name))) {
+      found.push_back(k);
+      result.parameters.push_back(reader.quantity(name, expr::Expr::symbol(name)));
+      continue;
+    }
+    result.undetermined.push_back(name);
+    if (const std::optional<expr::Expr> product = reader.combination(k)) {
+      result.combinations.push_back(reader.quantity(product->str(), *product));
+    }
+  }
+  result.covariance = reader.spread()(found, found);
+}
+
+void warn_of_undetermined(const Reader& reader, const Problem& problem, PhysicalParameters& result) {
+  if (result.undetermined.empty()) return;
+  std::string list, ask;
+  for (const std::string& name : result.undetermined) list += (list.empty() ? "" : ", ") + name;
+  for (const Index r : reader.references())
+    ask += (ask.empty() ? "" : " and ") + problem.names[static_cast<std::size_t>(r)];
+  result.summary.warn(fmt::format("not determined by this fit: {}{}", list,
+                                  ask.empty() ? "" : "; a value of " + ask + " would determine what hangs on it"));
+}
+
 }  // namespace
 
 PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, const UnknownEstimates& fit,
@@ -249,54 +406,17 @@ PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, co
   }
   PhysicalParameters result;
   for (const std::string& note : fit.notes) result.summary.warn(note);
-
-  Problem problem;
-  std::map<std::string, expr::Expr, std::less<>> exact;
-  expr::UnitMap units;
-  std::vector<Estimate> given;
-  std::vector<Index> given_index;
-  for (const PhysicalParameter& p : parameters) {
-    if (!p.unit.empty()) units[p.name] = expr::Unit::parse(p.unit);
-    if (p.exact()) exact.emplace(p.name, expr::Expr(p.value.value));
-  }
-  for (const expr::TiedGroup& group : library.groups) {
-    if (group.coefficient.empty()) throw Error(fmt::format("group '{}' has no meaning in parameters", group.name));
-    problem.relations.push_back(expr::substitute(expr::Expr::parse(group.coefficient), exact));
-  }
-  for (const PhysicalParameter& p : parameters) {
-    const bool used = std::any_of(problem.relations.begin(), problem.relations.end(), [&](const expr::Expr& e) {
-      const std::vector<std::string> names = expr::variables(e);
-      return std::find(names.begin(), names.end(), p.name) != names.end();
-    });
-    if (p.exact() || !used) {
-      if (!p.known()) result.undetermined.push_back(p.name);
-      continue;
-    }
-    if (p.known()) {
-      given.push_back(p.value);
-      given_index.push_back(static_cast<Index>(problem.names.size()));
-    }
-    problem.names.push_back(p.name);
-    problem.units.push_back(p.unit);
-  }
-  const Index n = static_cast<Index>(problem.names.size()), rows = groups + static_cast<Index>(given.size());
-  problem.observed.resize(rows);
-  problem.observed.head(groups) = fit.value;
-  MatrixXd covariance = MatrixXd::Zero(rows, rows);
-  covariance.topLeftCorner(groups, groups) = fit.covariance;
-  for (std::size_t i = 0; i < given.size(); ++i) {
-    const Index row = groups + static_cast<Index>(i);
-    problem.relations.push_back(expr::Expr::symbol(problem.names[static_cast<std::size_t>(given_index[i])]));
-    problem.observed[row] = given[i].value;
-    covariance(row, row) = given[i].sd * given[i].sd;
-  }
+  Task task = make_task(library, fit, parameters);
+  Problem& problem = task.problem;
+  result.undetermined = task.unused;
   if (!problem.observed.allFinite()) {
     result.summary.fail("an unknown of the fit is not a number");
     return result;
   }
+  const Index n = static_cast<Index>(problem.names.size()), rows = problem.observed.size();
   if (n == 0) return result;
-  problem.whitening = whitening(problem.observed, covariance);
-  const bool intervals = covariance.diagonal().allFinite() && (covariance.diagonal().array() > 0).any();
+  problem.whitening = whitening(problem.observed, task.covariance);
+  const bool intervals = task.covariance.diagonal().allFinite() && (task.covariance.diagonal().array() > 0).any();
 
   const Relations relations(problem.relations, problem.names);
   const Solution solution = solve(problem, relations);
@@ -304,84 +424,25 @@ PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, co
   for (Index k = 0; k < n; ++k) scale[k] = scale_of(problem, solution.p, k);
   const MatrixXd scaled = problem.whitening * solution.jacobian * scale.asDiagonal();
   const Directions space = directions(scaled);
-  const MatrixXd& null = space.unseen;
-  const std::vector<Index>& references = space.references;
   result.excess = static_cast<int>(rows - space.seen.cols());
   result.summary.residual = solution.chi_square;
-  // Misfit of more than 1e-3 of the values without excess relations, or far beyond chi^2's spread with them, is no
-  // solution.
-  const double bound = result.excess + 6 * std::sqrt(2.0 * result.excess) + 10;
-  if (!std::isfinite(solution.chi_square) || (result.excess == 0 && solution.chi_square > 1e-3)) {
-    result.summary.fail("no parameters give the unknowns of the fit");
-    return result;
-  }
-  if (result.excess > 0 && intervals && solution.chi_square > bound) {
-    result.summary.warn(
-        fmt::format("the fit contradicts the relations between its unknowns: chi^2 {:.3g} for {} excess relation{}",
-                    solution.chi_square, result.excess, result.excess > 1 ? "s" : ""));
-  }
+  judge(result, solution.chi_square, intervals);
+  if (result.summary.status == Status::unusable) return result;
   // Directions that the fit does not see get no variance here and are not reported.
   const MatrixXd basis = scale.asDiagonal() * space.seen;
   const MatrixXd inverse = basis * least_squares(scaled * space.seen, MatrixXd::Identity(rows, rows));
-  const MatrixXd spread = inverse * inverse.transpose();
+  const Reader reader(task, solution, scale, space, inverse * inverse.transpose(), intervals);
 
-  const auto quantity = [&](const std::string& name, const expr::Expr& term) {
-    const expr::Expr e = expr::substitute(term, exact);
-    VectorXd value;
-    MatrixXd gradient;
-    Relations({e}, problem.names).evaluate(solution.p, value, gradient);
-    const double sd = std::sqrt(std::max(0.0, (gradient * spread * gradient.transpose())(0, 0)));
-    const auto itself = std::find(problem.names.begin(), problem.names.end(), name);
-    const std::optional<expr::Unit> unit = expr::unit_of(term, units);
-    // An angle's own text: in products rad is the number one.
-    const std::string text = itself != problem.names.end()
-                                 ? problem.units[static_cast<std::size_t>(itself - problem.names.begin())]
-                             : unit ? unit->str()
-                                    : "";
-    return PhysicalQuantity{name, text, intervals ? Estimate::from_sd(value[0], sd) : Estimate{value[0]}};
-  };
-  const auto determined = [&](const expr::Expr& e) {
-    VectorXd value;
-    MatrixXd gradient;
-    Relations({expr::substitute(e, exact)}, problem.names).evaluate(solution.p, value, gradient);
-    const VectorXd slope = scale.cwiseProduct(gradient.row(0).transpose());
-    return null.cols() == 0 || (slope.transpose() * null).norm() < 1e-6 * (slope.norm() + 1e-300);
-  };
-  std::vector<Index> found;
-  for (Index k = 0; k < n; ++k) {
-    const std::string& name = problem.names[static_cast<std::size_t>(k)];
-    if (determined(expr::Expr::symbol(name))) {
-      found.push_back(k);
-      result.parameters.push_back(quantity(name, expr::Expr::symbol(name)));
-      continue;
-    }
-    result.undetermined.push_back(name);
-    expr::Expr combination = expr::Expr::symbol(name);
-    bool simple = std::find(references.begin(), references.end(), k) == references.end();
-    for (std::size_t r = 0; r < references.size() && simple; ++r) {
-      double exponent = null(k, static_cast<Index>(r));
-      simple = fraction(exponent);
-      combination =
-          combination * pow(expr::Expr::symbol(problem.names[static_cast<std::size_t>(references[r])]), -exponent);
-    }
-    if (simple && determined(combination)) result.combinations.push_back(quantity(combination.str(), combination));
-  }
-  result.covariance = spread(found, found);
+  list_parameters(reader, problem, result);
   for (const std::string& text : report) {
     const expr::Expr term = expr::Expr::parse(text);
-    if (determined(term)) {
-      result.reported.push_back(quantity(text, term));
+    if (reader.determined(term)) {
+      result.reported.push_back(reader.quantity(text, term));
     } else {
       result.summary.warn(fmt::format("{} is not determined", text));
     }
   }
-  if (!result.undetermined.empty()) {
-    std::string list, ask;
-    for (const std::string& name : result.undetermined) list += (list.empty() ? "" : ", ") + name;
-    for (const Index r : references) ask += (ask.empty() ? "" : " and ") + problem.names[static_cast<std::size_t>(r)];
-    result.summary.warn(fmt::format("not determined by this fit: {}{}", list,
-                                    ask.empty() ? "" : "; a value of " + ask + " would determine what hangs on it"));
-  }
+  warn_of_undetermined(reader, problem, result);
   if (!intervals) result.summary.warn("the fit states no uncertainties: no intervals");
   return result;
 }

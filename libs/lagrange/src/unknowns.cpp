@@ -1,10 +1,10 @@
 // Unknowns of a library out of an identified model.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/lagrange/physical.hpp"
 
@@ -81,106 +81,136 @@ Eigen::MatrixXd library_matrix(const expr::CandidateLibrary& library, Places& pl
   return a;
 }
 
-UnknownEstimates from_equations(const IdentifiedModel& model, const expr::CandidateLibrary& library) {
-  UnknownEstimates result;
-  Places places;
-  const Eigen::MatrixXd a = library_matrix(library, places);
-  std::vector<Variable> variables;
-  std::string extra;
-  for (std::size_t i = 0; i < library.lhs.size(); ++i) {
-    const Equation* equation = nullptr;
-    for (const Equation& e : model.equations) {
-      if (e.lhs == library.lhs[i]) equation = &e;
-    }
-    if (equation == nullptr) {
-      std::string found;
-      for (const Equation& e : model.equations) found += " " + e.lhs;
-      throw Error(fmt::format(
-          "the model has no equation for {} (it has{}): choose the names of the derivation to match, [names]",
-          library.lhs[i], found));
-    }
-    for (const EquationTerm& term : equation->terms) {
-      Eigen::VectorXd column = Eigen::VectorXd::Zero(places.size());
-      bool inside = false;
-      for (const auto& [number, function] : monomials(expr::Expr::parse(term.function))) {
-        const Eigen::Index place = places.index(i, function, false);
-        if (place >= 0) column[place] += number;
-        inside = inside || place >= 0;
-      }
-      if (!inside) {
-        extra += (extra.empty() ? "" : ", ") + term.function + " in " + library.lhs[i];
-        continue;
-      }
-      const double sign = term.coefficient.value < 0 ? -1 : 1;
-      auto it = std::find_if(variables.begin(), variables.end(),
-                             [&](const Variable& v) { return same(v.coefficient, term.coefficient); });
-      if (it == variables.end()) {
-        it = variables.insert(variables.end(), {term.coefficient, Eigen::VectorXd::Zero(places.size())});
-        it->coefficient.value = std::abs(it->coefficient.value);
-        if (term.coefficient.sd != 0) it->parameter = parameter_of(model, equation->lhs, term.function);
-        it->sign = sign;
-      }
-      it->column += sign * column;
-    }
-    if (library.known.empty()) continue;
-    for (const auto& [number, function] : monomials(library.known[i])) {
-      const Eigen::Index place = places.index(i, function, false);
-      if (place < 0) continue;
-      variables.push_back({{number, 0, number, number}, Eigen::VectorXd::Zero(places.size())});
-      variables.back().column[place] = -1;
-    }
+const Equation& equation_of(const IdentifiedModel& model, const std::string& lhs) {
+  for (const Equation& e : model.equations) {
+    if (e.lhs == lhs) return e;
   }
-  if (!extra.empty()) result.notes.push_back("terms of the model that the derivation lacks: " + extra);
+  std::string found;
+  for (const Equation& e : model.equations) found += " " + e.lhs;
+  throw Error(fmt::format(
+      "the model has no equation for {} (it has{}): choose the names of the derivation to match, [names]", lhs, found));
+}
 
-  // a unknowns = sum of variable * column; each place weighted by its own sd.
-  Eigen::MatrixXd columns(places.size(), static_cast<Eigen::Index>(variables.size()));
-  Eigen::VectorXd value(columns.cols()), sd(columns.cols());
-  for (Eigen::Index v = 0; v < columns.cols(); ++v) {
-    columns.col(v) = variables[static_cast<std::size_t>(v)].column;
-    value[v] = variables[static_cast<std::size_t>(v)].coefficient.value;
-    sd[v] = variables[static_cast<std::size_t>(v)].coefficient.sd;
+/// What the model states, as numbers with their places in the derived equations.
+class Statements {
+ public:
+  Statements(const IdentifiedModel& model, const expr::CandidateLibrary& library, Places& places)
+      : model_(model), places_(places) {
+    for (std::size_t i = 0; i < library.lhs.size(); ++i) {
+      const Equation& equation = equation_of(model, library.lhs[i]);
+      for (const EquationTerm& term : equation.terms) add(i, equation.lhs, term);
+      if (library.known.empty()) continue;
+      for (const auto& [number, function] : monomials(library.known[i])) {
+        const Eigen::Index place = places_.index(i, function, false);
+        if (place < 0) continue;
+        variables_.push_back({{number, 0, number, number}, Eigen::VectorXd::Zero(places_.size())});
+        variables_.back().column[place] = -1;
+      }
+    }
+    const auto count = static_cast<Eigen::Index>(variables_.size());
+    columns.resize(places_.size(), count);
+    value.resize(count);
+    sd.resize(count);
+    for (Eigen::Index v = 0; v < count; ++v) {
+      columns.col(v) = at(v).column;
+      value[v] = at(v).coefficient.value;
+      sd[v] = at(v).coefficient.sd;
+    }
+    const std::size_t m = model.parameters.size();
+    joint_ = m > 0 && model.parameter_covariance.size() == m * m &&
+             std::all_of(variables_.begin(), variables_.end(),
+                         [](const Variable& v) { return v.coefficient.sd == 0 || v.parameter >= 0; });
   }
-  const std::size_t m = model.parameters.size();
-  const bool joint = m > 0 && model.parameter_covariance.size() == m * m &&
-                     std::all_of(variables.begin(), variables.end(),
-                                 [](const Variable& v) { return v.coefficient.sd == 0 || v.parameter >= 0; });
-  if (!joint && model.rotor_covariance.empty() && library.groups.size() > 1) {
-    result.notes.push_back("the model states no covariances: unknowns count as independent");
-  }
+
   /// Of two sums of variables. NaN times zero is no uncertainty.
-  const auto covariance = [&](const Eigen::RowVectorXd& a_factors, const Eigen::RowVectorXd& b_factors) {
+  double covariance(const Eigen::RowVectorXd& a, const Eigen::RowVectorXd& b) const {
     double sum = 0;
-    for (Eigen::Index i = 0; i < a_factors.size(); ++i) {
-      for (Eigen::Index j = 0; j < b_factors.size(); ++j) {
-        const double factor = a_factors[i] * b_factors[j];
+    for (Eigen::Index i = 0; i < a.size(); ++i) {
+      for (Eigen::Index j = 0; j < b.size(); ++j) {
+        const double factor = a[i] * b[j];
         if (std::abs(factor) <= 1e-12) continue;
-        const Variable &v = variables[static_cast<std::size_t>(i)], &w = variables[static_cast<std::size_t>(j)];
-        if (joint && v.parameter >= 0 && w.parameter >= 0) {
-          const std::size_t at = static_cast<std::size_t>(v.parameter) * m + static_cast<std::size_t>(w.parameter);
-          sum += factor * v.sign * w.sign * model.parameter_covariance[at];
+        const Variable &v = at(i), &w = at(j);
+        if (joint_ && v.parameter >= 0 && w.parameter >= 0) {
+          const std::size_t place =
+              static_cast<std::size_t>(v.parameter) * model_.parameters.size() + static_cast<std::size_t>(w.parameter);
+          sum += factor * v.sign * w.sign * model_.parameter_covariance[place];
         } else if (i == j) {
           sum += factor * sd[i] * sd[i];
         }
       }
     }
     return sum;
-  };
+  }
+
+  /// Size of the terms at a place, for rounding.
+  double size(Eigen::Index place) const { return (columns.row(place).cwiseAbs() * value.cwiseAbs()).value(); }
+  bool joint() const { return joint_; }
+  const std::string& extra() const { return extra_; }
+
+  Eigen::MatrixXd columns;    ///< places x variables
+  Eigen::VectorXd value, sd;  ///< of the variables
+
+ private:
+  const Variable& at(Eigen::Index v) const { return variables_[static_cast<std::size_t>(v)]; }
+
+  void add(std::size_t i, const std::string& lhs, const EquationTerm& term) {
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(places_.size());
+    bool inside = false;
+    for (const auto& [number, function] : monomials(expr::Expr::parse(term.function))) {
+      const Eigen::Index place = places_.index(i, function, false);
+      if (place >= 0) column[place] += number;
+      inside = inside || place >= 0;
+    }
+    if (!inside) {
+      extra_ += (extra_.empty() ? "" : ", ") + term.function + " in " + lhs;
+      return;
+    }
+    const double sign = term.coefficient.value < 0 ? -1 : 1;
+    auto it = std::find_if(variables_.begin(), variables_.end(),
+                           [&](const Variable& v) { return same(v.coefficient, term.coefficient); });
+    if (it == variables_.end()) {
+      it = variables_.insert(variables_.end(), {term.coefficient, Eigen::VectorXd::Zero(places_.size())});
+      it->coefficient.value = std::abs(it->coefficient.value);
+      if (term.coefficient.sd != 0) it->parameter = parameter_of(model_, lhs, term.function);
+      it->sign = sign;
+    }
+    it->column += sign * column;
+  }
+
+  const IdentifiedModel& model_;
+  Places& places_;
+  std::vector<Variable> variables_;
+  std::string extra_;  ///< terms that the derivation lacks
+  bool joint_ = false;
+};
+
+UnknownEstimates from_equations(const IdentifiedModel& model, const expr::CandidateLibrary& library) {
+  UnknownEstimates result;
+  Places places;
+  const Eigen::MatrixXd a = library_matrix(library, places);
+  const Statements stated(model, library, places);
+  if (!stated.extra().empty())
+    result.notes.push_back("terms of the model that the derivation lacks: " + stated.extra());
+  if (!stated.joint() && model.rotor_covariance.empty() && library.groups.size() > 1) {
+    result.notes.push_back("the model states no covariances: unknowns count as independent");
+  }
+
+  // a unknowns = sum of variable * column; each place weighted by its own sd.
   Eigen::VectorXd weight(places.size());
   for (Eigen::Index p = 0; p < weight.size(); ++p) {
-    const double variance = (columns.row(p).transpose().array() * sd.array()).square().sum();
-    const double floor = 1e-9 * (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
+    const double variance = (stated.columns.row(p).transpose().array() * stated.sd.array()).square().sum();
+    const double floor = 1e-9 * stated.size(p);
     weight[p] = 1 / std::max({variance > 0 ? std::sqrt(variance) : 0.0, floor, std::numeric_limits<double>::min()});
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(weight.asDiagonal() * a);
-  const Eigen::MatrixXd map = qr.solve(Eigen::MatrixXd(weight.asDiagonal() * columns));
-  result.value = map * value;
-  const Eigen::VectorXd misfit = columns * value - a * result.value;
-  const Eigen::MatrixXd spread = columns - a * map;
+  const Eigen::MatrixXd map = qr.solve(Eigen::MatrixXd(weight.asDiagonal() * stated.columns));
+  result.value = map * stated.value;
+  const Eigen::VectorXd misfit = stated.columns * stated.value - a * result.value;
+  const Eigen::MatrixXd spread = stated.columns - a * map;
   for (Eigen::Index p = 0; p < misfit.size(); ++p) {
-    const double scale = (columns.row(p).cwiseAbs() * value.cwiseAbs()).value();
-    const double variance = covariance(spread.row(p), spread.row(p));
+    const double variance = stated.covariance(spread.row(p), spread.row(p));
     const double width = variance < 0 ? 0 : std::sqrt(variance);  // rounding
-    if (std::abs(misfit[p]) > 1e-9 * scale && !(std::abs(misfit[p]) <= 4 * width)) {
+    if (std::abs(misfit[p]) > 1e-9 * stated.size(p) && !(std::abs(misfit[p]) <= 4 * width)) {
       throw Error(fmt::format(
           "the model does not keep the ties of the derivation: in {} the coefficient of {} is off by {:.3g}; the "
           "machine is less symmetric than the energies say: give it more parameters",
@@ -189,7 +219,7 @@ UnknownEstimates from_equations(const IdentifiedModel& model, const expr::Candid
   }
   result.covariance = Eigen::MatrixXd::Zero(map.rows(), map.rows());
   for (Eigen::Index g = 0; g < map.rows(); ++g) {
-    for (Eigen::Index h = 0; h < map.rows(); ++h) result.covariance(g, h) = covariance(map.row(g), map.row(h));
+    for (Eigen::Index h = 0; h < map.rows(); ++h) result.covariance(g, h) = stated.covariance(map.row(g), map.row(h));
   }
   return result;
 }

@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <random>
 
 #include "systems.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/equations.hpp"
 

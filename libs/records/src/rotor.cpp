@@ -1,4 +1,3 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,6 +5,7 @@
 #include <numbers>
 
 #include "channel.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::records::detail {
 namespace {

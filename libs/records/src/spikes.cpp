@@ -1,9 +1,9 @@
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "channel.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::records::detail {
 namespace {

@@ -1,10 +1,10 @@
 // Exact best subset of every size: branch and bound on triangular factors.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "scaled.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::regression::detail {
 namespace {

@@ -1,13 +1,15 @@
 // Exact lasso path by homotopy, coordinate descent, square-root lasso, LSPL.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "scaled.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::regression {
 namespace {
+
+using Eigen::Index;
 
 /// Lower Cholesky factor of g on a growing and shrinking active set.
 class ActiveFactor {
@@ -47,112 +49,149 @@ class ActiveFactor {
   std::vector<int> active_;
 };
 
-}  // namespace
-
-std::vector<LassoKnot> lasso_path(const Eigen::MatrixXd& g, const Eigen::VectorXd& c, double alpha_end,
-                                  const std::vector<int>& keep, const std::vector<int>& sign) {
-  const Eigen::Index q = c.size();
-  std::vector<char> blocked(static_cast<std::size_t>(q), 0), active(static_cast<std::size_t>(q), 0),
-      unpenalised(static_cast<std::size_t>(q), 0);
-  ActiveFactor factor(g, q);
-  const auto bound = [&](Eigen::Index j) { return sign.empty() ? 0 : sign[static_cast<std::size_t>(j)]; };
-  for (Eigen::Index j = 0; j < q; ++j) blocked[static_cast<std::size_t>(j)] = !(g(j, j) > 0);
-  for (int j : keep) {
-    unpenalised[static_cast<std::size_t>(j)] = 1;
-    if (!blocked[static_cast<std::size_t>(j)] && factor.add(j)) {
-      active[static_cast<std::size_t>(j)] = 1;
-    } else {
-      blocked[static_cast<std::size_t>(j)] = 1;
-    }
-  }
-  Eigen::VectorXd w = Eigen::VectorXd::Zero(q);
-  if (!factor.active().empty()) w(factor.active()) = factor.solve(c(factor.active()));
-  Eigen::VectorXd correlation = c - g * w;
-  const auto may_join = [&](Eigen::Index j, int direction) {
-    return !blocked[static_cast<std::size_t>(j)] && !active[static_cast<std::size_t>(j)] &&
-           !unpenalised[static_cast<std::size_t>(j)] && bound(j) * direction >= 0;
-  };
-
-  double alpha = 0;
-  int joining = -1;
-  for (Eigen::Index j = 0; j < q; ++j) {
-    for (int direction : {1, -1}) {
-      if (may_join(j, direction) && direction * correlation[j] > alpha) {
-        alpha = direction * correlation[j];
-        joining = static_cast<int>(j);
-      }
-    }
-  }
-  std::vector<int> s(static_cast<std::size_t>(q), 0);  // sign of active penalised terms
-  std::vector<LassoKnot> path{{alpha, w}};
-  int just_left = -1;
-  for (Eigen::Index step = 0; step < 20 * q + 50 && alpha > alpha_end; ++step) {
-    if (joining >= 0) {
-      const std::size_t j = static_cast<std::size_t>(joining);
-      if (factor.add(joining)) {
-        active[j] = 1;
-        s[j] = correlation[joining] > 0 ? 1 : -1;
+/// The path between two knots: which terms are in, and what happens next as the penalty falls.
+class Homotopy {
+ public:
+  Homotopy(const Eigen::MatrixXd& g, const Eigen::VectorXd& c, const std::vector<int>& keep,
+           const std::vector<int>& sign)
+      : g_(g), c_(c), bounds_(sign), factor_(g, c.size()), terms_(static_cast<std::size_t>(c.size())) {
+    for (Index j = 0; j < c.size(); ++j) at(j).blocked = !(g(j, j) > 0);
+    for (int j : keep) {
+      at(j).unpenalised = true;
+      if (!at(j).blocked && factor_.add(j)) {
+        at(j).active = true;
       } else {
-        blocked[j] = 1;
+        at(j).blocked = true;
       }
     }
-    const std::vector<int>& a = factor.active();
-    Eigen::VectorXd direction_full = Eigen::VectorXd::Zero(q);
-    if (!a.empty()) {
-      Eigen::VectorXd signs(static_cast<Eigen::Index>(a.size()));
-      for (std::size_t k = 0; k < a.size(); ++k)
-        signs[static_cast<Eigen::Index>(k)] = s[static_cast<std::size_t>(a[k])];
-      direction_full(a) = factor.solve(signs);
+    w_ = Eigen::VectorXd::Zero(c.size());
+    if (!factor_.active().empty()) w_(factor_.active()) = factor_.solve(c(factor_.active()));
+    correlation_ = c - g * w_;
+  }
+
+  std::vector<LassoKnot> run(double alpha_end) {
+    Event event = first_to_join();
+    alpha_ = event.alpha;
+    std::vector<LassoKnot> path{{alpha_, w_}};
+    for (Index step = 0; step < 20 * c_.size() + 50 && alpha_ > alpha_end; ++step) {
+      if (event.joining >= 0) join(event.joining);
+      const Eigen::VectorXd direction = direction_of_w();
+      event = next(direction, alpha_ - alpha_end);
+      w_ += event.alpha * direction;
+      alpha_ -= event.alpha;
+      just_left_ = -1;
+      if (event.leaving >= 0) leave(event.leaving);
+      correlation_ = c_ - g_ * w_;
+      path.push_back({alpha_, w_});
+      if (event.joining < 0 && event.leaving < 0) break;
     }
-    const Eigen::VectorXd slope = g * direction_full;
-    double t = alpha - alpha_end;
-    joining = -1;
-    int leaving = -1;
-    for (Eigen::Index j = 0; j < q; ++j) {
+    return path;
+  }
+
+ private:
+  struct Term {
+    bool blocked = false, active = false, unpenalised = false;
+    int sign = 0;  ///< of an active penalised term
+  };
+  struct Event {
+    double alpha;      ///< penalty at the start, afterwards the step down to the event
+    int joining = -1;  ///< the term
+    int leaving = -1;  ///< its place among the active ones
+  };
+  Term& at(Index j) { return terms_[static_cast<std::size_t>(j)]; }
+  const Term& at(Index j) const { return terms_[static_cast<std::size_t>(j)]; }
+
+  bool may_join(Index j, int direction) const {
+    const int bound = bounds_.empty() ? 0 : bounds_[static_cast<std::size_t>(j)];
+    return !at(j).blocked && !at(j).active && !at(j).unpenalised && bound * direction >= 0;
+  }
+
+  Event first_to_join() const {
+    Event first{0};
+    for (Index j = 0; j < c_.size(); ++j) {
+      for (int direction : {1, -1}) {
+        if (may_join(j, direction) && direction * correlation_[j] > first.alpha) {
+          first = {direction * correlation_[j], static_cast<int>(j)};
+        }
+      }
+    }
+    return first;
+  }
+
+  void join(int j) {
+    if (factor_.add(j)) {
+      at(j).active = true;
+      at(j).sign = correlation_[j] > 0 ? 1 : -1;
+    } else {
+      at(j).blocked = true;
+    }
+  }
+
+  Eigen::VectorXd direction_of_w() const {
+    const std::vector<int>& a = factor_.active();
+    Eigen::VectorXd direction = Eigen::VectorXd::Zero(c_.size());
+    if (a.empty()) return direction;
+    Eigen::VectorXd signs(static_cast<Index>(a.size()));
+    for (std::size_t k = 0; k < a.size(); ++k) signs[static_cast<Index>(k)] = at(a[k]).sign;
+    direction(a) = factor_.solve(signs);
+    return direction;
+  }
+
+  /// What happens first within a step of `longest`: a term joins, an active one crosses zero, or nothing.
+  Event next(const Eigen::VectorXd& direction_of_w, double longest) const {
+    const Eigen::VectorXd slope = g_ * direction_of_w;
+    Event event{longest};
+    for (Index j = 0; j < c_.size(); ++j) {
       for (int direction : {1, -1}) {
         if (!may_join(j, direction)) continue;
         // direction * (corr - t slope) = alpha - t
         const double closing = 1 - direction * slope[j];
-        const double gap = alpha - direction * correlation[j];
+        const double gap = alpha_ - direction * correlation_[j];
         // A term that has just left sits at the bound on its old side and moves inwards.
-        if (static_cast<int>(j) == just_left && gap <= 1e-12 * alpha) continue;
-        if (closing > 1e-14 && std::max(gap, 0.0) / closing < t) {
-          t = std::max(gap, 0.0) / closing;
-          joining = static_cast<int>(j);
-          leaving = -1;
+        if (static_cast<int>(j) == just_left_ && gap <= 1e-12 * alpha_) continue;
+        if (closing > 1e-14 && std::max(gap, 0.0) / closing < event.alpha) {
+          event = {std::max(gap, 0.0) / closing, static_cast<int>(j)};
         }
       }
     }
+    const std::vector<int>& a = factor_.active();
     for (std::size_t k = 0; k < a.size(); ++k) {
       const int j = a[k];
-      if (unpenalised[static_cast<std::size_t>(j)] || direction_full[j] * w[j] >= 0) continue;
-      const double crossing = -w[j] / direction_full[j];
-      if (crossing < t) {
-        t = crossing;
-        joining = -1;
-        leaving = static_cast<int>(k);
-      }
+      if (at(j).unpenalised || direction_of_w[j] * w_[j] >= 0) continue;
+      const double crossing = -w_[j] / direction_of_w[j];
+      if (crossing < event.alpha) event = {crossing, -1, static_cast<int>(k)};
     }
-    w += t * direction_full;
-    alpha -= t;
-    just_left = -1;
-    if (leaving >= 0) {
-      const int j = a[static_cast<std::size_t>(leaving)];
-      w[j] = 0;
-      active[static_cast<std::size_t>(j)] = 0;
-      s[static_cast<std::size_t>(j)] = 0;
-      just_left = j;
-      factor.remove(static_cast<std::size_t>(leaving));
-      // A column blocked by the one that left may be independent now.
-      for (Eigen::Index i = 0; i < q; ++i) {
-        if (g(i, i) > 0 && !unpenalised[static_cast<std::size_t>(i)]) blocked[static_cast<std::size_t>(i)] = 0;
-      }
-    }
-    correlation = c - g * w;
-    path.push_back({alpha, w});
-    if (joining < 0 && leaving < 0) break;
+    return event;
   }
-  return path;
+
+  void leave(int place) {
+    const int j = factor_.active()[static_cast<std::size_t>(place)];
+    w_[j] = 0;
+    at(j).active = false;
+    at(j).sign = 0;
+    just_left_ = j;
+    factor_.remove(static_cast<std::size_t>(place));
+    // A column blocked by the one that left may be independent now.
+    for (Index i = 0; i < c_.size(); ++i) {
+      if (g_(i, i) > 0 && !at(i).unpenalised) at(i).blocked = false;
+    }
+  }
+
+  const Eigen::MatrixXd& g_;
+  const Eigen::VectorXd& c_;
+  const std::vector<int>& bounds_;
+  ActiveFactor factor_;
+  std::vector<Term> terms_;
+  Eigen::VectorXd w_, correlation_;
+  double alpha_ = 0;
+  int just_left_ = -1;
+};
+
+}  // namespace
+
+std::vector<LassoKnot> lasso_path(const Eigen::MatrixXd& g, const Eigen::VectorXd& c, double alpha_end,
+                                  const std::vector<int>& keep, const std::vector<int>& sign) {
+  return Homotopy(g, c, keep, sign).run(alpha_end);
 }
 
 namespace detail {

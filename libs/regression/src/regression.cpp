@@ -2,8 +2,6 @@
 
 #include <fmt/ranges.h>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -13,6 +11,7 @@
 #include <random>
 
 #include "scaled.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::regression {
@@ -148,16 +147,43 @@ Eigen::VectorXd ensemble(const Problem& problem, const Scaled& s, const SolveOpt
   return least_squares(s, support, o.ridge);
 }
 
+/// A regression method: either weights at once, or a path of which a selection rule takes one. Those with neither
+/// (lasso, ensemble) need the blocks of the problem too and are called below by name.
+struct Method {
+  std::string name;
+  Eigen::VectorXd (*solve)(const Scaled& s, const SolveOptions& o) = nullptr;
+  Path (*path)(const Scaled& s, const SolveOptions& o) = nullptr;
+};
+
+/// The catalogue: a new method is its source, a declaration in scaled.hpp and one line here.
+const std::vector<Method>& methods() {
+  using Options = SolveOptions;
+  static const std::vector<Method> all = {
+      {"ols", [](const Scaled& s, const Options&) { return least_squares(s, all_terms(s), 0); }},
+      {"ridge", [](const Scaled& s, const Options& o) { return least_squares(s, all_terms(s), o.ridge); }},
+      {"lasso"},
+      {"lasso_cd"},
+      {"sqrt_lasso"},
+      {"lspl", nullptr, [](const Scaled& s, const Options&) { return lspl(s); }},
+      {"stlsq", stlsq},
+      {"sr3", [](const Scaled& s, const Options& o) { return sr3(s, o, false); }},
+      {"sr3_l1", [](const Scaled& s, const Options& o) { return sr3(s, o, true); }},
+      {"ssr", nullptr, [](const Scaled& s, const Options&) { return ssr(s); }},
+      {"frols", nullptr, [](const Scaled& s, const Options& o) { return frols(s, o.max_terms); }},
+      {"best_subset", nullptr, [](const Scaled& s, const Options& o) { return best_subset(s, o.max_terms); }},
+      {"backward", backward},
+      {"ensemble"}};
+  return all;
+}
+
 }  // namespace
 
 Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveOptions& o, Path* path_out,
                            double* parameter, Eigen::VectorXd* inclusion) {
   const std::string& m = o.method;
-  if (m == "ols") return least_squares(s, all_terms(s), 0);
-  if (m == "ridge") return least_squares(s, all_terms(s), o.ridge);
-  if (m == "stlsq") return stlsq(s, o);
-  if (m == "sr3" || m == "sr3_l1") return sr3(s, o, m == "sr3_l1");
-  if (m == "backward") return backward(s, o);
+  const Method& method =
+      *std::find_if(methods().begin(), methods().end(), [&](const Method& x) { return x.name == m; });
+  if (method.solve != nullptr) return method.solve(s, o);
   if (m == "ensemble") {
     Eigen::VectorXd share;
     Eigen::VectorXd w = ensemble(problem, s, o, share);
@@ -183,14 +209,7 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
   if (lasso) {
     path = lasso_with_path(problem, s, o, m == "lasso_cd", validate);
   } else {
-    if (m == "lspl")
-      path = lspl(s);
-    else if (m == "ssr")
-      path = ssr(s);
-    else if (m == "frols")
-      path = frols(s, o.max_terms);
-    else if (m == "best_subset")
-      path = best_subset(s, o.max_terms);
+    path = method.path(s, o);
     if (validate) cross_validate_supports(problem, s, o.folds, path);
   }
   const std::size_t best = choose(path, s, rule);
@@ -204,9 +223,11 @@ Eigen::VectorXd run_method(const Problem& problem, const Scaled& s, const SolveO
 }  // namespace detail
 
 const std::vector<std::string>& regression_methods() {
-  static const std::vector<std::string> names{"ols",   "ridge",       "lasso",    "lasso_cd", "sqrt_lasso",
-                                              "lspl",  "stlsq",       "sr3",      "sr3_l1",   "ssr",
-                                              "frols", "best_subset", "backward", "ensemble"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const detail::Method& m : detail::methods()) all.push_back(m.name);
+    return all;
+  }();
   return names;
 }
 

@@ -1,9 +1,9 @@
 #include "scaled.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::regression::detail {
@@ -82,7 +82,7 @@ namespace {
 Eigen::VectorXd plain(const Scaled& s, const std::vector<int>& support, double ridge) {
   Eigen::MatrixXd g = s.g(support, support);
   g.diagonal().array() += ridge;
-  return g.ldlt().solve(s.c(support));
+  return g.ldlt().solve(Eigen::VectorXd(s.c(support)));
 }
 }  // namespace
 

@@ -1,10 +1,10 @@
 // Methods that work on supports: thresholding, stepwise, forward, backward.
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "scaled.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::regression::detail {
 
@@ -61,7 +61,7 @@ namespace {
 Eigen::VectorXd t_values(const Scaled& s, const std::vector<int>& support, const Eigen::VectorXd& w) {
   const Eigen::Index k = static_cast<Eigen::Index>(support.size());
   const Eigen::MatrixXd g = s.g(support, support);
-  const Eigen::MatrixXd inverse = g.ldlt().solve(Eigen::MatrixXd::Identity(k, k));
+  const Eigen::MatrixXd inverse = g.ldlt().solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(k, k)));
   const double freedom = std::max(1.0, s.rows - static_cast<double>(k));
   const double variance = std::max(s.rss(w), 1e-16) / freedom;
   Eigen::VectorXd t(k);

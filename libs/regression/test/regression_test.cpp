@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::regression {

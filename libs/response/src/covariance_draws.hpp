@@ -1,10 +1,10 @@
 #pragma once
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <complex>
 #include <random>
 #include <vector>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/rotor_model.hpp"
 

@@ -1,11 +1,11 @@
 #include "whirl/response/harmonic_balance.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::response {
 namespace {

@@ -31,49 +31,44 @@ std::map<std::string, Expr, std::less<>> right_hand_sides(const IdentifiedModel&
   return rates;
 }
 
-}  // namespace
+using Expressions = std::map<std::string, Expr, std::less<>>;
 
-PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forcing) : amplitude_(forcing.amplitude) {
-  const auto rates = right_hand_sides(model);
-  if (rates.empty()) throw Error("the model has no equation");
-  std::map<std::string, std::string, std::less<>> velocity_of;  // position -> velocity
-  std::vector<std::string> velocities;
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+/// Position -> velocity. A chain x' = v, v' = a is of order 2; the coordinate is never itself a velocity.
+std::map<std::string, std::string, std::less<>> velocities_of(const Expressions& rates) {
+  std::map<std::string, std::string, std::less<>> velocity_of;
+  std::vector<std::string> taken;
   for (const auto& [state, rate] : rates) {
     if (rate.kind() != Expr::Kind::symbol || rate.name() == state || rates.count(rate.name()) == 0) continue;
-    if (std::find(velocities.begin(), velocities.end(), rate.name()) != velocities.end()) continue;
+    if (contains(taken, rate.name())) continue;
     velocity_of[state] = rate.name();
-    velocities.push_back(rate.name());
+    taken.push_back(rate.name());
   }
-  // A chain x' = v, v' = a is of order 2; the coordinate is never itself a velocity.
-  std::vector<std::string> velocity_names;
-  std::vector<Expr> f;
-  for (const auto& [state, rate] : rates) {
-    if (std::find(velocities.begin(), velocities.end(), state) != velocities.end()) continue;
-    names_.push_back(state);
-    const auto v = velocity_of.find(state);
-    order_.push_back(v == velocity_of.end() ? 1 : 2);
-    velocity_names.push_back(v == velocity_of.end() ? "_rate_of_" + state : v->second);
-    f.push_back(v == velocity_of.end() ? rate : rates.at(v->second));
-  }
-  std::map<std::string, Expr, std::less<>> given;
-  const Expr tau = Expr::symbol("_tau"), omega = Expr::symbol("_omega"), force = Expr::symbol("_force");
-  const auto free = [&](const std::string& name) {
-    return std::find(names_.begin(), names_.end(), name) == names_.end() &&
-           std::find(velocity_names.begin(), velocity_names.end(), name) == velocity_names.end();
-  };
-  bool found = false;
+  return velocity_of;
+}
+
+/// Names in `f` that are none of `states`, each once.
+std::vector<std::string> free_names(const std::vector<Expr>& f, const std::vector<std::string>& states) {
   std::vector<std::string> used;
   for (const Expr& e : f)
     for (const std::string& name : expr::variables(e))
-      if (free(name) && std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+      if (!contains(states, name) && !contains(used, name)) used.push_back(name);
+  return used;
+}
+
+/// What each free name stands for: force, angle, speed; other inputs rest.
+Expressions meanings(const std::vector<std::string>& used, const Forcing& forcing) {
+  const Expr tau = Expr::symbol("_tau"), omega = Expr::symbol("_omega"), force = Expr::symbol("_force");
   const bool turning = forcing.input.empty();
+  Expressions given;
   for (const std::string& name : used) {
     if (name == forcing.input) {
       given.insert_or_assign(name, force * cos(tau));
-      found = true;
     } else if (name == "X5") {
       given.insert_or_assign(name, turning ? tau : Expr(0.0));
-      angle_ = angle_ || turning;
     } else if (name == "X6") {
       given.insert_or_assign(name, turning ? omega : Expr(0.0));
     } else if (name == "t") {
@@ -82,23 +77,50 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
       given.insert_or_assign(name, Expr(0.0));
     }
   }
-  if (!forcing.input.empty() && !found) {
+  if (!turning && !contains(used, forcing.input)) {
     std::string names;
     for (const std::string& name : used) names += (names.empty() ? "" : ", ") + name;
     throw Error::in_field("input", forcing.input,
                           "one of those the equations use: " + (names.empty() ? "none" : names));
   }
-  for (Expr& e : f) {
-    // The part that the angle drives is the unbalance: scaled as a whole.
-    if (turning && forcing.unbalance_scale != 1) {
-      std::map<std::string, Expr, std::less<>> still = {{"X6", Expr(0.0)}};
-      const Expr rest = substitute(e, still);
-      e = rest + Expr(forcing.unbalance_scale) * (e - rest);
-    }
-    e = substitute(e, given);
+  return given;
+}
+
+/// The part that the angle drives is the unbalance: scaled as a whole.
+Expr with_unbalance(const Expr& e, double scale) {
+  const Expressions still = {{"X6", Expr(0.0)}};
+  const Expr rest = substitute(e, still);
+  return rest + Expr(scale) * (e - rest);
+}
+
+}  // namespace
+
+PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forcing) : amplitude_(forcing.amplitude) {
+  const auto rates = right_hand_sides(model);
+  if (rates.empty()) throw Error("the model has no equation");
+  const auto velocity_of = velocities_of(rates);
+  std::vector<std::string> taken;
+  for (const auto& [position, velocity] : velocity_of) taken.push_back(velocity);
+  std::vector<std::string> velocity_names;
+  std::vector<Expr> f;
+  for (const auto& [state, rate] : rates) {
+    if (contains(taken, state)) continue;
+    names_.push_back(state);
+    const auto v = velocity_of.find(state);
+    order_.push_back(v == velocity_of.end() ? 1 : 2);
+    velocity_names.push_back(v == velocity_of.end() ? "_rate_of_" + state : v->second);
+    f.push_back(v == velocity_of.end() ? rate : rates.at(v->second));
   }
   std::vector<std::string> variables = names_;
   variables.insert(variables.end(), velocity_names.begin(), velocity_names.end());
+  const std::vector<std::string> used = free_names(f, variables);
+  const bool turning = forcing.input.empty();
+  angle_ = turning && contains(used, "X5");
+  const Expressions given = meanings(used, forcing);
+  for (Expr& e : f) {
+    if (turning && forcing.unbalance_scale != 1) e = with_unbalance(e, forcing.unbalance_scale);
+    e = substitute(e, given);
+  }
   variables.insert(variables.end(), {"_tau", "_omega", "_force"});
   std::vector<Expr> outputs;
   const auto add = [&](const Expr& e) {

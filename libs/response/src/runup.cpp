@@ -1,11 +1,11 @@
 #include "whirl/response/runup.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "covariance_draws.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 

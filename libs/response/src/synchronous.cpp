@@ -1,11 +1,11 @@
 #include "whirl/response/synchronous.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 
 #include "covariance_draws.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::response {

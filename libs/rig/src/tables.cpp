@@ -1,9 +1,9 @@
 #include "tables.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/rig/tilt.hpp"
 #include "whirl/rotor/equations.hpp"
 #include "whirl/rotor/mode_step.hpp"

@@ -1,9 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <complex>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/rig/records.hpp"
 
 namespace whirl::rig {

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 #include "whirl/rotor/equations.hpp"

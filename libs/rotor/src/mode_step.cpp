@@ -1,7 +1,8 @@
 #include "whirl/rotor/mode_step.hpp"
 
-#include <Eigen/Dense>
 #include <unsupported/Eigen/MatrixFunctions>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::rotor {
 

@@ -1,6 +1,6 @@
-#include <Eigen/Dense>
 #include <cmath>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/rotor/simulate.hpp"
 
 namespace whirl::rotor {

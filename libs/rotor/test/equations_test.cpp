@@ -2,8 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Dense>
 #include <random>
+
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::rotor {
 namespace {

@@ -1,12 +1,13 @@
 #include "whirl/rt/loop_delay.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <numbers>
 #include <random>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::rt {
@@ -87,18 +88,8 @@ double best_delay(const WeakForm& w, const Eigen::Ref<const Eigen::VectorXd>& u)
     const double r = residual(0.5 * i);
     if (r < least) least = r, best = 0.5 * i;
   }
-  // Golden section around the best of the grid.
-  constexpr double kGolden = 0.6180339887498949;
-  double low = std::max(0.0, best - 0.5), high = std::min<double>(kMostPeriods, best + 0.5);
-  double p = high - kGolden * (high - low), q = low + kGolden * (high - low), rp = residual(p), rq = residual(q);
-  while (high - low > 1e-4) {
-    if (rp < rq) {
-      high = q, q = p, rq = rp, p = high - kGolden * (high - low), rp = residual(p);
-    } else {
-      low = p, p = q, rp = rq, q = low + kGolden * (high - low), rq = residual(q);
-    }
-  }
-  return 0.5 * (low + high);
+  const double low = std::max(0.0, best - 0.5), high = std::min<double>(kMostPeriods, best + 0.5);
+  return boost::math::tools::brent_find_minima(residual, low, high, 16).first;
 }
 
 }  // namespace

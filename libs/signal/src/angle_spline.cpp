@@ -1,11 +1,11 @@
 #include "angle_spline.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "whirl/core/banded_cholesky.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::signal::detail {
 namespace {

@@ -1,6 +1,5 @@
 #include "whirl/signal/filter.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -50,45 +49,6 @@ Eigen::VectorXd gaussian_filter(const Eigen::Ref<const Eigen::VectorXd>& x, doub
 Eigen::MatrixXd gaussian_filter_columns(const Eigen::Ref<const Eigen::MatrixXd>& x, double sd) {
   Eigen::MatrixXd y(x.rows(), x.cols());
   for (Eigen::Index j = 0; j < x.cols(); ++j) y.col(j) = gaussian_filter(x.col(j), sd);
-  return y;
-}
-
-Eigen::VectorXd savitzky_golay(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int window, int degree,
-                               int derivative) {
-  if (window < 1 || window % 2 == 0 || window <= degree || window > x.size()) {
-    throw Error::in_field("Savitzky-Golay window", std::to_string(window),
-                          "odd, above the degree and at most the number of samples");
-  }
-  if (derivative < 0 || derivative > degree) {
-    throw Error::in_field("Savitzky-Golay derivative", std::to_string(derivative), "between 0 and the degree");
-  }
-  const int half = window / 2;
-  // Powers of s = k/half keep the normal equations well conditioned.
-  const double unit = std::max(half, 1);
-  Eigen::MatrixXd powers(window, degree + 1);
-  for (int k = -half; k <= half; ++k) {
-    double p = 1;
-    for (int d = 0; d <= degree; ++d, p *= k / unit) powers(k + half, d) = p;
-  }
-  const Eigen::MatrixXd fit = powers.colPivHouseholderQr().solve(Eigen::MatrixXd::Identity(window, window));
-  // Row of weights for the derivative at position s of the window.
-  const auto weights = [&](double s) {
-    Eigen::RowVectorXd w = Eigen::RowVectorXd::Zero(window);
-    for (int d = derivative; d <= degree; ++d) {
-      double factor = 1;
-      for (int m = 0; m < derivative; ++m) factor *= d - m;
-      w += factor * std::pow(s, d - derivative) * fit.row(d);
-    }
-    return Eigen::RowVectorXd(w / std::pow(unit * dt, derivative));
-  };
-  const Eigen::Index n = x.size();
-  Eigen::VectorXd y(n);
-  const Eigen::RowVectorXd centre = weights(0);
-  for (Eigen::Index i = half; i < n - half; ++i) y[i] = centre.dot(x.segment(i - half, window));
-  for (int i = 0; i < half; ++i) {
-    y[i] = weights((i - half) / unit).dot(x.head(window));
-    y[n - 1 - i] = weights((half - i) / unit).dot(x.tail(window));
-  }
   return y;
 }
 

@@ -153,33 +153,6 @@ OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eig
   return result;
 }
 
-OrderMap order_map(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
-                   double dt, double highest_order, int turns) {
-  require_range("highest_order", highest_order, 1, 1000);
-  require_range("turns", turns, 1, 100000);
-  const int per_turn = std::max(64, static_cast<int>(std::ceil(4 * highest_order)));
-  const AngularSignal angular = resample_in_angle(x, angle, dt, per_turn);
-  const Index block = static_cast<Index>(turns) * per_turn;
-  const Index blocks = angular.samples.size() / block;
-  if (blocks < 1) throw Error(fmt::format("record of {} whole turns: must hold a block of {}", angular.turns(), turns));
-  const auto rows = static_cast<Index>(std::floor(highest_order * turns + 1e-9)) + 1;
-  OrderMap map;
-  map.order = Eigen::VectorXd::LinSpaced(rows, 0, static_cast<double>(rows - 1)) / turns;
-  map.speed.resize(blocks);
-  map.time.resize(blocks);
-  map.amplitude.resize(rows, blocks);
-  for (Index b = 0; b < blocks; ++b) {
-    const Index first = b * block;
-    const Index last = std::min(first + block, angular.samples.size() - 1);
-    const Eigen::VectorXcd lines = real_fft(angular.samples.segment(first, block));
-    map.amplitude.col(b) = lines.head(rows).cwiseAbs() * (2.0 / static_cast<double>(block));
-    map.amplitude(0, b) /= 2;
-    map.time[b] = 0.5 * (angular.time[first] + angular.time[last]);
-    map.speed[b] = kTurn / per_turn * static_cast<double>(last - first) / (angular.time[last] - angular.time[first]);
-  }
-  return map;
-}
-
 OrbitEllipse orbit_ellipse(std::complex<double> x, std::complex<double> y) {
   const std::complex<double> j(0, 1);
   OrbitEllipse e;

@@ -72,21 +72,6 @@ TEST(OrderReference, HalfOrderNeedsTwoTurns) {
   EXPECT_THROW(whirl::signal::order_vectors(x, run.angle, run.dt, 0.5, 1), whirl::Error);
 }
 
-TEST(OrderReference, MapShowsEachOrderAtItsAmplitude) {
-  const RunUp run;
-  Eigen::VectorXd x(run.angle.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i)
-    x[i] = 0.5 + 3 * std::cos(run.angle[i]) + 1.5 * std::cos(3 * run.angle[i] + 1);
-  const auto map = whirl::signal::order_map(x, run.angle, run.dt, 5, 4);
-  ASSERT_EQ(map.order[4], 1);
-  for (Eigen::Index b = 1; b + 1 < map.speed.size(); ++b) {
-    EXPECT_NEAR(map.amplitude(0, b), 0.5, 0.005);
-    EXPECT_NEAR(map.amplitude(4, b), 3, 0.02);
-    EXPECT_NEAR(map.amplitude(12, b), 1.5, 0.02);
-    EXPECT_LT(map.amplitude(8, b), 0.02);
-  }
-}
-
 TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
   const RunUp run;
   Eigen::VectorXd x(run.angle.size());

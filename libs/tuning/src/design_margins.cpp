@@ -73,6 +73,41 @@ std::string sign_refusals(const ControllerDesign& trial, const TuningScenario& n
   return out;
 }
 
+/// Paper eq. 42, rho > |Delta| + kappa: what the model may have wrong, at the amplitudes of the nominal run, and the
+/// times of reaching and sliding that follow.
+void add_sliding_margins(ControllerDesign& design, const ClosedLoopMetrics& run, const TuningScenario& nominal,
+                         const Hardware& hardware, double stiffness_uncertainty) {
+  const RotorModel& model = design.model;
+  auto& margins = design.margins;
+  const double top = std::max(hardware.profile.omega_start, hardware.profile.omega_end);
+  const double unbalance_error = std::abs(nominal.unbalance - 1.0) * std::abs(model.eps) * top * top;
+  const double stiffness_error = stiffness_uncertainty * model.k1 * run.closed.all;
+  const double gain_error = 0.05 * model.gain * run.force_peak;
+  margins["disturbance_bound"] = unbalance_error + stiffness_error + gain_error;
+  const auto values = control::resolve_parameters(design);
+  if (values.count("switching_gain") || values.count("gain_max")) {
+    const double rho = values.count("switching_gain") ? values.at("switching_gain") : values.at("gain_max");
+    const double bound = margins["disturbance_bound"];
+    margins["kappa"] = rho - bound;
+    if (rho <= bound) {
+      design.summary.warn(
+          fmt::format("eq. 42 is not met: switching gain {:.3g} m/s^2 against a disturbance bound of {:.3g} "
+                      "m/s^2; the sliding mode is a linear feedback inside its layer here",
+                      rho, bound));
+    }
+    // Start of the record: whirl at the open-loop amplitude of the first segment.
+    const double x0 = run.open.segment[0], c = values.at("surface_gain");
+    const double r = values.count("exponent") ? values.at("exponent") : 1;
+    const double scale = values.count("length_scale") ? values.at("length_scale") : 1e-3;
+    const double linear = values.count("linear_gain") ? values.at("linear_gain") : 0;
+    const double s0 = top * x0 + linear * x0 + c * scale * std::pow(x0 / scale, r);
+    const double reach = control::reach_time(s0, rho, bound),
+                 slide = control::slide_time_fast_terminal(x0, linear, c, r, scale);
+    if (std::isfinite(reach)) margins["reach_time_s"] = reach;
+    if (r < 1 && std::isfinite(slide)) margins["slide_time_s"] = slide;
+  }
+}
+
 }  // namespace
 
 void assess(ControllerDesign& design, const DesignOptions& options) {
@@ -133,34 +168,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
     design.summary.warn(fmt::format("not certified: unstable with the stiffness {:.0f} % lower", percent));
   }
 
-  // Paper eq. 42, rho > |Delta| + kappa: what the model may have wrong, at the amplitudes of the nominal run.
-  const double top = std::max(hardware.profile.omega_start, hardware.profile.omega_end);
-  const double unbalance_error = std::abs(nominal.unbalance - 1.0) * std::abs(model.eps) * top * top;
-  const double stiffness_error = options.stiffness_uncertainty * model.k1 * run.closed.all;
-  const double gain_error = 0.05 * model.gain * run.force_peak;
-  margins["disturbance_bound"] = unbalance_error + stiffness_error + gain_error;
-  const auto values = control::resolve_parameters(design);
-  if (values.count("switching_gain") || values.count("gain_max")) {
-    const double rho = values.count("switching_gain") ? values.at("switching_gain") : values.at("gain_max");
-    const double bound = margins["disturbance_bound"];
-    margins["kappa"] = rho - bound;
-    if (rho <= bound) {
-      design.summary.warn(
-          fmt::format("eq. 42 is not met: switching gain {:.3g} m/s^2 against a disturbance bound of {:.3g} "
-                      "m/s^2; the sliding mode is a linear feedback inside its layer here",
-                      rho, bound));
-    }
-    // Start of the record: whirl at the open-loop amplitude of the first segment.
-    const double x0 = run.open.segment[0], c = values.at("surface_gain");
-    const double r = values.count("exponent") ? values.at("exponent") : 1;
-    const double scale = values.count("length_scale") ? values.at("length_scale") : 1e-3;
-    const double linear = values.count("linear_gain") ? values.at("linear_gain") : 0;
-    const double s0 = top * x0 + linear * x0 + c * scale * std::pow(x0 / scale, r);
-    const double reach = control::reach_time(s0, rho, bound),
-                 slide = control::slide_time_fast_terminal(x0, linear, c, r, scale);
-    if (std::isfinite(reach)) margins["reach_time_s"] = reach;
-    if (r < 1 && std::isfinite(slide)) margins["slide_time_s"] = slide;
-  }
+  add_sliding_margins(design, run, nominal, hardware, options.stiffness_uncertainty);
   design.summary.residual = run.closed.all;
   design.summary.trust = certified
                              ? fmt::format(

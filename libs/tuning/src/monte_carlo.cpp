@@ -55,6 +55,26 @@ struct LaneLoop {
   bool running = true;
 };
 
+/// Speed of every machine over the run, and the variation of the force that holds an eccentricity of 1 m still.
+struct Course {
+  Eigen::VectorXd omega;
+  double smooth = 0;
+};
+
+Course course_of(const rotor::SpeedProfile& profile, double rate, long ticks) {
+  Course course;
+  course.omega.resize(ticks);
+  double last = 0;
+  for (long k = 0; k < ticks; ++k) {
+    const rotor::AngleState a = profile.at(static_cast<double>(k) / rate);
+    course.omega[k] = a.omega;
+    const double u = control::unbalance_per_metre(a.beta, a.omega, a.alpha).real();
+    course.smooth += std::abs(u - last) * rate / static_cast<double>(ticks);
+    last = u;
+  }
+  return course;
+}
+
 /// The samples `indices`, at most Lanes of them; the lanes left over repeat the last one.
 template <int Lanes>
 std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const RigDraw& draw,
@@ -78,16 +98,8 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   const long ticks = std::lround(profile.duration() * rate);
   const ClosedLoopOptions options;
 
-  // Speed and segments of every machine; the force that holds an eccentricity of 1 m still.
-  Eigen::VectorXd omega(ticks);
-  double smooth = 0, last = 0;
-  for (long k = 0; k < ticks; ++k) {
-    const rotor::AngleState a = profile.at(static_cast<double>(k) / rate);
-    omega[k] = a.omega;
-    const double u = control::unbalance_per_metre(a.beta, a.omega, a.alpha).real();
-    smooth += std::abs(u - last) * rate / static_cast<double>(ticks);
-    last = u;
-  }
+  const Course course = course_of(profile, rate, ticks);
+  const Eigen::VectorXd& omega = course.omega;
   std::vector<std::vector<int>> segments;
   for (std::size_t i = 0; i < indices.size(); ++i) {
     segments.push_back(rig::segments(omega, rigs[i].rig.natural_frequency(), options.bounds));
@@ -133,7 +145,7 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   std::vector<MonteCarloSample> out;
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const RunJudge& j = judges[i];
-    const double force = smooth * std::abs(rigs[i].rotor.eps) / rigs[i].rotor.gain;
+    const double force = course.smooth * std::abs(rigs[i].rotor.eps) / rigs[i].rotor.gain;
     const JudgedRun judged = j.collected(force, nominal_excess(design));
     out.push_back({rigs[i].rotor, judged.open.all, judged.closed.all, judged.standstill_rms, judge(judged).passed()});
   }
@@ -152,6 +164,53 @@ Proportion proportion(long count, long n) {
   p.high = count == n ? 1 : Binomial::find_upper_bound_on_p(trials, successes, 0.025);
   return p;
 }
+
+namespace {
+
+/// The machines of `left`, lanes of them side by side, in the numbers of the checkpoint.
+std::vector<double> run_groups(const ControllerDesign& trial, const RigDraw& draw, const std::vector<int>& left,
+                               int lanes, int threads, const std::shared_ptr<const rig::RigTables>& like) {
+  const auto width = static_cast<std::size_t>(lanes);
+  const std::size_t groups = (left.size() + width - 1) / width;
+  std::vector<std::vector<double>> numbers(groups);
+  parallel_for(static_cast<int>(groups), threads, [&](int g) {
+    const std::size_t from = width * static_cast<std::size_t>(g), to = std::min(left.size(), from + width);
+    const std::vector<int> indices(left.begin() + static_cast<std::ptrdiff_t>(from),
+                                   left.begin() + static_cast<std::ptrdiff_t>(to));
+    const std::vector<MonteCarloSample> samples = lanes == 8    ? run_lanes<8>(trial, draw, indices, like)
+                                                  : lanes == 16 ? run_lanes<16>(trial, draw, indices, like)
+                                                                : run_lanes<32>(trial, draw, indices, like);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      append_numbers(numbers[static_cast<std::size_t>(g)], indices[i], samples[i]);
+    }
+  });
+  std::vector<double> flat;
+  for (const auto& group : numbers) flat.insert(flat.end(), group.begin(), group.end());
+  return flat;
+}
+
+/// Quantiles and proportions over the samples.
+void summarise(MonteCarloResult& out, const MonteCarloOptions& options) {
+  std::vector<double> peaks;
+  long stable = 0, exceeds = 0;
+  for (const auto& s : out.samples) {
+    peaks.push_back(s.peak);
+    stable += s.stable;
+    exceeds += !s.stable || s.peak > options.limit;
+  }
+  std::ranges::sort(peaks);
+  const auto quantile = [&](double q) {
+    return peaks[static_cast<std::size_t>(std::lround(q * static_cast<double>(peaks.size() - 1)))];
+  };
+  out.peak_median = quantile(0.5);
+  out.peak_p95 = quantile(0.95);
+  out.peak_p99 = quantile(0.99);
+  out.peak_worst = peaks.back();
+  out.stable = proportion(stable, options.samples);
+  if (options.limit > 0) out.exceeds = proportion(exceeds, options.samples);
+}
+
+}  // namespace
 
 MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedModel& model, const Hardware& hardware,
                              const MonteCarloOptions& options, const Ranks& ranks) {
@@ -197,21 +256,10 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   for (std::size_t start = 0; start < left.size(); start += round) {
     const std::size_t first = std::min(left.size(), start + mine * static_cast<std::size_t>(ranks.rank));
     const std::size_t last = std::min(left.size(), first + mine);
-    const std::size_t groups = (last - first + lanes - 1) / lanes;
-    std::vector<std::vector<double>> numbers(groups);
-    parallel_for(static_cast<int>(groups), threads, [&](int g) {
-      const std::size_t from = first + lanes * static_cast<std::size_t>(g), to = std::min(last, from + lanes);
-      const std::vector<int> indices(left.begin() + static_cast<std::ptrdiff_t>(from),
-                                     left.begin() + static_cast<std::ptrdiff_t>(to));
-      const std::vector<MonteCarloSample> samples = options.lanes == 8    ? run_lanes<8>(trial, draw, indices, like)
-                                                    : options.lanes == 16 ? run_lanes<16>(trial, draw, indices, like)
-                                                                          : run_lanes<32>(trial, draw, indices, like);
-      for (std::size_t i = 0; i < samples.size(); ++i) {
-        append_numbers(numbers[static_cast<std::size_t>(g)], indices[i], samples[i]);
-      }
-    });
-    std::vector<double> flat;
-    for (const auto& group : numbers) flat.insert(flat.end(), group.begin(), group.end());
+    std::vector<double> flat = run_groups(
+        trial, draw,
+        {left.begin() + static_cast<std::ptrdiff_t>(first), left.begin() + static_cast<std::ptrdiff_t>(last)},
+        options.lanes, threads, like);
     if (ranks.size > 1) flat = ranks.gather(flat);
     if (ranks.rank != 0) continue;
     for (std::size_t i = 0; i < flat.size(); i += kSampleNumbers) {
@@ -222,23 +270,7 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   }
   if (ranks.rank != 0) return out;
 
-  std::vector<double> peaks;
-  long stable = 0, exceeds = 0;
-  for (const auto& s : out.samples) {
-    peaks.push_back(s.peak);
-    stable += s.stable;
-    exceeds += !s.stable || s.peak > options.limit;
-  }
-  std::ranges::sort(peaks);
-  const auto quantile = [&](double q) {
-    return peaks[static_cast<std::size_t>(std::lround(q * static_cast<double>(peaks.size() - 1)))];
-  };
-  out.peak_median = quantile(0.5);
-  out.peak_p95 = quantile(0.95);
-  out.peak_p99 = quantile(0.99);
-  out.peak_worst = peaks.back();
-  out.stable = proportion(stable, options.samples);
-  if (options.limit > 0) out.exceeds = proportion(exceeds, options.samples);
+  summarise(out, options);
   return out;
 }
 

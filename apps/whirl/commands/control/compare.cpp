@@ -26,19 +26,81 @@ std::string file_name(const std::string& label) {
   return name;
 }
 
+struct Options {
+  PlantOptions plant;
+  std::string rig, balanced;
+  std::filesystem::path out;
+  std::vector<std::string> laws;
+  double added_mass_g = 5;
+  int seeds = 5;
+  bool no_matrix = false;
+  tuning::CompareOptions compare;
+};
+
+void run_comparison(Options* o, Session& session) {
+  require_range("--added-mass-g", o->added_mass_g, 0, 1000, "g");
+  require_range("--seeds", o->seeds, 1, 1000);
+  if (!o->out.empty()) {
+    session.check_output(o->out / "comparison.json", "whirl.comparison");
+    session.check_output(o->out / "report.html");
+  }
+  std::vector<std::filesystem::path> inputs;
+  tuning::CompareOptions& c = o->compare;
+  const IdentifiedModel model = o->plant.load(c.design, inputs);
+  if (!o->laws.empty()) {
+    c.methods.clear();
+    for (const std::string& law : o->laws) c.methods.push_back(tuning::parse_method(law));
+  }
+  c.matrix = !o->no_matrix;
+  c.seeds.resize(static_cast<std::size_t>(o->seeds));
+  for (std::size_t i = 0; i < c.seeds.size(); ++i) c.seeds[i] = 100 + c.design.seed + i;
+  rig::RigParameters rig = rig::read_rig(o->rig);
+  rig.rotor.added_mass = 0;
+  IdentifiedModel balanced;
+  if (o->balanced.empty()) {
+    balanced = identification::identify_rotor(rig::record_open_loop(rig).measured);
+  } else {
+    balanced = io::load<IdentifiedModel>(o->balanced);
+    inputs.emplace_back(o->balanced);
+  }
+  if (balanced.rotor) c.balanced_eps = balanced.rotor->eps;
+  rig.rotor.added_mass = o->added_mass_g * 1e-3;
+  c.progress = [&](const std::string& label, double fraction) { session.progress("compared " + label, fraction); };
+
+  pages::Comparison comparison;
+  comparison.rig = rig;
+  comparison.results = compare(model, rig, c);
+  const tuning::ComparedResult& best = tuning::best_result(comparison.results);
+  comparison.floor = tuning::physical_floor(best.design, rig, c.balanced_eps, c.seeds.front());
+  comparison.command_line = session.command_line;
+  comparison.provenance = io::provenance(inputs, session.command_line, c.design.seed);
+
+  session.say(report::to_text(pages::comparison_table(comparison)));
+  if (c.matrix) session.say(report::to_text(pages::failures_table(comparison)));
+  session.say(report::to_text(pages::floor_table(comparison)));
+  session.say(fmt::format("best: {}", best.label));
+  if (!o->out.empty()) {
+    io::make_folder(o->out);
+    for (const tuning::ComparedResult& r : comparison.results)
+      session.check_output(o->out / fmt::format("controller_{}.json", file_name(r.label)), "whirl.controller");
+    for (const tuning::ComparedResult& r : comparison.results) {
+      io::save(o->out / fmt::format("controller_{}.json", file_name(r.label)), r.design);
+    }
+    io::save_json(o->out / "comparison.json", to_json(comparison));
+    report::write_html(pages::comparison_report(comparison), o->out / "report.html", true);
+    session.say("report: " + (o->out / "report.html").string());
+  }
+  session.result(to_json(comparison));
+  Summary summary;
+  if (!best.nominal.stable) {
+    summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
+  }
+  session.finish(summary);
+}
+
 }  // namespace
 
 void add_compare(CommandLine& app, Session& session) {
-  struct Options {
-    PlantOptions plant;
-    std::string rig, balanced;
-    std::filesystem::path out;
-    std::vector<std::string> laws;
-    double added_mass_g = 5;
-    int seeds = 5;
-    bool no_matrix = false;
-    tuning::CompareOptions compare;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "compare", "All control laws on the same rig, runs and seeds, beside the paper's numbers",
@@ -52,68 +114,7 @@ void add_compare(CommandLine& app, Session& session) {
       "Output: table; --out DIR writes report.html, comparison.json and controller_LAW_ESTIMATOR.json.\n\n"
       "Example: whirl compare model.json --stiffness stiffness.json --modes modes.json --out out/compare\n"
       "         whirl compare model.json --mass-kg 1.5 --laws tsmc pd:lpf:no-feedforward lsmc:kfe",
-      [o, &session] {
-        require_range("--added-mass-g", o->added_mass_g, 0, 1000, "g");
-        require_range("--seeds", o->seeds, 1, 1000);
-        if (!o->out.empty()) {
-          session.check_output(o->out / "comparison.json", "whirl.comparison");
-          session.check_output(o->out / "report.html");
-        }
-        std::vector<std::filesystem::path> inputs;
-        tuning::CompareOptions& c = o->compare;
-        const IdentifiedModel model = o->plant.load(c.design, inputs);
-        if (!o->laws.empty()) {
-          c.methods.clear();
-          for (const std::string& law : o->laws) c.methods.push_back(tuning::parse_method(law));
-        }
-        c.matrix = !o->no_matrix;
-        c.seeds.resize(static_cast<std::size_t>(o->seeds));
-        for (std::size_t i = 0; i < c.seeds.size(); ++i) c.seeds[i] = 100 + c.design.seed + i;
-        rig::RigParameters rig = rig::read_rig(o->rig);
-        rig.rotor.added_mass = 0;
-        IdentifiedModel balanced;
-        if (o->balanced.empty()) {
-          balanced = identification::identify_rotor(rig::record_open_loop(rig).measured);
-        } else {
-          balanced = io::load<IdentifiedModel>(o->balanced);
-          inputs.emplace_back(o->balanced);
-        }
-        if (balanced.rotor) c.balanced_eps = balanced.rotor->eps;
-        rig.rotor.added_mass = o->added_mass_g * 1e-3;
-        c.progress = [&](const std::string& label, double fraction) {
-          session.progress("compared " + label, fraction);
-        };
-
-        pages::Comparison comparison;
-        comparison.rig = rig;
-        comparison.results = compare(model, rig, c);
-        const tuning::ComparedResult& best = tuning::best_result(comparison.results);
-        comparison.floor = tuning::physical_floor(best.design, rig, c.balanced_eps, c.seeds.front());
-        comparison.command_line = session.command_line;
-        comparison.provenance = io::provenance(inputs, session.command_line, c.design.seed);
-
-        session.say(report::to_text(pages::comparison_table(comparison)));
-        if (c.matrix) session.say(report::to_text(pages::failures_table(comparison)));
-        session.say(report::to_text(pages::floor_table(comparison)));
-        session.say(fmt::format("best: {}", best.label));
-        if (!o->out.empty()) {
-          io::make_folder(o->out);
-          for (const tuning::ComparedResult& r : comparison.results)
-            session.check_output(o->out / fmt::format("controller_{}.json", file_name(r.label)), "whirl.controller");
-          for (const tuning::ComparedResult& r : comparison.results) {
-            io::save(o->out / fmt::format("controller_{}.json", file_name(r.label)), r.design);
-          }
-          io::save_json(o->out / "comparison.json", to_json(comparison));
-          report::write_html(pages::comparison_report(comparison), o->out / "report.html", true);
-          session.say("report: " + (o->out / "report.html").string());
-        }
-        session.result(to_json(comparison));
-        Summary summary;
-        if (!best.nominal.stable) {
-          summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
-        }
-        session.finish(summary);
-      });
+      [o, &session] { run_comparison(o.get(), session); });
   sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
   sub->add_option("--out", o->out, "folder for the report and the controllers")->output_folder();
   sub->add_option(

@@ -5,6 +5,7 @@
 #include "whirl/control/catalogue.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
+#include "whirl/io/signals.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {
@@ -45,6 +46,7 @@ void add_design(CommandLine& app, Session& session) {
     PlantOptions plant;
     std::string out;
     tuning::DesignOptions design;
+    std::string slow_roll;
     bool no_feedforward = false, list = false;
     std::vector<std::string> set;
   };
@@ -68,6 +70,10 @@ void add_design(CommandLine& app, Session& session) {
         d.fixed = parse_fixed(o->set);
         std::vector<std::filesystem::path> inputs;
         const IdentifiedModel model = o->plant.load(d, inputs);
+        if (!o->slow_roll.empty()) {
+          d.runout = control::estimate_runout(io::read_recording(o->slow_roll));
+          inputs.emplace_back(o->slow_roll);
+        }
         d.progress = [&](const tuning::DesignProgress& p) {
           if (p.evaluation % 10 == 0 || p.evaluation == p.budget) {
             session.progress(fmt::format("tuning {}, best objective {:.4f}", d.law, p.best),
@@ -93,6 +99,9 @@ void add_design(CommandLine& app, Session& session) {
   sub->add_flag("--no-feedforward", o->no_feedforward, "leave the unbalance term of f2, f4 out");
   o->plant.add_to(sub);
   sub->add_option("--set", o->set, "fix a parameter instead of tuning it, NAME=NUMBER");
+  sub->add_option("--slow-roll", o->slow_roll,
+                  "record x, y, beta turning far below the critical speed: its runout, 1x to 5x, is removed")
+      ->input();
   sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")->show_default();
   sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->show_default();
   sub->add_flag("--list", o->list, "list the laws and estimators");

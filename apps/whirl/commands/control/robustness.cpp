@@ -14,14 +14,74 @@
 
 namespace whirl::app {
 
+namespace {
+
+struct Options {
+  PlantOptions plant;
+  std::string controller;
+  std::filesystem::path out;
+  double limit_mm = 0;
+  tuning::MonteCarloOptions study;
+};
+
+void run_study(Options* o, Session& session) {
+  const MpiRanks mpi;
+  const tuning::Ranks& ranks = mpi.ranks();
+  try {
+    if (!o->out.empty() && ranks.rank == 0) {
+      session.check_output(o->out / "robustness.json", "whirl.robustness");
+      session.check_output(o->out / "report.html");
+    }
+    tuning::DesignOptions d;
+    std::vector<std::filesystem::path> inputs{o->controller};
+    IdentifiedModel model = o->plant.load(d, inputs);
+    if (d.gain > 0 && model.rotor) model.rotor->gain = d.gain;
+    const ControllerDesign design = io::load<ControllerDesign>(o->controller);
+    tuning::MonteCarloOptions& study = o->study;
+    require_range("--limit-mm", o->limit_mm, 0, 1000, "mm");
+    study.limit = 1e-3 * o->limit_mm;
+    for (const auto& input : inputs) study.key += io::sha256_file(input);
+    if (!o->plant.hardware.empty()) study.key += io::sha256_file(o->plant.hardware);
+    study.key += fmt::format(" mass {:a}", o->plant.mass_kg);
+    const auto start = std::chrono::steady_clock::now();
+    long first = -1;  // what the checkpoint held does not count as speed
+    double speed = 0;
+    study.progress = [&](long done, long samples) {
+      const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      if (first < 0) first = done;
+      speed = static_cast<double>(done - first) / s;
+      session.progress("robustness", static_cast<double>(done) / static_cast<double>(samples));
+    };
+    const tuning::MonteCarloResult result = tuning::monte_carlo(design, model, d.hardware, study, ranks);
+    if (ranks.rank != 0) return;
+    const Provenance from =
+        io::provenance(inputs, fmt::format("samples {} limit {} mm", study.samples, o->limit_mm), study.seed);
+    session.say(report::to_text(pages::monte_carlo_table(result, study)));
+    if (speed > 0) {
+      session.say(fmt::format("{:.0f} machines/s with {} process{} of {} thread{}, {} lanes", speed, ranks.size,
+                              ranks.size == 1 ? "" : "es", study.threads > 0 ? fmt::format("{}", study.threads) : "all",
+                              study.threads == 1 ? "" : "s", study.lanes));
+    }
+    const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
+    if (!o->out.empty()) {
+      io::make_folder(o->out);
+      io::save_json(o->out / "robustness.json", json);
+      report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
+      session.say("report: " + (o->out / "report.html").string());
+    }
+    session.result(json);
+  } catch (const std::exception& e) {
+    if (ranks.size > 1) {
+      fmt::print(stderr, "whirl: error: rank {}: {}\n", ranks.rank, e.what());
+      mpi.abort(2);
+    }
+    throw;
+  }
+}
+
+}  // namespace
+
 void add_robustness(CommandLine& app, Session& session) {
-  struct Options {
-    PlantOptions plant;
-    std::string controller;
-    std::filesystem::path out;
-    double limit_mm = 0;
-    tuning::MonteCarloOptions study;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "robustness",
@@ -41,61 +101,7 @@ void add_robustness(CommandLine& app, Session& session) {
       "Example: whirl robustness controller.json model.json --mass-kg 1.5 --samples 2000 --limit-mm 0.03\n"
       "         mpirun -n 4 whirl robustness controller.json model.json --mass-kg 1.5 --samples 100000 --checkpoint "
       "study.txt",
-      [o, &session] {
-        const MpiRanks mpi;
-        const tuning::Ranks& ranks = mpi.ranks();
-        try {
-          if (!o->out.empty() && ranks.rank == 0) {
-            session.check_output(o->out / "robustness.json", "whirl.robustness");
-            session.check_output(o->out / "report.html");
-          }
-          tuning::DesignOptions d;
-          std::vector<std::filesystem::path> inputs{o->controller};
-          IdentifiedModel model = o->plant.load(d, inputs);
-          if (d.gain > 0 && model.rotor) model.rotor->gain = d.gain;
-          const ControllerDesign design = io::load<ControllerDesign>(o->controller);
-          tuning::MonteCarloOptions& study = o->study;
-          require_range("--limit-mm", o->limit_mm, 0, 1000, "mm");
-          study.limit = 1e-3 * o->limit_mm;
-          for (const auto& input : inputs) study.key += io::sha256_file(input);
-          if (!o->plant.hardware.empty()) study.key += io::sha256_file(o->plant.hardware);
-          study.key += fmt::format(" mass {:a}", o->plant.mass_kg);
-          const auto start = std::chrono::steady_clock::now();
-          long first = -1;  // what the checkpoint held does not count as speed
-          double speed = 0;
-          study.progress = [&](long done, long samples) {
-            const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-            if (first < 0) first = done;
-            speed = static_cast<double>(done - first) / s;
-            session.progress("robustness", static_cast<double>(done) / static_cast<double>(samples));
-          };
-          const tuning::MonteCarloResult result = tuning::monte_carlo(design, model, d.hardware, study, ranks);
-          if (ranks.rank != 0) return;
-          const Provenance from =
-              io::provenance(inputs, fmt::format("samples {} limit {} mm", study.samples, o->limit_mm), study.seed);
-          session.say(report::to_text(pages::monte_carlo_table(result, study)));
-          if (speed > 0) {
-            session.say(fmt::format("{:.0f} machines/s with {} process{} of {} thread{}, {} lanes", speed, ranks.size,
-                                    ranks.size == 1 ? "" : "es",
-                                    study.threads > 0 ? fmt::format("{}", study.threads) : "all",
-                                    study.threads == 1 ? "" : "s", study.lanes));
-          }
-          const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
-          if (!o->out.empty()) {
-            io::make_folder(o->out);
-            io::save_json(o->out / "robustness.json", json);
-            report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
-            session.say("report: " + (o->out / "report.html").string());
-          }
-          session.result(json);
-        } catch (const std::exception& e) {
-          if (ranks.size > 1) {
-            fmt::print(stderr, "whirl: error: rank {}: {}\n", ranks.rank, e.what());
-            mpi.abort(2);
-          }
-          throw;
-        }
-      });
+      [o, &session] { run_study(o.get(), session); });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
   sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
   o->plant.add_to(sub);

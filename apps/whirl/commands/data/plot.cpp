@@ -25,21 +25,63 @@ report::TerminalOptions terminal() {
   return options;
 }
 
+struct Options {
+  std::vector<std::string> files, out;
+  std::string what = "traces", window, amplitude = "peak";
+  double rate = 0, slow_roll_rpm = 0;
+  pages::ViewOptions view;
+};
+
+void draw(Options* o, Session& session) {
+  pages::ViewOptions& view_options = o->view;
+  if (!o->window.empty()) {
+    view_options.window = o->window == "hann"       ? signal::Window::hann
+                          : o->window == "flat-top" ? signal::Window::flat_top
+                                                    : signal::Window::rectangular;
+  }
+  view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
+                      : o->amplitude == "rms" ? AmplitudeKind::rms
+                                              : AmplitudeKind::peak_to_peak;
+  view_options.slow_roll = o->slow_roll_rpm * kRpm;
+  report::Figure figure;
+  std::vector<signal::SynchronousCurve> tables;
+  if (o->what == "bode" || o->what == "polar") {
+    for (const std::string& file : o->files) {
+      if (auto curve = pages::read_bode_table(file)) tables.push_back(*std::move(curve));
+    }
+  }
+  if (!tables.empty()) {
+    if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
+    figure = pages::synchronous_view(o->what, tables);
+  } else {
+    io::CsvOptions csv;
+    if (o->rate > 0) csv.rate = o->rate;
+    std::vector<pages::ViewedRun> runs;
+    for (const std::string& file : o->files) {
+      for (pages::ViewedRun& run :
+           pages::viewed_runs(io::read_recording(file, csv), std::filesystem::path(file).stem().string())) {
+        runs.push_back(std::move(run));
+      }
+    }
+    figure = pages::view(o->what, runs, view_options);
+  }
+  for (const std::string& file : o->out) report::write_figure(figure, file);
+  if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
+  for (const std::string& file : o->out) session.say("figure: " + file);
+  io::Json json =
+      io::start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
+  session.result(json);
+}
+
 }  // namespace
 
 void add_plot(CommandLine& app, Session& session) {
-  struct Options {
-    std::vector<std::string> files, out;
-    std::string what = "traces", window, amplitude = "peak";
-    double rate = 0, slow_roll_rpm = 0;
-    pages::ViewOptions view;
-  };
   auto o = std::make_shared<Options>();
   std::string list;
   for (const pages::View& v : pages::views()) list += fmt::format("  {:<15}{}\n", v.name, v.shows);
   CommandLine* sub = add_command(
       app, session, "plot", "Draw a record: time traces, orbit, spectra, waterfall, Bode, polar, order tracks",
-      "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...), or for bode and polar a "
+      "Input: records with a time (CSV t_s,x_mm,y_mm,beta_rad, or another format), or for bode and polar a "
       "table\n"
       "rpm,amp_um,phase_deg. The first of several files is drawn grey behind the others. The log of `whirl run` is "
       "drawn as two\n"
@@ -50,46 +92,7 @@ void add_plot(CommandLine& app, Session& session) {
           list +
           "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure) or .txt.\n\n"
           "Example: whirl plot rundown.csv --what bode --out bode.svg --out bode.csv",
-      [o, &session] {
-        pages::ViewOptions& view_options = o->view;
-        if (!o->window.empty()) {
-          view_options.window = o->window == "hann"       ? signal::Window::hann
-                                : o->window == "flat-top" ? signal::Window::flat_top
-                                                          : signal::Window::rectangular;
-        }
-        view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
-                            : o->amplitude == "rms" ? AmplitudeKind::rms
-                                                    : AmplitudeKind::peak_to_peak;
-        view_options.slow_roll = o->slow_roll_rpm * kRpm;
-        report::Figure figure;
-        std::vector<signal::SynchronousCurve> tables;
-        if (o->what == "bode" || o->what == "polar") {
-          for (const std::string& file : o->files) {
-            if (auto curve = pages::read_bode_table(file)) tables.push_back(*std::move(curve));
-          }
-        }
-        if (!tables.empty()) {
-          if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
-          figure = pages::synchronous_view(o->what, tables);
-        } else {
-          io::CsvOptions csv;
-          if (o->rate > 0) csv.rate = o->rate;
-          std::vector<pages::ViewedRun> runs;
-          for (const std::string& file : o->files) {
-            for (pages::ViewedRun& run :
-                 pages::viewed_runs(io::read_recording(file, csv), std::filesystem::path(file).stem().string())) {
-              runs.push_back(std::move(run));
-            }
-          }
-          figure = pages::view(o->what, runs, view_options);
-        }
-        for (const std::string& file : o->out) report::write_figure(figure, file);
-        if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
-        for (const std::string& file : o->out) session.say("figure: " + file);
-        io::Json json =
-            io::start_document("whirl.plot", 1).set("what", o->what).set("files", o->out).set("title", figure.title);
-        session.result(json);
-      });
+      [o, &session] { draw(o.get(), session); });
   sub->add_option("FILE", o->files, "records, or Bode tables")->input()->required();
   sub->add_option("--what", o->what, "which figure, see below")->show_default();
   sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once")->output("figure");

@@ -4,11 +4,11 @@
 #include "identify_compare.hpp"
 #include "identify_evidence.hpp"
 #include "identify_options.hpp"
-#include "print.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/record_stream.hpp"
+#include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/equation.hpp"
 #include "whirl/report/table.hpp"
 
@@ -27,7 +27,7 @@ std::string describe_model(const IdentifiedModel& model) {
   }
   for (const auto& [name, value] : model.parameters) {
     if (!report::names_term(model, name))
-      text += fmt::format("{:18} {}\n", name, show(value, io::parameter_unit(name)));
+      text += fmt::format("{:18} {}\n", name, pages::estimate_text(value, io::parameter_unit(name)));
   }
   if (!model.rotor && !model.equations.empty()) text += "\n" + report::to_text(report::coefficient_table(model)) + "\n";
   return text;

@@ -101,7 +101,11 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   const char* one = "One degree of freedom (second-order)";
   sub->add_option("--output", output, "displacement channel")->group(one);
   sub->add_option("--input", input, "input channel")->group(one);
+  add_general_to(sub);
+  add_regression_to(sub);
+}
 
+void IdentifyFlags::add_general_to(CommandLine* sub) {
   const char* general = "Any system (sindy)";
   sub->add_option("--states", states, "channels whose equations are sought; default: all that are no inputs")
       ->delimiter(',')
@@ -154,7 +158,9 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_flag("--stream", stream,
                 "read the file, CSV or HDF5, part by part in bounded memory (files larger than memory)")
       ->group(general);
+}
 
+void IdentifyFlags::add_regression_to(CommandLine* sub) {
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
       ->one_of(regression::regression_methods())

@@ -41,6 +41,8 @@ struct IdentifyFlags {
   identification::SindyOptions sindy(const Recording& like) const;
 
  private:
+  void add_general_to(CommandLine* sub);
+  void add_regression_to(CommandLine* sub);
   regression::SolveOptions solver(const regression::SolveOptions& defaults) const;
   identification::RotorIdentifyOptions weak() const;
   identification::PaperOptions paper() const;

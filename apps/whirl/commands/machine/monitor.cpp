@@ -57,7 +57,7 @@ void add_monitor(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   CommandLine* sub =
       add_command(app, session, "monitor", "Play a record in a browser as if it were measured now",
-                  "Input: a record with a time (CSV t_s,x_mm,y_mm,beta_rad; MAT, HDF5, UFF, WAV, ...) or a recording "
+                  "Input: a record with a time (CSV t_s,x_mm,y_mm,beta_rad, or another format) or a recording "
                   "of `whirl run --record`.\n"
                   "Serves one page on this machine alone: traces, orbit, spectra, waterfall, Bode and polar, phase "
                   "plane, limits, log; it needs\n"

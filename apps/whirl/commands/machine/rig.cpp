@@ -40,19 +40,9 @@ void add_common(CommandLine* sub, const std::shared_ptr<RigOptions>& o) {
   sub->add_option("--seed", o->seed, "of the sensor noise");
 }
 
-}  // namespace
-
-void add_rig(CommandLine& app, Session& session) {
-  CommandLine* rig = app.add_subcommand("rig", "The virtual test rig: its parameters and its records");
-  rig->require_subcommand();
-  rig->footer(
-      "The rig is a simulated rotor with its sensors, converters and actuators. Its records are files like those of a\n"
-      "laboratory; identification and control get nothing else.\n\n"
-      "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv");
-
-  auto o = std::make_shared<RigOptions>();
+void add_parameters(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* parameters = add_command(
-      *rig, session, "parameters", "Print the rig's parameters as TOML",
+      rig, session, "parameters", "Print the rig's parameters as TOML",
       "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure "
       "(mass,\n"
       "stiffness, damping, further modes) is that of a hammer test with a drive point at the disk.\n\n"
@@ -73,9 +63,11 @@ void add_rig(CommandLine& app, Session& session) {
   add_common(parameters, o);
   parameters->add_option("--modes", o->modes, "modes.json of `whirl modes`: the measured structure")->input();
   parameters->add_option("--channel", o->channel, "its drive-point channel, from 1");
+}
 
+void add_record(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* record = add_command(
-      *rig, session, "record", "Record a run without control",
+      rig, session, "record", "Record a run without control",
       "Output: CSV with t_s, x_mm, y_mm, beta_rad at the control rate; --truth writes the clean motion of the disk\n"
       "centre (x_mm, y_mm) beside it, for `whirl validate --clean`.\n\n"
       "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv",
@@ -98,9 +90,11 @@ void add_rig(CommandLine& app, Session& session) {
                      "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
   record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's");
   record->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
+}
 
+void add_stiffness(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* stiffness =
-      add_command(*rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
+      add_command(rig, session, "stiffness", "Pull the shaft: force-deflection table (paper section III-B)",
                   "Output: CSV with deflection_mm, force_N, loading then unloading.\n\n"
                   "Example: whirl rig stiffness --out pull_x.csv && whirl stiffness pull_x.csv",
                   [o, &session] {
@@ -119,9 +113,11 @@ void add_rig(CommandLine& app, Session& session) {
   add_common(stiffness, o);
   stiffness->add_option("--out", o->out, "CSV file to write")->output("table")->required();
   stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y");
+}
 
+void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* hammer =
-      add_command(*rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
+      add_command(rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
                   "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
                   "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
                   [o, &session] {
@@ -137,6 +133,23 @@ void add_rig(CommandLine& app, Session& session) {
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
   hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y");
+}
+
+}  // namespace
+
+void add_rig(CommandLine& app, Session& session) {
+  CommandLine* rig = app.add_subcommand("rig", "The virtual test rig: its parameters and its records");
+  rig->require_subcommand();
+  rig->footer(
+      "The rig is a simulated rotor with its sensors, converters and actuators. Its records are files like those of a\n"
+      "laboratory; identification and control get nothing else.\n\n"
+      "Example: whirl rig record --added-mass-g 5 --snr-db 20 --out rundown_5g.csv");
+
+  const auto o = std::make_shared<RigOptions>();
+  add_parameters(*rig, session, o);
+  add_record(*rig, session, o);
+  add_stiffness(*rig, session, o);
+  add_hammer(*rig, session, o);
   add_rig_campbell(*rig, session);
   add_rig_serve(*rig, session);
 }

@@ -23,7 +23,7 @@ void add_frf(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows",
-      "Input: one or more records (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with a force channel (force_N, force_lbf) and "
+      "Input: one or more records (any format of `whirl info`) with a force channel (force_N, force_lbf) and "
       "one or\n"
       "more responses (acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
       "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"

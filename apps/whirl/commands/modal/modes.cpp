@@ -4,7 +4,7 @@
 
 #include "ambient.hpp"
 #include "command.hpp"
-#include "responses.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"
@@ -57,17 +57,90 @@ void compare(const ModalModel& modes, const std::string& file, Session& session)
   session.say(report::to_text(table));
 }
 
+report::Table modes_table(const ModalModel& modes) {
+  report::Table table;
+  table.caption = "Modes";
+  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
+  const modal::ModeShapes shapes = modal::mode_shapes(modes);
+  const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
+  for (std::size_t i = 0; i < modes.modes.size(); ++i) {
+    const Mode& m = modes.modes[i];
+    const bool outside = m.frequency.value < modes.band_low || m.frequency.value > modes.band_high;
+    table.add(
+        {outside ? "outside" : fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
+         deviation(m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value), deviation(100 * m.damping.sd),
+         shapes.points.size() < 2
+             ? "-"
+             : fmt::format("{:.3f}", modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
+  }
+  return table;
+}
+
+struct Options {
+  std::vector<std::string> files;
+  std::string out, kind, reference, method = "plscf";
+  std::vector<std::string> figures;
+  bool no_refine = false;
+  modal::ModeOptions modes;
+  double low = 0, high = 0;
+};
+
+void find_modes(Options* o, Session& session) {
+  if (o->method == "fdd") {
+    if (o->files.size() > 1)
+      throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
+    require_json_name(o->out);
+    show_fdd(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, o->out, o->figures, session);
+    return;
+  }
+  require_json_name(o->out);
+  std::vector<FrequencyResponse> parts;
+  std::vector<std::string> remarks;
+  for (const std::string& file : o->files) {
+    std::optional<FrequencyResponse> found = io::read_responses(file, io::frf_kind(o->kind));
+    if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+    // Those of a document written by `whirl frf` were shown when it was made.
+    if (io::file_format(file) != io::FileFormat::json) {
+      for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);
+    }
+    parts.push_back(std::move(*found));
+  }
+  std::vector<std::string> dead;
+  const FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
+  for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
+  modal::ModeOptions options = o->modes;
+  options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
+                         : o->method == "era" ? modal::PoleMethod::era
+                         : o->method == "rfp" ? modal::PoleMethod::rfp
+                                              : modal::PoleMethod::plscf;
+  if (o->no_refine) options.refine = options.search = false;
+  options.poles.band_low = o->low;
+  options.poles.band_high = o->high;
+  ModalModel modes = modal::fit_modes(frf, options);
+  for (const std::string& remark : remarks) modes.summary.warn(remark);
+  modal::warn_of_contradictions(frf, modes);
+  modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
+  if (!o->out.empty()) io::save(o->out, modes);
+  session.say(report::to_text(modes_table(modes)));
+  if (modes.frequency_scatter > 0) {
+    session.say(fmt::format(
+        "frequencies differ by {:.2g} % between FRFs (one standard deviation){}; the modes are their means",
+        100 * modes.frequency_scatter,
+        modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter) : ""));
+  }
+  session.say(fmt::format(
+      "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
+      modes.band_low, modes.band_high,
+      modes.noise_floor > 0 ? fmt::format("; scatter of the blows {:.2f} %", 100 * modes.noise_floor) : ""));
+  if (!o->reference.empty()) compare(modes, o->reference, session);
+  for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
+  session.result(to_json(modes));
+  session.finish(modes.summary);
+}
+
 }  // namespace
 
 void add_modes(CommandLine& app, Session& session) {
-  struct Options {
-    std::vector<std::string> files;
-    std::string out, kind, reference, method = "plscf";
-    std::vector<std::string> figures;
-    bool no_refine = false;
-    modal::ModeOptions modes;
-    double low = 0, high = 0;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
@@ -79,89 +152,7 @@ void add_modes(CommandLine& app, Session& session) {
       "collinearity (MPC) of its shape; residues and residuals in the JSON.\n\n"
       "Example: whirl modes frf.json --band-low-hz 5 --band-high-hz 400 --out modes.json\n"
       "         whirl modes hit_x.json hit_y.json --figure shapes.svg",
-      [o, &session] {
-        if (o->method == "fdd") {
-          if (o->files.size() > 1)
-            throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
-          require_json_name(o->out);
-          show_fdd(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, o->out, o->figures,
-                   session);
-          return;
-        }
-        require_json_name(o->out);
-        std::vector<FrequencyResponse> parts;
-        std::vector<std::string> remarks;
-        for (const std::string& file : o->files) {
-          std::optional<FrequencyResponse> found = read_responses(file, o->kind);
-          if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
-          // Those of a document written by `whirl frf` were shown when it was made.
-          if (io::file_format(file) != io::FileFormat::json) {
-            for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);
-          }
-          parts.push_back(std::move(*found));
-        }
-        std::vector<std::string> dead;
-        const FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
-        for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
-        modal::ModeOptions options = o->modes;
-        options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
-                               : o->method == "era" ? modal::PoleMethod::era
-                               : o->method == "rfp" ? modal::PoleMethod::rfp
-                                                    : modal::PoleMethod::plscf;
-        if (o->no_refine) options.refine = options.search = false;
-        options.poles.band_low = o->low;
-        options.poles.band_high = o->high;
-        ModalModel modes = modal::fit_modes(frf, options);
-        for (const std::string& remark : remarks) modes.summary.warn(remark);
-        for (const modal::Reciprocity& pair : modal::check_reciprocity(frf)) {
-          if (pair.difference > std::max(0.1, 3 * pair.noise)) {
-            modes.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold",
-                                           pair.first, pair.second, pair.second, pair.first, 100 * pair.difference));
-          }
-        }
-        for (const modal::DrivePoint& point : modal::check_drive_points(modes)) {
-          if (!point.wrong_modes.empty()) {
-            modes.summary.warn(fmt::format(
-                "{} is hit and measured, but {} of its residues have the wrong sign: is the sensor turned round?",
-                point.point, point.wrong_modes.size()));
-          }
-        }
-        modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
-        if (!o->out.empty()) io::save(o->out, modes);
-        report::Table table;
-        table.caption = "Modes";
-        table.columns = {{"mode", ""},     {"frequency", "Hz"}, {"± sd", "Hz"},
-                         {"damping", "%"}, {"± sd", "%"},       {"MPC", ""}};
-        const modal::ModeShapes shapes = modal::mode_shapes(modes);
-        const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
-        for (std::size_t i = 0; i < modes.modes.size(); ++i) {
-          const Mode& m = modes.modes[i];
-          const bool outside = m.frequency.value < modes.band_low || m.frequency.value > modes.band_high;
-          table.add({outside ? "outside" : fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
-                     deviation(m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value),
-                     deviation(100 * m.damping.sd),
-                     shapes.points.size() < 2
-                         ? "-"
-                         : fmt::format("{:.3f}",
-                                       modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
-        }
-        session.say(report::to_text(table));
-        if (modes.frequency_scatter > 0) {
-          session.say(fmt::format(
-              "frequencies differ by {:.2g} % between FRFs (one standard deviation){}; the modes are their means",
-              100 * modes.frequency_scatter,
-              modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter)
-                                        : ""));
-        }
-        session.say(fmt::format(
-            "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
-            modes.band_low, modes.band_high,
-            modes.noise_floor > 0 ? fmt::format("; scatter of the blows {:.2f} %", 100 * modes.noise_floor) : ""));
-        if (!o->reference.empty()) compare(modes, o->reference, session);
-        for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
-        session.result(to_json(modes));
-        session.finish(modes.summary);
-      });
+      [o, &session] { find_modes(o.get(), session); });
   sub->add_option("FILES", o->files,
                   "frequency responses; several files: one per point hit, made with `whirl frf --reference`")
       ->input()

@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "command.hpp"
-#include "commands/identify/print.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/write_figure.hpp"
 
@@ -37,9 +37,10 @@ modal::DirectedStiffnessTable read_pull(const std::string& file, const std::vect
 }
 
 std::string describe(const StiffnessLaw& law) {
-  std::string text = fmt::format("K1 = {}\nK2 = {}\noffset = {}\ncubic term: {} (p = {:.2g})", show(law.k1, "N/m"),
-                                 show(law.k2, "N/m^3"), show(law.offset, "m"),
-                                 law.cubic_p_value < 0.05 ? "significant" : "not significant", law.cubic_p_value);
+  std::string text =
+      fmt::format("K1 = {}\nK2 = {}\noffset = {}\ncubic term: {} (p = {:.2g})", pages::estimate_text(law.k1, "N/m"),
+                  pages::estimate_text(law.k2, "N/m^3"), pages::estimate_text(law.offset, "m"),
+                  law.cubic_p_value < 0.05 ? "significant" : "not significant", law.cubic_p_value);
   if (law.hysteresis > 0) text += fmt::format("\nlargest hysteresis: {:.3g} N", law.hysteresis);
   return text;
 }
@@ -73,7 +74,7 @@ void add_stiffness(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "stiffness", "Stiffness law F = K1 d + K2 d^3 from a force-deflection table",
-      "Input: a table (CSV, UFF, ATFX, MAT, HDF5, WAV, LVM) with the columns deflection (deflection_mm, ...) and "
+      "Input: a table (any format of `whirl info`) with the columns deflection (deflection_mm, ...) and "
       "force\n"
       "(force_N, force_lbf, ...), in the order measured; loading and unloading may follow each other. Several tables, "
       "one per\n"
@@ -116,11 +117,11 @@ void add_stiffness(CommandLine& app, Session& session) {
           session.say(fmt::format("{} at {:g} deg\n{}\n", o->files[i], o->angles[i], describe(stiffness.laws[i])));
           draw(i, stiffness.laws[i]);
         }
-        session.say(
-            fmt::format("mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg "
-                        "from x\nanisotropy: {} (p = {:.2g})",
-                        show(stiffness.mean, "N/m"), show(stiffness.amplitude, "N/m"), stiffness.axis / kDegree,
-                        stiffness.p_value < 0.05 ? "significant" : "not significant", stiffness.p_value));
+        session.say(fmt::format(
+            "mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg "
+            "from x\nanisotropy: {} (p = {:.2g})",
+            pages::estimate_text(stiffness.mean, "N/m"), pages::estimate_text(stiffness.amplitude, "N/m"),
+            stiffness.axis / kDegree, stiffness.p_value < 0.05 ? "significant" : "not significant", stiffness.p_value));
         const io::Json result = to_json(stiffness, tables, source);
         if (!o->out.empty()) io::save_json(o->out, result);
         session.result(result);

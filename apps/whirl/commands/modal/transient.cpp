@@ -1,9 +1,9 @@
 #include <numbers>
 
 #include "command.hpp"
-#include "commands/identify/print.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/modal/transient_runup.hpp"
+#include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {

@@ -12,6 +12,7 @@
 #include <map>
 #include <pugixml.hpp>
 
+#include "format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
@@ -373,6 +374,15 @@ SignalFile signals_from_atfx(const AtfxFile& file) {
   }
   if (texts > 0) result.contents.push_back(fmt::format("{} columns of text", texts));
   return result;
+}
+
+Format atfx_format() {
+  Format f{FileFormat::atfx, "ATFX", {".atfx"}, [](std::string_view head) {
+             const std::string_view text = without_blanks(head);
+             return text.starts_with("<?xml") || text.starts_with("<atfx_file");
+           }};
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return signals_from_atfx(read_atfx(path)); };
+  return f;
 }
 
 }  // namespace whirl::io

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "arrays.hpp"
+#include "format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
@@ -78,6 +79,20 @@ struct Visit {
   hsize_t length = 0;            ///< of the channels, where rows are chosen
 };
 
+/// Name and attributes of a dataset, without its values.
+NamedArray array_head(hid_t data, const std::string& path) {
+  NamedArray array;
+  const std::size_t slash = path.rfind('/');
+  array.group = slash == std::string::npos ? "" : path.substr(0, slash);
+  array.name = slash == std::string::npos ? path : path.substr(slash + 1);
+  array.unit = text_attribute(data, "unit");
+  if (array.unit.empty()) array.unit = text_attribute(data, "units");
+  array.step = number_attribute(data, "dt");
+  if (const double rate = number_attribute(data, "fs"); array.step <= 0 && rate > 0) array.step = 1 / rate;
+  array.start = number_attribute(data, "t0");
+  return array;
+}
+
 void read_dataset(Visit& visit, const char* path) {
   const Id data(H5Dopen2(visit.file, path, H5P_DEFAULT), H5Dclose);
   if (data < 0) {
@@ -110,16 +125,7 @@ void read_dataset(Visit& visit, const char* path) {
     return;
   }
   if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
-  NamedArray array;
-  const std::string full(path);
-  const std::size_t slash = full.rfind('/');
-  array.group = slash == std::string::npos ? "" : full.substr(0, slash);
-  array.name = slash == std::string::npos ? full : full.substr(slash + 1);
-  array.unit = text_attribute(data, "unit");
-  if (array.unit.empty()) array.unit = text_attribute(data, "units");
-  array.step = number_attribute(data, "dt");
-  if (const double rate = number_attribute(data, "fs"); array.step <= 0 && rate > 0) array.step = 1 / rate;
-  array.start = number_attribute(data, "t0");
+  NamedArray array = array_head(data, path);
   hid_t from = H5S_ALL, into = H5S_ALL;
   const int axis = columns > rows ? 1 : 0;  // the longer side is the time
   if (visit.count > 0 && rank > 0 && sizes[axis] > 1) {
@@ -283,6 +289,21 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
     throw Error::in_file(path.string(), 0, "cannot be put together in memory");
   sink.write(bytes);
   sink.close();
+}
+
+Format hdf5_format() {
+  Format f{FileFormat::hdf5, "HDF5", {".h5", ".hdf5", ".mat"}, [](std::string_view head) {
+             return head.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8)) || head.starts_with("MATLAB 7.3");
+           }};
+  f.magic = true;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    const std::string name = path.string();
+    probe_hdf5(name, [&] { (void)parse_hdf5(read_text(path), name); });
+    return parse_hdf5(read_text(path), name);
+  };
+  f.write = write_hdf5;
+  f.stream = stream_hdf5;
+  return f;
 }
 
 }  // namespace whirl::io

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include "format.hpp"
 #include "uff_text.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
@@ -183,6 +184,19 @@ void write_lvm(const std::filesystem::path& path, const Recording& recording) {
     out += '\n';
   }
   write_text(path, out);
+}
+
+Format lvm_format() {
+  Format f{FileFormat::lvm, "LVM", {".lvm"}, [](std::string_view head) {
+             if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
+             return head.starts_with("LabVIEW Measurement");
+           }};
+  f.magic = true;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return parse_lvm(read_text(path), path.string());
+  };
+  f.write = write_lvm;
+  return f;
 }
 
 }  // namespace whirl::io

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "arrays.hpp"
+#include "format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -296,6 +297,16 @@ void write_mat(const std::filesystem::path& path, const Recording& recording) {
     put_column(out, fmt::format("{}_{}", channel.name, si_suffix(channel.quantity).suffix), channel.samples);
   }
   write_text(path, out);
+}
+
+Format mat_format() {
+  Format f{FileFormat::mat, "MAT", {".mat"}, [](std::string_view head) { return head.starts_with("MATLAB 5.0"); }};
+  f.magic = true;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return parse_mat(read_text(path), path.string());
+  };
+  f.write = write_mat;
+  return f;
 }
 
 }  // namespace whirl::io

@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 
+#include "format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/uff.hpp"
 #include "whirl/io/units.hpp"
@@ -258,6 +260,40 @@ UffFile uff_from_recording(const Recording& recording) {
     file.functions.push_back(std::move(f));
   }
   return file;
+}
+
+namespace {
+
+/// Blocks of a universal file begin with -1 alone on a line, perhaps after some text.
+bool has_block(std::string_view head) {
+  if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
+  for (std::size_t at = 0; at < head.size();) {
+    const std::size_t end = std::min(head.find('\n', at), head.size());
+    std::string_view line = head.substr(at, end - at);
+    while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back())) != 0) line.remove_suffix(1);
+    while (!line.empty() && line.front() == ' ') line.remove_prefix(1);
+    if (line == "-1") return true;
+    at = end + 1;
+  }
+  return false;
+}
+
+}  // namespace
+
+Format uff_format() {
+  Format f{FileFormat::uff, "universal file", {".uff", ".unv"}, has_block};
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return signals_from_uff(read_uff(path)); };
+  f.write = [](const std::filesystem::path& path, const Recording& r) { write_uff(path, uff_from_recording(r)); };
+  f.read_responses = [](const std::filesystem::path& path, std::optional<FrfKind>) -> std::optional<FrequencyResponse> {
+    const UffFile uff = read_uff(path);
+    const bool any = std::any_of(uff.functions.begin(), uff.functions.end(),
+                                 [](const UffFunction& function) { return function.type == 4; });
+    return any ? std::optional(frf_from_uff(uff)) : std::nullopt;
+  };
+  f.write_responses = [](const std::filesystem::path& path, const FrequencyResponse& r) {
+    write_uff(path, uff_from_frf(r));
+  };
+  return f;
 }
 
 }  // namespace whirl::io

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <memory>
 
+#include "format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
@@ -145,6 +146,19 @@ void write_wav(const std::filesystem::path& path, const Recording& recording) {
     }
   }
   write_text(path, memory.out);
+}
+
+Format wav_format() {
+  Format f{FileFormat::wav, "WAV", {".wav"}, [](std::string_view head) {
+             return head.size() >= 12 && head.substr(8, 4) == "WAVE" &&
+                    (head.starts_with("RIFF") || head.starts_with("RIFX") || head.starts_with("RF64"));
+           }};
+  f.magic = true;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return parse_wav(read_text(path), path.string());
+  };
+  f.write = write_wav;
+  return f;
 }
 
 }  // namespace whirl::io

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
 #include "whirl/signal/fft.hpp"
@@ -51,11 +51,8 @@ void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line
   mode.damping = decay / std::hypot(omega, decay);
 }
 
-}  // namespace
-
-AmbientModes decompose_ambient(const Recording& recording, const FddOptions& options) {
-  recording.check();
-  const auto channels = static_cast<Index>(recording.channels.size());
+/// Samples of one block. Throws Error unless the channels show one quantity and the record holds four blocks.
+Index block_of(const Recording& recording, const FddOptions& options) {
   for (const Channel& c : recording.channels) {
     if (c.quantity != recording.channels.front().quantity) {
       throw Error(fmt::format("{}: channel '{}' shows {}, the first {}: must be one quantity", recording.source, c.name,
@@ -68,16 +65,14 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
     throw Error(fmt::format("{}: blocks of {} samples in a record of {}: must be 64 to a quarter of it",
                             recording.source, block, recording.size()));
   }
-  AmbientModes result;
-  for (const Channel& c : recording.channels) result.channels.push_back(c.name);
-  Eigen::VectorXd window(block), lag_window = Eigen::VectorXd::Zero(block);
-  for (Index i = 0; i < block; ++i)
-    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(block));
-  for (Index lag = 0; lag < block; ++lag) lag_window[lag] = window.head(block - lag).dot(window.tail(block - lag));
+  return block;
+}
 
-  const Index lines = block / 2 + 1;
-  const double line = recording.rate() / static_cast<double>(block);
-  std::vector<Eigen::MatrixXcd> spectra(static_cast<std::size_t>(lines), Eigen::MatrixXcd::Zero(channels, channels));
+/// Sums of the cross spectra over half-overlapping blocks, one matrix per line; returns their number.
+long sum_spectra(const Recording& recording, const Eigen::VectorXd& window, std::vector<Eigen::MatrixXcd>& spectra) {
+  const Index block = window.size(), lines = block / 2 + 1;
+  const auto channels = static_cast<Index>(recording.channels.size());
+  spectra.assign(static_cast<std::size_t>(lines), Eigen::MatrixXcd::Zero(channels, channels));
   long averages = 0;
   Eigen::MatrixXcd transforms(lines, channels);
   for (Index first = 0; first + block <= recording.size(); first += block / 2, ++averages) {
@@ -88,6 +83,34 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
     for (Index k = 0; k < lines; ++k)
       spectra[static_cast<std::size_t>(k)] += transforms.row(k).transpose() * transforms.row(k).conjugate();
   }
+  return averages;
+}
+
+/// Share of the peak at line k over the walk down to either side before anything higher.
+double prominence(const Eigen::VectorXd& first, Index k) {
+  double left = first[k], right = first[k];
+  for (Index i = k - 1; i >= 1 && first[i] <= first[k]; --i) left = std::min(left, first[i]);
+  for (Index i = k + 1; i < first.size() && first[i] <= first[k]; ++i) right = std::min(right, first[i]);
+  return first[k] / std::max(left, right);
+}
+
+}  // namespace
+
+AmbientModes decompose_ambient(const Recording& recording, const FddOptions& options) {
+  recording.check();
+  const auto channels = static_cast<Index>(recording.channels.size());
+  const Index block = block_of(recording, options);
+  AmbientModes result;
+  for (const Channel& c : recording.channels) result.channels.push_back(c.name);
+  Eigen::VectorXd window(block), lag_window = Eigen::VectorXd::Zero(block);
+  for (Index i = 0; i < block; ++i)
+    window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(block));
+  for (Index lag = 0; lag < block; ++lag) lag_window[lag] = window.head(block - lag).dot(window.tail(block - lag));
+
+  const Index lines = block / 2 + 1;
+  const double line = recording.rate() / static_cast<double>(block);
+  std::vector<Eigen::MatrixXcd> spectra;
+  const long averages = sum_spectra(recording, window, spectra);
   const double scale = 2 / (window.squaredNorm() * recording.rate() * static_cast<double>(averages));
   result.frequency = Eigen::VectorXd::LinSpaced(lines, 0, static_cast<double>(lines - 1)) * line;
   result.singular_values.resize(lines, channels);
@@ -105,11 +128,7 @@ AmbientModes decompose_ambient(const Recording& recording, const FddOptions& opt
   const double factor = std::pow(10, options.prominence / 10);
   for (Index k = low_line; k <= high_line; ++k) {
     if (first[k] < first.segment(k - 3, 7).maxCoeff()) continue;
-    // Prominence: the walk down to either side before anything higher.
-    double left = first[k], right = first[k];
-    for (Index i = k - 1; i >= 1 && first[i] <= first[k]; --i) left = std::min(left, first[i]);
-    for (Index i = k + 1; i < lines && first[i] <= first[k]; ++i) right = std::min(right, first[i]);
-    if (first[k] < factor * std::max(left, right)) continue;
+    if (prominence(first, k) < factor) continue;
     AmbientMode mode;
     mode.frequency = result.frequency[k];
     mode.damping = NAN;

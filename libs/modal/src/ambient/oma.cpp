@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,6 +10,7 @@
 #include <set>
 
 #include "tones.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/poles.hpp"
@@ -204,11 +204,8 @@ OperationalMode mode_of(const Cluster& cluster, const std::vector<MatrixXd>& blo
   return mode;
 }
 
-}  // namespace
-
-OperationalModes identify_operational(const Recording& recording, const OmaOptions& options) {
-  recording.check();
-  OperationalModes result;
+/// The responses of the record less their means, one per column; channels that never change are left out.
+MatrixXd responses_of(const Recording& recording, OperationalModes& result) {
   MatrixXd y(recording.size(), 0);
   for (const Channel& c : recording.channels) {
     if (c.quantity == Quantity::time || c.quantity == Quantity::force) continue;
@@ -225,6 +222,45 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
     result.channels.push_back(c.name);
   }
   if (y.cols() == 0) throw Error(fmt::format("{}: no response channel", recording.source));
+  return y;
+}
+
+/// Weight of SSI-data: the inverse square root of the past's own correlations.
+MatrixXd weight_of(const std::vector<MatrixXd>& r, Index l, Index rows) {
+  MatrixXd past(rows * l, rows * l);
+  for (Index i = 0; i < rows; ++i) {
+    for (Index j = 0; j < rows; ++j) {
+      // Column block j of H holds y_{-j}: R_pp(i, j) = E y_{-i} y_{-j}^T.
+      past.block(i * l, j * l, l, l) =
+          j >= i ? r[static_cast<std::size_t>(j - i)] : MatrixXd(r[static_cast<std::size_t>(i - j)].transpose());
+    }
+  }
+  past.diagonal().array() += 1e-9 * past.diagonal().mean();
+  return past.llt().matrixU().solve(MatrixXd::Identity(past.cols(), past.cols()));
+}
+
+/// A tone taken for a mode: whose speed wanders a little has no single line, but its amplitude is steady all the same.
+bool is_tone(const OperationalMode& mode, double kurtosis) {
+  const bool steady = kurtosis < 2.0 && mode.damping.value < 0.003;
+  return steady || (mode.damping.low <= 0 && mode.damping.value < 5e-4);
+}
+
+void conclude(OperationalModes& result) {
+  std::sort(result.modes.begin(), result.modes.end(),
+            [](const auto& a, const auto& b) { return a.frequency.value < b.frequency.value; });
+  std::sort(result.tones.begin(), result.tones.end(),
+            [](const auto& a, const auto& b) { return a.frequency < b.frequency; });
+  for (const Tone& tone : result.tones)
+    result.summary.warn(fmt::format("{:.5g} Hz is a tone, not a mode: {}", tone.frequency, tone.evidence));
+  if (result.modes.empty()) result.summary.fail("no mode found");
+}
+
+}  // namespace
+
+OperationalModes identify_operational(const Recording& recording, const OmaOptions& options) {
+  recording.check();
+  OperationalModes result;
+  MatrixXd y = responses_of(recording, result);
   const double dt = recording.dt, nyquist = 0.5 / dt;
   const double low = options.band_low > 0 ? options.band_low : 0.005 * nyquist;
   const double high = options.band_high > 0 ? options.band_high : 0.9 * nyquist;
@@ -247,16 +283,7 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
   const MatrixXd h = hankel(r, sizes.rows + 1, sizes.rows);
   MatrixXd weighted = h, weight = MatrixXd::Identity(h.cols(), h.cols());
   if (options.method == SubspaceMethod::data) {
-    MatrixXd past(h.cols(), h.cols());
-    for (Index i = 0; i < sizes.rows; ++i) {
-      for (Index j = 0; j < sizes.rows; ++j) {
-        // Column block j of H holds y_{-j}: R_pp(i, j) = E y_{-i} y_{-j}^T.
-        past.block(i * l, j * l, l, l) =
-            j >= i ? r[static_cast<std::size_t>(j - i)] : MatrixXd(r[static_cast<std::size_t>(i - j)].transpose());
-      }
-    }
-    past.diagonal().array() += 1e-9 * past.diagonal().mean();
-    weight = past.llt().matrixU().solve(MatrixXd::Identity(h.cols(), h.cols()));
+    weight = weight_of(r, l, sizes.rows);
     weighted = h * weight;
   }
   const Eigen::SelfAdjointEigenSolver<MatrixXd> squares(weighted * weighted.transpose());
@@ -279,12 +306,10 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
 
   for (const Cluster& cluster : cluster_poles(poles, orders, options)) {
     OperationalMode mode = mode_of(cluster, blocks, l, dt);
-    // A tone whose speed wanders a little has no single line: its amplitude is steady all the same.
     const double width =
         std::max(2 / (dt * static_cast<double>(y.rows())), 2 * mode.damping.value * mode.frequency.value);
     const double kurtosis = band_kurtosis(y, dt, mode.frequency.value, width);
-    const bool steady = kurtosis < 2.0 && mode.damping.value < 0.003;
-    if (steady || (mode.damping.low <= 0 && mode.damping.value < 5e-4)) {
+    if (is_tone(mode, kurtosis)) {
       result.tones.push_back({mode.frequency.value, {}, kurtosis, "steady amplitude, damping not told from zero"});
       continue;
     }
@@ -298,13 +323,7 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
     mode.shape /= mode.shape[largest];
     result.modes.push_back(std::move(mode));
   }
-  std::sort(result.modes.begin(), result.modes.end(),
-            [](const auto& a, const auto& b) { return a.frequency.value < b.frequency.value; });
-  std::sort(result.tones.begin(), result.tones.end(),
-            [](const auto& a, const auto& b) { return a.frequency < b.frequency; });
-  for (const Tone& tone : result.tones)
-    result.summary.warn(fmt::format("{:.5g} Hz is a tone, not a mode: {}", tone.frequency, tone.evidence));
-  if (result.modes.empty()) result.summary.fail("no mode found");
+  conclude(result);
   result.summary.trust =
       fmt::format("{} modes from {:.4g} s, {} channels, orders 2 to {}; the excitation is taken as white",
                   result.modes.size(), dt * static_cast<double>(y.rows()), l, rank);

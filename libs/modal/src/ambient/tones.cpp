@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
+#include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
 
 namespace whirl::modal {
@@ -78,13 +79,9 @@ std::vector<Tone> find_tones(const MatrixXd& y, double dt, double low, double hi
 
 void subtract_tone(MatrixXd& y, double dt, Tone& tone) {
   const double line = 1 / (dt * static_cast<double>(y.rows()));
-  double low = tone.frequency - 0.7 * line, high = tone.frequency + 0.7 * line;
-  for (int i = 0; i < 14; ++i) {  // golden-section search of the largest energy
-    const double a = high - 0.618034 * (high - low), b = low + 0.618034 * (high - low);
-    (tone_energy(y, dt, a) > tone_energy(y, dt, b) ? high : low) =
-        tone_energy(y, dt, a) > tone_energy(y, dt, b) ? b : a;
-  }
-  tone.frequency = 0.5 * (low + high);
+  const double start = tone.frequency;
+  const auto less_energy = [&](double lines) { return -tone_energy(y, dt, start + lines * line); };
+  tone.frequency = start + line * boost::math::tools::brent_find_minima(less_energy, -0.7, 0.7, 14).first;
   const MatrixXd columns = tone_columns(y.rows(), dt, tone.frequency);
   const MatrixXd x = (columns.transpose() * columns).ldlt().solve(columns.transpose() * y);
   y -= columns * x;

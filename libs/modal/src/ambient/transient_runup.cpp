@@ -1,11 +1,10 @@
 #include "whirl/modal/transient_runup.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/modal_response.hpp"
 
@@ -167,6 +166,213 @@ void check(const RunupResponse& run, const TransientRunupOptions& o) {
   require_range("zeta_high", o.zeta_high, o.zeta_low, 0.9);
 }
 
+/// Times of the revolutions from zero, by the speed where none are given.
+Eigen::VectorXd times_of(const RunupResponse& run) {
+  const Eigen::Index n = run.omega.size();
+  Eigen::VectorXd time = run.time;
+  if (time.size() == 0) {
+    time = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index k = 1; k < n; ++k) time[k] = time[k - 1] + 2 * kTurn / (run.omega[k] + run.omega[k - 1]);
+  }
+  time.array() -= time[0];
+  return time;
+}
+
+/// omega0 + alpha t through the speeds; warns where they leave it.
+void fit_speed(const RunupResponse& run, const Eigen::VectorXd& time, TransientRunupFit& fit) {
+  Eigen::MatrixXd line(time.size(), 2);
+  line << Eigen::VectorXd::Ones(time.size()), time;
+  const Eigen::Vector2d speed_line = line.householderQr().solve(run.omega);
+  fit.omega0 = speed_line[0];
+  fit.alpha = speed_line[1];
+  const double departure = (line * speed_line - run.omega).cwiseAbs().maxCoeff() / run.omega.maxCoeff();
+  if (departure > 0.01) {
+    fit.summary.warn(
+        fmt::format("the speed leaves its straight line by {:.1f} %: the beats are placed wrongly", 100 * departure));
+  }
+}
+
+Eigen::VectorXd stacked(const Eigen::VectorXcd& v) {
+  Eigen::VectorXd s(2 * v.size());
+  s << v.real(), v.imag();
+  return s;
+}
+
+/// Search for the frequencies and damping ratios that, with complex amplitudes and runout projected out, leave least.
+class Search {
+ public:
+  struct Found {
+    Eigen::VectorXd p;       ///< log w, log zeta of each mode
+    Eigen::MatrixXd normal;  ///< J^T J at the last linearisation
+    double square = INFINITY;
+  };
+
+  Search(const RunupResponse& run, const Sweep& sweep, const TransientRunupOptions& options, double low, double high)
+      : run_(run), sweep_(sweep), options_(options), low_(low), high_(high) {}
+
+  Found run() {
+    make_cells();
+    std::vector<Start> starts = options_.modes == 1 ? single_starts() : pair_starts();
+    constexpr std::size_t kStarts = 12;
+    const auto kept = static_cast<std::ptrdiff_t>(std::min(kStarts, starts.size()));
+    std::partial_sort(starts.begin(), starts.begin() + kept, starts.end(),
+                      [](const Start& a, const Start& b) { return a.first < b.first; });
+    Found best;
+    for (std::ptrdiff_t s = 0; s < kept; ++s) {
+      Found found = refine(starts[static_cast<std::size_t>(s)].second);
+      if (found.square < best.square) best = std::move(found);
+    }
+    return best;
+  }
+
+  Projection projected(const Eigen::VectorXd& p) const {
+    std::vector<Eigen::VectorXcd> q;
+    for (Eigen::Index k = 0; k < p.size(); k += 2) q.push_back(column(std::exp(p[k]), std::exp(p[k + 1])));
+    return project(q, run_.vector);
+  }
+
+ private:
+  struct Cell {
+    double w, zeta;
+    Eigen::VectorXcd q;
+  };
+  using Start = std::pair<double, std::vector<std::size_t>>;  ///< what is left, and the cells
+
+  Eigen::VectorXcd column(double w, double zeta) const { return sweep_.at_revolutions(sweep_.fine(w, zeta)); }
+
+  // A quarter of the smallest half-power width would be needed to see every valley in the steady model; Gauss-Newton
+  // bridges the rest.
+  void make_cells() {
+    constexpr int kFrequencies = 48, kDampings = 6;
+    for (int i = 0; i < kFrequencies; ++i) {
+      for (int j = 0; j < kDampings; ++j) {
+        const double w = low_ + (high_ - low_) * (i + 0.5) / kFrequencies;
+        const double zeta = options_.zeta_low * std::pow(options_.zeta_high / options_.zeta_low, (j + 0.5) / kDampings);
+        cells_.push_back({w, zeta, column(w, zeta)});
+      }
+    }
+  }
+
+  std::vector<Start> single_starts() const {
+    std::vector<Start> starts;
+    for (std::size_t a = 0; a < cells_.size(); ++a) {
+      starts.push_back({project({cells_[a].q}, run_.vector).residual.squaredNorm(), {a}});
+    }
+    return starts;
+  }
+
+  // Pairs through inner products: with centred columns the runout drops out and a 2 x 2 system is left.
+  std::vector<Start> pair_starts() const {
+    const Eigen::VectorXcd centred = (run_.vector.array() - run_.vector.mean()).matrix();
+    std::vector<Eigen::VectorXcd> q;
+    std::vector<Complex> with_z;
+    for (const Cell& c : cells_) {
+      q.emplace_back((c.q.array() - c.q.mean()).matrix());
+      with_z.push_back(q.back().dot(centred));
+    }
+    std::vector<Start> starts;
+    const double total = centred.squaredNorm();
+    for (std::size_t a = 0; a < cells_.size(); ++a) {
+      for (std::size_t b = a + 1; b < cells_.size(); ++b) {
+        if (cells_[a].w == cells_[b].w) continue;
+        const double aa = q[a].squaredNorm(), bb = q[b].squaredNorm();
+        const Complex ab = q[a].dot(q[b]);
+        const double det = aa * bb - std::norm(ab);
+        if (det < 1e-6 * aa * bb) continue;
+        const double explained = (bb * std::norm(with_z[a]) + aa * std::norm(with_z[b]) -
+                                  2 * std::real(std::conj(with_z[a]) * ab * with_z[b])) /
+                                 det;
+        starts.push_back({total - explained, {a, b}});
+      }
+    }
+    return starts;
+  }
+
+  // Derivatives of the projected residual by differences.
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& p) const {
+    Eigen::MatrixXd j(2 * run_.vector.size(), p.size());
+    for (Eigen::Index k = 0; k < p.size(); ++k) {
+      const double h = k % 2 == 0 ? 1e-5 : 1e-3;
+      Eigen::VectorXd up = p, down = p;
+      up[k] += h;
+      down[k] -= h;
+      j.col(k) = (stacked(projected(up).residual) - stacked(projected(down).residual)) / (2 * h);
+    }
+    return j;
+  }
+
+  void clamp(Eigen::VectorXd& p) const {
+    for (Eigen::Index k = 0; k < p.size(); k += 2) {
+      p[k] = std::clamp(p[k], std::log(low_), std::log(high_));
+      p[k + 1] = std::clamp(p[k + 1], std::log(options_.zeta_low), std::log(options_.zeta_high));
+    }
+  }
+
+  // Damped Gauss-Newton on (log w, log zeta) with the projected residual.
+  Found refine(const std::vector<std::size_t>& start) const {
+    Found at;
+    at.p.resize(2 * options_.modes);
+    for (int k = 0; k < options_.modes; ++k) {
+      const Cell& c = cells_[start[static_cast<std::size_t>(k)]];
+      at.p[2 * k] = std::log(c.w);
+      at.p[2 * k + 1] = std::log(c.zeta);
+    }
+    Eigen::VectorXd r = stacked(projected(at.p).residual);
+    double damping = 1e-3;
+    for (int iteration = 0; iteration < 60; ++iteration) {
+      const Eigen::MatrixXd j = jacobian(at.p);
+      at.normal = j.transpose() * j;
+      Eigen::MatrixXd damped = at.normal;
+      damped.diagonal() *= 1 + damping;
+      Eigen::VectorXd next = at.p - damped.ldlt().solve(Eigen::VectorXd(j.transpose() * r));
+      clamp(next);
+      const Eigen::VectorXd trial = stacked(projected(next).residual);
+      if (trial.squaredNorm() < r.squaredNorm()) {
+        const double gain = 1 - trial.squaredNorm() / r.squaredNorm();
+        at.p = next;
+        r = trial;
+        damping = std::max(1e-9, 0.2 * damping);
+        if (gain < 1e-9) break;
+      } else {
+        damping *= 10;
+        if (damping > 1e6) break;
+      }
+    }
+    at.square = r.squaredNorm();
+    return at;
+  }
+
+  const RunupResponse& run_;
+  const Sweep& sweep_;
+  const TransientRunupOptions& options_;
+  double low_, high_;
+  std::vector<Cell> cells_;
+};
+
+/// Modes with their intervals, in order of frequency; returns the response between the revolutions.
+Eigen::VectorXcd state_modes(const Search::Found& found, const Projection& projection, const Sweep& sweep,
+                             const TransientRunupOptions& options, double low, double high, TransientRunupFit& fit) {
+  const Eigen::Index size = found.p.size(), n = projection.residual.size();
+  const double variance = found.square / static_cast<double>(2 * n - 2 * size - 2);
+  const Eigen::MatrixXd covariance =
+      variance * found.normal.ldlt().solve(Eigen::MatrixXd(Eigen::MatrixXd::Identity(size, size)));
+  Eigen::VectorXcd fine = Eigen::VectorXcd::Constant(sweep.samples(), fit.runout);
+  for (int k = 0; k < options.modes; ++k) {
+    const double w = std::exp(found.p[2 * k]), zeta = std::exp(found.p[2 * k + 1]);
+    fit.modes.push_back({Estimate::from_sd(w, w * std::sqrt(covariance(2 * k, 2 * k))),
+                         Estimate::from_sd(zeta, zeta * std::sqrt(covariance(2 * k + 1, 2 * k + 1))),
+                         projection.coefficients[k]});
+    fine += projection.coefficients[k] * sweep.fine(w, zeta);
+    if (w < 1.001 * low || w > 0.999 * high || zeta < 1.01 * options.zeta_low || zeta > 0.99 * options.zeta_high) {
+      fit.summary.warn(
+          fmt::format("mode {} lies at the edge of the search ({:.4g} rad/s, zeta {:.3g})", k + 1, w, zeta));
+    }
+  }
+  std::sort(fit.modes.begin(), fit.modes.end(),
+            [](const RunupMode& a, const RunupMode& b) { return a.omega.value < b.omega.value; });
+  return fine;
+}
+
 }  // namespace
 
 TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientRunupOptions& options) {
@@ -182,161 +388,22 @@ TransientRunupFit fit_transient_runup(const RunupResponse& run, const TransientR
     fit.summary.fail("the speed changes by less than 10 %: a run through a critical speed is needed");
     return fit;
   }
-  Eigen::VectorXd time = run.time;
-  if (time.size() == 0) {
-    time = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index k = 1; k < n; ++k) time[k] = time[k - 1] + 2 * kTurn / (run.omega[k] + run.omega[k - 1]);
-  }
-  time.array() -= time[0];
-  Eigen::MatrixXd line(n, 2);
-  line << Eigen::VectorXd::Ones(n), time;
-  const Eigen::Vector2d speed_line = line.householderQr().solve(run.omega);
-  fit.omega0 = speed_line[0];
-  fit.alpha = speed_line[1];
-  const double departure = (line * speed_line - run.omega).cwiseAbs().maxCoeff() / fastest;
-  if (departure > 0.01) {
-    fit.summary.warn(
-        fmt::format("the speed leaves its straight line by {:.1f} %: the beats are placed wrongly", 100 * departure));
-  }
+  const Eigen::VectorXd time = times_of(run);
+  fit_speed(run, time, fit);
 
   const double low = options.omega_low > 0 ? options.omega_low : slowest;
   const double high = options.omega_high > 0 ? options.omega_high : fastest;
   require_range("omega_high", high, low, 1e7, "rad/s");
   const Sweep sweep(fit.omega0, fit.alpha, time, std::max(fastest, high), options.model);
-  const auto column = [&](double w, double zeta) { return sweep.at_revolutions(sweep.fine(w, zeta)); };
+  Search search(run, sweep, options, low, high);
+  const Search::Found found = search.run();
 
-  // Grid: a quarter of the smallest half-power width would be needed to see every valley in the steady model;
-  // Gauss-Newton bridges the rest.
-  struct Cell {
-    double w, zeta;
-    Eigen::VectorXcd q;
-  };
-  std::vector<Cell> cells;
-  constexpr int kFrequencies = 48, kDampings = 6;
-  for (int i = 0; i < kFrequencies; ++i) {
-    for (int j = 0; j < kDampings; ++j) {
-      const double w = low + (high - low) * (i + 0.5) / kFrequencies;
-      const double zeta = options.zeta_low * std::pow(options.zeta_high / options.zeta_low, (j + 0.5) / kDampings);
-      cells.push_back({w, zeta, column(w, zeta)});
-    }
-  }
-  std::vector<std::pair<double, std::vector<std::size_t>>> starts;
-  const Eigen::VectorXcd centred = (run.vector.array() - run.vector.mean()).matrix();
-  if (options.modes == 1) {
-    for (std::size_t a = 0; a < cells.size(); ++a) {
-      starts.push_back({project({cells[a].q}, run.vector).residual.squaredNorm(), {a}});
-    }
-  } else {
-    // Pairs through inner products: with centred columns the runout drops out and a 2 x 2 system is left.
-    std::vector<Eigen::VectorXcd> q;
-    std::vector<Complex> with_z;
-    for (const Cell& c : cells) {
-      q.emplace_back((c.q.array() - c.q.mean()).matrix());
-      with_z.push_back(q.back().dot(centred));
-    }
-    const double total = centred.squaredNorm();
-    for (std::size_t a = 0; a < cells.size(); ++a) {
-      for (std::size_t b = a + 1; b < cells.size(); ++b) {
-        if (cells[a].w == cells[b].w) continue;
-        const double aa = q[a].squaredNorm(), bb = q[b].squaredNorm();
-        const Complex ab = q[a].dot(q[b]);
-        const double det = aa * bb - std::norm(ab);
-        if (det < 1e-6 * aa * bb) continue;
-        const double explained = (bb * std::norm(with_z[a]) + aa * std::norm(with_z[b]) -
-                                  2 * std::real(std::conj(with_z[a]) * ab * with_z[b])) /
-                                 det;
-        starts.push_back({total - explained, {a, b}});
-      }
-    }
-  }
-  constexpr std::size_t kStarts = 12;
-  const auto kept = std::min(kStarts, starts.size());
-  std::partial_sort(starts.begin(), starts.begin() + static_cast<std::ptrdiff_t>(kept), starts.end(),
-                    [](const auto& a, const auto& b) { return a.first < b.first; });
-
-  // Gauss-Newton on (log w, log zeta) with the projected residual, derivatives by differences.
-  const auto size = static_cast<Eigen::Index>(2 * options.modes);
-  const auto projected = [&](const Eigen::VectorXd& p) {
-    std::vector<Eigen::VectorXcd> q;
-    for (Eigen::Index k = 0; k < size; k += 2) q.push_back(column(std::exp(p[k]), std::exp(p[k + 1])));
-    return project(q, run.vector);
-  };
-  const auto stacked = [](const Eigen::VectorXcd& v) {
-    Eigen::VectorXd s(2 * v.size());
-    s << v.real(), v.imag();
-    return s;
-  };
-  double best = INFINITY;
-  Eigen::VectorXd found;
-  Eigen::MatrixXd found_normal;
-  for (std::size_t s = 0; s < kept; ++s) {
-    Eigen::VectorXd p(size);
-    for (int k = 0; k < options.modes; ++k) {
-      const Cell& c = cells[starts[s].second[static_cast<std::size_t>(k)]];
-      p[2 * k] = std::log(c.w);
-      p[2 * k + 1] = std::log(c.zeta);
-    }
-    Eigen::VectorXd r = stacked(projected(p).residual);
-    Eigen::MatrixXd normal;
-    double damping = 1e-3;
-    for (int iteration = 0; iteration < 60; ++iteration) {
-      Eigen::MatrixXd j(r.size(), size);
-      for (Eigen::Index k = 0; k < size; ++k) {
-        const double h = k % 2 == 0 ? 1e-5 : 1e-3;
-        Eigen::VectorXd up = p, down = p;
-        up[k] += h;
-        down[k] -= h;
-        j.col(k) = (stacked(projected(up).residual) - stacked(projected(down).residual)) / (2 * h);
-      }
-      normal = j.transpose() * j;
-      Eigen::MatrixXd damped = normal;
-      damped.diagonal() *= 1 + damping;
-      const Eigen::VectorXd step = -damped.ldlt().solve(j.transpose() * r);
-      Eigen::VectorXd next = p + step;
-      for (Eigen::Index k = 0; k < size; k += 2) {
-        next[k] = std::clamp(next[k], std::log(low), std::log(high));
-        next[k + 1] = std::clamp(next[k + 1], std::log(options.zeta_low), std::log(options.zeta_high));
-      }
-      const Eigen::VectorXd trial = stacked(projected(next).residual);
-      if (trial.squaredNorm() < r.squaredNorm()) {
-        const double gain = 1 - trial.squaredNorm() / r.squaredNorm();
-        p = next;
-        r = trial;
-        damping = std::max(1e-9, 0.2 * damping);
-        if (gain < 1e-9) break;
-      } else {
-        damping *= 10;
-        if (damping > 1e6) break;
-      }
-    }
-    if (r.squaredNorm() < best) {
-      best = r.squaredNorm();
-      found = p;
-      found_normal = normal;
-    }
-  }
-
-  const Projection p = projected(found);
+  const Projection p = search.projected(found.p);
   fit.simulated = run.vector - p.residual;
   fit.runout = p.coefficients[options.modes];
-  fit.fit_percent = 100 * (1 - p.residual.norm() / centred.norm());
-  fit.summary.residual = std::sqrt(best / static_cast<double>(n));
-  const double variance = best / static_cast<double>(2 * n - 2 * size - 2);
-  const Eigen::MatrixXd covariance = variance * found_normal.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
-  Eigen::VectorXcd fine = Eigen::VectorXcd::Constant(sweep.samples(), fit.runout);
-  for (int k = 0; k < options.modes; ++k) {
-    const double w = std::exp(found[2 * k]), zeta = std::exp(found[2 * k + 1]);
-    fit.modes.push_back({Estimate::from_sd(w, w * std::sqrt(covariance(2 * k, 2 * k))),
-                         Estimate::from_sd(zeta, zeta * std::sqrt(covariance(2 * k + 1, 2 * k + 1))),
-                         p.coefficients[k]});
-    fine += p.coefficients[k] * sweep.fine(w, zeta);
-    if (w < 1.001 * low || w > 0.999 * high || zeta < 1.01 * options.zeta_low || zeta > 0.99 * options.zeta_high) {
-      fit.summary.warn(
-          fmt::format("mode {} lies at the edge of the search ({:.4g} rad/s, zeta {:.3g})", k + 1, w, zeta));
-    }
-  }
-  std::sort(fit.modes.begin(), fit.modes.end(),
-            [](const RunupMode& a, const RunupMode& b) { return a.omega.value < b.omega.value; });
+  fit.fit_percent = 100 * (1 - p.residual.norm() / (run.vector.array() - run.vector.mean()).matrix().norm());
+  fit.summary.residual = std::sqrt(found.square / static_cast<double>(n));
+  const Eigen::VectorXcd fine = state_modes(found, p, sweep, options, low, high, fit);
   Eigen::VectorXd fine_speed(sweep.samples());
   for (Eigen::Index i = 0; i < fine_speed.size(); ++i) fine_speed[i] = sweep.speed(i);
   const double top = run.vector.cwiseAbs().maxCoeff();

@@ -113,4 +113,20 @@ std::vector<DrivePoint> check_drive_points(const ModalModel& model) {
   return found;
 }
 
+void warn_of_contradictions(const FrequencyResponse& frf, ModalModel& model) {
+  for (const Reciprocity& pair : check_reciprocity(frf)) {
+    if (pair.difference > std::max(0.1, 3 * pair.noise)) {
+      model.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold",
+                                     pair.first, pair.second, pair.second, pair.first, 100 * pair.difference));
+    }
+  }
+  for (const DrivePoint& point : check_drive_points(model)) {
+    if (!point.wrong_modes.empty()) {
+      model.summary.warn(
+          fmt::format("{} is hit and measured, but {} of its residues have the wrong sign: is the sensor turned round?",
+                      point.point, point.wrong_modes.size()));
+    }
+  }
+}
+
 }  // namespace whirl::modal

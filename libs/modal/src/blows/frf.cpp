@@ -186,8 +186,10 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
   return blows;
 }
 
-FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options,
-                               std::vector<BlowReport>* reports) {
+namespace {
+
+/// Every complete blow of the recordings, which must have one rate.
+std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const FrfOptions& options) {
   std::vector<Recording> blows;
   for (const auto& recording : recordings) {
     if (std::abs(recording.dt - recordings.front().dt) > 1e-9 * recording.dt) {
@@ -197,117 +199,103 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
     for (auto& blow : split_blows(recording, options)) blows.push_back(std::move(blow));
   }
   if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
-  const double dt = blows.front().dt;
-  const std::string force_name = force_channel(blows.front(), options).name;
-  // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only
-  // scales its residues, where a start long before the pulse would leave ripples over 1/(that time).
-  Eigen::Index n = blows.front().size();
-  std::vector<Pulse> pulses;
-  for (const auto& blow : blows) {
-    pulses.push_back(find_pulse(blow[force_name]));
-    n = std::min(n, blow.size() - pulses.back().quiet);
-  }
-  if (n < 16) throw Error(fmt::format("shortest blow has {} samples: must have at least 16", n));
-
-  FrequencyResponse result;
-  result.estimator = options.estimator;
-  bool first_response = true;
-  for (const auto& channel : blows.front().channels) {
-    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time)
-      continue;
-    const FrfKind kind = kind_of(channel);
-    if (first_response) result.kind = kind;
-    if (kind != result.kind) {
-      throw Error(fmt::format("response channel '{}' gives {}, the others {}: must be one kind", channel.name,
-                              to_string(kind), to_string(result.kind)));
-    }
-    first_response = false;
-    result.channels.push_back({channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
-  }
-  if (result.channels.empty()) throw Error("no response channel beside the force");
-  drop_dead_responses(blows, result);
-
-  const double length = dt * static_cast<double>(n);
-  result.window_decay = -std::log(options.window_end) / length;
-  const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
-  const Eigen::Index lines = n / 2 + 1;
-  const std::size_t responses = result.channels.size();
-  CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
-                    std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
-  std::vector<BlowReport> found;
-  std::vector<BlowSpectra> spectra;
-  std::vector<std::size_t> measured;  // blow of each of `spectra`
   for (const int number : options.exclude) {
     if (number < 1 || number > static_cast<int>(blows.size()))
       throw Error(fmt::format("exclude = {}: must be 1 to {}, the number of blows", number, blows.size()));
   }
-  for (std::size_t b = 0; b < blows.size(); ++b) {
-    const Recording& blow = blows[b];
-    const Pulse& pulse = pulses[b];
-    const BlowCheck check = check_blow(blow[force_name], dt, options.converter_range);
-    BlowReport report;
-    report.time = blow.t0 + check.time;
-    report.peak = check.peak;
-    report.pulse_width = check.pulse_width;
-    report.force_overload = check.overload;
-    report.second_hits = check.second_hits;
-    for (const auto& channel : result.channels) {
-      if (is_overloaded(blow[channel.response])) report.overloaded_responses.push_back(channel.response);
+  return blows;
+}
+
+/// Response channels of a blow and the kind of response that all of them give.
+void name_channels(const Recording& blow, const std::string& force_name, const FrfOptions& options,
+                   FrequencyResponse& result) {
+  for (const auto& channel : blow.channels) {
+    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time)
+      continue;
+    const FrfKind kind = kind_of(channel);
+    if (result.channels.empty()) result.kind = kind;
+    if (kind != result.kind) {
+      throw Error(fmt::format("response channel '{}' gives {}, the others {}: must be one kind", channel.name,
+                              to_string(kind), to_string(result.kind)));
     }
-    const bool overloaded = check.overload || !report.overloaded_responses.empty();
-    const bool excluded = std::count(options.exclude.begin(), options.exclude.end(), static_cast<int>(b) + 1) > 0;
-    report.used = !excluded && !(options.drop_overloads && overloaded) &&
-                  !(options.drop_double_hits && !check.second_hits.empty());
-    found.push_back(report);
-    if (overloaded) {
-      result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
-                                      check.overload ? force_name : report.overloaded_responses.front(),
-                                      report.used ? "" : ", left out"));
-    }
-    for (const auto& hit : check.second_hits) {
-      result.summary.warn(fmt::format("blow at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
-                                      100 * hit.ratio, 1e3 * hit.time, report.used ? "" : ", left out"));
-    }
-    if (!report.used) continue;
-    if (pulse.quiet < 8) {
-      result.summary.warn(fmt::format("blow at {:.4g} s: {} samples before the pulse: too few to remove the DC{}",
-                                      report.time, pulse.quiet, pulse.quiet == 0 ? "; it was left in" : ""));
-    }
-    const auto without_dc = [&](const Eigen::VectorXd& x) {
-      Eigen::VectorXd y = x.segment(pulse.quiet, n);
-      if (pulse.quiet > 0) y.array() -= x.head(pulse.quiet).mean();
-      return y;
-    };
-    Eigen::VectorXd force = without_dc(blow[force_name]).cwiseProduct(decay);
-    if (options.window_force) {
-      Eigen::Index end = pulse.last + 1 + pulse.width() - pulse.quiet;
-      if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / dt);
-      const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / dt));
-      force = force.cwiseProduct(signal::force_window(n, std::min(end, n), taper));
-    }
-    spectra.push_back({signal::real_fft(force), {}});
-    measured.push_back(b);
-    for (std::size_t c = 0; c < responses; ++c) {
-      spectra.back().responses.push_back(
-          signal::real_fft(without_dc(blow[result.channels[c].response]).cwiseProduct(decay)));
-    }
+    result.channels.push_back({channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
   }
-  drop_odd_blows(spectra, measured, options, dt, n, found, result);
+  if (result.channels.empty()) throw Error("no response channel beside the force");
+}
+
+/// What is said of blow `number` (from 0), with warnings; whether it is used.
+BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Index quiet, std::size_t number,
+                       const std::string& force_name, const FrfOptions& options, FrequencyResponse& result) {
+  BlowReport report;
+  report.time = blow.t0 + check.time;
+  report.peak = check.peak;
+  report.pulse_width = check.pulse_width;
+  report.force_overload = check.overload;
+  report.second_hits = check.second_hits;
+  for (const auto& channel : result.channels) {
+    if (is_overloaded(blow[channel.response])) report.overloaded_responses.push_back(channel.response);
+  }
+  const bool overloaded = check.overload || !report.overloaded_responses.empty();
+  const bool excluded = std::count(options.exclude.begin(), options.exclude.end(), static_cast<int>(number) + 1) > 0;
+  report.used =
+      !excluded && !(options.drop_overloads && overloaded) && !(options.drop_double_hits && !check.second_hits.empty());
+  if (overloaded) {
+    result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
+                                    check.overload ? force_name : report.overloaded_responses.front(),
+                                    report.used ? "" : ", left out"));
+  }
+  for (const auto& hit : check.second_hits) {
+    result.summary.warn(fmt::format("blow at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
+                                    100 * hit.ratio, 1e3 * hit.time, report.used ? "" : ", left out"));
+  }
+  if (report.used && quiet < 8) {
+    result.summary.warn(fmt::format("blow at {:.4g} s: {} samples before the pulse: too few to remove the DC{}",
+                                    report.time, quiet, quiet == 0 ? "; it was left in" : ""));
+  }
+  return report;
+}
+
+/// Spectra of one blow from the pulse on, without DC, under the windows.
+BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck& check, const std::string& force_name,
+                      const Eigen::VectorXd& decay, const FrfOptions& options, const FrequencyResponse& result) {
+  const Eigen::Index n = decay.size();
+  const auto without_dc = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd y = x.segment(pulse.quiet, n);
+    if (pulse.quiet > 0) y.array() -= x.head(pulse.quiet).mean();
+    return y;
+  };
+  Eigen::VectorXd force = without_dc(blow[force_name]).cwiseProduct(decay);
+  if (options.window_force) {
+    Eigen::Index end = pulse.last + 1 + pulse.width() - pulse.quiet;
+    if (!check.second_hits.empty()) end += static_cast<Eigen::Index>(check.second_hits.back().time / blow.dt);
+    const auto taper = static_cast<Eigen::Index>(std::lround(options.force_taper / blow.dt));
+    force = force.cwiseProduct(signal::force_window(n, std::min(end, n), taper));
+  }
+  BlowSpectra spectra{signal::real_fft(force), {}};
+  for (const FrfChannel& channel : result.channels) {
+    spectra.responses.push_back(signal::real_fft(without_dc(blow[channel.response]).cwiseProduct(decay)));
+  }
+  return spectra;
+}
+
+CrossSpectra sum(const std::vector<BlowSpectra>& spectra, Eigen::Index lines, std::size_t responses) {
+  CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
+                    std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
   for (const BlowSpectra& blow : spectra) {
     sums.ff += blow.force.cwiseAbs2();
     for (std::size_t c = 0; c < responses; ++c) {
       sums.aa[c] += blow.responses[c].cwiseAbs2();
       sums.af[c] += blow.responses[c].cwiseProduct(blow.force.conjugate());
     }
-    ++result.averages;
   }
-  if (reports != nullptr) *reports = found;
-  if (result.averages == 0) throw Error("every blow was left out (overload or second hit): none remains to average");
+  return sums;
+}
 
-  const Eigen::Index kept = usable_lines(sums.ff, options.band_drop_db);
-  result.frequency = Eigen::VectorXd::LinSpaced(kept, 0, static_cast<double>(kept - 1)) / length;
+/// Estimate, coherence and variance of every channel from the sums over the blows.
+void estimate_channels(const CrossSpectra& sums, const FrfOptions& options, FrequencyResponse& result) {
   const auto count = static_cast<double>(result.averages);
-  for (std::size_t c = 0; c < responses; ++c) {
+  const Eigen::Index kept = result.frequency.size();
+  for (std::size_t c = 0; c < result.channels.size(); ++c) {
     FrfChannel& channel = result.channels[c];
     channel.value.resize(kept);
     if (result.averages > 1) {
@@ -327,6 +315,52 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
       }
     }
   }
+}
+
+}  // namespace
+
+FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options,
+                               std::vector<BlowReport>* reports) {
+  const std::vector<Recording> blows = all_blows(recordings, options);
+  const double dt = blows.front().dt;
+  const std::string force_name = force_channel(blows.front(), options).name;
+  // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only
+  // scales its residues, where a start long before the pulse would leave ripples over 1/(that time).
+  Eigen::Index n = blows.front().size();
+  std::vector<Pulse> pulses;
+  for (const auto& blow : blows) {
+    pulses.push_back(find_pulse(blow[force_name]));
+    n = std::min(n, blow.size() - pulses.back().quiet);
+  }
+  if (n < 16) throw Error(fmt::format("shortest blow has {} samples: must have at least 16", n));
+
+  FrequencyResponse result;
+  result.estimator = options.estimator;
+  name_channels(blows.front(), force_name, options, result);
+  drop_dead_responses(blows, result);
+
+  const double length = dt * static_cast<double>(n);
+  result.window_decay = -std::log(options.window_end) / length;
+  const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
+  std::vector<BlowReport> found;
+  std::vector<BlowSpectra> spectra;
+  std::vector<std::size_t> measured;  // blow of each of `spectra`
+  for (std::size_t b = 0; b < blows.size(); ++b) {
+    const BlowCheck check = check_blow(blows[b][force_name], dt, options.converter_range);
+    found.push_back(report_blow(blows[b], check, pulses[b].quiet, b, force_name, options, result));
+    if (!found.back().used) continue;
+    spectra.push_back(transform(blows[b], pulses[b], check, force_name, decay, options, result));
+    measured.push_back(b);
+  }
+  drop_odd_blows(spectra, measured, options, dt, n, found, result);
+  const CrossSpectra sums = sum(spectra, n / 2 + 1, result.channels.size());
+  result.averages += static_cast<long>(spectra.size());
+  if (reports != nullptr) *reports = found;
+  if (result.averages == 0) throw Error("every blow was left out (overload or second hit): none remains to average");
+
+  const Eigen::Index kept = usable_lines(sums.ff, options.band_drop_db);
+  result.frequency = Eigen::VectorXd::LinSpaced(kept, 0, static_cast<double>(kept - 1)) / length;
+  estimate_channels(sums, options, result);
   if (result.averages == 1) result.summary.warn("one blow: coherence and variance are undefined");
   result.summary.trust = fmt::format("{} blow(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,
                                      result.frequency[kept - 1], 1 / length);

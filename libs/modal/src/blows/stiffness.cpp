@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -10,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::modal {
@@ -52,6 +52,81 @@ double branch_difference(const Eigen::VectorXd& d, const Eigen::VectorXd& residu
   return largest;
 }
 
+/// f = K1 (x - d0) + K2 (x - d0)^3 by Gauss-Newton with halved steps, from a straight line; d0 = 0 with two parameters.
+struct CubicFit {
+  CubicFit(const Eigen::VectorXd& deflection, const Eigen::VectorXd& load, Eigen::Index parameters)
+      : x(deflection), f(load), jacobian(x.size(), parameters), residual(x.size()) {
+    const double slope =
+        ((x.array() - x.mean()) * (f.array() - f.mean())).sum() / (x.array() - x.mean()).square().sum();
+    p = {slope, 0, parameters == 3 && slope != 0 ? x.mean() - f.mean() / slope : 0};
+    cost = evaluate(p);
+    for (int iteration = 0; iteration < 100 && !converged; ++iteration) improve();
+  }
+
+  void improve() {
+    const Eigen::VectorXd step = jacobian.colPivHouseholderQr().solve(residual);
+    double scale = 1;
+    Eigen::Vector3d trial = p;
+    double trial_cost = cost;
+    for (int halving = 0; halving < 30; ++halving, scale /= 2) {
+      trial = p;
+      trial.head(jacobian.cols()) += scale * step;
+      trial_cost = evaluate(trial);
+      if (trial_cost <= cost) break;
+    }
+    converged = step.norm() * scale < 1e-12 * (1 + p.norm()) || trial_cost > cost * (1 - 1e-14);
+    if (trial_cost <= cost) p = trial;
+    cost = evaluate(p);
+  }
+
+  double evaluate(const Eigen::Vector3d& q) {
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double u = x[i] - q[2];
+      residual[i] = f[i] - q[0] * u - q[1] * u * u * u;
+      jacobian(i, 0) = u;
+      jacobian(i, 1) = u * u * u;
+      if (jacobian.cols() == 3) jacobian(i, 2) = -q[0] - 3 * q[1] * u * u;
+    }
+    return residual.squaredNorm();
+  }
+
+  const Eigen::VectorXd& x;
+  const Eigen::VectorXd& f;
+  Eigen::Vector3d p;  ///< K1, K2, d0
+  Eigen::MatrixXd jacobian;
+  Eigen::VectorXd residual;
+  double cost = 0;
+  bool converged = false;
+};
+
+/// What is to be said of a law, its fit and the table. `ds` m, the largest deflection, and `fs` N are the fit's units.
+void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& options, double ds, double fs) {
+  const Eigen::Index n = fit.x.size();
+  const double freedom = static_cast<double>(n - fit.jacobian.cols());
+  if (!fit.converged) law.summary.fail("stiffness fit did not converge");
+  if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
+  if (ds > 0.2)
+    law.summary.fail(
+        fmt::format("deflections up to {:.3g} m: no shaft is pulled that far; is their unit mm, not m?", ds));
+  if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
+  if (law.cubic_p_value > 0.05) {
+    law.summary.warn(fmt::format("cubic term not significant (p = {:.2g}): a larger deflection is needed to see it",
+                                 law.cubic_p_value));
+  }
+  if (options.fit_offset && (law.offset.low > 0 || law.offset.high < 0)) {
+    law.summary.warn(fmt::format("deflection at zero force is {:.3g} m, significantly not zero", law.offset.value));
+  }
+  // The largest of n differences of two noisy values stays below about 4 sqrt(2) standard deviations.
+  // Hysteresis inflates the scatter itself, so it is compared with the scatter between neighbours of one branch.
+  double steps = 0;
+  for (Eigen::Index i = 1; i < n; ++i) steps += std::pow((fit.residual[i] - fit.residual[i - 1]) * fs, 2);
+  const double scatter = freedom > 0 ? std::sqrt(fit.cost / freedom) * fs : 0;
+  const double neighbour = std::min(scatter, std::sqrt(steps / static_cast<double>(2 * (n - 1))));
+  if (law.hysteresis > 5.6 * neighbour && law.hysteresis > 1e-9 * fs) {
+    law.summary.warn(fmt::format("loading and unloading differ by up to {:.3g} N", law.hysteresis));
+  }
+}
+
 }  // namespace
 
 StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
@@ -76,43 +151,13 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const Eigen::VectorXd x = deflection / ds;
   const Eigen::VectorXd f = force / fs;
 
-  // Start: straight line; then Gauss-Newton in (K1, K2, d0).
-  const double slope = ((x.array() - x.mean()) * (f.array() - f.mean())).sum() / (x.array() - x.mean()).square().sum();
-  Eigen::Vector3d p(slope, 0, options.fit_offset && slope != 0 ? x.mean() - f.mean() / slope : 0);
-  Eigen::MatrixXd jacobian(n, parameters);
-  Eigen::VectorXd residual(n);
-  const auto evaluate = [&](const Eigen::Vector3d& q) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const double u = x[i] - q[2];
-      residual[i] = f[i] - q[0] * u - q[1] * u * u * u;
-      jacobian(i, 0) = u;
-      jacobian(i, 1) = u * u * u;
-      if (parameters == 3) jacobian(i, 2) = -q[0] - 3 * q[1] * u * u;
-    }
-    return residual.squaredNorm();
-  };
-  double cost = evaluate(p);
-  bool converged = false;
-  for (int iteration = 0; iteration < 100 && !converged; ++iteration) {
-    const Eigen::VectorXd step = jacobian.colPivHouseholderQr().solve(residual);
-    double scale = 1;
-    Eigen::Vector3d trial = p;
-    double trial_cost = cost;
-    for (int halving = 0; halving < 30; ++halving, scale /= 2) {
-      trial = p;
-      trial.head(parameters) += scale * step;
-      trial_cost = evaluate(trial);
-      if (trial_cost <= cost) break;
-    }
-    converged = step.norm() * scale < 1e-12 * (1 + p.norm()) || trial_cost > cost * (1 - 1e-14);
-    if (trial_cost <= cost) p = trial;
-    cost = evaluate(p);
-  }
-
+  const CubicFit fit(x, f, parameters);
+  const Eigen::Vector3d& p = fit.p;
+  const Eigen::MatrixXd& jacobian = fit.jacobian;
   const double freedom = static_cast<double>(n - parameters);
-  const double variance = freedom > 0 ? cost / freedom : 0;
+  const double variance = freedom > 0 ? fit.cost / freedom : 0;
   const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
-  const Eigen::MatrixXd covariance = variance * information.inverse();
+  const Eigen::MatrixXd covariance = variance * inverse(information);
   const StudentsT student(std::max(freedom, 1.0));
   const double t = boost::math::quantile(student, 0.5 + options.confidence / 2);
   Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
@@ -126,37 +171,15 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const double sd_k2 = std::sqrt(covariance(1, 1));
   law.cubic_p_value = sd_k2 > 0 ? 2 * boost::math::cdf(boost::math::complement(student, std::abs(p[1]) / sd_k2))
                                 : (p[1] == 0 ? 1.0 : 0.0);
-  const double scatter = std::sqrt(variance) * fs;
-  evaluate(p);
-  law.hysteresis = branch_difference(deflection, residual * fs);
+  law.hysteresis = branch_difference(deflection, fit.residual * fs);
 
-  law.summary.residual = std::sqrt(cost / static_cast<double>(n)) * fs;
+  law.summary.residual = std::sqrt(fit.cost / static_cast<double>(n)) * fs;
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues();
   law.summary.condition_number = std::sqrt(eigenvalues.maxCoeff() / std::max(eigenvalues.minCoeff(), 1e-300));
   law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m",
                                   law.summary.residual, deflection.minCoeff(), deflection.maxCoeff());
-  if (!converged) law.summary.fail("stiffness fit did not converge");
-  if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
-  if (const double far = deflection.cwiseAbs().maxCoeff(); far > 0.2)
-    law.summary.fail(
-        fmt::format("deflections up to {:.3g} m: no shaft is pulled that far; is their unit mm, not m?", far));
-  if (freedom < 3) law.summary.warn(fmt::format("only {} more points than parameters: wide intervals", freedom));
-  if (law.cubic_p_value > 0.05) {
-    law.summary.warn(fmt::format("cubic term not significant (p = {:.2g}): a larger deflection is needed to see it",
-                                 law.cubic_p_value));
-  }
-  if (options.fit_offset && (law.offset.low > 0 || law.offset.high < 0)) {
-    law.summary.warn(fmt::format("deflection at zero force is {:.3g} m, significantly not zero", law.offset.value));
-  }
-  // The largest of n differences of two noisy values stays below about 4 sqrt(2) standard deviations.
-  // Hysteresis inflates the scatter itself, so it is compared with the scatter between neighbours of one branch.
-  double steps = 0;
-  for (Eigen::Index i = 1; i < n; ++i) steps += std::pow((residual[i] - residual[i - 1]) * fs, 2);
-  const double neighbour = std::min(scatter, std::sqrt(steps / static_cast<double>(2 * (n - 1))));
-  if (law.hysteresis > 5.6 * neighbour && law.hysteresis > 1e-9 * fs) {
-    law.summary.warn(fmt::format("loading and unloading differ by up to {:.3g} N", law.hysteresis));
-  }
+  judge(law, fit, options, ds, fs);
   return law;
 }
 
@@ -194,7 +217,7 @@ AnisotropicStiffness fit_anisotropic_stiffness(const std::vector<DirectedStiffne
     result.summary.warn("directions do not show the coupling Kxy: taken as zero");
   }
   const Eigen::MatrixXd a = weight.asDiagonal() * basis.leftCols(columns);
-  const Eigen::MatrixXd covariance = (a.transpose() * a).inverse();
+  const Eigen::MatrixXd covariance = inverse(a.transpose() * a);
   Eigen::VectorXd p = Eigen::VectorXd::Zero(3);
   p.head(columns) = covariance * (a.transpose() * weight.cwiseProduct(k));
   result.mean = Estimate::from_sd(p[0], std::sqrt(covariance(0, 0)));

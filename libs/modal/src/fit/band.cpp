@@ -71,9 +71,8 @@ double noise_exponent(const Eigen::MatrixXcd& h) {
   return weight > 0 ? sum / weight : 0;
 }
 
-}  // namespace
-
-Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting) {
+/// Width of a line. Throws Error where the axis is not uniform.
+double line_of(const FrequencyResponse& frf) {
   const Eigen::Index all = frf.frequency.size();
   if (all < 3 || frf.channels.empty()) throw Error("frequency response without lines or channels");
   const double step = (frf.frequency[all - 1] - frf.frequency[0]) / static_cast<double>(all - 1);
@@ -82,6 +81,52 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
       throw Error(fmt::format("frequency axis is not uniform at line {} ({:g} Hz)", i, frf.frequency[i]));
     }
   }
+  return step;
+}
+
+void check_channel(const FrfChannel& channel, Eigen::Index all, const Eigen::VectorXcd& inside) {
+  if (channel.value.size() != all) {
+    throw Error(fmt::format("channel {}/{} has {} lines: must have the {} of the frequency axis", channel.response,
+                            channel.reference, channel.value.size(), all));
+  }
+  if (!inside.allFinite()) {
+    throw Error(
+        fmt::format("channel {}/{}: every line in the band must be finite", channel.response, channel.reference));
+  }
+  if (inside.norm() == 0) {
+    throw Error(fmt::format("channel {}/{} is zero in the band", channel.response, channel.reference));
+  }
+}
+
+void set_weights(const FrequencyResponse& frf, Eigen::Index first, LineWeighting weighting, Band& band) {
+  const Eigen::Index n = band.h.rows(), channels = band.h.cols();
+  band.weight.resize(n, channels);
+  for (Eigen::Index c = 0; c < channels; ++c) {
+    const Eigen::VectorXd size = band.h.col(c).cwiseAbs();
+    switch (weighting) {
+      case LineWeighting::variance: {
+        const Eigen::VectorXd variance = frf.channels[static_cast<std::size_t>(c)].variance.segment(first, n);
+        // A line whose few blows happened to agree must not own the fit.
+        const double floor = 0.1 * median({variance.data(), variance.data() + n});
+        band.weight.col(c) = variance.cwiseMax(std::max(floor, 1e-12 * size.squaredNorm() / static_cast<double>(n)))
+                                 .cwiseSqrt()
+                                 .cwiseInverse();
+        break;
+      }
+      case LineWeighting::proportional:
+        band.weight.col(c) = size.cwiseMax(0.02 * size.maxCoeff()).cwiseInverse();
+        break;
+      default:
+        band.weight.col(c).setConstant(std::sqrt(static_cast<double>(n)) / size.norm());
+    }
+  }
+}
+
+}  // namespace
+
+Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting) {
+  const double step = line_of(frf);
+  const Eigen::Index all = frf.frequency.size();
   if (low < 0 || high < 0 || (high > 0 && high <= low)) {
     throw Error(fmt::format("band {:g} to {:g} Hz: must be positive and ascending", low, high));
   }
@@ -104,18 +149,10 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   bool has_variance = true;
   for (Eigen::Index c = 0; c < channels; ++c) {
     const FrfChannel& channel = frf.channels[static_cast<std::size_t>(c)];
-    if (channel.value.size() != all) {
-      throw Error(fmt::format("channel {}/{} has {} lines: must have the {} of the frequency axis", channel.response,
-                              channel.reference, channel.value.size(), all));
-    }
-    band.h.col(c) = channel.value.segment(first, n);
-    if (!band.h.col(c).allFinite()) {
-      throw Error(
-          fmt::format("channel {}/{}: every line in the band must be finite", channel.response, channel.reference));
-    }
-    if (band.h.col(c).norm() == 0) {
-      throw Error(fmt::format("channel {}/{} is zero in the band", channel.response, channel.reference));
-    }
+    const Eigen::VectorXcd inside =
+        channel.value.size() == all ? Eigen::VectorXcd(channel.value.segment(first, n)) : Eigen::VectorXcd();
+    check_channel(channel, all, inside);
+    band.h.col(c) = inside;
     has_variance = has_variance && channel.variance.size() == all && channel.variance.segment(first, n).maxCoeff() > 0;
   }
   if (has_variance) {
@@ -133,26 +170,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
                                                : LineWeighting::flat;
   }
   band.common_weight = weighting == LineWeighting::flat;
-  band.weight.resize(n, channels);
-  for (Eigen::Index c = 0; c < channels; ++c) {
-    const Eigen::VectorXd size = band.h.col(c).cwiseAbs();
-    switch (weighting) {
-      case LineWeighting::variance: {
-        const Eigen::VectorXd variance = frf.channels[static_cast<std::size_t>(c)].variance.segment(first, n);
-        // A line whose few blows happened to agree must not own the fit.
-        const double floor = 0.1 * median({variance.data(), variance.data() + n});
-        band.weight.col(c) = variance.cwiseMax(std::max(floor, 1e-12 * size.squaredNorm() / static_cast<double>(n)))
-                                 .cwiseSqrt()
-                                 .cwiseInverse();
-        break;
-      }
-      case LineWeighting::proportional:
-        band.weight.col(c) = size.cwiseMax(0.02 * size.maxCoeff()).cwiseInverse();
-        break;
-      default:
-        band.weight.col(c).setConstant(std::sqrt(static_cast<double>(n)) / size.norm());
-    }
-  }
+  set_weights(frf, first, weighting, band);
   return band;
 }
 

@@ -1,10 +1,10 @@
 #include "classic_methods.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
 
 namespace whirl::modal {
@@ -77,7 +77,7 @@ std::vector<StabilisationPole> lsce_poles(const Band& band, const Grid& grid, co
     const Index q = refs * order;
     MatrixXcd m11 = gram.topLeftCorner(q, q);
     m11.diagonal().array() += 1e-14 * m11.diagonal().real().mean();
-    const MatrixXcd a = m11.llt().solve(-gram.block(0, q, q, refs));
+    const MatrixXcd a = m11.llt().solve(MatrixXcd(-gram.block(0, q, q, refs)));
     if (!a.allFinite()) continue;
     MatrixXcd companion = MatrixXcd::Zero(q, q);
     companion.topRightCorner(q - refs, q - refs).setIdentity();
@@ -178,8 +178,8 @@ std::vector<StabilisationPole> rational_poles(const Band& band, const Grid& grid
     done = order + 1;
     MatrixXcd m11 = reduced.topLeftCorner(order, order);
     m11.diagonal().array() += 1e-14;
-    const VectorXcd c =
-        m11.llt().solve(-reduced.col(order).head(order));  // of the lower polynomials; the highest has 1
+    const VectorXcd c = m11.llt().solve(
+        Eigen::VectorXcd(-reduced.col(order).head(order)));  // of the lower polynomials; the highest has 1
     if (!c.allFinite()) continue;
     MatrixXcd comrade = roots.topLeftCorner(order, order);
     comrade.col(order - 1) -= roots(order, order - 1) * c;

@@ -1,8 +1,8 @@
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "fractions.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "white_fit.hpp"
 
 namespace whirl::modal {
@@ -19,7 +19,7 @@ MatrixXd inverse_of(const MatrixXd& information) {
   const VectorXd scale = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   MatrixXd scaled = scale.asDiagonal() * information * scale.asDiagonal();
   scaled.diagonal().array() += 1e-12;
-  const MatrixXd inverse = scaled.ldlt().solve(MatrixXd::Identity(scaled.rows(), scaled.cols()));
+  const MatrixXd inverse = scaled.ldlt().solve(MatrixXd(MatrixXd::Identity(scaled.rows(), scaled.cols())));
   return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 

@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "residue_fit.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
 namespace {

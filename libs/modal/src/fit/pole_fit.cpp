@@ -11,10 +11,10 @@
 // would cancel (poles far closer to the axis than to the nearest line) and the residual terms are summed as they are.
 #include "pole_fit.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 
 #include "fractions.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
 namespace {

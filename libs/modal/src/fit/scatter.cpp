@@ -3,11 +3,11 @@
 // the common poles see the information M_k = P_k - P_k (P_k + D^-1)^-1 P_k. D follows by MacKay's fixed point.
 #include "scatter.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "residual_search.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
 namespace {

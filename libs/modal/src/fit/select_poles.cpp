@@ -54,20 +54,9 @@ void prune(Cluster& cluster, const std::vector<StabilisationPole>& poles) {
   cluster.update(poles);
 }
 
-}  // namespace
-
-std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleOptions& options) {
-  auto& poles = diagram.poles;
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < poles.size(); ++i) {
-    poles[i].cluster = -1;
-    if (poles[i].stable()) order.push_back(i);
-  }
-  std::sort(order.begin(), order.end(),
-            [&](auto a, auto b) { return std::abs(poles[a].pole) < std::abs(poles[b].pole); });
-
-  // Greedy sweep upwards in frequency: a pole joins the nearest of the last six clusters that has none of its order
-  // yet.
+// Greedy sweep upwards in frequency: a pole joins the nearest of the last six clusters that has none of its order yet.
+std::vector<Cluster> gather(const std::vector<StabilisationPole>& poles, const std::vector<std::size_t>& order,
+                            const PoleOptions& options) {
   std::vector<Cluster> clusters;
   for (std::size_t i : order) {
     Cluster* nearest = nullptr;
@@ -85,9 +74,11 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
     nearest->members.push_back(i);
     nearest->update(poles);
   }
+  return clusters;
+}
 
-  for (auto& cluster : clusters) prune(cluster, poles);
-  // Two clusters at one place are one pole whose members were shared out, unless they stand side by side in one order.
+// Two clusters at one place are one pole whose members were shared out, unless they stand side by side in one order.
+void merge(std::vector<Cluster>& clusters, const std::vector<StabilisationPole>& poles, const PoleOptions& options) {
   for (std::size_t a = 0; a < clusters.size(); ++a) {
     for (std::size_t b = a + 1; b < clusters.size(); ++b) {
       if (clusters[a].members.empty() || clusters[b].members.empty()) continue;
@@ -105,6 +96,49 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
       clusters[a].update(poles);
     }
   }
+}
+
+// Median pole of a cluster and its spread; the members are told the cluster's number.
+PoleCluster describe(const Cluster& cluster, int number, std::vector<StabilisationPole>& poles) {
+  std::vector<double> re, im, f, zeta;
+  for (std::size_t i : cluster.members) {
+    poles[i].cluster = number;
+    re.push_back(poles[i].pole.real());
+    im.push_back(poles[i].pole.imag());
+  }
+  PoleCluster found;
+  found.pole = {median(re), median(im)};
+  found.orders = static_cast<int>(cluster.orders.size());
+  const double damping = -found.pole.real() / std::abs(found.pole);
+  double nearest = INFINITY;
+  for (std::size_t i : cluster.members) {
+    f.push_back(std::abs(std::abs(poles[i].pole) - std::abs(found.pole)) / 6.283185307179586);
+    zeta.push_back(std::abs(poles[i].damping() - damping));
+    if (std::abs(poles[i].pole - found.pole) < nearest) {
+      nearest = std::abs(poles[i].pole - found.pole);
+      found.participation = poles[i].participation;
+    }
+  }
+  found.frequency_spread = median(f);
+  found.damping_spread = median(zeta);
+  return found;
+}
+
+}  // namespace
+
+std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleOptions& options) {
+  auto& poles = diagram.poles;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < poles.size(); ++i) {
+    poles[i].cluster = -1;
+    if (poles[i].stable()) order.push_back(i);
+  }
+  std::sort(order.begin(), order.end(),
+            [&](auto a, auto b) { return std::abs(poles[a].pole) < std::abs(poles[b].pole); });
+
+  std::vector<Cluster> clusters = gather(poles, order, options);
+  for (auto& cluster : clusters) prune(cluster, poles);
+  merge(clusters, poles, options);
 
   const double needed = options.presence * static_cast<double>(diagram.orders.size());
   std::vector<PoleCluster> result;
@@ -112,28 +146,7 @@ std::vector<PoleCluster> select_poles(StabilisationDiagram& diagram, const PoleO
                 [&](const Cluster& c) { return c.members.empty() || static_cast<double>(c.orders.size()) < needed; });
   std::sort(clusters.begin(), clusters.end(), [](const auto& a, const auto& b) { return a.size < b.size; });
   for (const auto& cluster : clusters) {
-    std::vector<double> re, im, f, zeta;
-    for (std::size_t i : cluster.members) {
-      poles[i].cluster = static_cast<int>(result.size());
-      re.push_back(poles[i].pole.real());
-      im.push_back(poles[i].pole.imag());
-    }
-    PoleCluster found;
-    found.pole = {median(re), median(im)};
-    found.orders = static_cast<int>(cluster.orders.size());
-    const double damping = -found.pole.real() / std::abs(found.pole);
-    double nearest = INFINITY;
-    for (std::size_t i : cluster.members) {
-      f.push_back(std::abs(std::abs(poles[i].pole) - std::abs(found.pole)) / 6.283185307179586);
-      zeta.push_back(std::abs(poles[i].damping() - damping));
-      if (std::abs(poles[i].pole - found.pole) < nearest) {
-        nearest = std::abs(poles[i].pole - found.pole);
-        found.participation = poles[i].participation;
-      }
-    }
-    found.frequency_spread = median(f);
-    found.damping_spread = median(zeta);
-    result.push_back(std::move(found));
+    result.push_back(describe(cluster, static_cast<int>(result.size()), poles));
   }
   return result;
 }

@@ -1,13 +1,13 @@
 // Poly-reference least-squares complex frequency method, right matrix fraction with complex coefficients per band.
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "band.hpp"
 #include "classic_methods.hpp"
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -27,6 +27,22 @@ Eigen::VectorXcd lag_sums(const Eigen::VectorXcd& x, Index m) {
   Eigen::VectorXcd padded = Eigen::VectorXcd::Zero(m);
   padded.head(x.size()) = x;
   return signal::inverse_fft(padded) * static_cast<double>(m);
+}
+
+// One pole of matrix polynomial `a` (a_n = I) at z, with the participation of the references.
+StabilisationPole pole_at(Complex pole, Complex z, int order, const MatrixXcd& a) {
+  const Index refs = a.cols();
+  StabilisationPole found;
+  found.order = order;
+  found.pole = pole;
+  found.participation = Eigen::VectorXcd::Ones(refs);
+  if (refs > 1) {
+    MatrixXcd value = MatrixXcd::Identity(refs, refs);
+    for (Index r = order - 1; r >= 0; --r) value = (value * z + a.middleRows(r * refs, refs)).eval();
+    const Eigen::JacobiSVD<MatrixXcd> svd(value.transpose(), Eigen::ComputeFullV);
+    found.participation = svd.matrixV().col(refs - 1);
+  }
+  return found;
 }
 
 // One band: lines [first, first + n) of `band`. Appends the poles of every order that lie in [core_low, core_high) Hz.
@@ -92,7 +108,8 @@ void poles_of_band(const Band& band, const Grid& grid, Index first, Index n, dou
     const Index q = refs * order;
     MatrixXcd m11 = reduced.topLeftCorner(q, q);
     m11.diagonal().array() += 1e-14 * m11.diagonal().real().mean();
-    const MatrixXcd a = m11.llt().solve(-reduced.block(0, q, q, refs));  // a_n = I: spurious roots get Re s > 0
+    const MatrixXcd a =
+        m11.llt().solve(MatrixXcd(-reduced.block(0, q, q, refs)));  // a_n = I: spurious roots get Re s > 0
     if (!a.allFinite()) continue;
     MatrixXcd companion = MatrixXcd::Zero(q, q);
     companion.topRightCorner(q - refs, q - refs).setIdentity();
@@ -109,17 +126,7 @@ void poles_of_band(const Band& band, const Grid& grid, Index first, Index n, dou
           -pole.real() > max_damping * std::abs(pole)) {
         continue;
       }
-      StabilisationPole found;
-      found.order = order;
-      found.pole = pole;
-      found.participation = Eigen::VectorXcd::Ones(refs);
-      if (refs > 1) {
-        MatrixXcd value = MatrixXcd::Identity(refs, refs);
-        for (Index r = order - 1; r >= 0; --r) value = (value * z + a.middleRows(r * refs, refs)).eval();
-        const Eigen::JacobiSVD<MatrixXcd> svd(value.transpose(), Eigen::ComputeFullV);
-        found.participation = svd.matrixV().col(refs - 1);
-      }
-      poles.push_back(std::move(found));
+      poles.push_back(pole_at(pole, z, order, a));
     }
   }
 }

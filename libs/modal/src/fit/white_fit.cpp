@@ -1,12 +1,12 @@
 #include "white_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "residual_search.hpp"
 #include "scatter.hpp"
+#include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
 

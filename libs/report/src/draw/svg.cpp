@@ -147,14 +147,15 @@ void join_x_limits(std::vector<PanelLayout>& layouts, std::size_t columns) {
   }
 }
 
-}  // namespace
+/// Columns of panels side by side: their width and the margins that all panels of a column share.
+struct Columns {
+  std::size_t count;
+  double cell;
+  std::vector<double> left, right;
+  double width(std::size_t c) const { return cell - left[c] - right[c]; }
+};
 
-std::string to_svg(const Figure& figure, const SvgOptions& options) {
-  if (figure.panels.empty()) throw Error(fmt::format("figure '{}' has no panel", figure.title));
-  if (figure.columns < 1) throw Error::in_field("columns", std::to_string(figure.columns), "at least 1");
-  const auto columns = std::min(static_cast<std::size_t>(figure.columns), figure.panels.size());
-  const double cell = (figure.width - kGap * static_cast<double>(columns - 1)) / static_cast<double>(columns);
-
+std::vector<PanelLayout> layouts_of(const Figure& figure) {
   std::vector<PanelLayout> layouts;
   for (const Panel& panel : figure.panels) {
     check_panel(panel);
@@ -165,15 +166,15 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
     add_head_room(layout);
     layouts.push_back(std::move(layout));
   }
-  if (figure.shared_x) join_x_limits(layouts, columns);
+  return layouts;
+}
 
-  // Margins first with the cell's width, then once more with the width they leave (equal aspect moves the limits).
-  std::vector<double> left(columns, 0), right(columns, 0);
+/// Margins first with the cell's width, then once more with the width they leave (equal aspect moves the limits).
+void settle_margins(std::vector<PanelLayout>& layouts, Columns& columns) {
   for (int pass = 0; pass < 2; ++pass) {
     for (std::size_t i = 0; i < layouts.size(); ++i) {
       PanelLayout& layout = layouts[i];
-      const std::size_t c = i % columns;
-      const double width = std::max(40.0, cell - (pass == 0 ? 80 : left[c] + right[c]));
+      const double width = std::max(40.0, pass == 0 ? columns.cell - 80 : columns.width(i % columns.count));
       if (layout.panel.equal_aspect) equalise(layout.limits, layout.panel, width, layout.panel.height);
       layout.category_lines.clear();
       layout.x = {};
@@ -181,18 +182,21 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
       layout.legend_height = legend_height(layout.panel, width);
       find_margins(layout);
     }
-    for (std::size_t c = 0; c < columns; ++c) {
-      left[c] = right[c] = 0;
-      for (std::size_t i = c; i < layouts.size(); i += columns) {
-        left[c] = std::max(left[c], layouts[i].left);
-        right[c] = std::max(right[c], layouts[i].right);
+    for (std::size_t c = 0; c < columns.count; ++c) {
+      columns.left[c] = columns.right[c] = 0;
+      for (std::size_t i = c; i < layouts.size(); i += columns.count) {
+        columns.left[c] = std::max(columns.left[c], layouts[i].left);
+        columns.right[c] = std::max(columns.right[c], layouts[i].right);
       }
     }
   }
+}
 
+/// Puts the panels into rows; the height of all of them.
+double place_rows(std::vector<PanelLayout>& layouts, const Columns& columns) {
   double y = 0;
-  for (std::size_t row = 0; row < layouts.size(); row += columns) {
-    const std::size_t end = std::min(row + columns, layouts.size());
+  for (std::size_t row = 0; row < layouts.size(); row += columns.count) {
+    const std::size_t end = std::min(row + columns.count, layouts.size());
     double top = 0, height = 0, bottom = 0;
     for (std::size_t i = row; i < end; ++i) {
       top = std::max(top, layouts[i].top);
@@ -202,41 +206,63 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
     for (std::size_t i = row; i < end; ++i) {
       const std::size_t c = i - row;
       PanelLayout& layout = layouts[i];
-      layout.left = left[c];
-      layout.plot = {static_cast<double>(c) * (cell + kGap) + left[c], y + top, cell - left[c] - right[c],
+      layout.left = columns.left[c];
+      layout.plot = {static_cast<double>(c) * (columns.cell + kGap) + columns.left[c], y + top, columns.width(c),
                      layout.panel.height};
       if (layout.panel.equal_aspect) equalise(layout.limits, layout.panel, layout.plot.width, layout.plot.height);
     }
     y += top + height + bottom + (end < layouts.size() ? 6 : 2);
   }
+  return y;
+}
+
+void draw_panel(Canvas& canvas, const PanelLayout& layout) {
+  const double title_y = layout.plot.y - (layout.legend_height > 0 ? layout.legend_height + 4 : 0) - 7;
+  canvas.text(layout.plot.x, title_y, layout.panel.title, Anchor::start, "title");
+  switch (layout.panel.kind) {
+    case Panel::Kind::cartesian:
+      draw_cartesian(canvas, layout);
+      break;
+    case Panel::Kind::polar:
+      draw_polar(canvas, layout);
+      break;
+    case Panel::Kind::projected:
+      draw_projected(canvas, layout);
+      break;
+  }
+}
+
+}  // namespace
+
+std::string to_svg(const Figure& figure, const SvgOptions& options) {
+  if (figure.panels.empty()) throw Error(fmt::format("figure '{}' has no panel", figure.title));
+  if (figure.columns < 1) throw Error::in_field("columns", std::to_string(figure.columns), "at least 1");
+  Columns columns;
+  columns.count = std::min(static_cast<std::size_t>(figure.columns), figure.panels.size());
+  columns.cell = (figure.width - kGap * static_cast<double>(columns.count - 1)) / static_cast<double>(columns.count);
+  columns.left.assign(columns.count, 0);
+  columns.right.assign(columns.count, 0);
+
+  std::vector<PanelLayout> layouts = layouts_of(figure);
+  if (figure.shared_x) join_x_limits(layouts, columns.count);
+  settle_margins(layouts, columns);
+  const double height = place_rows(layouts, columns);
 
   Canvas canvas;
   canvas.raw(
       fmt::format("<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"wf\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
                   "height=\"{1}\" role=\"img\">\n",
-                  px(figure.width), px(y)));
+                  px(figure.width), px(height)));
   if (!figure.title.empty()) canvas.raw(fmt::format("<title>{}</title>\n", escape_markup(figure.title)));
   if (!figure.description.empty()) canvas.raw(fmt::format("<desc>{}</desc>\n", escape_markup(figure.description)));
   if (!options.embedded) {
     canvas.raw("<style>" + figure_style(false) + "</style>\n");
-    canvas.rect({0, 0, figure.width, y}, "page");
+    canvas.rect({0, 0, figure.width, height}, "page");
   }
   int panels = 0;
   for (PanelLayout& layout : layouts) {
     if (options.embedded) layout.id = panels++;
-    const double title_y = layout.plot.y - (layout.legend_height > 0 ? layout.legend_height + 4 : 0) - 7;
-    canvas.text(layout.plot.x, title_y, layout.panel.title, Anchor::start, "title");
-    switch (layout.panel.kind) {
-      case Panel::Kind::cartesian:
-        draw_cartesian(canvas, layout);
-        break;
-      case Panel::Kind::polar:
-        draw_polar(canvas, layout);
-        break;
-      case Panel::Kind::projected:
-        draw_projected(canvas, layout);
-        break;
-    }
+    draw_panel(canvas, layout);
   }
   canvas.raw("</svg>\n");
   return canvas.take();

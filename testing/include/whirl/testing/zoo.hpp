@@ -24,7 +24,7 @@ struct ZooSystem {
 };
 
 inline IdentifiedModel zoo_model(
-    std::vector<std::pair<std::string, std::vector<std::pair<double, std::string>>>> equations,
+    const std::vector<std::pair<std::string, std::vector<std::pair<double, std::string>>>>& equations,
     std::vector<std::string> inputs = {}) {
   IdentifiedModel m;
   for (auto& [state, terms] : equations) {

@@ -50,4 +50,8 @@ struct DrivePoint {
 };
 std::vector<DrivePoint> check_drive_points(const ModalModel& model);
 
+/// Warns in the model's summary where the FRFs contradict reciprocity (by more than 10 % and three standard deviations)
+/// or passivity at a drive point.
+void warn_of_contradictions(const FrequencyResponse& frf, ModalModel& model);
+
 }  // namespace whirl::modal

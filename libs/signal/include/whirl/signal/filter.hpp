@@ -12,10 +12,4 @@ Eigen::MatrixXd gaussian_filter_columns(const Eigen::Ref<const Eigen::MatrixXd>&
 /// Samples at each end that the cut kernel touches.
 Eigen::Index gaussian_reach(double sd);
 
-/// Savitzky-Golay: least-squares polynomial of `degree` over `window` (odd) samples, its k-th derivative (per s^k) at
-/// the centre; at the ends the derivative of the outermost polynomial. Same size as x. window > degree >= derivative.
-/// Source: Savitzky and Golay, Analytical Chemistry 36 (1964).
-Eigen::VectorXd savitzky_golay(const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int window, int degree,
-                               int derivative = 0);
-
 }  // namespace whirl::signal

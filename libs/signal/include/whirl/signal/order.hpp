@@ -37,16 +37,6 @@ struct OrderVectors {
 OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
                            double dt, double order = 1, int turns = 1);
 
-/// Amplitudes over orders (rows) and blocks of whole turns (columns), peak, resolution 1/turns.
-struct OrderMap {
-  Eigen::VectorXd order;
-  Eigen::VectorXd speed;      ///< rad/s, mean over each block
-  Eigen::VectorXd time;       ///< s, middle of each block
-  Eigen::MatrixXd amplitude;  ///< orders x blocks, peak
-};
-OrderMap order_map(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& angle,
-                   double dt, double highest_order = 10, int turns = 8);
-
 struct VoldKalmanOptions {
   double bandwidth = 2;  ///< Hz between the -3 dB points of each order's filter
   int poles = 2;         ///< 1..3: order of the differences that are kept small; steeper filters with more

@@ -1,4 +1,4 @@
-#include "print.hpp"
+#include "whirl/pages/estimate_text.hpp"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 
 #include "whirl/report/format.hpp"
 
-namespace whirl::app {
+namespace whirl::pages {
 
-std::string show(const Estimate& estimate, std::string_view unit) {
+std::string estimate_text(const Estimate& estimate, std::string_view unit) {
   std::string text = report::format_estimate(estimate, unit);
   if (std::isfinite(estimate.low)) text += fmt::format("   95 % [{:.6g}, {:.6g}]", estimate.low, estimate.high);
   return text;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::pages

@@ -1,0 +1,7 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+WHIRL_CHOLESKY(template, LLT, MatrixXcd, VectorXcd)
+
+}  // namespace Eigen

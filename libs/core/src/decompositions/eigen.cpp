@@ -1,0 +1,7 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+WHIRL_EIGENSOLVER(template, SelfAdjointEigenSolver, MatrixXd, int)
+
+}  // namespace Eigen

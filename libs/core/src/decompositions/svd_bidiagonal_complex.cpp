@@ -1,0 +1,7 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+template class internal::UpperBidiagonalization<MatrixXcd>;
+
+}  // namespace Eigen

@@ -1,0 +1,7 @@
+#include "whirl/core/decompositions.hpp"
+
+namespace Eigen {
+
+template class BDCSVD<MatrixXcd>;
+
+}  // namespace Eigen

@@ -1,0 +1,64 @@
+// CSV in the catalogue: what no other format knows is taken for it.
+#include <algorithm>
+
+#include "format.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/frf_csv.hpp"
+
+namespace whirl::io {
+namespace {
+
+SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions& options) {
+  SignalFile file;
+  CsvDialect dialect;
+  const bool timed = options.rate.has_value() || CsvStream(path, options).time_column() >= 0;
+  SignalTable table;
+  std::vector<Channel> channels;
+  if (timed) {
+    Recording recording = read_csv(path, options, &dialect);
+    table.abscissa = Quantity::time;
+    table.start = recording.t0;
+    table.step = recording.dt;
+    channels = std::move(recording.channels);
+    file.format = to_string(dialect);
+  } else {
+    channels = read_table(path, options).columns;
+    file.format = "CSV table";
+    if (!channels.empty() && channels.front().name == "freq" && channels.front().quantity == Quantity::frequency) {
+      set_abscissa(table, Quantity::frequency, channels.front().samples);
+      channels.erase(channels.begin());
+    }
+  }
+  for (Channel& channel : channels) {
+    table.signals.push_back(
+        {channel.name, std::string(si_unit(channel.quantity)), channel.quantity, std::move(channel.samples), {}});
+  }
+  file.source = path.string();
+  file.tables.push_back(std::move(table));
+  return file;
+}
+
+std::optional<FrequencyResponse> responses_from_csv(const std::filesystem::path& path, std::optional<FrfKind> kind) {
+  const CsvStream stream(path);
+  const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(),
+                                   [](const CsvColumn& c) { return c.name == "freq"; });
+  if (!spectra) return {};
+  if (!kind)
+    throw Error::in_file(path.string(), 1,
+                         "a table of frequency responses does not say what was measured: state --kind");
+  return read_frf_csv(path, *kind);
+}
+
+}  // namespace
+
+Format csv_format() {
+  Format f{FileFormat::csv, "CSV", {".csv", ".txt", ".tsv"}, [](std::string_view) { return true; }};
+  f.read = signals_from_csv;
+  f.write = [](const std::filesystem::path& path, const Recording& record) { write_csv(path, record); };
+  f.read_responses = responses_from_csv;
+  f.write_responses = write_frf_csv;
+  f.stream = stream_csv;
+  return f;
+}
+
+}  // namespace whirl::io

@@ -1,0 +1,50 @@
+#pragma once
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "whirl/core/modal_model.hpp"
+#include "whirl/io/record_stream.hpp"
+#include "whirl/io/signals.hpp"
+
+namespace whirl::io {
+
+/// All that the rest of the tree asks of one file format. A null function: the format has no such thing.
+struct Format {
+  FileFormat id;
+  std::string_view words;                    ///< in messages, e.g. "WAV"
+  std::vector<std::string_view> extensions;  ///< the first is the one that messages name
+  /// By the first bytes of the content (4 KB at most), whatever the name says.
+  bool (*recognises)(std::string_view head);
+  bool magic = false;  ///< the first bytes leave no doubt
+  SignalFile (*read)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
+  void (*write)(const std::filesystem::path& path, const Recording& recording) = nullptr;
+  /// Nothing when the file holds none. `kind` is used where the file does not say what was measured.
+  std::optional<FrequencyResponse> (*read_responses)(const std::filesystem::path& path,
+                                                     std::optional<FrfKind> kind) = nullptr;
+  void (*write_responses)(const std::filesystem::path& path, const FrequencyResponse& frf) = nullptr;
+  std::unique_ptr<RecordStream> (*stream)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
+};
+
+/// One function per format, in the format's own source, listed in formats.cpp.
+Format hdf5_format();
+Format mat_format();
+Format wav_format();
+Format lvm_format();
+Format json_format();
+Format atfx_format();
+Format uff_format();
+Format csv_format();
+
+/// Words of the signal format that the ending names, or that a magic number at the start shows; empty: none.
+std::string_view words_of_ending(std::string_view ending);
+std::string_view words_of_magic(std::string_view head);
+
+/// Content of a text file without byte order mark and leading blanks.
+std::string_view without_blanks(std::string_view head);
+
+std::unique_ptr<RecordStream> stream_csv(const std::filesystem::path& path, const CsvOptions& options);
+std::unique_ptr<RecordStream> stream_hdf5(const std::filesystem::path& path, const CsvOptions& options);
+
+}  // namespace whirl::io

@@ -1,0 +1,144 @@
+// The catalogue of file formats: a new one is its own source, one declaration in format.hpp and one line here.
+#include "whirl/io/formats.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+#include "format.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+
+namespace whirl::io {
+namespace {
+
+/// In the order in which contents and endings are looked at. CSV takes what no other knows.
+const std::vector<Format>& formats() {
+  static const std::vector<Format> all = {mat_format(),  hdf5_format(), wav_format(), lvm_format(),
+                                          json_format(), atfx_format(), uff_format(), csv_format()};
+  return all;
+}
+
+const Format& format_of(const std::filesystem::path& path) {
+  ByteSource source(path);
+  std::string head(4096, '\0');
+  head.resize(source.read(head.data(), head.size()));
+  return *std::find_if(formats().begin(), formats().end(), [&](const Format& f) { return f.recognises(head); });
+}
+
+bool claims(const Format& format, std::string_view extension) {
+  return std::find(format.extensions.begin(), format.extensions.end(), extension) != format.extensions.end();
+}
+
+std::string extension_of(std::filesystem::path path) {
+  if (path.extension() == ".gz") path.replace_extension();
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+/// ".h5, .mat or .csv": of the formats that have this.
+template <class Function>
+std::string endings(Function Format::*function) {
+  std::vector<std::string_view> all;
+  for (const Format& f : formats()) {
+    if (f.*function != nullptr) all.push_back(f.extensions.front());
+  }
+  std::string text;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    text += fmt::format("{}{}", i == 0 ? "" : i + 1 == all.size() ? " or " : ", ", all[i]);
+  }
+  return text;
+}
+
+/// The format that the ending names, of those that have this. Throws Error in field OUT.
+template <class Function>
+const Format& named(const std::filesystem::path& path, Function Format::*function, const char* remark) {
+  const std::string extension = extension_of(path);
+  for (const Format& f : formats()) {
+    if (f.*function != nullptr && claims(f, extension)) return f;
+  }
+  throw Error::in_field("OUT", path.string(), fmt::format("a file ending in {}{}", endings(function), remark));
+}
+
+}  // namespace
+
+std::string_view without_blanks(std::string_view head) {
+  if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
+  head.remove_prefix(std::min(head.find_first_not_of(" \t\r\n"), head.size()));
+  return head;
+}
+
+std::string_view words_of_ending(std::string_view ending) {
+  const auto f = std::find_if(formats().begin(), formats().end(), [&](const Format& x) { return claims(x, ending); });
+  return f == formats().end() ? std::string_view() : f->words;
+}
+
+std::string_view words_of_magic(std::string_view head) {
+  const auto f =
+      std::find_if(formats().begin(), formats().end(), [&](const Format& x) { return x.magic && x.recognises(head); });
+  return f == formats().end() ? std::string_view() : f->words;
+}
+
+FileFormat file_format(const std::filesystem::path& path) { return format_of(path).id; }
+
+SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& options) {
+  const Format& own = format_of(path);
+  if (own.read == nullptr)
+    throw Error::in_file(path.string(), 1, fmt::format("{} holds results, not signals", own.words));
+  SignalFile file = own.read(path, options);
+  const std::string extension = extension_of(path);
+  const bool known =
+      std::any_of(formats().begin(), formats().end(), [&](const Format& f) { return claims(f, extension); });
+  if (known && !claims(own, extension)) {
+    file.findings.push_back(fmt::format("named {} but its content is {}", extension, own.words));
+  }
+  return file;
+}
+
+std::unique_ptr<RecordStream> open_record_stream(const std::filesystem::path& file, const CsvOptions& options) {
+  const Format& format = format_of(file);
+  if (format.stream != nullptr) return format.stream(file, options);
+  std::string able;
+  for (const Format& f : formats()) {
+    if (f.stream != nullptr) able += fmt::format("{}{}", able.empty() ? "" : " and ", f.words);
+  }
+  throw Error(file.string() + ": --stream reads " + able + "; whirl convert makes one of it");
+}
+
+Recording read(const std::filesystem::path& path) { return read_recording(path); }
+
+void write_recording(const std::filesystem::path& path, const Recording& recording) {
+  named(path, &Format::write, " (text also with .gz behind)").write(path, recording);
+}
+
+std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, std::optional<FrfKind> kind) {
+  const Format& format = format_of(path);
+  return format.read_responses == nullptr ? std::nullopt : format.read_responses(path, kind);
+}
+
+void write_responses(const std::filesystem::path& path, const FrequencyResponse& frf) {
+  named(path, &Format::write_responses, ": the input holds frequency responses").write_responses(path, frf);
+}
+
+std::optional<FrfKind> frf_kind(std::string_view name) {
+  if (name.empty()) return {};
+  for (const FrfKind kind : {FrfKind::receptance, FrfKind::mobility, FrfKind::accelerance}) {
+    if (to_string(kind) == name) return kind;
+  }
+  throw Error::in_field("--kind", std::string(name), "receptance, mobility or accelerance");
+}
+
+std::string readable_formats() {
+  std::string text;
+  for (const Format& f : formats()) {
+    if (f.read != nullptr) text += fmt::format("{}{}", text.empty() ? "" : ", ", f.words);
+  }
+  return text;
+}
+
+std::string recording_endings() { return endings(&Format::write); }
+
+}  // namespace whirl::io

@@ -1,0 +1,25 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "whirl/io/info.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/records/check.hpp"
+
+namespace whirl::pages {
+
+/// What a file of any format holds, with the record check of its tables.
+struct FileReport {
+  io::FileInfo info;
+  std::vector<records::RecordReport> records;  ///< one per table of `info`
+};
+
+/// Tables of uniformly sampled time signals with known units go through `records::check`; what it says with time and
+/// consequence is left out of the findings of `describe`.
+FileReport report_file(const io::SignalFile& file);
+
+std::string to_text(const FileReport& report);
+/// whirl.info/2 (docs/formats.md).
+io::Json to_json(const FileReport& report);
+
+}  // namespace whirl::pages

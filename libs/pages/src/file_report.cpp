@@ -1,0 +1,107 @@
+#include "whirl/pages/file_report.hpp"
+
+#include <fmt/format.h>
+
+namespace whirl::pages {
+namespace {
+
+io::Json::Array texts(const std::vector<std::string>& lines) {
+  io::Json::Array out;
+  for (const std::string& line : lines) out.push_back(line);
+  return out;
+}
+
+/// What the record check finds in a table of uniformly sampled time signals with known units.
+records::RecordReport check(const io::SignalTable& table, const std::string& source) {
+  Recording record;
+  record.source = source;
+  record.t0 = table.start;
+  record.dt = table.step;
+  if (table.abscissa != Quantity::time || !(table.step > 0)) return {};
+  for (const io::Signal& s : table.signals) {
+    if (s.quantity && s.imaginary.size() == 0 && !record.has(s.name)) record.add(s.name, *s.quantity, s.value);
+  }
+  return records::check(record);
+}
+
+io::Json to_json(const records::Finding& f) {
+  io::Json json = io::Json::object();
+  json.set("kind", std::string(records::to_string(f.kind)));
+  json.set("severity", std::string(records::to_string(f.severity)));
+  json.set("channel", f.channel);
+  json.set("begin_s", f.begin).set("end_s", f.end);
+  json.set("samples", static_cast<double>(f.samples));
+  json.set("size", f.size).set("frequency_hz", f.frequency);
+  json.set("text", f.text());
+  return json;
+}
+
+/// The record check says the same with the time and what follows from it.
+void leave_out_repeated(std::vector<std::string>& findings) {
+  std::erase_if(findings, [](const std::string& f) {
+    return f.starts_with("clipped:") || f.starts_with("frozen:") || f.find("single-sample spikes") != f.npos;
+  });
+}
+
+io::Json to_json(const io::TableInfo& table) {
+  io::Json json = io::Json::object();
+  json.set("name", table.name);
+  json.set("abscissa", table.abscissa);
+  json.set("start", table.start);
+  json.set("step", table.step);
+  json.set("rows", static_cast<double>(table.rows));
+  io::Json::Array channels;
+  for (const io::ChannelInfo& c : table.channels) {
+    io::Json channel = io::Json::object();
+    channel.set("name", c.name);
+    channel.set("unit", c.unit);
+    channel.set("minimum", c.minimum);
+    channel.set("maximum", c.maximum);
+    channel.set("mean", c.mean);
+    channel.set("rms", c.rms);
+    channel.set("findings", texts(c.findings));
+    channels.push_back(std::move(channel));
+  }
+  json.set("channels", std::move(channels));
+  return json;
+}
+
+}  // namespace
+
+FileReport report_file(const io::SignalFile& file) {
+  FileReport report{io::describe(file), {}};
+  for (std::size_t k = 0; k < file.tables.size(); ++k) {
+    report.records.push_back(check(file.tables[k], file.source));
+    if (report.records.back().findings.empty()) continue;
+    for (io::ChannelInfo& c : report.info.tables[k].channels) leave_out_repeated(c.findings);
+  }
+  return report;
+}
+
+std::string to_text(const FileReport& report) {
+  std::string text = io::to_string(report.info);
+  for (const records::RecordReport& r : report.records) {
+    for (const records::Finding& f : r.findings) text += fmt::format("  ! {}\n", f.text());
+  }
+  return text;
+}
+
+io::Json to_json(const FileReport& report) {
+  io::Json json = io::start_document("whirl.info", 2);
+  json.set("source", report.info.source);
+  json.set("format", report.info.format);
+  io::Json::Array tables;
+  for (std::size_t k = 0; k < report.info.tables.size(); ++k) {
+    io::Json table = to_json(report.info.tables[k]);
+    io::Json::Array findings;
+    for (const records::Finding& f : report.records[k].findings) findings.push_back(to_json(f));
+    table.set("record_check", std::move(findings));
+    tables.push_back(std::move(table));
+  }
+  json.set("tables", std::move(tables));
+  json.set("contents", texts(report.info.contents));
+  json.set("findings", texts(report.info.findings));
+  return json;
+}
+
+}  // namespace whirl::pages
