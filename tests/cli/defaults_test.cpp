@@ -28,7 +28,8 @@ TEST(DefaultsE2e, AnotherFileOrNone) {
   EXPECT_THAT(
       folder.whirl("rig record --out a.csv; WHIRL_CONFIG=mine.toml " + program() + " rig record --out a.csv").err,
       HasSubstr("from mine.toml: --added-mass-g=5"));
-  EXPECT_EQ(folder.whirl("--version; WHIRL_CONFIG= " + program() + " rig record --out a.csv").err, "");
+  EXPECT_THAT(folder.whirl("--version; WHIRL_CONFIG= " + program() + " rig record --out a.csv").err,
+              ::testing::Not(HasSubstr("from ")));
   EXPECT_EQ(folder.whirl("--version; WHIRL_CONFIG=no.toml " + program() + " rig record --out a.csv").exit_code, 2);
 }
 
