@@ -95,7 +95,7 @@ TEST(ReportDocument, SummaryShowsWarnings) {
   summary.trust = "Peak within 5 %.";
   summary.warn("few samples above the critical speed");
   const std::string html = to_html(Document{}.summary(summary, "Model"));
-  EXPECT_THAT(html, HasSubstr("Warning: Model: warning"));
+  EXPECT_THAT(html, HasSubstr("<b>Warning: Model</b>"));
   EXPECT_THAT(html, HasSubstr("few samples above"));
   EXPECT_TRUE(Document{}.summary(Summary{}, "Model").blocks.empty());
 }
