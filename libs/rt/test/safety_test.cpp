@@ -31,6 +31,8 @@ TEST(SafetyGateRealtime, ForceIsLimitedOnEachAxisToBothSides) {
   }
   EXPECT_FALSE(ask(limits, {5, -5}).limited);
   EXPECT_EQ(ask({.force = 0}, {1e9, 0}).command.ux, 1e9) << "0 is no limit";
+  EXPECT_FALSE(ask({.force = 0}, {1e9, 0}).limited);
+  EXPECT_FALSE(ask({}, {1, 1}, {}, {}, Fault::watchdog).limited) << "a trip is no limit";
 }
 
 TEST(SafetyGateRealtime, SlewOfEachAxisCountsFromItsOwnLastForce) {
@@ -102,6 +104,13 @@ TEST(SafetyGateRealtime, TheFirstReasonStaysWithItsTick) {
   sent.last = {4, 4};
   EXPECT_EQ(decide({.slew = 1}, sent, {}, Command{4, 4}, 9, Fault::overrun).state.last.ux, 0)
       << "zero is what was sent: the slew limit counts from there";
+}
+
+TEST(SafetyGateRealtime, AControllerThatRefusesTripsUnlessSomethingElseWasFirst) {
+  const auto refused = Expected<Command, Fault>::fault(Fault::stale_sensor);
+  EXPECT_EQ(decide({}, {}, {}, refused, 3).state.trip, Fault::stale_sensor);
+  EXPECT_EQ(decide({}, {}, {}, refused, 3, Fault::overrun).state.trip, Fault::overrun);
+  EXPECT_EQ(decide({.displacement = 1}, {}, {.x = 2}, refused, 3).state.trip, Fault::displacement_limit);
 }
 
 TEST(SafetyGateRealtime, OnlyReasonsThatLeaveTheForceTrueMayFade) {
