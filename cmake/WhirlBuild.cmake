@@ -24,7 +24,31 @@ find_package(fmt REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
 
+# What a fault in the code may do is kept small: programs load anywhere, and their tables of functions become read-only
+# before the first instruction of theirs. Code that is made for others (not -march=native) also ends at a smashed stack, at
+# a copy beyond its buffer and at a jump to where no function begins.
+include(CheckCXXCompilerFlag)
+include(CheckPIESupported)
+check_pie_supported()
+check_cxx_compiler_flag(-fcf-protection WHIRL_HAS_CF_PROTECTION) # x86 only
+check_cxx_compiler_flag(-fstack-clash-protection WHIRL_HAS_STACK_CLASH)
+if(WHIRL_NATIVE)
+  set(whirl_harden OFF)
+else()
+  set(whirl_harden ON)
+endif()
+option(WHIRL_HARDEN "Compile with checks of the stack and of copies" ${whirl_harden})
+
 add_library(whirl_flags INTERFACE)
+target_link_options(whirl_flags INTERFACE $<BUILD_INTERFACE:-Wl,-z,relro,-z,now>)
+if(WHIRL_HARDEN)
+  target_compile_options(whirl_flags INTERFACE
+    $<BUILD_INTERFACE:-fstack-protector-strong>
+    $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_STACK_CLASH}>:-fstack-clash-protection>>
+    $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_CF_PROTECTION}>:-fcf-protection>>
+    # It needs optimisation, and hides copies from the address sanitizer.
+    $<BUILD_INTERFACE:$<$<NOT:$<OR:$<CONFIG:Debug>,$<BOOL:${WHIRL_SANITIZE}>>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=2>>)
+endif()
 # One alignment for fixed-size Eigen types whatever the consumer's -march, so that the installed libraries keep their ABI.
 target_compile_definitions(whirl_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=64)
 target_compile_options(whirl_flags INTERFACE

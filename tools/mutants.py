@@ -8,6 +8,7 @@ BUILD_DIR: a configured and built tree (its static libraries are linked). A muta
 tree is not touched. Exit code 0 when at least 95 % are killed, else 1; survivors are listed with line and change.
 """
 import argparse
+import concurrent.futures
 import pathlib
 import re
 import subprocess
@@ -25,7 +26,12 @@ TARGETS = {
               "libs/rt/test/release_test.cpp"]),
     "sample_gate": ("libs/control/include/whirl/control/gate.hpp", "libs/control/include",
                     ["libs/control/test/controller_test.cpp"]),
+    "control_gate": ("libs/rt/include/whirl/rt/loop_control.hpp", "libs/rt/include", ["libs/rt/test/loop_control_test.cpp"]),
     "units": ("libs/io/src/units.cpp", None, ["libs/io/test/hash_units_test.cpp"]),
+    "laser": ("libs/rt/src/drivers/optoncdt.cpp", None, ["libs/rt/test/optoncdt_test.cpp"]),
+    "board": ("libs/rt/src/drivers/udp_board.cpp", None, ["libs/rt/test/udp_board_test.cpp"]),
+    "estimators": ("libs/control/include/whirl/control/estimators/difference.hpp", "libs/control/include",
+                   ["libs/control/test/estimators_test.cpp"]),
 }
 
 OPERATORS = [
@@ -53,62 +59,122 @@ def mutants(path):
                 yield number, line, "\n".join(lines[:number] + [changed] + lines[number + 1:]) + "\n", changed.strip()
 
 
+PRECOMPILED = """#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+"""
+COMPILE = ["g++", "-std=c++20", "-O0", "-w", "-DEIGEN_MAX_ALIGN_BYTES=64"]
+
+
+class Workshop:
+    """Compiles and runs mutants; what does not change (the tests of a source, the headers of the tests) is compiled once."""
+
+    def __init__(self, build, folder):
+        self.folder = folder
+        self.includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/include"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
+        self.libraries = []
+        for name in ("rt", "control", "rotor", "io", "expr", "core"):
+            self.libraries += [str(f) for f in build.glob(f"libs/{name}/libwhirl_{name}.a")]
+        self.libraries += [str(f) for f in build.glob("testing/libwhirl_testing.a")]
+        self.guard = [str(f) for f in build.glob("**/whirl_alloc_guard.dir/**/alloc_guard.cpp.o")]
+        (folder / "common.hpp").write_text(PRECOMPILED)
+        self.run([*COMPILE, "-x", "c++-header", str(folder / "common.hpp"), "-o", str(folder / "common.hpp.gch")])
+        self.objects = {}
+
+    @staticmethod
+    def run(command):
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise RuntimeError(done.stderr[-800:])
+
+    def compile(self, source, to, extra):
+        self.run([*COMPILE, f"-I{self.folder}", "-include", "common.hpp", *extra, *self.includes, "-c", str(source), "-o", str(to)])
+        return str(to)
+
+    def link(self, objects, to):
+        command = ["g++", *objects, *self.guard, "-o", str(to), "-lgtest_main", "-lgtest", "-lgmock", *self.libraries, *self.libraries,
+                   "-lfmt", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
+                   "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
+        if self.guard:
+            command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
+        self.run(command)
+
+    def killed(self, path, root, tests, text):
+        """True, False, or None when the mutant does not compile."""
+        try:
+            with tempfile.TemporaryDirectory(dir=self.folder) as place:
+                place = pathlib.Path(place)
+                file = place / (pathlib.Path(path).relative_to(root) if root else pathlib.Path(path).name)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_text(text)
+                extra = [f"-I{place}", f"-I{ROOT / pathlib.Path(path).parent}"]
+                if root:
+                    objects = [self.compile(ROOT / t, place / f"{i}.o", extra) for i, t in enumerate(tests)]
+                else:
+                    for t in tests:
+                        if t not in self.objects:
+                            self.objects[t] = self.compile(ROOT / t, self.folder / f"test{len(self.objects)}.o", [])
+                    objects = [self.compile(file, place / "mutant.o", extra)] + [self.objects[t] for t in tests]
+                self.link(objects, place / "test")
+                try:
+                    return subprocess.run([str(place / "test"), "--gtest_fail_fast"], capture_output=True, timeout=60).returncode != 0
+                except subprocess.TimeoutExpired:
+                    return True
+        except RuntimeError as e:
+            self.last_error = e
+            return None
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("build")
     p.add_argument("--only", choices=TARGETS)
     p.add_argument("--limit", type=int, default=0, help="every N-th mutant so that about this many remain")
+    p.add_argument("--jobs", type=int, default=2)
     p.add_argument("--list", action="store_true")
     o = p.parse_args()
-    build = pathlib.Path(o.build).resolve()
-    includes = [f"-I{d}" for d in sorted(ROOT.glob("libs/*/include"))] + [f"-I{ROOT}/testing/include", "-I/usr/include/eigen3"]
-    libraries = []
-    for name in ("control", "rotor", "io", "expr", "core"):
-        libraries += [str(f) for f in build.glob(f"libs/{name}/libwhirl_{name}.a")]
-    guard = [str(f) for f in build.glob("**/whirl_alloc_guard.dir/**/alloc_guard.cpp.o")]
     total = killed = broken = 0
-    for name, (path, root, tests) in TARGETS.items():
-        if o.only not in (None, name):
-            continue
-        every = list(mutants(path))
-        step = max(1, len(every) // o.limit) if o.limit else 1
-        seen = noticed = 0
-        for number, line, text, changed in every[::step]:
-            if o.list:
-                print(f"{path}:{number + 1}: {changed}")
+    with tempfile.TemporaryDirectory() as folder:
+        shop = None if o.list else Workshop(pathlib.Path(o.build).resolve(), pathlib.Path(folder))
+        for name, (path, root, tests) in TARGETS.items():
+            if o.only not in (None, name):
                 continue
-            with tempfile.TemporaryDirectory() as folder:
-                folder = pathlib.Path(folder)
-                file = folder / (pathlib.Path(path).relative_to(root) if root else pathlib.Path(path).name)
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_text(text)
-                sources = [str(ROOT / t) for t in tests] + ([] if root else [str(file)])
-                extra = [f"-I{ROOT / pathlib.Path(path).parent}"]
-                command = ["g++", "-std=c++20", "-O0", "-w", "-DEIGEN_MAX_ALIGN_BYTES=64", f"-I{folder}", *extra, *includes, *sources,
-                           *guard, "-o", str(folder / "test"), "-lgtest_main", "-lgtest", "-lgmock", *libraries, *libraries,
-                           "-lfmt", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
-                           "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
-                if guard:
-                    command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
-                built = subprocess.run(command, capture_output=True, text=True)
-                if built.returncode != 0:
-                    broken += 1
-                    if broken == 1:
-                        print("does not compile:", built.stderr[-600:], file=sys.stderr)
-                    continue
-                seen += 1
-                try:
-                    code = subprocess.run([str(folder / "test")], capture_output=True, timeout=120).returncode
-                except subprocess.TimeoutExpired:
-                    code = 124
-                if code != 0:
-                    noticed += 1
-                else:
+            every = list(mutants(path))
+            chosen = every[::max(1, len(every) // o.limit) if o.limit else 1]
+            if o.list:
+                for number, _, _, changed in chosen:
+                    print(f"{path}:{number + 1}: {changed}")
+                continue
+            original = shop.killed(path, root, tests, (ROOT / path).read_text())
+            if original is not False:
+                print(f"{name}: the tests fail or do not compile without a change: {getattr(shop, 'last_error', '')}")
+                return 2
+            with concurrent.futures.ThreadPoolExecutor(o.jobs) as pool:
+                results = list(pool.map(lambda m: shop.killed(path, root, tests, m[2]), chosen))
+            for (number, line, _, changed), dead in zip(chosen, results):
+                if dead is False:
                     print(f"survived  {path}:{number + 1}: {line.strip()}  ->  {changed}", flush=True)
-        if seen:
-            print(f"{name}: {noticed} of {seen} killed ({100 * noticed / seen:.0f} %)", flush=True)
-        total += seen
-        killed += noticed
+            seen, noticed = sum(r is not None for r in results), results.count(True)
+            broken += results.count(None)
+            if seen:
+                print(f"{name}: {noticed} of {seen} killed ({100 * noticed / seen:.0f} %)", flush=True)
+            total += seen
+            killed += noticed
     if o.list:
         return 0
     print(f"total: {killed} of {total} killed ({100 * killed / max(total, 1):.1f} %), {broken} did not compile")

@@ -2,44 +2,12 @@
 
 #include <map>
 
-#include "program.hpp"
+#include "made_files.hpp"
 
 namespace whirl::testing {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// One set of real files of every kind, made once by the program itself: the checks must stand before work that would
-/// have succeeded.
-const Folder& made() {
-  static const Folder folder;
-  static const bool done = [] {
-    for (const char* call :
-         {"rig record --added-mass-g 5 --out record.csv", "rig stiffness --out pull.csv", "rig hammer --out blow_",
-          "rig parameters > rig.toml; true", "identify record.csv --no-holdout --out model.json",
-          "stiffness pull.csv --out stiff.json", "frf blow_1.csv --out frf.json", "modes frf.json --out modes.json",
-          "design model.json --mass-kg 1.5 --evaluations 10 --out controller.json"}) {
-      const Outcome outcome = folder.whirl(call);
-      EXPECT_NE(outcome.exit_code, 2) << call << "\n" << outcome.err;
-    }
-    fs::copy_file(folder / "stdout.txt", folder / "unused.txt");
-    folder.write("rig.toml", "[rotor]\nmass_kg = 1.5\n");
-    folder.write("bode.csv", "rpm,amp_um,phase_deg\n600,10,5\n900,20,40\n1200,50,90\n1500,20,140\n1800,12,160\n");
-    folder.write(
-        "system.toml",
-        "coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\npotential = \"k*x^2/2\"\nparameters = {m = \"kg\", k = "
-        "\"N/m\"}\n");
-    return true;
-  }();
-  (void)done;
-  return folder;
-}
-
-/// A folder with a copy of all of them.
-void copy_all(const Folder& to) {
-  for (const auto& file : fs::directory_iterator(made() / "."))
-    fs::copy_file(file.path(), to / file.path().filename().string(), fs::copy_options::overwrite_existing);
-}
 
 struct Call {
   const char* arguments;  ///< OUT stands for the output
@@ -84,7 +52,7 @@ TEST(OutputsE2e, NoSubcommandWritesOverItsInputUnderAnyName) {
   int lost = 0, calls = 0;
   for (const Call& call : kCalls) {
     const Folder folder;
-    copy_all(folder);
+    copy_made(folder);
     const std::string before = slurp(folder / call.input);
     ASSERT_FALSE(before.empty()) << call.input;
     fs::create_directory(folder / "sub");
@@ -110,7 +78,7 @@ TEST(OutputsE2e, NoSubcommandWritesOverItsInputUnderAnyName) {
 
 TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
   const Folder folder;
-  copy_all(folder);
+  copy_made(folder);
   fs::create_directory(folder / "sub");
   folder.write("file", "x");
   struct Case {
@@ -135,7 +103,7 @@ TEST(OutputsE2e, AnOutputThatCannotBeWrittenIsRefusedBeforeTheWork) {
 
 TEST(OutputsE2e, AnExistingFileOfAnotherKindNeedsForce) {
   const Folder folder;
-  copy_all(folder);
+  copy_made(folder);
   folder.write("notes.txt", "by hand\n");
   folder.write("page.html", "<!doctype html><title>mine</title>");
   const std::pair<const char*, const char*> calls[] = {
@@ -170,7 +138,7 @@ TEST(OutputsE2e, AnExistingFileOfAnotherKindNeedsForce) {
 
 TEST(OutputsE2e, TwoOutputsOfOneNameAreRefused) {
   const Folder folder;
-  copy_all(folder);
+  copy_made(folder);
   const Outcome outcome = folder.whirl("rig record --out a.csv --truth ./a.csv");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("--out"), std::string::npos) << outcome.err;
@@ -179,7 +147,7 @@ TEST(OutputsE2e, TwoOutputsOfOneNameAreRefused) {
 
 TEST(OutputsE2e, NamesThatACommandChoosesDoNotTakeInputsEither) {
   const Folder folder;
-  copy_all(folder);
+  copy_made(folder);
   fs::rename(folder / "record.csv", folder / "figure_01.csv");
   const std::string before = slurp(folder / "figure_01.csv");
   EXPECT_EQ(folder.whirl("report figure_01.csv --figures . --formats csv --out page.html").exit_code, 2);

@@ -73,6 +73,33 @@ TEST(ReportE2e, PdfWhereABrowserIsInstalled) {
   EXPECT_EQ(slurp(folder / "page.pdf").substr(0, 5), "%PDF-");
 }
 
+// A stand-in for the browser says how it was called.
+TEST(ReportE2e, TheBrowserRunsInItsSandboxAndWithoutOnlyWhereThereIsNone) {
+  const Folder folder;
+  namespace fs = std::filesystem;
+  fs::permissions(folder / ".", fs::perms::all);
+  fs::create_directory(folder / "bin");
+  folder.write("bode.csv", "rpm,amp_um,phase_deg\n1000,1,0\n1100,3,-20\n1200,9,-90\n1300,4,-150\n1400,2,-170\n");
+  for (const bool works : {true, false}) {
+    fs::remove(folder / "calls.txt");
+    folder.write("bin/chromium",
+                 std::string("#!/bin/sh\necho \"$(id -u) $*\" >> ") + (folder / "calls.txt").string() +
+                     "\nfor a; do case $a in --print-to-pdf=*) out=${a#*=};; --no-sandbox) bare=1;; esac; done\n" +
+                     (works ? "" : "[ -n \"$bare\" ] || exit 1\n") + "printf '%%PDF-1.4\\n%%%%EOF\\n' > \"$out\"\n");
+    fs::permissions(folder / "bin/chromium", fs::perms::all);
+    const Outcome o = folder.whirl("--version >/dev/null; PATH=\"$PWD/bin:$PATH\" '" + program() +
+                                   "' report bode.csv --out page.html --pdf page.pdf --force --quiet");
+    ASSERT_EQ(o.exit_code, 0) << o.err;
+    const std::string calls = slurp(folder / "calls.txt");
+    const std::string first = calls.substr(0, calls.find('\n'));
+    EXPECT_EQ(first.find("--no-sandbox"), std::string::npos) << first;
+    EXPECT_NE(first.substr(0, 2), "0 ") << "never as root";
+    EXPECT_EQ(calls.find("--no-sandbox") != std::string::npos, !works) << calls;
+    EXPECT_EQ(o.err.find("sandbox does not start") != std::string::npos, !works) << o.err;
+    EXPECT_EQ(slurp(folder / "page.pdf").substr(0, 5), "%PDF-");
+  }
+}
+
 TEST(ReportE2e, WhatCannotBeReportedIsRefused) {
   const Folder folder;
   folder.write("other.json", "{\"schema\": \"whirl.other/1\"}");

@@ -1,6 +1,9 @@
 // Runs a fuzz target without libFuzzer: every file of a folder as it is, then seeded random mutations of
-// each. Usage: fuzz_csv <folder> [seconds], 2 seconds when not stated. A failing input is written to
-// crash.bin.
+// each. Usage: fuzz_csv <folder> [seconds [seed]], 2 seconds when not stated. A crash, 5 s of processor time or 1 GiB
+// of memory is a failure; its input is written to crash.bin.
+#include <sys/resource.h>
+#include <sys/time.h>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -30,9 +33,25 @@ void write_crash(int signal) {
   std::raise(signal);
 }
 
+constexpr int kLongest = 5;             // s of processor time for one input
+constexpr long kMostMemory = 1L << 20;  // KiB that the process has ever held, for inputs below 1 MiB
+
+void too_long(int) {
+  std::fprintf(stderr, "an input takes more than %d s\n", kLongest);
+  write_crash(SIGABRT);
+}
+
 void run(std::string input) {
   current = std::move(input);
+  const itimerval limit{{0, 0}, {kLongest, 0}};
+  setitimer(ITIMER_PROF, &limit, nullptr);
   LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(current.data()), current.size());
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  if (current.size() < std::size_t{1} << 20 && used.ru_maxrss > kMostMemory) {
+    std::fprintf(stderr, "an input of %zu bytes needs %ld MiB\n", current.size(), used.ru_maxrss >> 10);
+    write_crash(SIGABRT);
+  }
 }
 
 /// One to eight edits: bytes changed, cut, doubled, exchanged with another input, or replaced by awkward
@@ -123,6 +142,7 @@ std::string mutate(std::string s, const std::vector<std::string>& corpus, std::m
 int main(int argc, char** argv) {
   if (argc < 2) return 2;
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS}) std::signal(signal, write_crash);
+  std::signal(SIGPROF, too_long);
   std::vector<std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(argv[1])) {
     if (entry.is_regular_file()) files.push_back(entry.path());
@@ -146,11 +166,13 @@ int main(int argc, char** argv) {
   // The inputs are seeded; only their number depends on the time allowed.
   const double seconds = argc > 2 ? std::atof(argv[2]) : 2;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  std::mt19937_64 random(20240501);
+  std::mt19937_64 random(argc > 3 ? std::strtoull(argv[3], nullptr, 10) : 20240501);
   long count = 0;
   while (std::chrono::steady_clock::now() < end) {
     for (int i = 0; i < 50; ++i, ++count) run(mutate(corpus[random() % corpus.size()], corpus, random));
   }
-  std::printf("%zu files, %ld mutations\n", corpus.size(), count);
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  std::printf("%zu files, %ld mutations, %ld MiB\n", corpus.size(), count, used.ru_maxrss >> 10);
   return 0;
 }

@@ -146,7 +146,6 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
   slots["law"] = law.equation;
   slots["f"] = law.model_free ? "the disturbance d by unbalance"
                               : "the acceleration without control: stiffness, damping and unbalance";
-  slots["tolerance"] = single ? "1e-7F" : "1e-15";
   slots["slack"] = single ? "1e-5F" : "1e-12";
   slots["reached"] = single ? "0.999999F" : "0.999999999999";
   slots["whole"] = single ? "1e-4F" : "1e-9";

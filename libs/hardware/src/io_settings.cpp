@@ -114,7 +114,7 @@ IoSettings read_io(const std::filesystem::path& path) {
   const io::Settings settings = io::read_settings(path);
   IoSettings io;
   io.source = path.string();
-  settings.text("loop.clock", io.clock, {"sample", "wall"});
+  settings.text("loop.clock", io.clock, {"sample", "wall", "lockstep"});
   settings.text("loop.overrun", io.overrun, {"skip", "catch-up", "trip"});
   settings.text("loop.dt", io.dt, {"nominal", "fill"});
   settings.text("board.driver", io.driver, {"udp", "comedi", "quanser"});
@@ -132,9 +132,8 @@ IoSettings read_io(const std::filesystem::path& path) {
     require_range("safety.stale_ms", 1e3 * io.stale, 1e3 / io.rate, 1e4, "ms");
     require_range("safety.watchdog_ms", 1e3 * io.watchdog, 1e3 / io.rate, 1e4, "ms");
     const auto& inputs = io.hardware.position;
-    if (io.clock == "sample" && io.driver != "udp" && inputs[0].laser.device.empty() &&
-        inputs[1].laser.device.empty()) {
-      throw Error::in_field("loop.clock", "sample", "wall: neither a laser nor the board has a clock of its own here");
+    if (io.clock != "wall" && io.driver != "udp" && inputs[0].laser.device.empty() && inputs[1].laser.device.empty()) {
+      throw Error::in_field("loop.clock", io.clock, "wall: neither a laser nor the board has a clock of its own here");
     }
     if (io.driver != "udp") {
       require_range("board.counts", std::abs(io.vendor.counts), 1, 1e7);

@@ -153,6 +153,7 @@ io::Json to_json(const RealtimeRun& run) {
       .set("dt", run.settings.dt)
       .set("overrun", run.settings.overrun);
   json.set("executed", t.executed).set("missed", t.missed).set("late_work", t.late_work).set("late_wake", t.late_wake);
+  json.set("late_source", t.late_source);
   json.set("latency", histogram_json(t.latency)).set("execution", histogram_json(t.execution));
   json.set("period", histogram_json(t.period));
   json.set("samples", run.samples)

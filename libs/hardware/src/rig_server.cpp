@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kShunt = 250;             // ohm, of the analogue outputs
 constexpr int kLockstepWait = 2000;        // ms until a silent controller is taken for dead
+constexpr double kLockstepGrace = 0.1;     // s that a frame may be late because this process was put aside
 constexpr double kBefore = -1;             // s, the time of faults that are there before the start
 constexpr double kRestTime = 30;           // s that a shaft at rest can be excited
 constexpr std::uint32_t kBehind = 262078;  // peak behind the measuring range
@@ -133,7 +134,7 @@ IoSettings RigServer::io() const {
   io.address = address_;
   io.safety.displacement = 0.3 * options_.rig.laser.range;
   io.hardware.grace = 0.5 / io.rate;
-  if (options_.lockstep) io.hardware.grace = 0.05, io.watchdog = 1;
+  if (options_.lockstep) io.clock = "lockstep", io.hardware.grace = kLockstepGrace, io.watchdog = 1;
   for (std::size_t i = 0; i < 2; ++i) {
     rt::PositionInput& p = io.hardware.position[i];
     p.laser.device = axes_[i].line.device();
@@ -186,7 +187,10 @@ void RigServer::receive() {
     // One commander at a time; another may take over when the first has fallen silent.
     if (!same && !peer_.empty() && !expired_) continue;
     if (same && static_cast<std::int32_t>(c->number - last_number_) <= 0) continue;
+    if (!same) locked_ = false, lockstep_lost_ = lockstep_lost_ && started_;
     peer_ = sender;
+    // It sees the ticks: from now on each one waits for it.
+    locked_ = locked_ || (options_.lockstep && same && c->command.answers != 0);
     last_number_ = c->number;
     last_answers_ = c->command.answers;
     command_ = c->command;
@@ -216,6 +220,8 @@ void RigServer::measure(int sub) {
                                static_cast<std::uint64_t>(ratio_ - 1 - sub);
   Measurement m = machine().read();
   if (!started_ && !rest_) {  // the shaft waits; a laser is never quite still
+    // What a controller sees before its start must not depend on how long the machine stood.
+    if (options_.lockstep && sub == 0) standby_.seed(options_.run.seed + board_tick_ % kLockstepCycle);
     const auto noise = [&] {
       return std::sqrt(3.0) * options_.rig.laser.noise * (2 * static_cast<double>(standby_() >> 11) * 0x1p-53 - 1);
     };
@@ -253,7 +259,8 @@ void RigServer::send_reading() {
 
 void RigServer::tick() {
   const double period = 1 / options_.rig.timing.rate;
-  if (options_.lockstep && (started_ || (rest_ && command_.armed)) && !lockstep_lost_ && !rig_.done()) {
+  // The reading that says that the run is over is waited for too: it ends the other side's record.
+  if (locked_ && !lockstep_lost_ && after_end_ <= 1) {
     wait_for_command();
     next_ = rt::WallTime{}.now();
   } else {

@@ -46,8 +46,14 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   rt::CycleRecord r;
   // A machine that was busy elsewhere at this very moment may see an old sample: the next one is waited for.
   const auto unfit = [&] { return !r.measurement.valid && rig.fault() == Fault::none; };
-  for (int k = 0; (k < io.settle || (unfit() && k < 10 * io.settle)) && !shared.stop(); ++k) r = loop.cycle();
+  const bool lockstep = io.clock == "lockstep";
+  const auto early = [&] { return lockstep && rig.board().tick % kLockstepCycle != 0; };
+  const int longest = std::max(10 * io.settle, io.settle + static_cast<int>(kLockstepCycle));
+  for (int k = 0; (k < io.settle || ((unfit() || early()) && k < longest)) && !shared.stop(); ++k) r = loop.cycle();
   const long first = r.tick + 1;
+  // Nothing of the machine's own speed gets into a run in lockstep.
+  const std::int64_t period = std::llround(1e9 / io.rate);
+  const auto time_of = [&](std::int64_t machine) { return lockstep ? period * (r.tick - first + 1) : machine; };
   if (!r.measurement.valid || rig.fault() != Fault::none) {
     out.reason = rig.fault() != Fault::none ? "the board does not answer" : "a displacement is not valid";
   } else if (kControls) {
@@ -61,23 +67,26 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   while (out.reason.empty()) {
     shared.control->apply(loop, [&]() noexcept { law.reset(); });
     r = loop.cycle();
-    rt::LoopSample s = sample_of(r, clock.scheduled(), clock.started());
+    const std::int64_t now = time_of(clock.started());
+    rt::LoopSample s = sample_of(r, time_of(clock.scheduled()), time_of(clock.started()));
     if constexpr (kControls) add_internals(s, law);
     s.tick -= first;
     shared.queue.push(s);
     if (r.trip != out.trip) {
       out.trip = r.trip;
-      tripped = r.trip != Fault::none ? clock.started() : 0;
+      tripped = r.trip != Fault::none ? now : 0;
       if (tripped > 0) out.trip_tick = s.tick;
       for (int i = 0; i < 2; ++i) out.inputs[static_cast<std::size_t>(i)] = rig.state(i);
     }
-    if (r.releasing) tripped = clock.started();
+    if (r.releasing) tripped = now;
     const bool asked_to_end = shared.stop() || shared.abandon;
     if (asked_to_end && out.trip == Fault::none) {
       if (!loop.armed()) break;
       loop.stop();
     }
-    const bool recorded = tripped > 0 && clock.started() - tripped > kAfterTrip && (asked_to_end || !shared.attended());
+    // In lockstep a rig that has gone away brings no more ticks either.
+    const bool enough = now - tripped > kAfterTrip || (lockstep && clock.fault() == Fault::watchdog);
+    const bool recorded = tripped > 0 && enough && (asked_to_end || !shared.attended());
     if (rig.done() || r.tick >= last || recorded) break;
   }
   out.timing = clock.timing();

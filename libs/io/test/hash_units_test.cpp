@@ -68,6 +68,122 @@ TEST(Units, TheLongestSuffixCounts) {
   EXPECT_EQ(split_unit("x").unit, nullptr);
 }
 
+// The whole table: what one (for dB and degC: what 40 and 20) of each is in SI, from its definition.
+TEST(Units, EveryFactorIsThatOfTheDefinition) {
+  constexpr double kPi = 3.14159265358979323846;
+  struct Row {
+    const char* suffix;
+    Quantity quantity;
+    double given, si;
+  };
+  using Q = Quantity;
+  const Row rows[] = {{"s", Q::time, 1, 1},
+                      {"ms", Q::time, 1, 0.001},
+                      {"us", Q::time, 1, 0.000001},
+                      {"min", Q::time, 2, 120},
+                      {"m", Q::displacement, 1, 1},
+                      {"cm", Q::displacement, 1, 0.01},
+                      {"mm", Q::displacement, 1, 0.001},
+                      {"um", Q::displacement, 1, 0.000001},
+                      {"nm", Q::displacement, 1, 0.000000001},
+                      {"in", Q::displacement, 1, 0.0254},
+                      {"mil", Q::displacement, 1, 0.0000254},
+                      {"m_s", Q::velocity, 1, 1},
+                      {"mm_s", Q::velocity, 1, 0.001},
+                      {"in_s", Q::velocity, 1, 0.0254},
+                      {"m_s2", Q::acceleration, 1, 1},
+                      {"mm_s2", Q::acceleration, 1, 0.001},
+                      {"g", Q::acceleration, 1, 9.80665},
+                      {"N", Q::force, 1, 1},
+                      {"mN", Q::force, 1, 0.001},
+                      {"kN", Q::force, 1, 1000},
+                      {"lbf", Q::force, 1, 0.45359237 * 9.80665},
+                      {"kgf", Q::force, 1, 9.80665},
+                      {"rad", Q::angle, 1, 1},
+                      {"deg", Q::angle, 180, kPi},
+                      {"rev", Q::angle, 1, 2 * kPi},
+                      {"rad_s", Q::angular_velocity, 1, 1},
+                      {"rpm", Q::angular_velocity, 60, 2 * kPi},
+                      {"deg_s", Q::angular_velocity, 180, kPi},
+                      {"rad_s2", Q::angular_acceleration, 1, 1},
+                      {"rpm_s", Q::angular_acceleration, 60, 2 * kPi},
+                      {"hz", Q::frequency, 1, 1},
+                      {"Hz", Q::frequency, 1, 1},
+                      {"kHz", Q::frequency, 1, 1000},
+                      {"V", Q::voltage, 1, 1},
+                      {"mV", Q::voltage, 1, 0.001},
+                      {"A", Q::current, 1, 1},
+                      {"mA", Q::current, 1, 0.001},
+                      {"Pa", Q::pressure, 1, 1},
+                      {"kPa", Q::pressure, 1, 1000},
+                      {"MPa", Q::pressure, 1, 1000000},
+                      {"bar", Q::pressure, 1, 100000},
+                      {"kg", Q::mass, 1, 1},
+                      {"gram", Q::mass, 1, 0.001},
+                      {"K", Q::temperature, 1, 1},
+                      {"degC", Q::temperature, 20, 293.15},
+                      {"strain", Q::strain, 1, 1},
+                      {"ustrain", Q::strain, 1, 0.000001},
+                      {"1", Q::dimensionless, 1, 1},
+                      {"percent", Q::dimensionless, 1, 0.01},
+                      {"dB", Q::dimensionless, 40, 100},
+                      {"Nm", Q::torque, 1, 1},
+                      {"mNm", Q::torque, 1, 0.001},
+                      {"N_m", Q::stiffness, 1, 1},
+                      {"N_mm", Q::stiffness, 1, 1000},
+                      {"kN_m", Q::stiffness, 1, 1000},
+                      {"N_m3", Q::cubic_stiffness, 1, 1},
+                      {"N_mm3", Q::cubic_stiffness, 1, 1000000000},
+                      {"Ns_m", Q::damping, 1, 1},
+                      {"kgm2", Q::moment_of_inertia, 1, 1},
+                      {"1_s", Q::rate, 1, 1},
+                      {"1_s2", Q::rate_squared, 1, 1},
+                      {"N_V", Q::force_constant, 1, 1},
+                      {"hz", Q::angular_velocity, 1, 2 * kPi},
+                      {"Hz", Q::angular_velocity, 1, 2 * kPi},
+                      {"rpm", Q::frequency, 60, 1}};
+  EXPECT_EQ(std::size(rows), all_units().size()) << "a unit without its row here";
+  for (const Row& r : rows) {
+    const UnitSuffix* unit = find_unit(r.suffix, r.quantity);
+    ASSERT_NE(unit, nullptr) << r.suffix;
+    EXPECT_NEAR(unit->to_si(r.given), r.si, 1e-14 * r.si) << r.suffix;
+    EXPECT_NEAR(unit->from_si(r.si), r.given, 1e-12 * r.given) << r.suffix;
+  }
+}
+
+TEST(Units, WhatIsAllowedIsListedOnceAndAMissingOrMisspeltUnitIsNamed) {
+  EXPECT_EQ(allowed_units(Quantity::time), "s ms us min");
+  EXPECT_EQ(allowed_units(Quantity::frequency), "hz Hz kHz rpm");
+  const std::string all = allowed_units();
+  EXPECT_EQ(all.substr(0, 12), "s ms us min ");
+  EXPECT_EQ(all.substr(all.size() - 4), " N_V") << "a second reading is no second entry";
+  EXPECT_EQ(unit_problem("x").find("'x' has no unit; write name_unit, e.g. 'x_mm'"), 0u);
+  EXPECT_EQ(unit_problem("_x").find("'_x' has no unit"), 0u);
+  EXPECT_EQ(unit_problem("x_MM").find("'x_MM' has the unknown unit 'MM' (did you mean 'mm'?)"), 0u);
+  EXPECT_EQ(unit_problem("a_b_furlong").find("'a_b_furlong' has the unknown unit 'furlong'; allowed"), 0u);
+}
+
+TEST(Units, TheNearestWordIsFoundWithinHalfTheLetters) {
+  const auto near = [](std::string_view word, std::vector<std::string> candidates) {
+    return nearest(word, candidates);
+  };
+  EXPECT_EQ(near("rotr", {"stator", "rotor"}), "rotor");
+  EXPECT_EQ(near("ROTOR", {"rotor"}), "rotor");
+  EXPECT_EQ(near("rotor", {"ROTORS"}), "ROTORS");
+  EXPECT_EQ(near("ab", {"ba"}), "ba") << "two that changed places are one mistake";
+  EXPECT_EQ(near("ab", {"abc"}), "abc");
+  EXPECT_EQ(near("ab", {"abcd"}), "") << "two mistakes in two letters";
+  EXPECT_EQ(near("ab", {"cd"}), "");
+  EXPECT_EQ(near("abcdefgh", {"abcdeXYZ"}), "abcdeXYZ") << "three in eight";
+  EXPECT_EQ(near("abcdefgh", {"abcdWXYZ"}), "") << "four in eight";
+  EXPECT_EQ(near("abcdefgh", {"badcfegh"}), "badcfegh") << "three pairs";
+  EXPECT_EQ(near("abcd", {"abcx", "abcy"}), "abcx") << "the first of equals";
+  EXPECT_EQ(near("abcd", {"abxx", "abcy"}), "abcy");
+  EXPECT_EQ(near("abcdef", {"bcdef"}), "bcdef");
+  EXPECT_EQ(near("bcdef", {"abcdef"}), "abcdef");
+  EXPECT_EQ(near("abc", {}), "");
+}
+
 TEST(UnitsProperty, EveryUnitInvertsAndEveryQuantityHasASiSuffix) {
   std::set<Quantity> seen;
   for (const UnitSuffix& u : all_units()) {

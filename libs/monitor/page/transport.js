@@ -7,6 +7,10 @@ let socket = null;
 export function send(command, more = {}) {
   if (token && socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify({ command, token, ...more }));
 }
+// Says that somebody looks: silent viewers make room for others.
+setInterval(() => {
+  if (!document.hidden && socket && socket.readyState === WebSocket.OPEN) socket.send('{"here":true}');
+}, 15000);
 /** `on`: {stream, status, log(lines, all)} are called when such a message has come. */
 export function connect(on) {
   socket = new WebSocket(`ws://${location.host}/stream${token ? `?token=${token}` : ""}`);

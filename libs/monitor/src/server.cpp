@@ -13,6 +13,7 @@
 #include <optional>
 #include <random>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "page.hpp"
@@ -57,6 +58,8 @@ std::string make_token() {
 
 namespace {
 
+class StreamSession;
+
 /// What all sessions share.
 struct Service {
   Service(Hub& h, const ServerOptions& o) : hub(h), options(o), acceptor(context) {}
@@ -68,6 +71,7 @@ struct Service {
   std::size_t holders = 0;  ///< clients with it
   std::size_t refused = 0;  ///< commands since the last line about them
   std::chrono::steady_clock::time_point refusal_told{};
+  std::vector<std::weak_ptr<StreamSession>> viewing;
   std::vector<std::weak_ptr<ClientQueue>> queues;  ///< all that were given to the hub
   asio::io_context context{1};                     ///< destroyed before what its handlers use
   tcp::acceptor acceptor;
@@ -101,6 +105,7 @@ struct Service {
     refused = 0;
   }
   void accept();
+  bool make_room();
 };
 
 /// One WebSocket client.
@@ -109,12 +114,14 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   StreamSession(tcp::socket&& socket, Service& server, bool holder);
   ~StreamSession();
   void run(http::request<http::string_body> request);
+  void close();
+  std::chrono::steady_clock::time_point heard() const { return heard_; }
+  bool closed() const { return closed_; }
 
  private:
   void read();
   void received();
   void write();
-  void close();
 
   Service& server_;
   const bool holder_;  ///< came with the token
@@ -124,6 +131,8 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
   MessagePtr sending_;
   std::uint64_t reported_ = 0;  ///< dropped frames already told
   int refused_ = 0;
+  std::chrono::steady_clock::time_point heard_ = std::chrono::steady_clock::now();
+  bool closed_ = false;
 };
 
 /// One HTTP connection: a file of the page, or the step up to WebSocket.
@@ -165,11 +174,13 @@ void PageSession::answer() {
       return send(http::status::not_found, "text/plain", "not found\n");
     }
     // Viewers never take the place of the person who can trip.
-    if (holder ? server_.holders >= kHolders : server_.viewers >= server_.options.max_clients) {
+    if (holder ? server_.holders >= kHolders : server_.viewers >= server_.options.max_clients && !server_.make_room()) {
       return send(http::status::service_unavailable, "text/plain", "too many clients\n");
     }
     stream_.expires_never();
-    std::make_shared<StreamSession>(stream_.release_socket(), server_, holder)->run(parser_->release());
+    const auto session = std::make_shared<StreamSession>(stream_.release_socket(), server_, holder);
+    if (!holder) server_.viewing.push_back(session);
+    session->run(parser_->release());
     return;
   }
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
@@ -221,7 +232,7 @@ StreamSession::StreamSession(tcp::socket&& socket, Service& server, bool holder)
 
 StreamSession::~StreamSession() {
   if (queue_) server_.hub.remove(queue_);
-  --(holder_ ? server_.holders : server_.viewers);
+  if (!closed_) --(holder_ ? server_.holders : server_.viewers);
 }
 
 void StreamSession::run(http::request<http::string_body> request) {
@@ -262,6 +273,10 @@ void StreamSession::received() {
   const std::string text = beast::buffers_to_string(buffer_.data());
   json answer;
   json request = json::parse(text, nullptr, false);
+  if (stream_.got_text() && request.is_object() && request.contains("here")) {
+    heard_ = std::chrono::steady_clock::now();
+    return;
+  }
   if (!stream_.got_text() || !request.is_object() || !request.contains("command")) {
     answer = {{"type", "refused"}, {"reason", "not a command"}};
     ++refused_;
@@ -296,9 +311,25 @@ void StreamSession::write() {
 }
 
 void StreamSession::close() {
+  if (!std::exchange(closed_, true)) --(holder_ ? server_.holders : server_.viewers);
   if (queue_) server_.hub.remove(queue_);
   beast::error_code ignored;
   beast::get_lowest_layer(stream_).socket().close(ignored);
+}
+
+/// The place of the viewer who has been silent longest; false when all have shown themselves lately.
+bool Service::make_room() {
+  std::erase_if(viewing, [](const auto& v) { return v.expired(); });
+  std::shared_ptr<StreamSession> silent;
+  for (const auto& weak : viewing) {
+    const auto viewer = weak.lock();
+    if (viewer && !viewer->closed() && (!silent || viewer->heard() < silent->heard())) silent = viewer;
+  }
+  const std::chrono::duration<double> since =
+      std::chrono::steady_clock::now() - (silent ? silent->heard() : std::chrono::steady_clock::now());
+  if (!silent || since.count() < options.idle) return false;
+  silent->close();
+  return true;
 }
 
 void Service::accept() {

@@ -38,7 +38,8 @@ Recording tone() {
 
 class MonitorServer : public ::testing::Test {
  protected:
-  MonitorServer() : hub_(std::make_unique<PlaybackSource>(tone(), 1, true), {}), server_(hub_, options()) {
+  explicit MonitorServer(double idle = 60)
+      : hub_(std::make_unique<PlaybackSource>(tone(), 1, true), {}), server_(hub_, options(idle)) {
     server_.start();
     hub_.start();
   }
@@ -46,12 +47,13 @@ class MonitorServer : public ::testing::Test {
     server_.stop();
     hub_.stop();
   }
-  static ServerOptions options() {
+  static ServerOptions options(double idle) {
     ServerOptions o;
     o.port = 0;
     o.token = "secret";
     o.max_clients = 3;
     o.queue = 8;
+    o.idle = idle;
     return o;
   }
   std::string host() const { return "127.0.0.1:" + std::to_string(server_.port()); }
@@ -253,6 +255,35 @@ TEST_F(MonitorServer, ClientsAreLimitedAndLeaveRoomAgain) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
   FAIL() << "no room again";
+}
+
+struct ImpatientServer : MonitorServer {
+  ImpatientServer() : MonitorServer(3) {}
+};
+
+TEST_F(ImpatientServer, IdleViewersMakeRoomAndThoseWhoLookStay) {
+  std::vector<std::unique_ptr<Stream>> viewers;
+  for (int i = 0; i < 3; ++i) {
+    viewers.push_back(open());
+    await(*viewers.back(), "stream");
+  }
+  beast::error_code failed;
+  (void)open("", failed);
+  EXPECT_TRUE(failed) << "all have just come";
+  std::this_thread::sleep_for(std::chrono::milliseconds(3100));
+  for (const int i : {0, 2}) viewers[static_cast<std::size_t>(i)]->write(asio::buffer(std::string(R"({"here":true})")));
+  for (const int i : {0, 2}) await(*viewers[static_cast<std::size_t>(i)], "status");
+  const auto late = open();
+  await(*late, "stream");
+  (void)open("", failed);
+  EXPECT_TRUE(failed) << "the others are in use";
+  EXPECT_THROW(
+      {
+        for (int i = 0; i < 10000; ++i) next(*viewers[1]);
+      },
+      beast::system_error)
+      << "the silent one has lost its place";
+  for (const int i : {0, 2}) EXPECT_NO_THROW(await(*viewers[static_cast<std::size_t>(i)], "status"));
 }
 
 TEST_F(MonitorServer, BlockedReaderLosesFramesWhileOthersAreServed) {

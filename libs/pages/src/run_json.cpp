@@ -52,13 +52,19 @@ report::Table segment_table(const tuning::ClosedLoopMetrics& m, const std::strin
         "6.45 and 0.26 mm for segment 3, its text 3.25 and below 0.17 mm for the same: most likely peak-to-peak "
         "against zero-to-peak. Row 5 is not defined there; read as the whole run."};
   }
+  if (m.radial_peak > 0) {
+    table.notes.push_back(
+        fmt::format("The first 0.5 s count in no row; with them the disk centre was {:.3f} mm off at most "
+                    "(radial, zero-to-peak).",
+                    1e3 * m.radial_peak));
+  }
   for (std::size_t i = 0; i < 5; ++i) {
     const bool whole = i == 4;
     const double open = whole ? m.open.all : m.open.segment[i];
     const double closed = whole ? m.closed.all : m.closed.segment[i];
     std::vector<std::string> row{whole ? "5 whole run" : kSegmentNames[i], report::format_fixed(1e3 * open, 3),
                                  report::format_fixed(1e3 * closed, 3),
-                                 report::format_fixed(100 * (1 - closed / open), 1)};
+                                 open > 0 ? report::format_fixed(100 * (1 - closed / open), 1) : "-"};
     if (with_paper) {
       row.push_back(report::format_fixed(1e3 * kPaperOpen[i], 2));
       row.push_back(report::format_fixed(1e3 * kPaperClosed[i], 2));

@@ -104,5 +104,40 @@ TEST_F(LoopControlRealtime, TheForceLimitActsAndTheLawIsTold) {
   EXPECT_EQ(cycle().sent.ux, 4);
 }
 
+/// Asks for what it is told to ask for.
+struct AskingLaw {
+  Expected<Command, Fault> asks = Command{};
+  int told = 0;
+  Expected<Command, Fault> step(const Measurement&) noexcept { return asks; }
+  void applied(const Command&) noexcept { ++told; }
+};
+
+TEST(ControlledLawRealtime, EachAxisToBothSidesIsKeptWithinThePersonsLimit) {
+  LoopControl control;
+  control.set_force_limit(2);
+  AskingLaw law;
+  ControlledLaw<AskingLaw> limited(law, control);
+  const auto ask = [&](double ux, double uy) {
+    law.asks = Command{ux, uy};
+    return *limited.step({});
+  };
+  for (const double sign : {1.0, -1.0}) {
+    law.told = 0;
+    EXPECT_EQ(ask(sign * 3, sign * 0.5).ux, sign * 2);
+    EXPECT_EQ(ask(sign * 3, sign * 0.5).uy, sign * 0.5);
+    EXPECT_EQ(ask(sign * 0.5, sign * 3).uy, sign * 2);
+    EXPECT_EQ(ask(sign * 0.5, sign * 3).ux, sign * 0.5);
+    EXPECT_EQ(law.told, 4);
+    EXPECT_EQ(ask(sign * 2, sign * 1).ux, sign * 2);
+    EXPECT_EQ(ask(sign * 1, sign * 2).uy, sign * 2);
+    EXPECT_EQ(law.told, 4) << "the limit itself is no limiting";
+  }
+  law.asks = Expected<Command, Fault>::fault(Fault::not_finite);
+  const auto refused = limited.step({});
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error(), Fault::not_finite);
+  EXPECT_EQ(law.told, 4);
+}
+
 }  // namespace
 }  // namespace whirl::rt

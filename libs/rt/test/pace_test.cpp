@@ -156,6 +156,120 @@ TEST(PaceRealtime, SamplesDriveTheLoopAndTheirSilenceTrips) {
   EXPECT_EQ(clock.timing().missed, 2);
 }
 
+TEST(PaceRealtime, TheInstantItselfIsInTimeAndOneNanosecondLaterIsNot) {
+  const PaceState state{.next = 5 * kMs, .in_a_row = 4};
+  for (const OverrunPolicy policy : {OverrunPolicy::skip, OverrunPolicy::catch_up, OverrunPolicy::trip}) {
+    const PaceStep step = pace(options(policy), state, 5 * kMs);
+    EXPECT_TRUE(step.sleep);
+    EXPECT_EQ(step.missed, 0);
+    EXPECT_EQ(step.fault, Fault::none);
+    EXPECT_EQ(step.state.in_a_row, 0);
+    EXPECT_EQ(step.at, 5 * kMs);
+    EXPECT_EQ(step.state.next, 6 * kMs);
+    EXPECT_EQ(pace(options(policy), state, 5 * kMs + 1).state.in_a_row, 5);
+    EXPECT_EQ(pace(options(policy), state, 5 * kMs + 1).sleep, policy != OverrunPolicy::catch_up);
+  }
+  const auto skip = [&](std::int64_t now) { return pace(options(OverrunPolicy::skip), state, now); };
+  EXPECT_EQ(skip(5 * kMs + 1).missed, 1) << "its instant is past";
+  EXPECT_EQ(skip(6 * kMs).missed, 1) << "the next instant is now";
+  EXPECT_EQ(skip(6 * kMs).at, 6 * kMs);
+  EXPECT_EQ(skip(6 * kMs + 1).missed, 2);
+}
+
+TEST(PaceRealtime, OnlyThePolicyThatTripsTripsHoweverManyOverrunsThereWere) {
+  for (const OverrunPolicy policy : {OverrunPolicy::skip, OverrunPolicy::catch_up, OverrunPolicy::trip}) {
+    EXPECT_EQ(pace(options(policy), {.next = 0, .in_a_row = 100}, 1).fault,
+              policy == OverrunPolicy::trip ? Fault::overrun : Fault::none);
+    ScriptedTime time{.t = 7 * kMs};
+    ScriptedSamples samples{{1, 2, 3, 2, 1, 3, 2, 4}};
+    SampleClock clock(samples, time, options(policy), 50 * kMs);
+    for (const Fault expected : {Fault::none, Fault::none, Fault::none, Fault::overrun, Fault::none, Fault::none,
+                                 Fault::none, Fault::overrun}) {
+      clock.wait();
+      EXPECT_EQ(clock.fault(), policy == OverrunPolicy::trip ? expected : Fault::none);
+    }
+  }
+}
+
+TEST(PaceRealtime, AWakeUpThatIsTooLateIsMadeUpForWhereThatIsThePolicy) {
+  ScriptedTime time;
+  PacedClock clock(time, options(OverrunPolicy::catch_up));
+  clock.wait();
+  time.wake_late = 1'500'000;
+  EXPECT_EQ(clock.wait(), 0);  // due at 2, woken at 3.5 ms
+  EXPECT_EQ(clock.scheduled(), 2 * kMs);
+  EXPECT_EQ(clock.timing().late_wake, 1);
+  EXPECT_EQ(clock.wait(), 0);
+  EXPECT_EQ(clock.scheduled(), 3 * kMs);
+  EXPECT_EQ(time.t, 3'500'000);
+}
+
+TEST(PaceRealtime, WhatIsStatedAboutTheTimingIsWhatHappened) {
+  ScriptedTime time{.t = 10 * kMs};
+  PacedClock clock(time, options(OverrunPolicy::skip));
+  clock.wait();  // tick 0, at 11 ms
+  EXPECT_EQ(clock.timing().execution.total(), 0u) << "nothing was done before the first cycle";
+  EXPECT_EQ(clock.timing().period.total(), 0u);
+  time.t += 300'000;
+  clock.wait();  // tick 1
+  EXPECT_DOUBLE_EQ(clock.timing().execution.max(), 300e-6);
+  EXPECT_DOUBLE_EQ(clock.timing().period.max(), 1e-3);
+  time.t += kMs;  // at the instant itself
+  clock.wait();   // tick 2
+  EXPECT_EQ(clock.timing().late_work, 0);
+  time.t += 2'500'000;
+  clock.wait();  // tick 5
+  EXPECT_EQ(clock.timing().late_work, 1);
+  EXPECT_DOUBLE_EQ(clock.timing().execution.max(), 2500e-6);
+  EXPECT_EQ(clock.timing().execution.worst(), 2) << "the cycle that took so long";
+  EXPECT_DOUBLE_EQ(clock.timing().period.max(), 3e-3);
+  EXPECT_EQ(clock.timing().period.worst(), 5);
+  time.wake_late = 200'000;
+  clock.wait();  // tick 6
+  EXPECT_DOUBLE_EQ(clock.timing().latency.max(), 200e-6);
+  EXPECT_EQ(clock.timing().latency.worst(), 6);
+  EXPECT_EQ(clock.timing().executed, 5);
+  EXPECT_EQ(clock.timing().execution.total(), 4u);
+}
+
+/// Samples that come after so long a time, ns.
+struct TimedSamples {
+  ScriptedTime& time;
+  long advanced = 1;
+  std::int64_t after = 0;
+  long wait(std::int64_t) noexcept { return time.t += after, advanced; }
+};
+
+TEST(PaceRealtime, TicksLeftOutByTheCycleItselfAndByTheSamplesAreCountedApart) {
+  ScriptedTime time{.t = 5 * kMs};
+  TimedSamples samples{time};
+  SampleClock clock(samples, time, options(OverrunPolicy::skip), 50 * kMs);
+  const auto wait = [&](std::int64_t work, long advanced, std::int64_t after) {
+    time.t += work;
+    samples.advanced = advanced, samples.after = after;
+    return clock.wait();
+  };
+  EXPECT_EQ(wait(0, 4, kMs), 3);
+  EXPECT_EQ(clock.timing().late_source, 1) << "no cycle was before";
+  EXPECT_EQ(clock.timing().execution.total(), 0u);
+  EXPECT_EQ(clock.timing().period.total(), 0u);
+  EXPECT_EQ(wait(200'000, 1, 800'000), 0);  // tick 4
+  EXPECT_EQ(wait(kMs, 3, kMs), 2);          // tick 7: done in time, the samples of two ticks never came
+  EXPECT_EQ(clock.timing().late_source, 2);
+  EXPECT_EQ(clock.timing().late_work, 0);
+  EXPECT_EQ(wait(kMs + 1, 2, 999'999), 1);  // tick 9
+  EXPECT_EQ(clock.timing().late_work, 1);
+  EXPECT_EQ(clock.timing().late_source, 2);
+  EXPECT_EQ(clock.timing().executed, 4);
+  EXPECT_EQ(clock.timing().missed, 6);
+  EXPECT_DOUBLE_EQ(clock.timing().execution.max(), 1.000001e-3);
+  EXPECT_EQ(clock.timing().execution.worst(), 7);
+  EXPECT_DOUBLE_EQ(clock.timing().period.max(), 2e-3);
+  EXPECT_EQ(clock.timing().period.worst(), 7);
+  EXPECT_EQ(clock.scheduled(), time.t);
+  EXPECT_EQ(clock.started(), time.t);
+}
+
 struct Rig {
   Command written{9, 9};
   bool armed = false;

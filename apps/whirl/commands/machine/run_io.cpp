@@ -114,8 +114,10 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
                   run.samples > 0 ? 100.0 * static_cast<double>(run.saturated) / static_cast<double>(run.samples) : 0));
   session.say(report::to_text(timing_table(t)));
   session.say(bars("latency", t.latency) + bars("execution", t.execution) + bars("period", t.period));
-  session.say(fmt::format("{} cycles, {} ticks left out ({} times late by work, {} by wake-up); {} records dropped",
-                          t.executed, t.missed, t.late_work, t.late_wake, out.dropped_records));
+  session.say(fmt::format(
+      "{} cycles, {} ticks left out ({} times by a cycle that took too long, {} by a late wake-up, {} by samples "
+      "that came late or not at all); {} records dropped",
+      t.executed, t.missed, t.late_work, t.late_wake, t.late_source, out.dropped_records));
   for (std::size_t i = 0; i < 2; ++i) {
     const hardware::LaserReport& laser = run.lasers[i];
     if (!laser.present) continue;

@@ -83,10 +83,12 @@ std::optional<BoardReading> decode_reading(std::span<const std::byte> bytes) noe
 
 Address parse_address(const std::string& text) {
   const std::size_t colon = text.rfind(':');
-  char* end = nullptr;
-  const long port = colon == std::string::npos ? -1 : std::strtol(text.c_str() + colon + 1, &end, 10);
+  const std::string digits = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const bool number =
+      !digits.empty() && digits.size() <= 5 && digits.find_first_not_of("0123456789") == std::string::npos;
+  const long port = number ? std::strtol(digits.c_str(), nullptr, 10) : -1;
   in_addr ignored;
-  if (port < 0 || port > 65535 || *end != '\0' || ::inet_pton(AF_INET, text.substr(0, colon).c_str(), &ignored) != 1) {
+  if (port < 0 || port > 65535 || ::inet_pton(AF_INET, text.substr(0, colon).c_str(), &ignored) != 1) {
     throw Error::in_field("board address", text, "IPv4 address and port, e.g. 127.0.0.1:47010");
   }
   return {text.substr(0, colon), static_cast<int>(port)};
@@ -113,8 +115,9 @@ UdpBoard::~UdpBoard() { ::close(fd_); }
 bool UdpBoard::read(BoardReading& out) noexcept {
   bool fresh = false;
   std::array<std::byte, board::kReadingSize + 1> bytes;
-  for (ssize_t n; (n = ::recv(fd_, bytes.data(), bytes.size(), 0)) != 0;) {
-    if (n < 0) {
+  while (true) {
+    const ssize_t n = ::recv(fd_, bytes.data(), bytes.size(), 0);
+    if (n == -1) {
       if (errno == ECONNREFUSED) connected_ = false;
       if (errno == EINTR || errno == ECONNREFUSED) continue;
       break;

@@ -12,10 +12,15 @@
 
 namespace whirl::hardware {
 
+/// Ticks of a served rig in lockstep after which what it shows before the start repeats itself; a loop is armed at a
+/// multiple.
+inline constexpr unsigned kLockstepCycle = 128;
+
 /// What `whirl run --io`, `whirl record` and `whirl io` read from io.toml; the keys stand in docs/formats.md.
 struct IoSettings {
-  std::string source;  ///< file that they were read from
-  std::string clock = "sample", overrun = "skip", dt = "nominal";
+  std::string source;            ///< file that they were read from
+  std::string clock = "sample";  ///< "sample", "wall", or "lockstep": as sample, the recorded time is that of the ticks
+  std::string overrun = "skip", dt = "nominal";
   double rate = 1000;  ///< Hz
   int max_catch_up = 3, trip_after = 10;
   int settle = 100;  ///< disarmed cycles at the start

@@ -34,7 +34,9 @@ struct ServeOptions {
   std::vector<ScriptedLineFault> line_faults;
   std::string address = "127.0.0.1:0";
   double watchdog = 50e-3;  ///< s without a command until the outputs go to zero
-  bool lockstep = false;    ///< after the start every tick waits for its command instead of for the clock
+  /// Every tick waits for its command instead of for the clock, from the first command on that answers a tick: equal
+  /// runs give equal records, bit for bit.
+  bool lockstep = false;
 };
 
 /// Reads [[fault]] tables; those of the machine go to `run.faults`. Throws Error.
@@ -107,7 +109,7 @@ class RigServer {
   std::vector<std::byte> peer_;  // sockaddr of who commands
   rt::BoardCommand command_;
   long silent_ = 0;  // ticks since the last command
-  bool expired_ = false, started_ = false, lockstep_lost_ = false;
+  bool expired_ = false, started_ = false, locked_ = false, lockstep_lost_ = false;
   long commands_ = 0, expired_count_ = 0, after_end_ = 0;
   std::int64_t next_ = 0;
   std::mt19937_64 standby_;

@@ -12,6 +12,7 @@ struct ServerOptions {
   std::uint16_t port = 8765;          ///< 0: any free port
   std::string token;                  ///< needed for every command; empty: no commands at all
   std::size_t max_clients = 16;       ///< viewers; those with the token have places of their own
+  double idle = 60;                   ///< s without a sign of somebody who looks; then a new viewer may take the place
   std::size_t queue = 64;             ///< messages that wait for one client before the oldest is dropped
 };
 
@@ -20,8 +21,9 @@ struct ServerOptions {
 /// GET / and the files of the page, WebSocket at /stream. A request whose Host is not this server's address, or whose
 /// Origin is another page, is refused (DNS rebinding, foreign pages). Clients read; a client that sends {"command":
 /// ..., "token": ...} with the right token controls. A client that opens /stream?token=... with it has a place
-/// that no viewer can take; with a wrong one it is a viewer. Refused commands are told once a minute with their number.
-/// Slow or silent clients lose frames or their connection, never the hub's time.
+/// that no viewer can take; with a wrong one it is a viewer. A page in front of somebody says {"here": true} from time
+/// to time; when all places are taken, the viewer that has been silent longest makes room. Refused commands are told
+/// once a minute with their number. Slow or silent clients lose frames or their connection, never the hub's time.
 class Server {
  public:
   /// Binds at once; throws Error when the address cannot be used.

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <string_view>
 
@@ -48,7 +49,7 @@ constexpr PaceStep pace(const PaceOptions& o, const PaceState& s, std::int64_t n
     out.state.in_a_row = s.in_a_row + 1;
     if (o.overrun == OverrunPolicy::catch_up) {
       const std::int64_t behind = late / o.period;
-      if (behind > o.max_catch_up) out.missed = static_cast<long>(behind - o.max_catch_up);
+      out.missed = static_cast<long>(std::max<std::int64_t>(behind - o.max_catch_up, 0));
     } else {
       out.missed = static_cast<long>((late + o.period - 1) / o.period);
       out.sleep = true;
@@ -62,13 +63,14 @@ constexpr PaceStep pace(const PaceOptions& o, const PaceState& s, std::int64_t n
 
 /// How well a loop kept its time. Preallocated.
 struct LoopTiming {
-  Histogram latency;    ///< from the instant of the grid to the start of the cycle
-  Histogram execution;  ///< from the start of a cycle to its end
-  Histogram period;     ///< from start to start
-  long executed = 0;    ///< cycles
-  long missed = 0;      ///< instants of the grid left out
-  long late_work = 0;   ///< overruns because the cycle took too long
-  long late_wake = 0;   ///< overruns because the system woke the loop a period too late
+  Histogram latency;     ///< from the instant of the grid to the start of the cycle
+  Histogram execution;   ///< from the start of a cycle to its end
+  Histogram period;      ///< from start to start
+  long executed = 0;     ///< cycles
+  long missed = 0;       ///< instants of the grid left out
+  long late_work = 0;    ///< overruns because the cycle took too long
+  long late_wake = 0;    ///< overruns because the system woke the loop a period too late
+  long late_source = 0;  ///< ticks were left out although the loop waited for them: samples late or lost on their way
 };
 
 /// Clock of a loop on an absolute grid. Time: `std::int64_t now()` and `void sleep_until(std::int64_t)`, ns,
@@ -140,10 +142,12 @@ class SampleClock {
     if (started_ > 0) timing_.execution.add(entered - started_, tick_);
     const long advanced = rig_.wait(watchdog_);
     const std::int64_t now = time_.now();
-    const long missed = advanced > 1 ? advanced - 1 : 0;
+    const long missed = std::max(advanced - 1, 0L);
     in_a_row_ = missed > 0 ? in_a_row_ + 1 : 0;
     fault_ = Fault::none;
-    if (missed > 0) ++timing_.late_work;
+    // Samples that came while the cycle before was still at work are its own fault.
+    const bool by_work = started_ > 0 && entered - started_ > options_.period;
+    if (missed > 0) ++(by_work ? timing_.late_work : timing_.late_source);
     if (options_.overrun == OverrunPolicy::trip && in_a_row_ >= options_.trip_after) fault_ = Fault::overrun;
     if (advanced == 0) fault_ = Fault::watchdog;
     tick_ += 1 + missed;

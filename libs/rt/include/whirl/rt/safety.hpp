@@ -49,7 +49,7 @@ inline bool limit_force(const SafetyLimits& limits, Command& u) noexcept {
 /// `outside`: a reason found by clock or rig (overrun, watchdog).
 inline SafetyDecision decide(const SafetyLimits& limits, const SafetyState& state, const Measurement& m,
                              const Expected<Command, Fault>& request, long tick, Fault outside = Fault::none) noexcept {
-  SafetyDecision out{{}, state, false};
+  SafetyDecision out{.command = {}, .state = state};
   out.state.invalid = m.valid ? 0 : state.invalid + 1;
   Fault reason = state.trip != Fault::none ? state.trip : outside;
   if (reason == Fault::none) reason = displacement_fault(limits, m);

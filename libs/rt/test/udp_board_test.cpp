@@ -1,0 +1,206 @@
+#include "whirl/rt/drivers/udp_board.hpp"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::rt {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+
+// Written by hand from docs/formats.md, not by the code under test.
+template <class T>
+void put(Bytes& bytes, T value) {
+  const auto* from = reinterpret_cast<const std::byte*>(&value);
+  bytes.insert(bytes.end(), from, from + sizeof value);
+}
+Bytes head(const char* magic) {
+  const auto* from = reinterpret_cast<const std::byte*>(magic);
+  return {from, from + 4};
+}
+Bytes command(std::uint32_t number, std::uint32_t answers, std::uint32_t flags, double x, double y) {
+  Bytes b = head("WHC1");
+  put(b, number), put(b, answers), put(b, flags), put(b, x), put(b, y);
+  return b;
+}
+Bytes reading(std::uint32_t tick, std::uint32_t flags, std::uint32_t answered, const std::vector<double>& numbers) {
+  Bytes b = head("WHR1");
+  put(b, tick), put(b, flags), put(b, answered);
+  for (const double v : numbers) put(b, v);
+  return b;
+}
+const std::vector<double> kNumbers{12.5, 60, -4, 1, 2, 3, 4};
+
+TEST(BoardProtocol, ACommandIsReadFromItsDocumentedBytesAndWrittenAsThem) {
+  for (const std::uint32_t flags : {0u, 1u, 2u, 3u}) {
+    const Bytes bytes = command(7, 41, flags, 1.5, -2.25);
+    ASSERT_EQ(bytes.size(), board::kCommandSize);
+    const auto c = board::decode_command(bytes);
+    ASSERT_TRUE(c);
+    EXPECT_EQ(c->number, 7u);
+    EXPECT_EQ(c->command.answers, 41u);
+    EXPECT_EQ(c->command.armed, (flags & 1) != 0);
+    EXPECT_EQ(c->command.start, (flags & 2) != 0);
+    EXPECT_EQ(c->command.volts[0], 1.5);
+    EXPECT_EQ(c->command.volts[1], -2.25);
+    std::array<std::byte, board::kCommandSize> out;
+    board::encode(*c, out);
+    EXPECT_TRUE(std::equal(out.begin(), out.end(), bytes.begin()));
+  }
+}
+
+TEST(BoardProtocol, AReadingIsReadFromItsDocumentedBytesAndWrittenAsThem) {
+  for (const std::uint32_t flags : {0u, 1u, 2u, 4u, 7u}) {
+    const Bytes bytes = reading(42, flags, 41, kNumbers);
+    ASSERT_EQ(bytes.size(), board::kReadingSize);
+    const auto r = board::decode_reading(bytes);
+    ASSERT_TRUE(r);
+    EXPECT_EQ(r->tick, 42u);
+    EXPECT_EQ(r->answered, 41u);
+    EXPECT_EQ(r->output, (flags & 1) != 0);
+    EXPECT_EQ(r->expired, (flags & 2) != 0);
+    EXPECT_EQ(r->done, (flags & 4) != 0);
+    EXPECT_EQ(r->beta, 12.5);
+    EXPECT_EQ(r->omega, 60);
+    EXPECT_EQ(r->omega_dot, -4);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(r->analog[i], static_cast<double>(i + 1));
+    std::array<std::byte, board::kReadingSize> out;
+    board::encode(*r, out);
+    EXPECT_TRUE(std::equal(out.begin(), out.end(), bytes.begin()));
+  }
+}
+
+TEST(BoardProtocol, WhatHasAnotherSizeOrHeadOrIsNoNumberIsNothing) {
+  const Bytes c = command(7, 41, 1, 1, 2), r = reading(42, 1, 41, kNumbers);
+  for (std::size_t size = 0; size < c.size(); ++size) EXPECT_FALSE(board::decode_command(std::span(c).first(size)));
+  for (std::size_t size = 0; size < r.size(); ++size) EXPECT_FALSE(board::decode_reading(std::span(r).first(size)));
+  Bytes longer = c;
+  longer.push_back(std::byte{0});
+  EXPECT_FALSE(board::decode_command(longer));
+  for (std::size_t i = 0; i < 4; ++i) {
+    Bytes other = c, odd = r;
+    other[i] ^= std::byte{1}, odd[i] ^= std::byte{1};
+    EXPECT_FALSE(board::decode_command(other));
+    EXPECT_FALSE(board::decode_reading(odd));
+  }
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
+                           -std::numeric_limits<double>::infinity()}) {
+    EXPECT_FALSE(board::decode_command(command(7, 41, 1, bad, 1)));
+    EXPECT_FALSE(board::decode_command(command(7, 41, 1, 1, bad)));
+    for (std::size_t i = 0; i < 3; ++i) {
+      std::vector<double> numbers = kNumbers;
+      numbers[i] = bad;
+      EXPECT_FALSE(board::decode_reading(reading(42, 1, 41, numbers))) << i;
+    }
+  }
+}
+
+TEST(BoardProtocol, AnAddressIsIPv4AndPort) {
+  EXPECT_EQ(board::parse_address("127.0.0.1:47010").host, "127.0.0.1");
+  EXPECT_EQ(board::parse_address("127.0.0.1:47010").port, 47010);
+  EXPECT_EQ(board::parse_address("10.0.0.9:0").port, 0);
+  EXPECT_EQ(board::parse_address("10.0.0.9:65535").port, 65535);
+  for (const char* bad :
+       {"", "127.0.0.1", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:80x", "127.0.0.1:65536", "127.0.0.1:-1",
+        "127.0.0.1: 80", "127.0.0.1:+80", "127.0.0.1:000080", "127.0.0:80", "localhost:80", ":80", "[::1]:80"})
+    EXPECT_THROW(board::parse_address(bad), Error) << bad;
+}
+
+/// The board's end of the connection.
+struct Peer {
+  int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  sockaddr_in host{};
+  std::string address;
+  explicit Peer(sockaddr_in at = {}) {
+    at.sin_family = AF_INET;
+    at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof at;
+    EXPECT_EQ(::bind(fd, reinterpret_cast<sockaddr*>(&at), sizeof at), 0);
+    ::getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size);
+    address = "127.0.0.1:" + std::to_string(ntohs(at.sin_port));
+  }
+  ~Peer() { ::close(fd); }
+  Bytes receive() {
+    Bytes b(100);
+    socklen_t size = sizeof host;
+    b.resize(static_cast<std::size_t>(
+        std::max<ssize_t>(0, ::recvfrom(fd, b.data(), b.size(), 0, reinterpret_cast<sockaddr*>(&host), &size))));
+    return b;
+  }
+  void send(const Bytes& b) { ::sendto(fd, b.data(), b.size(), 0, reinterpret_cast<sockaddr*>(&host), sizeof host); }
+};
+
+TEST(UdpBoard, NumbersItsCommandsAndGivesTheNewestReadingWhateverTheOrder) {
+  Peer peer;
+  UdpBoard udp(peer.address);
+  EXPECT_GE(udp.descriptor(), 0);
+  BoardReading r;
+  r.tick = 1000;
+  EXPECT_FALSE(udp.read(r)) << "nothing has come";
+  for (std::uint32_t number = 1; number <= 3; ++number) {
+    udp.write({.volts = {1, 2}, .answers = 9, .armed = true});
+    EXPECT_EQ(peer.receive(), command(number, 9, 1, 1, 2));
+  }
+  const auto come = [&](std::uint32_t tick) { peer.send(reading(tick, 1, 3, kNumbers)); };
+  peer.send({});  // an empty datagram hides nothing
+  come(5), come(7), come(6);
+  peer.send(reading(7, 1, 3, {99, 99, 99, 0, 0, 0, 0}));  // doubled and changed
+  peer.send(reading(99, 1, 3, {1, 2}));                   // cut off
+  pollfd ready{udp.descriptor(), POLLIN, 0};
+  EXPECT_EQ(::poll(&ready, 1, 5000), 1);
+  bool fresh = false;
+  for (int i = 0; i < 1000 && r.tick != 7; ++i) fresh = udp.read(r) || fresh;
+  EXPECT_TRUE(fresh);
+  EXPECT_EQ(r.tick, 7u) << "the newest of those that wait, although 1000 was there before: a board may start again";
+  EXPECT_EQ(r.beta, 12.5) << "the first of two with the same tick";
+  EXPECT_TRUE(udp.connected());
+  EXPECT_FALSE(udp.read(r));
+  // Its count of ticks goes on behind 2^32.
+  r.tick = 7;
+  come(0xffffffffu), come(0);
+  for (int i = 0; i < 1000 && r.tick != 0; ++i) udp.read(r);
+  EXPECT_EQ(r.tick, 0u);
+}
+
+TEST(UdpBoard, ABoardThatIsGoneIsSeenAndOneThatComesBackToo) {
+  auto peer = std::make_unique<Peer>();
+  UdpBoard udp(peer->address);
+  udp.write({});
+  peer->receive();
+  const sockaddr_in host = peer->host;
+  sockaddr_in at{};
+  socklen_t size = sizeof at;
+  ::getsockname(peer->fd, reinterpret_cast<sockaddr*>(&at), &size);
+  BoardReading r;
+  EXPECT_FALSE(udp.read(r));
+  EXPECT_TRUE(udp.connected()) << "silent is not gone";
+  peer.reset();
+  udp.write({});  // nobody listens: the system says so
+  pollfd told{udp.descriptor(), POLLIN, 0};
+  ASSERT_EQ(::poll(&told, 1, 5000), 1);
+  EXPECT_FALSE(udp.read(r));
+  EXPECT_FALSE(udp.connected());
+  udp.write({});
+  Peer again(at);
+  again.host = host;
+  again.send(reading(3, 0, 0, kNumbers));
+  bool fresh = false;
+  for (int i = 0; i < 500 && !fresh; ++i, ::usleep(1000)) fresh = udp.read(r);
+  EXPECT_TRUE(fresh) << "the refusal that still waits does not hide it";
+  EXPECT_TRUE(udp.connected());
+}
+
+}  // namespace
+}  // namespace whirl::rt

@@ -1,0 +1,45 @@
+// What the built program offers to whoever finds a fault in it, read from its file.
+#include <elf.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "program.hpp"
+
+namespace whirl::testing {
+namespace {
+
+TEST(HardeningE2e, TheProgramLoadsAnywhereAndItsTablesAreReadOnly) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a build for tests only";
+#endif
+  const std::string file = slurp(program());
+  ASSERT_GT(file.size(), sizeof(Elf64_Ehdr));
+  Elf64_Ehdr head;
+  std::memcpy(&head, file.data(), sizeof head);
+  ASSERT_EQ(std::memcmp(head.e_ident, ELFMAG, SELFMAG), 0);
+  ASSERT_EQ(head.e_ident[EI_CLASS], ELFCLASS64);
+  EXPECT_EQ(head.e_type, ET_DYN) << "no position-independent program";
+  bool relro = false, stack = false, now = false, pie = false;
+  for (int i = 0; i < head.e_phnum; ++i) {
+    Elf64_Phdr part;
+    std::memcpy(&part, file.data() + head.e_phoff + static_cast<std::size_t>(i) * sizeof part, sizeof part);
+    EXPECT_FALSE(part.p_type == PT_LOAD && (part.p_flags & PF_W) && (part.p_flags & PF_X)) << "written and run";
+    relro = relro || part.p_type == PT_GNU_RELRO;
+    stack = stack || (part.p_type == PT_GNU_STACK && !(part.p_flags & PF_X));
+    if (part.p_type != PT_DYNAMIC) continue;
+    for (std::size_t at = 0; at < part.p_filesz; at += sizeof(Elf64_Dyn)) {
+      Elf64_Dyn entry;
+      std::memcpy(&entry, file.data() + part.p_offset + at, sizeof entry);
+      if (entry.d_tag == DT_FLAGS) now = now || (entry.d_un.d_val & DF_BIND_NOW);
+      if (entry.d_tag == DT_FLAGS_1) now = now || (entry.d_un.d_val & DF_1_NOW), pie = entry.d_un.d_val & DF_1_PIE;
+    }
+  }
+  EXPECT_TRUE(relro) << "RELRO";
+  EXPECT_TRUE(now) << "BIND_NOW";
+  EXPECT_TRUE(pie) << "PIE";
+  EXPECT_TRUE(stack) << "a stack that is not run";
+}
+
+}  // namespace
+}  // namespace whirl::testing

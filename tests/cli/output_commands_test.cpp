@@ -1,0 +1,116 @@
+// Every subcommand that writes a file, under injected faults: a full disk, a failed flush and rename, a kill, missing
+// memory. The commands whose formats differ stand in output_faults_test.cpp with more faults each.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "made_files.hpp"
+
+namespace whirl::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Writer {
+  const char* arguments;
+  const char* file;
+};
+
+const Writer kWriters[] = {
+    {"stiffness pull.csv --out o.json", "o.json"},
+    {"stiffness pull.csv --figure o.svg", "o.svg"},
+    {"frf blow_1.csv blow_2.csv --out o.json", "o.json"},
+    {"modes frf.json --out o.json", "o.json"},
+    {"derive system.toml --out o.toml", "o.toml"},
+    {"identify record.csv --no-holdout --out o.json", "o.json"},
+    {"validate model.json record.csv --out o.json", "o.json"},
+    {"simulate model.json --from-rpm 300 --to-rpm 900 --seconds 1 --out o.csv", "o.csv"},
+    {"design model.json --mass-kg 1.5 --evaluations 5 --out o.json", "o.json"},
+    {"run controller.json --log o.csv", "o.csv"},
+    {"robustness controller.json model.json --mass-kg 1.5 --samples 4 --checkpoint o.txt", "o.txt"},
+    {"response model.json --from-rpm 300 --to-rpm 2000 --out o.json", "o.json"},
+    {"export c controller.json --prefix o --out out", "out/o.h"},
+    {"export python controller.json --prefix o --out out", "out/o.py"},
+    {"rig campbell --out o.csv", "o.csv"},
+    {"rig stiffness --out o.csv", "o.csv"},
+};
+
+class OutputCommandsE2e : public ::testing::TestWithParam<Writer> {};
+
+TEST_P(OutputCommandsE2e, AFaultIsToldAndTheOldFileStays) {
+  const Writer& w = GetParam();
+  const Folder folder;
+  copy_made(folder);
+  const auto with = [&](const std::string& environment) {
+    return folder.whirl("--version >/dev/null; " + environment + " LD_PRELOAD='" + binary_dir() +
+                        "/tests/libwhirl_fault_shim.so' '" + program() + "' " + w.arguments + " --force --quiet");
+  };
+  const Outcome sound = with("WHIRL_FAULT_COUNT=count.txt");
+  ASSERT_LE(sound.exit_code, 1) << sound.err;
+  ASSERT_TRUE(fs::exists(folder / w.file)) << sound.out << sound.err;
+  std::array<long, 4> n{}, line{};
+  std::ifstream in(folder / "count.txt");
+  while (in >> line[0] >> line[1] >> line[2] >> line[3])
+    for (std::size_t i = 0; i < 4; ++i) n[i] = std::max(n[i], line[i]);
+  ASSERT_GE(n[0], 1) << "no write was seen";
+  ASSERT_GE(n[1], 1) << "nothing was flushed to the disk";
+  const std::pair<const char*, long> faults[] = {{"enospc", n[0]}, {"eio", 1},       {"fsync", 1},
+                                                 {"rename", n[2]}, {"memory", n[3]}, {"kill", n[0]}};
+  for (const auto& [kind, at] : faults) {
+    if (at == 0) continue;
+    folder.write(w.file, "OLD");
+    const Outcome o = with("WHIRL_FAULT=" + std::string(kind) + ":" + std::to_string(at));
+    const std::string now = slurp(folder / w.file), what = std::string(kind) + "\n" + o.err;
+    if (o.exit_code <= 1) {
+      EXPECT_GT(now.size(), 20u) << what << ": success, but no file";
+    } else if (std::string(kind) == "kill") {
+      EXPECT_EQ(o.exit_code, 137) << what;
+      EXPECT_EQ(now.size() == 3 ? now : "whole", now.size() == 3 ? "OLD" : "whole") << what;
+    } else {
+      EXPECT_EQ(o.exit_code, 2) << what;
+      EXPECT_EQ(now, "OLD") << what << ": destroyed";
+      EXPECT_FALSE(o.err.empty()) << what;
+    }
+  }
+  // What a kill left, the next run is not disturbed by.
+  EXPECT_LE(with("").exit_code, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(, OutputCommandsE2e, ::testing::ValuesIn(kWriters), [](const auto& p) {
+  std::string name = p.param.arguments;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return std::to_string(p.index) + "_" + name.substr(0, name.find("_", name.find("_") + 1));
+});
+
+// A compiler at work when the signal comes: neither its folder nor half an FMU stays.
+TEST(SignalE2e, AnEndedExportLeavesNoTemporaryFolder) {
+  const Folder folder;
+  copy_made(folder);
+  fs::create_directory(folder / "tmp");
+  int stopped = 0;
+  for (const char* signal : {"TERM", "HUP"}) {
+    for (const double after : {0.05, 0.15, 0.4}) {
+      const Outcome o =
+          folder.whirl(fmt::format("--version >/dev/null; TMPDIR=\"$PWD/tmp\" setsid '{}' export fmu controller.json "
+                                   "--out fmu --force & sleep {}; "
+                                   "kill -{} $!; wait $!; echo $? > code.txt; true",
+                                   program(), after, signal));
+      (void)o;
+      const int code = std::atoi(slurp(folder / "code.txt").c_str());
+      EXPECT_TRUE(code == 0 || code > 128) << code;
+      stopped += code > 128;
+      // The folder is removed by a program of its own.
+      for (int i = 0; i < 400 && !fs::is_empty(folder / "tmp"); ++i) usleep(25000);
+      EXPECT_TRUE(fs::is_empty(folder / "tmp")) << signal << " after " << after << " s";
+      for (const auto& file : fs::recursive_directory_iterator(folder / "."))
+        EXPECT_NE(file.path().extension(), ".part") << file.path();
+    }
+  }
+  EXPECT_GE(stopped, 3) << "the signals came too late to show anything";
+}
+
+}  // namespace
+}  // namespace whirl::testing
