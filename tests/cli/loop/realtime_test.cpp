@@ -109,6 +109,7 @@ TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
   EXPECT_LE(at(served, "whole", "closed_peak"), 1.05 * at(served, "whole", "open_peak"));
   const rt::LoopRecord record = rt::read_loop_record(folder / "killed.h5");
   EXPECT_FALSE(record.closed);
+  EXPECT_NE(folder.whirl("info killed.h5").err.find("its writer did not come to its end"), std::string::npos);
 }
 
 TEST_F(RealtimeE2e, RecordWithoutControl) {

@@ -247,8 +247,15 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
   H5Pset_fapl_core(access, 1 << 16, false);
   H5Pset_file_image(access, const_cast<char*>(bytes.data()), bytes.size());
   const Id file(bytes.empty() ? hid_t{-1} : H5Fopen("memory", H5F_ACC_RDONLY, access), H5Fclose);
-  if (file < 0)
+  if (file < 0) {
+    // Byte 11 of superblock 3: 1 open for writing, 4 for one writer and many readers.
+    if (bytes.starts_with("\x89HDF\r\n\x1a\n") && bytes.size() > 12 && bytes[8] == 3 && (bytes[11] & 5) != 0) {
+      throw Error::in_file(name, 0,
+                           "its writer did not come to its end, or is at work: `whirl replay` reads such a recording "
+                           "of a loop, `h5clear -s` opens it for other programs");
+    }
     throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
+  }
   Visit visit{};
   visit.bytes = bytes.size();
   return collect(file, std::move(visit), name, bytes.starts_with("MATLAB 7.3"));
