@@ -77,6 +77,19 @@ TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
   const Outcome other = folder.whirl(study(41) + " --checkpoint ck.txt");
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_NE(other.err.find("checkpoint of another study"), std::string::npos) << other.err;
+
+  // One digit of a sample changed, in its value or in its checksum: told, not taken.
+  for (const bool in_sum : {false, true}) {
+    std::string changed = held;
+    const std::size_t end = changed.rfind('\n', changed.size() - 2), sum = changed.rfind(' ');
+    const std::size_t digit = in_sum ? sum + 3 : changed.find_first_of("123456789", changed.find(' ', end));
+    changed[digit] = changed[digit] == '1' ? '2' : '1';
+    folder.write("ck.txt", changed);
+    const Outcome altered = folder.whirl(study(40) + " --checkpoint ck.txt --out altered");
+    EXPECT_EQ(altered.exit_code, 2) << altered.out;
+    EXPECT_NE(altered.err.find("does not fit its checksum"), std::string::npos) << altered.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "altered/robustness.json"));
+  }
 }
 
 TEST_F(RobustnessE2e, ReportsProbabilityWithItsInterval) {

@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <vector>
@@ -196,10 +198,19 @@ TEST(UdpBoard, ABoardThatIsGoneIsSeenAndOneThatComesBackToo) {
   Peer again(at);
   again.host = host;
   again.send(reading(3, 0, 0, kNumbers));
-  bool fresh = false;
-  for (int i = 0; i < 500 && !fresh; ++i, ::usleep(1000)) fresh = udp.read(r);
-  EXPECT_TRUE(fresh) << "the refusal that still waits does not hide it";
+  int waiting = 0;
+  for (int i = 0; i < 5000 && waiting == 0; ++i, ::usleep(1000)) ::ioctl(udp.descriptor(), FIONREAD, &waiting);
+  EXPECT_TRUE(udp.read(r)) << "the refusal that still waits does not hide it";
   EXPECT_TRUE(udp.connected());
+}
+
+TEST(UdpBoard, AnAddressThatMayNotBeUsedIsRefusedAndKeepsNothingOpen) {
+  const auto open = [] {
+    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), std::filesystem::directory_iterator());
+  };
+  const auto before = open();
+  for (int i = 0; i < 3; ++i) EXPECT_THROW(UdpBoard("255.255.255.255:9"), Error);
+  EXPECT_EQ(open(), before);
 }
 
 }  // namespace

@@ -103,9 +103,9 @@ UdpBoard::UdpBoard(const std::string& address) {
   to.sin_port = htons(static_cast<std::uint16_t>(a.port));
   ::inet_pton(AF_INET, a.host.c_str(), &to.sin_addr);
   fd_ = ::socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (fd_ < 0 || ::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
+  if (fd_ == -1 || ::connect(fd_, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0) {
     const int reason = errno;
-    if (fd_ >= 0) ::close(fd_);
+    if (fd_ != -1) ::close(fd_);
     throw Error(fmt::format("board {}: {}", address, std::strerror(reason)));
   }
 }
