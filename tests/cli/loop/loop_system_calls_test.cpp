@@ -117,7 +117,8 @@ TEST_P(LoopSystemCallsE2e, NothingButInputOutputAndSleepWhileArmed) {
     EXPECT_TRUE(std::any_of(calls.begin(), first, [&](const Call& c) { return !allowed.count(c.number); }))
         << "the follower must see what the thread does before";
     // On a busy machine the next sample, or the next period, is often there already: then the loop does not wait.
-    // Followed, a process is so slow that in lockstep the other side may always be ahead: then it reads without waiting.
+    // Followed, a process is so slow that in lockstep the other side may always be ahead: then it reads without
+    // waiting.
     EXPECT_GT(clock == "wall" ? counts[SYS_clock_nanosleep] : counts[SYS_ppoll] + counts[SYS_recvfrom], 0);
   }
   EXPECT_EQ(loops, 1) << slurp(folder / "run.err");
