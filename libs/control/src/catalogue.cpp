@@ -23,6 +23,11 @@ std::vector<ParameterInfo> make_common() {
       {"sensor_range", "m", "|x|, |y| at or above this is a saturated sensor", 12.4e-3, 1e-6, 1e3, 0, 0},
       {"jump_limit", "m", "largest plausible change of the displacement in one sample", 2e-3, 1e-9, 1e3, 0, 0},
       {"stale_limit", "1", "lost samples in a row after which the step faults", 100, 1, 1e9, 0, 0},
+      {"supervise", "1", "1: the loop is watched while it runs and taken back in steps", 0, 0, 1, 0, 0},
+      {"watch_level", "m", "rms of motion beside the synchronous one that supervision takes for growth", 100e-6, 1e-9,
+       1, 0, 0},
+      {"watch_bandwidth", "1/s", "poles of the observer of the unbalance that acts, for supervision", 100, 1, 1e4, 0,
+       0},
   };
   for (const char* axis : {"x", "y"}) {
     for (const char* part : {"cos", "sin"}) {

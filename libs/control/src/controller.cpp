@@ -6,12 +6,13 @@
 namespace whirl::control {
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
-                       const SampleGate& gate, const Runout& runout) noexcept
+                       const SampleGate& gate, const Runout& runout, const Supervisor& supervisor) noexcept
     : settings_(settings),
       estimator_(estimator),
       law_(law),
       gate_(gate),
       runout_(runout),
+      supervisor_(supervisor),
       has_runout_(!runout.empty()) {
   const double samples = settings.delay / settings.sample_time;
   whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
@@ -28,6 +29,7 @@ void Controller::reset() noexcept {
       },
       law_);
   gate_.reset();
+  supervisor_.reset();
   history_.fill({});
   head_ = 0;
   state_ = {};
@@ -64,6 +66,21 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   return predict_motion(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
 }
 
+void Controller::watch(const EstimatorInput& in, double beta) noexcept {
+  SupervisorInput w;
+  w.z = in.z;
+  w.fresh = in.fresh;
+  w.saturated = state_.saturated;
+  w.a = in.split * in.a_first + (1 - in.split) * in.a_second;
+  w.forcing = in.forcing;
+  w.turn = unit_phasor(beta);
+  const Supervision& last = state_.supervision;
+  w.d = (1 - last.blend) * state_.estimate.d + last.blend * product(last.eps, in.forcing);
+  w.omega = in.omega;
+  w.held = gate_.held;
+  state_.supervision = supervisor_.step(w);
+}
+
 Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   const auto fault = [this](Fault reason) {
     state_.requested = state_.applied = {};
@@ -87,29 +104,45 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   in.a_second = past(whole_delay_ + 1);
   in.split = fraction_;
   in.forcing = unbalance_per_metre(beta, m.omega, m.omega_dot);
-  in.d = settings_.feedforward ? product(settings_.eps, in.forcing) : std::complex<double>{};
+  const Supervision& watched = state_.supervision;
+  const std::complex<double> eps = settings_.eps + watched.blend * (watched.eps - settings_.eps);
+  in.d = settings_.feedforward ? product(eps, in.forcing) : std::complex<double>{};
   in.omega = m.omega;
 
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
-  state_.effect = at_effect(state_.estimate, m.omega);
+  if (settings_.supervise) {
+    watch(in, beta);
+    if (watched.trip) return fault(kSupervision);
+  }
+  DiskMotion now = state_.estimate;
+  if (watched.blend > 0) now.d += watched.blend * (product(watched.eps, in.forcing) - now.d);
+  state_.effect = at_effect(now, m.omega);
   const DiskMotion& e = state_.effect;
   const std::complex<double> d = settings_.feedforward ? e.d : std::complex<double>{};
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
-  const auto [ax, ay] = std::visit(
+  // The synchronous part of the force, which is not feedback.
+  std::complex<double> forward = -d;
+  auto [ax, ay] = std::visit(
       [&](auto& l) noexcept {
         AxisOutput x = l.x.step({e.z.real(), e.v.real(), f.real(), d.real(), -d.imag(), m.omega});
         AxisOutput y = l.y.step({e.z.imag(), e.v.imag(), f.imag(), d.imag(), d.real(), m.omega});
         if constexpr (requires { l.synchronous; }) {
           const double ahead = m.omega * (settings_.delay + 0.5 * settings_.sample_time);
-          const std::complex<double> a = l.synchronous.step(
-              in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)), fresh && !state_.saturated);
+          const std::complex<double> a =
+              l.synchronous.step(in.z, beta, m.omega, product(in.forcing, unit_phasor(ahead)),
+                                 fresh && !state_.saturated && watched.adapt);
           x.a += a.real();
           y.a += a.imag();
+          forward += a;
         }
         return std::pair{x, y};
       },
       law_);
+  if (watched.gain < 1 || watched.force < 1) {
+    ax.a = watched.force * (forward.real() + watched.gain * (ax.a - forward.real()));
+    ay.a = watched.force * (forward.imag() + watched.gain * (ay.a - forward.imag()));
+  }
   state_.s = {ax.s, ay.s};
   state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};
   if (!std::isfinite(state_.requested.real()) || !std::isfinite(state_.requested.imag()))

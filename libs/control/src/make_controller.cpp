@@ -54,8 +54,11 @@ Controller make_controller(const ControllerDesign& design) {
   SampleGate gate;
   gate.range = v.at("sensor_range");
   gate.jump = v.at("jump_limit");
+  s.supervise = v.at("supervise") > 0;
+  const Supervisor supervisor({s.model, s.eps, s.sample_time, v.at("watch_level"), v.at("watch_bandwidth"),
+                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
-                    make_runout(v));
+                    make_runout(v), supervisor);
 }
 
 }  // namespace whirl::control

@@ -207,6 +207,7 @@ std::string_view to_string(Fault f) {
   // Those of the loop (whirl/rt/faults.hpp).
   if (f == Fault{7}) return "gap";
   if (f == Fault{8}) return "implausible";
+  if (f == Fault{9}) return "supervision";
   return "?";
 }
 

@@ -31,6 +31,9 @@ void whirl_reset(whirl_state *state) {
   state->first = true;
   state->saturated = false;
   state->started = false;
+#if HAS_SUPERVISION
+  whirl_watch_reset(state);
+#endif
 /*@estimator_reset@*/
 #if HAS_AXIS_MEMORY
   state->memory[0] = /*@memory_start@*/;
@@ -149,6 +152,9 @@ static whirl_output whirl_no_output(void) {
   out.vy = R(0.0);
   out.saturated = false;
   out.held = false;
+#if HAS_SUPERVISION
+  out.supervision = 0U;
+#endif
   return out;
 }
 
@@ -186,7 +192,11 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   /* unbalance acceleration per metre of eccentricity, e^(i beta)(omega^2 - i omega_dot) */
   forcing = whirl_mul(whirl_phasor(beta), whirl_make(in->omega * in->omega, -in->omega_dot));
 #if HAS_FEEDFORWARD
-  d = whirl_mul(whirl_make(p->eps_re, p->eps_im), forcing);
+  d = whirl_make(p->eps_re, p->eps_im);
+#if HAS_SUPERVISION
+  d = whirl_add(d, whirl_scale(state->watch.blend, whirl_sub(state->watch.used, d)));
+#endif
+  d = whirl_mul(d, forcing);
 #else
   d = whirl_make(R(0.0), R(0.0));
 #endif
@@ -195,6 +205,17 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   out->y = e.z.im;
   out->vx = e.v.re;
   out->vy = e.v.im;
+#if HAS_SUPERVISION
+  whirl_watch_step(state, z, fresh, forcing, beta, e.d, in->omega);
+  out->supervision = state->watch.word;
+  if ((state->watch.word & WHIRL_WATCH_TRIP) != 0U) {
+    return whirl_fault(state, WHIRL_SUPERVISION);
+  }
+  if (state->watch.blend > R(0.0)) {
+    const whirl_complex acts = whirl_mul(state->watch.used, forcing);
+    e.d = whirl_add(e.d, whirl_scale(state->watch.blend, whirl_sub(acts, e.d)));
+  }
+#endif
   e = whirl_at_effect(state, e, in->omega);
 #if HAS_FEEDFORWARD
   d = e.d;
@@ -213,7 +234,17 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   ax = whirl_law(p, e.z.re, e.v.re, f.re, &out->s_x);
   ay = whirl_law(p, e.z.im, e.v.im, f.im, &out->s_y);
 #endif
+#if HAS_SUPERVISION
+  /* the synchronous part of the force is not feedback */
+  d = whirl_scale(R(-1.0), d);
+#endif
 /*@law_add@*/
+#if HAS_SUPERVISION
+  if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0))) {
+    ax = state->watch.force * (d.re + (state->watch.gain * (ax - d.re)));
+    ay = state->watch.force * (d.im + (state->watch.gain * (ay - d.im)));
+  }
+#endif
   if (!isfinite(ax / p->gain) || !isfinite(ay / p->gain)) {
     return whirl_fault(state, WHIRL_NOT_FINITE);
   }

@@ -45,13 +45,37 @@ typedef struct {
   whirl_real vy;           /* m/s */
   bool saturated;          /* the force is at its limit */
   bool held;               /* the sample was lost or not plausible, the last good one held */
+#if HAS_SUPERVISION
+  uint32_t supervision;    /* status word: WHIRL_WATCH_ bits, 0 while nothing is wrong */
+#endif
 } whirl_output;
 
+#if HAS_SUPERVISION
+/* Supervision: steps that are taken, then reasons. */
+#define WHIRL_WATCH_ADAPTATION_FROZEN 1U
+#define WHIRL_WATCH_FEEDFORWARD_REPLACED 2U /* the force follows the unbalance that is estimated, not the designed one */
+#define WHIRL_WATCH_GAIN_LOWERED 4U
+#define WHIRL_WATCH_FEEDBACK_OFF 8U
+#define WHIRL_WATCH_FORCE_OFF 16U
+#define WHIRL_WATCH_TRIP 32U
+#define WHIRL_WATCH_GROWTH 256U            /* motion that does not turn with the rotor is large and does not decay */
+#define WHIRL_WATCH_FEEDFORWARD_PHASE 512U /* the feedforward is more than 60 degrees off the unbalance that acts */
+#define WHIRL_WATCH_UNBALANCE_CHANGED 1024U
+#define WHIRL_WATCH_SATURATION 2048U
+#define WHIRL_WATCH_SENSOR_LOST 4096U
+#define WHIRL_WATCH_WORSE_THAN_OPEN 8192U
+
+#endif
 typedef enum {
   WHIRL_OK = 0,
   WHIRL_NOT_FINITE = 1,   /* angle, speed or result NaN or infinite */
   WHIRL_STALE_SENSOR = 2, /* more than stale_limit samples lost in a row */
+#if HAS_SUPERVISION
+  WHIRL_NOT_READY = 3,    /* whirl_init was not called or refused its parameters */
+  WHIRL_SUPERVISION = 4   /* the last step of the supervision; whirl_reset starts again */
+#else
   WHIRL_NOT_READY = 3     /* whirl_init was not called or refused its parameters */
+#endif
 } whirl_status;
 
 typedef struct {
@@ -66,6 +90,38 @@ typedef struct {
   whirl_complex d; /* m/s^2, turns with the rotor */
 } whirl_motion;
 
+#if HAS_SUPERVISION
+/* Memory of the supervision. */
+typedef struct {
+  bool started;
+  bool follow;
+  bool adapt;
+  uint32_t reasons;
+  uint32_t word;
+  int32_t steps; /* taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip */
+  whirl_motion motion;
+  whirl_complex synchronous;
+  whirl_complex offset;
+  whirl_complex given;
+  whirl_complex estimated;
+  whirl_complex quiet;
+  whirl_complex used;
+  whirl_real square;
+  whirl_real mark;
+  whirl_real time;
+  whirl_real above;
+  whirl_real wait;
+  whirl_real mismatch;
+  whirl_real worse;
+  whirl_real at_limit;
+  whirl_real feedback;
+  whirl_real force;
+  whirl_real sensor;
+  whirl_real blend;
+  whirl_real gain;
+} whirl_watch;
+
+#endif
 /*@law_types@*/
 /* Memory of the controller; nothing in it is meant to be read or written from outside. */
 typedef struct {
@@ -86,6 +142,9 @@ typedef struct {
   /* estimator */
   bool started;
 /*@estimator_state@*/
+#if HAS_SUPERVISION
+  whirl_watch watch;
+#endif
   /* law, one value per axis */
 #if HAS_AXIS_MEMORY
   whirl_real memory[2]; /* /*@memory@*/ */

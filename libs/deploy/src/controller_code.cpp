@@ -22,12 +22,13 @@ bool has_runout(const std::map<std::string, double>& values) {
 }
 
 /// Structure that is fixed at export and therefore no parameter.
-bool is_switch(const std::string& name) { return name == "advance" || name == "predict"; }
+bool is_switch(const std::string& name) { return name == "advance" || name == "predict" || name == "supervise"; }
 
 std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::map<std::string, double>& values) {
   std::vector<CodeParameter> out;
   const auto add = [&](const control::ParameterInfo& info, double value) {
     if (is_switch(info.name) || (info.name.starts_with("runout_") && !has_runout(values))) return;
+    if (info.name.starts_with("watch_") && values.at("supervise") == 0) return;
     out.push_back({info.name, info.unit, info.meaning, value, info.low, info.high});
   };
   const control::LawEntry& law = control::law_entry(d.law);
@@ -134,6 +135,8 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
     on.insert("ADVANCE");
   }
   if (has_runout(values)) on.insert("RUNOUT");
+  if (values.at("supervise") > 0) on.insert("SUPERVISION");
+  if (d.feedforward && !estimator.finds_disturbance) on.insert("FIXED");
 
   auto& slots = s.slots;
   const bool single = options.single_precision;
@@ -206,6 +209,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part(deploy_template("motion.c"));
   part("/*@estimator_functions@*/\n");
   part(deploy_template("implicit_power.c"));
+  part(deploy_template("supervisor.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);
   source += fill_template(deploy_template("controller.c"), s);

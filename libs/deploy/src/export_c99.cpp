@@ -25,7 +25,7 @@ double rounded(double value, bool single) { return single ? static_cast<double>(
 
 /// Status as the exported step returns it.
 int status_of(const Expected<Command, Fault>& answer) {
-  return answer ? 0 : answer.error() == Fault::not_finite ? 1 : 2;
+  return answer ? 0 : answer.error() == Fault::not_finite ? 1 : answer.error() == control::kSupervision ? 4 : 2;
 }
 
 /// The library's controller in closed loop with its own model through the critical speed: sensor noise, a quarter more

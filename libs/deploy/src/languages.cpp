@@ -105,6 +105,7 @@ TemplateSettings wrapper_settings(const ControllerDesign& design, const CodeOpti
   TemplateSettings s;
   s.prefix = o.prefix;
   s.features = {"CONTROLLER"};
+  if (control::resolve_parameters(design).at("supervise") > 0) s.features.insert("SUPERVISION");
   s.slots["prefix"] = o.prefix;
   s.slots["sample_time"] = expr::number_text(design.sample_time, true);
   s.slots["title"] =

@@ -40,6 +40,11 @@ class Writer {
     recorder_->append(s);
     if (s.trip != trip_) recorder_->event({s.tick, s.t, "trip: " + std::string(to_string(static_cast<Fault>(s.trip)))});
     trip_ = s.trip;
+    const std::uint32_t word = static_cast<std::uint32_t>(s.flags) >> rt::kSupervisionShift;
+    if (word != word_) {
+      recorder_->event({s.tick, s.t, "supervision: " + (word != 0 ? control::supervision_text(word) : "all well")});
+    }
+    word_ = word;
     if (recorder_->failure().empty() || told_) return;
     told_ = true;  // the rotor is still held: the loop goes on
     if (note_) note_(fmt::format("recording stopped at tick {}: {}; the loop runs on", s.tick, recorder_->failure()));
@@ -63,6 +68,7 @@ class Writer {
   std::function<void(const std::string&)> note_;
   bool told_ = false;
   std::int32_t trip_ = 0;
+  std::uint32_t word_ = 0;
 };
 
 LaserReport report_of(const rt::HardwareRig& rig, int i) {

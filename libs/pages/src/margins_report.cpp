@@ -18,7 +18,7 @@ std::string finite(double value, const char* format, const char* none) {
 std::vector<std::string> cells(std::string speed, const tuning::LoopMargins& m) {
   if (!m.stable) return {std::move(speed), "not stable", "", "", "", "", "", "D"};
   return {std::move(speed),
-          finite(m.gain_up, "{:.2f}", "none"),
+          finite(m.gain_up, "{:.2f}", "none") + (m.simulated ? " *" : ""),
           m.gain_down > 0 ? fmt::format("{:.2f}", m.gain_down) : "none",
           fmt::format("{:.0f}", m.phase * 360 / kTurn),
           finite(1e3 * m.delay, "{:.2f}", "none"),
@@ -40,6 +40,7 @@ io::Json margins_json(const tuning::LoopMargins& m) {
   out.set("gain_frequency", m.gain_frequency).set("phase", m.phase).set("phase_frequency", m.phase_frequency);
   out.set("delay", number(m.delay)).set("delay_frequency", m.delay_frequency).set("modulus", m.modulus);
   out.set("peak_sensitivity", number(m.peak_sensitivity)).set("peak_frequency", m.peak_frequency);
+  out.set("simulated", m.simulated);
   out.set("peak_complementary", number(m.peak_complementary)).set("zone", std::string(1, m.zone()));
   return out;
 }
@@ -59,7 +60,8 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
       "Loop opened at the force, both axes as one complex loop: frequencies above zero whirl with the rotor, below "
       "zero "
       "against it. Gain: factor on the loop gain at which it becomes unstable. Zones of ISO 14839-3 by the peak "
-      "sensitivity: A below 3, B below 4, C below 5."};
+      "sensitivity: A below 3, B below 4, C below 5. Gain up and delay are tried in the running loop; *: there the "
+      "linearised loop did not show them, and they are the factor and the delay at which motion began to stand."};
   return t;
 }
 

@@ -33,6 +33,7 @@ io::Json to_json(const tuning::ClosedLoopMetrics& m) {
   document.set("total_variation", m.total_variation).set("excess_variation", m.excess_variation);
   document.set("saturated", m.saturated).set("saturated_turning", m.saturated_turning);
   document.set("standing_rms", m.standing_rms).set("reasons", m.verdict.reasons);
+  document.set("supervision", static_cast<double>(m.supervision)).set("supervised", m.supervised);
   document.set("held", m.held).set("stable", m.stable).set("trip", std::string(to_string(m.trip)));
   return document;
 }

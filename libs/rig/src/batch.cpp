@@ -64,6 +64,8 @@ struct BatchRig<Lanes>::State {
   Lane distance_x, distance_y;  // force minus target, N
   Lane force0_x, force0_y;      // force at the last tick, N
   std::vector<Mode> modes;
+  /// What the sensor sees of a mode: linear in the force, its participation relative to lane 0 may stand here.
+  std::vector<Lane> seen = std::vector<Lane>(modes.size());
   std::array<Pair, kHistory> commands{};
   std::array<Pair, kHistory> readings{};
   Reading reading;
@@ -85,6 +87,14 @@ struct BatchRig<Lanes>::State {
       const RigActuator& a = r.parameters.actuator;
       actuator_gain[lane] = 1 + a.gain_error;
       axis_cos[lane] = std::cos(a.axis_rotation), axis_sin[lane] = std::sin(a.axis_rotation);
+    }
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      for (int lane = 0; lane < Lanes; ++lane) {
+        const RigMode &own_mode = own[static_cast<std::size_t>(lane)]->parameters.modes[i],
+                      &first = tables->parameters.modes[i];
+        const double share = first.participation != 0 ? own_mode.participation / first.participation : 1;
+        seen[i][lane] = own_mode.sensor_sign * share;
+      }
     }
     restart(seeds);
   }
@@ -117,7 +127,7 @@ struct BatchRig<Lanes>::State {
   void add_modes(int lane, int sub, Vector& sx, Vector& sy) const noexcept {
     const Vector fx = load(&force0_x.v[0] + lane), fy = load(&force0_y.v[0] + lane);
     for (std::size_t i = 0; i < modes.size(); ++i) {
-      const double sign = tables->parameters.modes[i].sensor_sign;
+      const Vector sign = load(&seen[i].v[0] + lane);
       const Vector qx = load(&modes[i].x.v[0] + lane), qy = load(&modes[i].y.v[0] + lane);
       if (sub == 0) {
         sx += sign * qx;

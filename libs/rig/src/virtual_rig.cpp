@@ -113,6 +113,7 @@ struct VirtualRig::State {
       measurement.omega = last.omega;
       measurement.omega_dot = last.omega_dot;
     }
+    if (const ScriptedFault* f = active(RigFault::encoder_slip, RigAxis::both)) measurement.beta += f->angle;
     const double full_scale = 0.5 * p.laser.range;
     if (active(RigFault::sensor_stuck, RigAxis::x)) measurement.x = last.x;
     if (active(RigFault::sensor_stuck, RigAxis::y)) measurement.y = last.y;
@@ -170,7 +171,14 @@ struct VirtualRig::State {
     const rotor::LateralInput<double> force0 = force;
     // Actuator lag: distance to the target shrinks by a fixed factor per half step.
     double dx = force.x - target.x, dy = force.y - target.y;
-    const double r = t.lag_half_step, g = t.gain, er = t.eps_re, ei = t.eps_im;
+    const double r = t.lag_half_step, g = t.gain;
+    double er = t.eps_re, ei = t.eps_im;
+    if (!run.faults.empty()) {
+      if (const ScriptedFault* f = active(RigFault::unbalance, RigAxis::both)) {
+        const std::complex<double> eps = f->factor * std::complex<double>(er, ei);
+        er = eps.real(), ei = eps.imag();
+      }
+    }
     const rotor::LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
     const auto input = [&](const rotor::LateralInput<double>& unbalance) {
       return rotor::LateralInput<double>{er * unbalance.x - ei * unbalance.y + g * (target.x + dx),

@@ -97,6 +97,10 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
       table->row(i, z, truth.commanded(), cycle.measurement, controller.state(),
                  open_motion_[static_cast<std::size_t>(i)]);
     }
+    const control::Supervision& watched = controller.state().supervision;
+    if (watched.word != 0 && out.supervised < 0) out.supervised = cycle.measurement.t;
+    out.supervision |= watched.word;
+    if (cycle.measurement.t > 0.3) out.watched_level = std::max(out.watched_level, watched.level);
     const double u = truth.commanded().real();
     square += u * u;
     out.force_peak = std::max(out.force_peak, std::abs(u));
@@ -120,6 +124,11 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.trip = judged.trip;
   out.survived = judged.survived;
   out.verdict = tuning::judge(judged, options_.verdict);
+  // What supervision had to take back is not held by the design.
+  if ((out.supervision & (control::kGrowth | control::kWorseThanOpen)) != 0) {
+    out.verdict.reasons.push_back("supervision stepped in: " + control::supervision_text(out.supervision));
+    out.verdict.stable = false;
+  }
   out.stable = out.verdict.passed();
 
   if (log != nullptr) {

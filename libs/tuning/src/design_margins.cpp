@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <map>
+#include <numbers>
 
 #include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
@@ -11,11 +12,10 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/control/times.hpp"
 #include "whirl/tuning/design.hpp"
+#include "whirl/tuning/loop_margins.hpp"
 
 namespace whirl::tuning {
 namespace {
-
-constexpr int kMaxExtraDelay = 6;  // samples tried
 
 /// Restoring acceleration per metre that the controller adds against a displacement held still, 1/s^2.
 double static_control_stiffness(const ControllerDesign& design) {
@@ -39,13 +39,62 @@ double static_control_stiffness(const ControllerDesign& design) {
   return -design.model.gain * (force[1] - force[0]) / (2 * kDeflection);
 }
 
-/// Largest value of a grown quantity that stays stable, by bisection between a stable and an unstable one.
-double largest_stable(double stable, double unstable, int steps, const std::function<bool(double)>& is_stable) {
-  for (int i = 0; i < steps; ++i) {
-    const double middle = 0.5 * (stable + unstable);
-    (is_stable(middle) ? stable : unstable) = middle;
+/// The worst of standstill, half, all of the speed range and between, over the signs that are not known.
+LoopMargins margins_on(const ControllerDesign& trial, const RotorModel& model, const Hardware& hardware, int threads) {
+  MarginOptions o;
+  o.speeds = 5;
+  o.repeats = 1;
+  o.threads = threads;
+  std::vector<SpeedMargins> all;
+  const std::vector<Hardware> cases = hardware.sign_cases();
+  for (const Hardware* h : {&cases.front(), &cases.back()}) {
+    const std::vector<SpeedMargins> found = loop_margins(trial, tuning_plant(model, *h), o);
+    all.insert(all.end(), found.begin(), found.end());
+    if (cases.size() == 1) break;
   }
-  return stable;
+  return worst_margins(all);
+}
+
+void put_margins(std::map<std::string, double>& margins, const LoopMargins& m, double sample_time) {
+  // Where none was found up to here, that is what is known.
+  constexpr double kMost = 12, kMostGain = 8;
+  const auto bounded = [](double value, double most) { return std::isfinite(value) ? std::min(value, most) : most; };
+  margins["delay_margin_s"] = m.stable ? bounded(m.delay, kMost * sample_time) : 0;
+  margins["gain_margin"] = m.stable ? bounded(m.gain_up, kMostGain) : 1;
+  margins["gain_margin_down"] = m.gain_down;
+  margins["phase_margin_deg"] = m.phase * 180 / std::numbers::pi;
+  margins["modulus_margin"] = m.modulus;
+  margins["peak_sensitivity"] = bounded(m.peak_sensitivity, 1e3);
+}
+
+/// What a loop must at least stand; empty: it does.
+std::string margin_refusal(const LoopMargins& m, double sample_time) {
+  if (!m.stable) return "the loop is not stable at every constant speed";
+  if (m.gain_up < 1.1) return fmt::format("gain margin {:.2f}, below 1.1", m.gain_up);
+  if (m.delay < 0.5 * sample_time) return fmt::format("delay margin {:.2f} ms, below half a sample", 1e3 * m.delay);
+  return {};
+}
+
+/// Largest level that the supervision sees in the nominal run, m rms.
+double watched_level(ControllerDesign trial, const TuningScenario& nominal, const RotorModel& model,
+                     const Hardware& hardware, std::uint64_t seed) {
+  trial.parameters["supervise"] = 1;
+  trial.parameters["watch_level"] = 1;
+  return scenario_plant(nominal, model, hardware, seed).run(trial).watched_level;
+}
+
+/// Supervision with a level that the nominal run stays far below.
+void supervise(ControllerDesign& design, const DesignOptions& options, double level, const ClosedLoopMetrics& run) {
+  constexpr double kAbove = 4, kLeast = 60e-6, kShare = 0.2;
+  double smallest = run.open.all;
+  for (const double open : run.open.segment) {
+    if (open > 0) smallest = std::min(smallest, open);
+  }
+  design.parameters["supervise"] = 1;
+  design.parameters["watch_level"] = std::min(std::max({kAbove * level, kShare * smallest, kLeast}), 1.0);
+  for (const auto& [name, value] : options.fixed) {
+    if (name == "supervise" || name.starts_with("watch_")) design.parameters[name] = value;
+  }
 }
 
 /// Why the design fails on the structure that may be there: signs that are not known, modes 1.5 times as strong; empty:
@@ -120,6 +169,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   const auto scenarios = tuning_scenarios(hardware, options.stiffness_uncertainty);
   const TuningScenario& nominal = scenarios[0];
   ControllerDesign trial = on_scenario(design, nominal);
+  trial.parameters["supervise"] = 0;               // the certificate is that of the loop alone
   const std::uint64_t seed = options.seed + 1000;  // not the seed of the tuning
   const ClosedLoopMetrics run = scenario_plant(nominal, model, hardware, seed).run(trial);
   auto& margins = design.margins;
@@ -131,24 +181,9 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
                                   ? sign_refusals(trial, nominal, model, hardware, seed, options.threads)
                                   : "on its own tuning plant: " + run.verdict.text();
 
-  // Unknown delay, in whole samples, and gain.
-  std::array<bool, kMaxExtraDelay + 1> stable{};
-  parallel_for(kMaxExtraDelay + 1, options.threads, [&](int extra) {
-    TuningScenario s = nominal;
-    s.extra_delay = extra;
-    stable[static_cast<std::size_t>(extra)] = scenario_plant(s, model, hardware, seed).run(trial).verdict.stable;
-  });
-  int delay = 0;
-  while (delay < kMaxExtraDelay && stable[static_cast<std::size_t>(delay) + 1]) ++delay;
-  margins["delay_margin_s"] = delay * design.sample_time;
-  const auto gain_stable = [&](double factor) {
-    Hardware h = hardware;
-    h.actuator.gain_error = factor - 1;
-    return scenario_plant(nominal, model, h, seed).run(trial).verdict.stable;
-  };
-  double low = 1, high = 1;
-  while (high < 5 && gain_stable(high * 1.5)) low = high *= 1.5;
-  margins["gain_margin"] = high >= 5 ? high : largest_stable(low, high * 1.5, 3, gain_stable);
+  const LoopMargins loop = margins_on(trial, model, hardware, options.threads);
+  put_margins(margins, loop, design.sample_time);
+  const std::string no_margin = margin_refusal(loop, design.sample_time);
 
   // Stiffness at its lower bound.
   const double left = (1 - options.stiffness_uncertainty) + static_control_stiffness(trial) / model.k1;
@@ -156,7 +191,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   TuningScenario soft = nominal;
   soft.stiffness = 1 - options.stiffness_uncertainty;
   const bool soft_stable = scenario_plant(soft, model, hardware, seed).run(trial).verdict.stable;
-  const bool certified = refused.empty() && left > 0 && soft_stable;
+  const bool certified = refused.empty() && no_margin.empty() && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;
   if (left <= 0) {
@@ -170,18 +205,26 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
 
   add_sliding_margins(design, run, nominal, hardware, options.stiffness_uncertainty);
   design.summary.residual = run.closed.all;
-  design.summary.trust = certified
-                             ? fmt::format(
-                                   "stable on the tuning plant with {} unknown samples of delay, gain up to {:.2g} "
-                                   "times and stiffness {:.0f} % lower; simulation only",
-                                   delay, margins["gain_margin"], percent)
-                             : "not certified: see the warnings";
+  design.summary.trust =
+      certified
+          ? fmt::format(
+                "stable on the tuning plant with {:.1f} ms more delay, gain up to {:.2g} times and "
+                "stiffness {:.0f} % lower; peak sensitivity {:.1f}, zone {}; simulation only",
+                1e3 * margins["delay_margin_s"], margins["gain_margin"], percent, loop.peak_sensitivity, loop.zone())
+          : "not certified: see the warnings";
   if (certified && !hardware.modes.empty()) {
     design.summary.trust += hardware.sign_cases().size() > 1
                                 ? "; structural modes of either sign, up to 1.5 times as strong"
                                 : "; structural modes of the sign found, up to 1.5 times as strong";
   }
+  if (loop.stable && loop.zone() == 'D') {
+    design.summary.warn(
+        fmt::format("peak sensitivity {:.1f} at {:.0f} Hz: zone D of ISO 14839-3 (above 5) for small motion",
+                    loop.peak_sensitivity, loop.peak_frequency));
+  }
   if (!refused.empty()) design.summary.fail("not certified: " + refused);
+  if (!no_margin.empty()) design.summary.warn("not certified: " + no_margin);
+  supervise(design, options, watched_level(trial, nominal, model, hardware, seed), run);
 }
 
 }  // namespace whirl::tuning

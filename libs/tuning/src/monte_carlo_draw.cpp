@@ -61,6 +61,11 @@ class Random {
     const double radius = std::sqrt(-2 * std::log(1 - uniform()));
     return radius * std::cos(2 * std::numbers::pi * uniform());
   }
+  /// Student's distribution with four degrees of freedom, scaled to a standard deviation of 1.
+  double heavy() {
+    const double top = normal(), chi = -2 * std::log(1 - uniform()) - 2 * std::log(1 - uniform());
+    return top / std::sqrt(0.5 * chi);
+  }
   double angle() { return 2 * std::numbers::pi * uniform(); }
 
  private:
@@ -88,17 +93,29 @@ DrawnRig RigDraw::operator()(int sample) const {
   // One after the other: the order of evaluation of function arguments is free, that of statements is not.
   m.k1 *= std::max(0.1, 1 + options_.stiffness_sd * random.normal());
   m.c *= std::max(0.05, 1 + options_.damping_sd * random.normal());
-  const double scale = options_.unbalance_sd * random.normal(), turn = options_.unbalance_sd * random.normal();
+  const double scale = options_.unbalance_sd * random.heavy(), turn = options_.unbalance_sd * random.heavy();
   m.eps *= std::complex<double>(1 + scale, turn);
   m.c = std::max(m.c, 0.0);
   Hardware h = hardware_;
-  h.actuator.gain_error = std::max(-0.9, options_.gain_sd * random.normal());
-  h.actuator.axis_rotation = options_.rotation_sd * random.normal();
+  h.actuator.gain_error = std::max(-0.9, options_.gain_sd * random.heavy());
+  h.actuator.axis_rotation = options_.rotation_sd * random.heavy();
   h.laser.runout_phase_1x = random.angle();
   h.laser.runout_phase_2x = random.angle();
   h.laser.runout_phase_3x = random.angle();
   const std::uint64_t noise_seed = random.bits();
-  return {m, tuning_plant(m, h), noise_seed};
+  for (double* runout : {&h.laser.runout_1x, &h.laser.runout_2x, &h.laser.runout_3x}) {
+    *runout *= std::exp(options_.runout_sd * random.normal());
+  }
+  const double split = 0.2 * options_.stiffness_sd * m.k1, along = random.normal(), across = random.normal();
+  RotorModel uneven = m;
+  uneven.k1_conj += split * std::complex<double>(along, across);
+  rig::RigParameters rig = tuning_plant(uneven, h);
+  for (std::size_t i = 0; i < rig.modes.size(); ++i) {
+    rig.modes[i].participation *= std::exp(options_.participation_sd * random.normal());
+    const bool minus = random.uniform() < 0.5;
+    if (hardware_.modes[i].sensor_sign == 0 && minus) rig.modes[i].sensor_sign = -rig.modes[i].sensor_sign;
+  }
+  return {m, rig, noise_seed};
 }
 
 }  // namespace whirl::tuning

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -150,20 +151,99 @@ TEST(LoopMarginsProperty, RandomMachinesAgreeWithTheInstabilityFoundBySimulation
   }
 }
 
-// A sliding term has its largest gain at the smallest motion: the gain margin is where small motion begins to grow, and
-// large motion stands more.
-TEST(LoopMarginsProperty, SlidingLawsStandAtLeastTheGainFound) {
-  const rig::RigParameters p = machine(0);
-  for (const char* law : {"tsmc", "lsmc", "ntsmc", "smc_implicit"}) {
-    const ControllerDesign d = default_design(p, law, "lpf");
-    rig::RigParameters at = p;
-    at.profile.omega_start = kTurn * 20, at.profile.omega_end = 0;
-    MarginOptions o;
-    o.speeds = 1;
-    const LoopMargins m = loop_margins(d, at, o).front().margins;
-    ASSERT_TRUE(m.stable) << law;
-    EXPECT_GT(m.gain_up, 1) << law;
-    EXPECT_TRUE(blow_dies(d, p, kTurn * 20, 1 + 0.85 * (m.gain_up - 1), 0)) << law << " " << m.gain_up;
+/// Whether motion stands beside the synchronous one, or has diverged, after 7 s at this speed: what is left of the last
+/// 2 s of readings when offset, forward and backward 1x are taken out by least squares.
+bool stands(const ControllerDesign& design, rig::RigParameters p, double omega, double gain, int delay) {
+  p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = 9};
+  for (rig::RigMode& mode : p.modes) mode.initial = 0;
+  p.actuator.voltage_limit *= 1e3;
+  p.actuator.bits = p.laser.bits = 0;
+  p.actuator.gain_error = (1 + p.actuator.gain_error) * gain - 1;
+  p.actuator.extra_delay_samples += delay;
+  ControllerDesign free = design;
+  free.force_limit = 0;
+  free.parameters["supervise"] = 0;
+  rig::VirtualRig rig(p, {77, {}});
+  control::Controller c = control::make_controller(free);
+  Eigen::MatrixXcd columns(2000, 3);
+  Eigen::VectorXcd z(2000);
+  for (int k = 0; k < 9000; ++k) {
+    const Measurement m = rig.read();
+    if (k >= 7000) {
+      columns.row(k - 7000) << 1.0, std::polar(1.0, m.beta), std::polar(1.0, -m.beta);
+      z[k - 7000] = {m.x, m.y};
+    }
+    const auto u = c.step(m);
+    if (!u || !(std::abs(rig::RigTruth(rig).z()) < 0.05)) return true;
+    rig.write(*u);
+    rig.advance();
+  }
+  const Eigen::Vector3cd fit = (columns.adjoint() * columns).ldlt().solve(columns.adjoint() * z);
+  const double rest = (z - columns * fit).norm() / std::sqrt(2 * 2000.0);
+  return rest > std::max(30e-6, 0.25 * std::abs(fit[1]));
+}
+
+/// Margins against the gain and delay at which motion stands, for any law.
+void compare_standing(const std::string& law, const std::string& estimator, std::uint64_t seed, double omega) {
+  const rig::RigParameters p = machine(seed);
+  const ControllerDesign d = default_design(p, law, estimator);
+  rig::RigParameters at = p;
+  at.profile.omega_start = omega, at.profile.omega_end = 0;
+  MarginOptions o;
+  o.speeds = o.threads = o.repeats = 1;
+  const LoopMargins m = loop_margins(d, at, o).front().margins;
+  const std::string what = law + ":" + estimator + " machine " + std::to_string(seed);
+  const bool stable = !stands(d, p, omega, 1, 0);
+  EXPECT_LE(m.stable, stable || law == "sta") << what;
+  if (!m.stable || !stable) return;
+  double low = 1, high = 1;
+  while (high < 5.5 && !stands(d, p, omega, high * 1.4, 0)) high *= 1.4;
+  low = high, high *= 1.4;
+  for (int i = 0; low < 5.5 && i < 4; ++i) {
+    const double middle = std::sqrt(low * high);
+    (stands(d, p, omega, middle, 0) ? high : low) = middle;
+  }
+  int delay = 0;
+  while (delay < 11 && !stands(d, p, omega, 1, delay + 1)) ++delay;
+  const double samples = m.delay / d.sample_time;
+  std::printf("%-26s %llu: gain %6.2f (%6.2f), delay %5.2f (%2d)%s\n", (law + ":" + estimator).c_str(),
+              static_cast<unsigned long long>(seed), m.gain_up, std::sqrt(low * high), samples, delay,
+              m.simulated ? ", found in the running loop" : "");
+  // Where a limit cycle of the size of the judge's limit decides, two ways of looking differ: no claim is made there.
+  for (const char* name : {"tsmc_paper", "sta", "sta_implicit", "bsmc"}) {
+    if (law == name) return;
+  }
+  if (low < 5.5 && std::isfinite(m.gain_up)) {
+    EXPECT_NEAR(m.gain_up / std::sqrt(low * high), 1, 0.15) << what;
+  } else {
+    EXPECT_GT(m.gain_up, 5) << what;
+    EXPECT_GT(low, 5) << what;
+  }
+  if (delay < 11) {
+    EXPECT_GE(samples, delay - 0.5) << what;
+    EXPECT_LE(samples, delay + 1.5) << what;
+  } else {
+    EXPECT_GT(samples, 10) << what;
+  }
+}
+
+TEST(LoopMarginsProperty, EveryLawAgreesWithTheInstabilityFoundBySimulation) {
+  for (const control::MethodInfo& law : control::laws()) compare_standing(law.name, "lpf", 0, kTurn * 20);
+}
+
+TEST(LoopMarginsProperty, EveryEstimatorAgreesWithTheInstabilityFoundBySimulation) {
+  for (const control::MethodInfo& e : control::estimators()) {
+    compare_standing("pd", e.name, 0, kTurn * 20);
+    compare_standing("lsmc", e.name, 0, kTurn * 20);
+  }
+}
+
+TEST(LoopMarginsProperty, EveryKindOnRandomMachinesAgreesWithTheInstabilityFoundBySimulation) {
+  const std::pair<const char*, const char*> pairs[] = {{"tsmc", "eso"}, {"asmc", "lpf"},        {"bsmc", "kalman"},
+                                                       {"pd", "red"},   {"ntsmc", "kfe"},       {"sta_implicit", "lpf"},
+                                                       {"lqr", "kfo"},  {"pd_influence", "lpf"}};
+  for (const std::uint64_t seed : {4u, 5u}) {
+    for (const auto& [law, estimator] : pairs) compare_standing(law, estimator, seed, kTurn * 22);
   }
 }
 

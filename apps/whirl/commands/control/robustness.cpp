@@ -83,6 +83,8 @@ void run_study(Options* o, Session& session) {
 
 void add_robustness(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
+  o->study.runout_sd = 0.4;
+  o->study.participation_sd = 0.3;
   CommandLine* sub = add_command(
       app, session, "robustness",
       "Chance that a controller keeps the displacement below a limit, over machines the model may be",

@@ -10,6 +10,7 @@
 
 #include "live_columns.hpp"
 #include "stop_signal.hpp"
+#include "whirl/control/supervisor.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/signals.hpp"
@@ -200,6 +201,10 @@ void LiveView::State::changes(const rt::LoopSample& s) {
     after_command = 0;
   }
   if (((s.flags ^ flags) & rt::kArmed) != 0) happened((s.flags & rt::kArmed) != 0 ? "armed" : "disarmed");
+  const auto word = [](std::int32_t f) { return static_cast<std::uint32_t>(f) >> rt::kSupervisionShift; };
+  if (word(s.flags) != word(flags)) {
+    happened(word(s.flags) != 0 ? "supervision: " + control::supervision_text(word(s.flags)) : "supervision: all well");
+  }
 }
 
 LiveView::LiveView(const ViewOptions& options, const About& about)

@@ -37,7 +37,8 @@ EstimatorEntry eso_estimator() {
             return ExtendedStateObserver(LateralModel::from(d.model), v.at("bandwidth"), d.sample_time);
           },
           .code = [](const Parameters&) { return CodeFragment{"eso"}; },
-          .model_based = true};
+          .model_based = true,
+          .finds_disturbance = true};
 }
 
 }  // namespace whirl::control

@@ -144,6 +144,7 @@ EstimatorEntry kfe_estimator() {
                                      {"prior", "eccentricity_prior"}}};
               },
           .model_based = true,
+          .finds_disturbance = true,
           .knows_noise = true};
 }
 
@@ -170,6 +171,7 @@ EstimatorEntry kfo_estimator() {
                                  {"prior", "oscillator_prior"}}};
           },
       .model_based = true,
+      .finds_disturbance = true,
       .knows_noise = true};
 }
 

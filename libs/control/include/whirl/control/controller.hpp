@@ -6,6 +6,7 @@
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
 #include "whirl/control/runout.hpp"
+#include "whirl/control/supervisor.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
 
@@ -22,6 +23,7 @@ struct ControllerState {
   bool saturated = false;          ///< the force is at its limit
   bool held = false;               ///< the sample was lost and the last good one held
   long held_total = 0;
+  Supervision supervision;  ///< of this step; neutral without supervision
 };
 
 /// Settings around estimator and law, all numbers checked.
@@ -38,6 +40,7 @@ struct ControllerSettings {
   bool advance = true;      ///< disturbance at the time of effect
   bool predict = false;     ///< position and velocity at the time of effect
   long stale_limit = 100;   ///< held samples in a row after which the step faults
+  bool supervise = false;   ///< the supervisor beside the law acts
 };
 
 /// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value.
@@ -49,9 +52,10 @@ class Controller {
   static constexpr int kMaxDelay = 16;
 
   Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
-             const SampleGate& gate, const Runout& runout) noexcept;
+             const SampleGate& gate, const Runout& runout, const Supervisor& supervisor = {}) noexcept;
 
-  /// Faults: not_finite (angle, speed or result), stale_sensor (more than stale_limit lost samples in a row).
+  /// Faults: not_finite (angle, speed or result), stale_sensor (more than stale_limit lost samples in a row),
+  /// kSupervision (its last step).
   /// A fault leaves the command at zero in the history; whether it latches is the loop's business.
   Expected<Command, Fault> step(const Measurement& m) noexcept;
 
@@ -68,12 +72,14 @@ class Controller {
   std::complex<double> past(int samples) const noexcept;  ///< control acceleration sent `samples` ticks ago (>= 1)
   DiskMotion at_effect(const DiskMotion& now, double omega) const noexcept;
   void push(std::complex<double> acceleration) noexcept;
+  void watch(const EstimatorInput& in, double beta) noexcept;
 
   ControllerSettings settings_;
   AnyEstimator estimator_;
   AnyLaw law_;
   SampleGate gate_;
   Runout runout_;
+  Supervisor supervisor_;
   bool has_runout_;
   int whole_delay_;  ///< delay = (whole_delay_ + fraction_) h
   double fraction_;

@@ -54,8 +54,9 @@ struct EstimatorEntry {
   MethodInfo info;
   AnyEstimator (*make)(const ControllerDesign&, const Parameters&) = nullptr;
   CodeFragment (*code)(const Parameters&) = nullptr;
-  bool model_based = false;  ///< predicts with the model: `design` then predicts over the loop delay
-  bool knows_noise = false;  ///< has `measurement_noise`, which `design` takes from the data sheet
+  bool model_based = false;        ///< predicts with the model: `design` then predicts over the loop delay
+  bool finds_disturbance = false;  ///< estimates the unbalance itself: the feedforward is not from a fixed one
+  bool knows_noise = false;        ///< has `measurement_noise`, which `design` takes from the data sheet
 };
 
 /// Throw Error listing the known names when there is none such.

@@ -31,6 +31,7 @@ inline void add_internals(rt::LoopSample& s, const control::Controller& controll
   s.s_x = c.s.real(), s.s_y = c.s.imag();
   s.ux_requested = c.requested.real(), s.uy_requested = c.requested.imag();
   s.flags |= (c.saturated ? rt::kSaturated : 0) | (c.held ? rt::kHeld : 0);
+  s.flags |= static_cast<std::int32_t>(c.supervision.word << rt::kSupervisionShift);
 }
 
 }  // namespace whirl::hardware

@@ -141,6 +141,8 @@ enum class RigFault : std::uint8_t {
   extra_delay,    ///< commands act `delay_samples` ticks later
   actuator_loss,  ///< no force on the axis (of the actuator)
   encoder_stuck,  ///< angle, speed and acceleration repeat their last values
+  encoder_slip,   ///< the measured angle is off by `angle`
+  unbalance,      ///< the eccentricity of the disk times `factor`: mass lost, added or turned
 };
 enum class RigAxis : std::uint8_t { both, x, y };
 
@@ -149,7 +151,9 @@ struct ScriptedFault {
   RigFault kind = RigFault::sensor_loss;
   double start = 0, end = 0;  ///< s
   RigAxis axis = RigAxis::both;
-  int delay_samples = 0;  ///< for extra_delay
+  int delay_samples = 0;            ///< for extra_delay
+  double angle = 0;                 ///< for encoder_slip, rad
+  std::complex<double> factor = 1;  ///< for unbalance
 };
 
 /// One experiment on the rig.

@@ -22,5 +22,7 @@ struct LoopSample {
 static_assert(std::is_trivially_copyable_v<LoopSample>);
 
 enum LoopFlag : std::int32_t { kValid = 1, kArmed = 2, kLimited = 4, kSaturated = 8, kHeld = 16, kReleasing = 32 };
+/// From this bit of the flags on: the status word of the supervision (whirl/control/supervisor.hpp).
+inline constexpr int kSupervisionShift = 8;
 
 }  // namespace whirl::rt

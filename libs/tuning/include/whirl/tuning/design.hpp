@@ -90,14 +90,17 @@ struct DesignOptions {
 /// stiff); stiffness -30 %; balanced rotor; structural modes 1.5 times as strong (when known). Search in log
 /// space over (C, rho/eps, rho, r, delta, cutoff, ...).
 ///
-/// `margins` of the result: objective, delay_margin_s (unknown delay survived), gain_margin (factor),
+/// `margins` of the result: objective; of loop_margins at five speeds, the worst and verified in the running loop:
+/// delay_margin_s and gain_margin (at most 12 samples and 8: more is not tried), gain_margin_down, phase_margin_deg,
+/// modulus_margin, peak_sensitivity;
 /// static_stiffness (closed-loop stiffness at K1 -30 %, relative to k1), open_peak_m and trip_displacement_m (open-loop
 /// peak of the tuning plant, and the displacement at which a run is lost: half of it, at least four times the closed
 /// one, at most 90 % of it), excess_variation (N/s, nominal: what the judge of later runs refers to),
 /// disturbance_bound, kappa (eq. 42: rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant),
 /// certified (1 or 0). Not certified when the nominal run or one with another sign or 1.5 times the participation of
-/// the structural modes fails the judge (verdict.hpp): then the summary is unusable; nor when the closed loop at K1 -30
-/// % has negative static stiffness or is unstable; `summary` says why.
+/// the structural modes fails the judge (verdict.hpp): then the summary is unusable; nor when the
+/// loop is not stable at a constant speed, its gain margin is below 1.1 or its delay margin below half a sample; nor
+/// when the closed loop at K1 -30 % has negative static stiffness or is unstable; `summary` says why.
 ///
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);

@@ -17,11 +17,16 @@ struct MonteCarloOptions {
   int threads = 0;   ///< 0 = all cores; the result does not depend on it
   double limit = 0;  ///< displacement not to be exceeded, peak, m; 0: none
   double covariance_scale = 1;  ///< factor on the identified standard deviations
+  /// Gain, axes and unbalance follow Student's distribution with four degrees of freedom: data sheets state limits, and
+  /// machines beyond them exist. The axes of the shaft differ in stiffness by a fifth of `stiffness_sd`.
   /// Relative standard deviations added to the identified ones: what a covariance of the noise alone does not
   /// hold.
   double stiffness_sd = 0.05, damping_sd = 0.2, unbalance_sd = 0.02;
-  double gain_sd = 0.03;      ///< of the actuator gain, relative
-  double rotation_sd = 0.02;  ///< of the actuator axes, rad
+  double gain_sd = 0.03;        ///< of the actuator gain, relative
+  double rotation_sd = 0.02;    ///< of the actuator axes, rad
+  double runout_sd = 0;         ///< of the logarithm of each runout harmonic against the data sheet
+  double participation_sd = 0;  ///< of the logarithm of the participation of structural modes; a sign that is not
+                                ///< known is + or - with equal chance
   /// Finished samples are appended here, and a study that finds its own file goes on where it was stopped; empty: none.
   std::filesystem::path checkpoint;
   std::string key;  ///< what the study depends on beside these options, e.g. hashes of the input files

@@ -1,0 +1,107 @@
+#pragma once
+#include <complex>
+#include <cstdint>
+#include <string>
+
+#include "whirl/control/lateral_model.hpp"
+#include "whirl/core/control_types.hpp"
+
+namespace whirl::control {
+
+/// Fault of a loop whose supervision has taken every other step; whirl::to_string names it.
+inline constexpr Fault kSupervision{9};
+
+/// Bits of the status word. Steps first, reasons from bit 8 on.
+enum SupervisionBit : std::uint32_t {
+  kAdaptationFrozen = 1,     ///< the 1x adaptation of the law stands still
+  kFeedforwardReplaced = 2,  ///< the force follows the unbalance that is estimated here, not the one designed with
+  kGainLowered = 4,          ///< the feedback acts with half or a quarter of its gain
+  kFeedbackOff = 8,          ///< only the feedforward acts
+  kForceOff = 16,            ///< no force
+  kSupervisionTrip = 32,     ///< the step answers kSupervision
+  kGrowth = 256,             ///< motion that does not turn with the rotor is large and does not decay
+  kFeedforwardPhase = 512,   ///< the feedforward is more than 60 degrees off the unbalance that acts
+  kUnbalanceChanged = 1024,  ///< its size or angle is off by more than a third
+  kSaturation = 2048,        ///< the force was at its limit more than half of the time
+  kSensorLost = 4096,        ///< readings are missing
+  kWorseThanOpen = 8192,     ///< the synchronous motion is larger than it would be without control
+};
+
+/// "gain lowered (growth of motion beside the synchronous one)"; empty for 0.
+std::string supervision_text(std::uint32_t word);
+
+struct SupervisorSettings {
+  LateralModel model;
+  std::complex<double> eps;  ///< designed with, m
+  double sample_time = 1e-3;
+  double level = 100e-6;   ///< rms of the non-synchronous motion that is too much, m
+  double bandwidth = 100;  ///< poles of the observer of the unbalance, 1/s
+  bool fixed = true;       ///< the feedforward is from `eps`, which is compared with the unbalance that acts
+};
+
+/// What the supervisor sees of one sample, at the time the displacement was taken.
+struct SupervisorInput {
+  std::complex<double> z;  ///< displacement, m
+  bool fresh = true;
+  bool saturated = false;        ///< the last force was at its limit
+  std::complex<double> a;        ///< control acceleration over the last interval, m/s^2
+  std::complex<double> forcing;  ///< unbalance_per_metre
+  std::complex<double> turn;     ///< e^{i beta}
+  std::complex<double> d;        ///< unbalance acceleration that the law is given, m/s^2
+  double omega = 0;              ///< rad/s
+  long held = 0;                 ///< samples lost in a row
+};
+
+/// What it decides. The acceleration sent is -d + gain (a + d), a what the law asks for and d the disturbance, times
+/// `force`.
+struct Supervision {
+  std::uint32_t word = 0;
+  double gain = 1;           ///< of the feedback, 0 to 1
+  double force = 1;          ///< of the whole force, 0 to 1
+  double blend = 0;          ///< 0: the law's own disturbance; 1: `eps` of the supervisor
+  std::complex<double> eps;  ///< eccentricity that acts, as estimated, m
+  double level = 0;          ///< rms of the non-synchronous motion, m
+  bool adapt = true;         ///< the law may adapt at 1x
+  bool trip = false;
+};
+
+/// Watches a running loop and takes it back in steps: fixed size, pure, no allocation, no exception; a copy is an
+/// independent supervisor in the same state.
+///
+/// - An observer of the model with a disturbance that turns with the rotor finds the unbalance that acts (poles -p, -p
+///   and, turning, -p). Where a feedforward from a fixed eccentricity differs from it by more than a third for 30 ms,
+///   it follows the estimate from then on, from zero when it was worse than none: with a lost or turned mass, a wrong
+///   gain or a slipped encoder the estimate is what cancels.
+/// - A notch takes the synchronous part out of the readings. When the rest is above `level` for 60 ms and does not
+///   decay, the next step is taken, 60 ms later again, two at once above three times the level: adaptation and
+///   estimated feedforward frozen at their last quiet value; half the gain; a quarter; feedforward alone; no force
+///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. A synchronous motion 1.1 times as large as
+///   the model's without control, and a quarter of `level` more, takes the same steps.
+/// - Without readings the feedback fades within 10 ms; it returns with them.
+/// Steps stay until `reset`, but for those of a lost sensor and of saturation.
+class Supervisor {
+ public:
+  Supervisor() = default;
+  explicit Supervisor(const SupervisorSettings& settings) noexcept;
+
+  Supervision step(const SupervisorInput& in) noexcept;
+  void reset() noexcept;
+
+ private:
+  void observe(const SupervisorInput& in) noexcept;
+  void judge_feedforward(const SupervisorInput& in) noexcept;
+  void judge_motion(const SupervisorInput& in) noexcept;
+  void step_down(std::uint32_t reason) noexcept;
+
+  SupervisorSettings settings_;
+  bool started_ = false;
+  DiskMotion motion_;
+  std::complex<double> synchronous_, offset_, eps_, quiet_, used_;
+  double square_ = 0, mark_ = 0, time_ = 0, above_ = 0, wait_ = 0, mismatch_ = 0, worse_ = 0, saturated_ = 0;  // s
+  double gain_ = 1, force_ = 1, blend_ = 0, sensor_ = 1;  // as they act
+  int steps_ = 0;  // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
+  bool follow_ = false;
+  std::uint32_t reasons_ = 0;
+};
+
+}  // namespace whirl::control

@@ -1,0 +1,167 @@
+#include "whirl/control/supervisor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace whirl::control {
+namespace {
+
+// Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/supervisor.c).
+constexpr double kNotch = 25, kOffset = 5, kLevelTime = 0.025, kStart = 0.12, kConfirm = 0.06, kWait = 0.06;
+constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloor = 20e-6, kEstimate = 0.03,
+                 kFollow = 0.12;
+constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
+                 kSaturationTime = 0.05;
+constexpr double kWorse = 1.1, kTurning = 0.1, kDecayed = 0.8, kDecaying = 0.95, kFast = 3;
+
+/// `now` moved to `target` by at most `most`.
+double toward(double now, double target, double most) noexcept { return now + std::clamp(target - now, -most, most); }
+
+constexpr double kGains[] = {1, 1, 0.5, 0.25, 0, 0, 0};
+constexpr int kForceStep = 5, kTripStep = 6;
+
+}  // namespace
+
+std::string supervision_text(std::uint32_t word) {
+  std::string steps, reasons;
+  const auto add = [word](std::string& text, std::uint32_t bit, const char* name) {
+    if ((word & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(steps, kAdaptationFrozen, "adaptation frozen");
+  add(steps, kFeedforwardReplaced, "feedforward re-estimated");
+  add(steps, kGainLowered, "gain lowered");
+  add(steps, kFeedbackOff, "feedback off");
+  add(steps, kForceOff, "force off");
+  add(steps, kSupervisionTrip, "tripped");
+  add(reasons, kGrowth, "growth of motion beside the synchronous one");
+  add(reasons, kFeedforwardPhase, "wrong phase of the feedforward");
+  add(reasons, kUnbalanceChanged, "unbalance changed");
+  add(reasons, kSaturation, "force at its limit");
+  add(reasons, kSensorLost, "sensor lost");
+  add(reasons, kWorseThanOpen, "motion larger than without control");
+  if (reasons.empty()) return steps;
+  return (steps.empty() ? "watched" : steps) + " (" + reasons + ")";
+}
+
+Supervisor::Supervisor(const SupervisorSettings& settings) noexcept : settings_(settings) { reset(); }
+
+void Supervisor::reset() noexcept {
+  started_ = follow_ = false;
+  motion_ = {};
+  synchronous_ = offset_ = {};
+  eps_ = quiet_ = used_ = settings_.eps;
+  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = 0;
+  gain_ = force_ = sensor_ = 1;
+  blend_ = 0;
+  steps_ = 0;
+  reasons_ = 0;
+}
+
+void Supervisor::observe(const SupervisorInput& in) noexcept {
+  const double h = settings_.sample_time;
+  if (!started_) {
+    motion_ = {in.z, product({0, in.omega}, in.z), in.d};
+    synchronous_ = product(in.z, std::conj(in.turn));
+    started_ = true;
+    return;
+  }
+  motion_ = predict_motion(settings_.model, motion_, in.a, in.omega, h);
+  if (!in.fresh) return;
+  const std::complex<double> e = in.z - motion_.z;
+  // Poles at -p, -p and, for the disturbance that turns, i omega - p: (s^2 + l1 s + l2 + k1)(s - i omega) + l3.
+  const double p = settings_.bandwidth;
+  const std::complex<double> turning{p, in.omega};
+  motion_.z += (3 * p * h) * e;
+  motion_.v += h * product({3 * p * p - settings_.model.k1, p * in.omega}, e);
+  motion_.d += (p * h) * product(product(turning, turning), e);
+  const std::complex<double> rest = in.z - offset_ - product(synchronous_, in.turn);
+  synchronous_ += (h * kNotch) * product(rest, std::conj(in.turn));
+  offset_ += (h * kOffset) * rest;
+  square_ += (h / kLevelTime) * (std::norm(rest) - square_);
+}
+
+void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
+  const double h = settings_.sample_time, size = std::norm(in.forcing);
+  const double slow = kSlow * settings_.model.k1;
+  std::complex<double> now = eps_;
+  if (size > slow * slow) now = (1 / size) * product(motion_.d, std::conj(in.forcing));
+  eps_ += (h / kEstimate) * (now - eps_);
+  if (square_ < 0.25 * settings_.level * settings_.level) quiet_ += (h / kQuiet) * (eps_ - quiet_);
+  const double acts = std::norm(motion_.d), given = std::norm(in.d), floor = settings_.model.k1 * kFloor;
+  const double limit = std::max(kMismatch * kMismatch * std::max(acts, given), floor * floor);
+  const bool apart = settings_.fixed && in.fresh && std::norm(motion_.d - in.d) > limit;
+  mismatch_ = apart && time_ > kObserved ? mismatch_ + h : 0;
+  if (mismatch_ > kMismatchTime && !follow_ && steps_ == 0) {
+    follow_ = true;
+    wait_ = kTransient;
+    const double along = product(motion_.d, std::conj(in.d)).real();
+    const bool phase = along < 0 || along * along < 0.25 * acts * given;
+    reasons_ |= phase ? kFeedforwardPhase : kUnbalanceChanged;
+    // A force that is worse than none ends at once, another is moved from where it is.
+    used_ = phase || acts < 0.25 * given ? 0 : settings_.eps;
+  }
+  // An integrator of what is left: stable for phase errors of the force up to 90 degrees, less the observer's 15.
+  if (follow_ && steps_ == 0) used_ += (h / kFollow) * (now - used_);
+  if (follow_ || (steps_ > 0 && !settings_.fixed)) blend_ = toward(blend_, 1, h / kFade);
+}
+
+void Supervisor::step_down(std::uint32_t reason) noexcept {
+  // An estimate made while motion grew is not trusted: the last quiet one.
+  if (settings_.fixed ? follow_ && steps_ > 0 : steps_ == 0) used_ = quiet_;
+  reasons_ |= reason;
+  steps_ = std::min(steps_ + (square_ > kFast * kFast * settings_.level * settings_.level ? 2 : 1), kTripStep);
+  wait_ = steps_ >= kForceStep ? 2 * kLetGo : kWait;
+  above_ = worse_ = 0;
+}
+
+void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
+  const double h = settings_.sample_time, level = std::sqrt(square_);
+  wait_ = std::max(0.0, wait_ - h);
+  if (time_ < kStart || wait_ > 0) return;
+  if (level > settings_.level) {
+    mark_ = above_ > 0 ? std::max(mark_, level) : level;
+    above_ += h;
+  } else {
+    above_ = 0;
+  }
+  if (above_ > kConfirm) {
+    if (level > (steps_ == 0 ? kDecayed : kDecaying) * mark_) step_down(kGrowth);
+    above_ = 0;
+  }
+  // The steady whirl of the model without control, with the larger of the two unbalances.
+  const double k = settings_.model.k1 - in.omega * in.omega, c = settings_.model.c * in.omega;
+  const double open = std::sqrt(std::max(std::norm(eps_), std::norm(settings_.eps)) * std::norm(in.forcing) /
+                                std::max(k * k + c * c, 1e-12));
+  const bool fast = in.omega * in.omega > kTurning * settings_.model.k1;
+  worse_ = fast && std::abs(synchronous_) > kWorse * open + 0.25 * settings_.level ? worse_ + h : 0;
+  if (worse_ > kConfirm) step_down(kWorseThanOpen);
+}
+
+Supervision Supervisor::step(const SupervisorInput& in) noexcept {
+  const double h = settings_.sample_time;
+  observe(in);
+  time_ = std::min(time_ + h, 1.0);
+  judge_feedforward(in);
+  judge_motion(in);
+  saturated_ += (h / kSaturationTime) * ((in.saturated ? 1.0 : 0.0) - saturated_);
+  const bool limit = saturated_ > 0.5, lost = in.held >= 3;
+  sensor_ = toward(sensor_, lost ? 0 : 1, h / kSensorFade);
+  gain_ = toward(gain_, kGains[steps_], h / kFade);
+  force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / kLetGo);
+
+  Supervision out;
+  out.gain = gain_ * sensor_;
+  out.force = force_;
+  out.blend = blend_;
+  out.eps = used_;
+  out.level = std::sqrt(square_);
+  out.adapt = steps_ == 0 && !limit && !lost;
+  out.trip = steps_ >= kTripStep;
+  out.word = reasons_ | (limit ? kSaturation : 0U) | (lost ? kSensorLost : 0U);
+  out.word |= (out.adapt ? 0U : kAdaptationFrozen) | (follow_ ? kFeedforwardReplaced : 0U);
+  out.word |= (steps_ == 2 || steps_ == 3 ? kGainLowered : 0U) | (steps_ >= 4 || lost ? kFeedbackOff : 0U);
+  out.word |= (steps_ >= kForceStep ? kForceOff : 0U) | (out.trip ? kSupervisionTrip : 0U);
+  return out;
+}
+
+}  // namespace whirl::control

@@ -1,0 +1,202 @@
+#if HAS_SUPERVISION
+
+static whirl_real whirl_toward(whirl_real now, whirl_real target, whirl_real most) {
+  return now + whirl_clamp(target - now, -most, most);
+}
+
+static void whirl_watch_reset(whirl_state *state) {
+  whirl_watch *const w = &state->watch;
+  const whirl_complex none = whirl_make(R(0.0), R(0.0));
+  w->started = false;
+  w->follow = false;
+  w->motion.z = none;
+  w->motion.v = none;
+  w->motion.d = none;
+  w->synchronous = none;
+  w->offset = none;
+  w->given = none;
+  w->estimated = whirl_make(state->params.eps_re, state->params.eps_im);
+  w->quiet = w->estimated;
+  w->used = w->estimated;
+  w->square = R(0.0);
+  w->mark = R(0.0);
+  w->time = R(0.0);
+  w->above = R(0.0);
+  w->wait = R(0.0);
+  w->mismatch = R(0.0);
+  w->worse = R(0.0);
+  w->at_limit = R(0.0);
+  w->feedback = R(1.0);
+  w->force = R(1.0);
+  w->sensor = R(1.0);
+  w->blend = R(0.0);
+  w->gain = R(1.0);
+  w->steps = 0;
+  w->reasons = 0U;
+  w->word = 0U;
+  w->adapt = true;
+}
+
+/* Observer of the unbalance that acts, and the readings without their synchronous part. */
+static void whirl_watch_observe(whirl_state *state, whirl_complex z, bool fresh, whirl_complex turn, whirl_real omega) {
+  whirl_watch *const w = &state->watch;
+  const whirl_params *const p = &state->params;
+  const whirl_real h = p->sample_time;
+  const whirl_complex back = whirl_conj(turn);
+  if (!w->started) {
+    w->motion.z = z;
+    w->motion.v = whirl_mul(whirl_make(R(0.0), omega), z);
+    w->motion.d = w->given;
+    w->synchronous = whirl_mul(z, back);
+    w->started = true;
+  } else {
+    const whirl_complex a = whirl_add(whirl_scale(state->fraction, whirl_past(state, state->whole_delay + 2)),
+                                      whirl_scale(R(1.0) - state->fraction, whirl_past(state, state->whole_delay + 1)));
+    w->motion = whirl_predict(p, w->motion, a, omega, h);
+    if (fresh) {
+      const whirl_complex e = whirl_sub(z, w->motion.z);
+      const whirl_complex rest = whirl_sub(whirl_sub(z, w->offset), whirl_mul(w->synchronous, turn));
+      /* poles at -b, -b and, for the disturbance that turns, i omega - b */
+      const whirl_real b = p->watch_bandwidth;
+      const whirl_complex turning = whirl_make(b, omega);
+      const whirl_complex speed = whirl_make((R(3.0) * b * b) - p->k1, b * omega);
+      w->motion.z = whirl_add(w->motion.z, whirl_scale(R(3.0) * b * h, e));
+      w->motion.v = whirl_add(w->motion.v, whirl_scale(h, whirl_mul(speed, e)));
+      w->motion.d = whirl_add(w->motion.d, whirl_scale(b * h, whirl_mul(whirl_mul(turning, turning), e)));
+      w->synchronous = whirl_add(w->synchronous, whirl_scale(h * R(25.0), whirl_mul(rest, back)));
+      w->offset = whirl_add(w->offset, whirl_scale(h * R(5.0), rest));
+      w->square += (h / R(0.025)) * (whirl_norm(rest) - w->square);
+    }
+  }
+}
+
+/* The unbalance that acts; a feedforward from a fixed one follows it from the first mismatch of 30 ms on. */
+static void whirl_watch_feedforward(whirl_state *state, bool fresh, whirl_complex forcing) {
+  whirl_watch *const w = &state->watch;
+  const whirl_params *const p = &state->params;
+  const whirl_real h = p->sample_time;
+  const whirl_real size = whirl_norm(forcing);
+  const whirl_real slow = R(0.02) * p->k1;
+  whirl_complex now = w->estimated;
+  if (size > (slow * slow)) {
+    now = whirl_scale(R(1.0) / size, whirl_mul(w->motion.d, whirl_conj(forcing)));
+  }
+  w->estimated = whirl_add(w->estimated, whirl_scale(h / R(0.03), whirl_sub(now, w->estimated)));
+  if (w->square < (R(0.25) * p->watch_level * p->watch_level)) {
+    w->quiet = whirl_add(w->quiet, whirl_scale(h / R(0.3), whirl_sub(w->estimated, w->quiet)));
+  }
+#if HAS_FIXED
+  {
+    const whirl_real acts = whirl_norm(w->motion.d);
+    const whirl_real given = whirl_norm(w->given);
+    const whirl_real least = p->k1 * R(20e-6);
+    const whirl_real limit = M(fmax)((R(0.35) * R(0.35)) * M(fmax)(acts, given), least * least);
+    const bool apart = fresh && (whirl_norm(whirl_sub(w->motion.d, w->given)) > limit);
+    w->mismatch = (apart && (w->time > R(0.05))) ? (w->mismatch + h) : R(0.0);
+    if ((w->mismatch > R(0.03)) && !w->follow && (w->steps == 0)) {
+      const whirl_real along = (w->motion.d.re * w->given.re) + (w->motion.d.im * w->given.im);
+      const bool phase = (along < R(0.0)) || ((along * along) < (R(0.25) * acts * given));
+      /* A force that is worse than none ends at once, another is moved from where it is. */
+      w->used = (phase || (acts < (R(0.25) * given))) ? whirl_make(R(0.0), R(0.0)) : whirl_make(p->eps_re, p->eps_im);
+      w->follow = true;
+      w->wait = R(0.12);
+      w->reasons |= phase ? WHIRL_WATCH_FEEDFORWARD_PHASE : WHIRL_WATCH_UNBALANCE_CHANGED;
+    }
+    if (w->follow && (w->steps == 0)) {
+      w->used = whirl_add(w->used, whirl_scale(h / R(0.12), whirl_sub(now, w->used)));
+    }
+    if (w->follow) {
+      w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
+    }
+  }
+#else
+  (void)fresh;
+  if (w->steps > 0) {
+    w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
+  }
+#endif
+}
+
+static void whirl_watch_step_down(whirl_watch *w, whirl_real limit, uint32_t reason) {
+  /* An estimate made while motion grew is not trusted: the last quiet one. */
+#if HAS_FIXED
+  if (w->follow && (w->steps > 0)) {
+    w->used = w->quiet;
+  }
+#else
+  if (w->steps == 0) {
+    w->used = w->quiet;
+  }
+#endif
+  w->reasons |= reason;
+  w->steps += (w->square > (R(9.0) * limit * limit)) ? 2 : 1;
+  if (w->steps > 6) {
+    w->steps = 6;
+  }
+  w->wait = (w->steps >= 5) ? R(0.6) : R(0.06);
+  w->above = R(0.0);
+  w->worse = R(0.0);
+}
+
+static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_real omega) {
+  whirl_watch *const w = &state->watch;
+  const whirl_params *const p = &state->params;
+  const whirl_real h = p->sample_time;
+  const whirl_real level = M(sqrt)(w->square);
+  w->wait = M(fmax)(R(0.0), w->wait - h);
+  if ((w->time >= R(0.12)) && (w->wait <= R(0.0))) {
+    const whirl_real k = p->k1 - (omega * omega);
+    const whirl_real c = p->c * omega;
+    const whirl_real most = M(fmax)(whirl_norm(w->estimated), whirl_norm(whirl_make(p->eps_re, p->eps_im)));
+    const whirl_real open = M(sqrt)((most * whirl_norm(forcing)) / M(fmax)((k * k) + (c * c), R(1e-12)));
+    if (level > p->watch_level) {
+      w->mark = (w->above > R(0.0)) ? M(fmax)(w->mark, level) : level;
+      w->above += h;
+    } else {
+      w->above = R(0.0);
+    }
+    if (w->above > R(0.06)) {
+      if (level > (((w->steps == 0) ? R(0.8) : R(0.95)) * w->mark)) {
+        whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
+      }
+      w->above = R(0.0);
+    }
+    /* the steady whirl of the model without control, with the larger of the two unbalances */
+    {
+      const bool fast = (omega * omega) > (R(0.1) * p->k1);
+      const bool large = M(sqrt)(whirl_norm(w->synchronous)) > ((R(1.1) * open) + (R(0.25) * p->watch_level));
+      w->worse = (fast && large) ? (w->worse + h) : R(0.0);
+    }
+    if (w->worse > R(0.06)) {
+      whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_WORSE_THAN_OPEN);
+    }
+  }
+}
+
+/* The supervisor beside the law: see whirl_output.word. */
+static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, whirl_complex forcing, whirl_real beta,
+                             whirl_complex d, whirl_real omega) {
+  static const whirl_real gains[7] = {R(1.0), R(1.0), R(0.5), R(0.25), R(0.0), R(0.0), R(0.0)};
+  whirl_watch *const w = &state->watch;
+  const whirl_real h = state->params.sample_time;
+  const bool lost = state->held >= 3U;
+  bool limit;
+  w->given = whirl_add(whirl_scale(R(1.0) - w->blend, d), whirl_scale(w->blend, whirl_mul(w->used, forcing)));
+  whirl_watch_observe(state, z, fresh, whirl_phasor(beta), omega);
+  w->time = M(fmin)(w->time + h, R(1.0));
+  whirl_watch_feedforward(state, fresh, forcing);
+  whirl_watch_motion(state, forcing, omega);
+  w->at_limit += (h / R(0.05)) * ((state->saturated ? R(1.0) : R(0.0)) - w->at_limit);
+  limit = w->at_limit > R(0.5);
+  w->sensor = whirl_toward(w->sensor, lost ? R(0.0) : R(1.0), h / R(0.01));
+  w->feedback = whirl_toward(w->feedback, gains[w->steps], h / R(0.02));
+  w->force = whirl_toward(w->force, (w->steps >= 5) ? R(0.0) : R(1.0), h / R(0.3));
+  w->gain = w->feedback * w->sensor;
+  w->adapt = (w->steps == 0) && !limit && !lost;
+  w->word = w->reasons | (limit ? WHIRL_WATCH_SATURATION : 0U) | (lost ? WHIRL_WATCH_SENSOR_LOST : 0U);
+  w->word |= (w->adapt ? 0U : WHIRL_WATCH_ADAPTATION_FROZEN) | (w->follow ? WHIRL_WATCH_FEEDFORWARD_REPLACED : 0U);
+  w->word |= ((w->steps == 2) || (w->steps == 3)) ? WHIRL_WATCH_GAIN_LOWERED : 0U;
+  w->word |= ((w->steps >= 4) || lost) ? WHIRL_WATCH_FEEDBACK_OFF : 0U;
+  w->word |= ((w->steps >= 5) ? WHIRL_WATCH_FORCE_OFF : 0U) | ((w->steps >= 6) ? WHIRL_WATCH_TRIP : 0U);
+}
+#endif

@@ -1,0 +1,133 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "whirl/control/controller.hpp"
+#include "whirl/deploy/code.hpp"
+#include "whirl/testing/compiled.hpp"
+#include "whirl/testing/foreign_rig.hpp"
+
+namespace whirl::deploy {
+namespace {
+
+/// The exported step as numbers.
+const char* const kWrapper = R"(#include "drive.h"
+static drive_state state;
+int start(void);
+int go(const double *in, int valid, double *out);
+int start(void) {
+  drive_params p;
+  drive_default_params(&p);
+  return (int)drive_init(&state, &p);
+}
+int go(const double *in, int valid, double *out) {
+  drive_input i;
+  drive_output o;
+  int status;
+  i.x = in[0];
+  i.y = in[1];
+  i.beta = in[2];
+  i.omega = in[3];
+  i.omega_dot = in[4];
+  i.valid = (valid != 0);
+  status = (int)drive_step(&state, &i, &o);
+  out[0] = o.ux;
+  out[1] = o.uy;
+  out[2] = (double)o.supervision;
+  return status;
+}
+)";
+
+ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, const char* estimator) {
+  ControllerDesign d;
+  d.law = law;
+  d.estimator = estimator;
+  d.model.k1 = m.stiffness / m.mass;
+  d.model.k2 = m.cubic / m.mass;
+  d.model.c = m.damping / m.mass;
+  d.model.gain = 1 / m.mass;
+  d.model.eps = std::polar(m.unbalance, m.unbalance_angle);
+  d.sample_time = testing::ForeignRig::kTick;
+  d.delay = m.age + m.delay + m.lag;
+  d.force_limit = m.force_limit;
+  d.parameters = {{"sensor_delay", m.age}, {"supervise", 1}, {"watch_level", 60e-6}};
+  if (d.law.starts_with("pd_")) d.feedforward = false;
+  return d;
+}
+
+// Unbalance turned, readings lost, motion that grows beside the synchronous one: every step down to the trip, tick by
+// tick the same as the library.
+TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
+  const std::pair<const char*, const char*> pairs[] = {
+      {"pd", "lpf"}, {"pd", "kfe"}, {"lsmc", "eso"}, {"pd_notch", "lpf"}, {"pid", "kalman"}};
+  testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
+  m.down = 6;
+  for (const auto& [law, estimator] : pairs) {
+    const std::string what = std::string(law) + " " + estimator;
+    const ControllerDesign d = design_for(m, law, estimator);
+    const testing::TemporaryFolder folder;
+    const ControllerCode code = controller_code(d, {"drive", false, ""});
+    folder.write(code.header.name, code.header.text);
+    folder.write(code.source.name, code.source.text);
+    folder.write("wrapper.c", kWrapper);
+    const auto built = testing::shell(
+        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
+    ASSERT_EQ(built.exit_code, 0) << what << built.text;
+    const testing::SharedLibrary library(folder.path() / "drive.so");
+    ASSERT_EQ(library.get<int()>("start")(), 0);
+    auto* go = library.get<int(const double*, int, double*)>("go");
+
+    control::Controller controller = control::make_controller(d);
+    testing::ForeignRig rig(m, 3);
+    double largest = 0, off = 0;
+    std::uint32_t words = 0;
+    int trips = 0;
+    for (long k = 0; k < 3500; ++k) {
+      if (k == 1000) rig.machine().unbalance_angle += std::numbers::pi;
+      Measurement r = rig.read();
+      r.valid = k < 600 || k > 640;
+      if (k > 2000) {
+        const double growth = std::min(1e-5 * std::exp(0.004 * static_cast<double>(k - 2000)), 5e-3);
+        r.x += growth * std::cos(0.29 * static_cast<double>(k)),
+            r.y += growth * std::sin(0.29 * static_cast<double>(k));
+      }
+      const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+      double out[3];
+      const int status = go(in, r.valid ? 1 : 0, out);
+      const auto answer = controller.step(r);
+      const Command u = answer ? *answer : Command{};
+      const std::uint32_t word = controller.state().supervision.word;
+      ASSERT_EQ(status, answer ? 0 : answer.error() == control::kSupervision ? 4 : -1) << what << " " << k;
+      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << what << " " << k;
+      words |= word;
+      trips += status == 4;
+      largest = std::max({largest, std::abs(u.ux), std::abs(u.uy)});
+      off = std::max({off, std::abs(out[0] - u.ux), std::abs(out[1] - u.uy)});
+      rig.write(u);
+      rig.advance();
+    }
+    EXPECT_LE(off, 1e-12 * largest) << what;
+    EXPECT_GT(trips, 0) << what;
+    for (const std::uint32_t bit :
+         {control::kSensorLost, control::kGrowth, control::kFeedbackOff, control::kForceOff}) {
+      EXPECT_NE(words & bit, 0u) << what << " " << control::supervision_text(words);
+    }
+    if (d.feedforward && std::string(estimator) != "kfe" && std::string(estimator) != "eso") {
+      EXPECT_NE(words & control::kFeedforwardPhase, 0u) << what << " " << control::supervision_text(words);
+    }
+  }
+}
+
+// A design without supervision is exported without a line of it.
+TEST(SupervisionExport, NothingOfItWithoutIt) {
+  ControllerDesign d = design_for(testing::ForeignMachine::draw(4), "pd", "lpf");
+  EXPECT_NE(controller_code(d, {"drive", false, ""}).source.text.find("watch"), std::string::npos);
+  d.parameters["supervise"] = 0;
+  const ControllerCode code = controller_code(d, {"drive", false, ""});
+  EXPECT_EQ(code.source.text.find("watch"), std::string::npos);
+  EXPECT_EQ(code.header.text.find("WATCH"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace whirl::deploy
