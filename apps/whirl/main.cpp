@@ -11,6 +11,7 @@
 #include "commands/balance/response.hpp"
 #include "commands/machine/run_io.hpp"
 #include "commands/modal/ambient.hpp"
+#include "commands/modal/nonlinear_mode.hpp"
 #include "defaults.hpp"
 #include "whirl/io/temporary.hpp"
 
@@ -100,6 +101,7 @@ int run(int argc, char** argv) {
   add_response(app, session);
   add_simulate(app, session);
   add_runup(app, session);
+  add_nonlinear_mode(app, session);
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);

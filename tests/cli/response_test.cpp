@@ -1,12 +1,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/testing/data.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -87,6 +89,48 @@ TEST(RunUpE2e, TheSuggestedRateKeepsTheLimitAndALimitOutOfReachFails) {
   EXPECT_NE(weak.err.find("stalls"), std::string::npos) << weak.err;
   EXPECT_EQ(folder.whirl("runup model.json --from-rpm 1900 --to-rpm 400").exit_code, 2);
   EXPECT_EQ(folder.whirl("runup model.json --from-rpm 400 --to-rpm 1900 --torque-nm 1").exit_code, 2);
+}
+
+// A measured decay of a cantilever with magnets (Breunung and Balachandran 2024), driven until it is let go. Its
+// frequency at small amplitude is that of its spectrum late in the record.
+TEST(DecayE2e, MeasuredDecayGivesABackboneThatItsOwnSpectrumConfirms) {
+  const std::filesystem::path data = data_file("frid/decay_42p05Hz.lvm.gz");
+  WHIRL_REQUIRE_DATA(data);
+  const Folder folder;
+  std::filesystem::copy_file(data, folder / "d.lvm.gz");
+  const Outcome outcome =
+      folder.whirl("decay d.lvm.gz --columns Strain_0:x_strain --json --out mode.json --figure b.svg --points p.json");
+  ASSERT_LE(outcome.exit_code, 1) << outcome.err;
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader mode(json, "stdout");
+  EXPECT_GT(mode.at("points").items().size(), 10U);
+  // Late in the record the spectrum has its line at 36.9 Hz (zero crossings of the samples, counted apart).
+  EXPECT_NEAR(std::sqrt(mode.at("k1").at("value").number()) / (2 * std::numbers::pi), 36.9, 0.15);
+  EXPECT_GT(mode.at("k3").at("value").number(), 0) << "the beam hardens";
+  const Outcome response = folder.whirl("response mode.json --input u --amplitude 0.1 --from-rpm 600 --to-rpm 6000");
+  EXPECT_LE(response.exit_code, 1) << response.err;
+}
+
+// x'' = -(2 pi 10)^2 x - c x' + g F: amplitude and phase in closed form.
+TEST(SineE2e, LinearModeIsFoundFromItsTable) {
+  const Folder folder;
+  std::string table = "frequency_Hz,force_N,amplitude_mm,phase_deg\n";
+  for (const double force : {2.0, 5.0}) {
+    for (double f = 8; f <= 12.01; f += 0.25) {
+      const double w = 2 * std::numbers::pi * f, w0 = 2 * std::numbers::pi * 10;
+      const std::complex<double> x = force / 4.0 / std::complex<double>(w0 * w0 - w * w, 2.0 * w);
+      table += fmt::format("{},{},{},{}\n", f, force, std::abs(x) * 1e3, std::arg(x) * 180 / std::numbers::pi);
+    }
+  }
+  folder.write("t.csv", table);
+  const Outcome outcome = folder.whirl("sine t.csv --json --figure s.svg");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Json json = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader mode(json, "stdout");
+  EXPECT_NEAR(mode.at("gain").at("value").number(), 0.25, 1e-6);
+  EXPECT_NEAR(mode.at("c").at("value").number(), 2, 1e-5);
+  EXPECT_EQ(folder.whirl("decay t.csv --channel q").exit_code, 2);
+  EXPECT_EQ(folder.whirl("sine absent.csv").exit_code, 2);
 }
 
 TEST(ResponseE2e, BadRequestsAreRefused) {

@@ -1,0 +1,115 @@
+#include "nonlinear_mode.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "commands/machine/record_options.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/pages/nonlinear_mode.hpp"
+#include "whirl/report/write_figure.hpp"
+
+namespace whirl::app {
+namespace {
+
+constexpr double kHz = 2 * std::numbers::pi;
+
+struct Options {
+  RecordOptions record;
+  std::string input, channel, out, json, figure;
+  response::DecayOptions decay;
+};
+
+void say_mode(Session& session, const response::NonlinearMode& m) {
+  const auto at = [&](double a) {
+    return fmt::format("{:.5g} Hz, damping {:.3g} %", m.frequency(a) / kHz, 100 * m.rate(a) / m.frequency(a));
+  };
+  session.say(fmt::format("at the smallest    {} (amplitude {:.3g})", at(m.lowest), m.lowest));
+  session.say(fmt::format("at the largest     {} (amplitude {:.3g})", at(m.highest), m.highest));
+  for (const auto& [name, e, text] : {std::tuple{"k1", &m.k1, "stiffness / mass, 1/s^2"},
+                                      {"k3", &m.k3, "cubic stiffness / mass"},
+                                      {"k5", &m.k5, "quintic stiffness / mass"},
+                                      {"c", &m.c, "linear damping / mass, 1/s"},
+                                      {"q", &m.q, "quadratic damping / mass"},
+                                      {"f", &m.f, "dry friction / mass"}})
+    if (e->value != 0)
+      session.say(
+          fmt::format("{:<18} {:.5g} ± {:.2g}  [{:.5g}, {:.5g}]  {}", name, e->value, e->sd, e->low, e->high, text));
+}
+
+void finish(const Options& o, Session& session, const response::NonlinearMode& mode, const response::DecayCurve& curve,
+            const Estimate& gain, const report::Figure& figure) {
+  say_mode(session, mode);
+  const io::Json json = pages::to_json(mode, curve, gain);
+  session.result(json);
+  if (!o.json.empty()) io::save_json(o.json, json);
+  if (!o.out.empty()) io::save(o.out, mode.model());
+  if (!o.figure.empty()) report::write_figure(figure, o.figure);
+  session.finish(mode.summary);
+}
+
+void run_decay(const Options& o, Session& session) {
+  const Recording record = o.record.read(o.input);
+  const Channel* channel = o.channel.empty() ? &record.channels.front() : record.find(o.channel);
+  if (channel == nullptr) throw Error::in_field("--channel", o.channel, "a channel of the record");
+  const response::DecayCurve curve = response::decay_curve(channel->samples, record.dt, o.decay);
+  const response::NonlinearMode mode = response::fit_decay(curve);
+  session.say(fmt::format("decay              {} from {:.4g} to {:.4g} s, {} windows, {:.3g} left over (rms)",
+                          channel->name, curve.from, curve.to, curve.points.size(), curve.noise));
+  const bool length = channel->quantity == Quantity::displacement;
+  finish(o, session, mode, curve, {},
+         pages::decay_figure(curve, mode, length ? report::Unit{"mm", 1e-3} : report::Unit{"", 1}));
+}
+
+void run_sine(const Options& o, Session& session) {
+  const io::Table table = io::read_table(o.input);
+  std::vector<response::SteadyPoint> points;
+  for (Eigen::Index k = 0; k < table.rows(); ++k)
+    points.push_back({kHz * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
+  Estimate gain;
+  const response::NonlinearMode mode = response::fit_steady(points, gain);
+  session.say(fmt::format("sine test          {} points; gain {:.4g} ± {:.2g} m/s^2 per newton: modal mass {:.4g} kg",
+                          points.size(), gain.value, gain.sd, 1 / gain.value));
+  finish(o, session, mode, {}, gain, pages::steady_figure(points, mode, gain.value));
+}
+
+void add_outputs(CommandLine* sub, const std::shared_ptr<Options>& o) {
+  sub->add_option("--out", o->out, "write the mode as a model")->output("whirl.model");
+  sub->add_option("--points", o->json, "write points and parameters as JSON")->output("whirl.decay");
+  sub->add_option("--figure", o->figure, "measured and fitted (.svg, .png, .pdf, .csv)")->output();
+}
+
+}  // namespace
+
+void add_nonlinear_mode(CommandLine& app, Session& session) {
+  auto decay = std::make_shared<Options>();
+  CommandLine* sub = add_command(
+      app, session, "decay", "Backbone and damping over amplitude from a free decay",
+      "Input: a record of one mode that dies out after a blow or after a drive is switched off. Windows of a few "
+      "periods\n"
+      "give frequency and rate of decay with their scatter; the mode found from them is linear unless the windows ask\n"
+      "for cubic or quintic stiffness, quadratic damping or dry friction. Its model has the force per unit mass as "
+      "input.\n\n"
+      "Example: whirl decay ringdown.csv --channel x --out mode.json --figure backbone.svg",
+      [decay, &session] { run_decay(*decay, session); });
+  sub->add_option("RECORD", decay->input, "CSV, MAT, HDF5, UFF, WAV, LVM, ...")->input()->required();
+  sub->add_option("--channel", decay->channel, "which; default: the first");
+  sub->add_option("--from", decay->decay.from, "s; default: where the amplitude begins to fall");
+  sub->add_option("--to", decay->decay.to, "s; default: where it is lost in the noise");
+  sub->add_option("--periods", decay->decay.periods, "in a window")->show_default();
+  decay->record.add_to(sub);
+  add_outputs(sub, decay);
+
+  auto sine = std::make_shared<Options>();
+  CommandLine* steady = add_command(
+      app, session, "sine", "One nonlinear mode from steady answers to a sine (stepped sine, several force levels)",
+      "Input: a table frequency_Hz, force_N, amplitude_mm, phase_deg, one row a steady point: amplitudes peak, phase "
+      "of the\n"
+      "displacement against the force (lead > 0; about -90 deg at resonance). Two or more force levels tell the\n"
+      "nonlinearity and the modal mass.\n\n"
+      "Example: whirl sine stepped.csv --out mode.json --figure sine.svg",
+      [sine, &session] { run_sine(*sine, session); });
+  steady->add_option("TABLE", sine->input, "CSV")->input()->required();
+  add_outputs(steady, sine);
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,233 @@
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/core/error.hpp"
+#include "whirl/response/decay.hpp"
+
+namespace whirl::response {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kEvidence = 4;  ///< standard deviations that a nonlinear term must have
+constexpr double kPoor = 2, kWrong = 100;
+
+/// Weighted least squares y = X b in the columns that the data ask for.
+struct Regression {
+  VectorXd value, sd;  ///< by column; 0 and NaN for columns left out
+  double square = 0;   ///< weighted sum of squares
+  double freedom = 0;
+};
+
+Regression solve(const MatrixXd& x, const VectorXd& y, const std::vector<Index>& used) {
+  MatrixXd part(x.rows(), static_cast<Index>(used.size()));
+  for (std::size_t k = 0; k < used.size(); ++k) part.col(static_cast<Index>(k)) = x.col(used[k]);
+  const VectorXd scale = part.colwise().norm().cwiseMax(1e-300);
+  const MatrixXd z = part * scale.cwiseInverse().asDiagonal();
+  const VectorXd b = z.colPivHouseholderQr().solve(y);
+  const MatrixXd inverse = (z.transpose() * z).ldlt().solve(MatrixXd::Identity(z.cols(), z.cols()));
+  Regression r;
+  r.value = VectorXd::Zero(x.cols());
+  r.sd = VectorXd::Constant(x.cols(), std::nan(""));
+  r.square = (y - z * b).squaredNorm();
+  r.freedom = static_cast<double>(x.rows()) - static_cast<double>(used.size());
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const auto i = static_cast<Index>(k);
+    r.value[used[k]] = b[i] / scale[i];
+    r.sd[used[k]] = std::sqrt(std::max(inverse(i, i), 0.0)) / scale[i];
+  }
+  return r;
+}
+
+/// The first `fixed` columns always; the others one by one while the best has kEvidence standard deviations, counted
+/// with the scatter that is left.
+Regression select(const MatrixXd& x, const VectorXd& y, Index fixed, double least_variance) {
+  std::vector<Index> used;
+  for (Index k = 0; k < fixed; ++k) used.push_back(k);
+  Regression best = solve(x, y, used);
+  for (bool grown = true; grown && static_cast<Index>(used.size()) + 1 < x.rows();) {
+    grown = false;
+    Index add = -1;
+    double strength = kEvidence;
+    for (Index k = fixed; k < x.cols(); ++k) {
+      if (std::find(used.begin(), used.end(), k) != used.end()) continue;
+      std::vector<Index> more = used;
+      more.push_back(k);
+      const Regression r = solve(x, y, more);
+      const double scatter = std::sqrt(std::max(r.square / std::max(r.freedom, 1.0), least_variance));
+      const double t = std::abs(r.value[k]) / (r.sd[k] * scatter);
+      if (t > strength) strength = t, add = k;
+    }
+    if (add >= 0) {
+      used.push_back(add);
+      best = solve(x, y, used);
+      grown = true;
+    }
+  }
+  return best;
+}
+
+Estimate estimate(const Regression& r, Index column, double factor) {
+  if (std::isnan(r.sd[column])) return {0, std::nan(""), 0, 0};
+  return Estimate::from_sd(r.value[column], factor * r.sd[column]);
+}
+
+/// The loss takes energy E(a) = k1 a^2/2 + k3 a^4/4 + k5 a^6/6: the amplitude falls by omega^2 a / (dE/da) of what it
+/// would with a linear spring.
+double fall_factor(const NonlinearMode& m, double a) {
+  const double a2 = a * a, w2 = m.k1.value + 0.75 * m.k3.value * a2 + 0.625 * m.k5.value * a2 * a2;
+  const double slope = m.k1.value + m.k3.value * a2 + m.k5.value * a2 * a2;
+  return slope > 0 ? w2 / slope : 1;
+}
+
+void judge(NonlinearMode& mode) {
+  mode.summary.chi_square = mode.chi_square;
+  if (mode.chi_square > kWrong)
+    mode.summary.fail(
+        fmt::format("the points scatter {:.0f} times as much about one mode's curves as they should: more "
+                    "than one mode, or a motion that is still driven",
+                    std::sqrt(mode.chi_square)));
+  else if (mode.chi_square > kPoor)
+    mode.summary.warn(
+        fmt::format("model error: chi-square {:.2f} (1 when the model fits); the intervals are widened by "
+                    "{:.1f}",
+                    mode.chi_square, std::sqrt(mode.chi_square)));
+  if (!(mode.k1.value > 0)) mode.summary.fail("the stiffness at small amplitude is not positive");
+  const double low = mode.rate(mode.lowest), high = mode.rate(mode.highest);
+  if (low < 0 || high < 0) mode.summary.warn("the damping is negative at some amplitude of the data");
+  mode.summary.trust =
+      fmt::format("one mode at amplitudes from {:.3g} to {:.3g}; beyond is extrapolation", mode.lowest, mode.highest);
+}
+
+void set_range(NonlinearMode& mode, double amplitude) {
+  mode.lowest = mode.lowest == 0 ? amplitude : std::min(mode.lowest, amplitude);
+  mode.highest = std::max(mode.highest, amplitude);
+}
+
+}  // namespace
+
+double NonlinearMode::frequency(double a) const {
+  const double w2 = k1.value + 0.75 * k3.value * a * a + 0.625 * k5.value * a * a * a * a;
+  return w2 >= 0 ? std::sqrt(w2) : std::nan("");
+}
+
+double NonlinearMode::rate(double a) const {
+  const double omega = frequency(a);
+  return 0.5 * fall_factor(*this, a) *
+         (c.value + 8 / (3 * kPi) * q.value * omega * a + (a > 0 ? 4 / kPi * f.value / (omega * a) : 0));
+}
+
+IdentifiedModel NonlinearMode::model() const {
+  IdentifiedModel m;
+  m.method = "decay";
+  m.states = {"x", "v"};
+  m.inputs = {"u"};
+  const auto minus = [](const Estimate& e) { return Estimate{-e.value, e.sd, -e.high, -e.low}; };
+  Equation force{"v'", {}};
+  for (const auto& [term, e, unit] : {std::tuple{"x", &k1, "1/s^2"},
+                                      {"x^3", &k3, "1/(m^2 s^2)"},
+                                      {"x^5", &k5, "1/(m^4 s^2)"},
+                                      {"v", &c, "1/s"},
+                                      {"abs(v)*v", &q, "1/m"},
+                                      {"sgn(v)", &f, "m/s^2"}})
+    if (e->value != 0) force.terms.push_back({term, minus(*e), unit});
+  force.terms.push_back({"u", {1, 0, 1, 1}, "1"});
+  m.equations = {{"x'", {{"v", {1, 0, 1, 1}, "1"}}}, force};
+  for (const auto& [name, e] : {std::pair{"k1", &k1}, {"k3", &k3}, {"k5", &k5}, {"c", &c}, {"q", &q}, {"f", &f}})
+    if (e->value != 0) m.parameters.emplace_back(name, *e);
+  m.summary = summary;
+  return m;
+}
+
+NonlinearMode fit_decay(const DecayCurve& curve) {
+  const auto n = static_cast<Index>(curve.points.size());
+  if (n < 6) throw Error("decay: six windows at least are needed");
+  MatrixXd stiffness(n, 3), damping(n, 3);
+  VectorXd square(n), fall(n);
+  NonlinearMode mode;
+  for (Index k = 0; k < n; ++k) {
+    const DecayPoint& p = curve.points[static_cast<std::size_t>(k)];
+    if (!(p.frequency_sd > 0) || !(p.rate_sd > 0)) throw Error("decay: a window has no scatter: is the record exact?");
+    const double a = p.amplitude, w = p.frequency, stiff = 1 / (2 * w * p.frequency_sd), damp = 1 / (2 * p.rate_sd);
+    stiffness.row(k) = stiff * Eigen::RowVector3d(1, 0.75 * a * a, 0.625 * a * a * a * a);
+    square[k] = stiff * (w * w + p.rate * p.rate);
+    damping.row(k) = damp * Eigen::RowVector3d(1, 8 / (3 * kPi) * w * a, 4 / kPi / (w * a));
+    fall[k] = damp * 2 * p.rate;
+    set_range(mode, a);
+  }
+  const Regression s = select(stiffness, square, 1, 1);
+  mode.k1.value = s.value[0];
+  mode.k3.value = s.value[1];
+  mode.k5.value = s.value[2];
+  for (Index k = 0; k < n; ++k)
+    damping.row(k) *= fall_factor(mode, curve.points[static_cast<std::size_t>(k)].amplitude);
+  const Regression d = select(damping, fall, 1, 1);
+  mode.chi_square = (s.square + d.square) / (s.freedom + d.freedom);
+  const double of_s = std::sqrt(std::max(1.0, s.square / s.freedom)),
+               of_d = std::sqrt(std::max(1.0, d.square / d.freedom));
+  mode.k1 = estimate(s, 0, of_s);
+  mode.k3 = estimate(s, 1, of_s);
+  mode.k5 = estimate(s, 2, of_s);
+  mode.c = estimate(d, 0, of_d);
+  mode.q = estimate(d, 1, of_d);
+  mode.f = estimate(d, 2, of_d);
+  judge(mode);
+  return mode;
+}
+
+NonlinearMode fit_steady(const std::vector<SteadyPoint>& points, Estimate& gain) {
+  const auto n = static_cast<Index>(points.size());
+  if (n < 8) throw Error(fmt::format("steady sine: {} points, at least eight are needed", n));
+  NonlinearMode mode;
+  // Columns k1, c, g, k3, k5, q, f; rows: real and imaginary part of the balance over exp(i phase of x).
+  MatrixXd x = MatrixXd::Zero(2 * n, 7);
+  VectorXd y = VectorXd::Zero(2 * n), weight = VectorXd::Ones(2 * n);
+  for (Index k = 0; k < n; ++k) {
+    const SteadyPoint& p = points[static_cast<std::size_t>(k)];
+    if (!(p.omega > 0) || !(p.amplitude > 0) || !std::isfinite(p.phase) || !(p.force > 0))
+      throw Error(fmt::format("steady sine: point {}: speed, amplitude and force must be > 0", k + 1));
+    const double a = p.amplitude, w = p.omega;
+    x.row(2 * k) << a, 0, -p.force * std::cos(p.phase), 0.75 * a * a * a, 0.625 * std::pow(a, 5), 0, 0;
+    y[2 * k] = w * w * a;
+    x.row(2 * k + 1) << 0, w * a, p.force * std::sin(p.phase), 0, 0, 8 / (3 * kPi) * w * w * a * a, 4 / kPi;
+    set_range(mode, a);
+  }
+  // What an error of amplitude or phase by one part of the amplitude does to the balance: the slope there times a.
+  Regression r;
+  for (int pass = 0; pass < 4; ++pass) {
+    r = select(weight.asDiagonal() * x, weight.asDiagonal() * y, 3, 0);
+    for (Index k = 0; k < n; ++k) {
+      const SteadyPoint& p = points[static_cast<std::size_t>(k)];
+      const double a = p.amplitude, w = p.omega;
+      const double radial = r.value[0] + 2.25 * r.value[3] * a * a + 3.125 * r.value[4] * std::pow(a, 4) - w * w;
+      const double around = r.value[0] + 0.75 * r.value[3] * a * a + 0.625 * r.value[4] * std::pow(a, 4) - w * w;
+      const double loss = w * (r.value[1] + 8 / (3 * kPi) * r.value[5] * w * a);
+      weight[2 * k] = 1 / (a * std::hypot(radial, loss) + 1e-300);
+      weight[2 * k + 1] = 1 / (a * std::hypot(around, loss) + 1e-300);
+    }
+  }
+  const double sd = std::sqrt(r.square / r.freedom);
+  mode.k1 = estimate(r, 0, sd);
+  mode.c = estimate(r, 1, sd);
+  gain = estimate(r, 2, sd);
+  mode.k3 = estimate(r, 3, sd);
+  mode.k5 = estimate(r, 4, sd);
+  mode.q = estimate(r, 5, sd);
+  mode.f = estimate(r, 6, sd);
+  mode.chi_square = std::nan("");  // the scatter of the points is their noise: nothing else tells it
+  judge(mode);
+  mode.summary.residual = sd;
+  if (sd > 0.1)
+    mode.summary.warn(
+        fmt::format("the points scatter by {:.0f} % of their amplitude about one mode: more than one mode, "
+                    "or phases of another convention",
+                    100 * sd));
+  return mode;
+}
+
+}  // namespace whirl::response

@@ -1,0 +1,162 @@
+#include "whirl/response/decay.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::response {
+namespace {
+
+/// x'' = -k1 x - k3 x^3 - c x' - q |x'| x' - f sgn x' + u cos(W t), by a Runge-Kutta of its own with small steps.
+struct Machine {
+  double k1 = 6e4, k3 = 0, c = 1.2, q = 0, f = 0;
+  double acceleration(double x, double v, double u) const {
+    return u - k1 * x - k3 * x * x * x - c * v - q * std::abs(v) * v - f * std::tanh(v / 1e-7);
+  }
+  /// Samples of x; steady for `hold` seconds at the frequency and force given, then free.
+  Eigen::VectorXd run(double x, double v, double dt, Eigen::Index n, double force = 0, double omega = 0) const {
+    Eigen::VectorXd out(n);
+    constexpr int kSub = 8;
+    const double h = dt / kSub;
+    double t = 0;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      out[i] = x;
+      for (int s = 0; s < kSub; ++s, t += h) {
+        const auto u = [&](double at) { return force * std::cos(omega * at); };
+        const double a1 = acceleration(x, v, u(t)), x2 = x + h / 2 * v, v2 = v + h / 2 * a1;
+        const double a2 = acceleration(x2, v2, u(t + h / 2)), x3 = x + h / 2 * v2, v3 = v + h / 2 * a2;
+        const double a3 = acceleration(x3, v3, u(t + h / 2)), x4 = x + h * v3, v4 = v + h * a3;
+        const double a4 = acceleration(x4, v4, u(t + h));
+        x += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
+        v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+      }
+    }
+    return out;
+  }
+};
+
+Eigen::VectorXd noisy(Eigen::VectorXd x, double sd, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal(0, sd);
+  for (double& each : x) each += normal(random);
+  return x;
+}
+
+// A linear decay in closed form, e^{-c t / 2} cos(sqrt(k1 - c^2 / 4) t): the intervals hold, and nothing is added.
+TEST(DecayProperty, LinearDecayIsFoundWithinItsIntervals) {
+  int k1 = 0, c = 0, added = 0;
+  constexpr int kRuns = 60;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    std::mt19937_64 random(7000 + seed);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double stiffness = 4e3 * std::pow(30, uniform(random)), damping = 0.4 + 2 * uniform(random);
+    const double omega = std::sqrt(stiffness - damping * damping / 4), dt = 2 * std::numbers::pi / omega / 25;
+    Eigen::VectorXd x(6000);
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      const double t = static_cast<double>(i) * dt;
+      x[i] = 1e-3 * std::exp(-damping * t / 2) * std::cos(omega * t + 0.3) + 2e-4;
+    }
+    const NonlinearMode mode = fit_decay(decay_curve(noisy(x, 1e-5, seed), dt));
+    k1 += mode.k1.covers(stiffness);
+    c += mode.c.covers(damping);
+    added += mode.k3.value != 0 || mode.k5.value != 0 || mode.q.value != 0 || mode.f.value != 0;
+  }
+  EXPECT_GE(k1, 51);
+  EXPECT_GE(c, 51);
+  EXPECT_LE(added, 1);
+}
+
+// Hardening or softening with quadratic damping or dry friction: named, and within a few per cent.
+TEST(DecayProperty, NonlinearitiesAreNamedAndMeasured) {
+  int right = 0;
+  constexpr int kRuns = 20;
+  for (unsigned seed = 1; seed <= kRuns; ++seed) {
+    std::mt19937_64 random(9000 + seed);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    Machine m;
+    m.k3 = (uniform(random) < 0.5 ? -1 : 1) * (0.05 + 0.15 * uniform(random)) * m.k1 / 4e-6;  // of k1 at 2 mm
+    const bool quadratic = uniform(random) < 0.5;
+    if (quadratic)
+      m.q = 2 + 4 * uniform(random);
+    else
+      m.f = 0.05 + 0.1 * uniform(random);
+    const NonlinearMode mode = fit_decay(decay_curve(noisy(m.run(2e-3, 0, 1e-3, 5000), 2e-6, seed), 1e-3));
+    const double of_k3 = std::abs(mode.k3.value / m.k3 - 1);
+    const double of_loss = quadratic ? std::abs(mode.q.value / m.q - 1) : std::abs(mode.f.value / m.f - 1);
+    const bool other = quadratic ? mode.f.value != 0 : mode.q.value != 0;
+    right += of_k3 < 0.05 && of_loss < 0.1 && !other && std::abs(mode.k1.value / m.k1 - 1) < 2e-3;
+  }
+  EXPECT_GE(right, 18);
+}
+
+// A driven part before the decay is not part of it; two modes of like strength are no single one.
+TEST(DecayProperty, DrivenPartIsLeftOutAndTwoModesAreRefused) {
+  Machine m;
+  m.k3 = 2e9;
+  Eigen::VectorXd driven = m.run(0, 0, 1e-3, 6000, 0.4, std::sqrt(m.k1) * 0.99);
+  const Eigen::Index last = driven.size() - 1;
+  const Eigen::VectorXd free = m.run(driven[last], (driven[last] - driven[last - 1]) / 1e-3, 1e-3, 5000);
+  Eigen::VectorXd all(driven.size() + free.size());
+  all << driven, free;
+  const DecayCurve curve = decay_curve(noisy(all, 1e-6, 5), 1e-3);
+  EXPECT_GT(curve.from, 5.5);
+  EXPECT_LT(curve.from, 6.5);
+  EXPECT_NEAR(fit_decay(curve).k1.value, m.k1, 2e-3 * m.k1);
+
+  Machine other;
+  other.k1 = 7.5e4;
+  const Eigen::VectorXd both = m.run(1e-3, 0, 1e-3, 5000) + other.run(0.6e-3, 0, 1e-3, 5000);
+  try {
+    const NonlinearMode two = fit_decay(decay_curve(noisy(both, 2e-6, 6), 1e-3));
+    EXPECT_NE(two.summary.status, Status::ok);
+  } catch (const Error&) {
+  }
+}
+
+// Amplitude and phase at three force levels, from time integration of the machine.
+TEST(SteadySineProperty, ModeIsFoundFromAmplitudeAndPhase) {
+  Machine m;
+  m.k3 = 1.5e9;
+  m.c = 6;
+  m.q = 3;
+  std::mt19937_64 random(31);
+  std::normal_distribution<double> normal;
+  std::vector<SteadyPoint> points;
+  for (const double force : {1.0, 3.0, 6.0}) {
+    for (int k = 0; k < 14; ++k) {
+      const double omega = std::sqrt(m.k1) * (0.85 + 0.02 * k), dt = 2 * std::numbers::pi / omega / 40;
+      const Eigen::VectorXd x = m.run(0, 0, dt, 40 * 250, force, omega).tail(40 * 20);
+      std::complex<double> first = 0;
+      for (Eigen::Index i = 0; i < x.size(); ++i)
+        first +=
+            x[i] * std::polar(2.0 / static_cast<double>(x.size()), -2 * std::numbers::pi * static_cast<double>(i) / 40);
+      first *= 1.0 + std::complex<double>(0.003 * normal(random), 0.003 * normal(random));
+      points.push_back({omega, force * 12.5, std::abs(first), std::arg(first)});
+    }
+  }
+  Estimate gain;
+  const NonlinearMode mode = fit_steady(points, gain);
+  EXPECT_NEAR(gain.value, 1 / 12.5, 0.01 / 12.5);
+  EXPECT_NEAR(mode.k1.value, m.k1, 2e-3 * m.k1);
+  EXPECT_NEAR(mode.c.value, m.c, 0.1 * m.c);
+  EXPECT_NEAR(mode.k3.value, m.k3, 0.05 * m.k3);
+  EXPECT_NEAR(mode.q.value, m.q, 0.15 * m.q);
+  EXPECT_EQ(mode.k5.value, 0);
+  EXPECT_EQ(mode.f.value, 0);
+}
+
+TEST(Decay, BadRecordsAreRefused) {
+  EXPECT_THROW(decay_curve(Eigen::VectorXd::Zero(10), 1e-3), Error);
+  EXPECT_THROW(decay_curve(noisy(Eigen::VectorXd::Zero(4000), 1, 3), 1e-3), Error);
+  EXPECT_THROW(decay_curve(Eigen::VectorXd::Constant(4000, NAN), 1e-3), Error);
+  Estimate gain;
+  EXPECT_THROW(fit_steady({}, gain), Error);
+}
+
+}  // namespace
+}  // namespace whirl::response
