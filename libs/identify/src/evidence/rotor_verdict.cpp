@@ -6,9 +6,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "evidence/verdict.hpp"
+
 namespace whirl::identification::detail {
 
 namespace {
+
+constexpr double kHz = 1 / (2 * std::numbers::pi);
 
 // Residual beyond the noise over the motion of the main mode, both rms.
 double unexplained_share(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
@@ -22,38 +26,35 @@ double unexplained_share(const std::vector<RotorRecord>& records, const OutputEr
   return std::sqrt(excess / motion);
 }
 
-}  // namespace
+/// What the records cover and what the fit leaves of them.
+struct Cover {
+  double residual = 0;              // m rms
+  double peak = 0;                  // m, radius
+  double low = INFINITY, high = 0;  // Hz
+};
 
-void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
-  constexpr double kHz = 1 / (2 * std::numbers::pi);
-  const IdentifiedModel& model = result.model;
-  const RotorModel& rotor = *model.rotor;
-
-  double squares = 0, samples = 0, peak = 0, low = INFINITY, high = 0;
+Cover cover_of(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
+  Cover cover;
+  double squares = 0, samples = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
-    const OutputErrorRecord& f = result.fit.records[r];
+    const OutputErrorRecord& f = fit.records[r];
     const double n = static_cast<double>(records[r].size());
     squares += n * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
     samples += n;
-    peak = std::max(peak, f.main.cwiseAbs().maxCoeff());
-    low = std::min(low, records[r].speed_low() * kHz);
-    high = std::max(high, records[r].speed_high() * kHz);
+    cover.peak = std::max(cover.peak, f.main.cwiseAbs().maxCoeff());
+    cover.low = std::min(cover.low, records[r].speed_low() * kHz);
+    cover.high = std::max(cover.high, records[r].speed_high() * kHz);
   }
-  summary.residual = std::sqrt(squares / (2 * samples));
-  const double unexplained = unexplained_share(records, result.fit);
-  for (const std::string& w : result.fit.summary.warnings) summary.warn(w);
+  cover.residual = std::sqrt(squares / (2 * samples));
+  return cover;
+}
 
+/// Parameters that the records do not determine.
+void judge_parameters(const IdentifiedModel& model, const Cover& cover, Summary& summary) {
   const auto relative = [&](const char* name) {
     const Estimate& e = *model.parameter(name);
     return e.sd / std::abs(e.value);
   };
-  const double critical = rotor.natural_frequency() * kHz;
-  if (!(unexplained < 0.15)) {
-    summary.fail(
-        fmt::format("the model leaves {:.0f} % of the motion unexplained beyond the noise: wrong angle, wrong "
-                    "channels or not a rotor on a cubic spring",
-                    100 * unexplained));
-  }
   if (!(relative("k1") < 0.05)) {
     summary.fail(
         fmt::format("the stiffness is not determined by these records (+-{:.0f} %): run through the critical speed",
@@ -71,18 +72,23 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
     summary.warn(
         fmt::format("the cubic stiffness is not determined by an amplitude of {:.3g} mm (k2 between {:.3g} and "
                     "{:.3g} 1/(m^2 s^2)): use a record with more unbalance",
-                    1e3 * peak, k2.low, k2.high));
+                    1e3 * cover.peak, k2.low, k2.high));
   }
+}
+
+/// The angle, the sensors and speeds that were not passed.
+void judge_reach(const RotorIdentification& result, const Cover& cover, Summary& summary) {
+  const auto& [residual, peak, low, high] = cover;
+  const double critical = result.model.rotor->natural_frequency() * kHz;
   if (critical > high || critical < low) {
     summary.warn(fmt::format("the critical speed {:.2f} Hz lies outside the speeds of the records, {:.1f} to {:.1f} Hz",
                              critical, low, high));
   }
-  if (summary.chi_square > 1.3) {
-    summary.warn(
-        fmt::format("model error: chi-square {:.2f} (1 when the model fits); all intervals are widened by {:.2g}",
-                    summary.chi_square, std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))));
-  }
-  for (const ForcedMode& m : rotor.modes) {
+  judge_chi_square(summary.chi_square,
+                   fmt::format("; all intervals are widened by {:.2g}",
+                               std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))),
+                   summary);
+  for (const ForcedMode& m : result.model.rotor->modes) {
     if (m.omega * kHz > high) {
       summary.warn(
           fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
@@ -109,21 +115,31 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                     "part of e",
                     low));
   }
-  if (summary.status == Status::unusable) {
-    summary.trust = "Do not use this model.";
-    return;
-  }
+}
+
+}  // namespace
+
+void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
+  const Cover cover = cover_of(records, result.fit);
+  summary.residual = cover.residual;
+  for (const std::string& w : result.fit.summary.warnings) summary.warn(w);
+  judge_unexplained(unexplained_share(records, result.fit), "the model leaves",
+                    "wrong angle, wrong channels or not a rotor on a cubic spring", summary);
+  judge_parameters(result.model, cover, summary);
+  judge_reach(result, cover, summary);
   if (summary.chi_square > 2) {
-    summary.trust = fmt::format(
-        "Do not trust this model beyond these records: chi-square is {:.3g} after the search for terms, so that "
-        "something it does not have moves the rotor.",
-        summary.chi_square);
+    set_trust(fmt::format("Do not trust this model beyond these records: chi-square is {:.3g} after the search for "
+                          "terms, so that something it does not have moves the rotor.",
+                          summary.chi_square),
+              summary);
     return;
   }
-  summary.trust = fmt::format(
-      "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any cross-coupled "
-      "stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can separate.",
-      low, high, 1e3 * peak);
+  set_trust(
+      fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any "
+                  "cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can "
+                  "separate.",
+                  cover.low, cover.high, 1e3 * cover.peak),
+      summary);
 }
 
 }  // namespace whirl::identification::detail

@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "evidence/verdict.hpp"
+
 namespace whirl::identification::detail {
 namespace {
 
@@ -52,10 +54,9 @@ void judge_regression(const SindyData& data, IdentifiedModel& model) {
                     "coefficients",
                     100 * s.residual));
   }
-  s.trust = s.status == Status::unusable
-                ? "Do not use this model."
-                : fmt::format("Trust the {} for states seen in the records ({}), to {:.2g} % rms.",
-                              data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual);
+  set_trust(fmt::format("Trust the {} for states seen in the records ({}), to {:.2g} % rms.",
+                        data.options().discrete ? "next values" : "rates", ranges(data), 100 * s.residual),
+            s);
 }
 
 void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed,
@@ -83,17 +84,16 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
       least.lhs, 100 * least.residual);
   if (horizon <= 0) {
     s.fail("free runs of the model diverge at once: " + missing);
-  } else if (!(unexplained < 0.15)) {
-    s.fail(fmt::format("free runs of {:.3g} s leave {:.0f} % of the motion unexplained beyond the noise: {}", horizon,
-                       100 * unexplained, missing));
-  } else if (horizon < 0.24 * period) {
-    s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}",
-                       horizon, horizon / period, missing));
-  } else if (noisy && s.chi_square > 1.3) {
-    s.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits), {:.2g} % of the motion unexplained",
-                       s.chi_square, 100 * unexplained));
-  } else if (unexplained > 0.01) {
-    s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
+  } else if (judge_unexplained(unexplained, fmt::format("free runs of {:.3g} s leave", horizon), missing, s)) {
+    if (horizon < 0.24 * period) {
+      s.fail(fmt::format("the model follows the records for {:.3g} s only, {:.2g} of a characteristic period: {}",
+                         horizon, horizon / period, missing));
+    } else if (!(noisy &&
+                 judge_chi_square(s.chi_square, fmt::format(", {:.2g} % of the motion unexplained", 100 * unexplained),
+                                  s)) &&
+               unexplained > 0.01) {
+      s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
+    }
   }
   double longest = 0;
   for (const Stretch& stretch : data.stretches()) {
@@ -104,12 +104,11 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
                        data.rate() * longest / (2 * std::numbers::pi)));
   }
   if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
-  s.trust = s.status == Status::unusable
-                ? "Do not use this model."
-                : fmt::format(
-                      "Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
-                      "extrapolation.",
-                      std::min(horizon, longest), ranges(data));
+  set_trust(
+      fmt::format("Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
+                  "extrapolation.",
+                  std::min(horizon, longest), ranges(data)),
+      s);
 }
 
 }  // namespace whirl::identification::detail

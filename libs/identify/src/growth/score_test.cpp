@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "growth/score.hpp"
 #include "output_error/rotor/output_error_parameters.hpp"
 #include "weak/weak_rows.hpp"
 #include "whirl/core/error.hpp"
@@ -218,14 +219,8 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   const Eigen::HouseholderQR<Eigen::MatrixXd> projector(z);
   const Eigen::MatrixXd thin = projector.householderQ() * Eigen::MatrixXd::Identity(total, unknowns);
   for (const Candidate& c : s.candidates) {
-    const Eigen::MatrixXd left = c.columns - thin * (thin.transpose() * c.columns);
-    if (!(left.norm() > 1e-6 * c.columns.norm())) continue;
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> own(left);
-    const Eigen::VectorXd rotated = own.householderQ().adjoint() * residual;
-    // Quantiles of chi-square at four sigma: 16, 19, 25 for 1, 2, 4 degrees of freedom.
-    const double per_freedom = 1 + 0.18 * static_cast<double>(own.rank() - 1);
-    const double score = rotated.head(own.rank()).squaredNorm() / variance / per_freedom;
-    test.candidates.push_back({c.term, score, c.in_model, left.cols() == 1 ? std::sqrt(variance) / left.norm() : 0});
+    const detail::Evidence e = detail::evidence(detail::remainder(thin, c.columns, residual), variance);
+    if (e.score > 0) test.candidates.push_back({c.term, e.score, c.in_model, e.sd});
   }
   std::sort(test.candidates.begin(), test.candidates.end(),
             [](const ScoreCandidate& p, const ScoreCandidate& q) { return p.score > q.score; });

@@ -63,50 +63,13 @@ Refined refine_on(const IdentifiedModel& model, const Recording& record, const s
   return refine_free_run(model, {free_run(compiled, record, output)}, record.dt, r, candidates);
 }
 
-}  // namespace
-
-double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
-                      Eigen::Index skip) {
-  const CompiledModel compiled(model);
-  const FreeRun run = free_run(compiled, recording, output);
-  const Eigen::Index n = run.measured.rows();
-  if (n <= skip) throw Error::in_field("samples", std::to_string(n), fmt::format("more than the {} skipped", skip));
-  const ModelRun result = simulate(compiled, run.inputs, run.start, recording.dt, n);
-  if (result.diverged) return std::numeric_limits<double>::infinity();
-  const Eigen::VectorXd error = (run.measured.col(0) - result.state(output)).tail(n - skip);
-  return error.norm() / std::sqrt(static_cast<double>(n - skip));
-}
-
-IdentifiedModel identify_second_order(const Recording& recording, const std::string& output, const std::string& input,
-                                      const SecondOrderOptions& options) {
-  recording.check();
-  const Eigen::VectorXd& y = recording[output];
-  const Eigen::VectorXd& u = recording[input];
-  const std::string rate = output + "'";
-  if (recording.size() < 200) throw Error::in_field("samples", std::to_string(recording.size()), "at least 200");
-  require_range("oversample", options.oversample, 1, 64);
-  require_range("holdout", options.holdout, 0.05, 0.8);
-
-  std::vector<std::string> library = options.library;
-  if (library.empty()) {
-    library = {"1", output, output + "^2", output + "^3", rate, input};
-  }
-  const std::vector<expr::Expr> terms = expr::parse_library(library);
-  const expr::Tape tape = expr::compile(terms, {output, rate, input, "t"});
-
-  IdentifiedModel model;
-  model.method = "second_order";
-  model.states = {output, rate};
-  model.inputs = {input};
-  detail::check_signals({recording}, {output}, {input}, false, model.summary);
-  if (model.summary.status == Status::unusable) {
-    model.summary.trust = "Do not use this model.";
-    return model;
-  }
-
+/// Regression of the oversampled, filtered second derivative on the library: start of the refinement.
+regression::SparseFit regress(const Recording& recording, const std::string& output, const std::string& input,
+                              const std::vector<expr::Expr>& terms, const std::vector<std::string>& library,
+                              const expr::Tape& tape, const SecondOrderOptions& options) {
   const int k = options.oversample;
   const double dt = recording.dt / k;
-  const Eigen::VectorXd fine = signal::upsample(y, k), fine_u = signal::upsample(u, k);
+  const Eigen::VectorXd fine = signal::upsample(recording[output], k), fine_u = signal::upsample(recording[input], k);
   const Eigen::VectorXd v = signal::central_difference(fine, dt, 4);
   const Eigen::VectorXd a = signal::central_difference(v, dt, 4);
   const Eigen::Index n = a.size();
@@ -130,60 +93,43 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   for (std::size_t j = 0; j < terms.size(); ++j) {
     if (terms[j].is_number()) solver.keep.push_back(static_cast<int>(j));
   }
-  const regression::SparseFit fit = regression::solve(
+  return regression::solve(
       regression::make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
+}
 
-  Equation kinematic{rate, {{rate, {1, 0, 1, 1}, ""}}};
-  Equation motion{rate + "'", {}};
-  for (int j : fit.support) {
-    motion.terms.push_back({terms[static_cast<std::size_t>(j)].str(), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});
+/// Candidates that the motion equation of a model does not have yet.
+std::vector<Equation> absent_terms(const IdentifiedModel& model, const std::vector<std::string>& candidates) {
+  Equation e{model.equations[1].lhs, {}};
+  for (const std::string& text : candidates) {
+    const expr::Expr c = expr::split_coefficient(expr::Expr::parse(text)).second;
+    const bool present = std::any_of(
+        model.equations[1].terms.begin(), model.equations[1].terms.end(),
+        [&](const EquationTerm& t) { return expr::split_coefficient(expr::Expr::parse(t.function)).second == c; });
+    if (!present) e.terms.push_back({text, {}, ""});
   }
-  model.equations = {kinematic, motion};
-  model.sample_time = recording.dt;
-  model.summary = fit.summary;
-  model.provenance.version = std::string(version());
-  model.provenance.inputs = {recording.source};
-  if (!options.refine) {
-    model.summary.residual = free_run_error(model, recording, output, options.skip);
-    if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
-    add_linear_parameters(model, output);
-    detail::set_coefficient_units(model, recording);
-    return model;
-  }
+  return {e};
+}
 
-  std::vector<std::string> candidates = options.candidates;
-  if (candidates.empty()) {
-    candidates = {output + "^2",       output + "^4",         output + "^5",
-                  output + "*" + rate, output + "^2*" + rate, rate + "*abs(" + rate + ")",
-                  "sgn(" + rate + ")", input + "*" + output};
-  }
+/// Refines on the first part of the record and takes up candidates that lower the free-run error on the rest; `error`:
+/// that on the rest.
+IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, const std::string& output,
+                     const std::vector<std::string>& candidates, const SecondOrderOptions& options, double& error) {
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
   const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
-  const auto absent = [&](const IdentifiedModel& m) {
-    Equation e{rate + "'", {}};
-    for (const std::string& text : candidates) {
-      const expr::Expr c = expr::split_coefficient(expr::Expr::parse(text)).second;
-      const bool present = std::any_of(
-          m.equations[1].terms.begin(), m.equations[1].terms.end(),
-          [&](const EquationTerm& t) { return expr::split_coefficient(expr::Expr::parse(t.function)).second == c; });
-      if (!present) e.terms.push_back({text, {}, ""});
-    }
-    return std::vector<Equation>{e};
-  };
-  Refined best = refine_on(model, train, output, options, absent(model));
-  double error = free_run_error(best.model, held, output, options.skip);
+  Refined best = refine_on(model, train, output, options, absent_terms(model, candidates));
+  error = free_run_error(best.model, held, output, options.skip);
   for (int added = 0; added < options.max_added; ++added) {
     // The three best scores are tried: the score is a first-order guess of what refinement makes of a term.
     Refined next;
     double next_error = error * (1 - options.least_gain);
-    for (std::size_t k_score = 0; k_score < std::min<std::size_t>(3, best.scores.size()); ++k_score) {
-      const TermScore& s = best.scores[k_score];
+    for (std::size_t k = 0; k < std::min<std::size_t>(3, best.scores.size()); ++k) {
+      const TermScore& s = best.scores[k];
       if (s.score < 16) break;
       IdentifiedModel larger = best.model;
       Estimate start;
       start.value = s.coefficient;
       larger.equations[1].terms.push_back({s.function, start, ""});
-      Refined trial = refine_on(larger, train, output, options, absent(larger));
+      Refined trial = refine_on(larger, train, output, options, absent_terms(larger, candidates));
       const double trial_error = trial.converged ? free_run_error(trial.model, held, output, options.skip)
                                                  : std::numeric_limits<double>::infinity();
       if (trial_error < next_error) {
@@ -195,12 +141,76 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
     best = std::move(next);
     error = next_error;
   }
-  model = refine_on(best.model, recording, output, options, {}).model;
-  model.summary.condition_number = fit.summary.condition_number;
+  return refine_on(best.model, recording, output, options, {}).model;
+}
+
+}  // namespace
+
+double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
+                      Eigen::Index skip) {
+  const CompiledModel compiled(model);
+  const FreeRun run = free_run(compiled, recording, output);
+  const Eigen::Index n = run.measured.rows();
+  if (n <= skip) throw Error::in_field("samples", std::to_string(n), fmt::format("more than the {} skipped", skip));
+  const ModelRun result = simulate(compiled, run.inputs, run.start, recording.dt, n);
+  if (result.diverged) return std::numeric_limits<double>::infinity();
+  const Eigen::VectorXd error = (run.measured.col(0) - result.state(output)).tail(n - skip);
+  return error.norm() / std::sqrt(static_cast<double>(n - skip));
+}
+
+IdentifiedModel identify_second_order(const Recording& recording, const std::string& output, const std::string& input,
+                                      const SecondOrderOptions& options) {
+  recording.check();
+  for (const std::string& channel : {output, input})
+    static_cast<void>(recording[channel]);  // throws where it is missing
+  const std::string rate = output + "'";
+  if (recording.size() < 200) throw Error::in_field("samples", std::to_string(recording.size()), "at least 200");
+  require_range("oversample", options.oversample, 1, 64);
+  require_range("holdout", options.holdout, 0.05, 0.8);
+
+  std::vector<std::string> library = options.library;
+  if (library.empty()) {
+    library = {"1", output, output + "^2", output + "^3", rate, input};
+  }
+  const std::vector<expr::Expr> terms = expr::parse_library(library);
+  const expr::Tape tape = expr::compile(terms, {output, rate, input, "t"});
+
+  IdentifiedModel model;
+  model.method = "second_order";
+  model.states = {output, rate};
+  model.inputs = {input};
+  detail::check_signals({recording}, {output}, {input}, false, model.summary);
+  if (model.summary.status == Status::unusable) {
+    model.summary.trust = "Do not use this model.";
+    return model;
+  }
+
+  const regression::SparseFit fit = regress(recording, output, input, terms, library, tape, options);
+  Equation kinematic{rate, {{rate, {1, 0, 1, 1}, ""}}};
+  Equation motion{rate + "'", {}};
+  for (int j : fit.support) {
+    motion.terms.push_back({terms[static_cast<std::size_t>(j)].str(), Estimate::from_sd(fit.xi[j], fit.sd[j]), ""});
+  }
+  model.equations = {kinematic, motion};
+  model.sample_time = recording.dt;
+  model.summary = fit.summary;
+  model.provenance.version = std::string(version());
+  model.provenance.inputs = {recording.source};
+  if (options.refine) {
+    std::vector<std::string> candidates = options.candidates;
+    if (candidates.empty()) {
+      candidates = {output + "^2",       output + "^4",         output + "^5",
+                    output + "*" + rate, output + "^2*" + rate, rate + "*abs(" + rate + ")",
+                    "sgn(" + rate + ")", input + "*" + output};
+    }
+    double error = 0;
+    model = grow(model, recording, output, candidates, options, error);
+    model.summary.condition_number = fit.summary.condition_number;
+    model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
+                                      100 * options.holdout, error, output);
+  }
   model.summary.residual = free_run_error(model, recording, output, options.skip);
   if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
-  model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
-                                    100 * options.holdout, error, output);
   add_linear_parameters(model, output);
   detail::set_coefficient_units(model, recording);
   return model;

@@ -1,0 +1,19 @@
+#pragma once
+#include <string>
+
+#include "whirl/core/summary.hpp"
+
+namespace whirl::identification::detail {
+
+/// The verdict on a model by its free runs, the same for every kind of model.
+///
+/// `unexplained`: what free runs leave of the motion beyond the noise, both rms. Unusable from 15 % on (or where it is
+/// not a number); `run` begins the sentence ("the model leaves"), `cause` says what may be wrong. False when unusable.
+bool judge_unexplained(double unexplained, const std::string& run, const std::string& cause, Summary& summary);
+/// Warns of a residual that is larger than the noise: chi-square above 1.3. `consequence` ends the sentence. True when
+/// it warned.
+bool judge_chi_square(double chi_square, const std::string& consequence, Summary& summary);
+/// What the model may be trusted for, unless it is unusable.
+void set_trust(const std::string& sentence, Summary& summary);
+
+}  // namespace whirl::identification::detail
