@@ -146,6 +146,7 @@ void bind_sparse(py::module_& m) {
           options.inputs = inputs;
           options.library = library;
           options.discrete = discrete;
+          options.find_timing = false;  // what predicts here takes inputs as they stand
           const py::gil_scoped_release unlocked;
           return identification::fit_sindy(records, options);
         });

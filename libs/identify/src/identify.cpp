@@ -18,7 +18,8 @@ constexpr std::pair<Method, std::string_view> kMethods[] = {{Method::automatic, 
                                                             {Method::paper, "paper"},
                                                             {Method::consistent, "consistent"},
                                                             {Method::second_order, "second-order"},
-                                                            {Method::sindy, "sindy"}};
+                                                            {Method::sindy, "sindy"},
+                                                            {Method::drive, "drive"}};
 
 bool rotor(Method method) { return method == Method::weak || method == Method::paper || method == Method::consistent; }
 
@@ -45,6 +46,8 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
       return identify_rotor(records, o.rotor);
     case Method::sindy:
       return o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
+    case Method::drive:
+      return identify_drive(records, o.drive);
     default:
       break;
   }
@@ -96,7 +99,7 @@ Method method_of(const std::string& name) {
   for (const auto& [value, text] : kMethods) {
     if (text == name) return value;
   }
-  throw Error::in_field("method", name, "automatic, weak, paper, consistent, second-order or sindy");
+  throw Error::in_field("method", name, "automatic, weak, paper, consistent, second-order, sindy or drive");
 }
 
 Method IdentifyOptions::chosen(const Recording& like) const {
@@ -164,7 +167,7 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
     id.model = fit(o, records, &id.evidence.bounds);
   }
   progress(0.6);
-  if (id.model.summary.status != Status::unusable) {
+  if (id.model.summary.status != Status::unusable && o.method != Method::drive) {
     id.evidence.collinear = collinear_groups(id.model, with_derivatives(records.front(), id.model.inputs));
     if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, rest);
   }
@@ -178,7 +181,8 @@ MethodComparison compare_methods(const std::vector<Recording>& records, const Id
   if (records.empty()) throw Error("records: at least one is needed");
   const IdentifyOptions o = completed(options, records.front());
   const bool is_rotor = rotor(o.method);
-  if (o.method == Method::second_order) throw Error("--compare is for rotors and for --method sindy");
+  if (o.method == Method::second_order || o.method == Method::drive)
+    throw Error("--compare is for rotors and for --method sindy");
   if (is_rotor && records.size() != 1) throw Error("--compare takes one rotor record");
   const HoldoutSplit split = split_of(o, records);
   std::vector<ComparedFit> fits;

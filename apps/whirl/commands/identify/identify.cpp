@@ -29,6 +29,10 @@ std::string describe_model(const IdentifiedModel& model) {
     if (!report::names_term(model, name))
       text += fmt::format("{:18} {}\n", name, pages::estimate_text(value, io::parameter_unit(name)));
   }
+  for (const InputTiming& t : model.timing) {
+    text += fmt::format("input {:12} hold {}, dead time {}\n", t.input, to_string(t.hold),
+                        pages::estimate_text(t.dead_time, "s"));
+  }
   if (!model.rotor && !model.equations.empty()) text += "\n" + report::to_text(report::coefficient_table(model)) + "\n";
   return text;
 }

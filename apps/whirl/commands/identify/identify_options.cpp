@@ -75,13 +75,36 @@ identification::SignBound sign_bound(const std::string& text) {
   return bound;
 }
 
+/// "INPUT=VALUE" or "VALUE" for every input.
+std::vector<std::pair<std::string, std::string>> by_input(const std::string& text,
+                                                          const std::vector<std::string>& inputs) {
+  const auto equals = text.rfind('=');
+  if (equals != std::string::npos) return {{strip(text.substr(0, equals)), strip(text.substr(equals + 1))}};
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const std::string& input : inputs) all.emplace_back(input, strip(text));
+  return all;
+}
+
+double seconds_of(const std::string& text) {
+  std::size_t end = 0;
+  double value = -1;
+  try {
+    value = std::stod(text, &end);
+  } catch (const std::exception&) {
+    end = 0;
+  }
+  if (end == 0 || end != text.size() || !(value >= 0))
+    throw Error::in_field("--dead-time-s", text, "seconds >= 0, or INPUT=SECONDS");
+  return value;
+}
+
 }  // namespace
 
 void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("RECORDS", files, "records (CSV)")->input()->required();
   sub->add_option("--out", out, "write the model as JSON")->output("whirl.model|whirl.method_comparison");
-  sub->add_option("--method", method, "weak (default), paper, consistent, second-order or sindy")
-      ->one_of({"weak", "paper", "consistent", "second-order", "sindy"});
+  sub->add_option("--method", method, "weak (default), paper, consistent, second-order, sindy or drive")
+      ->one_of({"weak", "paper", "consistent", "second-order", "sindy", "drive"});
   sub->add_flag("--compare", compare, "table over all regression methods on this record instead of one model");
   sub->add_option("--holdout", holdout, "share of a single record kept out of a second fit, to be predicted (0.3)")
       ->range(0.05, 0.8);
@@ -98,6 +121,15 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")
       ->group(rotor_group);
 
+  sub->add_option("--drive", drive,
+                  "channel of the drive (voltage or share, 0: off): the torque equation too, all six states; records "
+                  "without it coast")
+      ->group(rotor_group);
+  sub->add_option("--inertia-kgm2", inertia, "moment of inertia about the centre of mass: torques in N m")
+      ->range(0, 1e9)
+      ->group(rotor_group);
+  sub->add_option("--mass-kg", mass, "mass of the disk")->range(0, 1e9)->group(rotor_group);
+
   const char* one = "One degree of freedom (second-order)";
   sub->add_option("--output", output, "displacement channel")->group(one);
   sub->add_option("--input", input, "input channel")->group(one);
@@ -112,6 +144,25 @@ void IdentifyFlags::add_general_to(CommandLine* sub) {
       ->one_value()
       ->group(general);
   sub->add_option("--inputs", inputs, "channels that drive them")->delimiter(',')->one_value()->group(general);
+  sub->add_option("--hold", holds,
+                  "what inputs do between samples: zero (D/A converter), first (straight lines) or band-limited, for "
+                  "all or as INPUT=HOLD, repeatable; default: by evidence")
+      ->one_value()
+      ->group(general);
+  sub->add_option("--dead-time-s", dead_times,
+                  "known dead time of the inputs, s, for all or as INPUT=SECONDS, repeatable; default: estimated")
+      ->one_value()
+      ->group(general);
+  sub->add_flag("--no-timing", no_timing, "inputs not named by --hold are band-limited without dead time")
+      ->group(general);
+  sub->add_option(
+         "--hidden", hidden,
+         "states without a channel (lag, store, hysteresis, memory) that may be added on evidence, at most (0)")
+      ->range(0, 4)
+      ->group(general);
+  sub->add_option("--denominator", denominators,
+                  "candidate terms of denominators beside 1, e.g. \"x, x^2\": rational right-hand sides")
+      ->group(general);
   sub->add_option("--order", order, "1: x' = f(x, u); 2: x'' = f(x, x', u) from displacements alone")
       ->range(1, 2)
       ->group(general);
@@ -214,8 +265,10 @@ void IdentifyFlags::add_regression_to(CommandLine* sub) {
 
 identification::Method IdentifyFlags::method_chosen() const {
   if (!method.empty()) return identification::method_of(method);
-  const bool general = !states.empty() || !inputs.empty() || !term_list.empty() || !known.empty() || !library.empty() ||
-                       !signs.empty() || degree > 0 || fourier > 0 || discrete || time || stream;
+  if (!drive.empty()) return identification::Method::drive;
+  const bool general = hidden > 0 || !denominators.empty() || !states.empty() || !inputs.empty() ||
+                       !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || degree > 0 ||
+                       fourier > 0 || discrete || time || stream;
   return general ? identification::Method::sindy : identification::Method::weak;
 }
 
@@ -265,6 +318,20 @@ void IdentifyFlags::check() const {
   only("--known", !known.empty(), {"sindy"});
   only("--sign", !signs.empty(), {"sindy"});
   only("--window", window > 0, {"sindy"});
+  only("--hidden", hidden > 0, {"sindy"});
+  only("--denominator", !denominators.empty(), {"sindy"});
+  only("--drive", !drive.empty(), {"drive"});
+  only("--inertia-kgm2", inertia > 0, {"drive"});
+  only("--mass-kg", mass > 0, {"drive"});
+  if (drive.empty() && method_chosen() == identification::Method::drive)
+    throw Error("--method drive needs --drive CHANNEL");
+  if ((hidden > 0 || !denominators.empty()) && (stream || discrete || no_refine || !library.empty() || compare))
+    throw Error("--hidden and --denominator take none of --stream, --discrete, --no-refine, --library, --compare");
+  if (hidden > 0 && !denominators.empty()) throw Error("--hidden and --denominator exclude each other");
+  only("--hold", !holds.empty(), {"sindy"});
+  only("--dead-time-s", !dead_times.empty(), {"sindy"});
+  if (inputs.empty() && (!holds.empty() || !dead_times.empty())) throw Error("--hold and --dead-time-s need --inputs");
+  if (stream && (!holds.empty() || !dead_times.empty())) throw Error("--stream takes neither --hold nor --dead-time-s");
   only("--stream", stream, {"sindy"});
   only("--no-refine", no_refine, {"sindy", "second-order"});
   if (compare) return;  // several methods
@@ -278,7 +345,8 @@ void IdentifyFlags::check() const {
 std::vector<std::string> IdentifyFlags::required() const {
   using identification::Method;
   const Method m = method_chosen();
-  if (m == Method::weak || m == Method::paper || m == Method::consistent) return {"x", "y", "beta"};
+  if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
+    return {"x", "y", "beta"};
   if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
@@ -302,6 +370,10 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
   o.paper = paper();
   o.consistent = consistent();
   o.second_order = second_order();
+  o.drive.rotor = o.rotor;
+  o.drive.drive = drive;
+  o.drive.inertia = inertia;
+  o.drive.mass = mass;
   o.output = output;
   o.input = input;
   if (o.method == identification::Method::sindy) {
@@ -365,6 +437,15 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
       if (std::find(inputs.begin(), inputs.end(), c.name) == inputs.end()) o.states.push_back(c.name);
     }
   }
+  for (const std::string& text : holds) {
+    for (const auto& [name, value] : by_input(text, inputs)) o.hold[name] = hold_of(value);
+  }
+  for (const std::string& text : dead_times) {
+    for (const auto& [name, value] : by_input(text, inputs)) o.dead_time[name] = seconds_of(value);
+  }
+  o.find_timing = !no_timing;
+  o.hidden = hidden;
+  o.denominators = split_terms(denominators);
   for (const std::string& text : known) o.known.push_back(known_equation(text));
   for (const std::string& text : signs) o.signs.push_back(sign_bound(text));
   if (!library.empty()) return o;  // it says the rest

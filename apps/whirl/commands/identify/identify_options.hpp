@@ -15,11 +15,18 @@ struct IdentifyFlags {
   RecordOptions record;
 
   // sindy
-  std::vector<std::string> states, inputs, known, signs;
+  std::vector<std::string> states, inputs, known, signs, holds, dead_times;
   std::string library, term_list;
   int order = 0, degree = 0, fourier = 0, max_passes = identification::SindyOptions{}.max_passes;
   bool discrete = false, time = false, no_refine = false, stream = false;
   double window = 0, term_t_value = 4;
+  bool no_timing = false;
+  int hidden = 0;
+  std::string denominators;
+
+  // drive
+  std::string drive;
+  double inertia = 0, mass = 0;
 
   // regression
   std::string regressor, selection = "automatic";

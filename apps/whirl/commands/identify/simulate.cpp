@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "commands/balance/response.hpp"
+#include "whirl/identify/drive.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
@@ -18,7 +19,7 @@ constexpr double kRpm = std::numbers::pi / 30;
 struct Options {
   std::string model, record, out;
   double from_rpm = 0, to_rpm = 0, seconds = 0, dwell_s = 0, rate_hz = 1000, unbalance = 1, eccentricity_um = -1,
-         phase_deg = 0;
+         phase_deg = 0, drive = 0, limit_rpm = 0;
 };
 
 Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
@@ -33,6 +34,7 @@ Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
 Recording run_equations(const IdentifiedModel& model, const Options& o) {
   if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
   const Recording in = io::read_csv(o.record);
+  if (identification::has_drive(model)) return identification::simulate_drive(model, in);
   const identification::ModelRun result = identification::simulate(model, in);
   if (result.diverged)
     throw Error(fmt::format("the motion diverges after {:.4g} s", static_cast<double>(result.valid) * result.dt));
@@ -74,8 +76,39 @@ Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at
   return out;
 }
 
+/// A run from rest at one level of the drive; --limit-rpm: the least level that gets there.
+void run_drive(const IdentifiedModel& model, const Options& o, Session& session) {
+  require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
+  const identification::RunUp up = identification::run_up(model, o.drive, o.seconds, o.rate_hz);
+  const double critical = model.rotor ? model.rotor->natural_frequency() : 0;
+  const bool stalls = critical > 0 && up.reached < critical && up.reached > 0.8 * critical;
+  io::Json json = io::Json::object();
+  json.set("reached_rad_s", up.reached).set("critical_rad_s", critical).set("stalls", stalls);
+  session.say(
+      fmt::format("drive {:g}           {:.0f} rpm after {:g} s{}", o.drive, up.reached / kRpm, o.seconds,
+                  stalls ? fmt::format(": stalls below the critical speed of {:.0f} rpm", critical / kRpm) : ""));
+  if (o.limit_rpm > 0) {
+    const double least = identification::limiting_drive(model, o.limit_rpm * kRpm, o.seconds, o.rate_hz,
+                                                        100 * std::max(std::abs(o.drive), 1e-6));
+    json.set("limiting_drive", least);
+    session.say(
+        fmt::format("limiting drive     {:.5g} to pass {:.0f} rpm within {:g} s", least, o.limit_rpm, o.seconds));
+  }
+  if (!o.out.empty()) {
+    Recording out;
+    out.dt = 1 / o.rate_hz;
+    out.channels.push_back(channel("speed", up.speed, Quantity::angular_velocity));
+    out.channels.push_back(channel("radius", up.radius, Quantity::displacement));
+    io::write_csv(o.out, out);
+  }
+  session.result(json);
+  session.finish(model.summary);
+}
+
 void run(const Options& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
+  if (o.drive != 0) return run_drive(model, o, session);
+  if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
   double peak = 0, at = 0;
   Recording result;
   if (model.rotor && o.record.empty()) {
@@ -118,7 +151,11 @@ void add_simulate(CommandLine& app, Session& session) {
   sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->show_default();
   sub->add_option("--eccentricity-um", o->eccentricity_um, "instead of the identified one");
   sub->add_option("--phase-deg", o->phase_deg, "its angle")->show_default();
-  sub->add_option("--record", o->record, "CSV with the inputs of a model of other equations")->input();
+  sub->add_option("--record", o->record, "CSV with the inputs of a model of other equations, or with the drive")
+      ->input();
+  sub->add_option("--drive", o->drive, "model of `identify --drive`: run from rest at this level of the drive");
+  sub->add_option("--limit-rpm", o->limit_rpm, "with --drive: the least level that passes this speed in --seconds")
+      ->range(0.0, 1e6);
   sub->add_option("--out", o->out, "the record, CSV")->output("record");
 }
 

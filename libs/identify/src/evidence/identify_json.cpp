@@ -97,6 +97,7 @@ io::Json to_json(const ValidationReport& report) {
   for (const ValidationRun& run : report.runs) {
     if (run.rotor) {
       io::Json entry = to_json(*run.rotor, run.source);
+      for (const StateScore& s : run.general.scores) entry.set("free_run_rmse_" + s.state, s.rmse);
       runs.push(std::move(entry.set("summary", io::to_json(run.summary))));
     } else {
       io::Json entry = to_json(run.general);

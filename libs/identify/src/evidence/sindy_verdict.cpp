@@ -80,8 +80,8 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
   const std::string missing = fmt::format(
       "a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and "
       "should "
-      "be an input; least explained is {} ({:.0f} % left)",
-      least.lhs, 100 * least.residual);
+      "be an input{}",
+      least.lhs.empty() ? "" : fmt::format("; least explained is {} ({:.0f} % left)", least.lhs, 100 * least.residual));
   if (horizon <= 0) {
     s.fail("free runs of the model diverge at once: " + missing);
   } else if (judge_unexplained(unexplained, fmt::format("free runs of {:.3g} s leave", horizon), missing, s)) {

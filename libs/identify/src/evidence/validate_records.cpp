@@ -43,6 +43,23 @@ ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, c
   return run;
 }
 
+/// The angle of a free run of all six states under the record's drive, beside the lateral motion along the measured
+/// one.
+void judge_drive(const IdentifiedModel& model, const Recording& record, ValidationRun& run) {
+  constexpr double kFail = 0.05;  // of the turns made
+  const Recording free = simulate_drive(model, record);
+  const Eigen::VectorXd error = free["beta"] - record["beta"];
+  const double turned = record["beta"].maxCoeff() - record["beta"].minCoeff();
+  const double rms = std::sqrt(error.squaredNorm() / static_cast<double>(error.size()));
+  run.general.scores.push_back({"beta", rms, rms / turned, 0});
+  if (!(rms < kFail * turned)) {
+    run.summary.fail(
+        fmt::format("{}: the drive's torque does not predict the speed: the angle is {:.3g} rad rms off, "
+                    "{:.2g} % of the turns made",
+                    record.source, rms, 100 * rms / turned));
+  }
+}
+
 }  // namespace
 
 ValidationReport validate(const IdentifiedModel& model, const std::vector<Recording>& records,
@@ -59,6 +76,8 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
     if (!clean.empty()) own.clean = clean[i];
     ValidationRun run = rotor ? rotor_run(model, records[i], own) : general_run(model, records[i], own);
     run.source = records[i].source;
+    const bool turns = records[i].has("x") && records[i].has("y") && records[i].has("beta");
+    if (has_drive(model) && turns) judge_drive(model, records[i], run);
     for (const std::string& w : run.summary.warnings) report.summary.warn(w);
     if (run.summary.status == Status::unusable) report.summary.status = Status::unusable;
     report.runs.push_back(std::move(run));

@@ -3,6 +3,7 @@
 #include <limits>
 #include <numbers>
 
+#include "trajectory/trajectory_score.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/partwise_score.hpp"
@@ -55,6 +56,7 @@ Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record) {
 }
 
 ModelRun simulate(const IdentifiedModel& model, const Recording& record) {
+  if (detail::needs_trajectory(model, record)) return detail::simulate_trajectory(model, record);
   const CompiledModel compiled(model);
   return simulate(compiled, half_grid_inputs(compiled, record), smoothed_states(compiled, record).row(0), record.dt,
                   record.size());
@@ -204,6 +206,7 @@ std::vector<StateScore> PartwiseScore::finish() {
 }
 
 std::vector<StateScore> score(const IdentifiedModel& model, const Recording& record, double horizon) {
+  if (detail::needs_trajectory(model, record)) return detail::score_trajectory(model, record, horizon);
   const CompiledModel compiled(model);
   std::vector<std::string> measured;
   for (const std::string& s : compiled.states()) {

@@ -11,7 +11,10 @@
 #include "evidence/sindy_verdict.hpp"
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"
+#include "trajectory/sindy_timing.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/hidden_states.hpp"
+#include "whirl/identify/rational.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -76,8 +79,8 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
 
 }  // namespace
 
-IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
-                          std::vector<BoundOutcome>* bounds) {
+IdentifiedModel detail::fit_untimed(const std::vector<Recording>& records, const SindyOptions& options,
+                                    std::vector<BoundOutcome>* bounds) {
   detail::require_equal_steps(records);
   detail::SindyData data(options);
   Summary summary;
@@ -88,6 +91,14 @@ IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOpti
   IdentifiedModel model = fit_prepared(data, records.front(), bounds);
   for (const Recording& r : records) model.provenance.inputs.push_back(r.source);
   return model;
+}
+
+IdentifiedModel fit_sindy(const std::vector<Recording>& records, const SindyOptions& options,
+                          std::vector<BoundOutcome>* bounds) {
+  if (!options.denominators.empty()) return fit_rational(records, options);
+  if (options.hidden > 0) return fit_hidden(records, options);
+  return detail::timing_sought(options) ? detail::fit_timed(records, options, bounds)
+                                        : detail::fit_untimed(records, options, bounds);
 }
 
 struct SindyStream::State {

@@ -8,6 +8,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/identify/compare.hpp"
+#include "whirl/identify/drive.hpp"
 #include "whirl/identify/evidence.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/paper.hpp"
@@ -19,7 +20,7 @@ namespace whirl::identification {
 
 /// How equations are found. `automatic`: `weak` for records with channels x, y and beta when no states are asked for,
 /// else `sindy`.
-enum class Method { automatic, weak, paper, consistent, second_order, sindy };
+enum class Method { automatic, weak, paper, consistent, second_order, sindy, drive };
 /// "weak", "second-order", ...; `automatic` is "automatic".
 std::string_view to_string(Method method);
 /// Throws Error for another name.
@@ -34,6 +35,7 @@ struct IdentifyOptions {
   std::string output = "y", input = "u";          ///< its channels
   SindyOptions sindy;                             ///< Method::sindy; states: by default all channels that are no inputs
   std::optional<expr::CandidateLibrary> library;  ///< Method::sindy with exactly these terms
+  DriveOptions drive;                             ///< Method::drive; without a part held out
   /// Share of a single record kept out of a second fit, to be predicted, 0.05 to 0.8; of several records the last is
   /// held out. 0: no second fit.
   double holdout = 0.3;

@@ -49,6 +49,15 @@ struct SindyOptions {
   int max_passes = 500;  ///< of the refinement over its free runs; beyond, the search for terms ends (see fit_sindy)
   bool refine = true;    ///< multiple-shooting refinement with pruning and score test; false: weak form only
   regression::SolveOptions solver = {.method = "best_subset"};  ///< of the weak form
+  /// What inputs do between their samples, and after how many seconds the system feels them; inputs that are not here:
+  /// by evidence (see fit_sindy). Not for maps, and only with `refine`.
+  std::map<std::string, Hold> hold = {};
+  std::map<std::string, double> dead_time = {};
+  /// States without a channel that may be added, at most; only on evidence of the part held out (fit_hidden).
+  int hidden = 0;
+  /// Candidate terms of denominators beside the 1: rational right-hand sides N / (1 + sum d g) (fit_rational).
+  std::vector<std::string> denominators = {};
+  bool find_timing = true;  ///< false: inputs that are not above are band-limited without dead time
 };
 
 /// Sparse identification of x' = f(x, u) with one setting for clean and noisy records.
@@ -68,6 +77,12 @@ struct SindyOptions {
 /// The search takes some 30 to 100 passes over the free runs; where it has not come to an end after `max_passes` the
 /// model is unusable (terms still coming and going: a signal that something outside drives was taken for a state, or a
 /// term is missing) or, when only the trial of other supports was cut short, carries a warning.
+///
+/// Inputs: the lag at which the weak form leaves the least tells whether the record has a dead time or a hold. Where it
+/// does, terms are sought with the inputs moved by that lag, then coefficients and dead time are fitted together on
+/// free runs for each hold (steps end where a held input switches), the best is taken, and terms that are no longer
+/// needed go. It stays with band-limited inputs without dead time unless the likelihood says otherwise. See
+/// `model.timing`.
 ///
 /// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; its `parameters`
 /// are the estimated coefficients, named "v': x^3", with `parameter_covariance` after refinement; `noise_sd` is the

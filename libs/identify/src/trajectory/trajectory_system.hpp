@@ -1,0 +1,91 @@
+#pragma once
+#include <Eigen/Core>
+#include <utility>
+#include <vector>
+
+#include "trajectory/held_input.hpp"
+#include "whirl/expr/tape.hpp"
+#include "whirl/identify/trajectory.hpp"
+
+namespace whirl::identification::detail {
+
+/// Sums of one Gauss-Newton step in the unknowns free parameters, dead times, start of each run.
+struct TrajectorySums {
+  Eigen::MatrixXd normal;    // J'J
+  Eigen::VectorXd gradient;  // J'r
+  double objective = 0;      // with prior and gaps
+  Eigen::VectorXd cost_of;   // per channel, weighted
+  Eigen::VectorXd rows_of;   // values compared, per channel
+  bool diverged = false;
+  double cost() const { return cost_of.sum(); }
+};
+
+/// Inputs of one record, ready for any dead time.
+struct TrajectoryRecord {
+  double dt = 0, t0 = 0;
+  std::vector<HeldInput> inputs;
+  Eigen::MatrixXd measured;  // samples x channels
+};
+
+/// What is estimated and how much it counts.
+struct TrajectoryWeights {
+  Eigen::VectorXd output, start_prior, gap;  // 1 / sd; empty: 1, none, none
+};
+
+/// States and sensitivities of a trajectory model by Runge-Kutta order 4 on held steps.
+class TrajectorySystem {
+ public:
+  TrajectorySystem(const TrajectoryModel& model, const std::vector<std::string>& free_dead_time, int substeps);
+  Eigen::Index states() const { return n_; }
+  Eigen::Index parameters() const { return p_; }  ///< free ones
+  Eigen::Index delays() const { return static_cast<Eigen::Index>(delayed_.size()); }
+  /// Values of the free parameters, then dead times in seconds.
+  Eigen::VectorXd unknowns() const;
+  void set_unknowns(const Eigen::VectorXd& values);
+  /// Lower and upper limits of the same.
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> limits(double most_dead_time) const;
+  TrajectorySums run(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs,
+                     const std::vector<TrajectoryRun>& given, const TrajectoryWeights& weights);
+  /// Outputs, and states where asked for, of one run; empty when it diverges.
+  Eigen::MatrixXd follow(const TrajectoryRecord& record, const TrajectoryRun& run, Eigen::MatrixXd* states);
+  /// The model with the present values.
+  TrajectoryModel model() const;
+
+ private:
+  struct Entry {
+    Eigen::Index row, column;
+  };
+  struct State {
+    Eigen::VectorXd x;
+    Eigen::MatrixXd s;  // unknowns x states
+  };
+  void load_inputs(const TrajectoryRecord& record, double at);
+  void rate(const Eigen::VectorXd& x, bool sensitive);
+  void slope(const State& at, bool sensitive, State& out);
+  void step(const TrajectoryRecord& record, const HeldStep& step, bool sensitive, State& at);
+  void jump(const TrajectoryRecord& record, const HeldStep& step, State& at);
+  void look(const TrajectoryRecord& record, double at, const Eigen::VectorXd& x, bool sensitive);
+  Eigen::VectorXd dead_samples(double dt) const;
+  /// Sums of one run put where its unknowns are.
+  void add_run(const Eigen::MatrixXd& normal, const Eigen::VectorXd& gradient, std::size_t run,
+               TrajectorySums& sums) const;
+  /// Prior of the start of run `r`, and the gap to the next run where they are `joined`.
+  void join(const std::vector<TrajectoryRun>& runs, const std::vector<TrajectoryRun>& given,
+            const TrajectoryWeights& weights, std::size_t r, bool joined, const State& end, TrajectorySums& sums) const;
+
+  TrajectoryModel model_;
+  int substeps_;
+  Eigen::Index n_, m_, p_ = 0, q_;
+  std::vector<std::size_t> free_;     // parameters
+  std::vector<std::size_t> delayed_;  // inputs
+  std::vector<Hold> hold_;
+  Eigen::VectorXd dead_;  // s, per input
+  bool time_ = false;
+  expr::Tape rates_, outputs_;
+  std::vector<Entry> by_state_, by_parameter_, by_input_, seen_by_state_, seen_by_parameter_;
+  Eigen::VectorXd in_, out_, dx_, y_;
+  Eigen::MatrixXd jacobian_, forcing_, seen_, seen_parameter_;
+  State k1_, k2_, k3_, k4_, stage_;
+};
+
+}  // namespace whirl::identification::detail
