@@ -99,7 +99,7 @@ def completion(root, program):
             checked = run(shell, "-n", input=script)
             wrong += [f"{shell}: {checked.stderr}"] if checked.returncode else []
     asked = {("whirl", "ident"): {"identify"}, ("whirl", "rig", "rec"): {"record"}, ("whirl", "identify", "--method", "pa"): {"paper"},
-             ("whirl", "identify", "--hold"): {"--holdout"}, ("whirl", "plot", "--window", "ha"): {"hann"}, ("whirl", "identify", "da"): set()}
+             ("whirl", "identify", "--hold"): {"--hold", "--holdout"}, ("whirl", "plot", "--window", "ha"): {"hann"}, ("whirl", "identify", "da"): set()}
     for words, wanted in asked.items():
         line = (f"COMP_WORDS=({shlex.join(words)}); COMP_CWORD={len(words) - 1}; _whirl; "
                 "printf '%s\\n' \"${COMPREPLY[@]}\"")
