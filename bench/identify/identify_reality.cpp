@@ -1,6 +1,8 @@
 // Rotors that leave the model class and records as laboratories have them: how often identify_rotor is right, warns, or
 // is confidently wrong (status ok, an error beyond 4 stated sd and 1 %, 0.1 % for k1).
 // Usage: bench_identify_reality [seeds per row = 6] [first seed = 1] [SNR dB = 20] [rows | records | all] [row name]
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -35,12 +37,23 @@ struct Truth {
 
 struct Row {
   int ok = 0, warning = 0, unusable = 0, refused = 0, wrong = 0, beyond5 = 0, covered = 0, intervals = 0;
-  std::map<std::string, std::vector<double>> errors;  // %
-  std::map<std::string, int> terms;                   // added, or named in a warning
+  int named = 0, ambiguous = 0;  // the odd term is taken up or stands in a reading; some reading is stated
+  std::map<std::string, std::vector<double>> errors, stated;  // %
+  std::map<std::string, int> terms;                           // added, or named in a warning
   std::vector<double> chi, time;
   std::string message;  // first warning of the last seed
+  std::string missed;   // what was confidently wrong
 
-  void count(const IdentifiedModel& model, const std::vector<Truth>& truths, const std::vector<std::string>& added) {
+  void count(unsigned seed, const identification::RotorIdentification& found, const std::vector<Truth>& truths,
+             const std::vector<std::string>& names) {
+    const IdentifiedModel& model = found.model;
+    const std::vector<std::string>& added = found.added;
+    std::string said;
+    for (const std::string& t : added) said += t + "; ";
+    for (const identification::Ambiguity& a : found.ambiguities) said += a.readings + "; ";
+    named += std::any_of(names.begin(), names.end(),
+                         [&](const std::string& n) { return said.find(n) != std::string::npos; });
+    ambiguous += !found.ambiguities.empty();
     const Status s = model.summary.status;
     (s == Status::ok ? ok : s == Status::warning ? warning : unusable)++;
     if (!model.summary.warnings.empty()) message = model.summary.warnings.front();
@@ -48,6 +61,7 @@ struct Row {
     for (const std::string& t : added) ++terms[t];
     chi.push_back(model.summary.chi_square);
     bool is_wrong = false, beyond = false;
+    std::string how;
     for (const Truth& t : truths) {
       const Estimate* p = model.parameter(t.name);
       if (p == nullptr) continue;
@@ -57,13 +71,20 @@ struct Row {
         size = 1;
       }
       errors[t.name].push_back(100 * std::abs(error) / size);
+      stated[t.name].push_back(100 * p->sd / size);
       const double sds = std::abs(error) / p->sd;
-      is_wrong |= sds > 4 && std::abs(error) > t.tolerance * size;
+      if (sds > 4 && std::abs(error) > t.tolerance * size) {
+        is_wrong = true;
+        how += fmt::format(" {} {:+.2g} % ({:.1f} sd)", t.name, 100 * error / size, sds);
+      }
       beyond |= sds > 5;
       covered += sds < 1.96;
       ++intervals;
     }
-    wrong += s == Status::ok && is_wrong;
+    if (s == Status::ok && is_wrong) {
+      ++wrong;
+      missed += fmt::format("    seed {}:{}; {}\n", seed, how, said);
+    }
     beyond5 += beyond;
   }
 
@@ -72,18 +93,65 @@ struct Row {
       const auto it = errors.find(p);
       return it == errors.end() ? NAN : quantile(it->second, q);
     };
+    const auto sd = [&](const char* p) {
+      const auto it = stated.find(p);
+      return it == stated.end() ? NAN : quantile(it->second, 0.5);
+    };
     std::printf(
-        "%-21s ok %3d warn %3d unus %3d err %2d | wrong %3d >5sd %3d | 95%%: k1 %7.3f k2 %7.2f c %7.2f e %7.2f %% "
-        "ph %6.2f deg | chi2 %7.2f cover %.2f %5.0f ms |",
-        name, ok, warning, unusable, refused, wrong, beyond5, at("k1", 0.95), at("k2", 0.95), at("c", 0.95),
-        at("e", 0.95), at("e_phase", 0.95) * 1.8 / std::numbers::pi, quantile(chi, 0.5),
-        intervals ? static_cast<double>(covered) / intervals : NAN, quantile(time, 0.5));
+        "%-21s ok %3d warn %3d unus %3d err %2d | wrong %3d >5sd %3d named %3d ambiguous %3d | 95%%: k1 %7.3f k2 %7.2f "
+        "c "
+        "%7.2f e %7.2f %% ph %6.2f deg | sd: k1 %.3f k2 %.2f c %.2f e %.2f | chi2 %7.2f cover %.2f %5.0f ms |",
+        name, ok, warning, unusable, refused, wrong, beyond5, named, ambiguous, at("k1", 0.95), at("k2", 0.95),
+        at("c", 0.95), at("e", 0.95), at("e_phase", 0.95) * 1.8 / std::numbers::pi, sd("k1"), sd("k2"), sd("c"),
+        sd("e"), quantile(chi, 0.5), intervals ? static_cast<double>(covered) / intervals : NAN, quantile(time, 0.5));
     for (const auto& [term, times] : terms) std::printf(" %s x%d", term.c_str(), times);
     std::printf("\n");
     if (!message.empty()) std::printf("    %s\n", message.c_str());
+    std::printf("%s", missed.c_str());
     std::fflush(stdout);
   }
 };
+
+/// How the odd term is called; drift and speed are one along a linear sweep.
+std::vector<std::string> names_of(Oddity oddity) {
+  switch (oddity) {
+    case Oddity::bow:
+      return {"bow"};
+    case Oddity::damping_in_time:
+      return {"damping drifting in time"};
+    case Oddity::damping_with_speed:
+      return {"damping changing with speed"};
+    case Oddity::warming:
+      return {"stiffness drifting in time"};
+    case Oddity::quintic:
+      return {"quintic"};
+    case Oddity::gyroscopic:
+      return {"gyroscopic"};
+    case Oddity::rotating_damping:
+      return {"rotating damping"};
+    case Oddity::sensor_gain:
+      return {"sensor gain"};
+    case Oddity::sensor_angle:
+      return {"sensor angle"};
+    case Oddity::cubic_per_axis:
+      return {"along the axes", "cubic stiffness per axis"};
+    case Oddity::quadratic_damping:
+      return {"quadratic damping"};
+    case Oddity::coulomb:
+      return {"Coulomb"};
+    case Oddity::anisotropic:
+      return {"conj z"};
+    case Oddity::cross_coupled:
+      return {"cross-coupled"};
+    case Oddity::stiffness_with_speed:
+      return {"stiffness changing with speed"};
+    case Oddity::tilt:
+      return {"tilt"};
+    case Oddity::none:
+      return {};
+  }
+  return {};
+}
 
 std::vector<Truth> truths_of(const Machine& m, Oddity oddity) {
   std::vector<Truth> t = {{"k1", m.k, 1e-3}, {"e", m.e, 1e-2}, {"e_phase", m.e_phase, 1e-2}};
@@ -95,7 +163,7 @@ std::vector<Truth> truths_of(const Machine& m, Oddity oddity) {
 }
 
 void run(const char* name, int seeds, int first, const std::function<Recording(unsigned)>& record,
-         const std::function<std::vector<Truth>(unsigned)>& truths) {
+         const std::function<std::vector<Truth>(unsigned)>& truths, const std::vector<std::string>& names) {
   Row row;
   for (int n = 0; n < seeds; ++n) {
     const auto seed = static_cast<unsigned>(first + n);
@@ -104,7 +172,7 @@ void run(const char* name, int seeds, int first, const std::function<Recording(u
       const Recording r = record(seed);
       const identification::RotorIdentification found =
           identification::identify_rotor_detailed({identification::rotor_record(r)});
-      row.count(found.model, truths(seed), found.added);
+      row.count(seed, found, truths(seed), names);
     } catch (const Error& e) {
       ++row.refused;
       row.message = e.what();
@@ -125,7 +193,7 @@ int main(int argc, char** argv) {
       if (!only.empty() && only != to_string(o)) continue;
       run(
           to_string(o), seeds, first, [&](unsigned seed) { return machine_record(draw_machine(o, seed), snr, seed); },
-          [&](unsigned seed) { return truths_of(draw_machine(o, seed).machine, o); });
+          [&](unsigned seed) { return truths_of(draw_machine(o, seed).machine, o); }, names_of(o));
     }
   }
   if (what != "rows") {
@@ -140,7 +208,7 @@ int main(int argc, char** argv) {
             return d == Damage::ar1 ? damaged(machine_record(drawn, 80, seed), d, seed, level)
                                     : damaged(machine_record(drawn, snr, seed), d, seed);
           },
-          [&](unsigned seed) { return truths_of(draw_machine(Oddity::none, seed).machine, Oddity::none); });
+          [&](unsigned seed) { return truths_of(draw_machine(Oddity::none, seed).machine, Oddity::none); }, {});
     }
   }
 }

@@ -5,6 +5,8 @@
 #include "identify_evidence.hpp"
 #include "identify_options.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/rotor_angle.hpp"
+#include "whirl/identify/slow_roll.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/record_stream.hpp"
@@ -71,13 +73,20 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     RecordOptions reader = flags.record;
     reader.required = flags.required();
     std::vector<Recording> records;
-    for (const std::string& file : flags.files) records.push_back(reader.read(file));
+    const auto read = [&](const std::string& file) {
+      const Recording record = reader.read(file);
+      return flags.pulses.empty() ? record : identification::with_angle_from_pulses(record, flags.pulses);
+    };
+    for (const std::string& file : flags.files) records.push_back(read(file));
     const identification::IdentifyOptions o = options(records.front());
     if (flags.compare) {
       print_comparison(identification::compare_methods(records, o), flags, provenance(), session);
       return;
     }
-    id = identification::identify(records, o);
+    id = flags.slow_roll.empty()
+             ? identification::identify(records, o)
+             : identification::identify_with_slow_roll(records, read(flags.slow_roll), o,
+                                                       identification::slow_roll_meaning(flags.slow_roll_reads));
   }
   session.progress("identify", 1);
   id.model.provenance = provenance();

@@ -118,6 +118,18 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("--angle", angle, "measured, or profile: the rate of an assumed profile is refined too")
       ->one_of({"measured", "profile"})
       ->group(rotor_group);
+  sub->add_option("--pulses", pulses,
+                  "channel of once-per-turn pulses (keyphasor) instead of beta; phases count from its rising edge")
+      ->group(rotor_group);
+  sub->add_option("--slow-roll", slow_roll,
+                  "record at slow roll: its runout and bow are taken off the readings (vectors of "
+                  "orders 1 to 3)")
+      ->input()
+      ->group(rotor_group);
+  sub->add_option("--slow-roll-reads", slow_roll_reads,
+                  "what the slow roll is: unknown (e covers both), runout of the track, or bow of the shaft")
+      ->one_of({"unknown", "runout", "bow"})
+      ->group(rotor_group);
   sub->add_option("--filter-ms", filter_ms, "Gaussian filter of paper and consistent, standard deviation")
       ->group(rotor_group);
 
@@ -339,6 +351,9 @@ void IdentifyFlags::check() const {
   only("--regressor", !regressor.empty(), {"sindy", "second-order", "paper"});
   only("--filter-ms", filter_ms > 0, {"paper", "consistent", "second-order"});
   only("--modes", !modes.empty(), {"weak", "paper"});
+  if (slow_roll.empty() && slow_roll_reads != "unknown") throw Error("--slow-roll-reads needs --slow-roll FILE");
+  only("--pulses", !pulses.empty(), {"weak", "drive", "paper", "consistent"});
+  only("--slow-roll", !slow_roll.empty(), {"weak"});
   only("--angle profile", angle == "profile", {"weak"});
 }
 
@@ -346,7 +361,7 @@ std::vector<std::string> IdentifyFlags::required() const {
   using identification::Method;
   const Method m = method_chosen();
   if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
-    return {"x", "y", "beta"};
+    return {"x", "y", pulses.empty() ? "beta" : pulses};
   if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());

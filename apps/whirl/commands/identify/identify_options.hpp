@@ -11,6 +11,7 @@ namespace whirl::app {
 struct IdentifyFlags {
   std::vector<std::string> files;
   std::string out, method, modes, angle = "measured", output = "y", input = "u";
+  std::string slow_roll, slow_roll_reads = "unknown", pulses;
   double filter_ms = 0;
   RecordOptions record;
 

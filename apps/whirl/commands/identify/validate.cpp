@@ -5,6 +5,7 @@
 #include "commands/machine/record_options.hpp"
 #include "identify_evidence.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/report/table.hpp"
@@ -15,17 +16,19 @@ namespace {
 struct Options {
   std::string model, out;
   std::vector<std::string> files, clean;
-  std::string unbalance = "identified";
+  std::string unbalance = "identified", pulses;
   double added_um = 0, added_deg = 0;
   RecordOptions record;
 };
 
 report::Table rotor_table(const identification::ValidationReport& report) {
   report::Table table;
-  table.caption = "Free-run error, rms";
+  table.caption = "Free-run error, rms, and the band that it stays in when the model is right (95 %)";
   table.columns = {{"record", "", report::Align::left},
                    {"x", "mm"},
                    {"y", "mm"},
+                   {"x band", "mm"},
+                   {"y band", "mm"},
                    {"x clean", "mm"},
                    {"y clean", "mm"},
                    {"nrmse", "%"},
@@ -33,7 +36,7 @@ report::Table rotor_table(const identification::ValidationReport& report) {
   for (const identification::ValidationRun& run : report.runs) {
     const identification::Validation& v = *run.rotor;
     std::vector<std::string> row{run.source};
-    for (const double m : {v.rmse_x, v.rmse_y, v.clean_rmse_x, v.clean_rmse_y}) {
+    for (const double m : {v.rmse_x, v.rmse_y, v.band_x, v.band_y, v.clean_rmse_x, v.clean_rmse_y}) {
       row.push_back(std::isfinite(m) ? fmt::format("{:.4f}", 1e3 * m) : "-");
     }
     row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
@@ -83,6 +86,7 @@ void run_validate(const Options& o, Session& session) {
   std::vector<Recording> records, clean;
   for (const std::string& file : o.files) {
     records.push_back(o.record.read(file));
+    if (!o.pulses.empty()) records.back() = identification::with_angle_from_pulses(records.back(), o.pulses);
     records.back().source = file;
   }
   for (const std::string& file : o.clean) clean.push_back(o.record.read(file));
@@ -119,6 +123,7 @@ void add_validate(CommandLine& app, Session& session) {
       ->one_of({"identified", "refitted", "added"});
   sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass");
   sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero");
+  sub->add_option("--pulses", o->pulses, "channel of once-per-turn pulses that gives the angle, as for identify");
   sub->add_option("--out", o->out, "write validation.json")->output("whirl.validation");
   o->record.add_to(sub);
 }

@@ -59,7 +59,7 @@ std::string experiment_for(const std::string& a, const std::string& b) {
   return "a run with more unbalance";
 }
 
-void bow_beside_runout(RotorIdentification& result) {
+void bow_beside_runout(bool better, RotorIdentification& result) {
   if (result.active.runout_harmonics < 1) return;
   IdentifiedModel& model = result.model;
   const Estimate *re = model.parameter("runout1+_re"), *im = model.parameter("runout1+_im");
@@ -79,8 +79,9 @@ void bow_beside_runout(RotorIdentification& result) {
   }
   const double k1 = model.rotor->k1;
   result.ambiguities.push_back(
-      {fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg)",
-                   1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi),
+      {fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg){}",
+                   1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi,
+                   better ? "; the damping of the motion speaks for a bow" : ""),
        fmt::format("{}; a bow needs the balance mass of e + (k1 / speed^2) b = e + ({:.4g} / speed^2) b at its speed",
                    difference(model, bowed), k1),
        "a slow roll on a second probe plane, or on a surface of known runout"});
@@ -99,10 +100,22 @@ void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
 
 }  // namespace
 
+void read_as_runout(OutputErrorFit& fit) {
+  for (std::size_t r = 0; r < fit.records.size(); ++r) {
+    OutputErrorRecord& record = fit.records[r];
+    record.eps -= std::complex<double>(0, fit.model.c / fit.model.natural_frequency()) * record.runout[0];
+    const std::string suffix = r == 0 ? "" : fmt::format("_{}", r + 1);
+    for (const auto& [name, part] : {std::pair("eps_re", record.eps.real()), std::pair("eps_im", record.eps.imag())}) {
+      if (const Eigen::Index k = fit.index(name + suffix); k >= 0) fit.values[k] = part;
+    }
+  }
+  fit.model.eps = fit.records[0].eps;
+}
+
 void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result) {
   IdentifiedModel& model = result.model;
   const IdentifiedModel found = model;
-  bow_beside_runout(result);
+  bow_beside_runout(grown.bow, result);
   springs_along_axes(grown, result);
   for (const OtherReading& reading : grown.others) {
     IdentifiedModel other;

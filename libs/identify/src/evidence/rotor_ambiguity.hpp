@@ -4,6 +4,10 @@
 
 namespace whirl::identification::detail {
 
+/// Unbalance of a fit with a bow such that rotor and runout, without the force of the bow, move alike at the critical
+/// speed: eps - i c / omega b.
+void read_as_runout(OutputErrorFit& fit);
+
 /// What the records cannot tell apart, stated in `ambiguities` and carried on: the intervals of the model and its
 /// rotor_covariance are widened to cover every reading. Readings that the search found make the summary warn.
 /// `scale`: of the covariances.

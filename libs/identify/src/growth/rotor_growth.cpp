@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "output_error/rotor/output_error_problem.hpp"
 #include "whirl/identify/score_test.hpp"
 
 namespace whirl::identification::detail {
@@ -18,6 +19,8 @@ using Complex = std::complex<double>;
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
 constexpr std::size_t kMostTerms = 6;     // forces beyond RotorModel
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
+
+const std::string kBow = "bow of the shaft";
 
 struct CandidateMode {
   ForcedMode mode;
@@ -53,6 +56,8 @@ struct Growth {
   std::vector<CandidateMode> modes;  ///< not yet in the model
   std::vector<DecayingMode> decays;
   std::vector<RotorTerm> terms;  ///< all candidate forces
+  bool bow = false;              ///< the runout at order 1 is a bow
+  KnownForces forces = {};       ///< of the bow
 };
 
 /// The candidate forces; scales of their own are those of this motion.
@@ -74,7 +79,9 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
   const auto force =
       std::find_if(g.terms.begin(), g.terms.end(), [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
-  if (force != g.terms.end()) {
+  if (term == kBow) {
+    g.bow = true;
+  } else if (force != g.terms.end()) {
     g.active.terms.push_back(*force);
   } else if (term == "sensor gain") {
     g.active.sensor_gain = true;
@@ -124,7 +131,10 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
   } else if (term == "delay") {
     g.active.delay = false;
     g.delay = 0;
-  } else if (term.starts_with("runout")) {
+  } else if (term == kBow) {
+    g.bow = false;
+    g.forces.clear();
+  } else if (term.starts_with("runout") && !g.bow) {
     g.active.runout_harmonics = 0;
   } else {
     return std::nullopt;
@@ -173,6 +183,19 @@ std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
   return terms;
 }
 
+/// Acceleration of the motion about the bow by the damping of the bow's own turning: -i c omega b e^{i beta}.
+KnownForces bow_forces(const OutputErrorFit& fit) {
+  KnownForces forces;
+  for (const OutputErrorRecord& r : fit.records) {
+    Eigen::VectorXcd force(r.angle.beta.size());
+    for (Eigen::Index i = 0; i < force.size(); ++i) {
+      force[i] = Complex(0, -fit.model.c * r.angle.omega[i]) * r.runout[0] * std::polar(1.0, r.angle.beta[i]);
+    }
+    forces.push_back(std::move(force));
+  }
+  return forces;
+}
+
 /// The search of one model.
 class Grower {
  public:
@@ -197,13 +220,25 @@ class Grower {
     }
     grown_.fit = std::move(fit_);
     grown_.active = growth_.active;
+    grown_.bow = growth_.bow;
     return std::move(grown_);
   }
 
  private:
   bool usable() const { return fit_.summary.status != Status::unusable; }
   OutputErrorFit fit(const Growth& g) const {
-    return fit_output_error_rotor(records_, g.start, g.active, eps_, g.delay);
+    OutputErrorFit found = fit_with_forces(records_, g.start, g.active, eps_, g.delay, g.forces);
+    // The force of a bow follows from what is found: c and the bow change it by little.
+    for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
+      OutputErrorOptions active = g.active;
+      active.decays = found.decays;
+      active.terms = found.terms;
+      active.sensor = found.sensor;
+      std::vector<Complex> eps;
+      for (const OutputErrorRecord& r : found.records) eps.push_back(r.eps);
+      found = fit_with_forces(records_, found.model, active, eps, found.delay, bow_forces(found));
+    }
+    return found;
   }
   /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
@@ -217,10 +252,12 @@ class Grower {
     growth_.active.terms = fit_.terms;
     growth_.active.sensor = fit_.sensor;
     growth_.delay = fit_.delay;
+    if (growth_.bow) growth_.forces = bow_forces(fit_);
     for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
   }
   ScoreTest test() {
     score_.decays = growth_.decays;
+    score_.forces = growth_.forces;
     score_.modes.clear();
     for (const CandidateMode& c : growth_.modes) score_.modes.push_back(c.mode);
     ScoreTest test = score_rotor_terms(records_, fit_, growth_.active, score_);
@@ -230,6 +267,7 @@ class Grower {
     return test;
   }
   bool step();
+  void try_bow();
   void prune();
   void find_others();
   void warn_of_missing(const ScoreTest& test);
@@ -280,12 +318,25 @@ bool Grower::step() {
     if (growth_.start.modes.size() >= kMostSearched)
       std::erase_if(growth_.modes, [](const auto& c) { return c.searched; });
     refused_.clear();
+    if (chosen.starts_with("runout") && !growth_.bow) try_bow();
     return true;
   }
   refused_.insert(refused_.end(), terms.begin(), terms.end());
   if (!terms.empty()) return true;
   warn_of_missing(score);
   return false;
+}
+
+/// Runout of the probe's track or a bow of the shaft: they differ by the damping force i c omega b alone.
+void Grower::try_bow() {
+  settle();
+  const Growth bowed = with_term(growth_, kBow, options_);
+  OutputErrorFit trial = fit(bowed);
+  if (trial.summary.status == Status::unusable || gain(fit_, trial) < kTie) return;
+  fit_ = std::move(trial);
+  growth_ = bowed;
+  taken_.emplace_back(kBow, kBow);
+  grown_.added.push_back(kBow);
 }
 
 /// Takes out terms that stood in for one that came later.

@@ -24,6 +24,7 @@ struct GrownRotor {
   std::vector<std::string> warnings;
   std::vector<OtherReading> others;
   ScoreTest test;         ///< of the final model
+  bool bow = false;       ///< the runout at order 1 is a bow of the shaft: it explains the records better
   double chi_square = 0;  ///< of the weak equations
   double condition_number = 0;
 

@@ -54,6 +54,15 @@ Eigen::VectorXcd half_grid_forcing(const AngleSignal& a) {
   return f;
 }
 
+/// ScoreCandidate::moves of a column that the active ones follow with the coefficients `stands_for`.
+Eigen::VectorXd moves_of(const Eigen::VectorXd& stands_for, Eigen::Index shared, std::size_t records) {
+  const auto n = static_cast<Eigen::Index>(records);
+  Eigen::VectorXd moves(3 + 2 * n);
+  moves.head(3) = -stands_for.head(3);
+  for (Eigen::Index r = 0; r < n; ++r) moves.segment(3 + 2 * r, 2) = -stands_for.segment(shared + 4 * r, 2);
+  return moves;
+}
+
 }  // namespace
 
 const ScoreCandidate* ScoreTest::find(const std::string& term) const {
@@ -119,7 +128,11 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     const detail::WeakSystem noisy = detail::weak_system(w, measured, s2, forcing);
     place(s.active, noisy);
     place(s.instruments, detail::weak_system(w, own.main, 0, forcing));
-    s.right.segment(s.top, n) = detail::stack(whitened(noisy.right).col(0));
+    Eigen::VectorXcd right = noisy.right;
+    if (!options.forces.empty()) {
+      right -= w.apply(0, options.forces[r](Eigen::seqN(Eigen::Index{0}, records[r].size(), Eigen::Index{2})));
+    }
+    s.right.segment(s.top, n) = detail::stack(whitened(right).col(0));
     // What a probe reads too much is an error of z; columns of motion known without noise serve on both sides.
     const Eigen::VectorXcd gain_error = Complex(0, 1) * own.main.imag(), angle_error = Complex(0, 1) * own.main.real();
     Eigen::Index simulated = n_tied;
@@ -220,7 +233,15 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   const Eigen::MatrixXd thin = projector.householderQ() * Eigen::MatrixXd::Identity(total, unknowns);
   for (const Candidate& c : s.candidates) {
     const detail::Evidence e = detail::evidence(detail::remainder(thin, c.columns, residual), variance);
-    if (e.score > 0) test.candidates.push_back({c.term, e.score, c.in_model, e.sd});
+    if (!(e.score > 0)) continue;
+    ScoreCandidate candidate{c.term, e.score, c.in_model};
+    if (c.columns.cols() == 1) {
+      candidate.value = e.coefficient[0];
+      candidate.sd = e.sd;
+      const Eigen::VectorXd stands_for = projector.solve(c.columns.col(0)).cwiseQuotient(scale);
+      candidate.moves = moves_of(stands_for, n_shared, records.size());
+    }
+    test.candidates.push_back(std::move(candidate));
   }
   std::sort(test.candidates.begin(), test.candidates.end(),
             [](const ScoreCandidate& p, const ScoreCandidate& q) { return p.score > q.score; });

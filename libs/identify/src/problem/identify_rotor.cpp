@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/omitted_terms.hpp"
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
 #include "growth/rotor_growth.hpp"
@@ -127,6 +128,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     model.summary.fail(grown.fit.summary.warnings.back());
     return result;
   }
+  if (grown.bow) detail::read_as_runout(grown.fit);
   for (const std::string& w : grown.warnings) model.summary.warn(w);
   result.fit = std::move(grown.fit);
   result.active = std::move(grown.active);
@@ -138,7 +140,10 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   detail::describe_rotor(view, result.fit, model);
   model.summary.chi_square = result.chi_square_weak;
   detail::judge_rotor(records, result, model.summary);
-  if (model.summary.status != Status::unusable) detail::carry_ambiguities(grown, scale, result);
+  if (model.summary.status != Status::unusable) {
+    detail::carry_ambiguities(grown, scale, result);
+    detail::widen_for_omitted(grown, scale, result);
+  }
   return result;
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include <Eigen/Core>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,10 @@ struct ScoreCandidate {
   /// four sigma for a term of one, two or four real unknowns.
   double score = 0;
   bool in_model = false;  ///< RotorModel or OutputErrorOptions can take it up
-  double sd = 0;          ///< that the coefficient of a term with one real unknown would have; 0 for others
+  /// Coefficient that a term with one real unknown would get, and its standard deviation; 0 for others.
+  double value = 0, sd = 0;
+  /// By how much k1, k2, c and then eps (real, imaginary) of every record move per unit of that coefficient.
+  Eigen::VectorXd moves = {};
 };
 
 struct ScoreTest {
@@ -34,8 +38,10 @@ struct ScoreTestOptions {
   std::vector<DecayingMode> decays;  ///< candidates
   std::vector<RotorTerm> terms;      ///< candidates; the coefficients are not used
   bool sensor = false;               ///< candidates: gain and angle of the y probe
-  bool delay = true;                 ///< candidate: the displacement channels lag the angle
-  int runout_harmonics = 3;          ///< candidates "runout 1" .. "runout n" beyond those already in the model
+  /// Known accelerations of the main mode on the half grid, per record; empty: none.
+  std::vector<Eigen::VectorXcd> forces;
+  bool delay = true;         ///< candidate: the displacement channels lag the angle
+  int runout_harmonics = 3;  ///< candidates "runout 1" .. "runout n" beyond those already in the model
 };
 
 /// Forward score test on whitened weak equations with instrumental variables: the columns of the terms already in the

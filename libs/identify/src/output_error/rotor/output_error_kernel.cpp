@@ -90,6 +90,10 @@ struct Stepper {
     direct(s.x, s.y, s.vx, s.vy, half, gx, gy);
     if constexpr (Extended) {
       const double time = extra.t0 + half_step * static_cast<double>(half);
+      if (extra.known != nullptr) {
+        l.ax += (*extra.known)[half].real();
+        l.ay += (*extra.known)[half].imag();
+      }
       Eigen::Index lane = kProfile + profile.cols();
       for (const RotorTerm& term : extra.terms) {
         const TermForce f = term_force(term, s.x, s.y, s.vx, s.vy, extra.omega[half], time);
@@ -170,7 +174,7 @@ Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, cons
   out.dx.resize(n, lanes);
   out.dy.resize(n, lanes);
   const auto run = [&]<int Lanes>() {
-    if (terms.terms.empty()) {
+    if (!terms.any()) {
       Stepper<Lanes, false>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
     } else {
       Stepper<Lanes, true>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
@@ -194,6 +198,10 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
   const double h = dt, q = 0.5 * dt;
   const auto at = [&](double px, double py, double pvx, double pvy, Eigen::Index half) {
     Local l = local(model, eps, px, py, pvx, pvy, forcing[half]);
+    if (terms.known != nullptr) {
+      l.ax += (*terms.known)[half].real();
+      l.ay += (*terms.known)[half].imag();
+    }
     for (const RotorTerm& term : terms.terms) {
       add_term(term, term_force(term, px, py, pvx, pvy, terms.omega[half], terms.t0 + q * static_cast<double>(half)),
                l);

@@ -38,6 +38,8 @@ struct TermForces {
   const std::vector<RotorTerm>& terms;
   const Eigen::VectorXd& omega;
   double t0;
+  const Eigen::VectorXcd* known = nullptr;  ///< acceleration on the half grid, m/s^2; may be null
+  bool any() const { return !terms.empty() || known != nullptr; }
 };
 
 struct Sensitivities {

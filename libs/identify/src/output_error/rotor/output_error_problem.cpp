@@ -40,7 +40,7 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
-    const TermForces forces{p.terms, record.angle.omega, m.t0};
+    const TermForces forces{p.terms, record.angle.omega, m.t0, known_force(r)};
     Sensitivities motion = main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile,
                                                    forces, m.dt, record.z0, record.dz0);
     if (!motion.finite) {
@@ -69,8 +69,8 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
-    MainMotion motion = main_mode(p.model, record.eps, signals_[r].forcing, {p.terms, record.angle.omega, m.t0}, m.dt,
-                                  record.z0, record.dz0);
+    MainMotion motion = main_mode(p.model, record.eps, signals_[r].forcing,
+                                  {p.terms, record.angle.omega, m.t0, known_force(r)}, m.dt, record.z0, record.dz0);
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();

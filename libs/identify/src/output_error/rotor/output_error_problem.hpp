@@ -9,13 +9,24 @@
 
 namespace whirl::identification::detail {
 
+/// Known accelerations of the main mode on the half grid (2 N - 1), m/s^2, per record; empty: none.
+using KnownForces = std::vector<Eigen::VectorXcd>;
+
+/// fit_output_error_rotor with known accelerations beside the forces of the model.
+OutputErrorFit fit_with_forces(const std::vector<RotorRecord>& records, const RotorModel& start,
+                               const OutputErrorOptions& options, const std::vector<std::complex<double>>& start_eps,
+                               double start_delay, const KnownForces& forces);
+
 /// The rotor as a problem of output error: main mode integrated with its sensitivities, readings through the axes of
 /// the probes beside offset, modes, decays and runout, residual whitened by the filter of each record.
 class OutputErrorProblem {
  public:
-  OutputErrorProblem(const std::vector<RotorRecord>& records, const OutputErrorOptions& options, std::size_t modes)
+  /// `forces`: as for fit_with_forces; it must live as long as the problem.
+  OutputErrorProblem(const std::vector<RotorRecord>& records, const OutputErrorOptions& options, std::size_t modes,
+                     const KnownForces& forces)
       : measured_(records),
         options_(options),
+        forces_(forces),
         parameters_(parameter_list(static_cast<int>(records.size()), options, static_cast<int>(modes))),
         signals_(records.size()),
         filters_(records.begin(), records.end()) {}
@@ -44,12 +55,14 @@ class OutputErrorProblem {
   void refresh_all(Point& p) {
     for (std::size_t r = 0; r < measured_.size(); ++r) refresh(p, r, measured_[r], options_, signals_[r]);
   }
+  const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
   Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
   Eigen::MatrixXd jacobian(const Point& p, std::size_t r, const Sensitivities& motion,
                            const std::vector<Eigen::Index>& unknowns) const;
 
   const std::vector<RotorRecord>& measured_;
   const OutputErrorOptions& options_;
+  const KnownForces& forces_;
   std::vector<Parameter> parameters_;
   std::vector<Signals> signals_;
   std::vector<ResidualFilter> filters_;

@@ -77,9 +77,9 @@ Eigen::Index OutputErrorFit::index(const std::string& name) const {
   return at == names.end() ? -1 : static_cast<Eigen::Index>(at - names.begin());
 }
 
-OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
-                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
-                                      double start_delay) {
+OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, const RotorModel& start,
+                                       const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
+                                       double start_delay, const KnownForces& forces) {
   check(records, options, start_eps);
   OutputErrorFit fit;
   fit.model = start;
@@ -90,7 +90,7 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
     }
   }
 
-  detail::OutputErrorProblem problem(records, options, start.modes.size());
+  detail::OutputErrorProblem problem(records, options, start.modes.size(), forces);
   detail::Point point = start_point(records.size(), start, options, start_eps, start_delay);
   problem.start_state(point);
   detail::OutputError found = detail::fit_output_error(problem, point, options.max_iterations);
@@ -118,6 +118,12 @@ OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, c
   fit.covariance = std::move(inverse.covariance);
   take_over(problem.parameters(), std::move(point), fit);
   return fit;
+}
+
+OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
+                                      const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
+                                      double start_delay) {
+  return detail::fit_with_forces(records, start, options, start_eps, start_delay, {});
 }
 
 }  // namespace whirl::identification
