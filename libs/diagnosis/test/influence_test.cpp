@@ -35,6 +35,7 @@ Eigen::VectorXcd textbook(const testing::RandomJob& j) {
 struct Score {
   int inside = 0, all = 0, named = 0, slip_named = 0, wrong = 0, alarms = 0, jobs = 0;
   std::vector<double> ratio;      ///< residual over that of the textbook
+  std::vector<double> floor;      ///< the same of the best masses, from the true influence: nobody can be below
   std::vector<double> avoidable;  ///< the same of what the best masses on these planes would avoid
 };
 
@@ -67,6 +68,7 @@ Score score(int planes, bool wrong, int jobs, unsigned seed) {
       return std::sqrt(std::max(0.0, left(masses) * left(masses) - left(best) * left(best)));
     };
     s.ratio.push_back(left(w) / left(textbook(j)));
+    s.floor.push_back(left(best) / left(textbook(j)));
     s.avoidable.push_back(above(w) / above(textbook(j)));
     ++s.jobs;
     if (wrong) {
@@ -91,10 +93,12 @@ TEST(InfluenceProperty, GoodJobsHaveHonestIntervalsAndNoAlarms) {
     EXPECT_LE(coverage, 97) << planes;
     EXPECT_LE(s.alarms, 0.02 * s.jobs) << planes;
     EXPECT_LE(median(s.avoidable), 0.7) << planes;
-    EXPECT_LE(median(s.ratio), planes == 3 ? 0.7 : 1.0) << planes;  // two planes leave most of it whatever is done
+    // Two planes leave most of it whatever is done: there the best masses themselves are at 0.88 to 0.92.
+    EXPECT_LE(median(s.ratio), planes == 3 ? 0.7 : 0.95) << planes;
+    EXPECT_LE(median(s.ratio), median(s.floor) + 0.07) << planes;
     std::cout << planes << " planes: intervals " << coverage << " %, false alarms " << s.alarms << " of " << s.jobs
-              << ", residual over textbook " << median(s.ratio) << ", of the avoidable part " << median(s.avoidable)
-              << "\n";
+              << ", residual over textbook " << median(s.ratio) << " (true influence: " << median(s.floor) << ")"
+              << ", of the avoidable part " << median(s.avoidable) << "\n";
   }
 }
 
@@ -107,10 +111,13 @@ TEST(InfluenceProperty, AWrongRunIsNamedAndDoesNoHarm) {
     EXPECT_GE(coverage, 93) << planes;
     EXPECT_LE(coverage, 97) << planes;
     EXPECT_LE(median(s.avoidable), 0.7) << planes;
-    EXPECT_LE(median(s.ratio), planes == 3 ? 0.7 : 1.0) << planes;  // two planes leave most of it whatever is done
+    // Two planes leave most of it whatever is done: there the best masses themselves are at 0.88 to 0.92.
+    EXPECT_LE(median(s.ratio), planes == 3 ? 0.7 : 0.95) << planes;
+    EXPECT_LE(median(s.ratio), median(s.floor) + 0.07) << planes;
     std::cout << planes << " planes: named " << s.named << " of " << s.wrong << ", with the right slip " << s.slip_named
               << ", intervals " << coverage << " %, second alarms " << s.alarms << ", residual over textbook "
-              << median(s.ratio) << ", of the avoidable part " << median(s.avoidable) << "\n";
+              << median(s.ratio) << " (true influence: " << median(s.floor) << "), of the avoidable part "
+              << median(s.avoidable) << "\n";
   }
 }
 

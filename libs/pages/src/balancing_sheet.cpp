@@ -31,7 +31,8 @@ std::string angle_interval(const Estimate& e) {
 
 report::Table masses(const BalancingSheet& s) {
   report::Table t;
-  t.caption = "Masses to add to the rotor as found (trial masses taken off)";
+  t.caption = s.next.empty() ? "Masses to add to the rotor as found (trial masses taken off)"
+                             : "Best masses by all runs, on the rotor as found";
   t.columns = {{"plane", "", report::Align::left},
                {"mass", "g"},
                {"95 % interval", "g"},
@@ -80,6 +81,20 @@ report::Table coefficients(const BalancingSheet& s) {
   return t;
 }
 
+report::Table check(const BalancingSheet& s) {
+  report::Table t;
+  t.caption = "Check: the last run against what the runs before it foretold";
+  t.columns = {{"reading", "", report::Align::left},
+               {"foretold", "µm " + s.amplitude},
+               {"95 % interval", "µm"},
+               {"measured", "µm " + s.amplitude},
+               {"vector inside", "", report::Align::left}};
+  for (std::size_t m = 0; m < s.check.size(); ++m)
+    t.add({m < s.rows.size() ? s.rows[m].name : "", number(s.check[m].predicted.value * 1e6),
+           interval(s.check[m].predicted, 1e6), number(s.check[m].measured * 1e6), s.check[m].inside ? "yes" : "no"});
+  return t;
+}
+
 report::Figure polar(const BalancingSheet& s) {
   report::Figure figure;
   figure.title = "Readings before and after";
@@ -114,8 +129,10 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   report::Document d;
   d.title = "Balancing sheet";
   d.subtitle = s.title;
+  if (!s.next.empty()) d.key_values(s.next);
   d.table(masses(s));
   d.table(readings(s));
+  if (!s.check.empty()) d.table(check(s));
   std::vector<std::pair<std::string, std::string>> items = {
       {"criterion",
        s.criterion + (s.criterion == "min-max"

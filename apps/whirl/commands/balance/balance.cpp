@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "balance_job.hpp"
+#include "balance_session.hpp"
 #include "commands/control/plant_options.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/model_json.hpp"
@@ -15,7 +16,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 struct ModelOptions {
   PlantOptions plant;
-  double radius_mm = 0, speed_rpm = 0, grade = 6.3;
+  double radius_mm = 0, speed_rpm = 0, grade = 0;
 };
 
 void balance_from_model(const ModelOptions& o, Session& session) {
@@ -25,14 +26,15 @@ void balance_from_model(const ModelOptions& o, Session& session) {
   std::vector<std::filesystem::path> inputs;
   const IdentifiedModel model = o.plant.load(design, inputs);
   if (!model.rotor) throw Error(o.plant.model + ": the model has no rotor parameters; identify with --method weak");
+  const double grade = o.grade > 0 ? o.grade : 6.3;
   const double mass = 1 / (design.gain > 0 ? design.gain : model.rotor->gain);
   const double omega = o.speed_rpm * std::numbers::pi / 30;
   const diagnosis::BalancingAdvice a =
-      diagnosis::balancing_advice(*model.rotor, mass, o.radius_mm * 1e-3, omega, o.grade, model.rotor_covariance);
+      diagnosis::balancing_advice(*model.rotor, mass, o.radius_mm * 1e-3, omega, grade, model.rotor_covariance);
   session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
                           a.heavy_angle / kDegree));
-  session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm,
-                          o.grade, a.within_grade ? "held, nothing to do" : "not held"));
+  session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm, grade,
+                          a.within_grade ? "held, nothing to do" : "not held"));
   session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
   session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o.radius_mm,
                           a.correction_angle / kDegree));
@@ -77,6 +79,7 @@ void balance_from_model(const ModelOptions& o, Session& session) {
 void add_balance(CommandLine& app, Session& session) {
   auto model = std::make_shared<ModelOptions>();
   auto job = std::make_shared<JobOptions>();
+  auto guided = std::make_shared<GuidedOptions>();
   CommandLine* sub = add_command(
       app, session, "balance", "Masses and angles to add: from balancing runs, or from an identified model",
       "Input: a job of balancing runs (runs.csv or runs.toml), or model.json of `whirl identify`.\n"
@@ -89,21 +92,36 @@ void add_balance(CommandLine& app, Session& session) {
       "G = e omega at the service speed (ISO 21940-11: 2.5 for turbines and pumps of high quality, 6.3 general "
       "machines).\n\n"
       "Example: whirl balance runs.csv --phase lag --angles against --amplitude pp --html sheet.html\n"
-      "Example: whirl balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800",
-      [model, job, &session] {
-        if (model->plant.model.ends_with(".json"))
+      "With --session the runs of a job are kept in one file and the next run to make is told: which plane, what mass "
+      "at\n"
+      "which angle, and why; it ends with the correction, its check and the sheet.\n"
+      "Example: whirl balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800\n"
+      "Example: whirl balance --session fan.toml --planes A,B --probes DE,NDE --speeds-rpm 1500 --phase lag \\\n"
+      "  --amplitude pp --angles against --trial-gram 10 --target-um 20\n"
+      "         whirl balance --session fan.toml --readings \"48.3@8 47.3@60\"",
+      [model, job, guided, &session] {
+        job->mass_kg = model->plant.mass_kg;
+        job->radius_mm = model->radius_mm;
+        job->speed_rpm = model->speed_rpm;
+        job->grade = model->grade;
+        if (guided->file.empty() == model->plant.model.empty())
+          throw Error("one of INPUT (runs.csv, runs.toml, model.json) and --session FILE is needed");
+        if (!guided->file.empty())
+          balance_session(*guided, *job, session);
+        else if (model->plant.model.ends_with(".json"))
           balance_from_model(*model, session);
         else
           balance_runs(model->plant.model, *job, session);
       });
-  sub->add_option("INPUT", model->plant.model, "runs.csv, runs.toml or model.json")->input()->required();
+  sub->add_option("INPUT", model->plant.model, "runs.csv, runs.toml or model.json")->input();
+  guided->add_to(sub);
   job->add_to(sub);
-  sub->add_option("--mass-kg", model->plant.mass_kg, "model: mass of the disk");
+  sub->add_option("--mass-kg", model->plant.mass_kg, "mass of the disk (model) or rotor (runs)");
   sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")
       ->input();
-  sub->add_option("--radius-mm", model->radius_mm, "model: where the mass is added");
-  sub->add_option("--speed-rpm", model->speed_rpm, "model: service speed");
-  sub->add_option("--grade", model->grade, "model: balance quality asked for, mm/s")->show_default();
+  sub->add_option("--radius-mm", model->radius_mm, "where the mass is added");
+  sub->add_option("--speed-rpm", model->speed_rpm, "service speed; runs: the highest speed");
+  sub->add_option("--grade", model->grade, "balance quality asked for, mm/s [model: 6.3]");
 }
 
 }  // namespace whirl::app

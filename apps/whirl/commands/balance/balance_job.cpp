@@ -12,10 +12,14 @@ namespace {
 using Eigen::Index;
 constexpr double kDegree = std::numbers::pi / 180;
 
+}  // namespace
+
 double written_angle(double angle, double sign) {
   const double degree = std::fmod(sign * angle / kDegree, 360);
   return degree < -1e-9 ? degree + 360 : std::abs(degree);
 }
+
+namespace {
 
 /// What the command finds, before it is printed.
 struct Balanced {
@@ -29,25 +33,33 @@ struct Balanced {
   Eigen::VectorXcd prescribed;  ///< by every plane: what is put on the rotor
 };
 
-std::vector<diagnosis::Places> places_of(const JobOptions& o, std::size_t planes) {
+}  // namespace
+
+std::vector<diagnosis::Places> places_of(const JobOptions& o, const VectorConvention& convention, std::size_t planes) {
+  if (o.holes == 0 && o.piece_gram == 0 && o.hole_gram == 0) return {};
   diagnosis::Places places;
   places.piece = o.piece_gram * 1e-3;
   places.most = o.hole_gram * 1e-3;
   for (int k = 0; k < o.holes; ++k)
-    places.angles.push_back(o.convention.angle_sign() * o.first_hole_deg * kDegree +
-                            2 * std::numbers::pi * k / o.holes);
+    places.angles.push_back(convention.angle_sign() * o.first_hole_deg * kDegree + 2 * std::numbers::pi * k / o.holes);
   return std::vector<diagnosis::Places>(planes, places);
 }
 
-Balanced solve(const JobFile& file, const JobOptions& o) {
-  Balanced b;
+diagnosis::InfluenceOptions influence_options(const JobOptions& o) {
   diagnosis::InfluenceOptions options;
   options.noise = o.noise_um * 1e-6;
   options.exclude = !o.all_runs;
   options.drift = o.drift == "none"     ? diagnosis::Drift::none
                   : o.drift == "linear" ? diagnosis::Drift::linear
                                         : diagnosis::Drift::automatic;
-  b.fit = diagnosis::fit_influence(file.job, options);
+  return options;
+}
+
+namespace {
+
+Balanced solve(const JobFile& file, const JobOptions& o) {
+  Balanced b;
+  b.fit = diagnosis::fit_influence(file.job, influence_options(o));
   b.independence = diagnosis::plane_independence(b.fit.influence);
   for (int p = 0; p < static_cast<int>(file.job.planes.size()); ++p) {
     const double significance = b.independence.significance[static_cast<std::size_t>(p)];
@@ -85,8 +97,8 @@ Balanced solve(const JobFile& file, const JobOptions& o) {
   b.uncertainty = formula ? diagnosis::correction_uncertainty(reduced, b.problem, b.correction.masses)
                           : diagnosis::redrawn_uncertainty(reduced, b.problem, criterion);
   Eigen::VectorXcd masses = b.correction.masses;
-  if (o.holes > 0 || o.piece_gram > 0 || o.hole_gram > 0) {
-    b.placement = diagnosis::place_masses(b.problem, criterion, masses, places_of(o, b.planes.size()));
+  if (const auto places = places_of(o, file.convention, b.planes.size()); !places.empty()) {
+    b.placement = diagnosis::place_masses(b.problem, criterion, masses, places);
     masses = b.placement->sum;
   }
   b.prescribed = Eigen::VectorXcd::Zero(static_cast<Index>(file.job.planes.size()));
@@ -198,33 +210,11 @@ io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingS
 
 }  // namespace
 
-void JobOptions::add_to(CommandLine* sub) {
-  sub->add_option("--phase", convention.phase, "runs.csv: phases are lag or lead")
-      ->one_of({"lag", "lead"})
-      ->show_default();
-  sub->add_option("--amplitude", convention.amplitude, "runs.csv: amplitudes are 0p, pp or rms")
-      ->one_of({"0p", "pp", "rms"})
-      ->show_default();
-  sub->add_option("--angles", convention.angles, "runs.csv: mass angles count with or against the rotation")
-      ->one_of({"with", "against"})
-      ->show_default();
-  sub->add_option("--criterion", criterion, "least-squares or min-max (smallest largest reading)")
-      ->one_of({"least-squares", "min-max"})
-      ->show_default();
-  sub->add_option("--slow-roll-rpm", slow_roll_rpm, "readings at or below are runout, taken off the others");
-  sub->add_option("--drift", drift, "automatic, linear or none: warming up during the job")
-      ->one_of({"automatic", "linear", "none"})
-      ->show_default();
-  sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs");
-  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane");
-  sub->add_option("--holes", holes, "equally spaced holes of each plane")->range(1, 1000);
-  sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->show_default();
-  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this");
-  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole");
-  sub->add_flag("--drop-dependent", drop_dependent, "no mass on a plane that acts as another (Darlow: below 20 %)");
-  sub->add_flag("--all-runs", all_runs, "name a run that contradicts the others, but use it");
-  sub->add_option("--out", out, "write the result as JSON")->output("whirl.balancing");
-  sub->add_option("--html", html, "write the balancing sheet")->output();
+SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& o) {
+  const Balanced b = solve(file, o);
+  pages::BalancingSheet sheet = sheet_of(path, file, o, b);
+  io::Json json = json_of(file, b, sheet);
+  return {std::move(sheet), std::move(json)};
 }
 
 void balance_runs(const std::string& path, const JobOptions& o, Session& session) {
@@ -234,11 +224,9 @@ void balance_runs(const std::string& path, const JobOptions& o, Session& session
                                     {"--piece-gram", o.piece_gram},
                                     {"--hole-gram", o.hole_gram}})
     require_range(flag, value, 0, 1e9);
-  const JobFile file = read_job(path, o.convention, o.slow_roll_rpm * std::numbers::pi / 30);
-  const Balanced b = solve(file, o);
-  const pages::BalancingSheet sheet = sheet_of(path, file, o, b);
+  const JobFile file = read_job(path, o.convention(), o.slow_roll_rpm * std::numbers::pi / 30);
+  const auto [sheet, json] = solve_job(path, file, with_plan(o, file));
   session.say(report::to_text(pages::balancing_sheet(sheet)));
-  const io::Json json = json_of(file, b, sheet);
   session.result(json);
   if (!o.out.empty()) io::save_json(o.out, json);
   if (!o.html.empty()) report::write_html(pages::balancing_sheet(sheet), o.html);

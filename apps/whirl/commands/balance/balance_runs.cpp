@@ -89,7 +89,37 @@ std::vector<double> require_numbers(const io::Settings& s, const std::string& pa
   return values;
 }
 
-RawJob read_toml_job(const std::string& path, VectorConvention& v) {
+JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t probes) {
+  JobPlan p;
+  const double sign = v.angle_sign();
+  p.edge = s.text("setup.edge", p.edge, {"leading", "trailing"});
+  p.keyphasor = sign * s.number("setup.keyphasor_angle", Quantity::angle, 0);
+  p.notch = s.number("setup.notch_width", Quantity::angle, 0, 0, 2 * std::numbers::pi);
+  if (s.has("setup.probe_angles"))
+    for (const double angle : require_numbers(s, "setup.probe_angles", Quantity::angle, probes))
+      p.probe_angles.push_back(sign * angle);
+  p.critical_speed = s.number("setup.critical_speed", Quantity::angular_velocity, 0, 0);
+  p.trial = s.number("plan.trial_mass", Quantity::mass, 0, 0);
+  p.limit = s.number("plan.limit_mass", Quantity::mass, 0, 0);
+  p.target = s.number("plan.target_amplitude", Quantity::displacement, 0, 0);
+  p.allowed = s.number("plan.allowed_amplitude", Quantity::displacement, 0, 0);
+  p.noise = s.number("plan.noise", Quantity::displacement, 0, 0);
+  p.slow_roll = s.number("plan.slow_roll_speed", Quantity::angular_velocity, 0, 0);
+  p.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
+  p.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
+  p.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
+  p.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
+  p.criterion = s.text("plan.criterion", "", {"", "least-squares", "min-max"});
+  p.drift = s.text("plan.drift", "", {"", "automatic", "linear", "none"});
+  p.drop_dependent = s.flag("plan.drop_dependent", false);
+  p.mass = s.number("machine.mass", Quantity::mass, 0, 0);
+  p.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
+  p.grade = s.number("machine.grade", Quantity::dimensionless, 0, 0);
+  p.service_speed = s.number("machine.service_speed", Quantity::angular_velocity, 0, 0);
+  return p;
+}
+
+RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_empty, JobFile& file) {
   const io::Settings s = io::read_settings(path);
   RawJob raw;
   v.phase = s.text("job.phase", v.phase, {"lag", "lead"});
@@ -99,7 +129,9 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v) {
   raw.probes = s.texts("job.probes", {});
   if (raw.planes.empty() || raw.probes.empty()) throw Error(path + ": [job] needs planes = [...] and probes = [...]");
   const std::vector<double> speeds = s.numbers("job.speeds", Quantity::angular_velocity, {0.0});
-  if (s.count("run") == 0) throw Error(path + ": no [[run]]");
+  file.stated_speeds = speeds;
+  file.plan = read_plan(s, v, raw.probes.size());
+  if (s.count("run") == 0 && !may_be_empty) throw Error(path + ": no [[run]]");
   Eigen::VectorXcd on = Eigen::VectorXcd::Zero(static_cast<Index>(raw.planes.size()));
   for (std::size_t r = 0; r < s.count("run"); ++r) {
     const std::string at = fmt::format("run[{}].", r);
@@ -117,6 +149,12 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v) {
     const auto amplitudes =
         require_numbers(s, at + "amplitudes", Quantity::displacement, raw.probes.size() * speeds.size());
     const auto phases = require_numbers(s, at + "phases", Quantity::angle, amplitudes.size());
+    std::vector<bool> unread(amplitudes.size(), false);
+    for (const double k : s.numbers(at + "unread", Quantity::dimensionless, {})) {
+      if (k < 1 || k > static_cast<double>(unread.size()) || k != std::floor(k))
+        throw s.error(at + "unread", fmt::format("positions are 1 to {}", unread.size()));
+      unread[static_cast<std::size_t>(k) - 1] = true;
+    }
     for (std::size_t k = 0; k < speeds.size(); ++k) {
       reading.speed = speeds[k];
       reading.probes.resize(static_cast<Index>(raw.probes.size()));
@@ -124,7 +162,8 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v) {
         const std::size_t i = k * raw.probes.size() + p;
         if (amplitudes[i] < 0) throw s.error(at + "amplitudes", "an amplitude is >= 0");
         reading.probes[static_cast<Index>(p)] =
-            amplitudes[i] * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * phases[i]);
+            unread[i] ? std::complex<double>(kNaN, kNaN)
+                      : amplitudes[i] * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * phases[i]);
       }
       raw.readings.push_back(reading);
     }
@@ -137,14 +176,16 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v) {
 void take_off_slow_roll(RawJob& raw, double slow_roll, const std::string& path, JobFile& file) {
   if (slow_roll <= 0) return;
   Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(static_cast<Index>(raw.probes.size()));
-  double n = 0;
+  Eigen::VectorXd n = Eigen::VectorXd::Zero(sum.size());
   for (const Reading& r : raw.readings)
-    if (r.speed <= slow_roll) sum += r.probes, n += 1;
-  if (n == 0)
-    throw Error(fmt::format("{}: no reading at or below the slow-roll speed of {:g} rpm", path,
+    for (Index p = 0; p < sum.size() && r.speed <= slow_roll; ++p)
+      if (!std::isnan(std::abs(r.probes[p]))) sum[p] += r.probes[p], n[p] += 1;
+  if (n.minCoeff() == 0)
+    throw Error(fmt::format("{}: no reading of {} at or below the slow-roll speed of {:g} rpm", path,
+                            raw.probes[static_cast<std::size_t>(std::min_element(n.begin(), n.end()) - n.begin())],
                             slow_roll * 30 / std::numbers::pi));
   std::erase_if(raw.readings, [&](const Reading& r) { return r.speed <= slow_roll; });
-  for (Reading& r : raw.readings) r.probes -= sum / n;
+  for (Reading& r : raw.readings) r.probes -= (sum.array() / n.array()).matrix();
   file.slow_roll = raw.probes;
 }
 
@@ -164,16 +205,21 @@ void VectorConvention::check() const {
   one_of("--angles", angles, {"with", "against"});
 }
 
-JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll) {
+JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll, bool may_be_empty) {
   convention.check();
   JobFile file;
-  RawJob raw = path.ends_with(".toml") ? read_toml_job(path, convention) : read_csv_job(path, convention);
-  take_off_slow_roll(raw, slow_roll, path, file);
+  RawJob raw =
+      path.ends_with(".toml") ? read_toml_job(path, convention, may_be_empty, file) : read_csv_job(path, convention);
+  if (slow_roll <= 0) slow_roll = file.plan.slow_roll;
+  if (!raw.readings.empty()) take_off_slow_roll(raw, slow_roll, path, file);
   file.convention = convention;
   file.probes = raw.probes;
   // Speeds within half a percent are one: a drive never returns to the same digit.
   std::vector<double> speeds;
   for (const Reading& r : raw.readings) speeds.push_back(r.speed);
+  if (raw.readings.empty())
+    for (const double w : file.stated_speeds)
+      if (w > slow_roll || slow_roll <= 0) speeds.push_back(w);
   std::sort(speeds.begin(), speeds.end());
   for (const double w : speeds)
     if (file.speeds.empty() || w > file.speeds.back() * 1.005) file.speeds.push_back(w);

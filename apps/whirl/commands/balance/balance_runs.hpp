@@ -17,6 +17,22 @@ struct VectorConvention {
   void check() const;
 };
 
+/// What a guided job states beside its runs: tables [setup], [plan] and [machine] of runs.toml. NaN or 0: not stated.
+struct JobPlan {
+  std::string edge = "leading";      ///< of the mark that triggers the keyphasor: leading or trailing
+  double keyphasor = 0, notch = 0;   ///< rad, with rotation from the angle zero of the housing; width of the mark
+  std::vector<double> probe_angles;  ///< by probe, rad with rotation from the same zero; empty: not stated
+  double critical_speed = 0;         ///< rad/s
+  double trial = 0, limit = 0;       ///< kg
+  double target = 0, allowed = 0;    ///< m, in the convention of the job (p-p, 0-p, rms)
+  double noise = 0, slow_roll = 0;   ///< m 0-p; rad/s
+  double first_hole = 0, piece = 0, hole = 0;  ///< rad as written; kg; kg
+  int holes = 0;
+  std::string criterion, drift;  ///< empty: not stated
+  bool drop_dependent = false;
+  double mass = 0, radius = 0, grade = 0, service_speed = 0;  ///< kg, m, mm/s, rad/s
+};
+
 /// A balancing job as read from a file.
 struct JobFile {
   diagnosis::BalancingJob job;
@@ -24,10 +40,13 @@ struct JobFile {
   std::vector<double> speeds;  ///< rad/s, ascending
   std::vector<std::string> probes;
   std::vector<std::string> slow_roll;  ///< probes whose slow-roll vector was taken off
+  std::vector<double> stated_speeds;   ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
+  JobPlan plan;                        ///< runs.toml
 };
 
 /// `slow_roll`: rad/s; readings at or below it are runout and taken off the others, probe by probe. CSV: one row a run
-/// and speed. TOML: [job] and [[run]]. See docs/balancing.md. Throws Error naming file, line or column.
-JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll);
+/// and speed. TOML: [job] and [[run]], where plan.slow_roll stands in for a `slow_roll` of 0. See docs/balancing.md.
+/// `may_be_empty`: a TOML job without a run. Throws Error naming file, line or column.
+JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll, bool may_be_empty = false);
 
 }  // namespace whirl::app

@@ -32,12 +32,20 @@ struct BalancingSheet {
     double magnitude = 0, sd = 0;  ///< m/kg
     double phase = 0;
   };
+  /// A reading of the last run (the check) against what the runs before foretold.
+  struct Check {
+    Estimate predicted;
+    double measured = 0;
+    bool inside = true;
+  };
   std::string title, convention, criterion, amplitude;
   std::vector<Plane> planes;
   std::vector<Row> rows;
   std::vector<Coefficient> influence;
   std::vector<std::pair<std::string, Eigen::VectorXcd>> runs;  ///< readings, lead, 0-p
   Eigen::VectorXcd before, after;                              ///< lead, 0-p
+  std::vector<std::pair<std::string, std::string>> next;       ///< guided job: what to do next, or its end
+  std::vector<Check> check;                                    ///< empty: nothing was foretold
   double repeatability = 0, drift = 0, objective = 0, bound = 0;
   Summary summary;
 };

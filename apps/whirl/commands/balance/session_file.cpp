@@ -1,0 +1,205 @@
+#include "session_file.hpp"
+
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "commands/machine/record_options.hpp"
+#include "whirl/diagnosis/rotation.hpp"
+
+namespace whirl::app {
+namespace {
+
+using Eigen::Index;
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kRpm = std::numbers::pi / 30;
+
+std::string quoted(const std::string& flag, const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) {
+    for (const char c : name)
+      if (c == '"' || c == '\\' || static_cast<unsigned char>(c) < 0x20)
+        throw Error::in_field(flag, name, "a name without quotes, backslashes and control characters");
+    text += fmt::format("{}\"{}\"", text.empty() ? "" : ", ", name);
+  }
+  return text;
+}
+
+std::string number(double v) { return fmt::format("{:.10g}", v); }
+
+std::string list(const std::vector<double>& values) {
+  std::string text;
+  for (const double v : values) text += (text.empty() ? "" : ", ") + number(v);
+  return text;
+}
+
+double parse(const std::string& flag, const std::string& word, std::string_view part) {
+  double value = 0;
+  if (part.starts_with('+')) part.remove_prefix(1);
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value);
+  if (error != std::errc() || end != part.data() + part.size() || !std::isfinite(value))
+    throw Error::in_field(flag, word, "SIZE@ANGLE, as 48.3@270");
+  return value;
+}
+
+/// "48.3@270 12@5": size and angle in degrees, apart by spaces, commas or semicolons. "-" is no reading, "0" no mass.
+std::vector<std::pair<double, double>> vectors(const std::string& flag, const std::string& text) {
+  std::vector<std::pair<double, double>> found;
+  std::size_t at = 0;
+  constexpr std::string_view kApart = " ,;\t";
+  while ((at = text.find_first_not_of(kApart, at)) != std::string::npos) {
+    const std::size_t end = std::min(text.find_first_of(kApart, at), text.size());
+    const std::string word = text.substr(at, end - at);
+    at = end;
+    const std::size_t angle = word.find('@');
+    if (word == "-") {
+      found.emplace_back(std::nan(""), 0);
+    } else if (angle == std::string::npos) {
+      if (parse(flag, word, word) != 0) throw Error::in_field(flag, word, "SIZE@ANGLE, as 48.3@270");
+      found.emplace_back(0, 0);
+    } else {
+      const double size = parse(flag, word, std::string_view(word).substr(0, angle));
+      if (size < 0) throw Error::in_field(flag, word, "a size >= 0");
+      found.emplace_back(size, parse(flag, word, std::string_view(word).substr(angle + 1)));
+    }
+  }
+  return found;
+}
+
+double wrapped(double degrees) {
+  const double d = std::fmod(degrees, 360);
+  return d < 0 ? d + 360 : d + 0.0;
+}
+
+/// 1X vectors out of a record with a keyphasor or encoder: mean of the revolutions within 1 % of each speed.
+std::vector<std::complex<double>> from_record(const std::string& path, const JobFile& file) {
+  const Recording record = RecordOptions{}.read(path);
+  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
+  if (!rotation) throw Error(path + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
+  std::vector<std::complex<double>> readings;
+  for (const double speed : file.stated_speeds) {
+    for (const std::string& probe : file.probes) {
+      const signal::SynchronousCurve curve = diagnosis::order_curve(record, *rotation, probe);
+      std::complex<double> sum = 0;
+      double n = 0;
+      for (Index k = 0; k < curve.speed.size(); ++k)
+        if (speed <= 0 || std::abs(curve.speed[k] - speed) <= 0.01 * speed) sum += curve.vector[k], n += 1;
+      if (n < 1)
+        throw Error(fmt::format("{}: no revolution within 1 % of {:g} rpm (the record runs at {:.0f} to {:.0f} rpm)",
+                                path, speed / kRpm, curve.speed.minCoeff() / kRpm, curve.speed.maxCoeff() / kRpm));
+      readings.push_back(sum / n);
+    }
+  }
+  return readings;
+}
+
+}  // namespace
+
+std::string new_session_text(const GuidedOptions& g, const JobOptions& o) {
+  const auto need = [&](bool there, const char* flag, const char* what) {
+    if (!there) throw Error(fmt::format("{} does not exist yet; a new job needs {}: {}", g.file, flag, what));
+  };
+  need(!g.planes.empty(), "--planes", "names of the planes, as A,B");
+  need(!g.probes.empty(), "--probes", "names of the probes, as DE,NDE");
+  need(!o.phase.empty(), "--phase", "lag (angle from the keyphasor's pulse to the next positive peak) or lead");
+  need(!o.amplitude.empty(), "--amplitude", "0p, pp or rms");
+  need(!o.angles.empty(), "--angles", "with or against the rotation");
+  if (g.trial_gram <= 0 && (o.mass_kg <= 0 || o.radius_mm <= 0))
+    throw Error(g.file + ": the first trial mass needs --trial-gram, or --mass-kg of the rotor and --radius-mm");
+  if (!g.probe_deg.empty() && g.probe_deg.size() != g.probes.size())
+    throw Error(fmt::format("--probe-deg: {} angles for {} probes", g.probe_deg.size(), g.probes.size()));
+  std::string text = fmt::format(
+      "# Balancing job of `whirl balance --session`. Runs may be corrected here by hand.\n[job]\nplanes = [{}]\nprobes "
+      "= [{}]\n",
+      quoted("--planes", g.planes), quoted("--probes", g.probes));
+  if (!g.speeds_rpm.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(g.speeds_rpm));
+  text += fmt::format("phase = \"{}\"\namplitude = \"{}\"\nangles = \"{}\"\n", o.phase, o.amplitude, o.angles);
+  const auto entry = [&](const char* key, double value) {
+    if (value != 0) text += fmt::format("{} = {}\n", key, number(value));
+  };
+  text += "\n[setup]\n";
+  text += fmt::format("edge = \"{}\"  # of the mark, that triggers\n", g.edge);
+  entry("keyphasor_angle_deg", g.keyphasor_deg);
+  entry("notch_width_deg", g.notch_deg);
+  if (!g.probe_deg.empty()) text += fmt::format("probe_angles_deg = [{}]\n", list(g.probe_deg));
+  entry("critical_speed_rpm", g.critical_rpm);
+  text += "\n[plan]\n";
+  entry("trial_mass_gram", g.trial_gram);
+  entry("limit_mass_gram", o.limit_gram);
+  entry("target_amplitude_um", g.target_um);
+  entry("allowed_amplitude_um", g.allowed_um);
+  entry("noise_um", o.noise_um);
+  entry("slow_roll_speed_rpm", o.slow_roll_rpm);
+  if (o.holes > 0) text += fmt::format("holes = {}\n", o.holes);
+  entry("first_hole_deg", o.first_hole_deg);
+  entry("piece_mass_gram", o.piece_gram);
+  entry("hole_mass_gram", o.hole_gram);
+  text += fmt::format("criterion = \"{}\"\ndrift = \"{}\"\n", o.criterion, o.drift);
+  if (o.drop_dependent) text += "drop_dependent = true\n";
+  text += "\n[machine]\n";
+  entry("mass_kg", o.mass_kg);
+  entry("radius_mm", o.radius_mm);
+  entry("grade", o.grade);
+  entry("service_speed_rpm", o.speed_rpm);
+  return text;
+}
+
+std::string run_text(const GuidedOptions& g, const VectorConvention& typed, const JobFile& file,
+                     const Eigen::VectorXcd& proposed, const std::string& name) {
+  const VectorConvention& v = file.convention;
+  std::vector<double> amplitudes, phases, grams, degrees, unread;
+  std::string note;
+  if (!g.record.empty()) {
+    for (const std::complex<double> z : from_record(g.record, file)) {
+      amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
+      phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kDegree));
+    }
+    note = "  # from a record";
+  } else {
+    for (auto [size, angle] : vectors("--readings", g.readings)) {
+      if (std::isnan(size)) {
+        unread.push_back(static_cast<double>(amplitudes.size() + 1));
+        size = 0;
+      }
+      amplitudes.push_back(size * typed.amplitude_factor() / v.amplitude_factor());
+      phases.push_back(typed.phase == v.phase ? angle : wrapped(-angle));
+    }
+    const std::size_t wanted = file.probes.size() * file.stated_speeds.size();
+    if (amplitudes.size() != wanted)
+      throw Error(
+          fmt::format("--readings: {} readings are needed ({} at each of {} speeds, speed by speed), {} were "
+                      "found; - stands for a reading that is missing",
+                      wanted, fmt::join(file.probes, ", "), file.stated_speeds.size(), amplitudes.size()));
+    if (typed.phase != v.phase || typed.amplitude != v.amplitude || typed.angles != v.angles)
+      note = fmt::format("  # typed as phase {}, amplitudes {}, angles {}", typed.phase, typed.amplitude, typed.angles);
+  }
+  if (g.masses.empty()) {
+    for (Index p = 0; p < proposed.size(); ++p) {
+      grams.push_back(std::round(1e9 * std::abs(proposed[p])) * 1e-6);
+      degrees.push_back(
+          grams.back() == 0 ? 0 : std::round(1e4 * written_angle(std::arg(proposed[p]), v.angle_sign())) * 1e-4);
+    }
+  } else {
+    for (const auto& [size, angle] : vectors("--masses", g.masses)) {
+      if (std::isnan(size)) throw Error::in_field("--masses", g.masses, "a mass for each plane, 0 for none");
+      grams.push_back(size);
+      degrees.push_back(typed.angles == v.angles || size == 0 ? angle : wrapped(-angle));
+    }
+    if (grams.size() != file.job.planes.size())
+      throw Error(fmt::format("--masses: one for each of {} is needed, {} were found; 0 for none",
+                              fmt::join(file.job.planes, ", "), grams.size()));
+  }
+  std::string text = fmt::format(
+      "\n[[run]]{}\nname = {}\nmasses_gram = [{}]\nangles_deg = [{}]\namplitudes_um = [{}]\nphases_deg = [{}]\n", note,
+      quoted("--run", {name}), list(grams), list(degrees), list(amplitudes), list(phases));
+  if (!unread.empty()) text += fmt::format("unread = [{}]  # positions of readings that are missing\n", list(unread));
+  return text;
+}
+
+std::string without_last_run(const std::string& text, const std::string& path) {
+  const std::size_t at = text.rfind("\n[[run]]");
+  if (at == std::string::npos) throw Error(path + ": there is no run to take back");
+  return text.substr(0, at);
+}
+
+}  // namespace whirl::app

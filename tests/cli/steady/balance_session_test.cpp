@@ -1,0 +1,156 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <fstream>
+#include <numbers>
+#include <random>
+#include <sstream>
+
+#include "program.hpp"
+#include "whirl/io/json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// A rotor of two planes and two probes at two speeds, read as phase lag and peak-to-peak um, angles against rotation.
+class Fan {
+ public:
+  explicit Fan(unsigned seed) : random_(seed) {}
+  std::string read(const std::vector<Complex>& on, bool lead_and_rms = false) {
+    std::normal_distribution<double> normal(0, 0.15);
+    std::ostringstream text;
+    for (int m = 0; m < 4; ++m) {
+      const Complex a[4][2] = {{std::polar(1.6, -1.7), std::polar(0.5, 0.5)},
+                               {std::polar(0.6, 0.3), std::polar(1.3, -1.4)},
+                               {std::polar(2.1, -2.6), std::polar(-0.7, -0.2)},
+                               {std::polar(0.9, 2.4), std::polar(1.9, -2.2)}};
+      const Complex v[4] = {std::polar(24.0, -0.1), std::polar(23.0, -1.0), std::polar(31.0, -1.2),
+                            std::polar(37.0, -2.1)};
+      const Complex z = v[m] + a[m][0] * on[0] + a[m][1] * on[1] + Complex(normal(random_), normal(random_));
+      const double phase = std::arg(z) / kDegree;
+      if (lead_and_rms)
+        text << std::abs(z) / std::numbers::sqrt2 << "@" << phase << " ";
+      else
+        text << 2 * std::abs(z) << "@" << -phase << " ";
+    }
+    return text.str();
+  }
+
+ private:
+  std::mt19937_64 random_;
+};
+
+struct Told {
+  std::string step, plane;
+  std::vector<Complex> masses;  ///< g, with rotation
+  Outcome outcome;
+};
+
+Told told(const Folder& folder, const std::string& arguments) {
+  Told t;
+  t.outcome = folder.whirl("balance --session fan.toml --json " + arguments);
+  if (t.outcome.out.empty()) return t;
+  const io::Json json = io::parse_json(t.outcome.out, "stdout");
+  const io::JsonReader document(json, "stdout");
+  t.step = document.at("step").text();
+  t.plane = document.at("plane").text();
+  for (const io::JsonReader& m : document.at("masses").items())
+    t.masses.push_back(std::polar(1e3 * m.at("mass_kg").number(), -kDegree * m.at("angle_deg").number()));
+  return t;
+}
+
+constexpr const char* kNew =
+    "--planes A,B --probes DE,NDE --speeds-rpm 1500,2800 --phase lag --amplitude pp --angles against --trial-gram 8 "
+    "--target-um 6 --probe-deg 45,45";
+
+TEST(BalanceSessionE2e, TheProgramLeadsFromTheFirstRunToTheSheet) {
+  const Folder folder;
+  Fan fan(5);
+  Told next = told(folder, kNew);
+  ASSERT_EQ(next.outcome.exit_code, 0) << next.outcome.err;
+  std::vector<std::string> steps;
+  for (int k = 0; k < 9 && next.step != "done"; ++k) {
+    steps.push_back(next.step + next.plane);
+    next = told(folder, "--readings \"" + fan.read(next.masses) + "\" ");
+    ASSERT_EQ(next.outcome.exit_code, 0) << next.outcome.err;
+  }
+  EXPECT_EQ(steps, (std::vector<std::string>{"as found", "trialA", "trialB", "correction"}));
+  // Resumed: the same answer again, and the sheet with the check.
+  next = told(folder, "--html sheet.html");
+  EXPECT_EQ(next.step, "done");
+  std::ifstream sheet(folder / "sheet.html");
+  const std::string text((std::istreambuf_iterator<char>(sheet)), {});
+  // Four readings, two planes: what is left is above the target, and that is said.
+  EXPECT_NE(text.find("these planes cannot bring the readings below"), std::string::npos);
+  EXPECT_NE(next.outcome.err.find("the target is not held"), std::string::npos);
+  EXPECT_NE(text.find("Check: the last run"), std::string::npos);
+  // The file is a job of its own, with its conventions.
+  const Outcome plain = folder.whirl("balance fan.toml");
+  EXPECT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_NE(plain.out.find("phase lag, amplitudes p-p, mass angles against rotation"), std::string::npos);
+}
+
+TEST(BalanceSessionE2e, ARunTypedInAnotherConventionIsTheSameRun) {
+  const Folder a, b;
+  const auto masses = [&](const Folder& folder, bool lead) {
+    Fan fan(6);
+    Told next = told(folder, kNew);
+    for (int k = 0; k < 3; ++k)
+      next = told(folder,
+                  "--readings \"" + fan.read(next.masses, lead) + "\"" + (lead ? " --phase lead --amplitude rms" : ""));
+    EXPECT_EQ(next.step, "correction") << next.outcome.err;
+    return next.masses;
+  };
+  const auto lag = masses(a, false), lead = masses(b, true);
+  for (std::size_t p = 0; p < 2; ++p) EXPECT_LT(std::abs(lag[p] - lead[p]), 1e-3 * std::abs(lag[p]));
+}
+
+// The mass was put on the opposite side in the check: the program asks to look, and goes on when it is done right.
+TEST(BalanceSessionE2e, AWrongCorrectionIsNotTakenForTheRotor) {
+  const Folder folder;
+  Fan fan(7);
+  Told next = told(folder, std::string(kNew) + " --drift none");
+  for (int k = 0; k < 3; ++k) next = told(folder, "--readings \"" + fan.read(next.masses) + "\"");
+  ASSERT_EQ(next.step, "correction");
+  std::vector<Complex> wrong = next.masses;
+  wrong[1] = -wrong[1];
+  const Told after = told(folder, "--readings \"" + fan.read(wrong) + "\"");
+  EXPECT_EQ(after.step, "repeat") << after.outcome.err;
+  EXPECT_NE(after.outcome.out.find("contradict"), std::string::npos) << after.outcome.out;
+  Told end = told(folder, "--undo --readings \"" + fan.read(next.masses) + "\"");
+  EXPECT_EQ(end.step, "done");
+}
+
+TEST(BalanceSessionE2e, MistakesAreRefusedAndChangeNothing) {
+  const Folder folder;
+  EXPECT_NE(folder.whirl("balance").err.find("one of INPUT"), std::string::npos);
+  EXPECT_NE(folder.whirl("balance --session fan.toml --planes A --probes X --phase lag --amplitude pp --trial-gram 1")
+                .err.find("--angles"),
+            std::string::npos);
+  EXPECT_NE(folder.whirl("balance --session fan.toml --readings 1@2").err.find("make the job first"),
+            std::string::npos);
+  ASSERT_EQ(folder.whirl(std::string("balance --session fan.toml ") + kNew).exit_code, 0);
+  const auto content = [&] {
+    std::ifstream in(folder / "fan.toml");
+    return std::string((std::istreambuf_iterator<char>(in)), {});
+  };
+  const std::string before = content();
+  for (const char* bad : {"--readings \"1@2\"", "--readings \"1@2 3@x 4@5 6@7\"", "--readings \"1@2 -3@5 4@5 6@7\"",
+                          "--readings \"1@2 3@5 4@5 6@7\" --masses 1@2", "--planes C", "--undo", "--masses \"0 0\"",
+                          "--readings \"1@2 inf@5 4@5 6@7\"", "--html sheet.html"}) {
+    const Outcome outcome = folder.whirl(std::string("balance --session fan.toml ") + bad);
+    EXPECT_EQ(outcome.exit_code, 2) << bad << outcome.out;
+    EXPECT_EQ(content(), before) << bad;
+  }
+  EXPECT_EQ(folder.whirl("balance --session fan.toml --readings \"1@2 - 4@5 6@7\"").exit_code, 0);
+  EXPECT_NE(content().find("unread = [2]"), std::string::npos);
+  EXPECT_EQ(folder.whirl("balance --session fan.toml --undo").exit_code, 0);
+  EXPECT_EQ(content(), before);
+}
+
+}  // namespace
+}  // namespace whirl::testing
