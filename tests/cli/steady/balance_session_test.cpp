@@ -7,7 +7,7 @@
 #include <random>
 #include <sstream>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/json.hpp"
 
 namespace whirl::testing {

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/json.hpp"
 
 namespace whirl::testing {

@@ -4,7 +4,7 @@
 #include <complex>
 #include <numbers>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
