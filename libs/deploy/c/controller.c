@@ -14,6 +14,8 @@ int32_t whirl_set_params(whirl_state *state, const whirl_params *params) {
     if (state->fraction < /*@whole@*/) {
       state->fraction = R(0.0);
     }
+    state->keep = M(exp)(R(-5.0) * params->sample_time);
+    state->grow = M(exp)(R(2.0) * params->sample_time);
 /*@estimator_set_params@*/
 /*@law_set_params@*/
   }
@@ -31,6 +33,9 @@ void whirl_reset(whirl_state *state) {
   state->first = true;
   state->saturated = false;
   state->started = false;
+  state->before.valid = false;
+  state->bounded = 0;
+  state->recent = R(0.0);
 #if HAS_SUPERVISION
   whirl_watch_reset(state);
 #endif
@@ -158,7 +163,8 @@ static whirl_output whirl_no_output(void) {
   return out;
 }
 
-whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output *out) {
+/* One sample time of the controller. */
+static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_output *out) {
   const whirl_params *const p = &state->params;
   whirl_real beta;
   whirl_real ax;
@@ -171,9 +177,6 @@ whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output 
   bool fresh;
 
   *out = whirl_no_output();
-  if (!state->ready) {
-    return WHIRL_NOT_READY;
-  }
   if (!isfinite(in->beta) || !isfinite(in->omega) || !isfinite(in->omega_dot)) {
     return whirl_fault(state, WHIRL_NOT_FINITE);
   }

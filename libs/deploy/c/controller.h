@@ -70,12 +70,11 @@ typedef enum {
   WHIRL_OK = 0,
   WHIRL_NOT_FINITE = 1,   /* angle, speed or result NaN or infinite */
   WHIRL_STALE_SENSOR = 2, /* more than stale_limit samples lost in a row */
-#if HAS_SUPERVISION
   WHIRL_NOT_READY = 3,    /* whirl_init was not called or refused its parameters */
-  WHIRL_SUPERVISION = 4   /* the last step of the supervision; whirl_reset starts again */
-#else
-  WHIRL_NOT_READY = 3     /* whirl_init was not called or refused its parameters */
+#if HAS_SUPERVISION
+  WHIRL_SUPERVISION = 4,  /* the last step of the supervision; whirl_reset starts again */
 #endif
+  WHIRL_GAP = 5           /* more than max_gap sample times were left out; the next step starts anew */
 } whirl_status;
 
 typedef struct {
@@ -139,6 +138,12 @@ typedef struct {
   uint32_t held;
   bool first;
   bool saturated;
+  /* gaps */
+  whirl_input before; /* last sample */
+  int32_t bounded;    /* steps whose force is still bounded after a gap */
+  whirl_real recent;  /* N, largest force of the last fifth of a second */
+  whirl_real keep;
+  whirl_real grow;
   /* estimator */
   bool started;
 /*@estimator_state@*/
@@ -167,6 +172,14 @@ void whirl_reset(whirl_state *state);
 
 /* One sample period: call every sample_time seconds. */
 whirl_status whirl_step(whirl_state *state, const whirl_input *in, whirl_output *out);
+
+/* The step after `missed` sample times in which none was called. The controller's own time stays true: it takes one step for
+   each of them, max_fill at most, with the motion between the last sample and this one (so the call takes missed + 1 times as
+   long), and the first forces after it are bounded by those before. More than max_gap: WHIRL_GAP, zero force. */
+whirl_status whirl_step_after(whirl_state *state, const whirl_input *in, int32_t missed, whirl_output *out);
+
+/* Only the steps for the sample times that were left out, for a host that calls at a fixed multiple of sample_time. */
+void whirl_fill(whirl_state *state, const whirl_input *in, int32_t missed);
 
 /* The force that was really sent, N, when the host limited the command further. */
 void whirl_applied(whirl_state *state, whirl_real ux, whirl_real uy);

@@ -61,13 +61,14 @@ class Controller:
         if wrong:
             raise ValueError(list(PARAMETERS)[wrong - 1] + " is out of its range")
 
-    def step(self, x, y, beta, omega, omega_dot=0.0, valid=True):
-        """One sample; raises ArithmeticError when the controller gives no command."""
+    def step(self, x, y, beta, omega, omega_dot=0.0, valid=True, missed=0):
+        """One sample, after `missed` sample times without a step; raises ArithmeticError when the controller gives no command."""
         out = Output()
-        status = self._c./*@prefix@*/_step(self._state, ctypes.byref(Input(x, y, beta, omega, omega_dot, valid)),
-                                       ctypes.byref(out))
+        status = self._c./*@prefix@*/_step_after(self._state, ctypes.byref(Input(x, y, beta, omega, omega_dot, valid)),
+                                             ctypes.c_int32(missed), ctypes.byref(out))
         if status:
-            raise ArithmeticError({1: "not finite", 2: "stale sensor"}.get(status, "not ready"))
+            reasons = {1: "not finite", 2: "stale sensor", 4: "supervision", 5: "gap"}
+            raise ArithmeticError(reasons.get(status, "not ready"))
         return out
 
     def reset(self):

@@ -72,8 +72,8 @@ EXPORTED fmi2Status fmi2EnterInitializationMode(fmi2Component c) {
 EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[]) {
   instance *const it = body_of(c);
   size_t i;
-  if (it == NULL) {
-    return fmi2Error;
+  if ((it == NULL) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
+    return refuse(c, "no variables, or no place for their values");
   }
   if (it->changed) {
     update(it);
@@ -93,7 +93,7 @@ EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], 
   instance *const it = body_of(c);
   size_t i;
   for (i = 0; i < n; i++) {
-    if ((it == NULL) || !set_real(it, vr[i], value[i])) {
+    if ((it == NULL) || (vr == NULL) || (value == NULL) || !set_real(it, vr[i], value[i])) {
       return refuse(c, "this variable cannot be set now");
     }
   }
@@ -104,8 +104,8 @@ EXPORTED fmi2Status fmi2GetInteger(fmi2Component c, const fmi2ValueReference vr[
   size_t i;
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] == STATUS)) {
-      value[i] = body_of(c)->status;
+    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_INTEGER) && (vr[i] < FIRST_INTEGER + INTEGERS)) {
+      value[i] = body_of(c)->integer[vr[i] - FIRST_INTEGER];
       continue;
     }
 #endif
@@ -126,7 +126,7 @@ EXPORTED fmi2Status fmi2GetBoolean(fmi2Component c, const fmi2ValueReference vr[
   size_t i;
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
+    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
       value[i] = body_of(c)->boolean[vr[i] - FIRST_BOOLEAN];
       continue;
     }
@@ -142,7 +142,7 @@ EXPORTED fmi2Status fmi2SetBoolean(fmi2Component c, const fmi2ValueReference vr[
   size_t i;
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] == FIRST_BOOLEAN)) {
+    if ((c != NULL) && (vr != NULL) && (value != NULL) && (vr[i] == FIRST_BOOLEAN) && (body_of(c)->phase != TERMINATED)) {
       body_of(c)->boolean[0] = value[i];
       continue;
     }
@@ -169,6 +169,15 @@ EXPORTED fmi2Status fmi2SetString(fmi2Component c, const fmi2ValueReference vr[]
 EXPORTED fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2ValueReference unknown[], size_t n,
                                                  const fmi2ValueReference known[], size_t m, const fmi2Real seed[],
                                                  fmi2Real value[]) {
+#if HAS_PLANT
+  instance *const it = body_of(c);
+  const char *why;
+  if ((it == NULL) || (it->phase == INSTANTIATED) || (unknown == NULL) || (known == NULL) || (seed == NULL) || (value == NULL)) {
+    return refuse(c, "fmi2GetDirectionalDerivative before the initialization, or without variables");
+  }
+  why = directional(it, unknown, n, known, m, seed, value);
+  return (why == NULL) ? fmi2OK : refuse(c, why);
+#else
   (void)unknown;
   (void)n;
   (void)known;
@@ -176,6 +185,7 @@ EXPORTED fmi2Status fmi2GetDirectionalDerivative(fmi2Component c, const fmi2Valu
   (void)seed;
   (void)value;
   return refuse(c, "directional derivatives are not provided");
+#endif
 }
 
 /* Co-simulation */
@@ -203,11 +213,7 @@ EXPORTED fmi2Status fmi2DoStep(fmi2Component c, fmi2Real time, fmi2Real size, fm
   if ((it == NULL) || (it->phase != STEPPING)) {
     return refuse(c, "fmi2DoStep outside the step mode");
   }
-  if (!isfinite(time)) {
-    return refuse(c, "the time is not a finite number");
-  }
-  it->time = time;
-  why = advance(it, size);
+  why = advance(it, time, size);
   return (why == NULL) ? fmi2OK : refuse(c, why);
 }
 
@@ -220,7 +226,7 @@ EXPORTED fmi2Status fmi2GetStatus(fmi2Component c, fmi2StatusKind kind, fmi2Stat
 }
 
 EXPORTED fmi2Status fmi2GetRealStatus(fmi2Component c, fmi2StatusKind kind, fmi2Real *value) {
-  if ((c == NULL) || (kind != fmi2LastSuccessfulTime)) {
+  if ((c == NULL) || (value == NULL) || (kind != fmi2LastSuccessfulTime)) {
     return refuse(c, "only the last successful time is known");
   }
   *value = body_of(c)->time;
@@ -234,7 +240,7 @@ EXPORTED fmi2Status fmi2GetIntegerStatus(fmi2Component c, fmi2StatusKind kind, f
 }
 
 EXPORTED fmi2Status fmi2GetBooleanStatus(fmi2Component c, fmi2StatusKind kind, fmi2Boolean *value) {
-  if ((c == NULL) || (kind != fmi2Terminated)) {
+  if ((c == NULL) || (value == NULL) || (kind != fmi2Terminated)) {
     return refuse(c, "there is no such status");
   }
   *value = (body_of(c)->phase == TERMINATED) ? 1 : 0;

@@ -101,7 +101,7 @@ EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
                                    size_t count) {
   instance *const it = body_of(c);
   size_t i;
-  if ((it == NULL) || (count != n)) {
+  if ((it == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
     return refuse(c, "one value for each variable: there are no arrays");
   }
   if (it->changed) {
@@ -123,7 +123,7 @@ EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
   instance *const it = body_of(c);
   size_t i;
   for (i = 0; i < n; i++) {
-    if ((it == NULL) || (count != n) || !set_real(it, vr[i], value[i])) {
+    if ((it == NULL) || (count != n) || (vr == NULL) || (value == NULL) || !set_real(it, vr[i], value[i])) {
       return refuse(c, "this variable cannot be set now");
     }
   }
@@ -132,11 +132,13 @@ EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
 
 EXPORTED fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], size_t n, int32_t value[], size_t count) {
   size_t i;
-  (void)count;
+  if ((c == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
+    return refuse(c, "one value for each variable: there are no arrays");
+  }
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] == STATUS)) {
-      value[i] = body_of(c)->status;
+    if ((vr[i] >= FIRST_INTEGER) && (vr[i] < FIRST_INTEGER + INTEGERS)) {
+      value[i] = body_of(c)->integer[vr[i] - FIRST_INTEGER];
       continue;
     }
 #endif
@@ -150,10 +152,12 @@ EXPORTED fmi3Status fmi3GetInt32(fmi3Instance c, const fmi3ValueReference vr[], 
 EXPORTED fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Boolean value[],
                                    size_t count) {
   size_t i;
-  (void)count;
+  if ((c == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
+    return refuse(c, "one value for each variable: there are no arrays");
+  }
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
+    if ((vr[i] >= FIRST_BOOLEAN) && (vr[i] < FIRST_BOOLEAN + BOOLEANS)) {
       value[i] = (body_of(c)->boolean[vr[i] - FIRST_BOOLEAN] != 0);
       continue;
     }
@@ -168,10 +172,12 @@ EXPORTED fmi3Status fmi3GetBoolean(fmi3Instance c, const fmi3ValueReference vr[]
 EXPORTED fmi3Status fmi3SetBoolean(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Boolean value[],
                                    size_t count) {
   size_t i;
-  (void)count;
+  if ((c == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
+    return refuse(c, "one value for each variable: there are no arrays");
+  }
   for (i = 0; i < n; i++) {
 #if HAS_CONTROLLER
-    if ((c != NULL) && (vr[i] == FIRST_BOOLEAN)) {
+    if ((vr[i] == FIRST_BOOLEAN) && (body_of(c)->phase != TERMINATED)) {
       body_of(c)->boolean[0] = value[i] ? 1 : 0;
       continue;
     }
@@ -192,26 +198,30 @@ EXPORTED fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 siz
   if ((it == NULL) || (it->phase != STEPPING)) {
     return refuse(c, "fmi3DoStep outside the step mode");
   }
-  if (!isfinite(time)) {
-    return refuse(c, "the time is not a finite number");
+  why = advance(it, time, size);
+  if ((event_needed != NULL) && (terminate != NULL) && (early_return != NULL) && (last_time != NULL)) {
+    *event_needed = false;
+    *terminate = false;
+    *early_return = false;
+    *last_time = it->time;
   }
-  it->time = time;
-  why = advance(it, size);
-  *event_needed = false;
-  *terminate = false;
-  *early_return = false;
-  *last_time = it->time;
   return (why == NULL) ? fmi3OK : refuse(c, why);
 }
 
 EXPORTED fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance c, size_t *n) {
+  if ((c == NULL) || (n == NULL)) {
+    return fmi3Error;
+  }
   *n = /*@states@*/;
-  return (c == NULL) ? fmi3Error : fmi3OK;
+  return fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n) {
+  if ((c == NULL) || (n == NULL)) {
+    return fmi3Error;
+  }
   *n = /*@indicators@*/;
-  return (c == NULL) ? fmi3Error : fmi3OK;
+  return fmi3OK;
 }
 #if HAS_PLANT
 
@@ -219,7 +229,8 @@ EXPORTED fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again,
                                              fmi3Boolean *nominals_changed, fmi3Boolean *states_changed,
                                              fmi3Boolean *next_event_defined, fmi3Float64 *next_event) {
   instance *const it = body_of(c);
-  if ((it == NULL) || (it->phase != EVENT)) {
+  if ((it == NULL) || (it->phase != EVENT) || (again == NULL) || (terminate == NULL) || (nominals_changed == NULL) ||
+      (states_changed == NULL) || (next_event_defined == NULL) || (next_event == NULL)) {
     return refuse(c, "fmi3UpdateDiscreteStates outside the event mode");
   }
   update(it);
@@ -230,6 +241,19 @@ EXPORTED fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again,
   *next_event_defined = false;
   *next_event = 0.0;
   return fmi3OK;
+}
+
+EXPORTED fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n,
+                                                 const fmi3ValueReference knowns[], size_t m, const fmi3Float64 seed[],
+                                                 size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities) {
+  instance *const it = body_of(c);
+  const char *why;
+  if ((it == NULL) || (it->phase == INSTANTIATED) || (seeds != m) || (sensitivities != n) || (unknowns == NULL) ||
+      (knowns == NULL) || (seed == NULL) || (sensitivity == NULL)) {
+    return refuse(c, "fmi3GetDirectionalDerivative before the initialization, or without a value for each variable");
+  }
+  why = directional(it, unknowns, n, knowns, m, seed, sensitivity);
+  return (why == NULL) ? fmi3OK : refuse(c, why);
 }
 
 #endif
@@ -270,9 +294,6 @@ NOT_PROVIDED(fmi3SetClock, (fmi3Instance c, const fmi3ValueReference vr[], size_
 NOT_PROVIDED(fmi3GetNumberOfVariableDependencies, (fmi3Instance c, fmi3ValueReference vr, size_t *n))
 NOT_PROVIDED(fmi3GetVariableDependencies, (fmi3Instance c, fmi3ValueReference dependent, size_t indices[], fmi3ValueReference
              independents[], size_t independent_indices[], fmi3DependencyKind kinds[], size_t n))
-NOT_PROVIDED(fmi3GetDirectionalDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t n, const
-             fmi3ValueReference knowns[], size_t m, const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t
-             sensitivities))
 NOT_PROVIDED(fmi3GetAdjointDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t n, const
              fmi3ValueReference knowns[], size_t m, const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t
              sensitivities))
@@ -309,4 +330,7 @@ NOT_PROVIDED(fmi3GetContinuousStates, (fmi3Instance c, fmi3Float64 x[], size_t n
 NOT_PROVIDED(fmi3GetContinuousStateDerivatives, (fmi3Instance c, fmi3Float64 rates[], size_t n))
 NOT_PROVIDED(fmi3GetEventIndicators, (fmi3Instance c, fmi3Float64 indicators[], size_t n))
 NOT_PROVIDED(fmi3GetNominalsOfContinuousStates, (fmi3Instance c, fmi3Float64 nominal[], size_t n))
+NOT_PROVIDED(fmi3GetDirectionalDerivative, (fmi3Instance c, const fmi3ValueReference unknowns[], size_t n, const
+             fmi3ValueReference knowns[], size_t m, const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t
+             sensitivities))
 #endif

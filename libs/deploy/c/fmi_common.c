@@ -32,8 +32,8 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/ExitInitializationMode(void *c) {
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/Terminate(void *c) {
   instance *const it = body_of(c);
-  if (it == NULL) {
-    return /*@fmi@*/Error;
+  if ((it == NULL) || (it->phase < EVENT) || (it->phase == TERMINATED)) {
+    return refuse(c, "/*@fmi@*/Terminate outside the run");
   }
   it->phase = TERMINATED;
   return /*@fmi@*/OK;
@@ -70,7 +70,9 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/Set/*@State@*/(void *c, /*@fmi@*//*@State@*/ s
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/Free/*@State@*/(void *c, /*@fmi@*//*@State@*/ *state) {
-  (void)c;
+  if (c == NULL) {
+    return /*@fmi@*/Error;
+  }
   if (state != NULL) {
     free(*state);
     *state = NULL;
@@ -79,22 +81,32 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/Free/*@State@*/(void *c, /*@fmi@*//*@State@*/ 
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/Serialized/*@State@*/Size(void *c, /*@fmi@*//*@State@*/ state, size_t *size) {
-  (void)c;
-  (void)state;
-  *size = sizeof(instance);
+  if ((c == NULL) || (state == NULL) || (size == NULL)) {
+    return refuse(c, "no state, or no place for its size");
+  }
+  *size = sizeof(instance) + sizeof(unsigned long long);
   return /*@fmi@*/OK;
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/Serialize/*@State@*/(void *c, /*@fmi@*//*@State@*/ state, /*@fmi@*/Byte bytes[], size_t size) {
-  if ((state == NULL) || (size < sizeof(instance))) {
+  unsigned long long sum;
+  if ((c == NULL) || (state == NULL) || (bytes == NULL) || (size < sizeof(instance) + sizeof sum)) {
     return refuse(c, "the buffer is too small for the state");
   }
+  sum = checksum((const unsigned char *)state, sizeof(instance));
   memcpy(bytes, state, sizeof(instance));
+  memcpy(&bytes[sizeof(instance)], &sum, sizeof sum);
   return /*@fmi@*/OK;
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*//*@Deserialize@*//*@State@*/(void *c, const /*@fmi@*/Byte bytes[], size_t size, /*@fmi@*//*@State@*/ *state) {
-  if ((size != sizeof(instance)) || (/*@fmi@*/Get/*@State@*/(c, state) != /*@fmi@*/OK)) {
+  unsigned long long sum;
+  if ((c == NULL) || (bytes == NULL) || (size != sizeof(instance) + sizeof sum)) {
+    return refuse(c, "these bytes are no state of this FMU");
+  }
+  memcpy(&sum, &bytes[sizeof(instance)], sizeof sum);
+  if ((checksum((const unsigned char *)bytes, sizeof(instance)) != sum) ||
+      (/*@fmi@*/Get/*@State@*/(c, state) != /*@fmi@*/OK)) {
     return refuse(c, "these bytes are no state of this FMU");
   }
   memcpy(*state, bytes, sizeof(instance));
@@ -102,9 +114,16 @@ EXPORTED /*@fmi@*/Status /*@fmi@*//*@Deserialize@*//*@State@*/(void *c, const /*
 }
 #if HAS_PLANT
 
+/* Model exchange from the initialization on, up to the phase `last`; time and states change from the first event mode on. */
+static bool between(void *c, phase last) {
+  const instance *const it = body_of(c);
+  const phase first = (last == CONTINUOUS) ? EVENT : INITIALISING;
+  return it->model_exchange && (it->phase >= first) && (it->phase <= last);
+}
+
 EXPORTED /*@fmi@*/Status /*@fmi@*/EnterEventMode(void *c) {
   instance *const it = body_of(c);
-  if ((it == NULL) || !it->model_exchange || (it->phase < EVENT) || (it->phase == TERMINATED)) {
+  if ((it == NULL) || !between(c, CONTINUOUS)) {
     return refuse(c, "/*@fmi@*/EnterEventMode outside model exchange");
   }
   it->phase = EVENT;
@@ -125,14 +144,17 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/EnterContinuousTimeMode(void *c) {
 EXPORTED /*@fmi@*/Status /*@fmi@*/CompletedIntegratorStep(void *c, /*@fmi@*/Boolean no_set_state_prior, /*@fmi@*/Boolean *enter_event,
                                                 /*@fmi@*/Boolean *terminate) {
   (void)no_set_state_prior;
+  if ((c == NULL) || (body_of(c)->phase != CONTINUOUS) || (enter_event == NULL) || (terminate == NULL)) {
+    return refuse(c, "/*@fmi@*/CompletedIntegratorStep outside the continuous-time mode");
+  }
   *enter_event = 0;
   *terminate = 0;
-  return (c == NULL) ? /*@fmi@*/Error : /*@fmi@*/OK;
+  return /*@fmi@*/OK;
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/SetTime(void *c, double time) {
-  if (c == NULL) {
-    return /*@fmi@*/Error;
+  if ((c == NULL) || !between(c, CONTINUOUS)) {
+    return refuse(c, "/*@fmi@*/SetTime outside model exchange");
   }
   if (!isfinite(time)) {
     return refuse(c, "the time is not a finite number");
@@ -144,7 +166,10 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/SetTime(void *c, double time) {
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/SetContinuousStates(void *c, const double x[], size_t n) {
   size_t i;
-  if ((c == NULL) || (n != STATES)) {
+  if ((c == NULL) || !between(c, CONTINUOUS)) {
+    return refuse(c, "/*@fmi@*/SetContinuousStates outside model exchange");
+  }
+  if ((n != STATES) || (x == NULL)) {
     return refuse(c, "wrong number of states");
   }
   for (i = 0; i < n; i++) {
@@ -158,7 +183,10 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/SetContinuousStates(void *c, const double x[],
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/GetContinuousStates(void *c, double x[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
+  if ((c == NULL) || !between(c, TERMINATED)) {
+    return refuse(c, "/*@fmi@*/GetContinuousStates outside model exchange");
+  }
+  if ((n != STATES) || (x == NULL)) {
     return refuse(c, "wrong number of states");
   }
   memcpy(x, body_of(c)->x, n * sizeof x[0]);
@@ -166,7 +194,10 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetContinuousStates(void *c, double x[], size_
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*//*@Derivatives@*/(void *c, double rates[], size_t n) {
-  if ((c == NULL) || (n != STATES)) {
+  if ((c == NULL) || !between(c, TERMINATED)) {
+    return refuse(c, "/*@fmi@*//*@Derivatives@*/ outside model exchange");
+  }
+  if ((n != STATES) || (rates == NULL)) {
     return refuse(c, "wrong number of states");
   }
   update(body_of(c));
@@ -175,8 +206,11 @@ EXPORTED /*@fmi@*/Status /*@fmi@*//*@Derivatives@*/(void *c, double rates[], siz
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/GetEventIndicators(void *c, double indicators[], size_t n) {
+  if ((c == NULL) || !between(c, TERMINATED)) {
+    return refuse(c, "/*@fmi@*/GetEventIndicators outside model exchange");
+  }
 #if HAS_EVENTS
-  if ((c == NULL) || (n != EVENTS)) {
+  if ((n != EVENTS) || (indicators == NULL)) {
     return refuse(c, "wrong number of event indicators");
   }
   update(body_of(c));
@@ -189,13 +223,14 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetEventIndicators(void *c, double indicators[
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*/GetNominalsOfContinuousStates(void *c, double nominal[], size_t n) {
-  size_t i;
-  if ((c == NULL) || (n != STATES)) {
+  static const double sizes[STATES] = {/*@nominals@*/};
+  if ((c == NULL) || !between(c, TERMINATED)) {
+    return refuse(c, "/*@fmi@*/GetNominalsOfContinuousStates outside model exchange");
+  }
+  if ((n != STATES) || (nominal == NULL)) {
     return refuse(c, "wrong number of states");
   }
-  for (i = 0; i < n; i++) {
-    nominal[i] = 1.0;
-  }
+  memcpy(nominal, sizes, n * sizeof sizes[0]);
   return /*@fmi@*/OK;
 }
 #endif

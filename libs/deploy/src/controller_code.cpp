@@ -50,6 +50,8 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
   out.push_back({"delay", "s",
                  "loop delay assumed: sensor, computation, actuator lag, without the hold; at most 16 samples", d.delay,
                  0, 1});
+  out.push_back({"max_gap", "1", "sample times left out at once above which a step refuses; 0: never", 100, 0, 1e6});
+  out.push_back({"max_fill", "1", "steps taken at most for sample times that were left out", 64, 0, 1000});
   return out;
 }
 
@@ -212,7 +214,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part(deploy_template("supervisor.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);
-  source += fill_template(deploy_template("controller.c"), s);
+  source += fill_template(deploy_template("controller.c"), s) + fill_template(deploy_template("gap.c"), s);
   code.source = {options.prefix + ".c", drop_unused_functions(source)};
   return code;
 }

@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <zip.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 
 #include "fmu_description.hpp"
 #include "template.hpp"
@@ -98,8 +100,9 @@ std::vector<SourceFile> finish(Builder& b, const FmuOptions& o, TemplateSettings
   s.slots["Derivatives"] = o.version == 2 ? "GetDerivatives" : "GetContinuousStateDerivatives";
   s.slots["common"] = fill_template(deploy_template("fmi_common.c"), s);
   std::string code = fmt::format("/* {}: FMI {}.0 around {}.c. */\n", id, o.version, id);
-  code +=
-      fill_template(deploy_template("fmu_core.c"), s) + fill_template(deploy_template(std::string(version) + ".c"), s);
+  const char* const what = s.features.contains("PLANT") ? "fmu_plant.c" : "fmu_controller.c";
+  for (const std::string& part : {std::string("fmu_core.c"), std::string(what), std::string(version) + ".c"})
+    code += fill_template(deploy_template(part), s);
   std::vector<SourceFile> files{
       {"modelDescription.xml", fmu_xml(b.description, o, token)},
       {"sources/" + header.name, header.text},
@@ -152,20 +155,35 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
     const char* const unit = n.find('u') == 0 || n.starts_with("req") ? "N"
                              : n.starts_with("s_") || n[0] == 'v'     ? "m/s"
                                                                       : "m";
-    b.add(real(name, unit, meaning, "output", "discrete", ""));
+    FmuVariable v = real(name, unit, meaning, "output", "discrete", "");
+    v.depends.emplace();  // the sample was taken when the step began
+    b.add(std::move(v));
   }
   b.block("PARAMETER", code.parameters.size());
   TemplateSettings s;
   s.features = {"CONTROLLER"};
   s.slots["fixed"] = std::to_string(b.parameters(code.parameters, "sample_time"));
   s.slots["states"] = s.slots["indicators"] = "0U";
+  const auto flag = [&](const char* name, const char* meaning, FmuVariable::Type type) {
+    FmuVariable v{name, "", meaning, "output", "discrete", "", type};
+    v.depends.emplace();
+    b.add(std::move(v));
+  };
   b.block("BOOLEAN", 3);
   b.add({"valid", "", "the displacement sample is not lost", "input", "discrete", "true", FmuVariable::Type::boolean});
-  b.add({"saturated", "", "the force limit acted", "output", "discrete", "", FmuVariable::Type::boolean});
-  b.add({"held", "", "the sample was lost or not plausible", "output", "discrete", "", FmuVariable::Type::boolean});
-  b.constant("STATUS", b.description.variables.size());
-  b.add({"status", "", "0 fine, 1 not finite, 2 stale sensor: the force is then 0", "output", "discrete", "",
-         FmuVariable::Type::integer});
+  flag("saturated", "the force limit acted", FmuVariable::Type::boolean);
+  flag("held", "the sample was lost or not plausible", FmuVariable::Type::boolean);
+  const bool supervised = control::resolve_parameters(design).at("supervise") > 0;
+  b.block("INTEGER", supervised ? 2 : 1);
+  flag("status", "0 fine, 2 stale sensor, 4 supervision, 5 gap: the force is then 0", FmuVariable::Type::integer);
+  if (supervised) {
+    s.features.insert("SUPERVISION");
+    flag("supervision",
+         "sum of steps taken: 1 adaptation frozen, 2 feedforward replaced, 4 gain lowered, 8 feedback off, 16 force "
+         "off, 32 trip; of reasons: 256 growth, 512 feedforward's phase, 1024 unbalance changed, 2048 saturation, 4096 "
+         "sensor lost, 8192 worse than open",
+         FmuVariable::Type::integer);
+  }
   b.description.step = design.sample_time;
   b.description.variable_step = false;
   return finish(b, o, std::move(s), code.header, code.source);
@@ -179,12 +197,31 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
     throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
   const ModelCode code = model_code(system, options.code);
   Builder b(system.title);
+  TemplateSettings s;
+  s.features = {"PLANT"};
+  s.slots["along"] = along_lines(system, options.code);
+  std::map<std::string, std::size_t, std::less<>> reference{{"t", 0}};  // of time, inputs, states
   b.block("INPUT", system.inputs.size());
+  for (const SystemVariable& v : system.inputs) reference.emplace(v.name, reference.size());
+  for (const SystemVariable& v : system.states) reference.emplace(v.name, reference.size());
+  const auto depends_on = [&](const expr::Expr& e) {
+    std::vector<std::size_t> out;
+    for (const std::string& name : expr::variables(e)) {
+      if (const auto found = reference.find(name); found != reference.end()) out.push_back(found->second);
+    }
+    std::sort(out.begin(), out.end());
+    return out;
+  };
   for (const SystemVariable& v : system.inputs) b.add(real(v.name, v.unit, v.meaning, "input", "continuous", "0"));
   b.block("STATE", system.states.size());
   std::vector<int> states;
-  for (const SystemVariable& v : system.states)
-    states.push_back(b.add(real(v.name, v.unit, v.meaning, "local", "continuous", "0")));
+  std::string& nominals = s.slots["nominals"];
+  for (const SystemVariable& v : system.states) {
+    FmuVariable state = real(v.name, v.unit, v.meaning, "local", "continuous", "0");
+    state.nominal = v.nominal > 0 ? v.nominal : 1;
+    nominals += (nominals.empty() ? "" : ", ") + expr::number_text(state.nominal, true);
+    states.push_back(b.add(std::move(state)));
+  }
   b.block("RATE", system.states.size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     const SystemVariable& v = system.states[i];
@@ -192,15 +229,20 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
                             v.unit == "1" ? "1/s" : (expr::Unit::parse(v.unit) / expr::Unit::parse("s")).str(),
                             "derivative", "local", "continuous", "");
     rate.derivative_of = states[i];
+    rate.depends = depends_on(system.rates[i]);
     b.add(rate);
   }
   b.block("OUTPUT", system.outputs.size());
-  for (const SystemVariable& v : system.outputs) b.add(real(v.name, v.unit, v.meaning, "output", "continuous", ""));
+  for (std::size_t i = 0; i < system.outputs.size(); ++i) {
+    const SystemVariable& v = system.outputs[i];
+    FmuVariable output = real(v.name, v.unit, v.meaning, "output", "continuous", "");
+    output.nominal = v.nominal;
+    output.depends = depends_on(system.output_terms[i]);
+    b.add(std::move(output));
+  }
   std::vector<CodeParameter> parameters = system.parameters;
   parameters.push_back({"inner_step", "s", "step of the integration in co-simulation", options.inner_step, 1e-7, 1});
   b.block("PARAMETER", parameters.size());
-  TemplateSettings s;
-  s.features = {"PLANT"};
   s.slots["fixed"] = std::to_string(b.parameters(parameters, "inner_step"));
   s.slots["inner"] = expr::number_text(options.inner_step, true);
   s.slots["states"] = fmt::format("{}U", system.states.size());
@@ -217,6 +259,7 @@ std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions
   }
   s.slots["aged"] = angle_lines(system);
   b.description.step = options.inner_step;
+  b.description.directional = true;
   return finish(b, options, std::move(s), code.header, code.source);
 }
 

@@ -1,6 +1,7 @@
 #include "fmu_description.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -96,6 +97,7 @@ std::string variable_xml(const FmuDescription& d, std::size_t reference, int ver
   if (v.derivative_of >= 0) value += fmt::format(" derivative=\"{}\"", v.derivative_of + (version == 2 ? 1 : 0));
   if (v.low < v.high)
     value += fmt::format(" min=\"{}\" max=\"{}\"", expr::number_text(v.low), expr::number_text(v.high));
+  if (v.nominal > 0) value += fmt::format(" nominal=\"{}\"", expr::number_text(v.nominal));
   if (!v.start.empty()) value += fmt::format(" start=\"{}\"", v.start);
   constexpr std::array types2{"Real", "Integer", "Boolean"}, types3{"Float64", "Int32", "Boolean"};
   const auto type = static_cast<std::size_t>(v.type);
@@ -107,9 +109,15 @@ std::string structure_xml(const FmuDescription& d, int version) {
   std::string outputs, derivatives, unknowns, events;
   for (std::size_t i = 0; i < d.variables.size(); ++i) {
     const FmuVariable& v = d.variables[i];
+    std::string depends;
+    if (v.depends) {
+      std::vector<std::size_t> known = *v.depends;
+      for (std::size_t& k : known) k += version == 2 ? 1 : 0;
+      depends = fmt::format(" dependencies=\"{}\"", fmt::join(known, " "));
+    }
     const auto entry = [&](const char* name) {
-      return version == 3 ? fmt::format("    <{} valueReference=\"{}\"/>\n", name, i)
-                          : fmt::format("      <Unknown index=\"{}\"/>\n", i + 1);
+      return version == 3 ? fmt::format("    <{} valueReference=\"{}\"{}/>\n", name, i, depends)
+                          : fmt::format("      <Unknown index=\"{}\"{}/>\n", i + 1, depends);
     };
     if (is_output(v)) outputs += entry("Output");
     if (v.derivative_of >= 0) derivatives += entry("ContinuousStateDerivative");
@@ -139,8 +147,10 @@ std::string fmu_xml(const FmuDescription& d, const FmuOptions& o, const std::str
       three ? "3.0" : "2.0", id, three ? "instantiationToken" : "guid", token, escape(d.title), version());
   if (!three) xml += fmt::format(" numberOfEventIndicators=\"{}\"", events);
   xml += ">\n";
-  const std::string capable = three ? "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\""
-                                    : "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
+  std::string capable = three ? "canGetAndSetFMUState=\"true\" canSerializeFMUState=\"true\""
+                              : "canGetAndSetFMUstate=\"true\" canSerializeFMUstate=\"true\"";
+  if (d.directional)
+    capable += three ? " providesDirectionalDerivatives=\"true\"" : " providesDirectionalDerivative=\"true\"";
   const std::string sources =
       three ? "/>\n"
             : fmt::format("><SourceFiles><File name=\"{0}.c\"/><File name=\"{0}_fmu.c\"/></SourceFiles></", id);
@@ -158,7 +168,8 @@ std::string fmu_xml(const FmuDescription& d, const FmuOptions& o, const std::str
   }
   xml += units_xml(d);
   xml += "  <LogCategories><Category name=\"error\"/></LogCategories>\n";
-  xml += fmt::format("  <DefaultExperiment startTime=\"0\" stepSize=\"{}\"/>\n", expr::number_text(d.step));
+  xml += fmt::format("  <DefaultExperiment startTime=\"0\"{} stepSize=\"{}\"/>\n",
+                     o.model_exchange ? " tolerance=\"1e-6\"" : "", expr::number_text(d.step));
   xml += "  <ModelVariables>\n";
   for (std::size_t i = 0; i < d.variables.size(); ++i) xml += variable_xml(d, i, o.version);
   xml += "  </ModelVariables>\n" + structure_xml(d, o.version);

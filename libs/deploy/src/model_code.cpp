@@ -27,11 +27,13 @@ struct Symbols {
     add("t", "t");
     for (const CodeParameter& p : s.parameters) add(p.name, "p->" + p.name);
     for (std::size_t i = 0; i < s.events.size(); ++i) add(fmt::format("sign_{}", i + 1), fmt::format("s[{}]", i));
+    for (std::size_t i = 0; i < s.states.size(); ++i) add("change_of_" + s.states[i].name, fmt::format("dx[{}]", i));
+    for (std::size_t i = 0; i < s.inputs.size(); ++i) add("change_of_" + s.inputs[i].name, fmt::format("du[{}]", i));
   }
 };
 
 /// Body of a function that computes `terms`; parameters of the function that it does not use are cast to void.
-std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, const std::string& target,
+std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, const std::vector<std::string>& targets,
                  std::initializer_list<const char*> arguments) {
   const Symbols symbols(s);
   const expr::Tape tape = expr::compile(terms, symbols.names);
@@ -40,7 +42,7 @@ std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, con
   options.literal_macro = "R";
   options.function_macro = "M";
   options.inputs = symbols.text;
-  for (std::size_t i = 0; i < terms.size(); ++i) options.outputs.push_back(fmt::format("{}[{}]", target, i));
+  options.outputs = targets;
   std::string text = tape.c99(options);
   std::string unused;
   for (const char* argument : arguments) {
@@ -60,6 +62,18 @@ std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, con
   text = unused + text;
   if (!text.empty() && text.back() == '\n') text.pop_back();
   return text;
+}
+
+/// target[0], target[1], ...
+std::vector<std::string> elements(const char* target, std::size_t count) {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(fmt::format("{}[{}]", target, i));
+  return out;
+}
+
+std::string body(const ModelSystem& s, const std::vector<expr::Expr>& terms, const char* target,
+                 std::initializer_list<const char*> arguments) {
+  return body(s, terms, elements(target, terms.size()), arguments);
 }
 
 /// The angle goes on with the speed: index of an input, or none.
@@ -170,6 +184,28 @@ std::string angle_lines(const ModelSystem& system) {
     if (!terms[i].empty()) out += fmt::format("{}    u[{}] = {};", out.empty() ? "" : "\n", i, terms[i]);
   }
   return out.empty() ? "    (void)age;" : out;
+}
+
+std::string along_lines(const ModelSystem& s, const CodeOptions& options) {
+  std::vector<expr::Expr> changes;
+  const auto add = [&](const expr::Expr& term) {
+    const expr::Expr smooth = with_frozen_signs(term, s.events);
+    std::vector<expr::Expr> parts;
+    for (const auto& list : {s.states, s.inputs}) {
+      for (const SystemVariable& v : list)
+        parts.push_back(expr::differentiate(smooth, v.name) * expr::Expr::symbol("change_of_" + v.name));
+    }
+    changes.push_back(expr::Expr::sum(parts));
+  };
+  for (const expr::Expr& e : s.rates) add(e);
+  for (const expr::Expr& e : s.output_terms) add(e);
+  std::vector<std::string> targets = elements("rate", s.rates.size());
+  for (const std::string& name : elements("output", s.output_terms.size())) targets.push_back(name);
+  TemplateSettings t;
+  t.prefix = options.prefix;
+  return fill_template(s.events.empty() ? body(s, changes, targets, {"p", "t", "x", "u", "dx", "du"})
+                                        : body(s, changes, targets, {"p", "t", "x", "u", "s", "dx", "du"}),
+                       t);
 }
 
 ModelCode model_code(const ModelSystem& system, const CodeOptions& options) {

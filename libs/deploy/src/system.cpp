@@ -47,22 +47,42 @@ std::vector<expr::Expr> find_events(const std::vector<expr::Expr>& terms) {
   return events;
 }
 
+/// The next power of ten; 1 for zero and what is no number.
+double rounded_up(double size) {
+  return size > 0 && std::isfinite(size) ? std::pow(10, std::ceil(std::log10(size))) : 1;
+}
+
+/// Whirl of a rotor above its critical speed has the size of its eccentricity.
+double usual_way(const RotorModel& m) {
+  const double e = std::abs(m.eps);
+  return e > 1e-9 && std::isfinite(e) ? rounded_up(e) : 1e-3;
+}
+
+/// Size that a quantity of this unit has on a laboratory rotor.
+double usual_size(const std::string& unit) {
+  static const std::map<std::string, double> sizes{{"m", 1e-3}, {"m/s", 0.1}, {"m/s^2", 10}, {"rad/s", 100}};
+  const auto found = sizes.find(unit);
+  return found == sizes.end() ? 1 : found->second;
+}
+
 ModelSystem rotor_system(const RotorModel& m) {
   ModelSystem s;
   s.title = "identified rotor in the complex coordinate, z'' = -k1 z - k2 |z|^2 z - c z' + eps F + gain u";
   s.parameters = rotor_parameters(m);
   s.parameters.push_back({"gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing",
                           m.gain, -kInf, kInf});
-  s.states = {{"x", "m", "displacement of the disk"},
-              {"vx", "m/s", "velocity"},
-              {"y", "m", "displacement of the disk"},
-              {"vy", "m/s", "velocity"}};
+  const double way = usual_way(m), speed = rounded_up(way * std::sqrt(std::abs(m.k1)));
+  s.states = {{"x", "m", "displacement of the disk", way},
+              {"vx", "m/s", "velocity", speed},
+              {"y", "m", "displacement of the disk", way},
+              {"vy", "m/s", "velocity", speed}};
   s.inputs = {{"beta", "rad", "rotor angle"},
               {"omega", "rad/s", "rotor speed"},
               {"alpha", "rad/s^2", "rotor acceleration"},
               {"ux", "N", "actuator force"},
               {"uy", "N", "actuator force"}};
-  s.outputs = {{"x_sensor", "m", "displacement the sensors see"}, {"y_sensor", "m", "displacement the sensors see"}};
+  s.outputs = {{"x_sensor", "m", "displacement the sensors see", way},
+               {"y_sensor", "m", "displacement the sensors see", way}};
   const expr::Expr fx = expr::Expr::parse("omega^2*cos(beta) + alpha*sin(beta)"),
                    fy = expr::Expr::parse("omega^2*sin(beta) - alpha*cos(beta)");
   const std::map<std::string, expr::Expr, std::less<>> forcing{{"fx", fx}, {"fy", fy}};
@@ -88,8 +108,8 @@ ModelSystem rotor_system(const RotorModel& m) {
         {name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInf, kInf});
     for (const char* part : {"x", "y"}) {
       const std::string q = name("q") + part, dq = name("dq") + part;
-      s.states.push_back({q, "1", "coordinate of a further mode"});
-      s.states.push_back({dq, "1/s", "its rate"});
+      s.states.push_back({q, "1", "coordinate of a further mode", 1});
+      s.states.push_back({dq, "1/s", "its rate", rounded_up(std::abs(mode.omega))});
       const expr::Expr w = symbol("mode_omega");
       s.rates.push_back(expr::Expr::symbol(dq));
       s.rates.push_back((*part == 'x' ? fx : fy) - expr::Expr(2) * symbol("mode_zeta") * w * expr::Expr::symbol(dq) -
@@ -123,7 +143,10 @@ ModelSystem equation_system(const IdentifiedModel& model) {
   ModelSystem s;
   s.title = fmt::format("identified equations (method {})", model.method);
   s.discrete = compiled.discrete();
-  for (const std::string& name : compiled.states()) s.states.push_back({name, unit_text(name), meaning_of(name)});
+  for (const std::string& name : compiled.states()) {
+    const std::string unit = unit_text(name);
+    s.states.push_back({name, unit, meaning_of(name), usual_size(unit)});
+  }
   for (const std::string& name : compiled.inputs()) {
     if (name != "t") s.inputs.push_back({name, unit_text(name), meaning_of(name)});
   }
@@ -155,7 +178,7 @@ ModelSystem equation_system(const IdentifiedModel& model) {
     s.rates.push_back(expr::Expr::sum(terms));
   }
   for (const SystemVariable& v : s.states) {
-    s.outputs.push_back({v.name + "_out", v.unit, v.meaning});
+    s.outputs.push_back({v.name + "_out", v.unit, v.meaning, v.nominal});
     s.output_terms.push_back(expr::Expr::symbol(v.name));
   }
   return s;

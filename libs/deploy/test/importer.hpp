@@ -117,6 +117,23 @@ class Importer {
     return function<int(void*, double, double, bool, bool*, bool*, bool*, double*)>("DoStep")(
         c, t, h, true, &event, &terminate, &early, &last);
   }
+  /// Change of `unknown` along `known` with the given seeds; empty when the FMU refuses.
+  std::vector<double> directional(void* c, const std::vector<std::string>& unknown,
+                                  const std::vector<std::string>& known, const std::vector<double>& seed) const {
+    std::vector<unsigned> u, k;
+    for (const std::string& name : unknown) u.push_back(reference.at(name));
+    for (const std::string& name : known) k.push_back(reference.at(name));
+    std::vector<double> out(u.size());
+    using Two = int(void*, const unsigned*, std::size_t, const unsigned*, std::size_t, const double*, double*);
+    using Three = int(void*, const unsigned*, std::size_t, const unsigned*, std::size_t, const double*, std::size_t,
+                      double*, std::size_t);
+    const int status =
+        three ? function<Three>("GetDirectionalDerivative")(c, u.data(), u.size(), k.data(), k.size(), seed.data(),
+                                                            seed.size(), out.data(), out.size())
+              : function<Two>("GetDirectionalDerivative")(c, u.data(), u.size(), k.data(), k.size(), seed.data(),
+                                                          out.data());
+    return status == 0 ? out : std::vector<double>{};
+  }
   // Model exchange
   int new_discrete_states(void* c) const {
     if (three) {

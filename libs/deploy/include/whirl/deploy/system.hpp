@@ -11,6 +11,7 @@ namespace whirl::deploy {
 /// A quantity of a system with its SI unit.
 struct SystemVariable {
   std::string name, unit, meaning;
+  double nominal = 0;  ///< usual size in its unit, for tolerances; 0: not known
 };
 
 /// The right-hand side of a model with its coefficients as named parameters, the common source of every exported form:

@@ -20,7 +20,7 @@ inline constexpr unsigned kLockstepCycle = 128;
 struct IoSettings {
   std::string source;            ///< file that they were read from
   std::string clock = "sample";  ///< "sample", "wall", or "lockstep": as sample, the recorded time is that of the ticks
-  std::string overrun = "skip", dt = "nominal";
+  std::string overrun = "skip", dt = "fill";
   double rate = 1000;  ///< Hz
   int max_catch_up = 3, trip_after = 10;
   int settle = 100;  ///< disarmed cycles at the start
