@@ -39,6 +39,12 @@ else()
 endif()
 option(WHIRL_HARDEN "Compile with checks of the stack and of copies" ${whirl_harden})
 
+# A list of sanitizers has a comma, which a generator expression takes for the end of its argument.
+set(sanitized OFF)
+if(WHIRL_SANITIZE)
+  set(sanitized ON)
+endif()
+
 add_library(whirl_flags INTERFACE)
 target_link_options(whirl_flags INTERFACE $<BUILD_INTERFACE:-Wl,-z,relro,-z,now>)
 if(WHIRL_HARDEN)
@@ -47,7 +53,7 @@ if(WHIRL_HARDEN)
     $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_STACK_CLASH}>:-fstack-clash-protection>>
     $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_CF_PROTECTION}>:-fcf-protection>>
     # It needs optimisation, and hides copies from the address sanitizer.
-    $<BUILD_INTERFACE:$<$<NOT:$<OR:$<CONFIG:Debug>,$<BOOL:${WHIRL_SANITIZE}>>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=2>>)
+    $<BUILD_INTERFACE:$<$<NOT:$<OR:$<CONFIG:Debug>,$<BOOL:${sanitized}>>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=2>>)
 endif()
 # One alignment for fixed-size Eigen types whatever the consumer's -march, so that the installed libraries keep their ABI.
 target_compile_definitions(whirl_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=64)

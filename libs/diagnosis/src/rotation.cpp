@@ -113,7 +113,7 @@ signal::SynchronousCurve order_curve(const Recording& record, const Rotation& ro
                                      double order, int turns, double slow_roll) {
   const signal::OrderVectors v = signal::order_vectors(record[channel].segment(rotation.first, rotation.size()),
                                                        rotation.angle, record.dt, order, turns);
-  signal::SynchronousCurve curve{channel, v.speed, v.value};
+  signal::SynchronousCurve curve{channel, v.speed, v.value, v.time};
   if (slow_roll <= 0) return curve;
   std::complex<double> sum = 0;
   long count = 0;
@@ -127,22 +127,6 @@ signal::SynchronousCurve order_curve(const Recording& record, const Rotation& ro
   }
   curve.vector.array() -= sum / static_cast<double>(count);
   return curve;
-}
-
-std::vector<Index> maxima(const Eigen::Ref<const VectorXd>& amplitude, double prominence) {
-  std::vector<Index> found;
-  if (amplitude.size() < 3) return found;
-  const double needed = prominence * amplitude.maxCoeff();
-  for (Index i = 1; i + 1 < amplitude.size(); ++i) {
-    const double top = amplitude[i];
-    if (!(top > amplitude[i - 1] && top >= amplitude[i + 1])) continue;
-    // The valley on either side, up to a higher top or the end.
-    double left = top, right = top;
-    for (Index k = i - 1; k >= 0 && amplitude[k] <= top; --k) left = std::min(left, amplitude[k]);
-    for (Index k = i + 1; k < amplitude.size() && amplitude[k] <= top; ++k) right = std::min(right, amplitude[k]);
-    if (top - std::max(left, right) > needed) found.push_back(i);
-  }
-  return found;
 }
 
 }  // namespace whirl::diagnosis

@@ -7,8 +7,11 @@
 #include <numbers>
 
 #include "record_maps.hpp"
+#include "record_orbit.hpp"
+#include "record_part.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/diagnosis/passages.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/units.hpp"
 #include "whirl/signal/order.hpp"
@@ -23,12 +26,14 @@ using report::Figure;
 using report::NamedRun;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kRpm = kTurn / 60;
+constexpr double kReach = 1.25;  // bandwidths from the middle of a Vold-Kalman filter to where it lets little through
 
 constexpr View kViews[] = {
     {"traces", "channels over time"},
     {"orbit",
-     "path of the disk centre, raw and 1X, with a dot where the angle is zero; without --from and --to ten turns "
+     "path of the disk centre, raw and 1X, with a dot where the angle is zero; without --from and --to the turns "
      "around the largest radius"},
+    {"centreline", "mean position of the shaft over each turn (shaft centreline)"},
     {"spectrum", "one-sided amplitude spectrum"},
     {"full-spectrum", "spectrum of x + i y: forward whirl at positive, backward whirl at negative frequency"},
     {"waterfall", "spectra over time as a colour map, with the 1X and 2X lines"},
@@ -37,39 +42,11 @@ constexpr View kViews[] = {
     {"run-map", "spectra over rotor speed as a colour map (Campbell style)"},
     {"bode", "amplitude and phase of the 1X vector against rotor speed"},
     {"polar", "the 1X vector in its plane"},
+    {"nyquist", "real against imaginary part of the 1X vector"},
     {"orders", "amplitude and phase of orders followed through the run (Vold-Kalman)"},
     {"phase-plane", "displacement against velocity"},
     {"funnel", "path of the disk centre over time"},
 };
-
-const std::string& channel_of(const ViewOptions& o) {
-  static const std::string x = "x";
-  return o.channels.empty() ? x : o.channels.front();
-}
-
-std::vector<NamedRun> named(const std::vector<ViewedRun>& runs) {
-  std::vector<NamedRun> out;
-  for (const ViewedRun& r : runs) out.push_back({r.name, r.record});
-  return out;
-}
-
-// Samples between --from and --to.
-Recording cut(const Recording& r, const ViewOptions& o) {
-  const double n = static_cast<double>(r.size());
-  const auto first = static_cast<Index>(std::clamp(std::ceil((o.begin - r.t0) / r.dt - 1e-6), 0.0, n));
-  const auto end = static_cast<Index>(std::clamp(std::floor((o.end - r.t0) / r.dt + 1e-6) + 1, 0.0, n));
-  if (end - first < 16) {
-    throw Error(
-        fmt::format("{}: {} samples between {:g} and {:g} s (the record has {:g} to {:g} s): must be 16 or more",
-                    r.source, std::max<Index>(0, end - first), o.begin, o.end, r.t0, r.t0 + r.dt * (n - 1)));
-  }
-  Recording out;
-  out.t0 = r.t0 + r.dt * static_cast<double>(first);
-  out.dt = r.dt;
-  out.source = r.source;
-  for (const Channel& c : r.channels) out.add(c.name, c.quantity, c.samples.segment(first, end - first));
-  return out;
-}
 
 Figure traces(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   std::vector<std::string> channels = o.channels;
@@ -86,65 +63,6 @@ Figure traces(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
     }
   }
   return report::time_traces(named(runs), channels);
-}
-
-// x = mean + Re(Z e^{j theta}) over the part, by least squares.
-std::pair<double, std::complex<double>> synchronous_fit(const Eigen::Ref<const VectorXd>& x,
-                                                        const Eigen::Ref<const VectorXd>& angle) {
-  Eigen::MatrixX3d a(x.size(), 3);
-  a.col(0).setOnes();
-  a.col(1) = angle.array().cos();
-  a.col(2) = -angle.array().sin();
-  const Eigen::Matrix3d normal = a.transpose() * a;
-  const Eigen::Vector3d p = normal.inverse() * (a.transpose() * x);
-  return {p[0], {p[1], p[2]}};
-}
-
-Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
-  double begin = o.begin, end = o.end;
-  const Recording& last = runs.back().record;
-  if (!std::isfinite(begin) && !std::isfinite(end)) {
-    begin = last.t0;
-    end = last.t0 + last.duration();
-    if (const auto turning = diagnosis::rotation_of(last)) {
-      Index top = 0;
-      (last["x"].cwiseAbs2() + last["y"].cwiseAbs2()).maxCoeff(&top);
-      const Index at = std::clamp<Index>(top - turning->first, 0, turning->size() - 1);
-      const double half = 5 * kTurn / std::max(turning->speed[at], 0.05 * turning->highest_speed());
-      begin = std::max(begin, last.t0 + last.dt * static_cast<double>(top) - half);
-      end = std::min(end, last.t0 + last.dt * static_cast<double>(top) + half);
-    }
-  }
-  std::vector<Recording> parts;
-  std::vector<NamedRun> part_names;
-  ViewOptions range = o;
-  range.begin = begin, range.end = end;
-  for (const ViewedRun& r : runs) parts.push_back(cut(r.record, range));
-  for (std::size_t i = 0; i < runs.size(); ++i)
-    part_names.push_back({runs.size() > 1 ? runs[i].name : "unfiltered", parts[i]});
-  Figure figure = report::orbit(part_names, parts.back().t0, parts.back().t0 + parts.back().duration());
-  const auto turning = diagnosis::rotation_of(last);
-  if (!turning) return figure;
-  const Index first =
-      std::max<Index>(turning->first, static_cast<Index>(std::lround((parts.back().t0 - last.t0) / last.dt)));
-  const Index count = std::min<Index>(turning->first + turning->size() - first, parts.back().size());
-  if (count < 16 || turning->angle[first - turning->first + count - 1] - turning->angle[first - turning->first] < kTurn)
-    return figure;
-  const auto angle = turning->angle.segment(first - turning->first, count);
-  const auto [cx, zx] = synchronous_fit(last["x"].segment(first, count), angle);
-  const auto [cy, zy] = synchronous_fit(last["y"].segment(first, count), angle);
-  const VectorXd theta = VectorXd::LinSpaced(181, 0, kTurn);
-  const auto path = [&](double c, std::complex<double> z) -> VectorXd {
-    return theta.unaryExpr([&](double t) { return c + (z * std::polar(1.0, t)).real(); });
-  };
-  report::Panel& panel = figure.panels.front();
-  panel.line("1X", path(cx, zx), path(cy, zy), {.color = 1, .width = 1.6});
-  panel.scatter("", VectorXd::Constant(1, cx + zx.real()), VectorXd::Constant(1, cy + zy.real()), {.color = 1});
-  const signal::OrbitEllipse e = signal::orbit_ellipse(zx, zy);
-  panel.title += fmt::format(", 1X {} whirl, {} by {}", e.area >= 0 ? "forward" : "backward",
-                             report::format_amplitude(e.semi_major, AmplitudeKind::peak),
-                             report::format_amplitude(e.semi_minor, AmplitudeKind::peak));
-  return figure;
 }
 
 Figure spectra(const std::vector<ViewedRun>& runs, const ViewOptions& o, bool full) {
@@ -198,22 +116,58 @@ Figure spectra(const std::vector<ViewedRun>& runs, const ViewOptions& o, bool fu
   return figure;
 }
 
+// No amplitude where the free vibration after a passage lies in the filter of an order: it is not the order's.
+Index hide_ringing(Eigen::MatrixXcd& envelope, const std::vector<double>& orders, double bandwidth, const Recording& r,
+                   const diagnosis::Rotation& turning, const std::string& channel) {
+  Index hidden = 0;
+  const signal::SynchronousCurve curve = diagnosis::order_curve(r, turning, channel);
+  for (const diagnosis::Passage& p : diagnosis::passages(curve)) {
+    for (std::size_t k = 0; k < orders.size(); ++k) {
+      if (orders[k] == 1) continue;  // its beats are shown as in the Bode plot
+      for (auto i = static_cast<Index>(std::lround(curve.time[p.at] / r.dt)); i < turning.size(); ++i) {
+        if (std::abs(orders[k] * turning.speed[i] - p.ringing) > kReach * kTurn * bandwidth) continue;
+        envelope(i, static_cast<Index>(k)) = NAN;
+        ++hidden;
+      }
+    }
+  }
+  return hidden;
+}
+
 Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   const Recording r = cut(run.record, o);
   const diagnosis::Rotation turning = required_rotation(r);
   const std::string& channel = channel_of(o);
-  // A quarter of the lowest distance of two orders, so that they are told apart, but not faster than they change.
-  const double bandwidth =
-      o.bandwidth > 0 ? o.bandwidth : std::clamp(0.25 * turning.speed.mean() / kTurn, 0.5, 0.05 / r.dt);
+  // A quarter of the distance of two orders, so that they are told apart; 1X not slower than a passage.
+  const auto chosen = [&](double least) {
+    return o.bandwidth > 0 ? o.bandwidth
+                           : std::clamp(std::max(0.25 * turning.speed.mean() / kTurn, least), 0.5, 0.05 / r.dt);
+  };
+  const double narrow = chosen(0), wide = chosen(4 * std::sqrt(turning.sweep_rate(r.dt) / kTurn));
   const VectorXd part = r[channel].segment(turning.first, turning.size());
-  signal::VoldKalmanOptions filter;
-  filter.bandwidth = bandwidth;
-  const Eigen::MatrixXcd envelope = signal::track_orders(part, turning.angle, r.dt, o.orders, filter);
+  Eigen::MatrixXcd envelope = signal::track_orders(part, turning.angle, r.dt, o.orders, {.bandwidth = narrow});
+  if (wide > narrow) {
+    const Eigen::MatrixXcd quick = signal::track_orders(part, turning.angle, r.dt, o.orders, {.bandwidth = wide});
+    for (std::size_t k = 0; k < o.orders.size(); ++k) {
+      if (o.orders[k] == 1) envelope.col(static_cast<Index>(k)) = quick.col(static_cast<Index>(k));
+    }
+  }
+  const Index hidden = hide_ringing(envelope, o.orders, narrow, r, turning, channel);
   const VectorXd time = VectorXd::LinSpaced(part.size(), r.t0 + r.dt * static_cast<double>(turning.first),
                                             r.t0 + r.dt * static_cast<double>(turning.first + part.size() - 1));
-  Figure figure = report::order_tracks(time, turning.speed, o.orders, envelope, r.at(channel).quantity);
-  figure.panels.front().title = fmt::format("{}: Vold-Kalman, two poles, {:.3g} Hz", channel, bandwidth);
+  Figure figure = report::order_tracks(time, turning.speed, o.orders, envelope, r.at(channel).quantity, o.phase);
+  figure.panels.front().title = fmt::format("{}, {}: Vold-Kalman, two poles, {:.3g} Hz{}{}", run.name, channel, narrow,
+                                            wide > narrow ? fmt::format(" (1X {:.3g} Hz)", wide) : "",
+                                            hidden > 0 ? "; gaps: free vibration crosses the order" : "");
   return figure;
+}
+
+// Which run, and which way it went.
+std::string run_name(const ViewedRun& run, const signal::SynchronousCurve& curve) {
+  const Index last = curve.speed.size() - 1;
+  return fmt::format("{}: {} {:.0f} to {:.0f} rpm", run.name,
+                     curve.speed[last] > curve.speed[0] ? "run-up" : "run-down", curve.speed[0] / kRpm,
+                     curve.speed[last] / kRpm);
 }
 
 Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& o) {
@@ -229,7 +183,8 @@ Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, 
       if (runs.size() > 1) curves.back().name = run.name;
     }
   }
-  Figure figure = synchronous_view(what, curves);
+  Figure figure = synchronous_view(what, curves, o.phase);
+  if (runs.size() == 1) figure.panels.front().title = run_name(runs.front(), curves.front());
   if (order != 1) {
     for (report::Panel& p : figure.panels) {
       const auto at = p.y.label.find("1X");
@@ -274,20 +229,22 @@ std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& n
                                 {"omega", "omega"}})}};
 }
 
-Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves) {
-  if (what == "polar") return report::polar_1x(curves);
-  Figure figure = report::bode_1x(curves);
-  const signal::SynchronousCurve& c = curves.front();
-  const VectorXd amplitude = c.vector.cwiseAbs();
+Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves,
+                        report::Phase phase) {
+  if (what == "polar") return report::polar_1x(curves, phase);
+  if (what == "nyquist") return report::nyquist_1x(curves);
+  Figure figure = report::bode_1x(curves, phase);
+  // The closed loop or the last of several runs is judged by its reader; the first one is the machine as it is.
+  const std::vector<diagnosis::Passage> found = diagnosis::passages(curves.front());
   std::string list;
-  const std::vector<Index> tops = diagnosis::maxima(amplitude);
-  VectorXd x(static_cast<Index>(tops.size())), y(x.size());
-  for (std::size_t k = 0; k < tops.size(); ++k) {
-    x[static_cast<Index>(k)] = c.speed[tops[k]];
-    y[static_cast<Index>(k)] = amplitude[tops[k]];
-    if (k < 12) list += fmt::format("{}{:.0f}", k ? ", " : "", c.speed[tops[k]] / kRpm);
+  VectorXd x(static_cast<Index>(found.size())), y(x.size());
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    x[static_cast<Index>(k)] = found[k].speed;
+    y[static_cast<Index>(k)] = found[k].amplitude;
+    list += fmt::format("{}{:.0f}", k ? ", " : "", found[k].speed / kRpm);
   }
-  if (x.size() > 0) figure.panels.front().scatter("maxima at " + list + " rpm", x, y, {.color = 6});
+  if (x.size() > 0)
+    figure.panels.front().scatter("passage of a critical speed, peak at " + list + " rpm", x, y, {.color = 6});
   return figure;
 }
 
@@ -302,7 +259,9 @@ Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const V
     figure = orbit(runs, o);
   } else if (what == "spectrum" || what == "full-spectrum") {
     figure = spectra(runs, o, what == "full-spectrum");
-  } else if (what == "bode" || what == "polar") {
+  } else if (what == "centreline") {
+    figure = centreline(runs, o);
+  } else if (what == "bode" || what == "polar" || what == "nyquist") {
     figure = synchronous(what, runs, o);
   } else if (what == "orders") {
     figure = order_tracks(runs.back(), o);

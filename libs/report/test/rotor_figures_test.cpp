@@ -132,7 +132,7 @@ TEST(ReportRotorFigures, SpectraNameTheirAmplitude) {
   EXPECT_THROW((void)waterfall(0, 5, 99, 0 * map, AmplitudeKind::peak), Error);
 }
 
-TEST(ReportRotorFigures, BodePhaseFallsByHalfATurnWithoutJumps) {
+TEST(ReportRotorFigures, BodePhaseLagGrowsByHalfATurnWithoutJumps) {
   const Index n = 200;
   signal::SynchronousCurve curve{"run", VectorXd::LinSpaced(n, 10, 150), Eigen::VectorXcd(n)};
   for (Index i = 0; i < n; ++i) {
@@ -146,7 +146,9 @@ TEST(ReportRotorFigures, BodePhaseFallsByHalfATurnWithoutJumps) {
   drawn(polar_1x({curve}));
   const VectorXd& phase = figure.panels[1].series[0].y;
   for (Index i = 1; i < n; ++i) EXPECT_LT(std::abs(phase(i) - phase(i - 1)), 1);
-  EXPECT_NEAR(phase(0) - phase(n - 1), std::numbers::pi, 0.2);
+  EXPECT_NEAR(phase(n - 1) - phase(0), std::numbers::pi, 0.2);
+  const VectorXd lead = bode_1x({curve}, Phase::lead).panels[1].series[0].y;
+  for (Index i = 0; i < n; ++i) EXPECT_EQ(lead(i), -phase(i));
 }
 
 TEST(ReportRotorFigures, PhaseThatWindsIsShownWithinATurn) {
@@ -160,7 +162,7 @@ TEST(ReportRotorFigures, PhaseThatWindsIsShownWithinATurn) {
   for (Index i = 0; i < n; ++i) {
     gaps += std::isnan(phase(i));
     if (std::isnan(phase(i))) continue;
-    EXPECT_NEAR(std::remainder(phase(i) - 0.05 * static_cast<double>(i), 2 * std::numbers::pi), 0, 1e-9);
+    EXPECT_NEAR(std::remainder(phase(i) + 0.05 * static_cast<double>(i), 2 * std::numbers::pi), 0, 1e-9);
   }
   EXPECT_EQ(gaps, 3);  // 20 rad: the end of the branch is crossed three times
   EXPECT_EQ(figure.panels[1].y.high, std::numbers::pi);

@@ -27,7 +27,7 @@ report::TerminalOptions terminal() {
 
 struct Options {
   std::vector<std::string> files, out;
-  std::string what = "traces", window, amplitude = "peak";
+  std::string what = "traces", window, amplitude = "peak", phase = "lag";
   double rate = 0, slow_roll_rpm = 0;
   pages::ViewOptions view;
 };
@@ -42,17 +42,18 @@ void draw(Options* o, Session& session) {
   view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
                       : o->amplitude == "rms" ? AmplitudeKind::rms
                                               : AmplitudeKind::peak_to_peak;
+  view_options.phase = o->phase == "lead" ? report::Phase::lead : report::Phase::lag;
   view_options.slow_roll = o->slow_roll_rpm * kRpm;
   report::Figure figure;
   std::vector<signal::SynchronousCurve> tables;
-  if (o->what == "bode" || o->what == "polar") {
+  if (o->what == "bode" || o->what == "polar" || o->what == "nyquist") {
     for (const std::string& file : o->files) {
       if (auto curve = pages::read_bode_table(file)) tables.push_back(*std::move(curve));
     }
   }
   if (!tables.empty()) {
     if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
-    figure = pages::synchronous_view(o->what, tables);
+    figure = pages::synchronous_view(o->what, tables, view_options.phase);
   } else {
     io::CsvOptions csv;
     if (o->rate > 0) csv.rate = o->rate;
@@ -87,7 +88,8 @@ void add_plot(CommandLine& app, Session& session) {
       "drawn as two\n"
       "runs, open and closed loop. Bode, polar, orders, cascade and run-map need the rotor angle: beta_rad, or the "
       "pulses of a\n"
-      "channel key, keyphasor or tacho. Phase is phase LEAD: x(t) = Re(Z e^(j theta)).\n\n"
+      "channel key, keyphasor or tacho. Phase is lag (the peak comes that angle after the mark) or, with --phase lead, "
+      "its negative.\n\n"
       "--what:\n" +
           list +
           "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure) or .txt.\n\n"
@@ -108,11 +110,14 @@ void add_plot(CommandLine& app, Session& session) {
   sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
       ->one_of({"peak", "p-p", "rms"})
       ->show_default();
+  sub->add_option("--phase", o->phase, "of bode, polar and orders: lag, counted against the rotation, or lead")
+      ->one_of({"lag", "lead"})
+      ->show_default();
   sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")
       ->delimiter(',')
       ->show_default();
   sub->add_option("--bandwidth-hz", o->view.bandwidth,
-                  "of the Vold-Kalman filter; default a quarter of the mean speed");
+                  "of the Vold-Kalman filter; default a quarter of the mean speed, wider in a fast run");
   sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")
       ->range(1, 10000)
       ->show_default();

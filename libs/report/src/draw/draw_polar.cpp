@@ -13,8 +13,9 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
   const Box& plot = layout.plot;
   const double radius = 0.5 * std::min(plot.width - 60, plot.height - 36);
   const Eigen::Vector2d centre(plot.x + plot.width / 2, plot.y + plot.height / 2);
+  const double down = panel.clockwise ? 1 : -1;
   const auto at = [&](double angle, double r) {
-    return Eigen::Vector2d(centre + r * Eigen::Vector2d(std::cos(angle), -std::sin(angle)));
+    return Eigen::Vector2d(centre + r * Eigen::Vector2d(std::cos(angle), down * std::sin(angle)));
   };
   const auto scaled = [&](double si) { return radius * layout.limits.y.fraction(si / panel.y.unit.factor); };
   const auto circle = [&](double r, std::string_view css) {
@@ -47,14 +48,14 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
   for (std::size_t i = 0; i < rings.major.size(); ++i) {
     const double r = radius * layout.limits.y.fraction(rings.major[i]);
     if (r <= 0) continue;
-    const Eigen::Vector2d p = at(75 * std::numbers::pi / 180, r);
+    const Eigen::Vector2d p = at(-down * 75 * std::numbers::pi / 180, r);
     placer.place(canvas, rings.labels[i], {Eigen::Vector2d(p.x(), p.y() + 4)});
   }
   for (const Annotation& note : panel.annotations) {
     const Eigen::Vector2d p = at(note.x, scaled(note.y));
     const double half = text_width(note.text) / 2 + 6;
     const Eigen::Vector2d outside =
-        p + Eigen::Vector2d(std::cos(note.x) * half, -std::sin(note.x) * 14 + 4);  // away from the centre
+        p + Eigen::Vector2d(std::cos(note.x) * half, down * std::sin(note.x) * 14 + 4);  // away from the centre
     placer.place(canvas, note.text,
                  {outside,
                   {p.x() + half, p.y() - 4},

@@ -173,7 +173,7 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
   return figure;
 }
 
-Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves) {
+Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase convention) {
   require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
   double largest = 0;
   for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
@@ -182,7 +182,7 @@ Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves) {
   figure.shared_x = true;
   const Axis x{"rotor speed", kRpm};
   figure.panel("", x, {"1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
-  figure.panel("", x, {"phase lead", kDegree});
+  figure.panel("", x, {phase_name(convention), kDegree});
   Panel& amplitude = figure.panels[0];
   Panel& phase = figure.panels[1];
   phase.height = 120;
@@ -192,23 +192,27 @@ Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves) {
     amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
     phases.push_back({c.speed, c.vector, {}});
   }
-  draw_phases(phase, phases);
+  draw_phases(phase, phases, convention);
   return figure;
 }
 
-Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, int labels) {
+Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase, int labels) {
   require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
   double largest = 0;
   for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
   Figure figure;
   figure.title = "Polar plot of the 1X vector";
   figure.width = 480;
-  Panel& panel = figure.panel(
-      "", {}, {"angle = phase lead; radius = 1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
+  Panel& panel = figure.panel("", {},
+                              {fmt::format("angle = {}{}; radius = 1X amplitude, peak", phase_name(phase),
+                                           phase == Phase::lag ? " (against the rotation)" : ""),
+                               engineering_unit(Quantity::displacement, largest)});
   panel.kind = Panel::Kind::polar;
+  panel.clockwise = phase == Phase::lag;
+  const double sign = panel.clockwise ? -1 : 1;
   panel.height = 380;
   for (const signal::SynchronousCurve& c : curves) {
-    panel.line(curves.size() > 1 ? c.name : "", c.vector.array().arg(), c.vector.cwiseAbs());
+    panel.line(curves.size() > 1 ? c.name : "", sign * c.vector.array().arg(), c.vector.cwiseAbs());
   }
   // Speeds at equal steps of the way along the curve, where the reader needs them.
   const signal::SynchronousCurve& first = curves.front();
@@ -217,16 +221,35 @@ Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, int labels)
   for (int k = 0; k < labels && way.size() > 0; ++k) {
     const double wanted = (k + 0.5) / labels * way(way.size() - 1);
     const Index at = std::lower_bound(way.data(), way.data() + way.size() - 1, wanted) - way.data();
-    panel.annotate(std::arg(first.vector(at)), std::abs(first.vector(at)),
+    panel.annotate(sign * std::arg(first.vector(at)), std::abs(first.vector(at)),
                    fmt::format("{:.0f} rpm", first.speed(at) / kRpm.factor));
-    panel.scatter("", VectorXd::Constant(1, std::arg(first.vector(at))),
+    panel.scatter("", VectorXd::Constant(1, sign * std::arg(first.vector(at))),
                   VectorXd::Constant(1, std::abs(first.vector(at))), {.color = 0});
   }
   return figure;
 }
 
+Figure nyquist_1x(const std::vector<signal::SynchronousCurve>& curves) {
+  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+  double largest = 0;
+  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  Figure figure;
+  figure.title = "Nyquist plot of the 1X vector";
+  figure.width = 480;
+  const Unit unit = engineering_unit(Quantity::displacement, largest);
+  Panel& panel = figure.panel("", {"real part, peak", unit}, {"imaginary part, peak", unit});
+  panel.equal_aspect = true;
+  panel.height = 380;
+  panel.vertical(0, "");
+  panel.horizontal(0, "");
+  for (const signal::SynchronousCurve& c : curves) {
+    panel.line(curves.size() > 1 ? c.name : "", c.vector.real(), c.vector.imag());
+  }
+  return figure;
+}
+
 Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vector<double>& orders,
-                    const Eigen::MatrixXcd& envelope, Quantity quantity) {
+                    const Eigen::MatrixXcd& envelope, Quantity quantity, Phase phase) {
   if (envelope.rows() != time.size() || speed.size() != time.size() ||
       envelope.cols() != static_cast<Index>(orders.size()) || orders.empty()) {
     throw Error("figure: order tracks need one row per time and speed and one column per order");
@@ -235,10 +258,9 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
   figure.title = "Order tracks";
   figure.shared_x = true;
   const Axis t{"time", {"s", 1}};
-  figure.panel(
-      "", t,
-      {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, envelope.cwiseAbs().maxCoeff())});
-  figure.panel("", t, {"phase lead", kDegree}).height = 120;
+  const double largest = envelope.cwiseAbs().unaryExpr([](double a) { return std::isnan(a) ? 0 : a; }).maxCoeff();
+  figure.panel("", t, {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, largest)});
+  figure.panel("", t, {phase_name(phase), kDegree}).height = 120;
   Panel& speeds = figure.panel("", t, {"rotor speed", kRpm});
   speeds.height = 90;
   speeds.line("", time, speed, {.color = 7});
@@ -247,9 +269,9 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
     const auto column = static_cast<Index>(k);
     const int color = static_cast<int>(k) % 6;
     figure.panels[0].line(fmt::format("{:g}X", orders[k]), time, envelope.col(column).cwiseAbs(), {.color = color});
-    phases.push_back({time, envelope.col(column), {.color = color, .width = 0.8}});
+    phases.push_back({time, envelope.col(column), {.color = color, .width = 0.8}, 0.005 * largest});
   }
-  draw_phases(figure.panels[1], phases);
+  draw_phases(figure.panels[1], phases, phase);
   figure.panels[0].y.low = 0;
   return figure;
 }

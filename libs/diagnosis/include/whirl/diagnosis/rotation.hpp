@@ -32,7 +32,4 @@ std::optional<Rotation> rotation_of(const Recording& record);
 signal::SynchronousCurve order_curve(const Recording& record, const Rotation& rotation, const std::string& channel,
                                      double order = 1, int turns = 1, double slow_roll = 0);
 
-/// The local maxima of an amplitude that stand out by more than `prominence` of the largest value, ascending in index.
-std::vector<Eigen::Index> maxima(const Eigen::Ref<const Eigen::VectorXd>& amplitude, double prominence = 0.02);
-
 }  // namespace whirl::diagnosis

@@ -36,6 +36,7 @@ struct ViewOptions {
   int turns = 1;                            ///< revolutions per vector of Bode and polar plots
   double slow_roll = 0;                     ///< rad/s: the mean vector below this speed is taken off
   std::vector<double> natural_frequencies;  ///< Hz, marked in maps
+  report::Phase phase = report::Phase::lag;
 };
 
 /// A figure by its name on the command line.
@@ -49,7 +50,9 @@ std::span<const View> views();
 /// Throws Error for an unknown name, and where a run lacks a channel or a rotor angle, naming it.
 report::Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& options = {});
 
-/// Bode ("bode") or polar ("polar") plot of 1X vectors, with the maxima of the amplitude marked.
-report::Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves);
+/// Bode ("bode", with the passages of critical speeds marked), polar ("polar") or Nyquist ("nyquist") plot of 1X
+/// vectors.
+report::Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves,
+                                report::Phase phase = report::Phase::lag);
 
 }  // namespace whirl::pages

@@ -94,12 +94,13 @@ struct Annotation {
 struct Panel {
   enum class Kind {
     cartesian,
-    polar,      ///< x = angle in rad counter-clockwise from the right, y = radius
+    polar,      ///< x = angle in rad from the right, counter-clockwise or `clockwise`, y = radius
     projected,  ///< x, y, z in parallel projection; the x axis runs to the right and back
   };
   Kind kind = Kind::cartesian;
   std::string title;
   Axis x, y, z;
+  bool clockwise = false;               ///< a polar angle grows clockwise
   bool equal_aspect = false;            ///< one unit is equally long on both axes (orbits)
   double height = 220;                  ///< of the plot area, px
   std::vector<std::string> categories;  ///< names of x = 0, 1, 2, ...: replaces the ticks of x (bar charts)

@@ -105,15 +105,23 @@ Figure cascade(const Eigen::VectorXd& speed, const Eigen::VectorXd& frequency, c
 Figure run_map(double speed_low, double speed_high, double frequency_high, const Eigen::MatrixXd& amplitude,
                AmplitudeKind kind, const std::vector<double>& natural_frequencies = {});
 
-/// Bode plot: amplitude and phase lead of the 1X vector against rpm.
-Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves);
-/// Polar plot of the 1X vector, `labels` speeds written beside the first curve.
-Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, int labels = 6);
+/// How a phase is counted. Lag, the industry's way: the angle by which the mark's passage precedes the peak, against
+/// the rotation; lead is its negative, the argument of Z in x(t) = Re(Z exp(j beta)).
+enum class Phase { lag, lead };
 
-/// Amplitude (peak) and phase lead of orders followed through a run, with the speed below: one column of `envelope` per
+/// Bode plot: amplitude and phase of the 1X vector against rpm.
+Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase = Phase::lag);
+/// Polar plot of the 1X vector, `labels` speeds written beside the first curve. A lag is counted clockwise, a lead
+/// counter-clockwise, so that a vector points the same way with either.
+Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase = Phase::lag, int labels = 6);
+/// Nyquist plot: imaginary against real part of the 1X vector (positive phase leads), equal scales.
+Figure nyquist_1x(const std::vector<signal::SynchronousCurve>& curves);
+
+/// Amplitude (peak) and phase of orders followed through a run, with the speed below: one column of `envelope` per
 /// order, one row per entry of `time` (s) and `speed` (rad/s).
 Figure order_tracks(const Eigen::VectorXd& time, const Eigen::VectorXd& speed, const std::vector<double>& orders,
-                    const Eigen::MatrixXcd& envelope, Quantity quantity = Quantity::displacement);
+                    const Eigen::MatrixXcd& envelope, Quantity quantity = Quantity::displacement,
+                    Phase phase = Phase::lag);
 
 /// One row of a suppression table.
 struct Suppression {
