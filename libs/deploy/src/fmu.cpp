@@ -4,6 +4,7 @@
 #include <zip.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -268,13 +269,28 @@ namespace {
 /// Symbols of the mathematical library as they were in 2002, so that the binary also loads where the system is old. The
 /// newer ones differ in errno and wrapper only. Not for the sources: another compiler may know another library.
 constexpr std::string_view kOldGlibc = R"(#include <features.h>
-#if defined(__x86_64__) && defined(__GLIBC__)
+#if defined(__GLIBC__)
+#if defined(__x86_64__)
 #define OLD(name) __asm__(".symver " #name "," #name "@GLIBC_2.2.5");
+#else
+#define OLD(name) __asm__(".symver " #name "," #name "@GLIBC_2.17");
+#endif
 OLD(exp) OLD(exp2) OLD(log) OLD(log2) OLD(pow) OLD(hypot) OLD(fmod)
 OLD(expf) OLD(exp2f) OLD(logf) OLD(log2f) OLD(powf) OLD(hypotf) OLD(fmodf)
 #undef OLD
 #endif
 )";
+
+/// A kind of machine that may load an FMU; this one first.
+struct Platform {
+  const char *in_fmi2, *in_fmi3, *compiler, *flags, *ending;
+};
+constexpr std::array<Platform, 3> kPlatforms{
+    {{"linux64", "x86_64-linux", "cc", "-include ../old_glibc.h -fPIC -fvisibility=hidden", ".so"},
+     // The time of the build stays out, so that the bytes are the same twice.
+     {"win64", "x86_64-windows", "x86_64-w64-mingw32-gcc", "-static-libgcc -Wl,--no-insert-timestamp", ".dll"},
+     {"aarch64-linux", "aarch64-linux", "aarch64-linux-gnu-gcc", "-include ../old_glibc.h -fPIC -fvisibility=hidden",
+      ".so"}}};
 
 /// The files as one ZIP, in memory.
 std::string zipped(const std::vector<SourceFile>& files, const std::string& name) {
@@ -316,30 +332,38 @@ std::string zipped(const std::vector<SourceFile>& files, const std::string& name
 
 }  // namespace
 
-void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path) {
+std::vector<std::string> pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options,
+                                  const std::filesystem::path& path) {
   const std::string& id = options.code.prefix;
   io::ByteSink sink(path);  // a place that cannot be written is told before the compiler starts
   const io::TemporaryFolder temporary("fmu");
   const std::string folder = temporary.path().string();
   io::write_files(folder, files);
   io::write_text(temporary.path() / "old_glibc.h", kOldGlibc);
-  const std::string command = fmt::format(
-      "cd '{}/sources' && cc -include ../old_glibc.h -std=c99 -O2 -fPIC -fvisibility=hidden -shared -o '../{}.so' {}.c "
-      "{}_fmu.c -lm "
-      "2>../cc.log",
-      folder, id, id, id);
-  if (std::system(command.c_str()) != 0) {
-    std::ifstream log(std::filesystem::path(folder) / "cc.log");
-    std::string first;
-    std::getline(log, first);
-    throw Error("the C compiler 'cc', which builds the binary of an FMU, did not succeed: " + first);
-  }
   std::vector<SourceFile> all = files;
-  all.push_back({fmt::format("binaries/{}/{}.so", options.version == 2 ? "linux64" : "x86_64-linux", id),
-                 io::read_text(temporary.path() / (id + ".so"))});
-
+  std::vector<std::string> platforms;
+  for (const Platform& p : kPlatforms) {
+    const bool ours = &p == kPlatforms.data();
+    if (!ours &&
+        (!options.all_platforms || std::system(fmt::format("command -v {} >/dev/null 2>&1", p.compiler).c_str()) != 0))
+      continue;
+    const std::string name = std::string(options.version == 2 ? p.in_fmi2 : p.in_fmi3), binary = id + p.ending;
+    const std::string command =
+        fmt::format("cd '{}/sources' && {} {} -std=c99 -O2 -shared -o '../{}' {}.c {}_fmu.c -lm 2>../cc.log", folder,
+                    p.compiler, p.flags, binary, id, id);
+    if (std::system(command.c_str()) != 0) {
+      std::ifstream log(std::filesystem::path(folder) / "cc.log");
+      std::string first;
+      std::getline(log, first);
+      throw Error(fmt::format("the C compiler '{}', which builds the binary of an FMU, did not succeed: {}", p.compiler,
+                              first));
+    }
+    all.push_back({fmt::format("binaries/{}/{}", name, binary), io::read_text(temporary.path() / binary)});
+    platforms.push_back(name);
+  }
   sink.write(zipped(all, path.string()));
   sink.close();
+  return platforms;
 }
 
 }  // namespace whirl::deploy

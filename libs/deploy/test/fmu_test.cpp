@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <set>
@@ -161,6 +162,46 @@ TEST_P(FmuExport, BinaryLoadsOnOldSystems) {
     }
     EXPECT_GT(seen, 0);
   }
+}
+
+TEST_P(FmuExport, OtherPlatformsAreInTheSameFileWhereTheirCompilersAre) {
+  FmuOptions options;
+  options.all_platforms = true;
+  const Importer fmu = import(testing::design_of("tsmc", "kfe"), options);
+  const bool windows = testing::has_program("x86_64-w64-mingw32-gcc"),
+             arm = testing::has_program("aarch64-linux-gnu-gcc");
+  const auto has = [&](const std::string& name) {
+    return std::find(fmu.names.begin(), fmu.names.end(), "binaries/" + name) != fmu.names.end();
+  };
+  EXPECT_EQ(has(fmu.three ? "x86_64-windows/unit.dll" : "win64/unit.dll"), windows);
+  EXPECT_EQ(has("aarch64-linux/unit.so"), arm);
+  if (windows) {
+    const auto dll = testing::shell(folder.path(), "x86_64-w64-mingw32-objdump -p unpacked/binaries/*/unit.dll");
+    EXPECT_NE(dll.text.find(fmu.three ? "fmi3DoStep" : "fmi2DoStep"), std::string::npos);
+    std::istringstream lines(dll.text);
+    for (std::string line; std::getline(lines, line);) {
+      const std::size_t at = line.find("DLL Name: ");
+      if (at == std::string::npos) continue;
+      const std::string needed = line.substr(at + 10);
+      EXPECT_TRUE(needed == "KERNEL32.dll" || needed == "msvcrt.dll") << needed;
+    }
+  }
+  if (!arm || !testing::has_program("qemu-aarch64")) return;
+  folder.write(
+      "load.c",
+      "#include <dlfcn.h>\n#include <stdio.h>\nint main(int n, char **v) {\n  void *l = dlopen(v[1], RTLD_NOW);\n"
+      "  const char *(*version)(void) = l ? (const char *(*)(void))dlsym(l, v[2]) : 0;\n  (void)n;\n"
+      "  if (!version) { puts(dlerror()); return 1; }\n  puts(version());\n  return 0;\n}\n");
+  const auto loaded = testing::shell(
+      folder.path(),
+      fmt::format("aarch64-linux-gnu-gcc -o load load.c && qemu-aarch64 -L /usr/aarch64-linux-gnu ./load "
+                  "unpacked/binaries/aarch64-linux/unit.so fmi{}GetVersion",
+                  GetParam()));
+  EXPECT_EQ(loaded.exit_code, 0) << loaded.text;
+  EXPECT_NE(loaded.text.find(fmu.three ? "3.0" : "2.0"), std::string::npos) << loaded.text;
+  const auto symbols = testing::shell(folder.path(), "objdump -T unpacked/binaries/aarch64-linux/unit.so");
+  for (const char* young : {"GLIBC_2.2", "GLIBC_2.3"})
+    EXPECT_EQ(symbols.text.find(young), std::string::npos) << symbols.text;
 }
 
 TEST_P(FmuExport, StatesAreSavedAndInstancesShareNothing) {

@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -41,6 +43,7 @@ deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code
   f.co_simulation = type != "me";
   f.model_exchange = type != "cs";
   f.inner_step = 1e-3 * o.inner_step_ms;
+  f.all_platforms = true;
   return f;
 }
 
@@ -71,7 +74,7 @@ std::vector<std::string> write(const Session& session, const Options& o, const T
     const std::vector<deploy::SourceFile> files = deploy::fmu_files(value, f);
     io::make_folder(folder);
     written.push_back((folder / (code.prefix + ".fmu")).string());
-    deploy::pack_fmu(files, f, written.front());
+    session.say(fmt::format("binaries for {}", fmt::join(deploy::pack_fmu(files, f, written.front()), ", ")));
     return written;
   }
   const std::vector<deploy::SourceFile> files = source_files(o, value, code);
@@ -101,7 +104,8 @@ void add_export(CommandLine& app, Session& session) {
       "struct;\n"
       "             a self-test with golden vectors, CMakeLists.txt and Makefile\n"
       "  fmu        Functional Mock-up Unit with sources and a binary for Linux on x86-64 (needs the C compiler "
-      "`cc`):\n"
+      "`cc`), and for\n"
+      "             Windows (x86_64-w64-mingw32-gcc) and aarch64 (aarch64-linux-gnu-gcc) where these are installed:\n"
       "             a controller for co-simulation, a model also for model exchange with sgn() as state events\n"
       "  python     model: rates(t, state, inputs, p); controller: the C99 source called through ctypes\n"
       "  matlab     model: a MATLAB/Octave function for ode45; controller: the C99 source with a MEX function\n"

@@ -48,13 +48,11 @@ EXPORTED fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_d
   instance *const it = body_of(c);
   (void)tolerance_defined;
   (void)tolerance;
-  (void)stop_defined;
-  (void)stop;
   if ((it == NULL) || (it->phase != INSTANTIATED)) {
     return refuse(c, "fmi2SetupExperiment belongs before the initialization");
   }
-  if (!isfinite(start)) {
-    return refuse(c, "the start time is not a finite number");
+  if (!isfinite(start) || (stop_defined && !(stop >= start))) {
+    return refuse(c, "the start time is not a finite number, or the stop time lies before it");
   }
   it->time = start;
   return fmi2OK;
@@ -75,27 +73,23 @@ EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], 
   if ((it == NULL) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
     return refuse(c, "no variables, or no place for their values");
   }
+  if (!are_reals(it, vr, n)) {
+    return refuse(c, "no such real variable");
+  }
   if (it->changed) {
     update(it);
     it->changed = true; /* parameters are still to be checked by the next step */
   }
   for (i = 0; i < n; i++) {
-    const double *const at = real_variable(it, vr[i]);
-    if (at == NULL) {
-      return refuse(c, "no such real variable");
-    }
-    value[i] = *at;
+    value[i] = *real_variable(it, vr[i]);
   }
   return fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
   instance *const it = body_of(c);
-  size_t i;
-  for (i = 0; i < n; i++) {
-    if ((it == NULL) || (vr == NULL) || (value == NULL) || !set_real(it, vr[i], value[i])) {
-      return refuse(c, "this variable cannot be set now");
-    }
+  if ((it == NULL) || ((n > 0U) && ((vr == NULL) || (value == NULL))) || !set_reals(it, vr, n, value)) {
+    return refuse(c, "this variable cannot be set now, or not to this value");
   }
   return fmi2OK;
 }

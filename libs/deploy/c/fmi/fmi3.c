@@ -84,13 +84,11 @@ EXPORTED fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tole
   instance *const it = body_of(c);
   (void)tolerance_defined;
   (void)tolerance;
-  (void)stop_defined;
-  (void)stop;
   if ((it == NULL) || (it->phase != INSTANTIATED)) {
     return refuse(c, "fmi3EnterInitializationMode after the initialization");
   }
-  if (!isfinite(start)) {
-    return refuse(c, "the start time is not a finite number");
+  if (!isfinite(start) || (stop_defined && !(stop >= start))) {
+    return refuse(c, "the start time is not a finite number, or the stop time lies before it");
   }
   it->time = start;
   it->phase = INITIALISING;
@@ -104,16 +102,15 @@ EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
   if ((it == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL)))) {
     return refuse(c, "one value for each variable: there are no arrays");
   }
+  if (!are_reals(it, vr, n)) {
+    return refuse(c, "no such Float64 variable");
+  }
   if (it->changed) {
     update(it);
     it->changed = true; /* parameters are still to be checked by the next step */
   }
   for (i = 0; i < n; i++) {
-    const double *const at = real_variable(it, vr[i]);
-    if (at == NULL) {
-      return refuse(c, "no such Float64 variable");
-    }
-    value[i] = *at;
+    value[i] = *real_variable(it, vr[i]);
   }
   return fmi3OK;
 }
@@ -121,11 +118,8 @@ EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
 EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[],
                                    size_t count) {
   instance *const it = body_of(c);
-  size_t i;
-  for (i = 0; i < n; i++) {
-    if ((it == NULL) || (count != n) || (vr == NULL) || (value == NULL) || !set_real(it, vr[i], value[i])) {
-      return refuse(c, "this variable cannot be set now");
-    }
+  if ((it == NULL) || (count != n) || ((n > 0U) && ((vr == NULL) || (value == NULL))) || !set_reals(it, vr, n, value)) {
+    return refuse(c, "this variable cannot be set now, or not to this value");
   }
   return fmi3OK;
 }

@@ -105,14 +105,29 @@ static bool is_input(unsigned int reference) {
   return (reference >= FIRST_INPUT) && (reference < FIRST_INPUT + INPUTS);
 }
 
-static bool set_real(instance *c, unsigned int reference, double value) {
-  const bool good = isfinite(value) || is_input(reference);
-  double *const at = (good && settable(c, reference)) ? real_variable(c, reference) : NULL;
-  if (at != NULL) {
-    *at = value;
+/* Sets all of them, or none when one cannot be set. */
+static bool set_reals(instance *c, const unsigned int *reference, size_t n, const double *value) {
+  size_t i;
+  for (i = 0; i < n; i++) {
+    if ((!isfinite(value[i]) && !is_input(reference[i])) || !settable(c, reference[i])) {
+      return false;
+    }
+  }
+  for (i = 0; i < n; i++) {
+    *real_variable(c, reference[i]) = value[i];
     c->changed = true;
   }
-  return at != NULL;
+  return true;
+}
+
+static bool are_reals(instance *c, const unsigned int *reference, size_t n) {
+  size_t i;
+  for (i = 0; i < n; i++) {
+    if (real_variable(c, reference[i]) == NULL) {
+      return false;
+    }
+  }
+  return true;
 }
 
 static void restart(instance *c) {

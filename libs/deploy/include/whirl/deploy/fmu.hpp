@@ -14,6 +14,7 @@ struct FmuOptions {
   bool co_simulation = true;
   bool model_exchange = true;  ///< of a model; a sampled controller has none
   double inner_step = 1e-3;    ///< Runge-Kutta step of a model in co-simulation, s; at most the communication step
+  bool all_platforms = false;  ///< binaries for Windows on x86-64 and Linux on aarch64 too, where their compilers are
 };
 
 /// Files of an FMU except the binary: modelDescription.xml, sources/ and, in version 3, its build description.
@@ -26,9 +27,11 @@ struct FmuOptions {
 std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptions& options);
 std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options);
 
-/// Compiles the sources with the system's C compiler `cc` for this machine (Linux on x86-64) and packs the FMU. The
-/// file is the same for the same input and compiler. Throws Error when there is no compiler or the file cannot be
-/// written.
-void pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options, const std::filesystem::path& path);
+/// Compiles the sources with the system's C compiler `cc` for this machine (Linux on x86-64) and, when asked, with
+/// x86_64-w64-mingw32-gcc and aarch64-linux-gnu-gcc where these are installed, and packs the FMU. The file is the same
+/// for the same input and compilers. Returns the platforms. Throws Error when `cc` is missing, a compiler fails or the
+/// file cannot be written.
+std::vector<std::string> pack_fmu(const std::vector<SourceFile>& files, const FmuOptions& options,
+                                  const std::filesystem::path& path);
 
 }  // namespace whirl::deploy
