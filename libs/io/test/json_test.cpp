@@ -96,6 +96,9 @@ TEST(ModelJson, ParametersHaveTheirUnit) {
   EXPECT_EQ(parameter_unit("k2"), "1/(m^2 s^2)");
   EXPECT_EQ(parameter_unit("e_phase_x"), "rad");
   EXPECT_EQ(parameter_unit("e_x"), "m");
+  EXPECT_EQ(parameter_unit("natural_frequency"), "rad/s");
+  EXPECT_EQ(parameter_unit("runout2-_im"), "m");
+  EXPECT_EQ(parameter_unit("delay"), "s");
   EXPECT_EQ(parameter_unit("unheard"), "");
 }
 

@@ -45,6 +45,23 @@ Eigen::MatrixXd over_speed(const signal::Spectrogram& map, const VectorXd& speed
   return out;
 }
 
+signal::Spectrogram spectra_of(const Recording& r, const std::optional<diagnosis::Rotation>& turning, bool full,
+                               const std::string& channel, double highest, const signal::SpectrumOptions& s,
+                               Index columns) {
+  if (turning && turning->angle[turning->size() - 1] - turning->angle[0] > 8 * kTurn) {
+    const auto part = [&](const std::string& name) -> VectorXd {
+      return r[name].segment(turning->first, turning->size());
+    };
+    const VectorXd y = full ? part("y") : VectorXd();
+    signal::Spectrogram map = signal::turning_spectrogram(part(full ? "x" : channel), full ? &y : nullptr,
+                                                          turning->angle, r.dt, highest, s, columns);
+    map.time.array() += r.dt * static_cast<double>(turning->first);
+    return map;
+  }
+  return full ? signal::full_spectrogram(r["x"], r["y"], r.dt, s, columns)
+              : signal::spectrogram(r[channel], r.dt, s, columns);
+}
+
 }  // namespace
 
 std::string_view window_name(signal::Window window) {
@@ -64,21 +81,20 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   if (over_rpm && !turning) turning = required_rotation(r);
 
   signal::SpectrumOptions s;
-  s.window = o.window.value_or(signal::Window::flat_top);
+  // Against the rotor angle an order lies on a line of the block, where every window shows its amplitude.
+  s.window = o.window.value_or(turning ? signal::Window::hann : signal::Window::flat_top);
   s.kind = o.kind;
   const double sweep = turning ? turning->sweep_rate(r.dt) / kTurn : 0;
   s.block = o.resolution > 0 ? std::lround(r.rate() / o.resolution)
-            // 2X moves twice as fast.
+            // Half of what the sweep lets pass, for the amplitude of a fast passage.
             : turning ? signal::sweep_block(2 * sweep, r.dt, r.size())
                       : std::max<Index>(std::min<Index>(64, r.size()), r.size() / 40);
   s.block = std::clamp<Index>(s.block, 1, r.size());
   const Index columns = what == "cascade" ? 60 : 240;
-  signal::Spectrogram map = full ? signal::full_spectrogram(r["x"], r["y"], r.dt, s, columns)
-                                 : signal::spectrogram(r[channel], r.dt, s, columns);
-
   const double highest = o.highest_frequency > 0 ? o.highest_frequency
                          : turning               ? std::min(0.5 * r.rate(), 4 * turning->highest_speed() / kTurn)
                                                  : 0.5 * r.rate();
+  signal::Spectrogram map = spectra_of(r, turning, full, channel, highest, s, columns);
   Index from = 0, rows = map.frequency.size();
   while (from < rows && map.frequency[from] < -highest) ++from;
   while (rows > from + 1 && map.frequency[rows - 1] > highest) --rows;

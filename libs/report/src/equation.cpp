@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "whirl/expr/expr.hpp"
+#include "whirl/io/model_json.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::report {
@@ -331,16 +332,6 @@ std::vector<std::string> estimate_cells(const Estimate& estimate, const std::str
           pretty_unit(unit)};
 }
 
-/// SI units of the parameters that RotorModel names.
-std::string parameter_unit(const std::string& name) {
-  static const std::map<std::string, std::string> units = {
-      {"k1", "1/s^2"},         {"k2", "1/(m^2 s^2)"},   {"c", "1/s"},         {"e", "m"},
-      {"eps_re", "m"},         {"eps_im", "m"},         {"e_phase", "rad"},   {"gain", "1/kg"},
-      {"k1_conj_re", "1/s^2"}, {"k1_conj_im", "1/s^2"}, {"c_conj_re", "1/s"}, {"c_conj_im", "1/s"}};
-  const auto found = units.find(name);
-  return found != units.end() ? found->second : "";
-}
-
 }  // namespace
 
 Table coefficient_table(const IdentifiedModel& model) {
@@ -381,7 +372,8 @@ Table parameter_table(const IdentifiedModel& model) {
   for (const auto& [name, estimate] : model.parameters) {
     if (names_term(model, name)) continue;
     std::vector<std::string> row = {name};
-    for (std::string& cell : estimate_cells(estimate, parameter_unit(name))) row.push_back(std::move(cell));
+    for (std::string& cell : estimate_cells(estimate, std::string(io::parameter_unit(name))))
+      row.push_back(std::move(cell));
     table.add(std::move(row));
   }
   return table;

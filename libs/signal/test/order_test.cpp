@@ -6,6 +6,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/signal/envelope.hpp"
+#include "whirl/signal/spectrogram.hpp"
 
 namespace {
 using Complex = std::complex<double>;
@@ -83,6 +84,34 @@ TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
     const Complex exact = response(run.speed(static_cast<double>(i) * run.dt));
     ASSERT_NEAR(std::abs(a(i, 0) / exact), 1, 0.01) << i;
     ASSERT_LT(std::abs(std::arg(a(i, 0) / exact)), kPi / 180) << i;
+  }
+}
+
+TEST(OrderReference, SpectraOfATurningShaftKeepOrdersApartInAFastRun) {
+  // 5 to 25 Hz in 4 s: 1X moves by 5 Hz/s, 2X by 10 Hz/s, and at 5 Hz they lie 5 Hz apart.
+  constexpr double dt = 1e-3;
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(4000, 0, 3999 * dt);
+  const Eigen::VectorXd angle = 2 * kPi * (5 * t.array() + 2.5 * t.array().square());
+  const Eigen::VectorXd x = 2e-4 * (angle.array() + 0.4).cos() + 5e-5 * (2 * angle.array() - 1.1).cos();
+  const Eigen::VectorXd y = 2e-4 * (angle.array() + 0.4).sin();
+  whirl::signal::SpectrumOptions options;
+  options.block = 400;
+  for (const bool full : {false, true}) {
+    const auto map = whirl::signal::turning_spectrogram(x, full ? &y : nullptr, angle, dt, 100, options, 60);
+    ASSERT_GT(map.time.size(), 40);
+    for (Eigen::Index j = 0; j < map.time.size(); ++j) {
+      const double speed = 5 + 5 * map.time[j];
+      double first = 0, second = 0, between = INFINITY;
+      for (Eigen::Index i = 0; i < map.frequency.size(); ++i) {
+        const double order = map.frequency[i] / speed, a = map.amplitude(i, j);
+        if (std::abs(order - 1) < 0.3) first = std::max(first, a);
+        if (std::abs(order - 2) < 0.3) second = std::max(second, a);
+        if (order > 1.25 && order < 1.75) between = std::min(between, a);
+      }
+      EXPECT_NEAR(first, 2e-4, 1e-6) << map.time[j];
+      EXPECT_NEAR(second, full ? 2.5e-5 : 5e-5, 5e-7) << map.time[j];
+      EXPECT_LT(between, 0.5e-5) << map.time[j];
+    }
   }
 }
 

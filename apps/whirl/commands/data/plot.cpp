@@ -104,8 +104,8 @@ void add_plot(CommandLine& app, Session& session) {
   sub->add_option("--to", o->view.end, "end, s");
   sub->add_option("--highest-hz", o->view.highest_frequency, "of spectra; default half the rate, in maps 4X");
   sub->add_option("--resolution-hz", o->view.resolution,
-                  "between lines; default one block for spectra, for maps a block in which 2X moves by one line");
-  sub->add_option("--window", o->window, "default hann for spectra, flat-top for maps")
+                  "between lines; default one block for spectra, for maps what the sweep lets pass");
+  sub->add_option("--window", o->window, "default hann; flat-top for maps without a rotor angle")
       ->one_of({"hann", "flat-top", "rectangular"});
   sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
       ->one_of({"peak", "p-p", "rms"})

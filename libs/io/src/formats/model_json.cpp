@@ -103,16 +103,37 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 26> units{
-      {{"k1", "1/s^2"},      {"k2", "1/(m^2 s^2)"}, {"c", "1/s"},
-       {"e", "m"},           {"e_phase", "rad"},    {"k1_conj", "1/s^2"},
-       {"c_conj", "1/s"},    {"eps", "m"},          {"offset", "m"},
-       {"gain", "1/kg"},     {"omega", "rad/s"},    {"f0", "Hz"},
-       {"zeta", "1"},        {"rmse", "m"},         {"k3", "1/(m^4 s^2)"},
-       {"c2", "1/m"},        {"friction", "m/s^2"}, {"friction_speed", "m/s"},
-       {"gyroscopic", "1"},  {"k_cross", "1/s^2"},  {"k1_speed", "1/(rad s)"},
-       {"c_speed", "1/rad"}, {"k1_drift", "1/s^3"}, {"c_drift", "1/s^2"},
-       {"drift_start", "s"}, {"sensor", "1"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 30> units{{{"k1", "1/s^2"},
+                                                                                 {"k2", "1/(m^2 s^2)"},
+                                                                                 {"c", "1/s"},
+                                                                                 {"e", "m"},
+                                                                                 {"e_phase", "rad"},
+                                                                                 {"k1_conj", "1/s^2"},
+                                                                                 {"c_conj", "1/s"},
+                                                                                 {"eps", "m"},
+                                                                                 {"offset", "m"},
+                                                                                 {"gain", "1/kg"},
+                                                                                 {"omega", "rad/s"},
+                                                                                 {"f0", "Hz"},
+                                                                                 {"zeta", "1"},
+                                                                                 {"rmse", "m"},
+                                                                                 {"k3", "1/(m^4 s^2)"},
+                                                                                 {"c2", "1/m"},
+                                                                                 {"friction", "m/s^2"},
+                                                                                 {"friction_speed", "m/s"},
+                                                                                 {"gyroscopic", "1"},
+                                                                                 {"k_cross", "1/s^2"},
+                                                                                 {"k1_speed", "1/(rad s)"},
+                                                                                 {"c_speed", "1/rad"},
+                                                                                 {"k1_drift", "1/s^3"},
+                                                                                 {"c_drift", "1/s^2"},
+                                                                                 {"drift_start", "s"},
+                                                                                 {"sensor", "1"},
+                                                                                 {"natural_frequency", "rad/s"},
+                                                                                 {"damping_ratio", "1"},
+                                                                                 {"delay", "s"},
+                                                                                 {"bow", "m"}}};
+  if (name.starts_with("runout")) return "m";  // runout1+_re
   while (true) {
     for (const auto& [key, unit] : units) {
       if (key == name) return unit;
