@@ -1,5 +1,7 @@
 #include "whirl/pages/balancing_sheet.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -51,19 +53,60 @@ report::Table masses(const BalancingSheet& s) {
   return t;
 }
 
+char stated_zone(double reading, const std::vector<double>& limits) {
+  for (std::size_t k = 0; k < limits.size(); ++k)
+    if (reading <= limits[k]) return static_cast<char>('A' + k);
+  return 'D';
+}
+
+report::Table budget(const BalancingSheet& s) {
+  report::Table t;
+  t.caption = "Residual unbalance with its errors (95 %)";
+  t.columns = {{"plane", "", report::Align::left},
+               {"residual", "g mm"},
+               {"scatter", "g mm"},
+               {"mass", "g mm"},
+               {"angle", "g mm"},
+               {"radius", "g mm"},
+               {"error", "g mm"},
+               {"permitted", "g mm"},
+               {fmt::format("G {:g}", s.grade), "", report::Align::left}};
+  for (const auto& p : s.planes) {
+    if (!p.budget) continue;
+    const diagnosis::PlaneBudget& b = *p.budget;
+    const auto g_mm = [](double v) { return std::isnan(v) ? std::string("not known") : number(v * 1e6); };
+    t.add({p.name, g_mm(b.residual), g_mm(b.scatter), g_mm(b.mass), g_mm(b.angle), g_mm(b.radius), g_mm(b.error),
+           g_mm(b.permitted),
+           b.tolerance == diagnosis::Tolerance::held       ? "held"
+           : b.tolerance == diagnosis::Tolerance::not_held ? "not held"
+                                                           : "undecided"});
+  }
+  t.notes = {
+      "permitted: mass G / speed (ISO 21940-11) shared alike by the planes; errors add by the root of the squares; "
+      "held: "
+      "residual + error within it"};
+  return t;
+}
+
 report::Table readings(const BalancingSheet& s) {
   report::Table t;
   t.caption = "Readings before and, predicted, after";
   t.columns = {{"reading", "", report::Align::left}, {"before", "µm " + s.amplitude}, {"phase", "deg"},
                {"after", "µm " + s.amplitude},       {"95 % interval", "µm"},         {"zone", ""}};
   for (const auto& r : s.rows) {
-    const std::string zone = r.speed > 0 ? std::string{diagnosis::shaft_vibration_zone(r.before_pp, r.speed)} + " → " +
-                                               std::string{diagnosis::shaft_vibration_zone(r.after_pp, r.speed)}
-                                         : "–";
+    std::string zone = "–";
+    if (!s.zones.empty())
+      zone = std::string{stated_zone(r.before.value, s.zones)} + " → " + stated_zone(r.after.value, s.zones);
+    else if (r.speed > 0)
+      zone = std::string{diagnosis::shaft_vibration_zone(r.before_pp, r.speed)} + " → " +
+             diagnosis::shaft_vibration_zone(r.after_pp, r.speed);
     t.add({r.name, number(r.before.value * 1e6), degrees(r.before_phase), number(r.after.value * 1e6),
            interval(r.after, 1e6), zone});
   }
-  t.notes = {"zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of compliance"};
+  t.notes = {s.zones.empty()
+                 ? "zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of "
+                   "compliance"
+                 : "zones by the stated limits, of the 1X part alone"};
   return t;
 }
 
@@ -133,6 +176,7 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   d.table(masses(s));
   d.table(readings(s));
   if (!s.check.empty()) d.table(check(s));
+  if (!s.planes.empty() && s.planes[0].budget) d.table(budget(s));
   std::vector<std::pair<std::string, std::string>> items = {
       {"criterion",
        s.criterion + (s.criterion == "min-max"

@@ -30,6 +30,20 @@ TEST(BalanceRunsE2e, TheWrongRunIsNamedAndTheRotorBalanced) {
   EXPECT_NE(text.find("Influence coefficients"), std::string::npos);
 }
 
+TEST(BalanceRunsE2e, TheSheetJudgesTheResidualWithItsErrors) {
+  const Folder folder;
+  const auto verdict = [&](const std::string& more) {
+    return folder.whirl("balance " + runs() + kConvention + " --mass-kg 400 --radius-mm 150 " + more).out;
+  };
+  const std::string held = verdict("--grade 2.5 --zones-um 40,60,90");
+  EXPECT_NE(held.find("Residual unbalance with its errors"), std::string::npos);
+  EXPECT_NE(held.find(" 1137  held"), std::string::npos) << held;  // 9549 * 2.5 * 400 / 2800 / 3 planes
+  EXPECT_NE(held.find("B → A"), std::string::npos);
+  EXPECT_NE(verdict("--grade 2.5 --angle-error-deg 90").find("undecided"), std::string::npos);
+  EXPECT_NE(verdict("--holes 2 --grade 0.4").find("not held"), std::string::npos);
+  EXPECT_EQ(folder.whirl("balance " + runs() + " --zones-um 60,40,90").exit_code, 2);
+}
+
 // The same vectors written in another convention are the same job; mixed conventions are said.
 TEST(BalanceRunsE2e, ConventionsAreReadAsStatedAndAMixtureIsSaid) {
   const Folder folder;

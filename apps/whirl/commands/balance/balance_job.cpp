@@ -1,5 +1,6 @@
 #include "balance_job.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -162,6 +163,26 @@ pages::BalancingSheet sheet_of(const std::string& path, const JobFile& file, con
   return sheet;
 }
 
+void add_budget(pages::BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
+  if (!o.zones_um.empty()) {
+    if (o.zones_um.size() != 3 || !std::is_sorted(o.zones_um.begin(), o.zones_um.end()) || !(o.zones_um[0] > 0))
+      throw Error("--zones-um: three rising limits, of zones A, B and C");
+    for (const double limit : o.zones_um) sheet.zones.push_back(limit * 1e-6);
+  }
+  const double speed = o.speed_rpm > 0 ? o.speed_rpm * std::numbers::pi / 30 : file.speeds.back();
+  if (!(o.mass_kg > 0) || !(o.radius_mm > 0) || !(speed > 0)) return;
+  sheet.grade = o.grade > 0 ? o.grade : 6.3;
+  const double permitted =
+      diagnosis::permissible_unbalance(sheet.grade, o.mass_kg, speed) / static_cast<double>(b.planes.size());
+  const diagnosis::PlacingErrors errors{o.mass_error_gram * 1e-3, o.angle_error_deg * kDegree,
+                                        o.radius_error_mm * 1e-3};
+  Eigen::VectorXcd on(static_cast<Index>(b.planes.size()));
+  for (Index k = 0; k < on.size(); ++k) on[k] = b.prescribed[b.planes[static_cast<std::size_t>(k)]];
+  for (Index k = 0; k < on.size(); ++k)
+    sheet.planes[static_cast<std::size_t>(k)].budget =
+        diagnosis::unbalance_budget(k, b.correction.masses, b.uncertainty, on, o.radius_mm * 1e-3, errors, permitted);
+}
+
 io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingSheet& sheet) {
   io::Json out = io::start_document("whirl.balancing", 1);
   io::Json planes = io::Json::array(), rows = io::Json::array(), influence = io::Json::array(),
@@ -170,8 +191,18 @@ io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingS
     io::Json placed = io::Json::array();
     for (const auto& [mass, angle] : p.placed)
       placed.push(io::Json::object().set("mass_kg", mass).set("angle_deg", angle / kDegree));
-    planes.push(io::Json::object()
-                    .set("plane", p.name)
+    io::Json plane = io::Json::object();
+    if (p.budget)
+      plane.set("budget_kg_m",
+                io::Json::object()
+                    .set("residual", p.budget->residual)
+                    .set("scatter", p.budget->scatter)
+                    .set("error", p.budget->error)
+                    .set("permitted", p.budget->permitted)
+                    .set("tolerance", p.budget->tolerance == diagnosis::Tolerance::held       ? "held"
+                                      : p.budget->tolerance == diagnosis::Tolerance::not_held ? "not held"
+                                                                                              : "undecided"));
+    planes.push(plane.set("plane", p.name)
                     .set("mass", to_json(p.mass, "kg"))
                     .set("angle", to_json(p.angle, "rad"))
                     .set("independent_part", p.independent)
@@ -210,9 +241,12 @@ io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingS
 
 }  // namespace
 
-SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& o) {
-  const Balanced b = solve(file, o);
+SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& o,
+                    const std::optional<Eigen::VectorXcd>& on_rotor) {
+  Balanced b = solve(file, o);
+  if (on_rotor) b.prescribed = *on_rotor;
   pages::BalancingSheet sheet = sheet_of(path, file, o, b);
+  add_budget(sheet, file, o, b);
   io::Json json = json_of(file, b, sheet);
   return {std::move(sheet), std::move(json)};
 }

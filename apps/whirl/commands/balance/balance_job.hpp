@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct JobOptions {
   double slow_roll_rpm = 0, noise_um = 0, limit_gram = 0, piece_gram = 0, hole_gram = 0, first_hole_deg = 0;
   int holes = 0;
   bool drop_dependent = false, all_runs = false;
+  std::vector<double> zones_um;  ///< stated limits of zones A, B, C; empty: ISO 20816-3
+  double mass_error_gram = 0, angle_error_deg = 0, radius_error_mm = 0;
   double mass_kg = 0, radius_mm = 0, grade = 0, speed_rpm = 0;  ///< of the machine; 0: not stated
 
   void add_to(CommandLine* sub);
@@ -35,7 +38,9 @@ struct SolvedJob {
   pages::BalancingSheet sheet;
   io::Json json;  ///< whirl.balancing
 };
-SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& options);
+/// `on_rotor`: masses that stay, by plane, at the end of a guided job; otherwise those that are prescribed.
+SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& options,
+                    const std::optional<Eigen::VectorXcd>& on_rotor = {});
 
 void balance_runs(const std::string& path, const JobOptions& options, Session& session);
 

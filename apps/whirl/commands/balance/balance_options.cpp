@@ -62,6 +62,12 @@ void JobOptions::add_to(CommandLine* sub) {
   sub->add_option("--hole-gram", hole_gram, "largest mass in one hole");
   sub->add_flag("--drop-dependent", drop_dependent, "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", all_runs, "name a run that contradicts the others, but use it");
+  sub->add_option("--zones-um", zones_um,
+                  "upper limits of zones A, B, C in the kind of the readings; default ISO 20816-3")
+      ->delimiter(',');
+  sub->add_option("--mass-error-gram", mass_error_gram, "a mass may differ by (95 %), for the error budget");
+  sub->add_option("--angle-error-deg", angle_error_deg, "its angle may differ by");
+  sub->add_option("--radius-error-mm", radius_error_mm, "its radius may differ by");
   sub->add_option("--out", out, "write the result as JSON")->output("whirl.balancing");
   sub->add_option("--html", html, "write the balancing sheet")->output();
 }

@@ -252,7 +252,8 @@ void balance_session(const GuidedOptions& g, const JobOptions& flags, Session& s
   }
   io::Json json = step_json(file, next, check);
   if (solvable(file, o)) {
-    SolvedJob solved = solve_job(g.file, file, o);
+    const bool done = next.step == diagnosis::BalancingStep::done;
+    SolvedJob solved = solve_job(g.file, file, o, done ? std::optional<Eigen::VectorXcd>(next.masses) : std::nullopt);
     solved.sheet.next = lines;
     for (const diagnosis::Foretold& f : check) solved.sheet.check.push_back({f.predicted, f.measured, f.inside});
     for (auto& c : solved.sheet.check) {
@@ -262,7 +263,7 @@ void balance_session(const GuidedOptions& g, const JobOptions& flags, Session& s
     }
     for (const std::string& warning : solved.sheet.summary.warnings) summary.warnings.push_back(warning);
     summary.status = std::max(summary.status, solved.sheet.summary.status);
-    if (next.step == diagnosis::BalancingStep::done) session.say(report::to_text(pages::balancing_sheet(solved.sheet)));
+    if (done) session.say(report::to_text(pages::balancing_sheet(solved.sheet)));
     json.set("job", solved.json);
     if (!o.out.empty()) io::save_json(o.out, solved.json);
     if (!o.html.empty()) report::write_html(pages::balancing_sheet(solved.sheet), o.html);

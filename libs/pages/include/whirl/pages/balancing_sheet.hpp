@@ -1,11 +1,13 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "whirl/core/estimate.hpp"
 #include "whirl/core/summary.hpp"
+#include "whirl/diagnosis/unbalance_budget.hpp"
 #include "whirl/report/document.hpp"
 
 namespace whirl::pages {
@@ -19,6 +21,7 @@ struct BalancingSheet {
     Estimate angle;                                 ///< rad
     std::vector<std::pair<double, double>> placed;  ///< kg, rad; empty: as computed
     double independent = 1;                         ///< part that no other plane gives
+    std::optional<diagnosis::PlaneBudget> budget;   ///< when mass, radius and speed are stated
   };
   struct Row {
     std::string name;
@@ -46,6 +49,8 @@ struct BalancingSheet {
   Eigen::VectorXcd before, after;                              ///< lead, 0-p
   std::vector<std::pair<std::string, std::string>> next;       ///< guided job: what to do next, or its end
   std::vector<Check> check;                                    ///< empty: nothing was foretold
+  std::vector<double> zones;  ///< stated upper limits of A, B, C in the reader's kind, m; empty: ISO 20816-3
+  double grade = 0;           ///< asked for, mm/s
   double repeatability = 0, drift = 0, objective = 0, bound = 0;
   Summary summary;
 };
