@@ -44,6 +44,38 @@ TEST(BalanceRunsE2e, TheSheetJudgesTheResidualWithItsErrors) {
   EXPECT_EQ(folder.whirl("balance " + runs() + " --zones-um 60,40,90").exit_code, 2);
 }
 
+// An earlier job of the machine and the run as found alone; one trial narrows the intervals of every plane.
+TEST(BalanceRunsE2e, AnEarlierJobSavesTrialRuns) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("balance " + runs() + kConvention + " --out earlier.json").exit_code, 0);
+  std::ifstream in(runs());
+  std::ostringstream none, one;
+  std::string line;
+  for (int k = 0; std::getline(in, line); ++k) {
+    const int run = k == 0 ? 0 : std::stoi(line);
+    if (run <= 1) none << line << "\n";
+    if (run <= 2) one << line << "\n";
+  }
+  folder.write("none.csv", none.str());
+  folder.write("one.csv", one.str());
+  const auto width = [&](const std::string& file) {
+    const Outcome o = folder.whirl("balance " + file + kConvention + " --prior earlier.json --noise-um 0.3 --json");
+    EXPECT_EQ(o.exit_code, 0) << o.err;
+    const io::Json json = io::parse_json(o.out, "stdout");
+    double sum = 0;
+    for (const io::JsonReader& plane : io::JsonReader(json, "stdout").at("planes").items()) {
+      const auto ends = plane.at("mass").at("ci95").items();
+      sum += ends[1].number() - ends[0].number();
+    }
+    return sum;
+  };
+  EXPECT_LT(width("one.csv"), 0.8 * width("none.csv"));
+  EXPECT_NE(folder.whirl("balance none.csv --prior earlier.json" + std::string(kConvention)).err.find("--noise-um"),
+            std::string::npos);
+  EXPECT_NE(folder.whirl("balance none.csv" + std::string(kConvention)).err.find("influence of plane"),
+            std::string::npos);
+}
+
 // The same vectors written in another convention are the same job; mixed conventions are said.
 TEST(BalanceRunsE2e, ConventionsAreReadAsStatedAndAMixtureIsSaid) {
   const Folder folder;

@@ -259,7 +259,8 @@ void balance_runs(const std::string& path, const JobOptions& o, Session& session
                                     {"--hole-gram", o.hole_gram}})
     require_range(flag, value, 0, 1e9);
   const JobFile file = read_job(path, o.convention(), o.slow_roll_rpm * std::numbers::pi / 30);
-  const auto [sheet, json] = solve_job(path, file, with_plan(o, file));
+  const auto [sheet, json] =
+      o.prior.empty() ? solve_job(path, file, with_plan(o, file)) : solve_with_prior(path, file, with_plan(o, file));
   session.say(report::to_text(pages::balancing_sheet(sheet)));
   session.result(json);
   if (!o.out.empty()) io::save_json(o.out, json);

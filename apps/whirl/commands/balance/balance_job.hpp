@@ -16,6 +16,8 @@ struct JobOptions {
   double slow_roll_rpm = 0, noise_um = 0, limit_gram = 0, piece_gram = 0, hole_gram = 0, first_hole_deg = 0;
   int holes = 0;
   bool drop_dependent = false, all_runs = false;
+  std::string prior;  ///< balance.json of an earlier job: what is known before the trials
+  double prior_common = 0.3, prior_each = 0.15;
   std::vector<double> zones_um;  ///< stated limits of zones A, B, C; empty: ISO 20816-3
   double mass_error_gram = 0, angle_error_deg = 0, radius_error_mm = 0;
   double mass_kg = 0, radius_mm = 0, grade = 0, speed_rpm = 0;  ///< of the machine; 0: not stated
@@ -41,6 +43,9 @@ struct SolvedJob {
 /// `on_rotor`: masses that stay, by plane, at the end of a guided job; otherwise those that are prescribed.
 SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& options,
                     const std::optional<Eigen::VectorXcd>& on_rotor = {});
+
+/// The same with what an earlier job knew of the influence (options.prior); trials may be missing.
+SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const JobOptions& options);
 
 void balance_runs(const std::string& path, const JobOptions& options, Session& session);
 

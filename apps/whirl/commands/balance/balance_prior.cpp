@@ -1,0 +1,123 @@
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "balance_job.hpp"
+#include "whirl/diagnosis/influence_prior.hpp"
+#include "whirl/diagnosis/standards.hpp"
+
+namespace whirl::app {
+namespace {
+
+using Eigen::Index;
+
+/// Influence coefficients of an earlier job, sorted as this one; in its own convention there.
+Eigen::MatrixXcd read_influence(const std::string& path, const JobFile& file) {
+  const io::Json json = io::load_json(path);
+  const io::JsonReader document(json, path);
+  const std::string convention = document.at("convention").text();
+  VectorConvention v;
+  v.phase = convention.find("phase lead") != std::string::npos ? "lead" : "lag";
+  v.amplitude = convention.find("p-p") != std::string::npos   ? "pp"
+                : convention.find("rms") != std::string::npos ? "rms"
+                                                              : "0p";
+  const auto rows = static_cast<Index>(file.job.rows.size()), planes = static_cast<Index>(file.job.planes.size());
+  Eigen::MatrixXcd a = Eigen::MatrixXcd::Constant(rows, planes, std::nan(""));
+  for (const io::JsonReader& c : document.at("influence").items())
+    for (Index m = 0; m < rows; ++m)
+      for (Index p = 0; p < planes; ++p)
+        if (c.at("reading").text() == file.job.rows[static_cast<std::size_t>(m)] &&
+            c.at("plane").text() == file.job.planes[static_cast<std::size_t>(p)])
+          a(m, p) =
+              std::polar(c.at("m_per_kg").number() * v.amplitude_factor(), v.phase_sign() * c.at("phase_rad").number());
+  for (Index m = 0; m < rows; ++m)
+    for (Index p = 0; p < planes; ++p)
+      if (std::isnan(std::abs(a(m, p))))
+        throw Error(fmt::format("{}: no influence of plane {} on {}; names and speeds must be those of this job", path,
+                                file.job.planes[static_cast<std::size_t>(p)],
+                                file.job.rows[static_cast<std::size_t>(m)]));
+  return a;
+}
+
+double noise_of(const JobFile& file, const JobOptions& o) {
+  if (o.noise_um > 0) return o.noise_um * 1e-6;
+  try {
+    const diagnosis::InfluenceFit fit = diagnosis::fit_influence(file.job, influence_options(o));
+    if (fit.noise.allFinite()) return fit.noise.maxCoeff();
+  } catch (const Error&) {
+  }
+  throw Error("--prior: the runs do not tell their scatter; state --noise-um, the sd of one reading");
+}
+
+}  // namespace
+
+SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const JobOptions& o) {
+  if (o.criterion != "least-squares" || o.limit_gram > 0 || o.holes > 0 || o.piece_gram > 0 || o.hole_gram > 0)
+    throw Error("--prior balances by least squares with free masses: no --criterion, --limit-gram, holes or pieces");
+  const diagnosis::InfluencePrior prior =
+      diagnosis::relative_prior(read_influence(o.prior, file), o.prior_common, o.prior_each, file.job.speed);
+  const diagnosis::BayesianBalance b = diagnosis::balance_with_prior(file.job, prior, noise_of(file, o));
+  const double sign = file.convention.angle_sign(), kind = 1 / file.convention.amplitude_factor(),
+               phase = file.convention.phase_sign();
+  pages::BalancingSheet s;
+  s.title = path;
+  s.amplitude = file.convention.amplitude == "pp" ? "p-p" : file.convention.amplitude == "rms" ? "rms" : "0-p";
+  s.convention = fmt::format("phase {}, amplitudes {}, mass angles {} rotation", file.convention.phase, s.amplitude,
+                             file.convention.angles);
+  s.criterion = "least-squares";
+  const Eigen::VectorXcd left = b.baseline + b.influence * b.masses;
+  for (std::size_t p = 0; p < file.job.planes.size(); ++p) {
+    pages::BalancingSheet::Plane plane;
+    plane.name = file.job.planes[p];
+    plane.mass = b.magnitude[p];
+    plane.angle = b.angle[p];
+    if (sign < 0) plane.angle = {-plane.angle.value, plane.angle.sd, -plane.angle.high, -plane.angle.low};
+    s.planes.push_back(std::move(plane));
+  }
+  const diagnosis::PlaneIndependence independence = diagnosis::plane_independence(b.influence);
+  io::Json planes = io::Json::array(), rows = io::Json::array(), influence = io::Json::array();
+  for (std::size_t p = 0; p < s.planes.size(); ++p) {
+    s.planes[p].independent = independence.significance[p];
+    planes.push(io::Json::object()
+                    .set("plane", s.planes[p].name)
+                    .set("mass", to_json(s.planes[p].mass, "kg"))
+                    .set("angle", to_json(s.planes[p].angle, "rad"))
+                    .set("independent_part", s.planes[p].independent));
+  }
+  for (Index m = 0; m < b.baseline.size(); ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const auto scaled = [&](Estimate e) { return Estimate{e.value * kind, e.sd * kind, e.low * kind, e.high * kind}; };
+    s.rows.push_back({file.job.rows[i], file.speeds[static_cast<std::size_t>(file.job.speed[i])],
+                      scaled(Estimate{std::abs(b.baseline[m]), std::nan(""), std::nan(""), std::nan("")}),
+                      scaled(b.residual[i]), phase * std::arg(b.baseline[m]), phase * std::arg(left[m]),
+                      2 * std::abs(b.baseline[m]), 2 * b.residual[i].value});
+    rows.push(io::Json::object()
+                  .set("reading", s.rows.back().name)
+                  .set("before", to_json(s.rows.back().before, "m"))
+                  .set("after", to_json(s.rows.back().after, "m")));
+    for (std::size_t p = 0; p < s.planes.size(); ++p) {
+      const std::complex<double> a = b.influence(m, static_cast<Index>(p));
+      s.influence.push_back({file.job.rows[i], s.planes[p].name, std::abs(a) * kind,
+                             b.influence_sd(m, static_cast<Index>(p)) * kind, phase * std::arg(a)});
+      influence.push(io::Json::object()
+                         .set("reading", file.job.rows[i])
+                         .set("plane", s.planes[p].name)
+                         .set("m_per_kg", std::abs(a) * kind)
+                         .set("sd_m_per_kg", b.influence_sd(m, static_cast<Index>(p)) * kind)
+                         .set("phase_rad", phase * std::arg(a)));
+    }
+  }
+  for (const diagnosis::BalancingRun& run : file.job.runs) s.runs.emplace_back(run.name, run.vibration);
+  s.before = b.baseline;
+  s.after = left;
+  s.repeatability = std::nan("");
+  s.objective = left.norm() * kind;
+  s.summary = b.summary;
+  io::Json out = io::start_document("whirl.balancing", 1);
+  out.set("convention", s.convention).set("criterion", s.criterion).set("planes", std::move(planes));
+  out.set("readings", std::move(rows)).set("influence", std::move(influence)).set("surprise", b.surprise);
+  out.set("objective_m", s.objective).set("summary", whirl::to_json(b.summary));
+  return {std::move(s), std::move(out)};
+}
+
+}  // namespace whirl::app
