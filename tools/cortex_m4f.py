@@ -59,19 +59,25 @@ def measure(whirl, design, law, folder):
     return numbers
 
 
+def missing_tool():
+    for tool in ("arm-none-eabi-gcc", "qemu-system-arm"):
+        if shutil.which(tool) is None:
+            return f"{tool} is not installed"
+    if subprocess.run(["arm-none-eabi-gcc", "--specs=nosys.specs", "-x", "c", "-E", "-"], input=b"#include <math.h>\n",
+                      capture_output=True).returncode != 0:
+        return "newlib for arm-none-eabi is not installed"
+    return ""
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("whirl")
     p.add_argument("--law")
     p.add_argument("--design", default=str(DESIGN))
     o = p.parse_args()
-    for tool in ("arm-none-eabi-gcc", "qemu-system-arm"):
-        if shutil.which(tool) is None:
-            print(f"{tool} is not installed")
-            return 77
-    if subprocess.run(["arm-none-eabi-gcc", "--specs=nosys.specs", "-x", "c", "-E", "-"], input=b"#include <math.h>\n",
-                      capture_output=True).returncode != 0:
-        print("newlib for arm-none-eabi is not installed")
+    missing = missing_tool()
+    if missing:
+        print(missing)
         return 77
     listed = run(o.whirl, "design", "--list").split("estimators")[0].splitlines()
     laws = [o.law] if o.law else [line.split()[0] for line in listed[3:] if line.strip()]

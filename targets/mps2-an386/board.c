@@ -1,0 +1,67 @@
+/* The board of QEMU's machine mps2-an386: sensors and actuators are at the other end of the first serial line, as messages of
+   whirl's board protocol (a served virtual rig); the host is on the second. */
+#include "board.h"
+
+#include <math.h>
+
+#include "config.h"
+#include "wire.h"
+
+/* CMSDK UART: data, state (1 transmitter full, 2 receiver full), control (1 transmit, 2 receive), -, clock divider. */
+static volatile uint32_t *const machine = (volatile uint32_t *)0x40004000u;
+static volatile uint32_t *const host = (volatile uint32_t *)0x40005000u;
+
+static wire_input input;
+static uint32_t number;
+
+static int get(volatile uint32_t *uart) { return ((uart[1] & 2u) != 0u) ? (int)(uart[0] & 0xFFu) : -1; }
+static void put(volatile uint32_t *uart, uint8_t byte) {
+  while ((uart[1] & 1u) != 0u) {
+  }
+  uart[0] = byte;
+}
+static void put_machine(uint8_t byte) { put(machine, byte); }
+
+void board_init(void) {
+  machine[4] = 16u;
+  machine[2] = 3u;
+  host[4] = 16u;
+  host[2] = 3u;
+}
+
+int board_get(void) { return get(host); }
+void board_put(uint8_t byte) { put(host, byte); }
+
+/* 4 to 20 mA over a shunt, as the lasers' analogue outputs; NaN outside. */
+static float displacement(double volts) {
+  const double current = volts / SHUNT_OHM;
+  return ((current > 3.9e-3) && (current < 20.1e-3)) ? (float)((((current - 4e-3) / 16e-3) - 0.5) * RANGE_M) : NAN;
+}
+
+bool board_read(board_sample *out) {
+  int byte;
+  while ((byte = get(machine)) >= 0) {
+    if (wire_take(&input, (uint8_t)byte) == WIRE_READING) {
+      const uint8_t *const m = input.bytes;
+      out->tick = wire_get32(&m[4]);
+      out->done = (wire_get32(&m[8]) & 4u) != 0u;
+      out->beta = wire_get_double(&m[16]);
+      out->omega = (float)wire_get_double(&m[24]);
+      out->omega_dot = (float)wire_get_double(&m[32]);
+      out->x = displacement(wire_get_double(&m[40]));
+      out->y = displacement(wire_get_double(&m[48]));
+      return true;
+    }
+  }
+  return false;
+}
+
+void board_write(uint32_t tick, float x_volts, float y_volts, bool armed, bool start) {
+  uint8_t m[WIRE_COMMAND] = {'W', 'H', 'C', '1'};
+  wire_put32(&m[4], ++number);
+  wire_put32(&m[8], tick);
+  wire_put32(&m[12], (armed ? 1u : 0u) | (start ? 2u : 0u));
+  wire_put_double(&m[16], (double)x_volts);
+  wire_put_double(&m[24], (double)y_volts);
+  wire_send(put_machine, m, WIRE_COMMAND);
+}
