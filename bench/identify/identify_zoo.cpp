@@ -1,5 +1,6 @@
 // Exact support of the canonical systems with default settings: found / missed / false terms, largest coefficient
-// error.
+// error; how often the whole verdict, with a part held out, is not ok, and unusable.
+// Usage: bench_identify_zoo [seeds = 1] [system | all] [regression: no refinement]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/testing/zoo.hpp"
 
 using namespace whirl;
@@ -19,12 +20,14 @@ int main(int argc, char** argv) {
   for (const testing::ZooSystem& s : testing::zoo()) {
     if (!only.empty() && only != "all" && s.name != only) continue;
     for (double noise : {0.0, 0.001, 0.01, 0.05}) {
-      int exact = 0, missed = 0, extra = 0;
+      int exact = 0, missed = 0, extra = 0, doubted = 0, unusable = 0;
       double worst = 0, seconds = 0, chi = 0;
       std::string wrong;
       for (int seed = 1; seed <= seeds; ++seed) {
         const Recording r = testing::zoo_record(s, noise, static_cast<std::uint64_t>(seed));
-        identification::SindyOptions o;
+        identification::IdentifyOptions whole;
+        whole.method = identification::Method::sindy;
+        identification::SindyOptions& o = whole.sindy;
         o.states = s.truth.states;
         o.inputs = s.truth.inputs;
         o.library = s.library;
@@ -32,6 +35,10 @@ int main(int argc, char** argv) {
         const auto t0 = std::chrono::steady_clock::now();
         const IdentifiedModel m = identification::fit_sindy({r}, o);
         seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - t0).count();
+        const identification::Identification judged = identification::identify(r, whole);
+        doubted += judged.summary.status != Status::ok;
+        unusable += judged.summary.status == Status::unusable;
+        if (judged.summary.status != Status::ok) wrong += " [" + judged.summary.warnings.back() + "]";
         chi = m.summary.chi_square;
         int miss = 0, more = 0;
         for (std::size_t e = 0; e < s.truth.equations.size(); ++e) {
@@ -63,9 +70,11 @@ int main(int argc, char** argv) {
         exact += miss + more == 0;
       }
       fmt::print(
-          "{:15} noise {:4.1f} %: exact {}/{}, missed {}, false {}, worst coefficient {:.2g} %, chi2 {:.3g}, {:.2f} "
-          "s{}\n",
-          s.name, 100 * noise, exact, seeds, missed, extra, 100 * worst, chi, seconds / seeds, wrong);
+          "{:15} noise {:4.1f} %: exact {}/{}, missed {}, false {}, worst coefficient {:.2g} %, chi2 {:.3g}, not ok "
+          "{}, "
+          "unusable {}, {:.2f} s{}\n",
+          s.name, 100 * noise, exact, seeds, missed, extra, 100 * worst, chi, doubted, unusable, seconds / seeds,
+          wrong);
       std::fflush(stdout);
     }
   }

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "drive/drive_model.hpp"
+#include "evidence/verdict.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"
@@ -236,6 +237,20 @@ Eigen::VectorXd noise_of(const std::vector<Recording>& records) {
   return sd;
 }
 
+/// What free runs leave of x and y beyond the noise, both rms.
+double unexplained_share(const TrajectoryFit& best, const std::vector<DriveRecord>& data) {
+  double left = 0, motion = 0;
+  for (int k = 0; k < 2; ++k) {
+    for (const DriveRecord& r : data) {
+      const Eigen::VectorXd& x = r.record.channels[static_cast<std::size_t>(k)].samples;
+      const double noise = std::pow(signal::noise_sd(x), 2), rows = static_cast<double>(x.size());
+      left += rows * std::max(0.0, std::pow(best.output_rmse[k], 2) - noise);
+      motion += rows * std::max(0.0, (x.array() - x.mean()).square().mean() - noise);
+    }
+  }
+  return std::sqrt(left / motion);
+}
+
 Summary verdict(const TrajectoryFit& best, const Told& told, double horizon, const std::vector<DriveRecord>& data,
                 const IdentifiedModel& model) {
   double longest = 0, top = 0;
@@ -253,9 +268,14 @@ Summary verdict(const TrajectoryFit& best, const Told& told, double horizon, con
     summary.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits)", summary.chi_square));
   if (horizon < 0.99 * longest)
     summary.warn(fmt::format("the model follows angle and motion for {:.2g} s only", horizon));
-  summary.trust = fmt::format(
-      "Trust the speed under other drives up to {:.0f} rad/s, and stalls at the critical speed {:.1f} rad/s.", top,
-      model.rotor->natural_frequency());
+  detail::judge_unexplained(unexplained_share(best, data), "free runs leave",
+                            "the drive or the angle is not what turned the rotor, or a torque is missing", summary);
+  detail::set_trust(
+      fmt::format(
+          "Trust the speed under other drives up to {:.0f} rad/s, and stalls at the critical speed {:.1f} rad/s.", top,
+          model.rotor->natural_frequency()),
+      summary);
+  detail::judge_remaining(summary);
   return summary;
 }
 

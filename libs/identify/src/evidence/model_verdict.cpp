@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/verdict.hpp"
+
 namespace whirl::identification::detail {
 
 void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
@@ -29,28 +31,9 @@ void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
 }
 
 void judge_evidence(Identification& id) {
-  const HeldOut& h = id.evidence.held_out;
-  Summary& summary = id.model.summary;
-  // A model of the rest that leaves twice the noise on the part held out does not follow it.
-  if (id.model.rotor && summary.status != Status::unusable) {
-    for (const StateScore& s : h.scores) {
-      if (!(s.noise > 0) || !(s.rmse > 2 * s.noise) || !(s.nrmse > 0.02)) continue;
-      summary.warn(
-          fmt::format("a model of the rest predicts {} of {} with an error of {:.3g} mm rms, {:.1f} times the "
-                      "noise",
-                      s.state, h.what, 1e3 * s.rmse, s.rmse / s.noise));
-      summary.trust = "Do not trust this model beyond these records: it does not predict a part held out to the noise.";
-      break;
-    }
-  }
-  const double worst = worst_nrmse(h.horizon > 0 ? h.near : h.scores);
-  if (worst > 0.5) {
-    summary.warn(
-        std::isfinite(worst)
-            ? fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion", h.what, 100 * worst)
-            : fmt::format("the free run of a model of the rest diverges on {}", h.what));
-  }
-  id.summary = summary;
+  judge_held_out(id.evidence.held_out, id.model.summary);
+  judge_remaining(id.model.summary);
+  id.summary = id.model.summary;
 }
 
 }  // namespace whirl::identification::detail

@@ -127,19 +127,13 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                     "wrong angle, wrong channels or not a rotor on a cubic spring", summary);
   judge_parameters(result.model, cover, summary);
   judge_reach(result, cover, summary);
-  if (summary.chi_square > 2) {
-    set_trust(fmt::format("Do not trust this model beyond these records: chi-square is {:.3g} after the search for "
-                          "terms, so that something it does not have moves the rotor.",
-                          summary.chi_square),
-              summary);
-    return;
-  }
   set_trust(
       fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any "
                   "cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can "
                   "separate.",
                   cover.low, cover.high, 1e3 * cover.peak),
       summary);
+  judge_remaining(summary);
 }
 
 }  // namespace whirl::identification::detail

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "whirl/core/summary.hpp"
+#include "whirl/identify/evidence.hpp"
 
 namespace whirl::identification::detail {
 
@@ -13,6 +14,12 @@ bool judge_unexplained(double unexplained, const std::string& run, const std::st
 /// Warns of a residual that is larger than the noise: chi-square above 1.3. `consequence` ends the sentence. True when
 /// it warned.
 bool judge_chi_square(double chi_square, const std::string& consequence, Summary& summary);
+/// The verdict by a part of the records that a model of the rest predicts. Unusable where runs diverge or leave half of
+/// the motion unexplained beyond the noise; a warning and no trust from twice the noise and 2 % of the motion on; a
+/// warning where there is no prediction.
+void judge_held_out(const HeldOut& held, Summary& summary);
+/// Takes the trust from a model whose residual is far larger than the noise: chi-square above 2.
+void judge_remaining(Summary& summary);
 /// What the model may be trusted for, unless it is unusable.
 void set_trust(const std::string& sentence, Summary& summary);
 

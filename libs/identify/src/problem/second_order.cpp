@@ -6,22 +6,30 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "evidence/channel_units.hpp"
 #include "evidence/record_quality.hpp"
+#include "evidence/verdict.hpp"
+#include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
 #include "whirl/identify/evidence.hpp"
 #include "whirl/identify/refine.hpp"
 #include "whirl/identify/simulate_model.hpp"
+#include "whirl/identify/sindy.hpp"
 #include "whirl/signal/derivative.hpp"
 #include "whirl/signal/filter.hpp"
+#include "whirl/signal/noise.hpp"
 #include "whirl/signal/resample.hpp"
 
 namespace whirl::identification {
 namespace {
 
-constexpr Eigen::Index kEnd = 20;  // samples at each end that carry the end effect of the resampling
+constexpr double kPoorStart = 0.15;  // of the motion unexplained: as for an unusable model
+constexpr double kFloor = 1e-6;      // of the motion: errors of integration and interpolation
+constexpr double kCalm = 1e-3;       // of the motion: noise that differences bear
+constexpr Eigen::Index kEnd = 20;    // samples at each end that carry the end effect of the resampling
 
 FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output) {
   const Eigen::VectorXd& y = r[output];
@@ -29,6 +37,11 @@ FreeRun free_run(const CompiledModel& model, const Recording& r, const std::stri
   // y + (y[1] - y[-1]) / 2h needs the sample before: the run starts at sample 1.
   const Eigen::Index n = y.size() - 1;
   run.start = (Eigen::VectorXd(2) << y[1], (y[2] - y[0]) / (2 * r.dt)).finished();
+  const double noise = signal::noise_sd(y), spread = std::sqrt((y.array() - y.mean()).square().mean());
+  if (noise > kCalm * spread) {  // differences of noise are no velocity
+    const signal::SmoothedSignal smooth = detail::without_noise(y, r.dt, noise);
+    run.start << smooth.value[1], smooth.first[1];
+  }
   run.inputs = half_grid_inputs(model, r).bottomRows(2 * n - 1);
   run.measured = y.tail(n);
   return run;
@@ -52,6 +65,21 @@ void add_linear_parameters(IdentifiedModel& model, const std::string& y) {
   model.parameters.emplace_back("f0", e);
   e.value = damping / (2 * std::sqrt(stiffness));
   model.parameters.emplace_back("zeta", e);
+}
+
+/// rms of the free run over the record from the start that suits its first period best; infinite when it diverges. A
+/// start from differences of noisy samples would count until it has died out.
+double error_on(const IdentifiedModel& model, const Recording& record, const std::string& output) {
+  for (const StateScore& s : score(model, record)) {
+    if (s.state == output) return std::isfinite(s.rmse) ? s.rmse : std::numeric_limits<double>::infinity();
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+/// What a free run with this error leaves of the motion beyond the noise, both rms.
+double unexplained_share(const Eigen::VectorXd& y, double error) {
+  const double noise = std::pow(signal::noise_sd(y), 2), spread = (y.array() - y.mean()).square().mean();
+  return std::sqrt(std::max(0.0, error * error - noise) / std::max(spread - noise, 0.01 * spread));
 }
 
 Refined refine_on(const IdentifiedModel& model, const Recording& record, const std::string& output,
@@ -97,6 +125,34 @@ regression::SparseFit regress(const Recording& recording, const std::string& out
       regression::make_problem(theta.middleRows(cut, inside), target.segment(cut, inside), 50, library), solver);
 }
 
+/// The library fitted by the weak form and free runs of short stretches: differentiates no noise and survives chaos.
+/// Empty where that gives no usable model.
+std::optional<IdentifiedModel> by_stretches(const Recording& recording, const IdentifiedModel& like,
+                                            const std::vector<expr::Expr>& terms) {
+  SindyOptions sindy;
+  sindy.states = {like.states.front()};
+  sindy.inputs = like.inputs;
+  sindy.order = 2;
+  sindy.find_timing = false;
+  for (const expr::Expr& t : terms) sindy.library.push_back(t.str());
+  try {
+    IdentifiedModel found = fit_sindy({recording}, sindy);
+    if (found.equations.size() != 2 || found.summary.status == Status::unusable) return std::nullopt;
+    return found;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+/// Adds the constants of the library that an equation lacks: a sensor offset is not sparse.
+void keep_constants(const std::vector<expr::Expr>& terms, Equation& motion) {
+  for (const expr::Expr& t : terms) {
+    const bool there = std::any_of(motion.terms.begin(), motion.terms.end(),
+                                   [&](const EquationTerm& m) { return expr::Expr::parse(m.function) == t; });
+    if (t.is_number() && !there) motion.terms.push_back({t.str(), Estimate::from_sd(0, INFINITY), ""});
+  }
+}
+
 /// Candidates that the motion equation of a model does not have yet.
 std::vector<Equation> absent_terms(const IdentifiedModel& model, const std::vector<std::string>& candidates) {
   Equation e{model.equations[1].lhs, {}};
@@ -117,8 +173,10 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
   const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
   Refined best = refine_on(model, train, output, options, absent_terms(model, candidates));
-  error = free_run_error(best.model, held, output, options.skip);
-  for (int added = 0; added < options.max_added; ++added) {
+  error = error_on(best.model, held, output);
+  const Eigen::VectorXd& y = recording[output];
+  const double floor = kFloor * std::sqrt((y.array() - y.mean()).square().mean());
+  for (int added = 0; added < options.max_added && error > floor; ++added) {
     // The three best scores are tried: the score is a first-order guess of what refinement makes of a term.
     Refined next;
     double next_error = error * (1 - options.least_gain);
@@ -130,8 +188,8 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
       start.value = s.coefficient;
       larger.equations[1].terms.push_back({s.function, start, ""});
       Refined trial = refine_on(larger, train, output, options, absent_terms(larger, candidates));
-      const double trial_error = trial.converged ? free_run_error(trial.model, held, output, options.skip)
-                                                 : std::numeric_limits<double>::infinity();
+      const double trial_error =
+          trial.converged ? error_on(trial.model, held, output) : std::numeric_limits<double>::infinity();
       if (trial_error < next_error) {
         next_error = trial_error;
         next = std::move(trial);
@@ -142,6 +200,60 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
     error = next_error;
   }
   return refine_on(best.model, recording, output, options, {}).model;
+}
+
+/// The verdict by the free run over the record.
+void judge(const Recording& recording, const std::string& output, IdentifiedModel& model) {
+  Summary& summary = model.summary;
+  summary.residual = error_on(model, recording, output);
+  if (!std::isfinite(summary.residual)) {
+    summary.fail("the free run of the identified model diverges");
+  } else {
+    detail::judge_unexplained(unexplained_share(recording[output], summary.residual), "the free run leaves",
+                              "a term is missing, the input is not what drives the motion, or the run is chaotic",
+                              summary);
+  }
+  detail::set_trust(summary.trust, summary);
+}
+
+/// Refinement of what the regression found, or of what stretches give where its free run is poor; that of stretches
+/// itself where no single run follows the record.
+IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recording,
+                        const std::vector<expr::Expr>& terms, const SecondOrderOptions& options) {
+  const std::string &y = regressed.states[0], &rate = regressed.states[1], &u = regressed.inputs[0];
+  const auto poor = [&](const IdentifiedModel& m) {
+    return !(unexplained_share(recording[y], error_on(m, recording, y)) < kPoorStart);
+  };
+  std::vector<std::string> candidates = options.candidates;
+  if (candidates.empty()) {
+    candidates = {y + "^2",
+                  y + "^4",
+                  y + "^5",
+                  y + "*" + rate,
+                  y + "^2*" + rate,
+                  rate + "*abs(" + rate + ")",
+                  "sgn(" + rate + ")",
+                  u + "*" + y};
+  }
+  for (const expr::Expr& t : terms) candidates.push_back(t.str());
+  IdentifiedModel start = regressed;
+  std::optional<IdentifiedModel> shot;
+  if (poor(regressed) && (shot = by_stretches(recording, regressed, terms))) {
+    start.equations[1].terms = shot->equations[1].terms;
+    keep_constants(terms, start.equations[1]);
+  }
+  double error = 0;
+  IdentifiedModel model = grow(start, recording, y, candidates, options, error);
+  model.summary.condition_number = regressed.summary.condition_number;
+  model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
+                                    100 * options.holdout, error, y);
+  if (!shot || !poor(model)) {
+    judge(recording, y, model);
+    return model;
+  }
+  model.equations[1].terms = shot->equations[1].terms;
+  model.summary = shot->summary;
+  return model;
 }
 
 }  // namespace
@@ -197,20 +309,10 @@ IdentifiedModel identify_second_order(const Recording& recording, const std::str
   model.provenance.version = std::string(version());
   model.provenance.inputs = {recording.source};
   if (options.refine) {
-    std::vector<std::string> candidates = options.candidates;
-    if (candidates.empty()) {
-      candidates = {output + "^2",       output + "^4",         output + "^5",
-                    output + "*" + rate, output + "^2*" + rate, rate + "*abs(" + rate + ")",
-                    "sgn(" + rate + ")", input + "*" + output};
-    }
-    double error = 0;
-    model = grow(model, recording, output, candidates, options, error);
-    model.summary.condition_number = fit.summary.condition_number;
-    model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
-                                      100 * options.holdout, error, output);
+    model = refined(model, recording, terms, options);
+  } else {
+    judge(recording, output, model);
   }
-  model.summary.residual = free_run_error(model, recording, output, options.skip);
-  if (!std::isfinite(model.summary.residual)) model.summary.fail("the free run of the identified model diverges");
   add_linear_parameters(model, output);
   detail::set_coefficient_units(model, recording);
   return model;

@@ -26,19 +26,22 @@ struct SecondOrderOptions {
 
 /// Equation of motion y'' = f(y, y', u) of one degree of freedom from displacement and input only.
 ///
-/// 1. band-limited oversampling, 4th-order central differences twice (paper eq. 15), sparse regression;
+/// 1. band-limited oversampling, 4th-order central differences twice (paper eq. 15), sparse regression; where noise
+///    leaves its free run 15 % or more of the motion, the weak form of fit_sindy gives the start instead;
 /// 2. output-error refinement of all coefficients and of the start (refine_free_run), u band-limited at the midpoints;
-/// 3. forward selection: the candidate with the largest score is added, refined, and kept when the free run of the
-///    held-out part improves; then the whole record is fitted once more.
+/// 3. forward selection: the candidate (of `library` and `candidates`) with the largest score is added, refined, and
+///    kept when the free run of the held-out part improves; then the whole record is fitted once more;
+/// 4. where no single run follows the record (chaos), the model of fit_sindy over the library, from short runs.
 ///
 /// Result: states y, y', input u; `parameters`: f0 (Hz) and zeta of the linearisation at the offset-free origin;
-/// summary.residual is the rms free-run error on the record (unit of y); status unusable when the free run diverges.
+/// summary.residual is the rms free-run error on the record (unit of y); status unusable when the free run diverges or
+/// leaves 15 % of the motion unexplained beyond the noise.
 /// The record needs at least 200 samples. Throws Error on unknown channels or options out of range.
 IdentifiedModel identify_second_order(const Recording& recording, const std::string& output, const std::string& input,
                                       const SecondOrderOptions& options = {});
 
 /// rms of (measured - free run) over the record after `skip` samples; start from the measured value and the
-/// central-difference velocity. Infinite when the run diverges.
+/// central-difference velocity, above 0.1 % noise from a spline that leaves the noise. Infinite when the run diverges.
 double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
                       Eigen::Index skip = 50);
 
