@@ -68,8 +68,8 @@ struct Identification {
 ///
 /// Fits the model to all records, then, unless `holdout` is 0, fits a second one without the part held out and predicts
 /// that part by it. A rotor's run is predicted from its own initial state, another record's with its own unbalance
-/// (2 numbers) too. The summary gets a warning when the second model does not predict. Throws Error for missing
-/// channels, options out of range, or several records for a method that takes one.
+/// (2 numbers) too. Missing half of its motion makes the summary unusable, twice the noise takes the trust. Throws
+/// Error for missing channels, options out of range, or several records for a method that takes one.
 Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options = {});
 inline Identification identify(const Recording& record, const IdentifyOptions& options = {}) {
   return identify(std::vector<Recording>{record}, options);
