@@ -37,6 +37,7 @@ Index PlaybackSource::read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) {
   if (next_ >= n) {
     next_ = 0;
     ++lap_;
+    jumped_ = true;
     restart_clock();
   }
   const double due = from_ + (clock_() - started_) * speed_ * info_.rate;
@@ -66,7 +67,7 @@ bool PlaybackSource::command(const std::string& name, double value) {
   if (name == "pause") {
     paused_ = true;
   } else if (name == "play") {
-    if (next_ >= recording_.size()) next_ = 0, ++lap_;
+    if (next_ >= recording_.size()) next_ = 0, ++lap_, jumped_ = true;
     paused_ = false;
   } else if (name == "speed") {
     require_range("speed", value, 0.01, 10000);
@@ -76,6 +77,7 @@ bool PlaybackSource::command(const std::string& name, double value) {
     // The time shown never runs backwards: going back counts as another pass.
     const Index to = std::min(recording_.size() - 1, static_cast<Index>(value / recording_.dt));
     if (to < next_) ++lap_;
+    jumped_ = to != next_;
     next_ = to;
   } else if (name == "loop") {
     loop_ = value != 0;

@@ -210,6 +210,10 @@ void Hub::step() {
   double t_first = 0;
   if (const Index rows = source_->read(block_, t_first); rows > 0) {
     const auto fresh = block_.topRows(rows);
+    if (source_->jumped()) {
+      if (synchronous_) synchronous_->reset();
+      if (const auto run = trend_.interrupt()) note_run(*run);
+    }
     last_time_ = t_first + static_cast<double>(rows) / source_->info().rate;
     const bool was_recording = recorder_.active();
     recorder_.write(t_first, fresh);

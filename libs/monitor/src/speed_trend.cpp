@@ -68,6 +68,12 @@ std::optional<SpeedTrend::Run> SpeedTrend::turn(double t, double speed, const st
   return {};
 }
 
+std::optional<SpeedTrend::Run> SpeedTrend::interrupt() {
+  if (trend_ != Trend::steady) return finish();
+  window_.clear();
+  return {};
+}
+
 std::optional<SpeedTrend::Run> SpeedTrend::stopped(double t) {
   if (trend_ == Trend::steady || window_.empty() ||
       t - window_.back().t < std::max(0.5, kSilence * 2 * std::numbers::pi / window_.back().speed))

@@ -235,6 +235,36 @@ TEST(MonitorHub, RecordStopsAtItsSizeLimit) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(MonitorHub, SeamOfALoopedRunDownIsNoRunUp) {
+  // 30 to 2 turns per second in 8 s, played three times.
+  Recording r;
+  r.dt = 1e-3;
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(8001, 0, 8);
+  r.add("beta", Quantity::angle, 2 * std::numbers::pi * (30 * t.array() - 1.75 * t.array().square()));
+  r.add("x", Quantity::displacement, 1e-3 * r["beta"].array().cos());
+  double now = 0;
+  Hub hub(std::make_unique<PlaybackSource>(r, 1, true, [&now] { return now; }), {});
+  auto client = std::make_shared<ClientQueue>(100000);
+  hub.add(client);
+  std::vector<std::string> log;
+  for (int i = 0; i < 560; ++i) {
+    now += 0.04;
+    hub.step();
+    while (MessagePtr m = client->pop()) {
+      if (!m->text) continue;
+      const json status = json::parse(m->data);
+      if (status["type"] != "status") continue;
+      for (const auto& line : status["log"]) log.push_back(line.get<std::string>());
+    }
+  }
+  const auto count = [&](std::string_view words) {
+    return std::ranges::count_if(log, [&](const std::string& line) { return line.find(words) != std::string::npos; });
+  };
+  EXPECT_EQ(count("run-up"), 0);
+  EXPECT_EQ(count("run-down begins"), 3);
+  EXPECT_GE(count("run-down from"), 2);
+}
+
 TEST(MonitorHub, LimitIsLoggedOnceWhenCrossed) {
   HubOptions options;
   options.limits = {{"x", 0.9e-3}, {"y", 2e-3}};

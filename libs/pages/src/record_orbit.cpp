@@ -86,11 +86,11 @@ void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turn
   panel.line("1X", path(cx, x), path(cy, y), {.color = 1, .width = 1.6});
   panel.scatter("", VectorXd::Constant(1, cx + x.real()), VectorXd::Constant(1, cy + y.real()), {.color = 1});
   const signal::OrbitEllipse e = signal::orbit_ellipse(x, y);
-  panel.title += fmt::format("; 1X{} at {:.0f} rpm: {}, {} by {}", one ? "" : " of one turn",
-                             (one ? turns.x.speed.mean() : turns.x.speed[top]) / kRpm,
-                             e.area >= 0 ? "forward whirl" : "backward whirl",
-                             report::format_amplitude(e.semi_major, AmplitudeKind::peak),
-                             report::format_amplitude(e.semi_minor, AmplitudeKind::peak));
+  const double speed = (one ? turns.x.speed.mean() : turns.x.speed[top]) / kRpm;
+  panel.title =
+      fmt::format("1X at {:.0f} rpm{}: {}, {} by {}", speed, one ? "" : ", one turn",
+                  e.area >= 0 ? "forward" : "backward", report::format_amplitude(e.semi_major, AmplitudeKind::peak),
+                  report::format_amplitude(e.semi_minor, AmplitudeKind::peak));
 }
 
 }  // namespace
@@ -113,7 +113,10 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   std::vector<report::NamedRun> part_names;
   for (const ViewedRun& r : runs) parts.push_back(cut(r.record, range));
   for (std::size_t i = 0; i < runs.size(); ++i)
-    part_names.push_back({runs.size() > 1 ? runs[i].name : "unfiltered", parts[i]});
+    part_names.push_back({runs.size() > 1
+                              ? runs[i].name
+                              : fmt::format("{:.4g} to {:.4g} s", parts[i].t0, parts[i].t0 + parts[i].duration()),
+                          parts[i]});
   const Recording& part = parts.back();
   Figure figure = report::orbit(part_names, part.t0, part.t0 + part.duration());
   const auto turning = diagnosis::rotation_of(last);

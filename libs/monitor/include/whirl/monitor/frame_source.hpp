@@ -43,6 +43,8 @@ class FrameSource {
   /// and returns their number; `t_first` is the time of row 0, s. Rows continue at the stream's rate: a lost sample is
   /// a row of NaN. Returns 0 when there is nothing new. Never waits.
   virtual Eigen::Index read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) = 0;
+  /// True once after the rows stopped following those before them: a new pass over a record, a seek.
+  virtual bool jumped() { return false; }
   /// Names and values shown beside the plots: state, overruns, trip reason, ...
   virtual std::vector<std::pair<std::string, std::string>> status() const = 0;
   /// A command of an authorised user, e.g. "pause". False: not known here. Throws Error when the value is not allowed.
@@ -64,6 +66,7 @@ class PlaybackSource : public FrameSource {
 
   const StreamInfo& info() const override { return info_; }
   Eigen::Index read(Eigen::Ref<Eigen::MatrixXd> block, double& t_first) override;
+  bool jumped() override { return std::exchange(jumped_, false); }
   std::vector<std::pair<std::string, std::string>> status() const override;
   bool command(const std::string& name, double value) override;
   std::vector<Control> controls() const override;
@@ -76,7 +79,7 @@ class PlaybackSource : public FrameSource {
   Recording recording_;
   StreamInfo info_;
   double speed_;
-  bool loop_, paused_ = false;
+  bool loop_, paused_ = false, jumped_ = false;
   Clock clock_;
   double started_ = 0;     ///< clock value at which `from_` was due
   double from_ = 0;        ///< samples played when the clock was restarted

@@ -31,6 +31,8 @@ class SpeedTrend {
   std::optional<Run> turn(double t, double speed, const std::vector<double>& amplitude);
   /// No turn came for so long that the shaft stands still: ends a run.
   std::optional<Run> stopped(double t);
+  /// The next turn does not follow the last one: ends a run, and forgets the turns before.
+  std::optional<Run> interrupt();
   Trend trend() const { return trend_; }
 
  private:
