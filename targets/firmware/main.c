@@ -14,7 +14,6 @@ enum { FINE, TRIP_DISPLACEMENT, TRIP_STALE, TRIP_NOT_FINITE, TRIP_GAP, TRIP_SUPE
 enum { ARMED = 1, START = 2, OUTPUT = 1, EXPIRED = 2, DONE = 4 };
 
 typedef struct {
-  law_params params;
   law_state state;
   wire_input input;
   uint32_t flags;  /* of the newest command */
@@ -58,19 +57,16 @@ static void take_parameter(const uint8_t *m) {
   uint8_t answer[WIRE_ANSWER] = {'W', 'H', 'A', '1'};
   double now = NAN;
   uint32_t wrong = index;
-  if ((index >= 1u) && (index <= sizeof(law_params) / sizeof(law_real))) {
-    law_params next = fw.params;
-    law_real *const all = (law_real *)&next;
+  if ((index >= 1u) && (index <= LAW_PARAMETERS)) {
+    const law_real *const all = (const law_real *)&fw.state.params;
     wrong = 0u;
     if (!isnan(value)) {
-      all[index - 1u] = (law_real)value;
       /* the period is that of the board */
-      wrong = (next.sample_time != fw.params.sample_time) ? index : (uint32_t)law_set_params(&fw.state, &next);
-      if (wrong == 0u) {
-        fw.params = next;
-      }
+      wrong = (strcmp(law_parameter_name((int32_t)index), "sample_time") == 0)
+                  ? index
+                  : (uint32_t)law_set_parameter(&fw.state, (int32_t)index, (law_real)value);
     }
-    now = (double)((law_real *)&fw.params)[index - 1u];
+    now = (double)all[index - 1u];
   }
   memcpy(&answer[4], &m[4], 8);
   wire_put32(&answer[12], wrong);
@@ -151,8 +147,9 @@ static void report(const board_sample *s, bool live) {
 
 int main(void) {
   board_sample s;
-  law_default_params(&fw.params);
-  if (law_init(&fw.state, &fw.params) != 0) {
+  law_params params;
+  law_default_params(&params);
+  if (law_init(&fw.state, &params) != 0) {
     fw.trip = TRIP_PARAMETERS;
   }
   board_init();

@@ -14,6 +14,7 @@ typedef /*@real@*/ whirl_real;
 /* Longest loop delay in samples that the force history holds. */
 #define WHIRL_MAX_DELAY 16
 #define WHIRL_HISTORY (WHIRL_MAX_DELAY + 3)
+#define WHIRL_PARAMETERS /*@parameter_count@*/
 /*@law_constants@*/
 
 /* Numbers of the controller. Change them before whirl_init, or later through whirl_set_params. The number in front is what
@@ -166,6 +167,13 @@ int32_t whirl_init(whirl_state *state, const whirl_params *params);
 
 /* New parameters while running: memory kept. Returns 0, or the number of the first field out of range, nothing changed. */
 int32_t whirl_set_params(whirl_state *state, const whirl_params *params);
+
+/* One parameter while running, by the number in front of its field: memory kept. Returns 0, or the number of the first field
+   that would be out of range, nothing changed; `number` itself when there is no such field. */
+int32_t whirl_set_parameter(whirl_state *state, int32_t number, whirl_real value);
+
+/* Name of a parameter by its number, from 1; an empty string when there is none. */
+const char *whirl_parameter_name(int32_t number);
 
 /* Memory as after whirl_init. */
 void whirl_reset(whirl_state *state);

@@ -71,5 +71,16 @@ class Controller:
             raise ArithmeticError(reasons.get(status, "not ready"))
         return out
 
+    def set(self, **parameters):
+        """New parameters while running, each checked; what was learnt is kept. Raises ValueError naming the one refused."""
+        names = list(PARAMETERS)
+        for name, value in parameters.items():
+            if name not in PARAMETERS:
+                raise ValueError(name + " is no parameter")
+            number = names.index(name) + 1
+            wrong = self._c./*@prefix@*/_set_parameter(self._state, ctypes.c_int32(number), Real(value))
+            if wrong:
+                raise ValueError(names[wrong - 1] + " is out of its range")
+
     def reset(self):
         self._c./*@prefix@*/_reset(self._state)

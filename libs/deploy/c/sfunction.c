@@ -1,16 +1,27 @@
 /* Simulink S-function around /*@prefix@*/.c. Build:  mex /*@prefix@*/_sfun.c /*@prefix@*/.c
 #if HAS_CONTROLLER
    Input: x, y (m), beta (rad), omega (rad/s), omega_dot (rad/s^2), valid. Output: ux, uy (N), s_x, s_y (m/s),
-   x, y (m), vx, vy (m/s) estimated, status. Sample time /*@sample_time@*/ s. */
+   x, y (m), vx, vy (m/s) estimated, status. Sample time /*@sample_time@*/ s.
 #else
-   Input: /*@inputs@*/. Output: the states (/*@states@*/), then /*@outputs@*/. Continuous states start at 0. */
+   Input: /*@inputs@*/. Output: the states (/*@states@*/), then /*@outputs@*/. Continuous states start at 0.
 #endif
+   Parameter of the block, tunable: [] for the numbers of the export, or all fields of whirl_params in their order. */
 #define S_FUNCTION_NAME /*@prefix@*/_sfun
 #define S_FUNCTION_LEVEL 2
 
 #include "/*@prefix@*/.h"
 
 #include "simstruc.h"
+
+#include <math.h>
+#include <stdio.h>
+
+/* A host without block parameters runs the numbers of the export. */
+#ifdef ssSetErrorStatus
+#define REFUSE(S, text) ssSetErrorStatus(S, text)
+#else
+#define REFUSE(S, text) ((void)(S))
+#endif
 
 #if HAS_CONTROLLER
 #define INPUTS 6
@@ -20,8 +31,71 @@
 #define OUTPUTS (WHIRL_STATES + WHIRL_OUTPUTS)
 #endif
 
+/* Numbers of the block. False: their count is wrong, or one is out of its range (`wrong` counts from 1). */
+static int numbers_of(SimStruct *S, whirl_params *params, int *wrong) {
+  whirl_default_params(params);
+  *wrong = 0;
+#ifdef ssGetSFcnParam
+  {
+    const mxArray *const given = ssGetSFcnParam(S, 0);
+    whirl_real *const row = (whirl_real *)params;
+    const size_t count = sizeof *params / sizeof row[0];
+    size_t i;
+    if (mxGetNumberOfElements(given) == 0) {
+      return 1;
+    }
+    if (!mxIsDouble(given) || (mxGetNumberOfElements(given) != count)) {
+      return 0;
+    }
+    for (i = 0; i < count; i++) {
+      row[i] = (whirl_real)mxGetPr(given)[i];
+#if HAS_CONTROLLER
+#else
+      if (!isfinite(row[i])) {
+        *wrong = (int)i + 1;
+      }
+#endif
+    }
+  }
+#else
+  (void)S;
+#endif
+#if HAS_CONTROLLER
+  {
+    whirl_state trial;
+    *wrong = (int)whirl_init(&trial, params);
+    /* the sample time of the block is fixed */
+    if (params->sample_time != (whirl_real)/*@sample_time@*/) {
+      return 0;
+    }
+  }
+#endif
+  return *wrong == 0;
+}
+
+#ifdef ssGetSFcnParam
+#define MDL_CHECK_PARAMETERS
+static void mdlCheckParameters(SimStruct *S) {
+  static char text[80];
+  whirl_params params;
+  int wrong;
+  if (!numbers_of(S, &params, &wrong)) {
+    (void)snprintf(text, sizeof text, "/*@prefix@*/: parameter %d is out of its range, or their number is wrong", wrong);
+    ssSetErrorStatus(S, text);
+  }
+}
+#endif
+
 static void mdlInitializeSizes(SimStruct *S) {
+#ifdef ssGetSFcnParam
+  ssSetNumSFcnParams(S, 1);
+  if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) {
+    return;
+  }
+  mdlCheckParameters(S);
+#else
   ssSetNumSFcnParams(S, 0);
+#endif
 #if HAS_CONTROLLER
   ssSetNumContStates(S, 0);
 #else
@@ -61,8 +135,10 @@ static void mdlInitializeSampleTimes(SimStruct *S) {
 static void mdlInitializeConditions(SimStruct *S) {
 #if HAS_CONTROLLER
   whirl_params params;
-  whirl_default_params(&params);
-  (void)whirl_init((whirl_state *)ssGetDWork(S, 0), &params);
+  int wrong;
+  if (!numbers_of(S, &params, &wrong) || (whirl_init((whirl_state *)ssGetDWork(S, 0), &params) != 0)) {
+    REFUSE(S, "/*@prefix@*/: a parameter is out of its range");
+  }
 #else
   real_T *const x = ssGetContStates(S);
   int i;
@@ -72,6 +148,18 @@ static void mdlInitializeConditions(SimStruct *S) {
 #endif
 }
 #if HAS_CONTROLLER
+
+#ifdef ssGetSFcnParam
+#define MDL_PROCESS_PARAMETERS
+/* New numbers while running: memory kept. */
+static void mdlProcessParameters(SimStruct *S) {
+  whirl_params params;
+  int wrong;
+  if (!numbers_of(S, &params, &wrong) || (whirl_set_params((whirl_state *)ssGetDWork(S, 0), &params) != 0)) {
+    REFUSE(S, "/*@prefix@*/: a parameter is out of its range");
+  }
+}
+#endif
 
 /*@step_values@*/
 
@@ -92,7 +180,7 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
   whirl_params params;
   int i;
   (void)tid;
-  whirl_default_params(&params);
+  (void)numbers_of(S, &params, &i);
   for (i = 0; i < WHIRL_STATES; i++) {
     y[i] = x[i];
   }
@@ -102,7 +190,8 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
 #define MDL_DERIVATIVES
 static void mdlDerivatives(SimStruct *S) {
   whirl_params params;
-  whirl_default_params(&params);
+  int wrong;
+  (void)numbers_of(S, &params, &wrong);
   whirl_rates(&params, ssGetT(S), ssGetContStates(S), inputs_of(S), ssGetdX(S));
 }
 #endif

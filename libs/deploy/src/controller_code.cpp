@@ -204,6 +204,10 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   TemplateSettings s = settings_of(design, values, options);
   s.slots["parameters"] = parameter_lines(code.parameters);
   s.slots["checks"] = check_lines(design, code.parameters, options.single_precision);
+  s.slots["parameter_count"] = std::to_string(code.parameters.size());
+  std::string& names = s.slots["parameter_names"];
+  for (const CodeParameter& p : code.parameters)
+    names += fmt::format("{}      \"{}\"", names.empty() ? "" : ",\n", p.name);
   s.slots["banner"] = banner(design, options);
   code.header = {options.prefix + ".h", fill_template(deploy_template("controller.h"), s)};
   std::string source = s.slots["banner"] + "\n#include \"" + options.prefix + ".h\"\n\n#include <math.h>\n\n";
@@ -214,7 +218,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part(deploy_template("supervisor.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);
-  source += fill_template(deploy_template("controller.c"), s) + fill_template(deploy_template("gap.c"), s);
+  for (const char* name : {"controller.c", "gap.c", "parameter.c"}) source += fill_template(deploy_template(name), s);
   code.source = {options.prefix + ".c", drop_unused_functions(source)};
   return code;
 }

@@ -249,12 +249,15 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
     text += fmt::format("  {} {}{}{} \"{}\";\n", kind, n, attributes.empty() ? "" : "(" + attributes + ")",
                         !more.empty() && more.front() == ' ' ? more : "", quoted);
   };
+  // Connectors, so that a diagram can be drawn; compatible with those of Modelica.Blocks.Interfaces.
+  if (!s.inputs.empty()) text += "  connector RealInput = input Real \"input signal\";\n";
+  text += "  connector RealOutput = output Real \"output signal\";\n";
   for (const CodeParameter& p : s.parameters)
     declare("parameter Real", p.name, p.unit, " = " + expr::number_text(p.value), p.meaning);
-  for (const SystemVariable& v : s.inputs) declare("input Real", v.name, v.unit, "", v.meaning);
+  for (const SystemVariable& v : s.inputs) declare("RealInput", v.name, v.unit, "", v.meaning);
   for (const SystemVariable& v : s.states)
     declare(s.discrete ? "discrete Real" : "Real", v.name, v.unit, "start=0, fixed=true", v.meaning);
-  for (const SystemVariable& v : s.outputs) declare("output Real", v.name, v.unit, "", v.meaning);
+  for (const SystemVariable& v : s.outputs) declare("RealOutput", v.name, v.unit, "", v.meaning);
   expr::PrintOptions print_options;
   print_options.name = [&s](std::string_view n) {
     if (n == "t") return std::string("time");
