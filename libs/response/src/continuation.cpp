@@ -37,6 +37,26 @@ class Tracer {
       curve.summary.fail(fmt::format("no periodic answer was found at the begin of the range ({:.5g})", o_.from));
       return curve;
     }
+    follow(curve, first);
+    return curve;
+  }
+
+  /// From an answer that is known.
+  ResponseCurve run_from(PeriodicSolution first) {
+    ResponseCurve curve;
+    curve.parameter = parameter_;
+    curve.names = system_.names();
+    if (solve_periodic(system_, first)) {
+      may_close_ = true;
+      follow(curve, first);
+    } else {
+      curve.summary.fail("the answer to start from is none");
+    }
+    return curve;
+  }
+
+ private:
+  void follow(ResponseCurve& curve, const PeriodicSolution& first) {
     choose_scales(first);
     Scaled at = pack(first);
     Eigen::VectorXd along = Eigen::VectorXd::Zero(at.y.size());
@@ -65,15 +85,29 @@ class Tracer {
       events(curve, at, next, step);
       at = next;
       add(curve, at);
+      if (closes(curve, first, at, step)) break;
       widen(at);
       step = std::min(o_.longest_step, step * (iterations <= 3 ? 1.5 : iterations <= 5 ? 1.0 : 0.6));
     }
     if (static_cast<int>(curve.points.size()) >= o_.most_points)
       curve.summary.warn(fmt::format("the curve was cut after {} points", o_.most_points));
-    return curve;
   }
 
- private:
+  /// Back at the first point, and going the same way.
+  bool closes(ResponseCurve& curve, const PeriodicSolution& first, const Scaled& at, double step) const {
+    if (!may_close_ || curve.points.size() < 8 || first.harmonics() != at.harmonics) return false;
+    const Eigen::VectorXd to_first = pack(first).y - at.y;
+    if (to_first.norm() > step || to_first.dot(at.tangent) < 0) return false;
+    curve.closed = true;
+    add(curve, pack_with(first, at));
+    return true;
+  }
+  Scaled pack_with(const PeriodicSolution& s, const Scaled& at) const {
+    Scaled p = pack(s);
+    p.tangent = at.tangent;
+    return p;
+  }
+
   double range() const { return std::abs(o_.to - o_.from); }
   double parameter_of(const Scaled& s) const { return s.y[s.y.size() - 1] * range(); }
   void set_parameter(PeriodicSolution& s, double value) const {
@@ -209,7 +243,7 @@ class Tracer {
       end.tangent = next.tangent;
       add(curve, end);
     }
-    if (border != o_.to) curve.summary.warn("the curve came back to the begin of its range");
+    if (border != o_.to && !may_close_) curve.summary.warn("the curve came back to the begin of its range");
   }
 
   void add(ResponseCurve& curve, const Scaled& p) const {
@@ -302,6 +336,7 @@ class Tracer {
   double fixed_;
   CurveOptions o_;
   Eigen::VectorXd scale_;
+  bool may_close_ = false;
 };
 
 }  // namespace
@@ -341,6 +376,13 @@ ResponseCurve response_curve(const PeriodicSystem& system, Parameter parameter, 
   require_range("harmonics", options.harmonics, 1, 200);
   require_range("longest_step", options.longest_step, 1e-6, 1);
   return Tracer(system, parameter, fixed, options).run();
+}
+
+ResponseCurve follow_curve(const PeriodicSystem& system, Parameter parameter, const PeriodicSolution& start,
+                           const CurveOptions& options) {
+  if (!(std::abs(options.to - options.from) > 0)) throw Error("the range of the response curve is empty");
+  const double fixed = parameter == Parameter::speed ? start.force : start.omega;
+  return Tracer(system, parameter, fixed, options).run_from(start);
 }
 
 }  // namespace whirl::response

@@ -87,10 +87,10 @@ Expressions meanings(const std::vector<std::string>& used, const Forcing& forcin
 }
 
 /// The part that the angle drives is the unbalance: scaled as a whole.
-Expr with_unbalance(const Expr& e, double scale) {
+Expr with_unbalance(const Expr& e, const Expr& scale) {
   const Expressions still = {{"X6", Expr(0.0)}};
   const Expr rest = substitute(e, still);
-  return rest + Expr(scale) * (e - rest);
+  return rest + scale * (e - rest);
 }
 
 }  // namespace
@@ -118,7 +118,10 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
   angle_ = turning && contains(used, "X5");
   const Expressions given = meanings(used, forcing);
   for (Expr& e : f) {
-    if (turning && forcing.unbalance_scale != 1) e = with_unbalance(e, forcing.unbalance_scale);
+    if (turning && (forcing.unbalance_scale != 1 || forcing.free_unbalance)) {
+      const Expr scale(forcing.unbalance_scale);
+      e = with_unbalance(e, forcing.free_unbalance ? scale * Expr::symbol("_force") : scale);
+    }
     e = substitute(e, given);
   }
   variables.insert(variables.end(), {"_tau", "_omega", "_force"});

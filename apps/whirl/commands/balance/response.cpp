@@ -1,5 +1,6 @@
 #include "response.hpp"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +8,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/write_figure.hpp"
 #include "whirl/response/continuation.hpp"
+#include "whirl/response/sweep_peaks.hpp"
 #include "whirl/response/synchronous.hpp"
 
 namespace whirl::app {
@@ -16,7 +18,9 @@ using Eigen::Index;
 constexpr double kRpm = std::numbers::pi / 30;
 
 struct Options {
-  std::string model, input, out, figure, data;
+  std::string model, input, out, figure, data, peak_figure;
+  bool isolas = false;
+  double peaks_to = 0;
   double from_rpm = 0, to_rpm = 0, amplitude = 0, unbalance = 1;
   int harmonics = 5;
 };
@@ -56,14 +60,13 @@ Known known_range(const std::string& file) {
 
 /// Runs of one kind (stable or not, known or extrapolated), joined at their ends, as lines of the panel.
 void add_lines(report::Panel& panel, const std::vector<double>& x, const std::vector<double>& y,
-               const std::vector<int>& kind) {
+               const std::vector<int>& kind, std::array<bool, 4>& named) {
   static const char* const names[] = {"stable", "unstable", "stable, beyond the data", "unstable, beyond the data"};
-  bool named[4] = {false, false, false, false};
   for (std::size_t i = 0; i + 1 < x.size();) {
     std::size_t j = i + 1;
     while (j + 1 < x.size() && kind[j] == kind[i]) ++j;
     const auto n = static_cast<Index>(j - i + 1);
-    const int k = kind[i];
+    const auto k = static_cast<std::size_t>(kind[i]);
     panel.line(named[k] ? "" : names[k], Eigen::Map<const Eigen::VectorXd>(x.data() + i, n),
                Eigen::Map<const Eigen::VectorXd>(y.data() + i, n),
                {.color = k % 2 == 0 ? 0 : 1,
@@ -76,8 +79,9 @@ void add_lines(report::Panel& panel, const std::vector<double>& x, const std::ve
   }
 }
 
-report::Figure figure_of(const response::ResponseCurve& curve, const Drawn& drawn, const Known& known,
-                         const std::optional<RotorModel>& rotor, const std::optional<response::SynchronousBand>& band) {
+report::Figure figure_of(const response::ResponseCurve& curve, const std::vector<response::ResponseCurve>& isolas,
+                         const Drawn& drawn, const Known& known, const std::optional<RotorModel>& rotor,
+                         const std::optional<response::SynchronousBand>& band) {
   report::Figure figure;
   figure.title = "Steady response";
   figure.description = "Amplitude and phase of the steady response over speed, with stability and folds.";
@@ -101,7 +105,18 @@ report::Figure figure_of(const response::ResponseCurve& curve, const Drawn& draw
   report::Panel& top = figure.panel("", speed, {drawn.rotor ? "radius, peak" : drawn.coordinate + ", peak", unit});
   top.height = 280;
   if (band) top.band("95 % band, largest answer", band->omega, band->upper_low, band->upper_high, {.color = 5});
-  add_lines(top, x, y, kind);
+  std::array<bool, 4> named{};
+  add_lines(top, x, y, kind, named);
+  for (const response::ResponseCurve& isola : isolas) {
+    std::vector<double> w, a;
+    std::vector<int> how;
+    for (const response::CurvePoint& p : isola.points) {
+      w.push_back(p.solution.omega);
+      a.push_back(drawn.amplitude(p.solution));
+      how.push_back((p.stable ? 0 : 1) + (known.holds(a.back(), w.back()) ? 0 : 2));
+    }
+    add_lines(top, w, a, how, named);
+  }
   if (rotor) {
     Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(60, 0, largest * 1.05), w(60);
     for (Index k = 0; k < 60; ++k) {
@@ -110,14 +125,18 @@ report::Figure figure_of(const response::ResponseCurve& curve, const Drawn& draw
     }
     if (w.array().isFinite().any()) top.line("backbone", w, a, {.color = 7, .dash = report::Dash::dashed});
   }
-  for (const response::CurveEvent& e : curve.events)
+  std::vector<response::CurveEvent> marks = curve.events;
+  for (const response::ResponseCurve& isola : isolas)
+    marks.insert(marks.end(), isola.events.begin(), isola.events.end());
+  for (const response::CurveEvent& e : marks)
     top.scatter(e.kind == response::EventKind::fold ? "" : to_string(e.kind),
                 Eigen::VectorXd::Constant(1, e.solution.omega),
                 Eigen::VectorXd::Constant(1, drawn.amplitude(e.solution)),
                 {.color = 6, .mark = e.kind == response::EventKind::fold ? report::Mark::circle : report::Mark::cross});
   report::Panel& low = figure.panel("", speed, {"phase of " + drawn.coordinate, {"deg", std::numbers::pi / 180}});
   low.height = 160;
-  add_lines(low, x, phase, kind);
+  std::array<bool, 4> named_low{};
+  add_lines(low, x, phase, kind, named_low);
   return figure;
 }
 
@@ -142,7 +161,7 @@ io::Json json_of(const response::ResponseCurve& curve, const Drawn& drawn, const
                     .set("omega", e.solution.omega)
                     .set("amplitude", drawn.amplitude(e.solution)));
   out.set("coordinate", drawn.rotor ? "radius" : drawn.coordinate).set("events", std::move(events));
-  out.set("points", std::move(points));
+  out.set("points", std::move(points)).set("closed", curve.closed);
   if (band)
     out.set("peak_interval", io::Json::array().push(band->peak_low).push(band->peak_high))
         .set("band", io::Json::object()
@@ -150,6 +169,58 @@ io::Json json_of(const response::ResponseCurve& curve, const Drawn& drawn, const
                          .set("low", io::Json(band->upper_low))
                          .set("high", io::Json(band->upper_high)));
   return out.set("summary", whirl::to_json(curve.summary));
+}
+
+/// Answers apart from the curve; their points as the curve's own.
+io::Json isola_json(const std::vector<response::ResponseCurve>& isolas, const Drawn& drawn, const Known& known) {
+  io::Json list = io::Json::array();
+  for (const response::ResponseCurve& isola : isolas) list.push(json_of(isola, drawn, known, {}));
+  return list;
+}
+
+io::Json peak_json(const response::PeakCurve& peaks) {
+  return io::Json::object()
+      .set("factor", io::Json(peaks.force))
+      .set("up", io::Json(peaks.up))
+      .set("down", io::Json(peaks.down))
+      .set("largest", io::Json(peaks.largest))
+      .set("jump_from", peaks.jump_from);
+}
+
+report::Figure peak_figure(const response::PeakCurve& peaks, const Drawn& drawn, bool turning) {
+  report::Figure figure;
+  figure.title = "Peak of slow sweeps";
+  figure.description = "Largest amplitude met by a slow run-up and run-down over the size of the forcing.";
+  const double most = peaks.largest.array().isFinite().select(peaks.largest.array(), 0).maxCoeff();
+  const report::Unit unit = drawn.rotor ? report::engineering_unit(Quantity::displacement, most) : report::Unit{};
+  report::Panel& panel =
+      figure.panel("", {turning ? "times the identified unbalance" : "times the amplitude of the input", {}},
+                   {drawn.rotor ? "radius, peak" : drawn.coordinate + ", peak", unit});
+  panel.height = 280;
+  panel.line("speed rising", peaks.force, peaks.up, {.color = 0, .width = 1.6});
+  panel.line("speed falling", peaks.force, peaks.down, {.color = 1, .width = 1.6, .dash = report::Dash::dashed});
+  return figure;
+}
+
+/// Peaks of slow sweeps for 40 sizes of the forcing up to o.peaks_to times that of the curve.
+std::optional<response::PeakCurve> peaks_of(const IdentifiedModel& model, const Options& o, const Drawn& drawn,
+                                            const response::CurveOptions& options, Session& session) {
+  if (!(o.peaks_to > 0)) {
+    if (!o.peak_figure.empty()) throw Error("--peak-figure needs --peaks-to");
+    return {};
+  }
+  const bool turning = o.input.empty();
+  const double unit = turning ? 1 : std::abs(o.amplitude);
+  const response::PeriodicSystem system(model, {o.input, o.amplitude, 1, turning});
+  response::PeakCurve peaks =
+      response::peak_over_force(system, unit * Eigen::VectorXd::LinSpaced(40, o.peaks_to / 40, o.peaks_to), options,
+                                [&](const response::PeriodicSolution& s) { return drawn.amplitude(s); });
+  peaks.force /= unit;
+  peaks.jump_from /= unit;
+  session.say(std::isnan(peaks.jump_from)
+                  ? fmt::format("slow sweeps        no jump up to {:g} times this forcing", o.peaks_to)
+                  : fmt::format("slow sweeps        jump from {:.3g} times this forcing on", peaks.jump_from));
+  return peaks;
 }
 
 void run(const Options& o, Session& session) {
@@ -187,6 +258,34 @@ void run(const Options& o, Session& session) {
   }
   const Drawn drawn{system.driven_by_angle() && system.size() == 2, system.names().front()};
   const Known known = known_range(o.data);
+  const std::optional<response::PeakCurve> peaks = peaks_of(model, o, drawn, options, session);
+  std::vector<response::ResponseCurve> isolas =
+      response::other_branches(system, curve, turning ? 0 : o.amplitude, options);
+  for (const response::ResponseCurve& other : isolas)
+    session.say(fmt::format(
+        "second branch      {} at {:.0f} rpm, where a run-down begins: it joins the curve beyond the range",
+        drawn.rotor ? report::format_amplitude(drawn.amplitude(other.points.front().solution), AmplitudeKind::peak)
+                    : report::format_number(drawn.amplitude(other.points.front().solution)),
+        o.to_rpm));
+  if (o.isolas) {
+    const response::PeriodicSystem forced(model, {o.input, o.amplitude, 1, turning});
+    const std::vector<response::ResponseCurve> found =
+        response::find_isolas(forced, curve, turning ? 1 : o.amplitude, options, isolas);
+    for (const response::ResponseCurve& isola : found) {
+      double low = INFINITY, high = 0, most = 0;
+      for (const response::CurvePoint& p : isola.points) {
+        low = std::min(low, p.solution.omega);
+        high = std::max(high, p.solution.omega);
+        most = std::max(most, drawn.amplitude(p.solution));
+      }
+      session.say(
+          fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by a blow",
+                      low / kRpm, high / kRpm,
+                      drawn.rotor ? report::format_amplitude(most, AmplitudeKind::peak) : report::format_number(most)));
+    }
+    if (found.empty()) session.say("isolas             none found");
+    isolas.insert(isolas.end(), found.begin(), found.end());
+  }
   const bool isotropic = rotor && rotor->k1_conj == 0.0 && rotor->c_conj == 0.0;
   std::optional<response::SynchronousBand> band;
   if (isotropic && model.rotor_covariance.size() == 25)
@@ -221,10 +320,16 @@ void run(const Options& o, Session& session) {
                     "extrapolation",
                     beyond, curve.points.size(), report::format_amplitude(known.amplitude, AmplitudeKind::peak),
                     known.low / kRpm, known.high / kRpm));
-  const io::Json json = json_of(curve, drawn, known, band);
+  io::Json json = json_of(curve, drawn, known, band);
+  json.set("branches", isola_json(isolas, drawn, known));
+  if (peaks) {
+    json.set("peaks", peak_json(*peaks));
+    for (const std::string& warning : peaks->summary.warnings) curve.summary.warn(warning);
+    if (!o.peak_figure.empty()) report::write_figure(peak_figure(*peaks, drawn, turning), o.peak_figure);
+  }
   session.result(json);
   if (!o.out.empty()) io::save_json(o.out, json);
-  if (!o.figure.empty()) report::write_figure(figure_of(curve, drawn, known, rotor, band), o.figure);
+  if (!o.figure.empty()) report::write_figure(figure_of(curve, isolas, drawn, known, rotor, band), o.figure);
   session.finish(curve.summary);
 }
 
@@ -251,6 +356,10 @@ void add_response(CommandLine& app, Session& session) {
       ->range(1, 50)
       ->show_default();
   sub->add_option("--data", o->data, "record with x, y, beta that the model was found from")->input();
+  sub->add_flag("--isolas", o->isolas, "look for closed curves apart from this one (over the forcing at 25 speeds)");
+  sub->add_option("--peaks-to", o->peaks_to, "peak of slow sweeps for forcings up to this many times the stated one")
+      ->range(0, 1e6);
+  sub->add_option("--peak-figure", o->peak_figure, "the peaks over the forcing (.svg, .png, .pdf, .csv)")->output();
   sub->add_option("--out", o->out, "write the curve as JSON")->output("whirl.response");
   sub->add_option("--figure", o->figure, "amplitude and phase over speed (.svg, .png, .pdf, .csv)")->output();
 }

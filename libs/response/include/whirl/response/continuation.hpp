@@ -41,7 +41,8 @@ struct ResponseCurve {
   std::vector<std::string> names;  ///< coordinates
   std::vector<CurvePoint> points;  ///< along the curve
   std::vector<CurveEvent> events;
-  Summary summary;  ///< warning where the curve ends before `to`
+  bool closed = false;  ///< the curve came back to its first point: an isola
+  Summary summary;      ///< warning where the curve ends before `to`
 
   double value(const CurvePoint& p) const {
     return parameter == Parameter::speed ? p.solution.omega : p.solution.force;
@@ -57,5 +58,22 @@ struct ResponseCurve {
 /// that is empty or not positive in speed.
 ResponseCurve response_curve(const PeriodicSystem& system, Parameter parameter, double fixed,
                              const CurveOptions& options);
+
+/// The curve through a known answer, `start`, both parameters as there; it ends where it closes or leaves the range.
+ResponseCurve follow_curve(const PeriodicSystem& system, Parameter parameter, const PeriodicSolution& start,
+                           const CurveOptions& options);
+
+/// Answers in the range that `main`, a curve over speed at `force`, does not pass through, because it goes on beyond
+/// the range: the curve from the other end of the range back, when its answer there is another one.
+std::vector<ResponseCurve> other_branches(const PeriodicSystem& system, const ResponseCurve& main, double force,
+                                          const CurveOptions& options);
+
+/// Closed curves (isolas) apart from `main`, a curve over speed at `force`: at `speeds` speeds the answers are followed
+/// over the force, from almost none to `reach` times `force`; where this sheet crosses `force` at an answer that is not
+/// on `main`, the curve through it is followed over speed. An isola is found only when the sheet connects it at one of
+/// these speeds. `known`: curves beside `main` whose answers do not count. Rotors need Forcing::free_unbalance.
+std::vector<ResponseCurve> find_isolas(const PeriodicSystem& system, const ResponseCurve& main, double force,
+                                       const CurveOptions& options, const std::vector<ResponseCurve>& known = {},
+                                       int speeds = 25, double reach = 3);
 
 }  // namespace whirl::response

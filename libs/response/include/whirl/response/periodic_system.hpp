@@ -12,8 +12,9 @@ namespace whirl::response {
 /// the input is amplitude * cos(Omega t), the others 0 and the rotor at rest.
 struct Forcing {
   std::string input;
-  double amplitude = 0;        ///< unit of the input
-  double unbalance_scale = 1;  ///< rotor models: multiplies every term of the angle (eccentricity at the same angle)
+  double amplitude = 0;         ///< unit of the input
+  double unbalance_scale = 1;   ///< rotor models: multiplies every term of the angle (eccentricity at the same angle)
+  bool free_unbalance = false;  ///< rotor models: the force of a curve multiplies the unbalance too, and must be given
 };
 
 /// A model as q^(order) = f(q, q', tau, Omega, F) with tau = Omega t in 0..2 pi. A state whose equation is another
