@@ -184,7 +184,7 @@ void add_budget(pages::BalancingSheet& sheet, const JobFile& file, const JobOpti
 }
 
 io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingSheet& sheet) {
-  io::Json out = io::start_document("whirl.balancing", 1);
+  io::Json out = balancing_document(sheet);
   io::Json planes = io::Json::array(), rows = io::Json::array(), influence = io::Json::array(),
            runs = io::Json::array();
   for (const auto& p : sheet.planes) {
@@ -231,7 +231,7 @@ io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingS
                   .set("looks_as_if", c.slip)
                   .set("or_runs", std::move(others)));
   }
-  out.set("convention", sheet.convention).set("criterion", sheet.criterion).set("planes", std::move(planes));
+  out.set("planes", std::move(planes));
   out.set("readings", std::move(rows)).set("influence", std::move(influence)).set("contradictions", std::move(runs));
   out.set("angles_reversed", b.fit.angles_reversed).set("repeatability_m", sheet.repeatability);
   out.set("drift_m", sheet.drift).set("objective_m", sheet.objective).set("bound_m", sheet.bound);
@@ -240,6 +240,11 @@ io::Json json_of(const JobFile& file, const Balanced& b, const pages::BalancingS
 }
 
 }  // namespace
+
+io::Json balancing_document(const pages::BalancingSheet& sheet) {
+  io::Json out = io::start_document("whirl.balancing", 1);
+  return out.set("convention", sheet.convention).set("criterion", sheet.criterion);
+}
 
 SolvedJob solve_job(const std::string& path, const JobFile& file, const JobOptions& o,
                     const std::optional<Eigen::VectorXcd>& on_rotor) {

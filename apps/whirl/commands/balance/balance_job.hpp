@@ -36,6 +36,9 @@ std::vector<diagnosis::Places> places_of(const JobOptions& options, const Vector
                                          std::size_t planes);
 diagnosis::InfluenceOptions influence_options(const JobOptions& options);
 
+/// Begin of whirl.balancing: the convention of the vectors and the criterion.
+io::Json balancing_document(const pages::BalancingSheet& sheet);
+
 struct SolvedJob {
   pages::BalancingSheet sheet;
   io::Json json;  ///< whirl.balancing

@@ -113,8 +113,8 @@ SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const J
   s.repeatability = std::nan("");
   s.objective = left.norm() * kind;
   s.summary = b.summary;
-  io::Json out = io::start_document("whirl.balancing", 1);
-  out.set("convention", s.convention).set("criterion", s.criterion).set("planes", std::move(planes));
+  io::Json out = balancing_document(s);
+  out.set("planes", std::move(planes));
   out.set("readings", std::move(rows)).set("influence", std::move(influence)).set("surprise", b.surprise);
   out.set("objective_m", s.objective).set("summary", whirl::to_json(b.summary));
   return {std::move(s), std::move(out)};
