@@ -14,9 +14,11 @@ using Eigen::VectorXd;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kBeats = 1.5;  // of a window in which ringing and steady vector are told apart
 
+constexpr Index kEdge = 3;  // vectors at either end, where a run settles
+
 std::vector<Index> maxima(const VectorXd& amplitude, double needed) {
   std::vector<Index> found;
-  for (Index i = 1; i + 1 < amplitude.size(); ++i) {
+  for (Index i = kEdge; i + kEdge < amplitude.size(); ++i) {
     const double top = amplitude[i];
     if (!(top > amplitude[i - 1] && top >= amplitude[i + 1])) continue;
     // The valley on either side, up to a higher top or the end.
@@ -110,15 +112,12 @@ class Run {
 std::vector<Passage> passages(const signal::SynchronousCurve& curve, double prominence) {
   std::vector<Passage> found;
   const Index n = curve.vector.size();
-  if (n < 3) return found;
+  if (n < 2 * kEdge + 1) return found;
   const VectorXd amplitude = curve.vector.cwiseAbs();
   const double needed = prominence * amplitude.maxCoeff();
   const auto passage = [&](Index i) { return Passage{i, curve.speed[i], amplitude[i], curve.speed[i]}; };
   const std::vector<Index> tops = maxima(amplitude, needed);
-  if (n < 8 || tops.empty()) {
-    for (const Index i : tops) found.push_back(passage(i));
-    return found;
-  }
+  if (tops.empty()) return found;
   const Run run(curve);
   found.push_back(passage(*std::ranges::max_element(tops, {}, [&](Index i) { return amplitude[i]; })));
   while (found.size() < 6) {

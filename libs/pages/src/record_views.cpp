@@ -123,7 +123,10 @@ Index hide_ringing(Eigen::MatrixXcd& envelope, const std::vector<double>& orders
   const signal::SynchronousCurve curve = diagnosis::order_curve(r, turning, channel);
   for (const diagnosis::Passage& p : diagnosis::passages(curve)) {
     for (std::size_t k = 0; k < orders.size(); ++k) {
-      if (orders[k] == 1) continue;  // its beats are shown as in the Bode plot
+      VectorXd usual = envelope.col(static_cast<Index>(k)).cwiseAbs();
+      std::nth_element(usual.begin(), usual.begin() + usual.size() / 2, usual.end());
+      // The beats of 1X are shown as in the Bode plot; a small ringing does not matter.
+      if (orders[k] == 1 || p.amplitude < 5 * usual[usual.size() / 2]) continue;
       for (auto i = static_cast<Index>(std::lround(curve.time[p.at] / r.dt)); i < turning.size(); ++i) {
         if (std::abs(orders[k] * turning.speed[i] - p.ringing) > kReach * kTurn * bandwidth) continue;
         envelope(i, static_cast<Index>(k)) = NAN;

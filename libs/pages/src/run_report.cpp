@@ -253,6 +253,8 @@ class RunReport {
       const std::vector<report::Segment> parts = segment_times(log, w0);
       doc_.figure(report::time_traces(both, {"x", "y"}, parts),
                   "Displacement without and with control; segments shaded.");
+      doc_.figure(report::radius(both, parts),
+                  "Radius √(x² + y²), the largest of each twentieth of a second, on a logarithmic axis.");
       doc_.figure(report::control_force({{name, runs.back().record}}, force_limit(), parts), "Control force.");
       if (runs.back().record.has("s_x")) {
         doc_.figure(report::time_traces({{name, runs.back().record}}, {"s_x", "s_y"}, parts),

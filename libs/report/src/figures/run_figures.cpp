@@ -83,6 +83,30 @@ Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::str
   return figure;
 }
 
+Figure radius(const std::vector<NamedRun>& runs, const std::vector<Segment>& segments, double interval) {
+  require_runs(runs);
+  Figure figure;
+  figure.title = "Radius";
+  const double size = std::max(largest(runs, "x"), largest(runs, "y"));
+  Panel& panel = figure.panel("", {"time", kSecond},
+                              {"radius, peak", engineering_unit(Quantity::displacement, size), Scale::logarithmic});
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Recording& r = runs[i].recording;
+    const Index block = std::max<Index>(1, std::lround(interval / r.dt)), blocks = r.size() / block;
+    VectorXd time(blocks), top(blocks);
+    for (Index k = 0; k < blocks; ++k) {
+      time(k) = r.t0 + r.dt * (static_cast<double>(k * block) + 0.5 * static_cast<double>(block));
+      top(k) = (r["x"].segment(k * block, block).array().square() + r["y"].segment(k * block, block).array().square())
+                   .sqrt()
+                   .maxCoeff();
+      if (!(top(k) > 0)) top(k) = NAN;
+    }
+    panel.line(runs[i].name, time, top, style_of(i, runs.size()));
+  }
+  add_segments(panel, segments);
+  return figure;
+}
+
 Figure control_force(const std::vector<NamedRun>& runs, double limit, const std::vector<Segment>& segments) {
   Figure figure = time_traces(runs, {"ux", "uy"}, segments);
   figure.title = "Control force";

@@ -175,22 +175,33 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
 
 Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase convention) {
   require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
-  double largest = 0;
-  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+  double largest = 0, smallest = INFINITY;
+  for (const signal::SynchronousCurve& c : curves) {
+    const double top = c.vector.cwiseAbs().maxCoeff();
+    largest = std::max(largest, top);
+    smallest = std::min(smallest, top);
+  }
+  // A run far below the other, as the closed loop below the open one, is seen on a logarithmic axis only.
+  const bool wide = smallest > 0 && largest > 10 * smallest;
   Figure figure;
   figure.title = "Bode plot of the 1X vector";
   figure.shared_x = true;
   const Axis x{"rotor speed", kRpm};
-  figure.panel("", x, {"1X amplitude, peak", engineering_unit(Quantity::displacement, largest)});
+  figure.panel("", x,
+               {"1X amplitude, peak", engineering_unit(Quantity::displacement, largest),
+                wide ? Scale::logarithmic : Scale::linear});
   figure.panel("", x, {phase_name(convention), kDegree});
   Panel& amplitude = figure.panels[0];
   Panel& phase = figure.panels[1];
   phase.height = 120;
-  amplitude.y.low = 0;
+  amplitude.y.low = wide ? 0.05 * smallest : 0;
   std::vector<PhaseCurve> phases;
-  for (const signal::SynchronousCurve& c : curves) {
-    amplitude.line(curves.size() > 1 ? c.name : "", c.speed, c.vector.cwiseAbs());
-    phases.push_back({c.speed, c.vector, {}});
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const signal::SynchronousCurve& c = curves[i];
+    const Style style{.color = wide ? (i == 0 ? 7 : static_cast<int>(i - 1) % 6) : static_cast<int>(i) % 6};
+    amplitude.line(curves.size() > 1 ? c.name : "", c.speed,
+                   c.vector.cwiseAbs().unaryExpr([&](double v) { return wide && !(v > 0) ? NAN : v; }), style);
+    phases.push_back({c.speed, c.vector, style});
   }
   draw_phases(phase, phases, convention);
   return figure;

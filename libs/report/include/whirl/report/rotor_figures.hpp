@@ -33,6 +33,10 @@ struct Segment {
 Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::string>& channels,
                    const std::vector<Segment>& segments = {});
 
+/// Largest radius sqrt(x^2 + y^2) of each `interval` (s) on a logarithmic axis, where runs of very different size are
+/// both seen.
+Figure radius(const std::vector<NamedRun>& runs, const std::vector<Segment>& segments = {}, double interval = 0.05);
+
 /// Channels "ux", "uy" in newtons with their limit (paper Figs. 20, 22); limit 0 draws none.
 Figure control_force(const std::vector<NamedRun>& runs, double limit, const std::vector<Segment>& segments = {});
 
