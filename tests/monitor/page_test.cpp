@@ -270,6 +270,22 @@ TEST_F(MonitorPageE2e, PlaysARunUpWithBodeAndPolar) {
   EXPECT_TRUE(logged(browser, "run-up from"));
   EXPECT_TRUE(logged(browser, "rpm/s), largest 1X x"));
   browser.screenshot(kPictures / "run-up.png");
+  // What a viewer chose to see is there the next time.
+  browser.evaluate(
+      "(() => { const set = (id, v) => { const f = document.getElementById(id); f.value = v; f.dispatchEvent(new "
+      "Event('change')); }; set('phase-kind', 'lead'); set('window', '30');"
+      " [...document.querySelectorAll('#panels label')].find((l) => l.textContent.trim() === 'Waterfall')"
+      ".querySelector('input').click(); })()");
+  const auto chosen = [&] {
+    return browser.evaluate(
+        "document.getElementById('phase-kind').value + ' ' + document.getElementById('window').value + ' ' + "
+        "document.getElementById('waterfall').checkVisibility()");
+  };
+  EXPECT_EQ(chosen(), "lead 30 false");
+  browser.open("about:blank");
+  browser.open(live.url());
+  EXPECT_TRUE(logged(browser, "run-up from"));
+  EXPECT_EQ(chosen(), "lead 30 false");
   browser.key("End");
   browser.click("[data-command=play]");
   EXPECT_TRUE(logged(browser, "command: play"));

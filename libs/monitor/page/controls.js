@@ -3,6 +3,7 @@ import { store } from "./store.js";
 import { token, send } from "./transport.js";
 import { view, pan, zoom, follow, defaultChannels, needed } from "./time_panels.js";
 import { unitFor } from "./units.js";
+import { keptChannels, keepChannels } from "./layout.js";
 
 const byId = (id) => document.getElementById(id);
 let redraw = () => {};
@@ -34,13 +35,17 @@ const KEYS = {
 };
 
 function channelBoxes(stream) {
-  const shown = defaultChannels(stream);
+  const kept = keptChannels(stream.channels.map((c) => c.name));
+  const shown = kept ? kept.map((name) => stream.channels.findIndex((c) => c.name === name)) : defaultChannels(stream);
   byId("channels").replaceChildren(...stream.channels.map((c, i) => {
     const item = document.createElement("label"), box = document.createElement("input");
     box.type = "checkbox";
     box.value = i;
     box.checked = shown.includes(i);
-    box.onchange = () => redraw();
+    box.onchange = () => {
+      keepChannels([...byId("channels").querySelectorAll("input:checked")].map((b) => stream.channels[b.value].name));
+      redraw();
+    };
     item.append(box, ` ${c.name}`);
     return item;
   }));
@@ -113,7 +118,7 @@ export function startControls(changed) {
   for (const [id, act] of [["earlier", () => pan(-0.2)], ["later", () => pan(0.2)], ["closer", () => zoom(0.5)], ["wider", () => zoom(2)]]) {
     byId(id).onclick = () => { act(); redraw(); };
   }
-  for (const id of ["range", "orbit-span", "orbit-raw", "orbit-1x"]) byId(id).onchange = () => redraw();
+  for (const id of ["range", "orbit-span", "orbit-raw", "orbit-1x", "phase-kind"]) byId(id).onchange = () => redraw();
   window.addEventListener("keydown", (e) => {
     if (e.key === "Escape") document.activeElement.blur();
     const typing = e.target === byId("marker");

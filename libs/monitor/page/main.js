@@ -8,6 +8,7 @@ import { spectrumPanels } from "./spectrum_panels.js";
 import { speedPanels } from "./speed_panels.js";
 import { loopPanels, showStatus, addLog } from "./loop_panels.js";
 import { startControls, showControls, showProgress } from "./controls.js";
+import { startLayout } from "./layout.js";
 
 const byId = (id) => document.getElementById(id);
 const panels = { ...timePanels, ...orbitPanels, ...spectrumPanels, ...speedPanels, ...loopPanels };
@@ -80,6 +81,7 @@ for (const id of Object.keys(timePanels)) makeMovable(byId(id), redraw);
 window.addEventListener("resize", redraw);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 startControls(redraw);
+startLayout(redraw);
 connect({
   stream: showControls,
   status: (message) => { showStatus(message, rate); showProgress(message); },

@@ -1,7 +1,7 @@
 // The path of the shaft: orbit, phase plane, and the 1X vector in its plane.
 import { store, channelIndex } from "./store.js";
-import { unitFor, digits, largest } from "./units.js";
-import { prepare, plotBox, axes, clipped, curve, marks, label, empty, colors, seriesColor } from "./canvas.js";
+import { unitFor, digits, largest, ticks, lags } from "./units.js";
+import { prepare, plotBox, axes, clipped, curve, marks, label, empty, line, colors, seriesColor } from "./canvas.js";
 
 const byId = (id) => document.getElementById(id);
 const TURN = 2 * Math.PI, FINE = 1.5; // px between points of a path
@@ -81,13 +81,37 @@ function drawPhase() {
   clipped(g, box, () => curve(g, x.length, (i) => fx(x[i] / sx), (i) => fy(velocity[i] / sv), colors.c2, 1.2, FINE));
 }
 
+/** Rings and spokes for vectors up to `size`; a lead counts anticlockwise, a lag clockwise. */
+function polarAxes(g, w, h, size) {
+  const [factor, unit] = unitFor("displacement", "m", size), radius = 0.5 * Math.min(w - 80, h - 52), x = w / 2, y = (h - 14) / 2;
+  const top = 1.05 * (size || 1e-6) / factor, scale = radius / top;
+  g.strokeStyle = colors.grid;
+  g.fillStyle = colors.muted;
+  g.lineWidth = 1;
+  g.textAlign = "center";
+  for (let degrees = 0; degrees < 360; degrees += 30) {
+    const at = degrees * Math.PI / 180, c = Math.cos(at), s = Math.sin(at);
+    line(g, x, y, x + radius * c, y - radius * s);
+    g.fillText(`${lags() ? (360 - degrees) % 360 : degrees}°`, x + (radius + 16) * c, y + 4 - (radius + 11) * s);
+  }
+  for (const [v, text] of [...ticks(0, top, 3).filter(([r]) => r > 0), [top, ""]]) {
+    g.beginPath();
+    g.arc(x, y, v * scale, 0, TURN);
+    g.stroke();
+    g.fillText(text, x + v * scale * Math.cos(1.3), y + 4 - v * scale * Math.sin(1.3));
+  }
+  g.fillStyle = colors.text;
+  g.fillText(`1X, peak [${unit}]`, x, h - 3);
+  return [{ x: 0, y: 0, w, h }, (v) => x + v / factor * scale, (v) => y - v / factor * scale];
+}
+
 function drawPolar() {
   const [g, w, h] = prepare(byId("polar"));
   if (!store.stream.tracked.length) return empty(g, w, h, "needs the rotor angle: channel beta");
   if (store.turns.length < 2) return empty(g, w, h, "no full turn yet");
   let size = 0;
   for (const t of store.turns) for (const v of t.vectors) size = Math.max(size, Math.hypot(v[0], v[1]));
-  const [box, fx, fy] = squareAxes(g, w, h, size, "in phase", "90° lead");
+  const [box, fx, fy] = polarAxes(g, w, h, size);
   clipped(g, box, () => store.stream.tracked.forEach((name, k) => {
     g.fillStyle = g.strokeStyle = seriesColor(k);
     for (const open of [true, false]) {
@@ -106,7 +130,7 @@ function drawPolar() {
       label(g, `${t.rpm.toFixed(0)}`, p[0] + 5, p[1] - 4, colors.muted, "left");
     }
   }
-  byId("polar-state").textContent = `peak, phase leads anticlockwise; numbers: rpm (${name})`;
+  byId("polar-state").textContent = `${lags() ? "clockwise" : "anticlockwise"}; numbers: rpm (${name})`;
 }
 
 export const orbitPanels = { orbit: drawOrbit, phase: drawPhase, polar: drawPolar };

@@ -1,6 +1,6 @@
 // Synchronous motion over rotor speed: Bode plot, and the run against the open loop.
 import { store } from "./store.js";
-import { unitFor, digits, RPM } from "./units.js";
+import { unitFor, digits, RPM, lags } from "./units.js";
 import { prepare, plotBox, axes, clipped, curve, marks, label, empty, colors, seriesColor } from "./canvas.js";
 
 const byId = (id) => document.getElementById(id);
@@ -36,7 +36,7 @@ function drawBode() {
   const upper = { x: 62, y: 6, w: w - 76, h: 0.6 * (h - 50) }, lower = { x: 62, y: upper.y + upper.h + 8, w: w - 76, h: 0.4 * (h - 50) };
   const [fx, fa] = axes(g, upper, { low, high }, { low: 0, high: 1.1 * size / factor || 1, label: `1X [${unit}]` }, false);
   const [, fp] = axes(g, lower, { low, high, label: "rotor speed [rpm]" },
-    { low: -180, high: 180, label: "phase [°]", ticks: [-180, -90, 0, 90, 180].map((v) => [v, String(v).replace("-", "−")]) });
+    { low: -180, high: 180, label: `phase ${lags() ? "lag" : "lead"} [°]`, ticks: [-180, -90, 0, 90, 180].map((v) => [v, String(v).replace("-", "−")]) });
   store.stream.tracked.forEach((name, k) => {
     g.fillStyle = g.strokeStyle = seriesColor(k);
     let peak = store.turns[0];
@@ -45,7 +45,7 @@ function drawBode() {
       const [re, im] = t.vectors[k], amplitude = Math.hypot(re, im);
       if (amplitude > Math.hypot(...peak.vectors[k])) peak = t;
       points[Number(t.open)].push([fx(t.rpm), fa(amplitude / factor), t.direction],
-        [fx(t.rpm), fp(Math.atan2(im, re) * 180 / Math.PI), t.direction]);
+        [fx(t.rpm), fp((lags() ? -1 : 1) * Math.atan2(im, re) * 180 / Math.PI), t.direction]);
     }
     marks(g, points[0], false);
     marks(g, points[1], true);

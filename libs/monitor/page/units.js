@@ -41,3 +41,6 @@ export function largest(values) {
   for (const v of values) if (Math.abs(v) > size) size = Math.abs(v);
   return size;
 }
+
+/** Phases are shown as lag, the industry's way, or as lead: x = Re(Z e^(j beta)). */
+export const lags = () => document.getElementById("phase-kind").value === "lag";
