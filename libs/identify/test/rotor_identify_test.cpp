@@ -34,6 +34,24 @@ TEST(IdentifyRotorReference, TargetsAtTwentyDecibels) {
     EXPECT_EQ(found.equations[1].terms[0].function, "X1");
     EXPECT_NEAR(found.equations[1].terms[0].coefficient.value, -found.rotor->k1, 1e-9 * truth.k1);
     EXPECT_NEAR(found.parameter("e")->value, std::abs(found.rotor->eps), 1e-12);
+    // What the records cannot exclude widens a parameter; the equation that is made of it says the same.
+    const auto sd = [&](std::size_t equation, const char* function) {
+      for (const EquationTerm& t : found.equations[equation].terms) {
+        if (t.function == function) return t.coefficient.sd;
+      }
+      ADD_FAILURE() << function;
+      return 0.0;
+    };
+    for (const std::size_t equation : {1U, 3U}) {
+      const bool x = equation == 1;
+      EXPECT_NEAR(sd(equation, x ? "X1" : "X3") / found.parameter("k1")->sd, 1, 1e-6);
+      EXPECT_NEAR(sd(equation, x ? "X1*(X1^2 + X3^2)" : "X3*(X1^2 + X3^2)") / found.parameter("k2")->sd, 1, 1e-6);
+      EXPECT_NEAR(sd(equation, x ? "X2" : "X4") / found.parameter("c")->sd, 1, 1e-6);
+      const double re = sd(equation, x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)");
+      const double im = sd(equation, x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)");
+      const double e_sd = found.parameter("e")->sd, turn = std::abs(found.rotor->eps) * found.parameter("e_phase")->sd;
+      EXPECT_NEAR(std::hypot(re, im) / std::hypot(e_sd, turn), 1, 0.01);
+    }
   }
 }
 

@@ -141,8 +141,10 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   model.summary.chi_square = result.chi_square_weak;
   detail::judge_rotor(records, result, model.summary);
   if (model.summary.status != Status::unusable) {
+    const detail::NamedEstimates before = model.parameters;
     detail::carry_ambiguities(grown, scale, result);
     detail::widen_for_omitted(grown, scale, result);
+    detail::widen_equations(before, model);
   }
   return result;
 }

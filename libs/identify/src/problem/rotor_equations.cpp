@@ -195,4 +195,43 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
   model.rotor = fit.model;
 }
 
+void widen_equations(const NamedEstimates& before, IdentifiedModel& model) {
+  const auto added = [&](std::string_view name) {
+    const Estimate* now = model.parameter(std::string(name));
+    const auto was = std::ranges::find(before, name, &NamedEstimates::value_type::first);
+    if (now == nullptr || was == before.end()) return 0.0;
+    const double more = now->sd * now->sd - was->second.sd * was->second.sd;
+    return more > 0 ? more : 0.0;
+  };
+  const double e = model.parameter("e")->value, phase = model.parameter("e_phase")->value;
+  const double along = added("e"), across = e * e * added("e_phase");
+  const double co = std::cos(phase) * std::cos(phase), si = 1 - co;
+  const std::vector<std::pair<std::string_view, double>> by_function{
+      {"X1", added("k1")},
+      {"X1*(X1^2 + X3^2)", added("k2")},
+      {"X2", added("c")},
+      {"X3", added("k1")},
+      {"X3*(X1^2 + X3^2)", added("k2")},
+      {"X4", added("c")},
+      {"X6^2*cos(X5) + X7*sin(X5)", co * along + si * across},
+      {"X7*cos(X5) - X6^2*sin(X5)", si * along + co * across},
+      {"X6^2*sin(X5) - X7*cos(X5)", co * along + si * across}};
+  for (Equation& equation : model.equations) {
+    const bool x = equation.lhs == "X2'";
+    if (!x && equation.lhs != "X4'") continue;
+    for (EquationTerm& term : equation.terms) {
+      // Coupled terms hold the difference of the axes, not k1 and c.
+      if (term.function == (x ? "X3" : "X1") || term.function == (x ? "X4" : "X2")) continue;
+      double more = 0;
+      for (const auto& [function, variance] : by_function) {
+        if (term.function == function) more = variance;
+      }
+      // The quadrature of y is written as the phase of x.
+      if (!x && term.function == "X6^2*cos(X5) + X7*sin(X5)") more = si * along + co * across;
+      Estimate& c = term.coefficient;
+      if (more > 0) c = Estimate::from_sd(c.value, std::sqrt(c.sd * c.sd + more));
+    }
+  }
+}
+
 }  // namespace whirl::identification::detail

@@ -34,4 +34,9 @@ SensorAxes sensor_of(const IdentifiedModel& model);
 /// states, inputs, equations, parameters and rotor_covariance of the model from the fit.
 void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model);
 
+using NamedEstimates = std::vector<std::pair<std::string, Estimate>>;
+/// The coefficients of the equations follow parameters whose intervals were widened since they stood as `before`: what
+/// was added to the variance of k1, k2, c, e and e_phase is added to the coefficients made of them.
+void widen_equations(const NamedEstimates& before, IdentifiedModel& model);
+
 }  // namespace whirl::identification::detail
