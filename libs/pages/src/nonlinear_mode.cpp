@@ -12,12 +12,14 @@ using Eigen::Index;
 using Eigen::VectorXd;
 constexpr double kHz = 2 * std::numbers::pi;
 
-/// Amplitude of the answer to a force at a speed: the smallest root of the balance of the first harmonic.
-double answer(const response::NonlinearMode& m, double omega, double force, double near) {
+/// Amplitude of the answer to a force at a speed (and at its sweep): the smallest root of the balance of the first
+/// harmonic.
+double answer(const response::NonlinearMode& m, const response::SteadyPoint& p, double force) {
+  const double omega = p.omega, near = p.amplitude;
   const auto over = [&](double a) {
-    const double w = m.frequency(a), stiff = w * w - omega * omega;
+    const double w = m.frequency(a), stiff = w * w - omega * omega - 2 * omega * p.drift;
     const double loss = omega * (m.c.value + 8 / (3 * std::numbers::pi) * m.q.value * omega * a) +
-                        (a > 0 ? 4 / std::numbers::pi * m.f.value / a : 0);
+                        (a > 0 ? 4 / std::numbers::pi * m.f.value / a : 0) + 2 * omega * p.growth + p.chirp;
     return a * std::hypot(stiff, loss) - force;
   };
   // The root nearest to the measured amplitude.
@@ -74,24 +76,29 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
   figure.shared_x = true;
   report::Panel& top = figure.panel("", {"frequency", {"Hz", kHz}}, {"amplitude, peak", {"mm", 1e-3}});
   std::vector<double> levels;
+  const auto level = [](const response::SteadyPoint& p) { return p.level > 0 ? p.level : p.force; };
+  // Records of one level never agree to the last digit.
+  const auto same = [](double a, double b) { return std::abs(a - b) <= 0.02 * b; };
   for (const response::SteadyPoint& p : points)
-    if (std::find(levels.begin(), levels.end(), p.force) == levels.end()) levels.push_back(p.force);
+    if (std::none_of(levels.begin(), levels.end(), [&](double l) { return same(level(p), l); }))
+      levels.push_back(level(p));
   std::sort(levels.begin(), levels.end());
   std::vector<std::pair<VectorXd, VectorXd>> phases;
   for (std::size_t k = 0; k < levels.size(); ++k) {
     std::vector<double> w, a, model, phase;
     for (const response::SteadyPoint& p : points) {
-      if (p.force != levels[k]) continue;
+      if (!same(level(p), levels[k])) continue;
       w.push_back(p.omega);
       a.push_back(p.amplitude);
-      phase.push_back(p.phase);
-      model.push_back(answer(mode, p.omega, gain * p.force, p.amplitude));
+      // An answer far above its resonance stays at half a turn behind.
+      phase.push_back(p.phase > std::numbers::pi / 2 ? p.phase - 2 * std::numbers::pi : p.phase);
+      model.push_back(answer(mode, p, gain * p.force));
     }
     const auto of = [](const std::vector<double>& v) {
       return VectorXd(Eigen::Map<const VectorXd>(v.data(), static_cast<Index>(v.size())));
     };
     const int color = static_cast<int>(k % 6);
-    top.scatter(fmt::format("{:g}", levels[k]), of(w), of(a), {.color = color, .mark = report::Mark::circle});
+    top.scatter(fmt::format("force {:.4g}", levels[k]), of(w), of(a), {.color = color, .mark = report::Mark::circle});
     top.scatter(k == 0 ? "mode" : "", of(w), of(model), {.color = color, .mark = report::Mark::cross});
     phases.emplace_back(of(w), of(phase));
   }

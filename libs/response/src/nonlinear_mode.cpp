@@ -192,9 +192,11 @@ NonlinearMode fit_steady(const std::vector<SteadyPoint>& points, Estimate& gain)
     if (!(p.omega > 0) || !(p.amplitude > 0) || !std::isfinite(p.phase) || !(p.force > 0))
       throw Error(fmt::format("steady sine: point {}: speed, amplitude and force must be > 0", k + 1));
     const double a = p.amplitude, w = p.omega;
-    x.row(2 * k) << a, 0, -p.force * std::cos(p.phase), 0.75 * a * a * a, 0.625 * std::pow(a, 5), 0, 0;
-    y[2 * k] = w * w * a;
-    x.row(2 * k + 1) << 0, w * a, p.force * std::sin(p.phase), 0, 0, 8 / (3 * kPi) * w * w * a * a, 4 / kPi;
+    // A sweep adds (2 i w + c) X' + i chirp X + X'' to the balance, X' / X = growth + i drift.
+    x.row(2 * k) << a, p.growth * a, -p.force * std::cos(p.phase), 0.75 * a * a * a, 0.625 * std::pow(a, 5), 0, 0;
+    y[2 * k] = (w * w + 2 * w * p.drift - p.curvature.real()) * a;
+    y[2 * k + 1] = -(2 * w * p.growth + p.chirp + p.curvature.imag()) * a;
+    x.row(2 * k + 1) << 0, (w + p.drift) * a, p.force * std::sin(p.phase), 0, 0, 8 / (3 * kPi) * w * w * a * a, 4 / kPi;
     set_range(mode, a);
   }
   // What an error of amplitude or phase by one part of the amplitude does to the balance: the slope there times a.

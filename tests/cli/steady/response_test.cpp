@@ -3,6 +3,7 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
+#include <sstream>
 
 #include "../program.hpp"
 #include "whirl/io/csv.hpp"
@@ -141,6 +142,52 @@ TEST(ResponseE2e, BadRequestsAreRefused) {
   EXPECT_EQ(folder.whirl("response model.json --from-rpm 300 --to-rpm 900 --input q --amplitude 1").exit_code, 2);
   EXPECT_EQ(folder.whirl("simulate model.json").exit_code, 2);
   EXPECT_EQ(folder.whirl("simulate model.json --from-rpm 1 --to-rpm 2 --seconds -3").exit_code, 2);
+}
+
+// Records of a sine swept through the resonance of x'' + 4 x' + 1e4 x = 0.1 F, by semi-implicit Euler in small steps.
+TEST(ResponseCommandsE2e, SweptSineRecordsGiveTheMode) {
+  const Folder folder;
+  for (const int level : {5, 15}) {
+    std::ostringstream text;
+    text.precision(10);
+    text << "t_s,force_N,x_mm\n";
+    double x = 0, v = 0, t = 0;
+    constexpr int kSteps = 100;
+    for (int i = 0; i < 12000; ++i) {
+      const auto force = [&](double s) { return level * std::cos(70 * s + 2.5 * s * s); };
+      text << t << "," << force(t) << "," << 1e3 * x << "\n";
+      for (int k = 0; k < kSteps; ++k, t += 1e-3 / kSteps) {
+        v += 1e-3 / kSteps * (0.1 * force(t) - 4 * v - 1e4 * x);
+        x += 1e-3 / kSteps * v;
+      }
+    }
+    folder.write("sweep" + std::to_string(level) + ".csv", text.str());
+  }
+  const Outcome outcome = folder.whirl("sine sweep5.csv sweep15.csv --out mode.json --figure sine.svg");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("windows of x over force"), std::string::npos);
+  const IdentifiedModel mode = io::load<IdentifiedModel>(folder / "mode.json");
+  ASSERT_EQ(mode.parameters.size(), 2U);  // k1 and c, no nonlinear term
+  EXPECT_NEAR(mode.parameters[0].second.value, 1e4, 20);
+  EXPECT_NEAR(mode.parameters[1].second.value, 4, 0.1);
+  EXPECT_EQ(folder.whirl("sine sweep5.csv --force-channel nothing").exit_code, 2);
+}
+
+// A range that ends on the upper branch: the lower one, the peaks over the unbalance and their figure.
+TEST(ResponseCommandsE2e, SecondBranchAndPeaksAreSaid) {
+  const Folder folder;
+  write_rotor(folder);
+  const Outcome outcome = folder.whirl(
+      "response model.json --from-rpm 400 --to-rpm 1050 --peaks-to 1.2 --isolas --peak-figure p.svg --out r.json");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("second branch"), std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find("jump from"), std::string::npos);
+  EXPECT_NE(outcome.out.find("isolas             none found"), std::string::npos);
+  const io::Json json = io::load_json(folder / "r.json");
+  const io::JsonReader document(json, "r.json");
+  EXPECT_EQ(document.at("branches").items().size(), 1U);
+  EXPECT_EQ(document.at("peaks").at("up").items().size(), 40U);
+  EXPECT_EQ(folder.whirl("response model.json --from-rpm 400 --to-rpm 1050 --peak-figure p.svg").exit_code, 2);
 }
 
 }  // namespace

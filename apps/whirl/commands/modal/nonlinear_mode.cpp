@@ -1,10 +1,12 @@
 #include "nonlinear_mode.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "commands/machine/record_options.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/outputs.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
 #include "whirl/report/write_figure.hpp"
 
@@ -15,7 +17,9 @@ constexpr double kHz = 2 * std::numbers::pi;
 
 struct Options {
   RecordOptions record;
-  std::string input, channel, out, json, figure;
+  std::string input, channel, force_channel, out, json, figure;
+  std::vector<std::string> inputs;
+  response::SweptSineOptions sweep;
   response::DecayOptions decay;
 };
 
@@ -60,11 +64,39 @@ void run_decay(const Options& o, Session& session) {
          pages::decay_figure(curve, mode, length ? report::Unit{"mm", 1e-3} : report::Unit{"", 1}));
 }
 
+/// Points of a table of steady answers, or windows of a record with a swept sine.
+void add_points(const Options& o, const std::string& file, std::vector<response::SteadyPoint>& points,
+                Session& session) {
+  if (io::file_kind(file) == "table") {
+    const io::Table table = io::read_table(file);
+    for (Eigen::Index k = 0; k < table.rows(); ++k)
+      points.push_back({kHz * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
+    return;
+  }
+  const Recording record = o.record.read(file);
+  const auto channel = [&](const std::string& flag, const std::string& name) -> const Channel& {
+    const Channel* found = record.find(name);
+    if (found == nullptr) throw Error::in_field(flag, name, "a channel of " + file);
+    return *found;
+  };
+  const Channel& force = channel("--force-channel", o.force_channel.empty() ? "force" : o.force_channel);
+  const Channel* answer = o.channel.empty() ? nullptr : &channel("--channel", o.channel);
+  for (const Channel& c : record.channels)
+    if (answer == nullptr && &c != &force) answer = &c;
+  if (answer == nullptr) throw Error(file + ": a channel with the answer is needed beside the force");
+  const std::vector<response::SteadyPoint> swept =
+      response::swept_sine_points(force.samples, answer->samples, record.dt, o.sweep);
+  const auto [low, high] =
+      std::minmax_element(swept.begin(), swept.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
+  session.say(fmt::format("swept sine         {}: {} windows of {} over {}, {:.4g} to {:.4g} Hz, force {:.4g} (peak)",
+                          file, swept.size(), answer->name, force.name, low->omega / kHz, high->omega / kHz,
+                          swept.front().level));
+  points.insert(points.end(), swept.begin(), swept.end());
+}
+
 void run_sine(const Options& o, Session& session) {
-  const io::Table table = io::read_table(o.input);
   std::vector<response::SteadyPoint> points;
-  for (Eigen::Index k = 0; k < table.rows(); ++k)
-    points.push_back({kHz * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
+  for (const std::string& file : o.inputs) add_points(o, file, points, session);
   Estimate gain;
   const response::NonlinearMode mode = response::fit_steady(points, gain);
   session.say(fmt::format("sine test          {} points; gain {:.4g} ± {:.2g} m/s^2 per newton: modal mass {:.4g} kg",
@@ -101,14 +133,21 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
 
   auto sine = std::make_shared<Options>();
   CommandLine* steady = add_command(
-      app, session, "sine", "One nonlinear mode from steady answers to a sine (stepped sine, several force levels)",
+      app, session, "sine", "One nonlinear mode from stepped or swept sine at several force levels",
       "Input: a table frequency_Hz, force_N, amplitude_mm, phase_deg, one row a steady point: amplitudes peak, phase "
       "of the\n"
-      "displacement against the force (lead > 0; about -90 deg at resonance). Two or more force levels tell the\n"
-      "nonlinearity and the modal mass.\n\n"
-      "Example: whirl sine stepped.csv --out mode.json --figure sine.svg",
+      "displacement against the force (lead > 0; about -90 deg at resonance). Or records with the channels force and\n"
+      "displacement while the sine is swept, up or down: windows of a few periods, the sweep accounted for. Two or "
+      "more\n"
+      "force levels tell the nonlinearity and the modal mass.\n\n"
+      "Example: whirl sine stepped.csv --out mode.json --figure sine.svg\n"
+      "Example: whirl sine up_5N.csv up_20N.csv down_20N.csv --force-channel force --channel x --out mode.json",
       [sine, &session] { run_sine(*sine, session); });
-  steady->add_option("TABLE", sine->input, "CSV")->input()->required();
+  steady->add_option("INPUT", sine->inputs, "tables or records")->input()->required();
+  steady->add_option("--force-channel", sine->force_channel, "records: channel of the force; default: force");
+  steady->add_option("--channel", sine->channel, "records: channel of the displacement; default: the first other one");
+  steady->add_option("--periods", sine->sweep.periods, "records: in a window")->show_default();
+  sine->record.add_to(steady);
   add_outputs(steady, sine);
 }
 

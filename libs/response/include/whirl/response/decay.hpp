@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <complex>
 #include <string>
 #include <vector>
 
@@ -63,11 +64,28 @@ NonlinearMode fit_decay(const DecayCurve& curve);
 
 /// Steady answers to a sine of known amplitude.
 struct SteadyPoint {
-  double omega = 0;      ///< rad/s
-  double force = 0;      ///< u, amplitude (peak)
-  double amplitude = 0;  ///< of the first harmonic of x (peak)
-  double phase = 0;      ///< of x against u, rad, lead > 0; around -pi/2 at resonance
+  double omega = 0;                     ///< rad/s
+  double force = 0;                     ///< u, amplitude (peak)
+  double amplitude = 0;                 ///< of the first harmonic of x (peak)
+  double phase = 0;                     ///< of x against u, rad, lead > 0; around -pi/2 at resonance
+  double growth = 0;                    ///< a' / a while the sine is swept, 1/s
+  double drift = 0;                     ///< rate of the phase while the sine is swept, rad/s
+  double chirp = 0;                     ///< d omega / dt, rad/s^2
+  std::complex<double> curvature = {};  ///< X'' / X of the complex amplitude while the sine is swept, 1/s^2
+  double level = 0;                     ///< force level that the point belongs to, for figures; 0: `force`
 };
+
+struct SweptSineOptions {
+  double periods = 6;  ///< of the sine in a window; windows do not overlap
+};
+/// Points of a record with a sine that is swept through the resonance, slowly or fast: windows about which phase and
+/// frequency of the force are a quadratic, the complex amplitude of x too; slope, curvature and chirp correct the
+/// balance, so that the sweep need not be quasi-static. Windows over a jump, of a tone
+/// that is not there, or with a force that is no sine are left out. Throws Error for gaps, and for fewer than eight
+/// windows with the reason.
+std::vector<SteadyPoint> swept_sine_points(const Eigen::Ref<const Eigen::VectorXd>& force,
+                                           const Eigen::Ref<const Eigen::VectorXd>& x, double dt,
+                                           const SweptSineOptions& options = {});
 /// One mode x'' + ... = g u from amplitude and phase at one or more force levels: linear least squares of the balance
 /// of the first harmonic (stable and unstable answers alike), reweighted so that the errors of amplitude and phase are
 /// equal parts of the amplitude. `gain` g: m/s^2 per unit of force. Throws Error for fewer than eight points.
