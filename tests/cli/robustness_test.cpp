@@ -101,6 +101,18 @@ TEST_F(RobustnessE2e, ReportsProbabilityWithItsInterval) {
   EXPECT_EQ(json.find("samples")->find("peak")->get<io::Json::Array>()->size(), 40u);
   EXPECT_NE(slurp(folder / "one/report.html").find("<svg"), std::string::npos);
   EXPECT_EQ(folder.whirl("robustness c.json model.json").exit_code, 2);  // no mass
+  // A design whose own margins are too small fails here and on the rig, whatever the machines do; how far the model is
+  // from its record is said with a number.
+  auto design = io::load<ControllerDesign>(folder / "c.json");
+  design.margins["gain_margin"] = 1.05;
+  io::save(folder / "low.json", design);
+  const Outcome low = folder.whirl("robustness low.json model.json --mass-kg 1.5 --samples 8 --quiet");
+  EXPECT_EQ(low.exit_code, 1);
+  EXPECT_NE(low.err.find("gain margin 1.05, below 1.1"), std::string::npos) << low.err;
+  EXPECT_NE(low.out.find("% (rms) of its held-out motion unexplained"), std::string::npos) << low.out;
+  const Outcome run = folder.whirl("run low.json --added-mass-g 5");
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_NE(run.out.find("FAILS: the margins of the design: gain margin 1.05"), std::string::npos) << run.out;
   EXPECT_EQ(folder.whirl(study(40) + " --lanes 7").exit_code, 2);
 }
 

@@ -29,6 +29,14 @@ std::vector<ParameterInfo> make_common() {
       {"watch_bandwidth", "1/s", "poles of the observer of the unbalance that acts, for supervision", 100, 1, 1e4, 0,
        0},
   };
+  for (int k = 1; k <= Structure::kModes; ++k) {
+    const auto add = [&](const char* name, const char* unit, const char* meaning, double low, double high) {
+      p.push_back({fmt::format("mode_{}_{}", k, name), unit, meaning, 0, low, high, 0, 0});
+    };
+    add("omega", "rad/s", "structural mode whose answer to the force is taken out of the readings; 0: none", 0, 1e6);
+    add("damping", "1", "its damping ratio", 0, 0.9);
+    add("share", "1", "its acceleration per newton at the sensor relative to the rotor's, signed", -100, 100);
+  }
   for (const char* axis : {"x", "y"}) {
     for (const char* part : {"cos", "sin"}) {
       for (int k = 1; k <= Runout::kHarmonics; ++k) {
@@ -117,7 +125,8 @@ std::map<std::string, double> resolve_parameters(const ControllerDesign& design)
     if (!values.count(name)) {
       std::string allowed;
       for (const auto& info : known) {
-        if (!info.name.starts_with("runout_")) allowed += (allowed.empty() ? "" : ", ") + info.name;
+        if (!info.name.starts_with("runout_") && !info.name.starts_with("mode_"))
+          allowed += (allowed.empty() ? "" : ", ") + info.name;
       }
       throw Error(fmt::format("parameter {} is not known to law {} with estimator {}: known are {}", name, design.law,
                               design.estimator, allowed));

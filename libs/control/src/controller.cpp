@@ -6,7 +6,8 @@
 namespace whirl::control {
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
-                       const SampleGate& gate, const Runout& runout, const Supervisor& supervisor) noexcept
+                       const SampleGate& gate, const Runout& runout, const Supervisor& supervisor,
+                       const std::array<StructureMode, Structure::kModes>& modes) noexcept
     : settings_(settings),
       estimator_(estimator),
       law_(law),
@@ -18,6 +19,7 @@ Controller::Controller(const ControllerSettings& settings, const AnyEstimator& e
   whole_delay_ = static_cast<int>(std::floor(samples + 1e-9));
   fraction_ = std::max(0.0, samples - whole_delay_);
   if (fraction_ < 1e-9) fraction_ = 0;
+  structure_ = Structure(modes, settings.sample_time, fraction_);
 }
 
 void Controller::reset() noexcept {
@@ -30,6 +32,7 @@ void Controller::reset() noexcept {
       law_);
   gate_.reset();
   supervisor_.reset();
+  structure_.reset();
   history_.fill({});
   head_ = 0;
   state_ = {};
@@ -103,12 +106,12 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   in.a_first = past(whole_delay_ + 2);
   in.a_second = past(whole_delay_ + 1);
   in.split = fraction_;
+  if (!structure_.empty()) in.z -= structure_.step(in.a_first, in.a_second);
   in.forcing = unbalance_per_metre(beta, m.omega, m.omega_dot);
   const Supervision& watched = state_.supervision;
   const std::complex<double> eps = settings_.eps + watched.blend * (watched.eps - settings_.eps);
   in.d = settings_.feedforward ? product(eps, in.forcing) : std::complex<double>{};
   in.omega = m.omega;
-
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {

@@ -20,6 +20,15 @@ Runout make_runout(const Parameters& v) {
   return r;
 }
 
+std::array<StructureMode, Structure::kModes> make_structure(const Parameters& v) {
+  std::array<StructureMode, Structure::kModes> out;
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    const auto at = [&](const char* name) { return v.at(fmt::format("mode_{}_{}", k + 1, name)); };
+    out[k] = {at("omega"), at("damping"), at("share")};
+  }
+  return out;
+}
+
 }  // namespace
 
 Controller make_controller(const ControllerDesign& design) {
@@ -58,7 +67,7 @@ Controller make_controller(const ControllerDesign& design) {
   const Supervisor supervisor({s.model, s.eps, s.sample_time, v.at("watch_level"), v.at("watch_bandwidth"),
                                s.feedforward && !estimator_entry(design.estimator).finds_disturbance});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
-                    make_runout(v), supervisor);
+                    make_runout(v), supervisor, make_structure(v));
 }
 
 }  // namespace whirl::control

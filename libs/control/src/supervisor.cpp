@@ -12,6 +12,8 @@ constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloo
                  kFollow = 0.12;
 constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
                  kSaturationTime = 0.05;
+constexpr double kGrowing = 1.1;
+constexpr int kQuarter = 3;
 constexpr double kWorse = 1.1, kTurning = 0.1, kDecayed = 0.8, kDecaying = 0.95, kFast = 3;
 
 /// `now` moved to `target` by at most `most`.
@@ -119,13 +121,15 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   wait_ = std::max(0.0, wait_ - h);
   if (time_ < kStart || wait_ > 0) return;
   if (level > settings_.level) {
-    mark_ = above_ > 0 ? std::max(mark_, level) : level;
+    if (above_ == 0) mark_ = level;
+    if (steps_ <= kQuarter) mark_ = std::max(mark_, level);
     above_ += h;
   } else {
     above_ = 0;
   }
   if (above_ > kConfirm) {
-    if (level > (steps_ == 0 ? kDecayed : kDecaying) * mark_) step_down(kGrowth);
+    // Without feedback the rotor decays as slowly as it is damped: only growth is the controller's then.
+    if (level > (steps_ == 0 ? kDecayed : steps_ > kQuarter ? kGrowing : kDecaying) * mark_) step_down(kGrowth);
     above_ = 0;
   }
   // The steady whirl of the model without control, with the larger of the two unbalances.

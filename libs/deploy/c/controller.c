@@ -16,6 +16,9 @@ int32_t whirl_set_params(whirl_state *state, const whirl_params *params) {
     }
     state->keep = M(exp)(R(-5.0) * params->sample_time);
     state->grow = M(exp)(R(2.0) * params->sample_time);
+#if HAS_STRUCTURE
+    whirl_structure_set(state);
+#endif
 /*@estimator_set_params@*/
 /*@law_set_params@*/
   }
@@ -38,6 +41,9 @@ void whirl_reset(whirl_state *state) {
   state->recent = R(0.0);
 #if HAS_SUPERVISION
   whirl_watch_reset(state);
+#endif
+#if HAS_STRUCTURE
+  whirl_structure_reset(state);
 #endif
 /*@estimator_reset@*/
 #if HAS_AXIS_MEMORY
@@ -191,6 +197,9 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
   z = whirl_sub(state->good, whirl_make(p->offset_x, p->offset_y));
 #if HAS_RUNOUT
   z = whirl_sub(z, whirl_runout(p, beta));
+#endif
+#if HAS_STRUCTURE
+  z = whirl_sub(z, whirl_structure_step(state));
 #endif
   /* unbalance acceleration per metre of eccentricity, e^(i beta)(omega^2 - i omega_dot) */
   forcing = whirl_mul(whirl_phasor(beta), whirl_make(in->omega * in->omega, -in->omega_dot));

@@ -122,6 +122,23 @@ typedef struct {
 } whirl_watch;
 
 #endif
+#if HAS_STRUCTURE
+/* A mode of the structure, driven by the control acceleration: its step and its motion at the sensor. */
+#define WHIRL_MODES /*@modes@*/
+typedef struct {
+  whirl_real f00;
+  whirl_real f01;
+  whirl_real f10;
+  whirl_real f11;
+  whirl_real first_q;
+  whirl_real first_v;
+  whirl_real second_q;
+  whirl_real second_v;
+  whirl_complex q;
+  whirl_complex v;
+} whirl_mode;
+
+#endif
 /*@law_types@*/
 /* Memory of the controller; nothing in it is meant to be read or written from outside. */
 typedef struct {
@@ -130,6 +147,9 @@ typedef struct {
   /* derived from the parameters */
   int32_t whole_delay; /* delay = (whole_delay + fraction) sample_time */
   whirl_real fraction;
+#if HAS_STRUCTURE
+  whirl_mode modes[WHIRL_MODES];
+#endif
 /*@estimator_derived@*/
   /* force history as accelerations, m/s^2 */
   whirl_complex history[WHIRL_HISTORY];

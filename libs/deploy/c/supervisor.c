@@ -150,13 +150,20 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
     const whirl_real most = M(fmax)(whirl_norm(w->estimated), whirl_norm(whirl_make(p->eps_re, p->eps_im)));
     const whirl_real open = M(sqrt)((most * whirl_norm(forcing)) / M(fmax)((k * k) + (c * c), R(1e-12)));
     if (level > p->watch_level) {
-      w->mark = (w->above > R(0.0)) ? M(fmax)(w->mark, level) : level;
+      if (w->above <= R(0.0)) {
+        w->mark = level;
+      }
+      if (w->steps <= 3) {
+        w->mark = M(fmax)(w->mark, level);
+      }
       w->above += h;
     } else {
       w->above = R(0.0);
     }
     if (w->above > R(0.06)) {
-      if (level > (((w->steps == 0) ? R(0.8) : R(0.95)) * w->mark)) {
+      /* Without feedback the rotor decays as slowly as it is damped: only growth is the controller's then. */
+      const whirl_real share = (w->steps == 0) ? R(0.8) : ((w->steps > 3) ? R(1.1) : R(0.95));
+      if (level > (share * w->mark)) {
         whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
       }
       w->above = R(0.0);

@@ -21,6 +21,14 @@ bool has_runout(const std::map<std::string, double>& values) {
                      [](const auto& v) { return v.first.starts_with("runout_") && v.second != 0; });
 }
 
+/// Structural modes up to the last one that takes part.
+int modes_of(const std::map<std::string, double>& values) {
+  for (int k = control::Structure::kModes; k > 0; --k) {
+    if (values.at(fmt::format("mode_{}_share", k)) != 0 && values.at(fmt::format("mode_{}_omega", k)) > 0) return k;
+  }
+  return 0;
+}
+
 /// Structure that is fixed at export and therefore no parameter.
 bool is_switch(const std::string& name) { return name == "advance" || name == "predict" || name == "supervise"; }
 
@@ -28,6 +36,7 @@ std::vector<CodeParameter> parameters_of(const ControllerDesign& d, const std::m
   std::vector<CodeParameter> out;
   const auto add = [&](const control::ParameterInfo& info, double value) {
     if (is_switch(info.name) || (info.name.starts_with("runout_") && !has_runout(values))) return;
+    if (info.name.starts_with("mode_") && info.name[5] - '0' > modes_of(values)) return;
     if (info.name.starts_with("watch_") && values.at("supervise") == 0) return;
     out.push_back({info.name, info.unit, info.meaning, value, info.low, info.high});
   };
@@ -137,6 +146,16 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
     on.insert("ADVANCE");
   }
   if (has_runout(values)) on.insert("RUNOUT");
+  if (const int modes = modes_of(values); modes > 0) {
+    on.insert("STRUCTURE");
+    s.slots["modes"] = fmt::format("{}", modes);
+    for (int k = 1; k <= modes; ++k) {
+      s.slots["mode_lines"] += fmt::format(
+          "{0}  whirl_mode_set(&state->modes[{1}], p->mode_{2}_omega, p->mode_{2}_damping, p->mode_{2}_share, h, "
+          "split);",
+          k > 1 ? "\n" : "", k - 1, k);
+    }
+  }
   if (values.at("supervise") > 0) on.insert("SUPERVISION");
   if (d.feedforward && !estimator.finds_disturbance) on.insert("FIXED");
 
@@ -215,6 +234,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part(deploy_template("motion.c"));
   part("/*@estimator_functions@*/\n");
   part(deploy_template("implicit_power.c"));
+  part(deploy_template("structure.c"));
   part(deploy_template("supervisor.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);

@@ -167,7 +167,10 @@ report::Table comparison_table(const Comparison& c) {
   for (const char* kind : {"N rms", "N peak"}) t.columns.push_back({"force", kind});
   t.columns.push_back({"excess TV", "N/s"});
   t.columns.push_back({"saturated", "%"});
+  t.columns.push_back({"gain margin", ""});
+  t.columns.push_back({"delay margin", "ms"});
   t.columns.push_back({"fails", ""});
+  t.columns.push_back({"verdict", "", report::Align::left});
   const auto suppression_cell = [](double open, double closed) { return format_fixed(100 * (1 - closed / open), 1); };
 
   std::vector<std::string> paper{"paper, TSMC"};
@@ -197,7 +200,15 @@ report::Table comparison_table(const Comparison& c) {
     row.push_back(format_fixed(100 * m.saturated, 1));
     const auto fails =
         std::ranges::count_if(r.matrix, [](const tuning::RobustnessCase& k) { return !k.metrics.stable; });
+    const auto margin = [&](const char* name, double scale) {
+      const auto found = r.design.margins.find(name);
+      return found == r.design.margins.end() ? std::string() : format_fixed(scale * found->second, 2);
+    };
+    row.push_back(margin("gain_margin", 1));
+    row.push_back(margin("delay_margin_s", 1e3));
     row.push_back(r.matrix.empty() ? "" : fmt::format("{} of {}", fails, r.matrix.size()));
+    const bool certified = r.design.margins.contains("certified") && r.design.margins.at("certified") > 0;
+    row.emplace_back(!m.stable ? "fails" : certified ? "passes" : "not certified");
     t.add(std::move(row));
   }
   t.notes = {
@@ -207,7 +218,9 @@ report::Table comparison_table(const Comparison& c) {
       "do not depend on it. Whole run: mean over the seeds.",
       "Excess TV: total variation of the force above that of the smooth force that cancels the unbalance. Fails: "
       "conditions "
-      "of the robustness matrix. Differences below about 10 % are within the scatter of the tuning."};
+      "of the robustness matrix. Margins: the worst of five speeds on the tuning plant; a gain margin below 1.1 or a "
+      "delay margin below half a sample fails. Not certified: passes on this rig, but not on all that the tuning plant "
+      "may be. Differences below about 10 % are within the scatter of the tuning."};
   return t;
 }
 

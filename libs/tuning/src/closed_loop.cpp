@@ -108,7 +108,8 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   }
   const long k = judge.tick();
   const double n = static_cast<double>(std::max(k, 1L));
-  const JudgedRun judged = judge.collected(smooth_variation_, nominal_excess(design));
+  JudgedRun judged = judge.collected(smooth_variation_, nominal_excess(design));
+  judged.margins = margin_shortfall(design, options_.verdict);
   out.closed = judged.closed;
   out.suppression = rig::suppression(open_, out.closed);
   out.radial_peak = judge.radial_peak();

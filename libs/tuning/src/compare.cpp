@@ -169,6 +169,9 @@ std::vector<FloorCase> physical_floor(const ControllerDesign& design, const rig:
     d.delay = told.loop_delay();
     d.parameters["sensor_delay"] = told.laser.latency;
     const bool has_runout = p.laser.runout_1x != 0 || p.laser.runout_2x != 0 || p.laser.runout_3x != 0;
+    if (p.modes.empty()) {
+      std::erase_if(d.parameters, [](const auto& entry) { return entry.first.starts_with("mode_"); });
+    }
     if (!source.remove_runout || !has_runout) {
       std::erase_if(d.parameters, [](const auto& entry) { return entry.first.starts_with("runout_"); });
     }

@@ -84,6 +84,10 @@ struct Search {
     double sum = 0;
     for (double c : cost) sum += c;
     sum /= static_cast<double>(cost.size());
+    // A rotor that would rest off centre with the stiffness at its lower bound; graded, so that a search can climb out.
+    constexpr double kLeft = 0.05;
+    const double left = 1 - options->stiffness_uncertainty + static_control_stiffness(candidate) / candidate.model.k1;
+    if (left < kLeft) sum += 0.2 + std::min(1.0, kLeft - left);
     ++evaluation;
     if (sum < best) best = sum, best_u = u;
     if (options->progress) options->progress({evaluation, options->evaluations, sum, best});
@@ -150,6 +154,22 @@ std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
   return {};
 }
 
+/// The structural modes whose sign is known go into the controller, the strongest ones that a sampled loop can follow.
+void add_structure(ControllerDesign& d, std::vector<rig::RigMode> modes) {
+  std::erase_if(modes, [&](const rig::RigMode& m) {
+    return m.sensor_sign == 0 || m.participation == 0 || m.frequency * d.sample_time > 0.4;
+  });
+  std::ranges::sort(modes, std::greater<>{}, &rig::RigMode::participation);
+  modes.resize(std::min<std::size_t>(modes.size(), control::Structure::kModes));
+  std::ranges::sort(modes, {}, &rig::RigMode::frequency);
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const std::string name = fmt::format("mode_{}_", k + 1);
+    d.parameters[name + "omega"] = 2 * std::numbers::pi * modes[k].frequency;
+    d.parameters[name + "damping"] = std::min(modes[k].damping_ratio, 0.9);
+    d.parameters[name + "share"] = modes[k].sensor_sign * modes[k].participation;
+  }
+}
+
 }  // namespace
 
 control::Runout identified_runout(const IdentifiedModel& model) {
@@ -188,6 +208,7 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   d.feedforward = options.feedforward;
   d.parameters["sensor_delay"] = options.hardware.laser.latency;
   d.parameters["sensor_range"] = 0.49 * options.hardware.laser.range;
+  add_structure(d, options.hardware.modes);
   const control::EstimatorEntry& estimator = control::estimator_entry(options.estimator);
   d.parameters["predict"] = estimator.model_based ? 1 : 0;
   for (const auto& [name, value] : control::law_entry(options.law).design_values) d.parameters[name] = value;
@@ -227,7 +248,9 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
   set_variables(best, search.variables, search.best_u);
   best.parameters = [&] {  // what was used, derived numbers included; zero runout entries left out
     auto all = control::resolve_parameters(best);
-    std::erase_if(all, [](const auto& p) { return p.first.starts_with("runout_") && p.second == 0; });
+    std::erase_if(all, [](const auto& p) {
+      return (p.first.starts_with("runout_") || p.first.starts_with("mode_")) && p.second == 0;
+    });
     return all;
   }();
   assess(best, options);

@@ -13,11 +13,10 @@
 #include "whirl/control/times.hpp"
 #include "whirl/tuning/design.hpp"
 #include "whirl/tuning/loop_margins.hpp"
+#include "whirl/tuning/verdict.hpp"
 
 namespace whirl::tuning {
-namespace {
 
-/// Restoring acceleration per metre that the controller adds against a displacement held still, 1/s^2.
 double static_control_stiffness(const ControllerDesign& design) {
   control::Controller controller = control::make_controller(design);
   Measurement m;
@@ -38,6 +37,8 @@ double static_control_stiffness(const ControllerDesign& design) {
   }
   return -design.model.gain * (force[1] - force[0]) / (2 * kDeflection);
 }
+
+namespace {
 
 /// The worst of standstill, half, all of the speed range and between, over the signs that are not known.
 LoopMargins margins_on(const ControllerDesign& trial, const RotorModel& model, const Hardware& hardware, int threads) {
@@ -67,14 +68,6 @@ void put_margins(std::map<std::string, double>& margins, const LoopMargins& m, d
   margins["peak_sensitivity"] = bounded(m.peak_sensitivity, 1e3);
 }
 
-/// What a loop must at least stand; empty: it does.
-std::string margin_refusal(const LoopMargins& m, double sample_time) {
-  if (!m.stable) return "the loop is not stable at every constant speed";
-  if (m.gain_up < 1.1) return fmt::format("gain margin {:.2f}, below 1.1", m.gain_up);
-  if (m.delay < 0.5 * sample_time) return fmt::format("delay margin {:.2f} ms, below half a sample", 1e3 * m.delay);
-  return {};
-}
-
 /// Largest level that the supervision sees in the nominal run, m rms.
 double watched_level(ControllerDesign trial, const TuningScenario& nominal, const RotorModel& model,
                      const Hardware& hardware, std::uint64_t seed) {
@@ -97,23 +90,33 @@ void supervise(ControllerDesign& design, const DesignOptions& options, double le
   }
 }
 
-/// Why the design fails on the structure that may be there: signs that are not known, modes 1.5 times as strong; empty:
-/// it holds for all of it.
+/// Why the design fails on the structure that may be there: signs that are not known, modes 1.5 times as strong or a
+/// little off in frequency; empty: it holds for all of it.
 std::string sign_refusals(const ControllerDesign& trial, const TuningScenario& nominal, const RotorModel& model,
                           const Hardware& hardware, std::uint64_t seed, int threads) {
   if (hardware.modes.empty()) return {};
   const std::vector<Hardware> cases = hardware.sign_cases();
-  std::vector<std::string> text(2 * cases.size());
+  struct Change {
+    double strength, frequency;
+    const char* name;
+  };
+  constexpr std::array<Change, 4> kChanges{{{1, 1, ""},
+                                            {1.5, 1, " 1.5 times as strong"},
+                                            {1, 1.002, " 0.2 % higher in frequency"},
+                                            {1, 0.998, " 0.2 % lower in frequency"}}};
+  std::vector<std::string> text(kChanges.size() * cases.size());
   parallel_for(static_cast<int>(text.size()), threads, [&](int i) {
     const auto index = static_cast<std::size_t>(i);
-    const Hardware& h = cases[index / 2];
+    const Hardware& h = cases[index / kChanges.size()];
+    const Change& change = kChanges[index % kChanges.size()];
     TuningScenario s = nominal;
-    s.modes = i % 2 == 0 ? 1 : 1.5;
+    s.modes = change.strength;
+    s.mode_frequency = change.frequency;
     const Verdict verdict = scenario_plant(s, model, h, seed).run(trial).verdict;
     if (verdict.passed()) return;
     const std::string signs = hardware.signs_of(h);
-    text[index] = fmt::format("{}{}: {}", signs.empty() ? "with the structural modes" : "with " + signs,
-                              s.modes > 1 ? " 1.5 times as strong" : "", verdict.text());
+    text[index] = fmt::format("{}{}: {}", signs.empty() ? "with the structural modes" : "with " + signs, change.name,
+                              verdict.text());
   });
   std::string out;
   for (const std::string& reason : text) {
@@ -183,7 +186,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
 
   const LoopMargins loop = margins_on(trial, model, hardware, options.threads);
   put_margins(margins, loop, design.sample_time);
-  const std::string no_margin = margin_refusal(loop, design.sample_time);
+  const std::string no_margin = margin_shortfall(loop.stable, loop.gain_up, loop.delay, design.sample_time);
 
   // Stiffness at its lower bound.
   const double left = (1 - options.stiffness_uncertainty) + static_control_stiffness(trial) / model.k1;
@@ -194,15 +197,11 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   const bool certified = refused.empty() && no_margin.empty() && left > 0 && soft_stable;
   margins["certified"] = certified ? 1 : 0;
   const double percent = 100 * options.stiffness_uncertainty;
-  if (left <= 0) {
+  if (loop.stable && loop.zone() == 'D') {
     design.summary.warn(
-        fmt::format("not certified: with the stiffness {:.0f} % lower the closed-loop stiffness is negative "
-                    "({:.2f} of k1), the rotor would rest off centre; cancel less of it",
-                    percent, left));
-  } else if (!soft_stable) {
-    design.summary.warn(fmt::format("not certified: unstable with the stiffness {:.0f} % lower", percent));
+        fmt::format("peak sensitivity {:.1f} at {:.0f} Hz: zone D of ISO 14839-3 (above 5) for small motion",
+                    loop.peak_sensitivity, loop.peak_frequency));
   }
-
   add_sliding_margins(design, run, nominal, hardware, options.stiffness_uncertainty);
   design.summary.residual = run.closed.all;
   design.summary.trust =
@@ -213,17 +212,21 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
                 1e3 * margins["delay_margin_s"], margins["gain_margin"], percent, loop.peak_sensitivity, loop.zone())
           : "not certified: see the warnings";
   if (certified && !hardware.modes.empty()) {
-    design.summary.trust += hardware.sign_cases().size() > 1
-                                ? "; structural modes of either sign, up to 1.5 times as strong"
-                                : "; structural modes of the sign found, up to 1.5 times as strong";
+    design.summary.trust +=
+        hardware.sign_cases().size() > 1
+            ? "; structural modes of either sign, up to 1.5 times as strong and 0.2 % off in frequency"
+            : "; structural modes of the sign found, up to 1.5 times as strong and 0.2 % off in frequency";
   }
-  if (loop.stable && loop.zone() == 'D') {
-    design.summary.warn(
-        fmt::format("peak sensitivity {:.1f} at {:.0f} Hz: zone D of ISO 14839-3 (above 5) for small motion",
-                    loop.peak_sensitivity, loop.peak_frequency));
+  if (left <= 0) {
+    design.summary.fail(
+        fmt::format("not certified: with the stiffness {:.0f} % lower the closed-loop stiffness is negative "
+                    "({:.2f} of k1), the rotor would rest off centre; cancel less of it",
+                    percent, left));
+  } else if (!soft_stable) {
+    design.summary.fail(fmt::format("not certified: unstable with the stiffness {:.0f} % lower", percent));
   }
   if (!refused.empty()) design.summary.fail("not certified: " + refused);
-  if (!no_margin.empty()) design.summary.warn("not certified: " + no_margin);
+  if (!no_margin.empty()) design.summary.fail("not certified: " + no_margin);
   supervise(design, options, watched_level(trial, nominal, model, hardware, seed), run);
 }
 

@@ -65,7 +65,9 @@ std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_
   const bool drive_point = named && modal.responses[at] == modal.references[at];
   std::vector<rig::RigMode> out;
   for (const Mode& mode : modal.modes) {
-    if (is_rotor(mode, rotor_omega) || 2 * std::numbers::pi * mode.frequency.value < rotor_omega) continue;
+    // Poles beyond the band stand for what it does not show; they are no modes.
+    const bool outside = modal.band_high > 0 && mode.frequency.value > modal.band_high;
+    if (outside || is_rotor(mode, rotor_omega) || 2 * std::numbers::pi * mode.frequency.value < rotor_omega) continue;
     rig::RigMode m{mode.frequency.value, std::max(mode.damping.value, 1e-3), fallback, 0, 0};
     if (rotor != 0) {
       const double ratio = inverse_mass(mode, channel) / rotor;

@@ -15,6 +15,8 @@ struct TuningScenario {
   int extra_delay = 0;                           ///< samples the controller does not know
   double modes = 1;                              ///< strength of the structural modes
   bool other_signs = false;                      ///< of the modes whose sign is not known: all - instead of all +
+  double gain = 1;                               ///< of the actuators: true / model
+  double mode_frequency = 1;                     ///< of the structural modes: true / known
 };
 
 /// The scenarios of the tuning (see `design`). The errors are typical of an identification at the sensors'
@@ -32,6 +34,9 @@ Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardwar
 /// The design as it would run on that plant: told unbalance scaled; no offset and no runout table, because
 /// the plant's sensors have another runout than the machine's.
 ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& scenario);
+
+/// Restoring acceleration per metre that the controller adds against a displacement held still, 1/s^2.
+double static_control_stiffness(const ControllerDesign& design);
 
 /// Cost of one run, see `design`.
 double tuning_cost(const ClosedLoopMetrics& metrics);

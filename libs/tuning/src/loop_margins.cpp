@@ -16,6 +16,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/rig/virtual_rig.hpp"
 #include "whirl/signal/fft.hpp"
+#include "whirl/tuning/verdict.hpp"
 
 namespace whirl::tuning {
 namespace {
@@ -270,11 +271,12 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
   return out;
 }
 
-std::string margin_failure(const std::vector<SpeedMargins>& speeds) {
+std::string margin_failure(const std::vector<SpeedMargins>& speeds, double sample_time) {
   for (const SpeedMargins& s : speeds) {
     if (!s.margins.stable) return fmt::format("the loop is not stable at {:.1f} Hz", s.margins.omega / kTurn);
   }
   const LoopMargins worst = worst_margins(speeds);
+  if (std::string low = margin_shortfall(true, worst.gain_up, worst.delay, sample_time); !low.empty()) return low;
   if (worst.zone() != 'D') return {};
   return fmt::format("peak sensitivity {:.1f} at {:.0f} Hz and a speed of {:.1f} Hz: zone D of ISO 14839-3 (above 5)",
                      worst.peak_sensitivity, worst.peak_frequency, worst.omega / kTurn);

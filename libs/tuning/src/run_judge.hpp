@@ -31,13 +31,14 @@ class RunJudge {
   bool motion(std::complex<double> z, double omega) noexcept {
     rig::SegmentPeaks& closed = run_.closed;
     // Written so that NaN ends the run; far outside anything a useful controller does.
-    if (!(std::abs(z) <= diverged_)) {
+    const double square = std::norm(z);
+    if (!(square <= diverged_ * diverged_)) {
       closed.all = std::max(closed.all, diverged_);
       return false;
     }
     if (tick_ >= skip_) {
       closed.all = std::max(closed.all, std::abs(z.real()));
-      radial_ = std::max(radial_, std::abs(z));
+      radial_ = std::max(radial_, square);
       if (segment_ != nullptr) {
         double& peak = closed.segment[static_cast<std::size_t>((*segment_)[static_cast<std::size_t>(tick_)])];
         peak = std::max(peak, std::abs(z.real()));
@@ -71,7 +72,7 @@ class RunJudge {
 
   long tick() const noexcept { return tick_; }
   const rig::SegmentPeaks& closed() const noexcept { return run_.closed; }  ///< |x|, m
-  double radial_peak() const noexcept { return radial_; }                   ///< |z|, m
+  double radial_peak() const noexcept { return std::sqrt(radial_); }        ///< |z|, m
   /// Fraction of all ticks at the force limit.
   double saturated() const noexcept { return share(saturated_, tick_); }
   double total_variation() const noexcept { return variation_ * rate_ / static_cast<double>(std::max(tick_, 1L)); }

@@ -12,6 +12,21 @@ std::string Verdict::text() const {
   return out;
 }
 
+std::string margin_shortfall(bool stable, double gain, double delay, double sample_time, const VerdictLimits& limits) {
+  if (!stable) return "the loop is not stable at every constant speed";
+  if (gain < limits.gain_margin) return fmt::format("gain margin {:.2f}, below {:g}", gain, limits.gain_margin);
+  if (delay < limits.delay_samples * sample_time) {
+    return fmt::format("delay margin {:.2f} ms, below {:g} samples", 1e3 * delay, limits.delay_samples);
+  }
+  return {};
+}
+
+std::string margin_shortfall(const ControllerDesign& design, const VerdictLimits& limits) {
+  const auto gain = design.margins.find("gain_margin"), delay = design.margins.find("delay_margin_s");
+  if (gain == design.margins.end() || delay == design.margins.end()) return {};
+  return margin_shortfall(delay->second > 0, gain->second, delay->second, design.sample_time, limits);
+}
+
 Verdict judge(const JudgedRun& r, const VerdictLimits& limits) {
   Verdict v;
   const auto fail = [&](std::string reason) { v.reasons.push_back(std::move(reason)); };
@@ -30,6 +45,7 @@ Verdict judge(const JudgedRun& r, const VerdictLimits& limits) {
     fail(fmt::format("limit cycle or offset at standstill: {:.3f} mm rms", 1e3 * r.standstill_rms));
   }
   v.stable = v.reasons.empty();
+  if (!r.margins.empty()) v.reasons.insert(v.reasons.begin(), "the margins of the design: " + r.margins);
   for (std::size_t i = 0; i < r.closed.segment.size(); ++i) {
     const double open = r.open.segment[i], closed = r.closed.segment[i];
     if (open > 0 && closed > std::max(limits.segment_ratio * open, open + limits.segment_floor)) {

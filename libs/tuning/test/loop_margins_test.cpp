@@ -275,7 +275,7 @@ TEST(LoopMarginsUnit, UnstableLoopsHaveNone) {
   const auto speeds = loop_margins(d, p, o);
   EXPECT_FALSE(worst_margins(speeds).stable);
   EXPECT_EQ(worst_margins(speeds).zone(), 'D');
-  EXPECT_NE(margin_failure(speeds).find("not stable"), std::string::npos);
+  EXPECT_NE(margin_failure(speeds, d.sample_time).find("not stable"), std::string::npos);
   EXPECT_EQ(sensitivity_zone(2.9), 'A');
   EXPECT_EQ(sensitivity_zone(4.5), 'C');
   o.speeds = 0;

@@ -28,6 +28,7 @@ ControllerDesign designed(const rig::RigParameters& rig, const Hardware& hardwar
   DesignOptions o;
   o.law = law;
   o.estimator = estimator;
+  o.feedforward = !std::string(law).starts_with("pd_");
   o.hardware = hardware;
   o.evaluations = evaluations;
   return design(identified(rig), o);
@@ -80,6 +81,48 @@ TEST(JudgeUnit, NamesEveryReasonInTheOrderOfItsWeight) {
   EXPECT_NE(judge(run).text().find("diverged"), std::string::npos);
   run.trip = Fault::displacement_limit;
   EXPECT_NE(judge(run).text().find("tripped"), std::string::npos);
+}
+
+// Margins below the minima fail whatever the run looks like, first of all reasons, from the design alone.
+TEST(JudgeUnit, SmallMarginsFailTheRunOfADesign) {
+  const rig::RigParameters rig;
+  DesignOptions o;
+  o.law = "pd";
+  o.estimator = "kfe";
+  o.hardware = data_sheet(rig);
+  ControllerDesign d = untuned_design(identified(rig), o);
+  EXPECT_EQ(margin_shortfall(d), "");  // it states none
+  const ClosedLoopPlant plant(rig);
+  ASSERT_TRUE(plant.run(d).verdict.passed()) << plant.run(d).verdict.text();
+  d.margins = {{"gain_margin", 1.3}, {"delay_margin_s", 0.6e-3}};
+  EXPECT_TRUE(plant.run(d).stable);
+  d.margins["gain_margin"] = 1.05;
+  const ClosedLoopMetrics low = plant.run(d);
+  EXPECT_FALSE(low.stable);
+  EXPECT_EQ(low.verdict.reasons.front(), "the margins of the design: gain margin 1.05, below 1.1");
+  d.margins = {{"gain_margin", 1.3}, {"delay_margin_s", 0.4e-3}};
+  EXPECT_NE(plant.run(d).verdict.text().find("delay margin 0.40 ms, below 0.5 samples"), std::string::npos);
+  d.margins = {{"gain_margin", 1.0}, {"delay_margin_s", 0.0}};
+  EXPECT_NE(plant.run(d).verdict.text().find("not stable at every constant speed"), std::string::npos);
+}
+
+// What is not certified is not usable: the same word for every reason.
+TEST(DesignUnit, WhatIsNotCertifiedFails) {
+  const rig::RigParameters rig;
+  DesignOptions o;
+  o.law = "pd";
+  o.estimator = "lpf";
+  o.hardware = data_sheet(rig);
+  o.evaluations = 1;
+  for (const double kd : {20.0, 900.0}) {
+    o.fixed = {{"kd", kd}, {"kp", 0}};
+    const ControllerDesign d = design(identified(rig), o);
+    EXPECT_EQ(d.margins.at("certified") == 1, d.summary.status != Status::unusable) << kd;
+    if (kd > 100) {
+      EXPECT_EQ(d.margins.at("certified"), 0);
+      EXPECT_FALSE(margin_shortfall(d).empty());
+    }
+  }
 }
 
 /// Running down from 30 Hz: synchronous motion through a resonance, backward whirl, offset and noise of the sensor, and
@@ -159,6 +202,43 @@ TEST(StructureUnit, SignsAndSizesAreThoseOfTheResidues) {
   const auto merged = known_modes(drive, {{126, 0.006, 0.1, 1, 0}, {200, 0.01, 0.05, 0, 0}});
   ASSERT_EQ(merged.size(), 3u);
   EXPECT_EQ(merged[1].frequency, 126);
+}
+
+// Poles beyond the band of the fit stand for what it does not show: a design takes no mode from them.
+TEST(StructureUnit, PolesBeyondTheBandAreNoModes) {
+  rig::RigParameters rig;
+  rig.modes = {{46, 0.008, 0.03, -1, 0}, {637, 0.0001, 7, 1, 0}, {975, 0.006, 650, -1, 0}};
+  ModalModel modal = hammer_test(rig, "acc_x", "force");
+  EXPECT_EQ(structure_modes(modal, rig.natural_frequency()).size(), 3u);
+  modal.band_low = 0.1;
+  modal.band_high = 455;
+  ASSERT_EQ(structure_modes(modal, rig.natural_frequency()).size(), 1u);
+}
+
+// Modes that the controller knows are taken out of its readings: weak or strong, of either sign, they neither
+// destabilise the loop nor pull the disk off its centre by what the sensor sees of them.
+TEST(StructureE2e, StrongModesOfEitherSignAreCertifiedAndLeaveTheDiskAtRest) {
+  for (const double participation : {0.1, -0.3, 0.3}) {
+    rig::RigParameters rig;
+    rig.laser.runout_1x = rig.laser.runout_2x = rig.laser.runout_3x = 0;
+    rig.modes = {{46, 0.008, std::abs(participation), participation < 0 ? -1.0 : 1.0, 30e-6}};
+    Hardware hardware = data_sheet(rig);
+    hardware.modes = structure_modes(hammer_test(rig, "acc_x", "force"), rig.natural_frequency());
+    double best = 1;
+    for (const auto& [law, estimator] : {std::pair("tsmc", "eso"), std::pair("lsmc", "kfe")}) {
+      const ControllerDesign d = designed(rig, hardware, law, estimator, 24);
+      EXPECT_NEAR(d.parameters.at("mode_1_share"), participation, 1e-9);
+      const ClosedLoopMetrics m = ClosedLoopPlant(rig).run(d);
+      const bool certified = d.margins.at("certified") == 1;
+      std::printf("%s %s %+g: certified %d, %.1f um, %s\n", law, estimator, participation, certified,
+                  1e6 * m.closed.all, m.verdict.text().c_str());
+      EXPECT_EQ(certified, d.summary.status != Status::unusable) << d.summary.trust;
+      if (!certified) continue;
+      EXPECT_TRUE(m.stable) << law << participation << " " << m.verdict.text();
+      best = std::min(best, m.closed.all);
+    }
+    EXPECT_LE(best, std::abs(participation) > 0.2 ? 20e-6 : 15e-6) << participation;
+  }
 }
 
 // A structural mode of the other sign than it was taken for: the chain run on that machine must hold on it.

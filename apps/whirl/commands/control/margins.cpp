@@ -26,7 +26,8 @@ void add_margins(CommandLine& app, Session& session) {
       "axes are one complex loop, with forward and backward whirl. Modes whose sign is not known are taken both ways.\n"
       "Output: table per plant with the peak sensitivity and its zone of ISO 14839-3; --out DIR writes margins.json "
       "and\n"
-      "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable or in zone D.\n\n"
+      "report.html (Nyquist diagram, sensitivity). Fails (exit code 1) where the loop is not stable, its gain margin "
+      "is\nbelow 1.1 or its delay margin below half a sample, or in zone D.\n\n"
       "Example: whirl margins controller.json model.json --mass-kg 1.5 --modes modes.json",
       [o, &session] {
         if (!o->out.empty()) {
@@ -51,7 +52,7 @@ void add_margins(CommandLine& app, Session& session) {
         session.result(json);
         Summary summary;
         for (const tuning::MarginStudy& s : studies) {
-          if (const std::string why = tuning::margin_failure(s.speeds); !why.empty()) {
+          if (const std::string why = tuning::margin_failure(s.speeds, design.sample_time); !why.empty()) {
             summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
           }
         }

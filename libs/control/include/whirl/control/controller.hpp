@@ -6,6 +6,7 @@
 #include "whirl/control/gate.hpp"
 #include "whirl/control/laws.hpp"
 #include "whirl/control/runout.hpp"
+#include "whirl/control/structure.hpp"
 #include "whirl/control/supervisor.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/expected.hpp"
@@ -14,7 +15,7 @@ namespace whirl::control {
 
 /// What happened inside the last step, for logging. SI; complex = x + i y.
 struct ControllerState {
-  std::complex<double> measured;   ///< after gate, runout and offset, m
+  std::complex<double> measured;   ///< after gate, runout, offset and structural modes, m
   DiskMotion estimate;             ///< at the time the sample was taken
   DiskMotion effect;               ///< what the law used: at the time of effect when predicting or advancing
   std::complex<double> s;          ///< sliding variables s_x + i s_y, m/s
@@ -52,7 +53,8 @@ class Controller {
   static constexpr int kMaxDelay = 16;
 
   Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
-             const SampleGate& gate, const Runout& runout, const Supervisor& supervisor = {}) noexcept;
+             const SampleGate& gate, const Runout& runout, const Supervisor& supervisor = {},
+             const std::array<StructureMode, Structure::kModes>& modes = {}) noexcept;
 
   /// Faults: not_finite (angle, speed or result), stale_sensor (more than stale_limit lost samples in a row),
   /// kSupervision (its last step).
@@ -80,6 +82,7 @@ class Controller {
   SampleGate gate_;
   Runout runout_;
   Supervisor supervisor_;
+  Structure structure_;
   bool has_runout_;
   int whole_delay_;  ///< delay = (whole_delay_ + fraction_) h
   double fraction_;

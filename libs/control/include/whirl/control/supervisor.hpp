@@ -75,8 +75,9 @@ struct Supervision {
 /// - A notch takes the synchronous part out of the readings. When the rest is above `level` for 60 ms and does not
 ///   decay, the next step is taken, 60 ms later again, two at once above three times the level: adaptation and
 ///   estimated feedforward frozen at their last quiet value; half the gain; a quarter; feedforward alone; no force
-///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. A synchronous motion 1.1 times as large as
-///   the model's without control, and a quarter of `level` more, takes the same steps.
+///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. Once the feedback is off, only what grows
+///   goes further down. A synchronous motion 1.1 times as large as the model's without control, and a quarter of
+///   `level` more, takes the same steps.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Steps stay until `reset`, but for those of a lost sensor and of saturation.
 class Supervisor {

@@ -87,8 +87,8 @@ struct DesignOptions {
 /// whole run
 /// + 0.02 TV / (1000 N/s) + a graded penalty when unstable. Scenarios, each with another error of the
 /// unbalance: nominal; one sample of delay the controller does not know; stiffness -13 % (model 15 % too
-/// stiff); stiffness -30 %; balanced rotor; structural modes 1.5 times as strong (when known). Search in log
-/// space over (C, rho/eps, rho, r, delta, cutoff, ...).
+/// stiff); stiffness -30 %; balanced rotor with actuators 25 % stronger; structural modes 1.5 times as strong (when
+/// known). Search in log space over (C, rho/eps, rho, r, delta, cutoff, ...).
 ///
 /// `margins` of the result: objective; of loop_margins at five speeds, the worst and verified in the running loop:
 /// delay_margin_s and gain_margin (at most 12 samples and 8: more is not tried), gain_margin_down, phase_margin_deg,
@@ -98,9 +98,11 @@ struct DesignOptions {
 /// one, at most 90 % of it), excess_variation (N/s, nominal: what the judge of later runs refers to),
 /// disturbance_bound, kappa (eq. 42: rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant),
 /// certified (1 or 0). Not certified when the nominal run or one with another sign or 1.5 times the participation of
-/// the structural modes fails the judge (verdict.hpp): then the summary is unusable; nor when the
+/// the structural modes, or these 0.2 % off in frequency, fails the judge (verdict.hpp); nor when the
 /// loop is not stable at a constant speed, its gain margin is below 1.1 or its delay margin below half a sample; nor
-/// when the closed loop at K1 -30 % has negative static stiffness or is unstable; `summary` says why.
+/// when the closed loop at K1 -30 % has negative static stiffness or is unstable: then the summary is unusable and says
+/// why. Structural modes whose sign is known go into the controller (mode_1_omega, ...), which takes their answer to
+/// the force out of the readings.
 ///
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);

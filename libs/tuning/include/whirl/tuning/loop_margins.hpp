@@ -80,9 +80,9 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
 /// The worst over the speeds: smallest gain, phase, delay and modulus margin, largest peaks.
 LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds);
 
-/// Why these margins do not do: a speed at which the loop is not stable, or a peak sensitivity in zone D; empty: they
-/// do.
-std::string margin_failure(const std::vector<SpeedMargins>& speeds);
+/// Why these margins do not do: a speed at which the loop is not stable, gain or delay margin below the judge's minima,
+/// or a peak sensitivity in zone D; empty: they do.
+std::string margin_failure(const std::vector<SpeedMargins>& speeds, double sample_time);
 
 /// Margins on one plant that the machine may be.
 struct MarginStudy {

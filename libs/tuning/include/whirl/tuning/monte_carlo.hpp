@@ -10,6 +10,9 @@
 
 namespace whirl::tuning {
 
+/// Share of the machines that must be able to pass the judge (upper end of the interval) for a study not to fail.
+inline constexpr double kEnoughPass = 0.95;
+
 struct MonteCarloOptions {
   int samples = 200;
   std::uint64_t seed = 1;

@@ -18,10 +18,20 @@ struct VerdictLimits {
   double segment_floor = 5e-6;   ///< m by which a segment may exceed the open loop: sensors end there
   double variation = 1.5;        ///< total variation of the force / the nominal one
   double saturated = 0.01;       ///< fraction of the ticks of a turning shaft at the force limit
+  double gain_margin = 1.1;      ///< least factor on the loop gain that a design must stand
+  double delay_samples = 0.5;    ///< least further delay, in samples
 };
+
+/// Why a loop with this gain margin (factor) and delay margin (s) does not do; empty: it does.
+std::string margin_shortfall(bool stable, double gain, double delay, double sample_time,
+                             const VerdictLimits& limits = {});
+
+/// The same of the margins that stand in a design; empty, too, when it does not state any.
+std::string margin_shortfall(const ControllerDesign& design, const VerdictLimits& limits = {});
 
 /// What the judge looks at, of one run.
 struct JudgedRun {
+  std::string margins;  ///< margin_shortfall of the design that runs; empty: none
   Fault trip = Fault::none;
   double survived = 1;        ///< fraction of the run before divergence or trip
   double standstill_rms = 0;  ///< m, worse axis
