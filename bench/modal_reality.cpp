@@ -77,14 +77,14 @@ int main(int argc, char** argv) {
   }
   for (const auto kind : {whirl::FrfKind::mobility, whirl::FrfKind::receptance}) {
     for (const bool proportional : {false, true}) {
-      for (int seed = 1; seed <= seeds && wanted("35 modes"); ++seed) {
+      const std::string name = fmt::format("35 modes, {} 5 %, {}", to_string(kind), proportional ? "prop." : "add.");
+      for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
         whirl::testing::SyntheticOptions o;
         o.kind = kind;
         o.noise = 0.05;
         o.proportional = proportional;
         o.seed = static_cast<unsigned>(seed);
         const auto data = whirl::testing::make_synthetic(o);
-        const std::string name = fmt::format("35 modes, {} 5 %, {}", to_string(kind), proportional ? "prop." : "add.");
         timed(name.c_str(), data.frf, data.poles, 0);
       }
     }

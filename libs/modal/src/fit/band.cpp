@@ -171,6 +171,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   }
   band.common_weight = weighting == LineWeighting::flat;
   set_weights(frf, first, weighting, band);
+  band.energy = (band.h.array().abs2() * band.weight.array().square()).sum();
   return band;
 }
 
@@ -181,6 +182,7 @@ Band with_common_weight(const Band& band) {
   const Eigen::VectorXd noise = relative.cwiseInverse().cwiseAbs2().rowwise().mean().cwiseSqrt();
   common.weight = noise.cwiseInverse() * scale.cwiseInverse().transpose();
   common.common_weight = true;
+  common.energy = (common.h.array().abs2() * common.weight.array().square()).sum();
   return common;
 }
 

@@ -19,6 +19,7 @@ struct Band {
   double decay = 0;             ///< of the exponential window, 1/s: the lines lie at s = decay + j omega
   int power = 0;                ///< d: 0 receptance, 1 mobility, 2 accelerance
   double low = 0, high = 0;     ///< Hz, first and last line
+  double energy = -1;           ///< sum of (weight |h|)^2; negative: not summed up yet
   double noise_floor = 0;       ///< norm(noise)/norm(h) from the stated variances; 0 when they are unknown
 
   Eigen::Index lines() const { return h.rows(); }

@@ -32,6 +32,10 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
     const double f = times * band.high;
     Poles more = state.poles;
     more.insert(more.begin() + static_cast<std::ptrdiff_t>(state.started), 2 * kPi * f * Complex(-0.01, 1));
+    // Where it stands nearly right it gains most of what it can: without any sign of that, it is not refined.
+    const double needed = std::log(2.0 * static_cast<double>(band.h.size())) * 2 * static_cast<double>(band.channels());
+    const double gain = state.fit.total() - fit_poles(band, more, terms, false).total();
+    if (gain < 0.2 * needed * noise_variance(band, state.poles, terms, state.fit)) continue;
     Refined next = refine(band, more, state.started + 1, terms, options.max_iterations);
     const Complex added = next.poles[state.started];
     if (inside(band, added) || !(std::abs(added) / (2 * kPi) < 5 * band.high)) continue;
@@ -43,7 +47,7 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
 // The lines about a pole, with what the poles far from it and the residual terms explain taken out. `near`: the poles
 // of the window.
 Band window_of(const Band& band, const Refined& state, bool hysteretic, Complex centre, Poles& near) {
-  const double reach = 30 * -centre.real() + 20 * 2 * kPi * band.line_width();
+  const double reach = 15 * -centre.real() + 20 * 2 * kPi * band.line_width();
   Index first = 0, last = band.lines() - 1;
   while (first < last && band.omega[first] < centre.imag() - reach) ++first;
   while (last > first && band.omega[last] > centre.imag() + reach) --last;
@@ -64,7 +68,9 @@ Band window_of(const Band& band, const Refined& state, bool hysteretic, Complex 
   PoleFit part;
   part.residues = state.fit.residues(rows, Eigen::all);
   window.h = Eigen::MatrixXcd::Zero(lines, band.channels());
+  window.energy = -1;
   window.h = state.residual.middleRows(first, lines) - residual_of(window, near, none, part);
+  window.energy = (window.h.array().abs2() * window.weight.array().square()).sum();
   return window;
 }
 
@@ -88,6 +94,9 @@ std::size_t nearest(const Poles& poles, Complex p) {
   return static_cast<std::size_t>(std::min_element(poles.begin(), poles.end(), closer) - poles.begin());
 }
 
+// Longer than the white fit's by so much, a fit with scatter is not worth going on with.
+constexpr double kHopeless = 500;
+
 // True when the lines about a pole are described better by one pole that differs between FRFs than by what the white
 // fit put there. `other`: a close neighbour that may only split it, else the pole itself.
 bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms& terms, Complex pole, Complex other,
@@ -99,9 +108,15 @@ bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms
       .lower = false, .upper = true, .slope = true, .complex = true, .hysteretic = terms.hysteretic};
   const Refined white = refine(window, near, near.size(), local, 4);
   if (other != pole) std::erase(near, other);
-  const ScatterFit scatter =
-      fit_scatter(window, near, local, {.search_gain = options.search_gain, .max_damping = options.poles.max_damping});
-  if (scatter.poles.empty() || !is_one_mode(band, scatter, nearest(scatter.poles, pole))) return false;
+  const double white_length = description_length(window, white.fit, white.poles.size(), local);
+  const ScatterFit scatter = fit_scatter(window, near, local,
+                                         {.search_gain = options.search_gain,
+                                          .max_damping = options.poles.max_damping,
+                                          .give_up = white_length + kHopeless});
+  if (scatter.poles.empty()) return false;
+  const std::size_t at = nearest(scatter.poles, pole);
+  const double width = -scatter.poles[at].real(), spread = scatter.spread(static_cast<Index>(at), 1);
+  if (spread > 2.25 * width * width || !is_one_mode(band, scatter, at)) return false;
   // Several windows are looked at, and what far poles leave in them is taken as known: only a clear gain counts.
   constexpr double kClear = 60;
   return description_length(window, scatter, local) <
@@ -114,7 +129,7 @@ bool may_scatter(const Band& band, const Refined& state, const ResidualTerms& te
   if (band.channels() < 3 || state.poles.empty()) return false;
   if (noise_variance(band, state.poles, terms, state.fit) <= least_variance(band)) return false;
   const double data = 2 * static_cast<double>(band.lines());
-  const double freedom_left = static_cast<double>(band.channels() - 1);
+  const double freedom_left = static_cast<double>(band.channels() - 1), least = least_variance(band);
   struct Suspect {
     double strength;
     Complex pole, other;
@@ -128,13 +143,13 @@ bool may_scatter(const Band& band, const Refined& state, const ResidualTerms& te
       double sum = 0;
       for (Index c = 0; c < band.channels(); ++c) {
         const double variance =
-            std::max(state.fit.cost[c] / (data - static_cast<double>(state.fit.residues.rows())), least_variance(band));
+            std::max(state.fit.cost[c] / (data - static_cast<double>(state.fit.residues.rows())), least);
         sum += std::pow(state.fit.channel_score(i, c), 2) /
                (variance * std::max(1e-300, state.fit.channel_information(i, c)));
       }
       worst = std::max(worst, (sum - freedom_left) / std::sqrt(2 * freedom_left));
     }
-    if (worst > 3) suspects.push_back({worst, p, p});
+    if (worst > 5) suspects.push_back({worst, p, p});
     for (std::size_t other = 0; other < state.poles.size(); ++other) {
       const Complex q = state.poles[other];
       const double distance = std::abs(p - q) / -(p.real() + q.real());
@@ -185,14 +200,17 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     state = refine(band, state.poles, state.started, terms, options.max_iterations);
   }
   if (options.scatter && may_scatter(band, state, terms, options)) {
+    // The diagram's poles and what the search found apart from them; what splits a peak stays out.
     Poles from = start;
     for (const Complex p : state.poles) {
-      if (!inside(band, p)) from.push_back(p);
+      const auto splits = [&](Complex q) { return std::abs(p - q) < -4 * (p.real() + q.real()); };
+      if (!inside(band, p) || std::none_of(start.begin(), start.end(), splits)) from.push_back(p);
     }
-    if (from.empty()) from = state.poles;
-    ScatterFit scatter = fit_scatter(
-        band, from, terms,
-        {.search_gain = options.search_gain, .max_damping = options.poles.max_damping, .max_modes = options.max_modes});
+    ScatterFit scatter = fit_scatter(band, from, terms,
+                                     {.search_gain = options.search_gain,
+                                      .max_damping = options.poles.max_damping,
+                                      .max_modes = options.max_modes,
+                                      .give_up = length_of(band, state, terms, 1) + kHopeless});
     // Two poles of the white fit that became one which is no mode of its own.
     const bool hides = std::any_of(state.poles.begin(), state.poles.end(), [&](Complex p) {
       const std::size_t k = scatter.poles.empty() ? 0 : nearest(scatter.poles, p);
@@ -226,6 +244,17 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
 
 }  // namespace
 
+namespace {
+
+// A pole costs two parameters per channel and two of its own, each half the logarithm of the data: a tenth above that,
+// it is taken. Few data say little of what chance and small model errors can do.
+double least_gain(const Band& band) {
+  const auto channels = static_cast<double>(band.channels());
+  return std::clamp(1.1 * std::log(2.0 * static_cast<double>(band.h.size())) * (1 + 1 / channels), 14.0, 25.0);
+}
+
+}  // namespace
+
 FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vector<std::string>& names) {
   double largest = 0;
   for (const FrfChannel& channel : frf.channels) largest = std::max(largest, channel.value.norm());
@@ -239,10 +268,12 @@ FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vecto
   return alive;
 }
 
-ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& options) {
+ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& asked) {
   std::vector<std::string> dead;
   const FrequencyResponse frf = without_dead_channels(measured, dead);
+  ModeOptions options = asked;
   const Band band = select_band(frf, options.poles.band_low, options.poles.band_high, options.poles.weighting);
+  if (options.search_gain == 0) options.search_gain = least_gain(band);
   const ResidualTerms terms{options.residues.lower_residual, options.residues.upper_residual,
                             options.residues.upper_slope, options.residues.complex_residuals};
   StabilisationDiagram diagram = stabilisation_diagram(frf, options.poles);
@@ -265,7 +296,7 @@ ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& optio
   if (band.guessed_weight && !band.common_weight && solution.correlated > 5) {
     // The scatter between lines said that the noise grows with |H|, but structure that the model leaves outweighs it.
     // Then the peaks, where the model is best, should count for most.
-    ModeOptions flat = options;
+    ModeOptions flat = asked;
     flat.poles.weighting = LineWeighting::flat;
     return fit_modes(measured, flat);
   }

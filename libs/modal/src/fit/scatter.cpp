@@ -47,6 +47,7 @@ Band channel_of(const Band& band, Index c) {
   one.h = band.h.col(c);
   one.weight = band.weight.col(c);
   one.common_weight = true;
+  one.energy = (one.h.array().abs2() * one.weight.array().square()).sum();
   return one;
 }
 
@@ -54,7 +55,7 @@ double real_data(const Band& one) { return 2 * static_cast<double>(one.lines());
 
 double variance_of(const Local& local) {
   const double parameters = static_cast<double>(local.fit.residues.rows());
-  const double size = local.band.h.cwiseProduct(local.band.weight.cast<Complex>()).squaredNorm();
+  const double size = local.band.energy;
   return std::max(local.fit.total() / (real_data(local.band) - parameters), 1e-10 * size / real_data(local.band));
 }
 
@@ -300,6 +301,8 @@ void drop_unsupported(const Band& band, State& state, const ResidualTerms& terms
   sweep(state, terms, 2);
 }
 
+constexpr double kHopeless = 400;  // of the description length, after two sweeps or more
+
 // Close poles, of which one may only split the other's peak: kept when the evidence holds both.
 void merge_splits(const Band& band, State& state, const ResidualTerms& terms, const ScatterOptions& options) {
   for (std::size_t r = state.poles.size(); r-- > 0;) {
@@ -318,8 +321,15 @@ void merge_splits(const Band& band, State& state, const ResidualTerms& terms, co
         trial.spread.row(i).setConstant(0.1 * width * width);
     }
     refit(trial, terms);
-    sweep(trial, terms, options.sweeps);
-    if (length_of(band, trial, terms) < length_of(band, state, terms)) state = std::move(trial);
+    const double target = length_of(band, state, terms);
+    double length = 0;
+    for (int i = 0; i < options.sweeps; ++i) {
+      sweep(trial, terms, 1);
+      length = length_of(band, trial, terms);
+      // Two that are modes of their own miss by far; no further sweep brings that back.
+      if (i > 0 && length > target + kHopeless) break;
+    }
+    if (length < target) state = std::move(trial);
   }
 }
 
@@ -362,6 +372,7 @@ ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms
                        const ScatterOptions& options) {
   State state = begin(band, start, terms);
   sweep(state, terms, options.sweeps);
+  if (length_of(band, state, terms) > options.give_up) return {};
   merge_splits(band, state, terms, options);
   for (int round = 0; round < 10; ++round) {
     const Poles candidates = search_residual(band, residual_of(band, state, terms), options.search_gain);

@@ -30,6 +30,7 @@ struct ScatterOptions {
   double max_damping = 0.1;
   int sweeps = 5;
   int max_modes = 200;
+  double give_up = 1e300;  ///< description length at the start's own poles from which on the fit is not carried on
 };
 
 /// Fits poles with scatter, starting from `start`: adds poles that stand out in what is left, drops those that the

@@ -58,7 +58,7 @@ double freedom(const Band& band, const Poles& poles, const ResidualTerms& terms)
 }
 
 double least_variance(const Band& band) {
-  const double size = band.h.cwiseProduct(band.weight.cast<Complex>()).squaredNorm();
+  const double size = band.energy >= 0 ? band.energy : (band.h.array().abs2() * band.weight.array().square()).sum();
   return 1e-10 * size / static_cast<double>(2 * band.h.size());
 }
 
