@@ -24,11 +24,15 @@ struct Session {
   bool quiet = false;
   int exit_code = 0;
   std::string command_line;
-  const CommandLine* command = nullptr;  ///< that runs
+  const CommandLine* command = nullptr;                      ///< that runs
+  std::vector<std::pair<std::string, std::string>> remarks;  ///< of readers and writers: file, sentence
+
+  /// Prints a remark on stderr, once, and keeps it for the JSON result.
+  void note(const std::string& file, const std::string& remark);
 
   /// Prints text for a person; nothing under --json.
   void say(const std::string& text) const;
-  /// Prints the JSON result under --json; nothing otherwise.
+  /// Prints the JSON result under --json, with `remarks` where there are any; nothing otherwise.
   void result(const io::Json& value) const;
   /// Prints warnings, and sets exit code 1 when the status is `unusable`.
   void finish(const Summary& summary);

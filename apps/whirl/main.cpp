@@ -1,5 +1,6 @@
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -13,6 +14,7 @@
 #include "commands/modal/ambient.hpp"
 #include "commands/modal/nonlinear_mode.hpp"
 #include "defaults.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/io/temporary.hpp"
 
 namespace whirl::app {
@@ -21,8 +23,22 @@ void Session::say(const std::string& text) const {
   if (!json) fmt::print("{}\n", text);
 }
 
+void Session::note(const std::string& file, const std::string& remark) {
+  const std::pair<std::string, std::string> entry{file, remark};
+  if (std::find(remarks.begin(), remarks.end(), entry) != remarks.end()) return;
+  remarks.push_back(entry);
+  fmt::print(stderr, "whirl: warning: {}: {}\n", file, remark);
+}
+
 void Session::result(const io::Json& value) const {
-  if (json) fmt::print("{}\n", value.dump());
+  if (!json) return;
+  io::Json document = value;
+  if (!remarks.empty()) {
+    io::Json list = io::Json::array();
+    for (const auto& [file, text] : remarks) list.push(io::Json::object().set("file", file).set("text", text));
+    document.set("remarks", std::move(list));
+  }
+  fmt::print("{}\n", document.dump());
 }
 
 void Session::finish(const Summary& summary) {
@@ -78,6 +94,7 @@ int run(int argc, char** argv) {
       "Example: whirl identify rundown.csv --out model.json && whirl design model.json --out controller.json");
 
   Session session;
+  io::set_remark_handler([&](const std::string& file, const std::string& text) { session.note(file, text); });
   add_info(app, session);
   add_convert(app, session);
   add_stiffness(app, session);

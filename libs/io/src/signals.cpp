@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
 namespace {
@@ -154,6 +155,7 @@ void require_channels(const Recording& recording, const std::vector<std::string>
 }  // namespace
 
 Recording recording_of(const SignalFile& file, const CsvOptions& options) {
+  for (const std::string& finding : file.findings) remark(file.source, finding);
   const std::vector<Chosen> chosen = choose(file, options.columns);
   Recording recording;
   recording.source = file.source;

@@ -157,14 +157,19 @@ TEST(AtfxProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
   EXPECT_GT(errors, 50);
 }
 
-TEST(Atfx, BinaryColumnsLongerThanTheirFileAreErrors) {
+TEST(Atfx, ABinaryColumnLongerThanItsFileIsLeftOutAndNamed) {
   const auto path = whirl::testing::data_file("atfx/test.atfx");
   WHIRL_REQUIRE_DATA(path);
   std::string text = whirl::io::read_text(path);
   for (const char* length : {"<length>11</length>", "<length>4000000000000</length>", "<length>-3</length>"}) {
     std::string wrong = text;
     wrong.replace(wrong.find("<length>10</length>"), 19, length);
-    EXPECT_THROW(whirl::io::parse_atfx(wrong, "wrong", test_part), whirl::Error) << length;
+    const auto file = whirl::io::parse_atfx(wrong, "wrong", test_part);
+    EXPECT_EQ(file.columns.size(), 7u) << length;
+    ASSERT_EQ(file.warnings.size(), 1u) << length;
+    EXPECT_NE(file.warnings[0].find("left out: binary column"), std::string::npos) << file.warnings[0];
+    ASSERT_NE(column(file, "s"), nullptr);
+    EXPECT_EQ(column(file, "s")->value[19].real(), 38);
   }
   EXPECT_THROW(whirl::io::parse_atfx("", "empty", no_parts), whirl::Error);
   EXPECT_THROW(whirl::io::parse_atfx("<a/>", "other", no_parts), whirl::Error);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -110,4 +111,49 @@ TEST(StiffnessProperty, TensorOfAnAnisotropicShaft) {
   tables.resize(1);
   EXPECT_THROW(whirl::modal::fit_anisotropic_stiffness(tables), whirl::Error);
 }
+TEST(StiffnessProperty, OneWildReadingIsNamedAndLeftOut) {
+  for (unsigned seed = 7001; seed <= 7020; ++seed) {
+    Table t = make_table(4e4, 2e9, 1e-4, 0.5, seed);
+    const Eigen::Index at = static_cast<Eigen::Index>(seed) % 21;
+    t.f[at] += (seed % 2 == 0 ? 1 : -1) * 40;
+    const auto law = whirl::modal::fit_stiffness(t.d, t.f);
+    EXPECT_EQ(law.points, 20) << seed;
+    EXPECT_LT(law.cubic_p_value, 1e-9) << seed;
+    EXPECT_NEAR(law.k2.value, 2e9, 5 * law.k2.sd) << seed;
+    bool named = false;
+    for (const std::string& w : law.summary.warnings)
+      named = named || w.starts_with("point " + std::to_string(at + 1) + " ");
+    EXPECT_TRUE(named) << seed;
+  }
+}
+
+TEST(StiffnessProperty, GoodTablesLoseNoReading) {
+  int lost = 0;
+  for (unsigned seed = 8000; seed < 8500; ++seed)
+    lost +=
+        whirl::modal::fit_stiffness(make_table(4e4, 2e9, 1e-4, 1.0, seed).d, make_table(4e4, 2e9, 1e-4, 1.0, seed).f)
+            .points < 21;
+  EXPECT_LE(lost, 4);  // one in a thousand each
+}
+
+// A gauge with noise: least squares on the force draws K2 down by about a quarter.
+TEST(StiffnessProperty, NoiseOfTheGaugeDoesNotBiasTheCubicTerm) {
+  double stated = 0, alone = 0, plain = 0;
+  const int runs = 60;
+  for (int run = 0; run < runs; ++run) {
+    std::mt19937_64 random(9000 + static_cast<unsigned>(run));
+    std::normal_distribution<double> normal;
+    Table t = make_table(8500, 5e9, 0, 0.2, 9500 + static_cast<unsigned>(run), true);
+    for (Eigen::Index i = 0; i < t.d.size(); ++i) t.d[i] += 2.5e-4 * normal(random);
+    stated += whirl::modal::fit_stiffness(t.d, t.f, {.deflection_sd = 2.5e-4}).k2.value / runs;
+    alone += whirl::modal::fit_stiffness(t.d, t.f).k2.value / runs;
+    Eigen::MatrixXd a(t.d.size(), 2);
+    a << t.d, t.d.array().cube().matrix();
+    plain += a.colPivHouseholderQr().solve(t.f)[1] / runs;
+  }
+  EXPECT_LT(plain, 0.82 * 5e9);
+  EXPECT_NEAR(stated, 5e9, 0.05 * 5e9);
+  EXPECT_NEAR(alone, 5e9, 0.08 * 5e9);
+}
+
 }  // namespace

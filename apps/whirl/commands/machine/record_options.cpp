@@ -18,20 +18,8 @@ io::CsvOptions RecordOptions::csv() const {
   return options;
 }
 
-namespace {
-
-// What a reader has to remark (cut off data, a wrong byte count, an unknown unit) is said by every command.
-Recording read_with_remarks(const std::string& file, const io::CsvOptions& options) {
-  if (io::file_format(file) == io::FileFormat::csv) return io::read_recording(file, options);
-  const io::SignalFile signals = io::read_signals(file, options);
-  for (const std::string& remark : signals.findings) fmt::print(stderr, "whirl: warning: {}: {}\n", file, remark);
-  return io::recording_of(signals, options);
-}
-
-}  // namespace
-
 Recording RecordOptions::read(const std::string& file) const {
-  const Recording record = read_with_remarks(file, csv());
+  const Recording record = io::read_recording(file, csv());
   if (rows.empty()) return record;
   long first = 0, last = 0;
   int used = 0;

@@ -4,13 +4,16 @@
 
 #include "ambient.hpp"
 #include "command.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/formats.hpp"
+#include "whirl/io/geometry.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
+#include "whirl/pages/modal_page.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -76,9 +79,23 @@ report::Table modes_table(const ModalModel& modes) {
   return table;
 }
 
+bool names_universal_file(const std::string& file) {
+  std::filesystem::path path = file;
+  if (path.extension() == ".gz") path.replace_extension();
+  return path.extension() == ".uff" || path.extension() == ".unv";
+}
+
+// The command that made a page, to which the page adds its own choice of poles.
+std::string without_selection(const std::string& line) {
+  const std::size_t at = line.find(" --select ");
+  if (at == std::string::npos) return line;
+  const std::size_t next = line.find(" -", at + 10);
+  return line.substr(0, at) + (next == std::string::npos ? "" : line.substr(next));
+}
+
 struct Options {
   std::vector<std::string> files;
-  std::string out, kind, reference, method = "plscf";
+  std::string out, kind, reference, geometry, page, method = "plscf";
   std::vector<std::string> figures;
   bool no_refine = false;
   modal::ModeOptions modes;
@@ -93,7 +110,11 @@ void find_modes(Options* o, Session& session) {
     show_fdd(io::read_recording(o->files[0]), {.band_low = o->low, .band_high = o->high}, o->out, o->figures, session);
     return;
   }
-  require_json_name(o->out);
+  const bool universal = names_universal_file(o->out);
+  if (!universal) require_json_name(o->out);
+  if (!o->page.empty() && std::filesystem::path(o->page).extension() != ".html")
+    throw Error::in_field("--page", o->page, "a name that ends in .html");
+  const io::Geometry geometry = o->geometry.empty() ? io::Geometry{} : io::read_geometry(o->geometry);
   std::vector<FrequencyResponse> parts;
   std::vector<std::string> remarks;
   for (const std::string& file : o->files) {
@@ -120,7 +141,16 @@ void find_modes(Options* o, Session& session) {
   for (const std::string& remark : remarks) modes.summary.warn(remark);
   modal::warn_of_contradictions(frf, modes);
   modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
-  if (!o->out.empty()) io::save(o->out, modes);
+  const modal::ModeShapes shapes = modal::mode_shapes(modes);
+  if (universal) {
+    io::write_uff(o->out, io::uff_from_modes(modes, shapes.points, shapes.value, geometry));
+  } else if (!o->out.empty()) {
+    io::save(o->out, modes);
+  }
+  if (!o->page.empty()) {
+    io::write_text(o->page, pages::modal_page(frf, modes, shapes, modal::stabilisation_diagram(frf, options.poles),
+                                              geometry, without_selection(session.command_line)));
+  }
   session.say(report::to_text(modes_table(modes)));
   if (modes.frequency_scatter > 0) {
     session.say(fmt::format(
@@ -157,7 +187,17 @@ void add_modes(CommandLine& app, Session& session) {
                   "frequency responses; several files: one per point hit, made with `whirl frf --reference`")
       ->input()
       ->required();
-  sub->add_option("--out", o->out, "write the modes as JSON")->output("whirl.modes");
+  sub->add_option("--out", o->out,
+                  "write the modes as JSON, or (.uff) shapes and geometry as datasets 55, 15, 82, 2412")
+      ->output("whirl.modes");
+  sub->add_option("--select", o->modes.select,
+                  "frequencies in Hz of the modes to take from the stabilisation diagram, and no others");
+  sub->add_option("--geometry", o->geometry, "places of the points: universal file or TOML, for --page and --out x.uff")
+      ->input();
+  sub->add_option("--page", o->page,
+                  "page (.html) to look at: stabilisation diagram whose poles are added and removed by a click, moving "
+                  "shapes, MAC, complexity, every FRF with its residual")
+      ->output();
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
   sub->add_option("--method", o->method,
                   "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "

@@ -69,7 +69,8 @@ void add_stiffness(CommandLine& app, Session& session) {
     std::vector<double> angles;
     std::string out, figure;
     modal::StiffnessOptions fit;
-    bool zero_known = false;
+    bool zero_known = false, keep_all = false;
+    double gauge_um = 0;
   };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
@@ -92,6 +93,9 @@ void add_stiffness(CommandLine& app, Session& session) {
         if (o->angles.size() > o->files.size())
           throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), "one per table, 1");
         o->fit.fit_offset = !o->zero_known;
+        o->fit.leave_out_outliers = !o->keep_all;
+        if (o->gauge_um != 0) require_range("--gauge-sd-um", o->gauge_um, 1e-6, 1e6, "um");
+        o->fit.deflection_sd = 1e-6 * o->gauge_um;
         std::vector<modal::DirectedStiffnessTable> tables;
         for (const double angle : o->angles) require_range("--angle-deg", angle, -360, 360, "deg");
         for (std::size_t i = 0; i < o->files.size(); ++i) {
@@ -134,6 +138,10 @@ void add_stiffness(CommandLine& app, Session& session) {
   sub->add_option("--out", o->out, "write the law as JSON")->output("whirl.stiffness|whirl.anisotropic_stiffness");
   sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)")
       ->output("figure");
+  sub->add_option("--gauge-sd-um", o->gauge_um,
+                  "standard deviation of the deflection gauge, um; without it the force "
+                  "is taken as noisy unless the scatter shows otherwise");
+  sub->add_flag("--keep-outliers", o->keep_all, "use every reading, also those far off the law of the others");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");
 }
 

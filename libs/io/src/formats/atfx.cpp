@@ -20,7 +20,13 @@
 namespace whirl::io {
 namespace {
 
-constexpr Eigen::Index kMostImplicitRows = 100'000;
+// Rows that the file does not hold: so many in all, which are 128 MB.
+constexpr double kMostImplicitRows = 8'000'000;
+
+// Concerns one column; the others can still be read.
+struct ColumnProblem : Error {
+  using Error::Error;
+};
 
 // What the instances of one base type are called in this file.
 struct Element {
@@ -76,9 +82,14 @@ class Reader {
       rows_[child(t, table, "id")] = child(t, table, "number_of_rows");
     const Element& column = elements_["AoLocalColumn"];
     if (!column.name.empty()) {
-      for (const auto& c : data.children(column.name.c_str())) read_column(c, column);
+      for (const auto& c : data.children(column.name.c_str())) {
+        keep_going([&] { read_column(c, column); });
+      }
     }
     fill_implicit();
+    const bool any = std::any_of(file_.columns.begin(), file_.columns.end(),
+                                 [](const AtfxColumn& c) { return c.size() > 0 || !c.text.empty(); });
+    if (!any && !problems_.empty()) throw Error(problems_.front());
     return std::move(file_);
   }
 
@@ -90,7 +101,22 @@ class Reader {
     std::string text;
   };
 
-  [[noreturn]] void fail(const std::string& message) const { throw Error::in_file(name_, 0, message); }
+  [[noreturn]] void fail(const std::string& message) const {
+    throw ColumnProblem(Error::in_file(name_, 0, message).what());
+  }
+
+  // A column that cannot be read is left out and named.
+  template <class Step>
+  void keep_going(Step step) {
+    try {
+      step();
+    } catch (const ColumnProblem& problem) {
+      problems_.emplace_back(problem.what());
+      std::string text = problem.what();
+      if (text.starts_with(name_ + ": ")) text = text.substr(name_.size() + 2);
+      file_.warnings.push_back("left out: " + text);
+    }
+  }
 
   void read_element(const pugi::xml_node& node) {
     Element element;
@@ -291,25 +317,27 @@ class Reader {
     for (const auto& column : file_.columns) {
       if (!column.implicit) stored[column.submatrix] = std::max(stored[column.submatrix], column.size());
     }
-    for (const auto& implicit : implicit_) {
-      AtfxColumn& column = file_.columns[implicit.column];
-      Eigen::Index rows = stored[column.submatrix];
-      const auto declared = words(rows_[implicit.table]);
-      if (rows == 0 && !declared.empty()) {
-        const double count = number(declared[0], column.name);
-        if (!(count >= 0 && count <= static_cast<double>(kMostImplicitRows))) {
-          fail(fmt::format("implicit column '{}': {} rows: must be 0 to {}", column.name, declared[0],
-                           kMostImplicitRows));
-        }
-        rows = static_cast<Eigen::Index>(count);
+    for (const auto& implicit : implicit_) keep_going([&] { fill(implicit, stored); });
+  }
+
+  void fill(const Implicit& implicit, std::map<long, Eigen::Index>& stored) {
+    AtfxColumn& column = file_.columns[implicit.column];
+    Eigen::Index rows = stored[column.submatrix];
+    const auto declared = words(rows_[implicit.table]);
+    if (rows == 0 && !declared.empty()) {
+      const double count = number(declared[0], column.name);
+      implicit_rows_ += count;
+      if (!(count >= 0 && implicit_rows_ <= kMostImplicitRows)) {
+        fail(fmt::format("implicit column '{}': {} rows: must be 0 to {}, in all implicit columns without a stored one",
+                         column.name, declared[0], kMostImplicitRows));
       }
-      if (!implicit.text.empty()) {
-        column.text.assign(static_cast<std::size_t>(rows), implicit.text);
-      } else {
-        column.value.resize(rows);
-        for (Eigen::Index i = 0; i < rows; ++i)
-          column.value[i] = implicit.start + implicit.step * static_cast<double>(i);
-      }
+      rows = static_cast<Eigen::Index>(count);
+    }
+    if (!implicit.text.empty()) {
+      column.text.assign(static_cast<std::size_t>(rows), implicit.text);
+    } else {
+      column.value.resize(rows);
+      for (Eigen::Index i = 0; i < rows; ++i) column.value[i] = implicit.start + implicit.step * static_cast<double>(i);
     }
   }
 
@@ -322,6 +350,8 @@ class Reader {
   std::map<std::string, std::string> unit_name_, unit_of_quantity_, rows_, binary_name_, binary_;
   std::map<std::string, pugi::xml_node> quantities_;
   std::vector<Implicit> implicit_;
+  std::vector<std::string> problems_;
+  double implicit_rows_ = 0;
 };
 
 }  // namespace

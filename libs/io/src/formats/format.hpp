@@ -15,7 +15,7 @@ struct Format {
   FileFormat id;
   std::string_view words;                    ///< in messages, e.g. "WAV"
   std::vector<std::string_view> extensions;  ///< the first is the one that messages name
-  /// By the first bytes of the content (4 KB at most), whatever the name says.
+  /// By the first bytes of the content (64 KB at most), whatever the name says.
   bool (*recognises)(std::string_view head);
   bool magic = false;  ///< the first bytes leave no doubt
   SignalFile (*read)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
@@ -30,6 +30,9 @@ struct Format {
 /// One function per format, in the format's own source, listed in formats.cpp.
 Format hdf5_format();
 Format mat_format();
+Format mat4_format();
+Format numpy_format();
+Format tdms_format();
 Format wav_format();
 Format lvm_format();
 Format json_format();

@@ -13,16 +13,19 @@
 namespace whirl::io {
 namespace {
 
+constexpr std::size_t kHead = (std::size_t{1} << 16) + 8;  // an HDF5 file may begin behind a user block
+
 /// In the order in which contents and endings are looked at. CSV takes what no other knows.
 const std::vector<Format>& formats() {
-  static const std::vector<Format> all = {mat_format(),  hdf5_format(), wav_format(), lvm_format(),
-                                          json_format(), atfx_format(), uff_format(), csv_format()};
+  static const std::vector<Format> all = {mat_format(),  mat4_format(), hdf5_format(), numpy_format(),
+                                          tdms_format(), wav_format(),  lvm_format(),  json_format(),
+                                          atfx_format(), uff_format(),  csv_format()};
   return all;
 }
 
 const Format& format_of(const std::filesystem::path& path) {
   ByteSource source(path);
-  std::string head(4096, '\0');
+  std::string head(kHead, '\0');
   head.resize(source.read(head.data(), head.size()));
   return *std::find_if(formats().begin(), formats().end(), [&](const Format& f) { return f.recognises(head); });
 }

@@ -266,6 +266,7 @@ namespace {
 
 /// Blocks of a universal file begin with -1 alone on a line, perhaps after some text.
 bool has_block(std::string_view head) {
+  head = head.substr(0, 4096);
   if (head.starts_with("\xEF\xBB\xBF")) head.remove_prefix(3);
   for (std::size_t at = 0; at < head.size();) {
     const std::size_t end = std::min(head.find('\n', at), head.size());

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #include "uff_text.hpp"
@@ -170,6 +171,13 @@ class Reader {
     if (steps.size() < 2) lines_.fail("abscissa minimum and increment are missing");
     f.x0 = steps[0];
     f.dx = steps[1];
+    // Start and step in full, where this program wrote them: taken when they round to the header's.
+    double start = 0, step = 0;
+    if (std::sscanf(f.id[4].c_str(), "abscissa start %lf step %lf", &start, &step) == 2 &&
+        std::abs(step - f.dx) <= 1e-5 * std::abs(f.dx) && std::abs(start - f.x0) <= 1e-5 * std::abs(f.x0)) {
+      f.x0 = start;
+      f.dx = step;
+    }
     f.abscissa = axis();
     f.ordinate = axis();
     f.denominator = axis();

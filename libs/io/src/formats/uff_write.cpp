@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/io/uff.hpp"
 
 namespace whirl::io {
@@ -46,6 +48,15 @@ void numbers(std::string& out, const std::vector<double>& values, bool single) {
   }
 }
 
+std::string labels(const std::vector<long>& nodes) {
+  std::string out;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    out += fmt::format("{:10d}", nodes[i]);
+    if ((i + 1) % 8 == 0 || i + 1 == nodes.size()) out += '\n';
+  }
+  return out;
+}
+
 std::string axis(const UffAxis& a) {
   return fmt::format("{:10d}{:5d}{:5d}{:5d} {} {}\n", a.type, 0, 0, 0, field(a.label.empty() ? "NONE" : a.label, 20),
                      field(a.unit.empty() ? "NONE" : a.unit, 20));
@@ -55,9 +66,17 @@ std::string block(int dataset, const std::string& body) {
   return fmt::format("    -1\n{:6d}\n{}    -1\n", dataset, body);
 }
 
+// The header holds six digits. Where these are not all, the fifth ID line states start and step in full.
+std::string exact_abscissa(const UffFunction& f) {
+  const auto rounded = [](double v) { return std::strtod(fmt::format("{:13.5E}", v).c_str(), nullptr); };
+  if (!f.even || (rounded(f.x0) == f.x0 && rounded(f.dx) == f.dx)) return {};
+  return fmt::format("abscissa start {:.17g} step {:.17g}", f.x0, f.dx);
+}
+
 std::string function_body(const UffFunction& f) {
   std::string out;
-  for (const auto& id : f.id) out += id_line(id);
+  const std::string exact = exact_abscissa(f);
+  for (std::size_t i = 0; i < f.id.size(); ++i) out += id_line(i == 4 && !exact.empty() ? exact : f.id[i]);
   out += fmt::format("{:5d}{:10d}{:5d}{:10d} {}{:10d}{:4d} {}{:10d}{:4d}\n", f.type, 0, 0, 0,
                      field(f.response.name, 10), f.response.node, f.response.direction, field(f.reference.name, 10),
                      f.reference.node, f.reference.direction);
@@ -124,17 +143,31 @@ std::string format_uff(const UffFile& file) {
   long index = 0;
   for (const auto& t : file.traces) {
     std::string body = fmt::format("{:10d}{:10d}{:10d}\n", ++index, t.nodes.size(), 1) + id_line(t.id);
-    for (std::size_t i = 0; i < t.nodes.size(); ++i) {
-      body += fmt::format("{:10d}", t.nodes[i]);
-      if ((i + 1) % 8 == 0 || i + 1 == t.nodes.size()) body += '\n';
+    out += block(82, body + labels(t.nodes));
+  }
+  if (!file.elements.empty()) {
+    std::string body;
+    for (const UffElement& e : file.elements) {
+      body += fmt::format("{:10d}{:10d}{:10d}{:10d}{:10d}{:10d}\n", e.label, e.type, 1, 1, 1, e.nodes.size());
+      if (e.type == 11 || (e.type >= 21 && e.type <= 24)) body += fmt::format("{:10d}{:10d}{:10d}\n", 0, 1, 1);
+      body += labels(e.nodes);
     }
-    out += block(82, body);
+    out += block(2412, body);
   }
   for (const auto& s : file.shapes) out += block(55, shape_body(s));
   for (const auto& f : file.functions) out += block(58, function_body(f));
   return out;
 }
 
-void write_uff(const std::filesystem::path& path, const UffFile& file) { write_text(path, format_uff(file)); }
+void write_uff(const std::filesystem::path& path, const UffFile& file) {
+  write_text(path, format_uff(file));
+  for (const UffFunction& f : file.functions) {
+    if (exact_abscissa(f).empty()) continue;
+    remark(path.string(), fmt::format("the format holds six digits of start and step: {:.17g} and {:.17g} stand beside "
+                                      "them in the fifth ID line, which other programs may not look at",
+                                      f.x0, f.dx));
+    break;
+  }
+}
 
 }  // namespace whirl::io

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "blows/cubic_fit.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -52,57 +53,10 @@ double branch_difference(const Eigen::VectorXd& d, const Eigen::VectorXd& residu
   return largest;
 }
 
-/// f = K1 (x - d0) + K2 (x - d0)^3 by Gauss-Newton with halved steps, from a straight line; d0 = 0 with two parameters.
-struct CubicFit {
-  CubicFit(const Eigen::VectorXd& deflection, const Eigen::VectorXd& load, Eigen::Index parameters)
-      : x(deflection), f(load), jacobian(x.size(), parameters), residual(x.size()) {
-    const double slope =
-        ((x.array() - x.mean()) * (f.array() - f.mean())).sum() / (x.array() - x.mean()).square().sum();
-    p = {slope, 0, parameters == 3 && slope != 0 ? x.mean() - f.mean() / slope : 0};
-    cost = evaluate(p);
-    for (int iteration = 0; iteration < 100 && !converged; ++iteration) improve();
-  }
-
-  void improve() {
-    const Eigen::VectorXd step = jacobian.colPivHouseholderQr().solve(residual);
-    double scale = 1;
-    Eigen::Vector3d trial = p;
-    double trial_cost = cost;
-    for (int halving = 0; halving < 30; ++halving, scale /= 2) {
-      trial = p;
-      trial.head(jacobian.cols()) += scale * step;
-      trial_cost = evaluate(trial);
-      if (trial_cost <= cost) break;
-    }
-    converged = step.norm() * scale < 1e-12 * (1 + p.norm()) || trial_cost > cost * (1 - 1e-14);
-    if (trial_cost <= cost) p = trial;
-    cost = evaluate(p);
-  }
-
-  double evaluate(const Eigen::Vector3d& q) {
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      const double u = x[i] - q[2];
-      residual[i] = f[i] - q[0] * u - q[1] * u * u * u;
-      jacobian(i, 0) = u;
-      jacobian(i, 1) = u * u * u;
-      if (jacobian.cols() == 3) jacobian(i, 2) = -q[0] - 3 * q[1] * u * u;
-    }
-    return residual.squaredNorm();
-  }
-
-  const Eigen::VectorXd& x;
-  const Eigen::VectorXd& f;
-  Eigen::Vector3d p;  ///< K1, K2, d0
-  Eigen::MatrixXd jacobian;
-  Eigen::VectorXd residual;
-  double cost = 0;
-  bool converged = false;
-};
-
 /// What is to be said of a law, its fit and the table. `ds` m, the largest deflection, and `fs` N are the fit's units.
 void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& options, double ds, double fs) {
-  const Eigen::Index n = fit.x.size();
-  const double freedom = static_cast<double>(n - fit.jacobian.cols());
+  const Eigen::Index n = fit.residual.size();
+  const double freedom = fit.freedom();
   if (!fit.converged) law.summary.fail("stiffness fit did not converge");
   if (law.k1.value <= 0) law.summary.fail("linear stiffness is not positive: check the signs of the table");
   if (ds > 0.2)
@@ -125,6 +79,61 @@ void judge(StiffnessLaw& law, const CubicFit& fit, const StiffnessOptions& optio
   if (law.hysteresis > 5.6 * neighbour && law.hysteresis > 1e-9 * fs) {
     law.summary.warn(fmt::format("loading and unloading differ by up to {:.3g} N", law.hysteresis));
   }
+}
+
+constexpr double kOutlierChance = 1e-3;  // of one table without an outlier
+
+Eigen::VectorXd all_but(const Eigen::Ref<const Eigen::VectorXd>& v, const std::vector<Eigen::Index>& odd) {
+  std::vector<double> kept;
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
+    if (std::find(odd.begin(), odd.end(), i) == odd.end()) kept.push_back(v[i]);
+  }
+  return Eigen::Map<const Eigen::VectorXd>(kept.data(), static_cast<Eigen::Index>(kept.size()));
+}
+
+// Where the noise stands. Known of the gauge: that of the force follows from what is left. Not known: noise of the
+// gauge shows as scatter that grows with the slope of the law, and is taken when that is clear.
+CubicFit choose(const Eigen::VectorXd& x, const Eigen::VectorXd& f, Eigen::Index parameters, double gauge,
+                StiffnessLaw& law) {
+  const CubicFit plain = fit_cubic(x, f, parameters, 0);
+  if (plain.freedom() < 1 || plain.cost < 1e-20 * f.squaredNorm()) return plain;
+  if (gauge > 0) {
+    double low = 0, high = 1e6 / std::abs(plain.p[0]);  // of the ratio: the cost in units of the gauge's noise grows
+    CubicFit fit = plain;
+    for (int i = 0; i < 60; ++i) {
+      const double ratio = i == 0 ? high : std::sqrt(std::max(low, 1e-9 * high) * high);
+      fit = fit_cubic(x, f, parameters, ratio);
+      const double force_sd = std::sqrt(fit.cost / fit.freedom());
+      if (ratio * force_sd > gauge) {
+        high = ratio;
+      } else {
+        low = ratio;
+        if (i == 0) break;  // less is left than the gauge alone explains
+      }
+      if (high < 1.0001 * low) break;
+    }
+    return fit;
+  }
+  CubicFit best = plain;
+  for (const double ratio : {0.5, 1.0, 2.0, 5.0, 100.0}) {
+    const CubicFit fit = fit_cubic(x, f, parameters, ratio / std::abs(plain.p[0]));
+    if (fit.converged && fit.likelihood < best.likelihood) best = fit;
+  }
+  constexpr double kClear = 4;
+  if (best.likelihood < plain.likelihood - kClear) {
+    law.summary.warn(
+        "the readings scatter more where the shaft is stiffer: noise of the deflection is taken into account");
+    return best;
+  }
+  const CubicFit other = fit_cubic(x, f, parameters, 100 / std::abs(plain.p[0]));
+  const Eigen::MatrixXd covariance =
+      plain.cost / plain.freedom() * inverse(plain.jacobian.transpose() * plain.jacobian);
+  if (other.converged && std::abs(other.p[1] - plain.p[1]) > 2 * std::sqrt(covariance(1, 1)))
+    law.summary.warn(
+        fmt::format("K2 would be {:+.0f} % if the scatter were of the deflection, not of the force: state "
+                    "the gauge's with --gauge-sd-um",
+                    100 * (other.p[1] / plain.p[1] - 1)));
+  return plain;
 }
 
 }  // namespace
@@ -151,10 +160,23 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const Eigen::VectorXd x = deflection / ds;
   const Eigen::VectorXd f = force / fs;
 
-  const CubicFit fit(x, f, parameters);
+  StiffnessLaw law;
+  const std::vector<Eigen::Index> odd =
+      options.leave_out_outliers ? outliers_of(x, f, parameters, kOutlierChance) : std::vector<Eigen::Index>{};
+  if (!odd.empty()) {
+    StiffnessOptions without = options;
+    without.leave_out_outliers = false;
+    law = fit_stiffness(all_but(deflection, odd), all_but(force, odd), without);
+    for (const Eigen::Index i : odd) {
+      law.summary.warn(fmt::format("point {} ({:.4g} m, {:.4g} N) lies far off the law of the others: left out", i + 1,
+                                   deflection[i], force[i]));
+    }
+    return law;
+  }
+  const CubicFit fit = choose(x, f, parameters, options.deflection_sd / ds, law);
   const Eigen::Vector3d& p = fit.p;
   const Eigen::MatrixXd& jacobian = fit.jacobian;
-  const double freedom = static_cast<double>(n - parameters);
+  const double freedom = fit.freedom();
   const double variance = freedom > 0 ? fit.cost / freedom : 0;
   const Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   const Eigen::MatrixXd covariance = variance * inverse(information);
@@ -162,7 +184,6 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const double t = boost::math::quantile(student, 0.5 + options.confidence / 2);
   Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
 
-  StiffnessLaw law;
   law.points = n;
   law.k1 = with_interval(p[0] * fs / ds, std::sqrt(covariance(0, 0)) * fs / ds, t);
   law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), std::sqrt(covariance(1, 1)) * fs / std::pow(ds, 3), t);

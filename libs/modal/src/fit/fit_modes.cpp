@@ -118,9 +118,10 @@ bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms
   const double width = -scatter.poles[at].real(), spread = scatter.spread(static_cast<Index>(at), 1);
   if (spread > 2.25 * width * width || !is_one_mode(band, scatter, at)) return false;
   // Several windows are looked at, and what far poles leave in them is taken as known: only a clear gain counts.
-  constexpr double kClear = 60;
+  // More where the weights are guessed: their error also differs between FRFs.
+  const double clear = band.guessed_weight && !band.common_weight ? 250 : 60;
   return description_length(window, scatter, local) <
-         description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - kClear;
+         description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - clear;
 }
 
 // True when the poles of single FRFs stray from the common ones by more than noise explains, or when two poles stand so
@@ -191,6 +192,9 @@ Solution solution_of(ScatterFit fit, const ResidualTerms& terms) {
   return solution;
 }
 
+// What the weights add to a description length: with it, fits of the same data under other weights compare.
+double weight_length(const Band& band) { return -4 * band.weight.array().log().sum(); }
+
 Solution solve(const Band& band, const Band& equal, const Poles& start, ResidualTerms terms,
                const ModeOptions& options) {
   Refined state = fit_white(band, equal, start, terms, options);
@@ -220,7 +224,10 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     });
     if (!scatter.poles.empty() && !hides &&
         description_length(band, scatter, terms) < length_of(band, state, terms, scatter.correlated)) {
-      return solution_of(std::move(scatter), terms);
+      const double length = description_length(band, scatter, terms) + weight_length(band);
+      Solution solution = solution_of(std::move(scatter), terms);
+      solution.length = length;
+      return solution;
     }
   }
   // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
@@ -239,18 +246,46 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
       terms = other;
     }
   }
-  return solution_of(band, state, terms, true);
+  Solution solution = solution_of(band, state, terms, true);
+  solution.length = length_of(band, state, terms, 1) + weight_length(band);
+  return solution;
 }
 
 }  // namespace
 
 namespace {
 
+constexpr double kStructured = 1.5;  // lines that hang together: more than chance
+
 // A pole costs two parameters per channel and two of its own, each half the logarithm of the data: a tenth above that,
 // it is taken. Few data say little of what chance and small model errors can do.
 double least_gain(const Band& band) {
+  if (band.guessed_weight && !band.common_weight) return 25;  // the noise itself is only guessed
   const auto channels = static_cast<double>(band.channels());
   return std::clamp(1.1 * std::log(2.0 * static_cast<double>(band.h.size())) * (1 + 1 / channels), 14.0, 25.0);
+}
+
+// The diagram's poles nearest to the frequencies asked for: stable ones first, of the higher orders the median.
+Poles pick(const StabilisationDiagram& diagram, const std::vector<double>& frequencies, double decay) {
+  constexpr double kReachOfHand = 0.02;
+  Poles picked;
+  for (const double f : frequencies) {
+    require_range("--select", f, 1e-9, 1e9, "Hz");
+    const StabilisationPole* nearest = nullptr;
+    double best = kReachOfHand;
+    for (const StabilisationPole& pole : diagram.poles) {
+      const double distance = std::abs(pole.frequency() / f - 1) + (pole.stable() ? 0 : kReachOfHand / 2);
+      const Complex p = pole.pole + decay;
+      if (distance >= best || !(p.real() < 0) || std::find(picked.begin(), picked.end(), p) != picked.end()) continue;
+      best = distance;
+      nearest = &pole;
+    }
+    if (nearest == nullptr)
+      throw Error(
+          fmt::format("--select {:g} Hz: no pole of any order lies within {:g} % of it", f, 100 * kReachOfHand));
+    picked.push_back(nearest->pole + decay);
+  }
+  return picked;
 }
 
 }  // namespace
@@ -282,16 +317,33 @@ ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& asked
     const Complex p = cluster.pole + band.decay;
     if (p.real() < 0) start.push_back(p);
   }
+  Band equal;
   Solution solution;
-  if (options.refine) {
-    const Band equal = band.common_weight
-                           ? Band{}
-                           : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
+  if (!options.select.empty()) {
+    start = pick(diagram, options.select, band.decay);
+    Refined state = refine(band, start, start.size(), terms, options.refine ? options.max_iterations : 0);
+    state.converged = state.converged || !options.refine;
+    solution = solution_of(band, state, terms, options.refine);
+  } else if (options.refine) {
+    equal = band.common_weight ? Band{}
+                               : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
     solution = solve(band, equal, start, terms, options);
   } else {
     Refined state{start, fit_poles(band, start, terms, true), true};
     state.residual = residual_of(band, start, terms, state.fit);
     solution = solution_of(band, state, terms, false);
+  }
+  const bool measured_weight = !band.guessed_weight && !band.common_weight;
+  if (options.refine && options.select.empty() && measured_weight &&
+      asked.poles.weighting == LineWeighting::automatic && solution.correlated > kStructured) {
+    // What the blows differ by may be no noise of single lines but the structure itself, which warms or loosens from
+    // blow to blow: then every FRF has poles of its own, and the noise beside it is even.
+    Solution other = solve(equal, Band{}, start, terms, options);
+    if (other.length < solution.length) {
+      ModalModel model = to_model(frf, equal, other);
+      for (const std::string& name : dead) model.summary.warn("channel " + name + " is zero on every line: left out");
+      return model;
+    }
   }
   if (band.guessed_weight && !band.common_weight && solution.correlated > 5) {
     // The scatter between lines said that the noise grows with |H|, but structure that the model leaves outweighs it.

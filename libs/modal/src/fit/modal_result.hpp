@@ -16,6 +16,7 @@ struct Solution {
   std::vector<Poles> local;  ///< poles of each channel, where they differ
   Eigen::MatrixXd spread;    ///< as in ScatterFit
   double frequency_scatter = 0, damping_scatter = 0;
+  double length = 0;  ///< description length with the weights: compares fits under other weights
 };
 
 /// The model of a solution, with its warnings.

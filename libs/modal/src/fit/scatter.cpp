@@ -333,6 +333,37 @@ void merge_splits(const Band& band, State& state, const ResidualTerms& terms, co
   }
 }
 
+// How much more the mean of the channels' offsets varies than if every channel strayed on its own: FRFs of one
+// reference (or of one response) may have been measured together. Analysis of variance over the groups, all modes taken
+// together; `part`: 0 damping, 1 frequency.
+double design_effect(const Band& band, const State& state, Index part) {
+  double effect = 1;
+  for (const bool by_column : {false, true}) {
+    const Index groups = by_column ? band.grid.cols() : band.grid.rows(), members = band.grid.size() / groups;
+    if (groups < 2 || members < 2) continue;
+    double between = 0, within = 0;
+    for (std::size_t r = 0; r < state.poles.size(); ++r) {
+      if (!state.inside(static_cast<Index>(r))) continue;
+      MatrixXd offset(members, groups);
+      for (Index g = 0; g < groups; ++g) {
+        for (Index m = 0; m < members; ++m) {
+          const int c = by_column ? band.grid(m, g) : band.grid(g, m);
+          const Complex d = state.local[static_cast<std::size_t>(c)].poles[r] - state.poles[r];
+          offset(m, g) = (part == 0 ? d.real() : d.imag()) / std::abs(state.poles[r]);
+        }
+      }
+      const Eigen::RowVectorXd mean = offset.colwise().mean();
+      between +=
+          static_cast<double>(members) * (mean.array() - mean.mean()).square().sum() / static_cast<double>(groups - 1);
+      within += (offset.rowwise() - mean).squaredNorm() / static_cast<double>(groups * (members - 1));
+    }
+    const auto m = static_cast<double>(members);
+    const double share = (between - within) / std::max(between + (m - 1) * within, 1e-300);
+    effect = std::max(effect, 1 + (m - 1) * std::clamp(share, 0.0, 1.0));
+  }
+  return effect;
+}
+
 }  // namespace
 
 double correlated_lines(const Band& band, const Eigen::MatrixXcd& residual) {
@@ -408,6 +439,17 @@ ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms
   MatrixXd information = eliminate(state).information;
   information.diagonal() *= 1 + 1e-12;
   result.covariance = information.ldlt().solve(MatrixXd::Identity(n, n));
+  for (Index part = 0; part < 2; ++part) {
+    // So many channels count as one; the spread was estimated as if each counted.
+    const double effect = design_effect(band, state, part), channels = static_cast<double>(band.channels());
+    const double larger = std::sqrt(std::max(1.0, (channels - 1) / std::max(1.0, channels - effect)));
+    const double widen = std::sqrt(effect) * larger;
+    (part == 0 ? result.damping_scatter : result.frequency_scatter) *= larger;
+    for (Index r = part; r < n; r += 2) {
+      result.covariance.row(r) *= widen;
+      result.covariance.col(r) *= widen;
+    }
+  }
   result.residues.resize(n + terms.count(), band.channels());
   result.cost.resize(band.channels());
   result.rise = VectorXd::Zero(n / 2);

@@ -40,7 +40,7 @@ struct SignalFile {
   std::vector<std::string> findings = {};  ///< what is suspicious, one sentence each
 };
 
-enum class FileFormat { csv, uff, atfx, mat, hdf5, wav, lvm, json };
+enum class FileFormat { csv, uff, atfx, mat, mat4, hdf5, numpy, tdms, wav, lvm, json };
 /// The format of a file by its first bytes, whatever its name says; what is none of the others is taken for CSV.
 FileFormat file_format(const std::filesystem::path& path);
 

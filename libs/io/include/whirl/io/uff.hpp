@@ -104,7 +104,7 @@ struct UffFile {
 UffFile read_uff(const std::filesystem::path& path);
 UffFile parse_uff(std::string_view bytes, std::string_view name);
 
-/// Writes datasets 151, 164, 15, 82, 55 and 58 (ASCII) as present. Text fields longer than their columns are cut.
+/// Writes datasets 151, 164, 15, 82, 2412, 55 and 58 (ASCII) as present. Text fields longer than their columns are cut.
 void write_uff(const std::filesystem::path& path, const UffFile& file);
 std::string format_uff(const UffFile& file);
 

@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "arrays.hpp"
-#include "format.hpp"
+#include "formats/arrays/arrays.hpp"
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -32,7 +32,18 @@ enum : std::uint32_t {
   kMatrix = 14,
   kCompressed = 15
 };
-enum : unsigned { kCell = 1, kStruct = 2, kObject = 3, kChar = 4, kSparse = 5, kDoubleClass = 6, kUint64Class = 15 };
+enum : unsigned {
+  kCell = 1,
+  kStruct = 2,
+  kObject = 3,
+  kChar = 4,
+  kSparse = 5,
+  kDoubleClass = 6,
+  kUint64Class = 15,
+  kFunction = 16,
+  kOpaque = 17
+};
+constexpr int kMostNested = 32;
 constexpr std::size_t kMostInflated = std::size_t{1} << 30;
 
 struct Element {
@@ -80,9 +91,9 @@ class Reader {
         const std::string inflated = inflate_all(element);
         std::size_t inner = 0;
         const Element matrix = next(inflated, inner, element.at, false);
-        if (matrix.type == kMatrix) read_matrix(matrix);
+        if (matrix.type == kMatrix) read_matrix(matrix, "", "", 0);
       } else if (element.type == kMatrix) {
-        read_matrix(element);
+        read_matrix(element, "", "", 0);
       } else {
         file_.contents.push_back(fmt::format("element of type {} (passed over)", element.type));
       }
@@ -198,7 +209,8 @@ class Reader {
     return m;
   }
 
-  void read_matrix(const Element& matrix) {
+  // Fields of a structure and parts of a cell array are matrices of their own, without a name.
+  void read_matrix(const Element& matrix, const std::string& group, const std::string& given, int depth) {
     std::size_t at = 0;
     const auto part = [&] { return next(matrix.data, at, matrix.at, true); };
     if (matrix.data.empty()) return;  // an empty matrix has no parts
@@ -207,39 +219,79 @@ class Reader {
     const auto word = get<std::uint32_t>(flags.data, 0);
     const unsigned kind = word & 0xFF;
     const bool complex = (word & 0x800) != 0;
-    const Element sizes = part();
-    if (sizes.type != kInt32 || sizes.data.size() < 8) fail(sizes.at, "array dimensions are expected");
-    const Element label = part();
-    const std::string name(label.data);
-    if (kind == kCell || kind == kStruct || kind == kObject || kind == kSparse) {
-      file_.contents.push_back(fmt::format("'{}': {} (passed over)", name,
-                                           kind == kCell     ? "cell array"
-                                           : kind == kStruct ? "structure"
-                                           : kind == kObject ? "object"
-                                                             : "sparse matrix"));
+    const Element sizes = kind == kOpaque ? Element{} : part();
+    if (kind != kOpaque && (sizes.type != kInt32 || sizes.data.size() < 8))
+      fail(sizes.at, "array dimensions are expected");
+    const std::string name = given.empty() ? std::string(part().data) : (part(), given);
+    const std::string full = group.empty() ? name : group + "." + name;
+    // Checked against the bytes before anything is allocated.
+    std::vector<std::size_t> shape;
+    double count = 1;
+    for (std::size_t d = 0; d + 4 <= sizes.data.size(); d += 4) {
+      const auto size = get<std::int32_t>(sizes.data, d);
+      count *= size;
+      if (size < 0 || count > static_cast<double>(matrix.data.size()))
+        fail(sizes.at, fmt::format("variable '{}': {:g} values in {} bytes", full, count, matrix.data.size()));
+      shape.push_back(static_cast<std::size_t>(size));
+    }
+    const auto elements = static_cast<std::size_t>(count);
+    if (kind == kCell || kind == kStruct) {
+      if (depth > kMostNested) fail(matrix.at, fmt::format("variable '{}': nested deeper than {}", full, kMostNested));
+      if (kind == kStruct) {
+        read_structure(matrix, at, full, elements, depth);
+      } else {
+        for (std::size_t i = 0; i < elements && at < matrix.data.size(); ++i)
+          read_matrix(next(matrix.data, at, matrix.at, true), group, fmt::format("{}{{{}}}", name, i + 1), depth + 1);
+      }
       return;
     }
-    // Dimensions beyond the second are taken together. Checked against the bytes before anything is allocated.
-    double rows = get<std::int32_t>(sizes.data, 0), columns = 1;
-    for (std::size_t d = 4; d + 4 <= sizes.data.size(); d += 4) columns *= get<std::int32_t>(sizes.data, d);
-    if (!(rows >= 0 && columns >= 0 && rows * columns <= static_cast<double>(matrix.data.size()))) {
-      fail(sizes.at,
-           fmt::format("variable '{}': {:g} x {:g} values in {} bytes", name, rows, columns, matrix.data.size()));
-    }
-    if (kind == kChar || rows * columns == 0) {
-      file_.contents.push_back(fmt::format("'{}': {}", name, kind == kChar ? "text" : "empty"));
+    if (kind == kChar || count == 0) {
+      file_.contents.push_back(fmt::format("'{}': {}", full, kind == kChar ? "text" : "empty"));
       return;
     }
     if (kind < kDoubleClass || kind > kUint64Class) {
-      file_.contents.push_back(fmt::format("'{}': class {} (passed over)", name, kind));
+      file_.contents.push_back(fmt::format("'{}': {} (passed over)", full, class_name(kind)));
       return;
     }
     NamedArray array;
+    array.group = group;
     array.name = name;
-    array.value = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
-    if (complex)
-      array.imaginary = numbers(part(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns), name);
+    while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
+    while (shape.size() > 3) {  // dimensions beyond the third are taken together
+      shape[shape.size() - 2] *= shape.back();
+      shape.pop_back();
+    }
+    const auto total = static_cast<Eigen::Index>(elements);
+    const Eigen::VectorXd real = numbers(part(), total, 1, full);
+    const Eigen::VectorXd imaginary = complex ? Eigen::VectorXd(numbers(part(), total, 1, full)) : Eigen::VectorXd();
+    set_values(array, real, imaginary, shape, true);
     arrays_.push_back(std::move(array));
+  }
+
+  void read_structure(const Element& matrix, std::size_t at, const std::string& full, std::size_t elements, int depth) {
+    const Element length = next(matrix.data, at, matrix.at, true);
+    if (length.type != kInt32 || length.data.size() < 4) fail(length.at, "length of field names is expected");
+    const auto width = get<std::int32_t>(length.data, 0);
+    if (width < 1 || width > 1024) fail(length.at, fmt::format("field names of {} bytes: must be 1 to 1024", width));
+    const Element names = next(matrix.data, at, matrix.at, true);
+    const std::size_t fields = names.data.size() / static_cast<std::size_t>(width);
+    for (std::size_t i = 0; i < elements; ++i) {
+      const std::string group = elements == 1 ? full : fmt::format("{}({})", full, i + 1);
+      for (std::size_t f = 0; f < fields && at < matrix.data.size(); ++f) {
+        const std::string_view raw =
+            names.data.substr(f * static_cast<std::size_t>(width), static_cast<std::size_t>(width));
+        const std::string field(raw.substr(0, raw.find('\0')));
+        read_matrix(next(matrix.data, at, matrix.at, true), group, field.empty() ? "field" : field, depth + 1);
+      }
+    }
+  }
+
+  static const char* class_name(unsigned kind) {
+    return kind == kObject     ? "object"
+           : kind == kSparse   ? "sparse matrix"
+           : kind == kFunction ? "function handle"
+           : kind == kOpaque   ? "object of a class"
+                               : "unknown class";
   }
 
   std::string_view bytes_;
@@ -306,6 +358,7 @@ Format mat_format() {
     return parse_mat(read_text(path), path.string());
   };
   f.write = write_mat;
+  f.read_responses = responses_of_file<mat_format>;
   return f;
 }
 

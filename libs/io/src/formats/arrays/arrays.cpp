@@ -1,8 +1,11 @@
-#include "arrays.hpp"
+#include "formats/arrays/arrays.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
+#include <set>
 
 namespace whirl::io {
 namespace {
@@ -29,12 +32,15 @@ bool is_vector(const NamedArray& array) {
 bool take_axis(const NamedArray& array, Axes& axes, SignalFile& file) {
   const std::string word = word_of(array);
   const double scalar = array.value.size() == 1 ? array.value(0, 0) : 0;
-  if (scalar > 0 && (word == "dt" || word == "fs" || word == "rate")) {
+  if (scalar > 0 && (word == "dt" || word == "fs" || word == "rate" || word == "sample_rate" ||
+                     word == "sampling_rate" || word == "samplerate")) {
     const Signal s = make_signal(array.name, array.unit, Eigen::VectorXd::Constant(1, scalar));
     axes.step = word == "dt" ? s.value[0] : 1 / s.value[0];
     return true;
   }
-  const bool time = word == "t" || word == "time", frequency = word == "freq" || word == "frequency";
+  static const std::set<std::string> kTimes = {"t", "time", "times"},
+                                     kFrequencies = {"freq", "freqs", "frequency", "frequencies"};
+  const bool time = kTimes.contains(word), frequency = kFrequencies.contains(word);
   if (!is_vector(array) || !(time || frequency)) return false;
   const Eigen::Map<const Eigen::VectorXd> values(array.value.data(), array.value.size());
   const Signal s = make_signal(array.name, array.unit, values);
@@ -46,7 +52,50 @@ bool take_axis(const NamedArray& array, Axes& axes, SignalFile& file) {
   return true;
 }
 
+// Of the group or, where it has none, of the nearest group about it.
+const Axes& axes_of(const std::map<std::string, Axes>& groups, std::string group) {
+  while (true) {
+    const auto found = groups.find(group);
+    if (found != groups.end() && (found->second.times > 0 || found->second.frequencies > 0 || found->second.step > 0))
+      return found->second;
+    if (group.empty()) {
+      static const Axes none;
+      return none;
+    }
+    const std::size_t cut = group.find_last_of("./");
+    group.resize(cut == std::string::npos ? 0 : cut);
+  }
+}
+
 }  // namespace
+
+void set_values(NamedArray& array, const Eigen::VectorXd& real, const Eigen::VectorXd& imaginary,
+                const std::vector<std::size_t>& shape, bool columns_first) {
+  std::vector<Eigen::Index> n;
+  for (const std::size_t size : shape) n.push_back(static_cast<Eigen::Index>(size));
+  while (n.size() < 2) n.push_back(1);
+  if (n.size() == 2) n.push_back(1);
+  const auto at = [&](Eigen::Index i, Eigen::Index j, Eigen::Index k) {
+    return columns_first ? i + n[0] * (j + n[1] * k) : (i * n[1] + j) * n[2] + k;
+  };
+  const bool three = shape.size() > 2;
+  const std::size_t lines = three ? static_cast<std::size_t>(std::max_element(n.begin(), n.end()) - n.begin()) : 0;
+  const std::size_t outer = lines == 0 ? 1 : 0, inner = lines == 2 ? 1 : 2;
+  array.inner = three ? n[inner] : 0;
+  const auto arranged = [&](const Eigen::VectorXd& v) {
+    Eigen::MatrixXd m(n[lines], n[outer] * n[inner]);
+    std::array<Eigen::Index, 3> index{};
+    for (index[0] = 0; index[0] < n[0]; ++index[0]) {
+      for (index[1] = 0; index[1] < n[1]; ++index[1]) {
+        for (index[2] = 0; index[2] < n[2]; ++index[2])
+          m(index[lines], index[outer] * n[inner] + index[inner]) = v[at(index[0], index[1], index[2])];
+      }
+    }
+    return m;
+  };
+  array.value = arranged(real);
+  if (imaginary.size() > 0) array.imaginary = arranged(imaginary);
+}
 
 void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
   std::map<std::string, Axes> groups;
@@ -59,8 +108,8 @@ void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
       if (array.value.size() == 1) file.contents.push_back(fmt::format("{} = {:g}", array.name, array.value(0, 0)));
       continue;
     }
-    const Axes& axes = groups[array.group];
-    const bool along_rows = array.value.rows() >= array.value.cols();
+    const Axes& axes = axes_of(groups, array.group);
+    const bool along_rows = array.inner > 0 || array.value.rows() >= array.value.cols();
     const Eigen::Index length = along_rows ? array.value.rows() : array.value.cols();
     const Eigen::Index channels = along_rows ? array.value.cols() : array.value.rows();
     SignalTable table;
@@ -79,7 +128,11 @@ void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
         return along_rows ? Eigen::VectorXd(m.col(c)) : Eigen::VectorXd(m.row(c).transpose());
       };
       Signal signal = make_signal(array.name, array.unit, part(array.value));
-      if (channels > 1) signal.name += fmt::format("({})", c + 1);
+      if (array.inner > 0) {
+        signal.name += fmt::format("({},{})", c / array.inner + 1, c % array.inner + 1);
+      } else if (channels > 1) {
+        signal.name += fmt::format("({})", c + 1);
+      }
       if (array.imaginary.size() > 0)
         signal.imaginary = make_signal(array.name, array.unit, part(array.imaginary)).value;
       add_signal(file, table, std::move(signal));

@@ -5,13 +5,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstring>
 
-#include "arrays.hpp"
-#include "format.hpp"
+#include "formats/arrays/arrays.hpp"
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
@@ -79,6 +80,15 @@ struct Visit {
   hsize_t length = 0;            ///< of the channels, where rows are chosen
 };
 
+/// Step in s by the words for it and for the sample rate that programs write; 0 = none.
+double step_attribute(hid_t object) {
+  if (const double step = number_attribute(object, "dt"); step > 0) return step;
+  for (const char* name : {"fs", "sample_rate", "sampling_rate", "sampling_frequency", "samplerate"}) {
+    if (const double rate = number_attribute(object, name); rate > 0) return 1 / rate;
+  }
+  return 0;
+}
+
 /// Name and attributes of a dataset, without its values.
 NamedArray array_head(hid_t data, const std::string& path) {
   NamedArray array;
@@ -87,10 +97,42 @@ NamedArray array_head(hid_t data, const std::string& path) {
   array.name = slash == std::string::npos ? path : path.substr(slash + 1);
   array.unit = text_attribute(data, "unit");
   if (array.unit.empty()) array.unit = text_attribute(data, "units");
-  array.step = number_attribute(data, "dt");
-  if (const double rate = number_attribute(data, "fs"); array.step <= 0 && rate > 0) array.step = 1 / rate;
+  array.step = step_attribute(data);
   array.start = number_attribute(data, "t0");
+  // Failing that, of the groups about it.
+  const Id file(H5Iget_file_id(data), H5Fclose);
+  for (std::string group = array.group; array.step <= 0; group.resize(group.find_last_of('/') + 1)) {
+    while (group.ends_with('/')) group.pop_back();
+    const Id parent(H5Oopen(file, group.empty() ? "/" : group.c_str(), H5P_DEFAULT), H5Oclose);
+    if (parent >= 0) array.step = step_attribute(parent);
+    if (parent >= 0 && array.step > 0) array.start = number_attribute(parent, "t0");
+    if (group.empty()) break;
+  }
   return array;
+}
+
+/// Three dimensions, as frequency responses of several points to several references have. MATLAB's are reversed.
+void read_cube(Visit& visit, const char* path, hid_t data, hid_t type, bool complex, std::vector<std::size_t> shape,
+               bool reversed) {
+  const auto read = [&](hid_t memory) {
+    Eigen::VectorXd flat(static_cast<Eigen::Index>(shape[0] * shape[1] * shape[2]));
+    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, flat.data()) < 0)
+      visit.problem = fmt::format("dataset '{}' cannot be read: damaged", path);
+    return flat;
+  };
+  const auto member = [&](unsigned part) {
+    char* name = H5Tget_member_name(type, part);
+    const Id memory(H5Tcreate(H5T_COMPOUND, sizeof(double)), H5Tclose);
+    H5Tinsert(memory, name, 0, H5T_NATIVE_DOUBLE);
+    H5free_memory(name);
+    return read(memory);
+  };
+  NamedArray array = array_head(data, path);
+  const Eigen::VectorXd real = complex ? member(0) : read(H5T_NATIVE_DOUBLE);
+  const Eigen::VectorXd imaginary = complex ? member(1) : Eigen::VectorXd();
+  if (reversed) std::reverse(shape.begin(), shape.end());
+  set_values(array, real, imaginary, shape, reversed);
+  if (visit.problem.empty()) visit.arrays.push_back(std::move(array));
 }
 
 void read_dataset(Visit& visit, const char* path) {
@@ -104,19 +146,25 @@ void read_dataset(Visit& visit, const char* path) {
   const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 &&
                        H5Tget_member_class(type, 0) == H5T_FLOAT && H5Tget_member_class(type, 1) == H5T_FLOAT;
   const std::string matlab = text_attribute(data, "MATLAB_class");
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || matlab == "char") {
-    visit.result.contents.push_back(
-        fmt::format("'{}': {} (passed over)", path, kind == H5T_STRING || matlab == "char" ? "text" : "not numeric"));
+  const bool other = !matlab.empty() && matlab != "double" && matlab != "single" && matlab != "logical" &&
+                     !matlab.starts_with("int") && !matlab.starts_with("uint");
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || other) {
+    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path,
+                                                kind == H5T_STRING || matlab == "char" ? "text"
+                                                : matlab == "function_handle"          ? "function handle"
+                                                : other                                ? matlab
+                                                                                       : "not numeric"));
     return;
   }
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[H5S_MAX_RANK] = {};
-  if (rank < 0 || rank > 2 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {
+  if (rank < 0 || rank > 3 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {
     visit.result.contents.push_back(fmt::format("'{}': {} dimensions (passed over)", path, rank));
     return;
   }
   const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1,
-               columns = rank > 1 ? static_cast<double>(sizes[1]) : 1;
+               columns =
+                   (rank > 1 ? static_cast<double>(sizes[1]) : 1) * (rank > 2 ? static_cast<double>(sizes[2]) : 1);
   // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
   const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
   if (rows * columns * static_cast<double>(H5Tget_size(type)) > 1100 * stored || rows * columns > 1e9) {
@@ -125,6 +173,10 @@ void read_dataset(Visit& visit, const char* path) {
     return;
   }
   if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
+  if (rank == 3) {
+    read_cube(visit, path, data, type, complex, {sizes, sizes + 3}, !matlab.empty());
+    return;
+  }
   NamedArray array = array_head(data, path);
   hid_t from = H5S_ALL, into = H5S_ALL;
   const int axis = columns > rows ? 1 : 0;  // the longer side is the time
@@ -300,7 +352,11 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
 
 Format hdf5_format() {
   Format f{FileFormat::hdf5, "HDF5", {".h5", ".hdf5", ".mat"}, [](std::string_view head) {
-             return head.starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8)) || head.starts_with("MATLAB 7.3");
+             // Behind a user block of 512 bytes or a power of two times that.
+             for (std::size_t at = 0; at < head.size(); at = at == 0 ? 512 : 2 * at) {
+               if (head.substr(at).starts_with(std::string_view("\x89HDF\r\n\x1a\n", 8))) return true;
+             }
+             return head.starts_with("MATLAB 7.3");
            }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
@@ -310,6 +366,7 @@ Format hdf5_format() {
   };
   f.write = write_hdf5;
   f.stream = stream_hdf5;
+  f.read_responses = responses_of_file<hdf5_format>;
   return f;
 }
 

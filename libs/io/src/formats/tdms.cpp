@@ -1,0 +1,291 @@
+// TDMS of LabVIEW, read. Layout: National Instruments, TDMS File Format Internal Structure: segments, each with a
+// lead-in of 28 bytes, new or repeated descriptions of channels, and their raw data in chunks.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <map>
+
+#include "formats/arrays/bytes.hpp"
+#include "formats/format.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/io/file.hpp"
+
+namespace whirl::io {
+namespace {
+
+enum : std::uint32_t { kMetaData = 2, kNewList = 4, kRawData = 8, kInterleaved = 32, kBigEndian = 64, kDaqmx = 128 };
+enum : std::uint32_t { kString = 0x20, kBoolean = 0x21, kTimestamp = 0x44 };
+constexpr std::size_t kLeadIn = 28;
+
+struct ValueType {
+  NumberType type;
+  bool complex = false;
+};
+
+std::optional<ValueType> value_type(std::uint32_t code) {
+  switch (code) {
+    case 1:
+      return ValueType{NumberType::int8};
+    case 2:
+      return ValueType{NumberType::int16};
+    case 3:
+      return ValueType{NumberType::int32};
+    case 4:
+      return ValueType{NumberType::int64};
+    case 5:
+    case kBoolean:
+      return ValueType{NumberType::uint8};
+    case 6:
+      return ValueType{NumberType::uint16};
+    case 7:
+      return ValueType{NumberType::uint32};
+    case 8:
+      return ValueType{NumberType::uint64};
+    case 9:
+    case 0x19:
+      return ValueType{NumberType::float32};
+    case 10:
+    case 0x1A:
+      return ValueType{NumberType::float64};
+    case 0x08000C:
+      return ValueType{NumberType::float32, true};
+    case 0x10000D:
+      return ValueType{NumberType::float64, true};
+    default:
+      return {};
+  }
+}
+
+struct Channel {
+  std::uint32_t type = 0;
+  std::uint64_t count = 0;  ///< values a chunk
+  std::uint64_t bytes = 0;  ///< of a chunk
+  std::string unit = {};
+  double step = 0, start = 0;
+  double slope = 1, offset = 0;  ///< linear scaling
+  bool scaled = false;
+  std::string data = {};  ///< raw values, all of one byte order
+  bool big = false;
+};
+
+class Reader {
+ public:
+  Reader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
+    file_.source = name;
+    file_.format = "TDMS";
+  }
+
+  SignalFile read() {
+    while (at_ < bytes_.size() && read_segment()) {
+    }
+    for (const std::string& path : order_) add(path);
+    return std::move(file_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw Error::in_file(file_.source, 0, fmt::format("byte {}: {}", at_, message));
+  }
+  void need(std::size_t count) const {
+    if (bytes_.size() - at_ < count) fail("file ends inside a description");
+  }
+  template <class T>
+  T take() {
+    need(sizeof(T));
+    const T value = number_at<T>(bytes_, at_, big_);
+    at_ += sizeof(T);
+    return value;
+  }
+  std::string take_text() {
+    const auto length = take<std::uint32_t>();
+    need(length);
+    std::string text(bytes_.substr(at_, length));
+    at_ += length;
+    return text;
+  }
+
+  bool read_segment() {
+    if (bytes_.size() - at_ < kLeadIn) {
+      file_.findings.push_back("the last segment is cut off inside its lead-in");
+      return false;
+    }
+    if (bytes_.substr(at_, 4) != "TDSm") fail("a segment must begin with TDSm");
+    const auto contents = number_at<std::uint32_t>(bytes_, at_ + 4, false);
+    big_ = (contents & kBigEndian) != 0;
+    if ((contents & kDaqmx) != 0) fail("raw data of DAQmx devices cannot be read: save them as waveforms");
+    const auto length = number_at<std::uint64_t>(bytes_, at_ + 12, big_);
+    const auto raw = number_at<std::uint64_t>(bytes_, at_ + 20, big_);
+    const std::size_t body = at_ + kLeadIn, left = bytes_.size() - body;
+    if (length > left) file_.findings.push_back("the last segment is cut off: read as far as it goes");
+    const std::size_t end = length > left ? bytes_.size() : body + static_cast<std::size_t>(length);
+    if (raw > end - body) fail("raw data lie beyond the end of the file");
+    at_ = body;
+    if ((contents & kMetaData) != 0) read_descriptions((contents & kNewList) != 0);
+    at_ = body + static_cast<std::size_t>(raw);
+    if ((contents & kRawData) != 0) read_raw(bytes_.substr(at_, end - at_), (contents & kInterleaved) != 0);
+    at_ = end;
+    return true;
+  }
+
+  void read_descriptions(bool new_list) {
+    if (new_list) active_.clear();
+    const auto objects = take<std::uint32_t>();
+    for (std::uint32_t i = 0; i < objects; ++i) {
+      const std::string path = take_text();
+      const auto index = take<std::uint32_t>();
+      const bool known = channels_.contains(path);
+      Channel& channel = channels_[path];
+      if (!known) order_.push_back(path);
+      if (index == 0x00001269 || index == 0x00001369) fail("raw data of DAQmx devices cannot be read");
+      if (index != 0xFFFFFFFF) {
+        if (index != 0) read_index(channel);
+        if (std::find(active_.begin(), active_.end(), path) == active_.end()) active_.push_back(path);
+      }
+      const auto properties = take<std::uint32_t>();
+      for (std::uint32_t p = 0; p < properties; ++p) read_property(channel);
+    }
+  }
+
+  void read_index(Channel& channel) {
+    const auto type = take<std::uint32_t>();
+    if (!channel.data.empty() && type != channel.type) fail("a channel changes its type of number");
+    channel.type = type;
+    if (take<std::uint32_t>() != 1) fail("array dimension: must be 1");
+    channel.count = take<std::uint64_t>();
+    if (type == kString) {
+      channel.bytes = take<std::uint64_t>();
+      return;
+    }
+    const std::optional<ValueType> value = value_type(type);
+    if (!value && type != kTimestamp) fail(fmt::format("numbers of type {:#x} cannot be read", type));
+    const std::uint64_t width = value ? width_of(value->type) * (value->complex ? 2 : 1) : 16;
+    if (channel.count > bytes_.size() / width + 1) fail("a channel has more values than the file can hold");
+    channel.bytes = channel.count * width;
+  }
+
+  void read_property(Channel& channel) {
+    const std::string name = take_text();
+    const auto type = take<std::uint32_t>();
+    std::string text;
+    double number = NAN;
+    if (type == kString) {
+      text = take_text();
+    } else if (type == kTimestamp) {
+      need(16);
+      at_ += 16;
+    } else {
+      const std::optional<ValueType> value = value_type(type);
+      if (!value) fail(fmt::format("property '{}' of type {:#x}", name, type));
+      const std::size_t width = width_of(value->type) * (value->complex ? 2 : 1);
+      need(width);
+      number = numbers_of(bytes_.substr(at_, width_of(value->type)), value->type, big_)[0];
+      at_ += width;
+    }
+    if (name == "wf_increment" && number > 0) channel.step = number;
+    if (name == "wf_start_offset" && std::isfinite(number)) channel.start = number;
+    if (name == "unit_string") channel.unit = text;
+    if (name == "NI_Scale[0]_Linear_Slope" && std::isfinite(number)) channel.slope = number, channel.scaled = true;
+    if (name == "NI_Scale[0]_Linear_Y_Intercept" && std::isfinite(number)) channel.offset = number;
+    if (name == "NI_Number_Of_Scales" && number > 1) several_scales_ = true;
+  }
+
+  void read_raw(std::string_view raw, bool interleaved) {
+    std::uint64_t chunk = 0, row = 0;
+    for (const std::string& path : active_) {
+      const Channel& channel = channels_[path];
+      chunk += channel.bytes;
+      row += channel.count > 0 ? channel.bytes / channel.count : 0;
+      if (interleaved && channel.type == kString) fail("interleaved text cannot be read");
+    }
+    if (chunk == 0) return;
+    while (!raw.empty()) {
+      std::uint64_t offset = 0;
+      for (const std::string& path : active_) {
+        Channel& channel = channels_[path];
+        if (!channel.data.empty() && channel.big != big_) fail("a channel changes its byte order");
+        channel.big = big_;
+        if (interleaved) {
+          const std::uint64_t width = channel.count > 0 ? channel.bytes / channel.count : 0;
+          for (std::uint64_t at = offset; width > 0 && at + width <= std::min<std::uint64_t>(raw.size(), chunk);
+               at += row)
+            channel.data += raw.substr(at, width);
+          offset += width;
+        } else {
+          if (offset < raw.size()) channel.data += raw.substr(offset, channel.bytes);
+          offset += channel.bytes;
+        }
+      }
+      raw.remove_prefix(std::min<std::size_t>(raw.size(), chunk));
+    }
+  }
+
+  // "/'group'/'channel'"
+  static std::pair<std::string, std::string> names_of(const std::string& path) {
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < path.size(); ++i) {
+      if (path[i] != '\'') continue;
+      std::string part;
+      for (++i; i < path.size(); ++i) {
+        if (path[i] == '\'' && (i + 1 >= path.size() || path[i + 1] != '\'')) break;
+        if (path[i] == '\'') ++i;
+        part += path[i];
+      }
+      parts.push_back(part);
+    }
+    parts.resize(2);
+    return {parts[0], parts[1]};
+  }
+
+  void add(const std::string& path) {
+    const Channel& channel = channels_[path];
+    const auto [group, name] = names_of(path);
+    if (name.empty() || channel.data.empty()) return;
+    const std::optional<ValueType> value = value_type(channel.type);
+    if (!value) {
+      file_.contents.push_back(fmt::format("'{}': {}", name, channel.type == kString ? "text" : "time stamps"));
+      return;
+    }
+    SignalTable table;
+    table.name = group;
+    if (channel.step > 0) {
+      table.abscissa = Quantity::time;
+      table.step = channel.step;
+      table.start = channel.start;
+    }
+    Eigen::VectorXd all = numbers_of(channel.data, value->type, channel.big);
+    if (channel.scaled) {
+      all = (channel.slope * all.array() + channel.offset).eval();
+      if (several_scales_) file_.findings.push_back(fmt::format("channel '{}': only its first scale is applied", name));
+    }
+    const Eigen::Index n = all.size() / (value->complex ? 2 : 1);
+    Eigen::VectorXd real(n), imaginary(value->complex ? n : 0);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      real[i] = all[value->complex ? 2 * i : i];
+      if (value->complex) imaginary[i] = all[2 * i + 1];
+    }
+    Signal signal = make_signal(name, channel.unit, std::move(real));
+    signal.imaginary = std::move(imaginary);
+    add_signal(file_, table, std::move(signal));
+  }
+
+  std::string_view bytes_;
+  SignalFile file_;
+  std::size_t at_ = 0;
+  bool big_ = false, several_scales_ = false;
+  std::map<std::string, Channel> channels_;
+  std::vector<std::string> order_, active_;
+};
+
+}  // namespace
+
+Format tdms_format() {
+  Format f{FileFormat::tdms, "TDMS", {".tdms"}, [](std::string_view head) { return head.starts_with("TDSm"); }};
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return Reader(read_text(path), path.string()).read();
+  };
+  return f;
+}
+
+}  // namespace whirl::io
