@@ -85,4 +85,32 @@ TEST(OmaProperty, RandomResponseAloneShowsNoTone) {
         identify_operational(make_ambient({.tones = {}, .structure = 6, .seed = seed}).recording).tones.empty());
 }
 
+// The speed wanders by 4 %: no spectral line shows it, the angle does.
+TEST(OmaProperty, OrdersOfAWanderingSpeedAreSubtractedByTheAngle) {
+  auto truth = make_ambient({.tones = {}, .structure = 6, .seed = 61});
+  const Eigen::Index n = truth.recording.size();
+  Eigen::VectorXd angle(n);
+  double beta = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = static_cast<double>(i) * truth.recording.dt;
+    beta += 2 * std::numbers::pi * truth.recording.dt * 14 * (1 + 0.04 * std::sin(2 * std::numbers::pi * t / 120));
+    angle[i] = beta;
+  }
+  for (auto& channel : truth.recording.channels) {
+    const double rms = channel.samples.norm() / std::sqrt(static_cast<double>(n));
+    for (Eigen::Index i = 0; i < n; ++i)
+      channel.samples[i] += rms * (std::cos(angle[i] + 0.3) + 0.5 * std::sin(2 * angle[i]));
+  }
+  truth.recording.add("beta", whirl::Quantity::angle, angle);
+  Score score, without;
+  const OperationalModes found = identify_operational(truth.recording, {.orders = 2});
+  add(truth, found, score);
+  add(truth, identify_operational(truth.recording), without);
+  EXPECT_EQ(score.found, 8);
+  EXPECT_EQ(score.extra, 0);
+  EXPECT_GT(without.extra + 8 - without.found, 0);
+  ASSERT_GE(found.tones.size(), 2u);
+  EXPECT_NEAR(found.tones[0].frequency, 14, 0.3);
+}
+
 }  // namespace

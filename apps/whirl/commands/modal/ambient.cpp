@@ -163,6 +163,9 @@ void add_oma(CommandLine& app, Session& session) {
   sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band");
   sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band");
   sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels");
+  sub->add_option("--orders", o->oma.orders,
+                  "multiples of the running speed to subtract, by the rotor's angle in the record (beta_rad), however "
+                  "the speed wanders");
   sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples");
   o->record.add_to(sub);
 }

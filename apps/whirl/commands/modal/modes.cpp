@@ -189,7 +189,7 @@ void add_modes(CommandLine& app, Session& session) {
       ->required();
   sub->add_option("--out", o->out,
                   "write the modes as JSON, or (.uff) shapes and geometry as datasets 55, 15, 82, 2412")
-      ->output("whirl.modes");
+      ->output("whirl.modes|universal file");
   sub->add_option("--select", o->modes.select,
                   "frequencies in Hz of the modes to take from the stabilisation diagram, and no others");
   sub->add_option("--geometry", o->geometry, "places of the points: universal file or TOML, for --page and --out x.uff")

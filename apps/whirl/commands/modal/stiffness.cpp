@@ -61,17 +61,25 @@ io::Json to_json(const modal::AnisotropicStiffness& stiffness, const std::vector
   return out;
 }
 
+struct Options {
+  std::vector<std::string> files, columns;
+  std::vector<double> angles;
+  std::string out, figure;
+  modal::StiffnessOptions fit;
+  bool zero_known = false, keep_all = false;
+  double gauge_um = 0;
+};
+
+void set_fit(Options& o) {
+  o.fit.fit_offset = !o.zero_known;
+  o.fit.leave_out_outliers = !o.keep_all;
+  if (o.gauge_um != 0) require_range("--gauge-sd-um", o.gauge_um, 1e-6, 1e6, "um");
+  o.fit.deflection_sd = 1e-6 * o.gauge_um;
+}
+
 }  // namespace
 
 void add_stiffness(CommandLine& app, Session& session) {
-  struct Options {
-    std::vector<std::string> files, columns;
-    std::vector<double> angles;
-    std::string out, figure;
-    modal::StiffnessOptions fit;
-    bool zero_known = false, keep_all = false;
-    double gauge_um = 0;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "stiffness", "Stiffness law F = K1 d + K2 d^3 from a force-deflection table",
@@ -92,10 +100,7 @@ void add_stiffness(CommandLine& app, Session& session) {
         }
         if (o->angles.size() > o->files.size())
           throw Error::in_field("--angle-deg", fmt::format("{} values", o->angles.size()), "one per table, 1");
-        o->fit.fit_offset = !o->zero_known;
-        o->fit.leave_out_outliers = !o->keep_all;
-        if (o->gauge_um != 0) require_range("--gauge-sd-um", o->gauge_um, 1e-6, 1e6, "um");
-        o->fit.deflection_sd = 1e-6 * o->gauge_um;
+        set_fit(*o);
         std::vector<modal::DirectedStiffnessTable> tables;
         for (const double angle : o->angles) require_range("--angle-deg", angle, -360, 360, "deg");
         for (std::size_t i = 0; i < o->files.size(); ++i) {

@@ -282,6 +282,7 @@ class Reader {
 
 Format tdms_format() {
   Format f{FileFormat::tdms, "TDMS", {".tdms"}, [](std::string_view head) { return head.starts_with("TDSm"); }};
+  f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
     return Reader(read_text(path), path.string()).read();
   };

@@ -208,7 +208,9 @@ OperationalMode mode_of(const Cluster& cluster, const std::vector<MatrixXd>& blo
 MatrixXd responses_of(const Recording& recording, OperationalModes& result) {
   MatrixXd y(recording.size(), 0);
   for (const Channel& c : recording.channels) {
-    if (c.quantity == Quantity::time || c.quantity == Quantity::force) continue;
+    if (c.quantity == Quantity::time || c.quantity == Quantity::force || c.quantity == Quantity::angle ||
+        c.quantity == Quantity::angular_velocity)
+      continue;
     if (y.cols() > 0 && c.quantity != recording.at(result.channels.front()).quantity) {
       throw Error(fmt::format("{}: channel '{}' shows {}: all must be one quantity", recording.source, c.name,
                               to_string(c.quantity)));
@@ -223,6 +225,23 @@ MatrixXd responses_of(const Recording& recording, OperationalModes& result) {
   }
   if (y.cols() == 0) throw Error(fmt::format("{}: no response channel", recording.source));
   return y;
+}
+
+// With a tacho the orders are known, however the speed wanders.
+void subtract_orders(const Recording& recording, int orders, double nyquist, MatrixXd& y, std::vector<Tone>& tones) {
+  const Channel* angle = nullptr;
+  for (const Channel& c : recording.channels) {
+    if (c.quantity == Quantity::angle) angle = &c;
+  }
+  if (angle == nullptr)
+    throw Error(
+        fmt::format("{}: no channel with the rotor's angle (beta_rad), which orders are counted by", recording.source));
+  if (angle->samples.maxCoeff() == angle->samples.minCoeff())
+    throw Error(fmt::format("{}: the rotor does not turn", recording.source));
+  for (int order = 1; order <= orders; ++order) {
+    Tone tone = subtract_order(y, angle->samples, recording.dt, order);
+    if (tone.frequency < nyquist) tones.push_back(std::move(tone));
+  }
 }
 
 /// Weight of SSI-data: the inverse square root of the past's own correlations.
@@ -270,9 +289,14 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
   const Index l = y.cols();
   const Sizes sizes = sizes_of(options, l, y.rows());
 
-  if (options.remove_harmonics) result.tones = find_tones(y, dt, low, high);
+  if (options.orders > 0) subtract_orders(recording, options.orders, nyquist, y, result.tones);
+  const std::size_t measured = result.tones.size();
+  if (options.remove_harmonics) {
+    for (Tone& tone : find_tones(y, dt, low, high)) result.tones.push_back(std::move(tone));
+  }
   for (const double f : options.tones) result.tones.push_back({f, {}, 0, "stated"});
-  for (Tone& tone : result.tones) {
+  for (std::size_t i = measured; i < result.tones.size(); ++i) {
+    Tone& tone = result.tones[i];
     tone.kurtosis = band_kurtosis(y, dt, tone.frequency, 5 / (dt * static_cast<double>(y.rows())));
     subtract_tone(y, dt, tone);
   }

@@ -14,6 +14,7 @@ namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
+using Eigen::LDLT;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
@@ -86,6 +87,29 @@ void subtract_tone(MatrixXd& y, double dt, Tone& tone) {
   const MatrixXd x = (columns.transpose() * columns).ldlt().solve(columns.transpose() * y);
   y -= columns * x;
   tone.amplitude = x.colwise().norm().transpose();
+}
+
+Tone subtract_order(MatrixXd& y, const VectorXd& angle, double dt, int order) {
+  const Index n = y.rows();
+  const double turns = std::abs(angle[n - 1] - angle[0]) / (2 * kPi);
+  const Index blocks = std::clamp<Index>(static_cast<Index>(turns / 40), 1, n / 64);
+  Tone tone;
+  tone.frequency = order * turns / (dt * static_cast<double>(n - 1));
+  tone.amplitude = VectorXd::Zero(y.cols());
+  tone.evidence = fmt::format("order {} of the rotor's angle", order);
+  for (Index b = 0; b < blocks; ++b) {
+    const Index first = b * n / blocks, count = (b + 1) * n / blocks - first;
+    MatrixXd columns(count, 4);
+    for (Index i = 0; i < count; ++i) {
+      const double at = 2 * static_cast<double>(i) / static_cast<double>(count) - 1, phase = order * angle[first + i];
+      columns.row(i) << std::cos(phase), std::sin(phase), at * std::cos(phase), at * std::sin(phase);
+    }
+    const MatrixXd x =
+        LDLT<MatrixXd>(columns.transpose() * columns).solve(MatrixXd(columns.transpose() * y.middleRows(first, count)));
+    y.middleRows(first, count) -= columns * x;
+    tone.amplitude += x.topRows(2).colwise().norm().transpose() / static_cast<double>(blocks);
+  }
+  return tone;
 }
 
 double band_kurtosis(const MatrixXd& y, double dt, double frequency, double half_width) {

@@ -135,6 +135,21 @@ void read_cube(Visit& visit, const char* path, hid_t data, hid_t type, bool comp
   if (visit.problem.empty()) visit.arrays.push_back(std::move(array));
 }
 
+/// Whether a dataset holds numbers; what else it is goes into the contents.
+bool is_numeric(Visit& visit, const char* path, H5T_class_t kind, bool complex, const std::string& matlab) {
+  const bool other = !matlab.empty() && matlab != "double" && matlab != "single" && matlab != "logical" &&
+                     !matlab.starts_with("int") && !matlab.starts_with("uint");
+  if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || other) {
+    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path,
+                                                kind == H5T_STRING || matlab == "char" ? "text"
+                                                : matlab == "function_handle"          ? "function handle"
+                                                : other                                ? matlab
+                                                                                       : "not numeric"));
+    return false;
+  }
+  return true;
+}
+
 void read_dataset(Visit& visit, const char* path) {
   const Id data(H5Dopen2(visit.file, path, H5P_DEFAULT), H5Dclose);
   if (data < 0) {
@@ -146,16 +161,7 @@ void read_dataset(Visit& visit, const char* path) {
   const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 &&
                        H5Tget_member_class(type, 0) == H5T_FLOAT && H5Tget_member_class(type, 1) == H5T_FLOAT;
   const std::string matlab = text_attribute(data, "MATLAB_class");
-  const bool other = !matlab.empty() && matlab != "double" && matlab != "single" && matlab != "logical" &&
-                     !matlab.starts_with("int") && !matlab.starts_with("uint");
-  if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || other) {
-    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path,
-                                                kind == H5T_STRING || matlab == "char" ? "text"
-                                                : matlab == "function_handle"          ? "function handle"
-                                                : other                                ? matlab
-                                                                                       : "not numeric"));
-    return;
-  }
+  if (!is_numeric(visit, path, kind, complex, matlab)) return;
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[H5S_MAX_RANK] = {};
   if (rank < 0 || rank > 3 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {

@@ -107,11 +107,12 @@ SignalFile parse(std::string_view bytes, std::string_view name) {
 }  // namespace
 
 Format mat4_format() {
-  Format f{FileFormat::mat4, "MAT v4", {".mat"}, [](std::string_view head) {
+  Format f{FileFormat::mat4, "MAT", {".mat"}, [](std::string_view head) {
              const std::optional<Header> h = header_at(head);
              return h && h->kind < 3 && head.size() >= kHeader + h->name_length &&
                     is_name(head.substr(kHeader, h->name_length));
            }};
+  f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) { return parse(read_text(path), path.string()); };
   f.read_responses = responses_of_file<mat4_format>;
   return f;

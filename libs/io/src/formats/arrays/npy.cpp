@@ -312,6 +312,7 @@ Format numpy_format() {
              const std::size_t length = number_at<std::uint16_t>(head, 26, false);
              return head.size() >= 30 + length && head.substr(30, length).ends_with(".npy");
            }};
+  f.magic = true;
   f.read = read_numpy;
   f.write = write_npz;
   f.read_responses = responses_of_file<numpy_format>;

@@ -24,7 +24,9 @@ struct OmaOptions {
   double presence = 0.33;        ///< share of the orders that show a mode
   double largest_spread = 0.6;   ///< largest sd of a damping ratio, relative to it
   bool remove_harmonics = true;  ///< subtract pure tones before the identification
-  std::vector<double> tones;     ///< Hz; known ones, e.g. from a tachometer, told and subtracted in any case
+  /// Multiples of the speed to subtract where the record holds the rotor's angle (a channel in rad); 0 = none.
+  int orders = 0;
+  std::vector<double> tones;  ///< Hz; known ones, e.g. from a tachometer, told and subtracted in any case
 };
 
 /// A mode seen under unknown broad-band excitation.
