@@ -103,7 +103,9 @@ TEST(OmaProperty, OrdersOfAWanderingSpeedAreSubtractedByTheAngle) {
   }
   truth.recording.add("beta", whirl::Quantity::angle, angle);
   Score score, without;
-  const OperationalModes found = identify_operational(truth.recording, {.orders = 2});
+  whirl::modal::OmaOptions options;
+  options.orders = 2;
+  const OperationalModes found = identify_operational(truth.recording, options);
   add(truth, found, score);
   add(truth, identify_operational(truth.recording), without);
   EXPECT_EQ(score.found, 8);

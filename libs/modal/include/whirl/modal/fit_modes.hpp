@@ -18,7 +18,7 @@ struct ModeOptions {
   double search_gain = 0;
   int max_modes = 200;
   /// Hz; where not empty, these modes and no others: the poles of the diagram nearest to them are refined as they are.
-  std::vector<double> select;
+  std::vector<double> select = {};
   bool scatter = true;                             ///< let the poles differ between FRFs where the evidence asks for it
   DampingChoice damping = DampingChoice::viscous;  ///< `automatic` mistakes viscous sets of many modes at times
 };
