@@ -115,37 +115,5 @@ TEST(ModesE2e, AmbientModesAreWrittenWhereTheyWereAskedFor) {
   EXPECT_NE(oma.err.find("28 Hz is a tone"), std::string::npos) << oma.err;
 }
 
-TEST(ModesE2e, ChosenModesGoToAPageAndToAUniversalFileWithTheGeometry) {
-  const Folder folder;
-  ASSERT_EQ(folder.whirl("rig hammer --out blow_").exit_code, 0);
-  ASSERT_EQ(folder.whirl("frf blow_*.csv --out frf.json").exit_code, 0);
-  const Outcome modes = folder.whirl("modes frf.json --select 46 128 310 --out modes.uff --page modes.html");
-  ASSERT_EQ(modes.exit_code, 0) << modes.err;
-  const std::string file = slurp(folder / "modes.uff"), page = slurp(folder / "modes.html");
-  EXPECT_NE(file.find("mode 3 at 31"), std::string::npos) << file.substr(0, 2000);
-  EXPECT_NE(file.find("    55\n"), std::string::npos);
-  EXPECT_NE(page.find("\"chosen\""), std::string::npos);
-  EXPECT_EQ(page.find("http://www.w3.org/2000/svg"), page.rfind("http"));  // nothing from outside
-  const Outcome none = folder.whirl("modes frf.json --select 700000 --out none.json");
-  EXPECT_EQ(none.exit_code, 2);
-  EXPECT_NE(none.err.find("--select"), std::string::npos) << none.err;
-}
-
-TEST(ConvertE2e, RemarksOfAReaderStandInTheJsonOfEveryCommand) {
-  const Folder folder;
-  // A universal file that ends inside its second half.
-  Recording record;
-  record.dt = 0.001;
-  record.add("x", Quantity::displacement, Eigen::VectorXd::Random(400));
-  io::write_csv(folder / "r.csv", record);
-  ASSERT_EQ(folder.whirl("convert r.csv r.uff").exit_code, 0);
-  const std::string whole = slurp(folder / "r.uff");
-  folder.write("cut.uff", whole.substr(0, whole.size() / 2));
-  const Outcome modes = folder.whirl("oma cut.uff --json");
-  EXPECT_NE(modes.err.find("declares 400 values"), std::string::npos) << modes.err;
-  const Outcome info = folder.whirl("convert cut.uff out.csv");
-  EXPECT_NE(info.err.find("declares 400 values"), std::string::npos) << info.err;
-}
-
 }  // namespace
 }  // namespace whirl::testing

@@ -144,8 +144,7 @@ void add_stiffness(CommandLine& app, Session& session) {
   sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)")
       ->output("figure");
   sub->add_option("--gauge-sd-um", o->gauge_um,
-                  "standard deviation of the deflection gauge, um; without it the force "
-                  "is taken as noisy unless the scatter shows otherwise");
+                  "standard deviation of the deflection gauge, um; without it the force alone is taken as noisy");
   sub->add_flag("--keep-outliers", o->keep_all, "use every reading, also those far off the law of the others");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");
 }

@@ -91,49 +91,25 @@ Eigen::VectorXd all_but(const Eigen::Ref<const Eigen::VectorXd>& v, const std::v
   return Eigen::Map<const Eigen::VectorXd>(kept.data(), static_cast<Eigen::Index>(kept.size()));
 }
 
-// Where the noise stands. Known of the gauge: that of the force follows from what is left. Not known: noise of the
-// gauge shows as scatter that grows with the slope of the law, and is taken when that is clear.
-CubicFit choose(const Eigen::VectorXd& x, const Eigen::VectorXd& f, Eigen::Index parameters, double gauge,
-                StiffnessLaw& law) {
+// With the noise of the gauge known, that of the force follows from what is left.
+CubicFit fit_with_gauge(const Eigen::VectorXd& x, const Eigen::VectorXd& f, Eigen::Index parameters, double gauge) {
   const CubicFit plain = fit_cubic(x, f, parameters, 0);
-  if (plain.freedom() < 1 || plain.cost < 1e-20 * f.squaredNorm()) return plain;
-  if (gauge > 0) {
-    double low = 0, high = 1e6 / std::abs(plain.p[0]);  // of the ratio: the cost in units of the gauge's noise grows
-    CubicFit fit = plain;
-    for (int i = 0; i < 60; ++i) {
-      const double ratio = i == 0 ? high : std::sqrt(std::max(low, 1e-9 * high) * high);
-      fit = fit_cubic(x, f, parameters, ratio);
-      const double force_sd = std::sqrt(fit.cost / fit.freedom());
-      if (ratio * force_sd > gauge) {
-        high = ratio;
-      } else {
-        low = ratio;
-        if (i == 0) break;  // less is left than the gauge alone explains
-      }
-      if (high < 1.0001 * low) break;
+  if (!(gauge > 0) || plain.freedom() < 1 || plain.cost < 1e-20 * f.squaredNorm()) return plain;
+  double low = 0, high = 1e6 / std::abs(plain.p[0]);  // of the ratio: the cost in units of the gauge's noise grows
+  CubicFit fit = plain;
+  for (int i = 0; i < 60; ++i) {
+    const double ratio = i == 0 ? high : std::sqrt(std::max(low, 1e-9 * high) * high);
+    fit = fit_cubic(x, f, parameters, ratio);
+    const double force_sd = std::sqrt(fit.cost / fit.freedom());
+    if (ratio * force_sd > gauge) {
+      high = ratio;
+    } else {
+      low = ratio;
+      if (i == 0) break;  // less is left than the gauge alone explains
     }
-    return fit;
+    if (high < 1.0001 * low) break;
   }
-  CubicFit best = plain;
-  for (const double ratio : {0.5, 1.0, 2.0, 5.0, 100.0}) {
-    const CubicFit fit = fit_cubic(x, f, parameters, ratio / std::abs(plain.p[0]));
-    if (fit.converged && fit.likelihood < best.likelihood) best = fit;
-  }
-  constexpr double kClear = 4;
-  if (best.likelihood < plain.likelihood - kClear) {
-    law.summary.warn(
-        "the readings scatter more where the shaft is stiffer: noise of the deflection is taken into account");
-    return best;
-  }
-  const CubicFit other = fit_cubic(x, f, parameters, 100 / std::abs(plain.p[0]));
-  const Eigen::MatrixXd covariance =
-      plain.cost / plain.freedom() * inverse(plain.jacobian.transpose() * plain.jacobian);
-  if (other.converged && std::abs(other.p[1] - plain.p[1]) > 2 * std::sqrt(covariance(1, 1)))
-    law.summary.warn(
-        fmt::format("K2 would be {:+.0f} % if the scatter were of the deflection, not of the force: state "
-                    "the gauge's with --gauge-sd-um",
-                    100 * (other.p[1] / plain.p[1] - 1)));
-  return plain;
+  return fit;
 }
 
 }  // namespace
@@ -173,7 +149,7 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
     }
     return law;
   }
-  const CubicFit fit = choose(x, f, parameters, options.deflection_sd / ds, law);
+  const CubicFit fit = fit_with_gauge(x, f, parameters, options.deflection_sd / ds);
   const Eigen::Vector3d& p = fit.p;
   const Eigen::MatrixXd& jacobian = fit.jacobian;
   const double freedom = fit.freedom();

@@ -10,7 +10,7 @@ namespace whirl::modal {
 struct StiffnessOptions {
   double confidence = 0.95;  ///< of the intervals in the result, in (0.5, 1)
   bool fit_offset = true;    ///< false: the zero of the deflection gauge is known to be the unloaded position (d0 = 0)
-  double deflection_sd = 0;  ///< standard deviation of the gauge, m; 0 = not known, see fit_stiffness
+  double deflection_sd = 0;  ///< standard deviation of the gauge, m; 0 = none
   bool leave_out_outliers = true;  ///< name and leave out points far off the law of the others
 };
 
@@ -19,13 +19,12 @@ struct StiffnessOptions {
 ///   F = K1 (d - d0) + K2 (d - d0)^3
 ///
 /// `deflection` in m, `force` in N, in the order in which they were measured. Least squares on the force, or orthogonal
-/// distances where the deflection is noisy as well: by the gauge's stated standard deviation or, without one, where the
-/// scatter clearly grows with the slope of the law. Outliers (one table in a thousand without any shows one) are named
-/// and left out. Intervals
-/// from the t distribution with n - 3 degrees of freedom; `cubic_p_value` is the two-sided t test of K2 = 0. When the
-/// table turns back (loading, then unloading), the largest difference of the two branches is reported as hysteresis,
-/// and warned about when the scatter does not explain it. Warns about an offset that is significant and about too few
-/// points. Throws Error for unequal lengths, values that are not finite, or fewer than 4 different deflections.
+/// distances where the gauge states its standard deviation. Outliers (one table in a thousand without any shows one)
+/// are named and left out. Intervals from the t distribution with n - 3 degrees of freedom; `cubic_p_value` is the
+/// two-sided t test of K2 = 0. When the table turns back (loading, then unloading), the largest difference of the two
+/// branches is reported as hysteresis, and warned about when the scatter does not explain it. Warns about an offset
+/// that is significant and about too few points. Throws Error for unequal lengths, values that are not finite, or fewer
+/// than 4 different deflections.
 StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
                            const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options = {});
 
