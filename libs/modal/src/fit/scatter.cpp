@@ -301,8 +301,6 @@ void drop_unsupported(const Band& band, State& state, const ResidualTerms& terms
   sweep(state, terms, 2);
 }
 
-constexpr double kHopeless = 400;  // of the description length, after two sweeps or more
-
 // Close poles, of which one may only split the other's peak: kept when the evidence holds both.
 void merge_splits(const Band& band, State& state, const ResidualTerms& terms, const ScatterOptions& options) {
   for (std::size_t r = state.poles.size(); r-- > 0;) {
@@ -322,14 +320,8 @@ void merge_splits(const Band& band, State& state, const ResidualTerms& terms, co
     }
     refit(trial, terms);
     const double target = length_of(band, state, terms);
-    double length = 0;
-    for (int i = 0; i < options.sweeps; ++i) {
-      sweep(trial, terms, 1);
-      length = length_of(band, trial, terms);
-      // Two that are modes of their own miss by far; no further sweep brings that back.
-      if (i > 0 && length > target + kHopeless) break;
-    }
-    if (length < target) state = std::move(trial);
+    sweep(trial, terms, options.sweeps);
+    if (length_of(band, trial, terms) < target) state = std::move(trial);
   }
 }
 
