@@ -8,6 +8,8 @@
 
 #include "../libs/modal/test/synthetic.hpp"
 #include "whirl/modal/fit_modes.hpp"
+#include "whirl/modal/frf.hpp"
+#include "whirl/testing/nonlinear_blows.hpp"
 #include "whirl/testing/roving.hpp"
 
 namespace {
@@ -74,6 +76,14 @@ int main(int argc, char** argv) {
     const auto beam = whirl::testing::make_beam({.seed = static_cast<unsigned>(seed)});
     timed("beam, roving sensor", beam.frf, poles_of(beam.unloaded, std::vector<double>(beam.unloaded.size(), 0.004)),
           0);
+  }
+  for (const double hardening : {0.0, 5e-4, 1e-3, 3e-3}) {
+    const std::string name = fmt::format("blows, nonlinear {:g} %", 100 * hardening);
+    for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
+      const auto data =
+          whirl::testing::make_nonlinear_blows({.hardening = hardening, .seed = static_cast<unsigned>(2000 + seed)});
+      timed(name.c_str(), whirl::modal::estimate_frf(data.blows), data.poles, 0);
+    }
   }
   for (const auto kind : {whirl::FrfKind::mobility, whirl::FrfKind::receptance}) {
     for (const bool proportional : {false, true}) {

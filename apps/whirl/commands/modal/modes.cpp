@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numbers>
 
 #include "ambient.hpp"
 #include "command.hpp"
@@ -77,6 +78,25 @@ report::Table modes_table(const ModalModel& modes) {
              : fmt::format("{:.3f}", modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
   }
   return table;
+}
+
+// Modes whose pole depends on the amplitude, and what their distortion adds.
+void say_amplitude(const ModalModel& modes, Session& session) {
+  for (std::size_t i = 0; i < modes.modes.size(); ++i) {
+    const Mode& mode = modes.modes[i];
+    if (mode.amplitude_offset == 0.0) continue;
+    std::string harmonics;
+    for (const AmplitudeTerm& term : modes.amplitude) {
+      if (term.mode == i && term.turn != 1)
+        harmonics += fmt::format("; what stands at {:.4g} Hz is its distortion, not a mode",
+                                 std::abs(term.pole) / (2 * std::numbers::pi));
+    }
+    const std::complex<double> after = mode.pole + mode.amplitude_offset;
+    session.say(fmt::format(
+        "mode {} depends on the amplitude: just after a blow {:+.2g} % in frequency and a damping of {:.3g} %; listed "
+        "is that of small motion{}",
+        i + 1, 100 * (std::abs(after) / std::abs(mode.pole) - 1), -100 * after.real() / std::abs(after), harmonics));
+  }
 }
 
 bool names_universal_file(const std::string& file) {
@@ -158,6 +178,7 @@ void find_modes(Options* o, Session& session) {
         100 * modes.frequency_scatter,
         modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter) : ""));
   }
+  say_amplitude(modes, session);
   session.say(fmt::format(
       "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
       modes.band_low, modes.band_high,

@@ -1,6 +1,7 @@
 #include "whirl/io/model_json.hpp"
 
 #include <array>
+#include <cmath>
 #include <limits>
 
 namespace whirl::io {
@@ -225,10 +226,19 @@ Json to_json(const ModalModel& model) {
       mode.set("pole_offsets_rad_s", complex_parts(m.offsets));
       mode.set("frequency_scatter", m.frequency_scatter).set("damping_scatter", m.damping_scatter);
     }
+    if (m.amplitude_offset != 0.0) mode.set("amplitude_offset_rad_s", to_json(m.amplitude_offset));
     modes.push(std::move(mode));
   }
   Json out = start_document("whirl.modes", 1);
   out.set("modes", std::move(modes)).set("kind", to_string(model.kind));
+  Json amplitude = Json::array();
+  for (const AmplitudeTerm& term : model.amplitude) {
+    Json item;
+    item.set("mode", static_cast<double>(term.mode + 1)).set("decay", term.decay).set("turn", term.turn);
+    item.set("pole_rad_s", to_json(term.pole)).set("residues", complex_parts(term.residues));
+    amplitude.push(std::move(item));
+  }
+  out.set("amplitude", std::move(amplitude));
   Json channels = Json::array();
   for (std::size_t c = 0; c < model.responses.size(); ++c) {
     channels.push(Json::object().set("response", model.responses[c]).set("reference", model.references[c]));
@@ -252,10 +262,21 @@ ModalModel from_json(const Json& document, std::string_view source) {
   for (const JsonReader& m : in.at("modes").items()) {
     model.modes.push_back({read_estimate(m.at("frequency")), read_estimate(m.at("damping")),
                            m.at("pole_rad_s").complex(), read_complex_parts(m.at("residues"))});
+    if (m.has("amplitude_offset_rad_s")) model.modes.back().amplitude_offset = m.at("amplitude_offset_rad_s").complex();
     if (!m.has("pole_offsets_rad_s")) continue;
     model.modes.back().offsets = read_complex_parts(m.at("pole_offsets_rad_s"));
     model.modes.back().frequency_scatter = m.at("frequency_scatter").number();
     model.modes.back().damping_scatter = m.at("damping_scatter").number();
+  }
+  if (in.has("amplitude")) {  // older files: none was looked for
+    for (const JsonReader& item : in.at("amplitude").items()) {
+      const double mode = item.at("mode").number();
+      if (!(mode >= 1 && mode <= static_cast<double>(model.modes.size())) || mode != std::floor(mode))
+        throw item.at("mode").error(fmt::format("must be 1 to {}, a mode of this file", model.modes.size()));
+      model.amplitude.push_back({static_cast<std::size_t>(mode) - 1, item.at("decay").number(),
+                                 item.at("turn").number(), item.at("pole_rad_s").complex(),
+                                 read_complex_parts(item.at("residues"))});
+    }
   }
   model.kind = read_kind(in.at("kind"));
   model.lower = read_complex_parts(in.at("lower_residual"));

@@ -61,6 +61,7 @@ struct CrossSpectra {
   Eigen::VectorXd ff;
   std::vector<Eigen::VectorXd> aa;
   std::vector<Eigen::VectorXcd> af;
+  std::vector<Eigen::VectorXd> noise;  ///< part of the blows' scatter that their size does not explain
 };
 
 std::complex<double> estimate(FrfEstimator estimator, double k, double ff, double aa, std::complex<double> af) {
@@ -278,9 +279,49 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
   return spectra;
 }
 
+// To first order a nonlinear stiffness changes the response by the square of the blow's size: what the blows differ by
+// then is no noise. Per line the part of their scatter about the mean response that a regression on the squared size
+// leaves, degrees of freedom counted; 1 where the lines around show no such dependence.
+Eigen::VectorXd noise_part(const std::vector<BlowSpectra>& spectra, std::size_t channel, const Eigen::VectorXd& ff,
+                           const Eigen::VectorXcd& af) {
+  constexpr Eigen::Index kWindow = 16;
+  const Eigen::Index lines = ff.size();
+  const auto blows = static_cast<double>(spectra.size());
+  Eigen::VectorXd part = Eigen::VectorXd::Ones(lines);
+  if (spectra.size() < 4 || lines < 2 * kWindow) return part;
+  Eigen::VectorXd gain = Eigen::VectorXd::Zero(lines);  // of noise: exponential with mean 1
+  for (Eigen::Index i = 1; i < lines; ++i) {
+    if (!(ff[i] > 0)) continue;
+    double mean = 0, left = 0, spread = 0;
+    for (const BlowSpectra& blow : spectra) mean += std::norm(blow.force[1]) * std::norm(blow.force[i]) / ff[i];
+    std::complex<double> product = 0;
+    for (const BlowSpectra& blow : spectra) {
+      const std::complex<double> d = (std::norm(blow.force[1]) - mean) * blow.force[i];
+      const std::complex<double> rest = blow.responses[channel][i] - af[i] / ff[i] * blow.force[i];
+      left += std::norm(rest);
+      spread += std::norm(d);
+      product += std::conj(d) * rest;
+    }
+    if (left > 0 && spread > 0)
+      gain[i] = -(blows - 2) * std::log1p(-std::min(std::norm(product) / (spread * left), 1 - 1e-12));
+  }
+  // Six standard deviations of the sum over a window.
+  const double certain = static_cast<double>(kWindow) + 6 * std::sqrt(static_cast<double>(kWindow));
+  Eigen::Array<bool, Eigen::Dynamic, 1> depends = Eigen::Array<bool, Eigen::Dynamic, 1>::Constant(lines, false);
+  for (Eigen::Index i = 0; i + kWindow <= lines; i += kWindow / 4) {
+    if (gain.segment(i, kWindow).sum() > certain) depends.segment(i, kWindow).setConstant(true);
+  }
+  for (Eigen::Index i = 0; i < lines; ++i) {
+    if (depends[i]) part[i] = std::exp(-gain[i] / (blows - 2)) * (blows - 1) / (blows - 2);
+  }
+  return part;
+}
+
 CrossSpectra sum(const std::vector<BlowSpectra>& spectra, Eigen::Index lines, std::size_t responses) {
-  CrossSpectra sums{Eigen::VectorXd::Zero(lines), std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
-                    std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines))};
+  CrossSpectra sums{Eigen::VectorXd::Zero(lines),
+                    std::vector<Eigen::VectorXd>(responses, Eigen::VectorXd::Zero(lines)),
+                    std::vector<Eigen::VectorXcd>(responses, Eigen::VectorXcd::Zero(lines)),
+                    {}};
   for (const BlowSpectra& blow : spectra) {
     sums.ff += blow.force.cwiseAbs2();
     for (std::size_t c = 0; c < responses; ++c) {
@@ -311,7 +352,8 @@ void estimate_channels(const CrossSpectra& sums, const FrfOptions& options, Freq
       if (result.averages > 1) {
         const double coherence = dead ? 0 : std::min(1.0, std::norm(af) / (ff * aa));
         channel.coherence[i] = coherence;
-        channel.variance[i] = std::norm(channel.value[i]) * (1 - coherence) / (2 * count * std::max(coherence, 1e-12));
+        channel.variance[i] =
+            sums.noise[c][i] * std::norm(channel.value[i]) * (1 - coherence) / (2 * count * std::max(coherence, 1e-12));
       }
     }
   }
@@ -353,13 +395,15 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
     measured.push_back(b);
   }
   drop_odd_blows(spectra, measured, options, dt, n, found, result);
-  const CrossSpectra sums = sum(spectra, n / 2 + 1, result.channels.size());
+  CrossSpectra sums = sum(spectra, n / 2 + 1, result.channels.size());
   result.averages += static_cast<long>(spectra.size());
   if (reports != nullptr) *reports = found;
   if (result.averages == 0) throw Error("every blow was left out (overload or second hit): none remains to average");
 
   const Eigen::Index kept = usable_lines(sums.ff, options.band_drop_db);
   result.frequency = Eigen::VectorXd::LinSpaced(kept, 0, static_cast<double>(kept - 1)) / length;
+  for (std::size_t c = 0; c < result.channels.size(); ++c)
+    sums.noise.push_back(noise_part(spectra, c, sums.ff.head(kept), sums.af[c].head(kept)));
   estimate_channels(sums, options, result);
   if (result.averages == 1) result.summary.warn("one blow: coherence and variance are undefined");
   result.summary.trust = fmt::format("{} blow(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,

@@ -58,7 +58,9 @@ void fill_columns(const Band& band, const Poles& poles, const ResidualTerms& ter
 }  // namespace
 
 MatrixXd covariance_of(const Band& band, const Refined& state, const ResidualTerms& terms, double correlated) {
-  return correlated * state.fit.total() / freedom(band, state.poles, terms) * inverse_of(state.fit.jtj);
+  const MatrixXd slopes = tie_slopes(state.poles.size(), state.ties);
+  return correlated * state.fit.total() / freedom(band, state.poles, terms) *
+         inverse_of(slopes.transpose() * state.fit.jtj * slopes);
 }
 
 MatrixXd line_covariance(const Band& band, const Refined& state, const ResidualTerms& terms, double correlated) {
@@ -97,9 +99,11 @@ MatrixXd line_covariance(const Band& band, const Refined& state, const ResidualT
       }
     }
   }
-  const MatrixXd bread = inverse_of(state.fit.jtj);
+  const MatrixXd slopes = tie_slopes(state.poles.size(), state.ties);
+  const MatrixXd bread = inverse_of(slopes.transpose() * state.fit.jtj * slopes);
+  meat = slopes.transpose() * MatrixXd(meat.selfadjointView<Eigen::Lower>()) * slopes;
   const double data = static_cast<double>(2 * band.h.size());
-  return data / freedom(band, state.poles, terms) * (bread * meat.selfadjointView<Eigen::Lower>() * bread);
+  return data / freedom(band, state.poles, terms) * (bread * meat * bread);
 }
 
 }  // namespace whirl::modal

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "amplitude.hpp"
 #include "modal_result.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -18,10 +19,6 @@ constexpr double kPi = std::numbers::pi;
 bool inside(const Band& band, Complex p) {
   const double f = std::abs(p) / (2 * kPi);
   return f >= band.low && f <= band.high;
-}
-
-double length_of(const Band& band, const Refined& state, const ResidualTerms& terms, double lines) {
-  return description_length(band, state.fit, state.poles.size(), terms, lines);
 }
 
 // Poles outside the band, where residual terms alone leave structure of modes that are not in it: as many as the
@@ -39,7 +36,8 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
     Refined next = refine(band, more, state.started + 1, terms, options.max_iterations);
     const Complex added = next.poles[state.started];
     if (inside(band, added) || !(std::abs(added) / (2 * kPi) < 5 * band.high)) continue;
-    if (length_of(band, next, terms, state.correlated) < length_of(band, state, terms, state.correlated))
+    if (description_length(band, next, terms, state.correlated) <
+        description_length(band, state, terms, state.correlated))
       state = std::move(next);
   }
 }
@@ -167,12 +165,15 @@ bool may_scatter(const Band& band, const Refined& state, const ResidualTerms& te
 }
 
 Solution solution_of(const Band& band, const Refined& state, const ResidualTerms& terms, bool refined) {
-  Solution solution{state.poles, state.fit.residues, state.residual, {}, state.correlated, state.converged, terms, {},
-                    {}};
+  Solution solution{state.poles,      state.fit.residues, state.residual, {}, state.ties,
+                    state.correlated, state.converged,    terms,          {}, {}};
   if (refined && !state.poles.empty()) {
     solution.covariance.push_back(covariance_of(band, state, terms, state.correlated));
     if (noise_variance(band, state.poles, terms, state.fit) > least_variance(band))
       solution.covariance.push_back(line_covariance(band, state, terms, state.correlated));
+    if (state.truncation.size() > 0) {
+      for (Eigen::MatrixXd& covariance : solution.covariance) covariance.diagonal() += state.truncation.cwiseAbs2();
+    }
   }
   return solution;
 }
@@ -182,6 +183,7 @@ Solution solution_of(ScatterFit fit, const ResidualTerms& terms) {
                     std::move(fit.residues),
                     std::move(fit.residual),
                     {std::move(fit.covariance)},
+                    {},
                     fit.correlated,
                     true,
                     terms,
@@ -203,10 +205,12 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     terms.hysteretic = true;
     state = refine(band, state.poles, state.started, terms, options.max_iterations);
   }
-  if (options.scatter && may_scatter(band, state, terms, options)) {
+  const Refined white = state;  // of equal poles and no amplitude: the start of all others
+  state = with_amplitude(band, white, terms, options);
+  if (options.scatter && may_scatter(band, white, terms, options)) {
     // The diagram's poles and what the search found apart from them; what splits a peak stays out.
     Poles from = start;
-    for (const Complex p : state.poles) {
+    for (const Complex p : white.poles) {
       const auto splits = [&](Complex q) { return std::abs(p - q) < -4 * (p.real() + q.real()); };
       if (!inside(band, p) || std::none_of(start.begin(), start.end(), splits)) from.push_back(p);
     }
@@ -214,16 +218,16 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
                                      {.search_gain = options.search_gain,
                                       .max_damping = options.poles.max_damping,
                                       .max_modes = options.max_modes,
-                                      .give_up = length_of(band, state, terms, 1) + kHopeless});
+                                      .give_up = description_length(band, state, terms, 1) + kHopeless});
     // Two poles of the white fit that became one which is no mode of its own.
-    const bool hides = std::any_of(state.poles.begin(), state.poles.end(), [&](Complex p) {
+    const bool hides = std::any_of(white.poles.begin(), white.poles.end(), [&](Complex p) {
       const std::size_t k = scatter.poles.empty() ? 0 : nearest(scatter.poles, p);
       const auto same = [&](Complex q) { return !scatter.poles.empty() && nearest(scatter.poles, q) == k; };
-      return inside(band, p) && std::count_if(state.poles.begin(), state.poles.end(), same) > 1 &&
+      return inside(band, p) && std::count_if(white.poles.begin(), white.poles.end(), same) > 1 &&
              !is_one_mode(band, scatter, k);
     });
     if (!scatter.poles.empty() && !hides &&
-        description_length(band, scatter, terms) < length_of(band, state, terms, scatter.correlated)) {
+        description_length(band, scatter, terms) < description_length(band, state, terms, scatter.correlated)) {
       const double length = description_length(band, scatter, terms) + weight_length(band);
       Solution solution = solution_of(std::move(scatter), terms);
       solution.length = length;
@@ -233,21 +237,22 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
   // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
   // stiffness leaves would decide between the two by chance.
   const bool model_error = band.noise_floor > 0 && state.residual.norm() > 1.5 * band.noise_floor * band.h.norm();
-  if (options.damping == DampingChoice::automatic && !state.poles.empty() && band.decay == 0 && !model_error) {
+  if (options.damping == DampingChoice::automatic && !state.poles.empty() && state.ties.empty() && band.decay == 0 &&
+      !model_error) {
     ResidualTerms other = terms;
     other.hysteretic = true;
     Refined hysteretic = refine(band, state.poles, state.started, other, options.max_iterations);
     // Both have as many parameters. They differ by the tails alone, as modes far outside the band do: only a difference
     // that those do not reach decides.
     constexpr double kDecisive = 20;
-    if (length_of(band, hysteretic, other, state.correlated) <
-        length_of(band, state, terms, state.correlated) - kDecisive) {
+    if (description_length(band, hysteretic, other, state.correlated) <
+        description_length(band, state, terms, state.correlated) - kDecisive) {
       state = std::move(hysteretic);
       terms = other;
     }
   }
   Solution solution = solution_of(band, state, terms, true);
-  solution.length = length_of(band, state, terms, 1) + weight_length(band);
+  solution.length = description_length(band, state, terms, 1) + weight_length(band);
   return solution;
 }
 

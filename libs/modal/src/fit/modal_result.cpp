@@ -54,6 +54,7 @@ void warn_of_modes(const Band& band, ModalModel& model) {
   }
   for (const Mode& mode : model.modes) {
     for (const Mode& strong : model.modes) {
+      if (strong.amplitude_offset != 0.0) continue;  // its distortion is known
       const double times = std::round(mode.frequency.value / strong.frequency.value);
       const double distance = std::abs(mode.frequency.value - times * strong.frequency.value);
       if ((times == 2 || times == 3) && distance < mode.damping.value * mode.frequency.value &&
@@ -68,12 +69,31 @@ void warn_of_modes(const Band& band, ModalModel& model) {
   }
 }
 
+// The tied poles are no modes: the residues of those that share a mode's frequency are its own at small motion.
+void add_amplitude(const Solution& solution, const ResidueFit& residues, const std::vector<std::size_t>& order,
+                   ModalModel& model) {
+  for (std::size_t i = 0; i < solution.ties.size(); ++i) {
+    const Tie& tie = solution.ties[i];
+    const std::size_t pole = order.size() + i;
+    const auto mode = static_cast<std::size_t>(std::find(order.begin(), order.end(), tie.parent) - order.begin());
+    model.amplitude.push_back(
+        {mode, tie.decay, tie.turn, solution.poles[pole], residues.residues.row(static_cast<Index>(pole)).transpose()});
+    if (tie.turn == 1) model.modes[mode].residues += model.amplitude.back().residues;
+  }
+  for (const AmplitudeTerm& term : model.amplitude) {
+    if (term.turn != 1) continue;
+    Mode& mode = model.modes[term.mode];
+    const Complex part = mode.residues.dot(term.residues) / mode.residues.squaredNorm();
+    mode.amplitude_offset += part * (term.pole - mode.pole);
+  }
+}
+
 }  // namespace
 
 ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Solution& solution) {
   ModalModel model;
   model.damping_model = solution.terms.hysteretic ? DampingModel::hysteretic : DampingModel::viscous;
-  std::vector<std::size_t> order(solution.poles.size());
+  std::vector<std::size_t> order(solution.poles.size() - solution.ties.size());
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::sort(order.begin(), order.end(),
             [&](auto a, auto b) { return std::abs(solution.poles[a]) < std::abs(solution.poles[b]); });
@@ -106,6 +126,7 @@ ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Soluti
     }
     model.modes.push_back(std::move(mode));
   }
+  add_amplitude(solution, residues, order, model);
   model.frequency_scatter = solution.frequency_scatter;
   model.damping_scatter = solution.damping_scatter;
   model.lower = residues.lower;

@@ -10,6 +10,7 @@ struct Solution {
   Eigen::MatrixXd residues;                 ///< as in PoleFit
   Eigen::MatrixXcd residual;                ///< measured - model
   std::vector<Eigen::MatrixXd> covariance;  ///< of (Re, Im) of the poles; the widest counts; empty when not refined
+  std::vector<Tie> ties = {};               ///< of the last poles
   double correlated = 1;
   bool converged = false;
   ResidualTerms terms;

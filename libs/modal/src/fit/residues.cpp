@@ -78,6 +78,13 @@ Eigen::VectorXcd synthesise(const ModalModel& model, Eigen::Index channel,
       sum += model.damping_model == DampingModel::hysteretic ? a / (s - p) - a / (s + p)
                                                              : a / (s - p) + std::conj(a) / (s - std::conj(p));
     }
+    for (const AmplitudeTerm& term : model.amplitude) {
+      const Complex a = term.residues[channel], p = term.pole;
+      sum += a / (s - p) + std::conj(a) / (s - std::conj(p));
+      if (term.turn != 1) continue;
+      const Complex small = model.modes[term.mode].pole;
+      sum -= a / (s - small) + std::conj(a) / (s - std::conj(small));
+    }
     h[i] = sum * std::pow(s, static_cast<int>(kind));
   }
   return h;

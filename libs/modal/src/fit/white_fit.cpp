@@ -23,9 +23,10 @@ constexpr int kSearchRounds = 20;
 double frequency_of(Complex p) { return std::abs(p) / (2 * kPi); }
 double damping_of(Complex p) { return -p.real() / std::abs(p); }
 
-Poles moved(const Poles& poles, const VectorXd& step, const Band& band) {
+Poles moved(const Poles& poles, const VectorXd& step, const Band& band, const std::vector<Tie>& ties) {
   Poles result = poles;
-  for (std::size_t k = 0; k < poles.size(); ++k) {
+  const std::size_t free = poles.size() - ties.size();
+  for (std::size_t k = 0; k < free; ++k) {
     const double half_width = band.decay - poles[k].real();
     Complex change(step[2 * static_cast<Index>(k)], step[2 * static_cast<Index>(k) + 1]);
     // The linearisation holds over a fraction of the peak: longer steps are shortened.
@@ -33,13 +34,14 @@ Poles moved(const Poles& poles, const VectorXd& step, const Band& band) {
     const Complex p = poles[k] + change;
     result[k] = {std::min(p.real(), 0.1 * poles[k].real()), p.imag()};
   }
+  for (std::size_t i = 0; i < ties.size(); ++i) result[free + i] = ties[i].of(result);
   return result;
 }
 
 // True when a step would move no pole inside the band by more than a small part of its standard deviation. (Poles
 // outside stand for what the residuals cannot; they may creep along a flat valley for long.)
 bool is_small(const Band& band, const Poles& poles, const MatrixXd& inverse, const VectorXd& step, double variance) {
-  for (std::size_t k = 0; k < poles.size(); ++k) {
+  for (std::size_t k = 0; 2 * k < static_cast<std::size_t>(step.size()); ++k) {
     const double f = frequency_of(poles[k]);
     if (f < band.low || f > band.high) continue;
     for (const Index i : {2 * static_cast<Index>(k), 2 * static_cast<Index>(k) + 1}) {
@@ -50,6 +52,20 @@ bool is_small(const Band& band, const Poles& poles, const MatrixXd& inverse, con
 }
 
 }  // namespace
+
+MatrixXd tie_slopes(std::size_t poles, const std::vector<Tie>& ties) {
+  const auto all = 2 * static_cast<Index>(poles), free = all - 2 * static_cast<Index>(ties.size());
+  MatrixXd slopes = MatrixXd::Identity(all, free);
+  for (std::size_t i = 0; i < ties.size(); ++i) {
+    const Index row = free + 2 * static_cast<Index>(i), column = 2 * static_cast<Index>(ties[i].parent);
+    const Index other = 2 * static_cast<Index>(ties[i].other);
+    slopes(row, column) += ties[i].decay;
+    slopes(row + 1, column + 1) += ties[i].turn;
+    slopes(row, other) += ties[i].other_decay;
+    slopes(row + 1, other + 1) += ties[i].other_turn;
+  }
+  return slopes;
+}
 
 double freedom(const Band& band, const Poles& poles, const ResidualTerms& terms) {
   const auto n = static_cast<double>(poles.size());
@@ -66,19 +82,24 @@ double noise_variance(const Band& band, const Poles& poles, const ResidualTerms&
   return std::max(fit.total() / freedom(band, poles, terms), least_variance(band));
 }
 
-Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations) {
+Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations,
+               const std::vector<Tie>& ties) {
   Refined best{start, fit_poles(band, start, terms, true)};
   best.started = started;
+  best.ties = ties;
+  const MatrixXd slopes = tie_slopes(start.size(), ties);
   double damping = 1e-5, growth = 3;
   for (int iteration = 0; iteration < iterations && !best.converged && !best.poles.empty(); ++iteration) {
-    const VectorXd scale = best.fit.jtj.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    MatrixXd a = scale.asDiagonal() * best.fit.jtj * scale.asDiagonal();
+    const MatrixXd jtj = ties.empty() ? best.fit.jtj : MatrixXd(slopes.transpose() * best.fit.jtj * slopes);
+    const VectorXd jtr = ties.empty() ? best.fit.jtr : VectorXd(slopes.transpose() * best.fit.jtr);
+    const VectorXd scale = jtj.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    MatrixXd a = scale.asDiagonal() * jtj * scale.asDiagonal();
     a.diagonal().array() += damping;
     const Eigen::LDLT<MatrixXd> factor(a);
-    const VectorXd step = scale.asDiagonal() * factor.solve(scale.asDiagonal() * best.fit.jtr);
+    const VectorXd step = scale.asDiagonal() * factor.solve(scale.asDiagonal() * jtr);
     if (!step.allFinite()) break;
     const double variance = noise_variance(band, best.poles, terms, best.fit);
-    const double gain = step.dot(best.fit.jtr);
+    const double gain = step.dot(jtr);
     const MatrixXd inverse = scale.asDiagonal() * factor.solve(MatrixXd(scale.asDiagonal()));
     if (gain < 0.03 * variance * static_cast<double>(best.poles.size()) ||
         is_small(band, best.poles, inverse, step, variance)) {
@@ -86,8 +107,7 @@ Refined refine(const Band& band, const Poles& start, std::size_t started, const 
       break;
     }
     const double predicted = gain + damping * step.cwiseQuotient(scale).squaredNorm();
-    Refined next{moved(best.poles, step, band), {}};
-    next.started = started;
+    Refined next{moved(best.poles, step, band, ties), {}};
     next.fit = fit_poles(band, next.poles, terms, true);
     const double real = best.fit.total() - next.fit.total();
     if (real > 0) {
@@ -106,6 +126,12 @@ Refined refine(const Band& band, const Poles& start, std::size_t started, const 
   const bool clean = noise_variance(band, best.poles, terms, best.fit) <= least_variance(band);
   best.correlated = clean ? 1 : correlated_lines(band, best.residual);
   return best;
+}
+
+double description_length(const Band& band, const Refined& state, const ResidualTerms& terms, double lines) {
+  const double tied = 2 * static_cast<double>(state.ties.size());
+  return description_length(band, state.fit, state.poles.size(), terms, lines) -
+         tied * std::log(2 * static_cast<double>(band.h.size()) / lines);
 }
 
 bool drop_unsupported(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options,

@@ -54,13 +54,29 @@ struct Mode {
   Eigen::VectorXcd offsets = {};
   double frequency_scatter = 0;  ///< relative standard deviation of the frequency between FRFs
   double damping_scatter = 0;    ///< standard deviation of the damping ratio between FRFs
+  /// Where the pole depends on the amplitude: the pole just after the average blow less `pole`, which is that of small
+  /// motion, rad/s. Zero when no dependence is seen.
+  std::complex<double> amplitude_offset = 0;
+};
+
+/// What a mode whose stiffness or damping depends on the amplitude adds to the response to a blow. Its ringing
+/// A exp(p t) changes its pole by an offset that decays with the square of the amplitude, which adds poles
+/// 3 Re p + j Im p, 5 Re p + j Im p, ..., and distorts, which adds poles 2 p (stiffness not symmetric) and 3 p.
+struct AmplitudeTerm {
+  std::size_t mode = 0;        ///< index in ModalModel::modes
+  double decay = 3, turn = 1;  ///< its pole: decay Re p + j turn Im p
+  std::complex<double> pole;   ///< rad/s
+  /// One per FrfChannel. With turn = 1 the term is a/(s - pole) - a/(s - p), so that the residues of the mode are those
+  /// of small motion; with another turn a/(s - pole). Both with the conjugate.
+  Eigen::VectorXcd residues;
 };
 
 /// Poles, residues and residuals of paper eq. 20.
 struct ModalModel {
-  std::vector<Mode> modes;             ///< ascending in frequency
-  Eigen::VectorXcd lower;              ///< lower residual L per channel: L / s^2 in receptance
-  Eigen::VectorXcd upper;              ///< upper residual U per channel
+  std::vector<Mode> modes;                    ///< ascending in frequency
+  std::vector<AmplitudeTerm> amplitude = {};  ///< nonlinear part of the response, no modes
+  Eigen::VectorXcd lower;                     ///< lower residual L per channel: L / s^2 in receptance
+  Eigen::VectorXcd upper;                     ///< upper residual U per channel
   Eigen::VectorXcd upper_slope;        ///< its next term U2 per channel: U + U2 s^2 in receptance; zero when not fitted
   std::vector<std::string> responses;  ///< response point and direction per channel
   std::vector<std::string> references;  ///< reference point and direction per channel
