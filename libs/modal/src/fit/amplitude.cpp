@@ -163,8 +163,11 @@ void add_shift(const Search& search, Refined& state, Complex mode) {
         if (other == term.parent || std::abs(state.poles[other] - start.poles.back()) > -start.poles.back().real())
           continue;
         const Refined replaced = without(start, other);
-        consider(replaced, -kInPlace);
-        if (first) consider(with(replaced, own(parent - (other < parent ? 1 : 0), 5)), -kInPlace);
+        // Where it stands just there it can hardly be anything else.
+        const bool there = std::abs(state.poles[other] - start.poles.back()) < -state.poles[parent].real();
+        const double clear = there ? -4 * kInPlace : -kInPlace;
+        consider(replaced, clear);
+        if (first) consider(with(replaced, own(parent - (other < parent ? 1 : 0), 5)), clear);
       }
       if (search.gains(state, start)) consider(start, first ? kAdded : 0);
     }

@@ -35,7 +35,11 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
     if (gain < 0.2 * needed * noise_variance(band, state.poles, terms, state.fit)) continue;
     Refined next = refine(band, more, state.started + 1, terms, options.max_iterations);
     const Complex added = next.poles[state.started];
-    if (inside(band, added) || !(std::abs(added) / (2 * kPi) < 5 * band.high)) continue;
+    // One that ran into the band with the damping of no mode takes the place of what is not modelled there.
+    const auto wild = [&](Complex p) { return inside(band, p) && -p.real() > options.poles.max_damping * std::abs(p); };
+    if (inside(band, added) || !(std::abs(added) / (2 * kPi) < 5 * band.high) ||
+        std::any_of(next.poles.begin(), next.poles.end(), wild))
+      continue;
     if (description_length(band, next, terms, state.correlated) <
         description_length(band, state, terms, state.correlated))
       state = std::move(next);
