@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "whirl/response/continuation.hpp"
+#include "whirl/response/sweep_peaks.hpp"
 #include "whirl/response/synchronous.hpp"
 
 namespace {
@@ -39,6 +40,20 @@ void ThousandSynchronousCurves(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(response::synchronous_band(rotor(), covariance, omega, 1000).peak_high);
 }
 BENCHMARK(ThousandSynchronousCurves)->Unit(benchmark::kMillisecond);
+
+void PeaksOverFortyUnbalances(benchmark::State& state) {
+  RotorModel m = rotor();
+  m.k1_conj = {300, 120};
+  const response::PeriodicSystem system(response::rotor_equations(m), {"", 0, 1, true});
+  response::CurveOptions o;
+  o.from = 40;
+  o.to = 200;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        response::peak_over_force(system, Eigen::VectorXd::LinSpaced(40, 0.05, 2), o, response::ResponseCurve::radius)
+            .jump_from);
+}
+BENCHMARK(PeaksOverFortyUnbalances)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 

@@ -20,3 +20,6 @@ whirl runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 3 --out plan.json
 whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 30 --out slow_up.csv
 whirl simulate model.json --from-rpm 300 --to-rpm 1900 --seconds 3 --out fast_up.csv
 whirl simulate model.json --from-rpm 1900 --to-rpm 300 --seconds 30 --out slow_down.csv
+
+# Largest radius of slow sweeps over the unbalance: from where on does the rotor jump?
+whirl response model.json --from-rpm 300 --to-rpm 1900 --peaks-to 1.5 --isolas --peak-figure peaks.svg

@@ -193,9 +193,12 @@ BayesianBalance balance_with_prior(const BalancingJob& job, const InfluencePrior
     const double value = std::arg(b.masses[p]);
     b.angle.push_back({value, angle.sd, value + angle.low, value + angle.high});
   }
-  for (Index m = 0; m < rows; ++m)
-    b.residual.push_back(percentiles(residual[static_cast<std::size_t>(m)],
-                                     std::abs(b.baseline[m] + (b.influence.row(m) * b.masses)(0))));
+  // The median: the residual of the means alone would be far too small.
+  for (std::vector<double>& r : residual) {
+    std::nth_element(r.begin(), r.begin() + static_cast<long>(r.size() / 2), r.end());
+    const double median = r[r.size() / 2];
+    b.residual.push_back(percentiles(r, median));
+  }
   b.surprise = posterior.freedom > 0 ? posterior.chi / posterior.freedom : std::nan("");
   if (posterior.freedom > 0) {
     const boost::math::chi_squared chi(2 * posterior.freedom);

@@ -61,15 +61,15 @@ char stated_zone(double reading, const std::vector<double>& limits) {
 
 report::Table budget(const BalancingSheet& s) {
   report::Table t;
-  t.caption = "Residual unbalance with its errors (95 %)";
+  t.caption = "Residual unbalance with its errors (95 %), all in g mm";
   t.columns = {{"plane", "", report::Align::left},
-               {"residual", "g mm"},
-               {"scatter", "g mm"},
-               {"mass", "g mm"},
-               {"angle", "g mm"},
-               {"radius", "g mm"},
-               {"error", "g mm"},
-               {"permitted", "g mm"},
+               {"residual", ""},
+               {"scatter", ""},
+               {"mass", ""},
+               {"angle", ""},
+               {"radius", ""},
+               {"error", ""},
+               {"permitted", ""},
                {fmt::format("G {:g}", s.grade), "", report::Align::left}};
   for (const auto& p : s.planes) {
     if (!p.budget) continue;
@@ -134,7 +134,10 @@ report::Table check(const BalancingSheet& s) {
                {"vector inside", "", report::Align::left}};
   for (std::size_t m = 0; m < s.check.size(); ++m)
     t.add({m < s.rows.size() ? s.rows[m].name : "", number(s.check[m].predicted.value * 1e6),
-           interval(s.check[m].predicted, 1e6), number(s.check[m].measured * 1e6), s.check[m].inside ? "yes" : "no"});
+           interval(s.check[m].predicted, 1e6), number(s.check[m].measured * 1e6),
+           std::isnan(s.check[m].predicted.low) ? "not known"
+           : s.check[m].inside                  ? "yes"
+                                                : "no"});
   return t;
 }
 

@@ -33,7 +33,7 @@ struct BayesianBalance {
   Eigen::VectorXcd masses;       ///< that make the expected sum of squares smallest, the uncertainty in it
   /// By plane: 2.5 to 97.5 % of the best masses over draws of the posterior.
   std::vector<Estimate> real, imag, magnitude, angle;
-  std::vector<Estimate> residual;  ///< predicted |reading| with `masses`, 2.5 to 97.5 %
+  std::vector<Estimate> residual;  ///< predicted |reading| with `masses`: median, 2.5 to 97.5 %
   double surprise = 0;             ///< chi-square of the runs under the prior over its degrees of freedom
   Summary summary;
 };
