@@ -208,6 +208,7 @@ std::string_view to_string(Fault f) {
   if (f == Fault{7}) return "gap";
   if (f == Fault{8}) return "implausible";
   if (f == Fault{9}) return "supervision";
+  if (f == Fault{10}) return "board_restarted";
   return "?";
 }
 

@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -55,6 +56,12 @@ rig::RigParameters at_rest(rig::RigParameters p) {
   p.profile = stand;
   for (rig::RigMode& m : p.modes) m.initial = 0;
   return p;
+}
+
+// A fifth of what the run shows without control, so that a loop that has lost its actuators ends long before that; a
+// millimetre at least, for the start and for weak controllers.
+double displacement_limit(const rig::RigParameters& p) {
+  return std::clamp(0.2 * tuning::ClosedLoopPlant(p).open().all, 1e-3, 0.3 * p.laser.range);
 }
 
 rig::RigRun frame_by_frame(rig::RigRun run, long ratio) {
@@ -132,7 +139,7 @@ IoSettings RigServer::io() const {
   IoSettings io;
   io.rate = options_.rig.timing.rate;
   io.address = address_;
-  io.safety.displacement = 0.3 * options_.rig.laser.range;
+  io.safety.displacement = displacement_limit(options_.rig);
   io.hardware.grace = 0.5 / io.rate;
   if (options_.lockstep) io.clock = "lockstep", io.hardware.grace = kLockstepGrace, io.watchdog = 1;
   for (std::size_t i = 0; i < 2; ++i) {
@@ -251,6 +258,7 @@ void RigServer::send_reading() {
   r.output = command_.armed && !expired_;
   r.expired = expired_;
   r.done = rig_.done();
+  r.session = static_cast<std::uint16_t>(::getpid() % 65535 + 1);
   std::array<std::byte, rt::board::kReadingSize> bytes;
   rt::board::encode(r, bytes);
   (void)!::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(peer_.data()),

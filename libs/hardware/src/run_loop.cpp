@@ -49,6 +49,9 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   const bool lockstep = io.clock == "lockstep";
   const auto early = [&] { return lockstep && rig.board().tick % kLockstepCycle != 0; };
   const int longest = std::max(10 * io.settle, io.settle + static_cast<int>(kLockstepCycle));
+  // The board answers to whoever commands it: unasked, its first tick would be waited for in vain for a watchdog's
+  // time.
+  rig.write({});
   for (int k = 0; (k < io.settle || ((unfit() || early()) && k < longest)) && !shared.stop(); ++k) r = loop.cycle();
   const long first = r.tick + 1;
   // Nothing of the machine's own speed gets into a run in lockstep.

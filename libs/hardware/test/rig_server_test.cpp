@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <thread>
@@ -51,6 +52,38 @@ TEST(RecordDisarmedRealtime, AServedRigIsRecordedAndTheStopRequestEndsIt) {
   EXPECT_GT(run.cycles, 50);
   EXPECT_EQ(run.cycles, seen);
   EXPECT_FALSE(run.loop.armed);
+}
+
+TEST(RigServerSettings, TheServedLimitLiesWellBelowThePeakWithoutControl) {
+  for (const double mass : {0.0, 2.5e-3, 5e-3}) {
+    ServeOptions options;
+    options.rig.rotor.added_mass = mass;
+    const double open = tuning::ClosedLoopPlant(options.rig).open().all,
+                 limit = RigServer(options).io().safety.displacement;
+    EXPECT_GE(limit, 1e-3);
+    if (open > 5e-3) {
+      EXPECT_LT(limit, 0.25 * open) << mass;
+    }
+  }
+}
+
+// The board answers to whoever commands it: the first tick is not waited for in vain.
+TEST(RecordDisarmedRealtime, TheLengthOfARunDoesNotDependOnTheWatchdog) {
+  RigServer server({});
+  IoSettings io = server.io();
+  io.watchdog = io.hardware.board_timeout = 60;
+  std::atomic<bool> over{false};
+  std::thread rig([&] { server.run([&] { return over.load(); }); });
+  RealtimeRunOptions options;
+  options.seconds = 0.2;
+  options.record = std::filesystem::path(::testing::TempDir()) / "whirl_watchdog.h5";
+  const auto before = std::chrono::steady_clock::now();
+  const RecordRun run = record_disarmed(io, options);
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - before;
+  over = true;
+  rig.join();
+  EXPECT_GT(run.cycles, 50);
+  EXPECT_LT(took.count(), 30);
 }
 
 TEST(RunRealtime, AControllerOfAnotherRateIsRefusedBeforeAnythingIsOpened) {

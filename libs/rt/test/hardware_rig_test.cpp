@@ -189,6 +189,8 @@ TEST_F(HardwareRigRealtime, WhatABoardCannotSaySaysSo) {
   EXPECT_EQ(after([](BoardReading& r) { r.beta = 1e13; }), kImplausible);
   EXPECT_EQ(after([](BoardReading& r) { r.omega = 1e5; }), kImplausible);
   EXPECT_EQ(after([](BoardReading& r) { r.omega_dot = 1e7; }), kImplausible);
+  EXPECT_EQ(after([](BoardReading& r) { r.session = 7, r.beta += 0.06; }), kBoardRestarted);
+  EXPECT_EQ(after([](BoardReading& r) { r.session = 7, r.tick = 0, r.beta = 0; }), kBoardRestarted);
 }
 
 TEST_F(HardwareRigRealtime, AnExpiredBoardAndAStandingAngleTripTheArmedLoop) {

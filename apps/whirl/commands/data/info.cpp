@@ -1,9 +1,71 @@
+#include <array>
+#include <cmath>
+#include <optional>
+
 #include "command.hpp"
+#include "whirl/core/control_types.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/pages/file_report.hpp"
+#include "whirl/rt/recorder.hpp"
 
 namespace whirl::app {
+namespace {
+
+/// The recording of a loop that this file is, whole or of a writer that was killed; none for any other file.
+std::optional<rt::LoopRecord> loop_record(const std::filesystem::path& file) {
+  if (file.extension() != ".h5" && file.extension() != ".hdf5") return std::nullopt;
+  try {
+    return rt::read_loop_record(file);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+void tell(const rt::LoopRecord& record, const std::string& file, Session& session) {
+  const double h = record.head.sample_time;
+  std::array<double, 4> peak{};  // x, y, ux, uy
+  std::int64_t armed = 0, left_out = 0;
+  Fault trip = Fault::none;
+  for (const rt::LoopSample& s : record.cycles) {
+    const double values[] = {s.x, s.y, s.ux, s.uy};
+    for (std::size_t i = 0; i < 4; ++i) peak[i] = std::max(peak[i], std::isfinite(values[i]) ? std::abs(values[i]) : 0);
+    armed += (s.flags & rt::kArmed) != 0;
+    left_out += s.missed;
+    if (trip == Fault::none) trip = static_cast<Fault>(s.trip);
+  }
+  session.say(fmt::format(
+      "{}: recording of a loop, {} cycles at {:g} Hz ({:.2f} s), {} armed, {} ticks left out, trip: {}", file,
+      record.cycles.size(), 1 / h, h * static_cast<double>(record.cycles.size()), armed, left_out, to_string(trip)));
+  session.say(fmt::format("peak x {:.4g} mm, y {:.4g} mm, force {:.4g} N and {:.4g} N (zero-to-peak)", 1e3 * peak[0],
+                          1e3 * peak[1], peak[2], peak[3]));
+  for (const rt::LoopEvent& e : record.events) session.say(fmt::format("  tick {}: {}", e.tick, e.text));
+  io::Json events = io::Json::array();
+  for (const rt::LoopEvent& e : record.events)
+    events.push(io::Json::object().set("tick", static_cast<double>(e.tick)).set("t", e.t).set("text", e.text));
+  session.result(io::start_document("whirl.loop-info", 1)
+                     .set("cycles", static_cast<double>(record.cycles.size()))
+                     .set("sample_time", h)
+                     .set("closed", record.closed)
+                     .set("armed", static_cast<double>(armed))
+                     .set("missed", static_cast<double>(left_out))
+                     .set("trip", std::string(to_string(trip)))
+                     .set("x_peak", peak[0])
+                     .set("y_peak", peak[1])
+                     .set("ux_peak", peak[2])
+                     .set("uy_peak", peak[3])
+                     .set("events", std::move(events)));
+  Summary summary;
+  if (!record.closed) {
+    summary.warn(
+        file +
+        ": its writer did not come to its end, or is at work; what it has flushed, twice a second, is here and "
+        "`whirl replay` reads it");
+  }
+  session.finish(summary);
+}
+
+}  // namespace
 
 void add_info(CommandLine& app, Session& session) {
   struct Options {
@@ -15,9 +77,14 @@ void add_info(CommandLine& app, Session& session) {
       app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
       "Input: " + io::readable_formats() +
           ", found from the content; text may be .gz.\n"
+          "A recording of a loop is told as such, also when its writer was killed.\n"
           "CSV has a header of quantity_unit columns, a universal file datasets 58, 58b, 55, 15, 82, ...\n\n"
           "Example: whirl info rundown.csv",
       [o, &session] {
+        if (const auto record = loop_record(o->file)) {
+          tell(*record, o->file, session);
+          return;
+        }
         io::CsvOptions csv;
         if (o->rate > 0) csv.rate = o->rate;
         const pages::FileReport report = pages::report_file(io::read_signals(o->file, csv));

@@ -105,6 +105,7 @@ void HardwareRig::drain() noexcept {
   // After the lasers: a board reading never seems older than the frames that came with it.
   const BoardReading before = reading_;
   if (board_->read(reading_)) {
+    restarted_ = restarted_ || (armed_ && board_seen_ && reading_.session != before.session);
     implausible_ = implausible_ || (armed_ && board_seen_ && !plausible(before));
     board_tick_ += board_seen_ ? static_cast<std::int32_t>(reading_.tick - before.tick) : 0;
     board_seen_ = board_fresh_ = true;
@@ -319,12 +320,13 @@ void HardwareRig::write(const Command& force) noexcept {
 
 void HardwareRig::arm(bool armed) noexcept {
   if (armed && !armed_) start_ = tick_ + 1;
-  if (armed != armed_) implausible_ = false;
+  if (armed != armed_) implausible_ = restarted_ = false;
   armed_ = armed;
 }
 
 Fault HardwareRig::fault() const noexcept {
   if (reading_.done) return Fault::none;
+  if (restarted_) return kBoardRestarted;  // which a watchdog would hide
   if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   if (implausible_) return kImplausible;

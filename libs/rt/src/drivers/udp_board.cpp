@@ -53,10 +53,15 @@ void encode(const NumberedCommand& c, std::span<std::byte, kCommandSize> out) no
 }
 
 void encode(const BoardReading& r, std::span<std::byte, kReadingSize> out) noexcept {
-  const ReadingBytes bytes{
-      kReadingMagic, r.tick,  (r.output ? kOutput : 0u) | (r.expired ? kExpired : 0u) | (r.done ? kDone : 0u),
-      r.answered,    r.beta,  r.omega,
-      r.omega_dot,   r.analog};
+  const ReadingBytes bytes{kReadingMagic,
+                           r.tick,
+                           (r.output ? kOutput : 0u) | (r.expired ? kExpired : 0u) | (r.done ? kDone : 0u) |
+                               (std::uint32_t{r.session} << 16),
+                           r.answered,
+                           r.beta,
+                           r.omega,
+                           r.omega_dot,
+                           r.analog};
   std::memcpy(out.data(), &bytes, sizeof bytes);
 }
 
@@ -78,7 +83,8 @@ std::optional<BoardReading> decode_reading(std::span<const std::byte> bytes) noe
                       b.answered,
                       (b.flags & kOutput) != 0,
                       (b.flags & kExpired) != 0,
-                      (b.flags & kDone) != 0};
+                      (b.flags & kDone) != 0,
+                      static_cast<std::uint16_t>(b.flags >> 16)};
 }
 
 Address parse_address(const std::string& text) {

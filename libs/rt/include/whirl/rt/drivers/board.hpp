@@ -13,8 +13,9 @@ struct BoardReading {
   std::array<double, 4> analog{};  ///< inputs, V
   std::uint32_t answered = 0;      ///< tick that the command acting now was computed from
   bool output = false;             ///< outputs follow the commands
-  bool expired = false;  ///< the board's watchdog has set the outputs to zero; latched until a disarmed command
-  bool done = false;     ///< the experiment is over
+  bool expired = false;       ///< the board's watchdog has set the outputs to zero; latched until a disarmed command
+  bool done = false;          ///< the experiment is over
+  std::uint16_t session = 0;  ///< another number after each start of the board; 0: it gives none
 };
 
 /// What the outputs shall do.

@@ -132,7 +132,7 @@ class HardwareRig {
   /// by the encoder alone.
   std::array<double, 64> angles_{};
   long angles_known_ = 0;
-  bool implausible_ = false;  ///< latched while armed
+  bool implausible_ = false, restarted_ = false;  ///< latched while armed
   bool armed_ = false, started_ = false, at_rest_ = false, waited_ = false;
 };
 
