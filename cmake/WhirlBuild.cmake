@@ -26,7 +26,8 @@ find_package(PkgConfig REQUIRED)
 
 # What a fault in the code may do is kept small: programs load anywhere, and their tables of functions become read-only
 # before the first instruction of theirs. Code that is made for others (not -march=native) also ends at a smashed stack, at
-# a copy beyond its buffer and at a jump to where no function begins.
+# a copy beyond its buffer and at a jump to where no function begins; so does, in every build, the code that reads files,
+# sockets and wires (WHIRL_GUARDED), which is not the code that has to be fast.
 include(CheckCXXCompilerFlag)
 include(CheckPIESupported)
 check_pie_supported()
@@ -38,6 +39,7 @@ else()
   set(whirl_harden ON)
 endif()
 option(WHIRL_HARDEN "Compile with checks of the stack and of copies" ${whirl_harden})
+set(WHIRL_GUARDED io rt hardware monitor)
 
 # A list of sanitizers has a comma, which a generator expression takes for the end of its argument.
 set(sanitized OFF)
@@ -47,13 +49,15 @@ endif()
 
 add_library(whirl_flags INTERFACE)
 target_link_options(whirl_flags INTERFACE $<BUILD_INTERFACE:-Wl,-z,relro,-z,now>)
+add_library(whirl_guards INTERFACE)
+target_compile_options(whirl_guards INTERFACE
+  -fstack-protector-strong
+  $<$<BOOL:${WHIRL_HAS_STACK_CLASH}>:-fstack-clash-protection>
+  $<$<BOOL:${WHIRL_HAS_CF_PROTECTION}>:-fcf-protection>
+  # It needs optimisation, and hides copies from the address sanitizer.
+  $<$<NOT:$<OR:$<CONFIG:Debug>,$<BOOL:${sanitized}>>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=2>)
 if(WHIRL_HARDEN)
-  target_compile_options(whirl_flags INTERFACE
-    $<BUILD_INTERFACE:-fstack-protector-strong>
-    $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_STACK_CLASH}>:-fstack-clash-protection>>
-    $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_HAS_CF_PROTECTION}>:-fcf-protection>>
-    # It needs optimisation, and hides copies from the address sanitizer.
-    $<BUILD_INTERFACE:$<$<NOT:$<OR:$<CONFIG:Debug>,$<BOOL:${sanitized}>>>:-U_FORTIFY_SOURCE$<SEMICOLON>-D_FORTIFY_SOURCE=2>>)
+  target_link_libraries(whirl_flags INTERFACE $<BUILD_INTERFACE:whirl_guards>)
 endif()
 # One alignment for fixed-size Eigen types whatever the consumer's -march, so that the installed libraries keep their ABI.
 target_compile_definitions(whirl_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=64)
@@ -91,6 +95,9 @@ function(whirl_module name)
     set(scope PUBLIC)
     target_include_directories(whirl_${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/src")
     target_link_libraries(whirl_${name} PRIVATE ${ARG_PRIVATE_LINKS})
+    if(name IN_LIST WHIRL_GUARDED)
+      target_link_libraries(whirl_${name} PRIVATE $<BUILD_INTERFACE:whirl_guards>)
+    endif()
   else()
     add_library(whirl_${name} INTERFACE)
     set(scope INTERFACE)

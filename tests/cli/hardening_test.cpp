@@ -39,6 +39,11 @@ TEST(HardeningE2e, TheProgramLoadsAnywhereAndItsTablesAreReadOnly) {
   EXPECT_TRUE(now) << "BIND_NOW";
   EXPECT_TRUE(pie) << "PIE";
   EXPECT_TRUE(stack) << "a stack that is not run";
+  // What reads files, sockets and wires ends at a smashed stack and at a copy beyond its buffer.
+  EXPECT_NE(file.find("__stack_chk_fail"), std::string::npos) << "stack protector";
+  EXPECT_TRUE(file.find("__memcpy_chk") != std::string::npos || file.find("__snprintf_chk") != std::string::npos ||
+              file.find("__read_chk") != std::string::npos)
+      << "fortified copies";
 }
 
 }  // namespace
