@@ -11,10 +11,15 @@ import shutil
 import subprocess
 import sys
 
+MARK = ".seeded-mistakes"
 program, folder = os.path.abspath(sys.argv[1]), sys.argv[2]
+# Cleared only when it is a folder of this script's own.
+if os.path.isdir(folder) and os.listdir(folder) and not os.path.exists(os.path.join(folder, MARK)):
+    sys.exit(f"{folder}: is not empty and not from this script: give another folder")
 shutil.rmtree(folder, ignore_errors=True)
 os.makedirs(folder)
 os.chdir(folder)
+open(MARK, "w").close()
 
 
 def whirl(*words):
