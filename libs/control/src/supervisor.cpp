@@ -12,7 +12,7 @@ constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloo
                  kFollow = 0.12;
 constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
                  kSaturationTime = 0.05;
-constexpr double kGrowing = 1.1;
+constexpr double kGrowing = 1.1, kLoud = 2, kFullWait = 0.03, kFullStart = 0.09;
 constexpr int kQuarter = 3;
 constexpr double kWorse = 1.1, kTurning = 0.1, kDecayed = 0.8, kDecaying = 0.95, kFast = 3;
 
@@ -52,7 +52,7 @@ void Supervisor::reset() noexcept {
   motion_ = {};
   synchronous_ = offset_ = {};
   eps_ = quiet_ = used_ = settings_.eps;
-  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = 0;
+  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = full_ = 0;
   gain_ = force_ = sensor_ = 1;
   blend_ = 0;
   steps_ = 0;
@@ -119,6 +119,16 @@ void Supervisor::step_down(std::uint32_t reason) noexcept {
 void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   const double h = settings_.sample_time, level = std::sqrt(square_);
   wait_ = std::max(0.0, wait_ - h);
+  // At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
+  // Without a feedforward the feedback has to catch the rotor first.
+  const double start = settings_.fixed ? kObserved : kFullStart;
+  if (saturated_ > 0.5 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter && full_ <= 0) {
+    const int next = steps_ < kQuarter ? kQuarter : kQuarter + 1;
+    step_down(kGrowth);
+    steps_ = next;
+    full_ = wait_ = kFullWait;
+  }
+  full_ -= h;
   if (time_ < kStart || wait_ > 0) return;
   if (level > settings_.level) {
     if (above_ == 0) mark_ = level;

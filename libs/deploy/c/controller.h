@@ -114,6 +114,7 @@ typedef struct {
   whirl_real mismatch;
   whirl_real worse;
   whirl_real at_limit;
+  whirl_real full;
   whirl_real feedback;
   whirl_real force;
   whirl_real sensor;

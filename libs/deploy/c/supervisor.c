@@ -26,6 +26,7 @@ static void whirl_watch_reset(whirl_state *state) {
   w->mismatch = R(0.0);
   w->worse = R(0.0);
   w->at_limit = R(0.0);
+  w->full = R(0.0);
   w->feedback = R(1.0);
   w->force = R(1.0);
   w->sensor = R(1.0);
@@ -143,7 +144,22 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
   const whirl_params *const p = &state->params;
   const whirl_real h = p->sample_time;
   const whirl_real level = M(sqrt)(w->square);
+#if HAS_FIXED
+  const whirl_real start = R(0.05);
+#else
+  const whirl_real start = R(0.09);
+#endif
   w->wait = M(fmax)(R(0.0), w->wait - h);
+  /* At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed. */
+  if ((w->at_limit > R(0.5)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3) &&
+      (w->full <= R(0.0))) {
+    const int32_t next = (w->steps < 3) ? 3 : 4;
+    whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
+    w->steps = next;
+    w->wait = R(0.03);
+    w->full = R(0.03);
+  }
+  w->full -= h;
   if ((w->time >= R(0.12)) && (w->wait <= R(0.0))) {
     const whirl_real k = p->k1 - (omega * omega);
     const whirl_real c = p->c * omega;

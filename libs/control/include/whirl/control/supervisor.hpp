@@ -75,9 +75,10 @@ struct Supervision {
 /// - A notch takes the synchronous part out of the readings. When the rest is above `level` for 60 ms and does not
 ///   decay, the next step is taken, 60 ms later again, two at once above three times the level: adaptation and
 ///   estimated feedforward frozen at their last quiet value; half the gain; a quarter; feedforward alone; no force
-///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. Once the feedback is off, only what grows
-///   goes further down. A synchronous motion 1.1 times as large as the model's without control, and a quarter of
-///   `level` more, takes the same steps.
+///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. Motion at twice the
+///   level while the force is at its limit more than half of the time goes to a quarter of the gain and to feedforward
+///   alone at once, 30 ms apart. Once the feedback is off, only what grows goes further down. A synchronous motion 1.1
+///   times as large as the model's without control, and a quarter of `level` more, takes the same steps.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Steps stay until `reset`, but for those of a lost sensor and of saturation.
 class Supervisor {
@@ -99,6 +100,7 @@ class Supervisor {
   DiskMotion motion_;
   std::complex<double> synchronous_, offset_, eps_, quiet_, used_;
   double square_ = 0, mark_ = 0, time_ = 0, above_ = 0, wait_ = 0, mismatch_ = 0, worse_ = 0, saturated_ = 0;  // s
+  double full_ = 0;                                       // s until the rule of the full force may act again
   double gain_ = 1, force_ = 1, blend_ = 0, sensor_ = 1;  // as they act
   int steps_ = 0;  // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
   bool follow_ = false;
