@@ -1,17 +1,15 @@
 
-/* The numbers as one row: every field of whirl_params is a whirl_real. */
-typedef union {
-  whirl_params named;
-  whirl_real row[WHIRL_PARAMETERS];
-} whirl_numbers;
-
 int32_t whirl_set_parameter(whirl_state *state, int32_t number, whirl_real value) {
-  int32_t wrong = number;
+  whirl_params next = state->params;
+  int32_t wrong = 0;
+  switch (number) {
+/*@parameter_cases@*/
+    default:
+      wrong = number;
+      break;
+  }
   if ((number >= 1) && (number <= WHIRL_PARAMETERS)) {
-    whirl_numbers all;
-    all.named = state->params;
-    all.row[number - 1] = value;
-    wrong = whirl_set_params(state, &all.named);
+    wrong = whirl_set_params(state, &next);
   }
   return wrong;
 }

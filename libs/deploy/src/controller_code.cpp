@@ -224,9 +224,13 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   s.slots["parameters"] = parameter_lines(code.parameters);
   s.slots["checks"] = check_lines(design, code.parameters, options.single_precision);
   s.slots["parameter_count"] = std::to_string(code.parameters.size());
-  std::string& names = s.slots["parameter_names"];
-  for (const CodeParameter& p : code.parameters)
+  std::string &names = s.slots["parameter_names"], &cases = s.slots["parameter_cases"];
+  int number = 0;
+  for (const CodeParameter& p : code.parameters) {
     names += fmt::format("{}      \"{}\"", names.empty() ? "" : ",\n", p.name);
+    cases += fmt::format("{}    case {}:\n      next.{} = value;\n      break;", cases.empty() ? "" : "\n", ++number,
+                         p.name);
+  }
   s.slots["banner"] = banner(design, options);
   code.header = {options.prefix + ".h", fill_template(deploy_template("controller.h"), s)};
   std::string source = s.slots["banner"] + "\n#include \"" + options.prefix + ".h\"\n\n#include <math.h>\n\n";
