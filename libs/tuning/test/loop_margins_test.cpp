@@ -53,15 +53,21 @@ rig::RigParameters machine(std::uint64_t seed) {
   return p;
 }
 
-/// Whether a small blow dies out at this speed, with the loop gain times `gain` and `delay` samples more: two runs that
-/// differ by the blow alone.
-bool blow_dies(const ControllerDesign& design, rig::RigParameters p, double omega, double gain, int delay) {
+/// The rig at a steady speed, without limits of the force and without steps of its converters, with the loop gain times
+/// `gain` and `delay` samples more.
+void at_speed(rig::RigParameters& p, double omega, double gain, int delay) {
   p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = 9};
   for (rig::RigMode& mode : p.modes) mode.initial = 0;
   p.actuator.voltage_limit *= 1e3;
   p.actuator.bits = p.laser.bits = 0;
   p.actuator.gain_error = (1 + p.actuator.gain_error) * gain - 1;
   p.actuator.extra_delay_samples += delay;
+}
+
+/// Whether a small blow dies out at this speed, with the loop gain times `gain` and `delay` samples more: two runs that
+/// differ by the blow alone.
+bool blow_dies(const ControllerDesign& design, rig::RigParameters p, double omega, double gain, int delay) {
+  at_speed(p, omega, gain, delay);
   ControllerDesign free = design;
   free.force_limit = 0;
   const auto tables = rig::make_rig_tables(p);
@@ -154,12 +160,7 @@ TEST(LoopMarginsProperty, RandomMachinesAgreeWithTheInstabilityFoundBySimulation
 /// Whether motion stands beside the synchronous one, or has diverged, after 7 s at this speed: what is left of the last
 /// 2 s of readings when offset, forward and backward 1x are taken out by least squares.
 bool stands(const ControllerDesign& design, rig::RigParameters p, double omega, double gain, int delay) {
-  p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = 9};
-  for (rig::RigMode& mode : p.modes) mode.initial = 0;
-  p.actuator.voltage_limit *= 1e3;
-  p.actuator.bits = p.laser.bits = 0;
-  p.actuator.gain_error = (1 + p.actuator.gain_error) * gain - 1;
-  p.actuator.extra_delay_samples += delay;
+  at_speed(p, omega, gain, delay);
   ControllerDesign free = design;
   free.force_limit = 0;
   free.parameters["supervise"] = 0;

@@ -7,6 +7,14 @@
 
 namespace whirl::app {
 
+/// Values of --selection.
+inline const std::vector<std::pair<std::string, regression::Selection>> kSelections{
+    {"automatic", regression::Selection::automatic},
+    {"bic", regression::Selection::bic},
+    {"aic", regression::Selection::aic},
+    {"cv", regression::Selection::cv},
+    {"cv-1se", regression::Selection::cv_1se}};
+
 /// Everything that can be said on the command line of `whirl identify`.
 struct IdentifyFlags {
   std::vector<std::string> files;
