@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <numbers>
 #include <set>
 
@@ -23,13 +24,15 @@ TEST(HashReference, Sha256OfTheNistExamples) {
   EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
-TEST(HashProperty, PiecesGiveTheHashOfTheWhole) {
-  const std::string text(1000, 'q');
-  for (std::size_t piece : {1u, 7u, 55u, 56u, 63u, 64u, 65u, 500u}) {
-    Sha256 h;
-    for (std::size_t i = 0; i < text.size(); i += piece) h.update(std::string_view(text).substr(i, piece));
-    EXPECT_EQ(h.hex(), sha256(text)) << piece;
+TEST(HashProperty, AFileReadInPiecesHasTheHashOfItsBytes) {
+  const auto file = std::filesystem::temp_directory_path() / "whirl_hash_pieces.bin";
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1} << 18, (std::size_t{1} << 18) + 1, std::size_t{700001}}) {
+    std::string bytes(size, '\0');
+    for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
+    std::ofstream(file, std::ios::binary) << bytes;
+    EXPECT_EQ(sha256_file(file), sha256(bytes)) << size;
   }
+  std::filesystem::remove(file);
 }
 
 TEST(HashReference, OfTheSilverboxFileAsPublished) {
