@@ -2,13 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numbers>
-#include <random>
 
+#include "relations.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/expr/tape.hpp"
 
 namespace whirl::lagrange {
 namespace {
@@ -16,184 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// Relations c(p) = u with their derivatives, exact values put in.
-class Relations {
- public:
-  Relations(const std::vector<expr::Expr>& terms, const std::vector<std::string>& names)
-      : rows_(static_cast<Index>(terms.size())), columns_(static_cast<Index>(names.size())) {
-    std::vector<expr::Expr> all = terms;
-    for (const expr::Expr& term : terms) {
-      for (const std::string& name : names) all.push_back(expr::differentiate(term, name));
-    }
-    tape_ = expr::compile(all, names);
-  }
-  void evaluate(const VectorXd& p, VectorXd& value, MatrixXd& jacobian) const {
-    VectorXd out(rows_ * (1 + columns_));
-    tape_.evaluate_point(p.data(), out.data());
-    value = out.head(rows_);
-    jacobian = out.tail(rows_ * columns_).reshaped<Eigen::RowMajor>(rows_, columns_);
-  }
-
- private:
-  Index rows_, columns_;
-  expr::Tape tape_;
-};
-
-struct Problem {
-  std::vector<std::string> names;  // of the parameters sought
-  std::vector<std::string> units;
-  std::vector<expr::Expr> relations;  // one per observation, in `names`
-  VectorXd observed;
-  MatrixXd whitening;  // L^-1 of the observations' covariance L L^T
-};
-
-struct Solution {
-  VectorXd p;
-  MatrixXd jacobian;  // of the relations
-  double chi_square = std::numeric_limits<double>::infinity();
-};
-
-bool is_angle(const Problem& problem, Index k) { return problem.units[static_cast<std::size_t>(k)] == "rad"; }
-
-/// Natural step of a parameter: its own size, one radian for an angle.
-double scale_of(const Problem& problem, const VectorXd& p, Index k) {
-  return is_angle(problem, k) || p[k] == 0 ? 1.0 : std::abs(p[k]);
-}
-
-using Decomposition = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
-
-/// Least squares, of minimal norm where a is rank-deficient.
-MatrixXd least_squares(const MatrixXd& a, const MatrixXd& b) { return Decomposition(a).solve(b); }
-
-/// Start: the logarithms of the products of powers among the relations form a linear system in log|p|; functions and
-/// sums in them are taken at the values that p already has.
-VectorXd start(const Problem& problem, VectorXd p) {
-  const Index n = p.size(), m = problem.observed.size();
-  MatrixXd a = MatrixXd::Zero(m, n);
-  MatrixXd b = MatrixXd::Zero(m, 1);
-  std::map<std::string, double, std::less<>> values;
-  for (Index k = 0; k < n; ++k) values[problem.names[static_cast<std::size_t>(k)]] = p[k];
-  for (Index r = 0; r < m; ++r) {
-    const expr::Expr& relation = problem.relations[static_cast<std::size_t>(r)];
-    double rest = 1;
-    for (const expr::Expr& factor :
-         relation.kind() == expr::Expr::Kind::product ? relation.args() : std::vector<expr::Expr>{relation}) {
-      const bool power = factor.kind() == expr::Expr::Kind::power &&
-                         factor.args()[0].kind() == expr::Expr::Kind::symbol && factor.args()[1].is_number();
-      const expr::Expr& base = power ? factor.args()[0] : factor;
-      const auto name = base.kind() == expr::Expr::Kind::symbol
-                            ? std::find(problem.names.begin(), problem.names.end(), base.name())
-                            : problem.names.end();
-      if (name == problem.names.end()) {
-        rest *= evaluate(factor, values);
-      } else {
-        a(r, name - problem.names.begin()) += power ? factor.args()[1].value() : 1.0;
-      }
-    }
-    const double ratio = std::abs(problem.observed[r] / rest);
-    if (ratio > 0 && std::isfinite(ratio)) {
-      b(r, 0) = std::log(ratio);
-    } else {
-      a.row(r).setZero();
-    }
-  }
-  const VectorXd log = least_squares(a, b);
-  for (Index k = 0; k < n; ++k) {
-    if (!a.col(k).isZero()) p[k] = std::copysign(std::exp(std::clamp(log[k], -100.0, 100.0)), p[k]);
-  }
-  return p;
-}
-
-/// Levenberg-Marquardt in units of each parameter's own size.
-Solution minimise(const Problem& problem, const Relations& relations, VectorXd p) {
-  VectorXd value;
-  MatrixXd jacobian;
-  const auto residual = [&](const VectorXd& at) {
-    relations.evaluate(at, value, jacobian);
-    return VectorXd(problem.whitening * (value - problem.observed));
-  };
-  VectorXd r = residual(p);
-  double cost = r.squaredNorm(), damping = 1e-3;
-  for (int step = 0; step < 200 && std::isfinite(cost); ++step) {
-    VectorXd scale(p.size());
-    for (Index k = 0; k < p.size(); ++k) scale[k] = scale_of(problem, p, k);
-    const MatrixXd j = problem.whitening * jacobian * scale.asDiagonal();
-    const MatrixXd normal = j.transpose() * j;
-    const VectorXd gradient = j.transpose() * r;
-    const double largest = std::max(normal.diagonal().maxCoeff(), std::numeric_limits<double>::min());
-    bool moved = false;
-    for (int trial = 0; trial < 30 && !moved; ++trial) {
-      // Damping below relative to each diagonal entry would leave directions without any relation undamped.
-      const VectorXd damp = damping * (normal.diagonal().array() + 1e-12 * largest);
-      const VectorXd change = -Eigen::LLT<MatrixXd>(normal + MatrixXd(damp.asDiagonal())).solve(gradient);
-      const VectorXd next = p + scale.cwiseProduct(change);
-      const VectorXd after = residual(next);
-      const double cost_after = after.squaredNorm();
-      if (std::isfinite(cost_after) && cost_after < cost) {
-        moved = cost - cost_after > 1e-14 * cost || change.norm() > 1e-12;
-        p = next;
-        r = after;
-        cost = cost_after;
-        damping = std::max(damping / 9, 1e-15);
-        if (!moved) break;
-      } else {
-        damping *= 4;
-      }
-    }
-    if (!moved) break;
-  }
-  relations.evaluate(p, value, jacobian);
-  return {p, jacobian, cost};
-}
-
-Solution solve(const Problem& problem, const Relations& relations) {
-  const Index n = static_cast<Index>(problem.names.size());
-  std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  Solution best;
-  int best_negative = 0;
-  for (int trial = 0; trial < 60; ++trial) {
-    VectorXd p(n);
-    for (Index k = 0; k < n; ++k) {
-      p[k] = is_angle(problem, k) ? 3.1 * uniform(random) : std::exp(trial == 0 ? 0.0 : 2 * uniform(random));
-      // Positive numbers first, then any signs.
-      if (trial >= 20 && !is_angle(problem, k) && uniform(random) < 0) p[k] = -p[k];
-    }
-    const Solution found = minimise(problem, relations, start(problem, p));
-    int negative = 0;
-    for (Index k = 0; k < n; ++k) negative += !is_angle(problem, k) && found.p[k] < 0;
-    const bool equal = std::abs(found.chi_square - best.chi_square) <= 1e-6 * (1 + best.chi_square);
-    if (trial == 0 || (equal ? negative < best_negative : found.chi_square < best.chi_square)) {
-      best = found;
-      best_negative = negative;
-    }
-    if (trial >= 5 && trial < 20 && best_negative == 0 && best.chi_square < 1e-6) break;
-  }
-  for (Index k = 0; k < n; ++k) {
-    if (is_angle(problem, k)) best.p[k] = std::remainder(best.p[k], 2 * std::numbers::pi);
-  }
-  return best;
-}
-
-/// Inverse square root of the covariance. Exact or missing uncertainties count as 1e-7 of the value: they must not
-/// rule.
-MatrixXd whitening(const VectorXd& value, MatrixXd covariance) {
-  const double largest = value.cwiseAbs().maxCoeff();
-  for (Index i = 0; i < value.size(); ++i) {
-    if (std::isfinite(covariance(i, i)) && covariance(i, i) > 0) continue;
-    covariance.row(i).setZero();
-    covariance.col(i).setZero();
-    const double sd = 1e-7 * (value[i] == 0 ? largest : std::abs(value[i]));
-    covariance(i, i) = sd > 0 ? sd * sd : 1;
-  }
-  const VectorXd sd = covariance.diagonal().cwiseSqrt();
-  MatrixXd correlation = sd.cwiseInverse().asDiagonal() * covariance * sd.cwiseInverse().asDiagonal();
-  correlation.diagonal().array() += 1e-12;
-  const Eigen::LLT<MatrixXd> llt(correlation);
-  if (llt.info() != Eigen::Success) throw Error("the covariance of the unknowns is not positive definite");
-  return llt.matrixL().solve(MatrixXd(sd.cwiseInverse().asDiagonal()));
-}
 
 /// Directions of the parameters, each in units of its own size, that the relations see and those that they do not.
 struct Directions {
@@ -207,7 +26,7 @@ Directions directions(const MatrixXd& scaled) {
   for (Index r = 0; r < rows.rows(); ++r) {
     if (const double norm = rows.row(r).norm(); norm > 0) rows.row(r) /= norm;
   }
-  Decomposition decomposition(rows.rows(), rows.cols());
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> decomposition(rows.rows(), rows.cols());
   decomposition.setThreshold(1e-8);
   decomposition.compute(rows);
   const Index rank = decomposition.rank();
@@ -239,7 +58,7 @@ bool fraction(double& exponent) {
 
 /// What the parameters have to meet: relations to the unknowns of the fit and to values measured apart.
 struct Task {
-  Problem problem;
+  RelationProblem problem;
   std::map<std::string, expr::Expr, std::less<>> exact;
   expr::UnitMap units;
   MatrixXd covariance;              ///< of the observed values
@@ -256,7 +75,7 @@ bool occurs(const std::string& name, const std::vector<expr::Expr>& relations) {
 Task make_task(const expr::CandidateLibrary& library, const UnknownEstimates& fit,
                const std::vector<PhysicalParameter>& parameters) {
   Task task;
-  Problem& problem = task.problem;
+  RelationProblem& problem = task.problem;
   for (const PhysicalParameter& p : parameters) {
     if (!p.unit.empty()) task.units[p.name] = expr::Unit::parse(p.unit);
     if (p.exact()) task.exact.emplace(p.name, expr::Expr(p.value.value));
@@ -293,7 +112,8 @@ Task make_task(const expr::CandidateLibrary& library, const UnknownEstimates& fi
 /// What a solution says about any term of the parameters.
 class Reader {
  public:
-  Reader(const Task& task, const Solution& solution, VectorXd scale, Directions space, MatrixXd spread, bool intervals)
+  Reader(const Task& task, const RelationSolution& solution, VectorXd scale, Directions space, MatrixXd spread,
+         bool intervals)
       : task_(task),
         solution_(solution),
         scale_(std::move(scale)),
@@ -348,7 +168,7 @@ class Reader {
   }
 
   const Task& task_;
-  const Solution& solution_;
+  const RelationSolution& solution_;
   VectorXd scale_;
   Directions space_;
   MatrixXd spread_;
@@ -368,7 +188,7 @@ void judge(PhysicalParameters& result, double chi_square, bool intervals) {
   }
 }
 
-void list_parameters(const Reader& reader, const Problem& problem, PhysicalParameters& result) {
+void list_parameters(const Reader& reader, const RelationProblem& problem, PhysicalParameters& result) {
   std::vector<Index> found;
   for (Index k = 0; k < static_cast<Index>(problem.names.size()); ++k) {
     const std::string& name = problem.names[static_cast<std::size_t>(k)];
@@ -385,7 +205,7 @@ void list_parameters(const Reader& reader, const Problem& problem, PhysicalParam
   result.covariance = reader.spread()(found, found);
 }
 
-void warn_of_undetermined(const Reader& reader, const Problem& problem, PhysicalParameters& result) {
+void warn_of_undetermined(const Reader& reader, const RelationProblem& problem, PhysicalParameters& result) {
   if (result.undetermined.empty()) return;
   std::string list, ask;
   for (const std::string& name : result.undetermined) list += (list.empty() ? "" : ", ") + name;
@@ -407,7 +227,7 @@ PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, co
   PhysicalParameters result;
   for (const std::string& note : fit.notes) result.summary.warn(note);
   Task task = make_task(library, fit, parameters);
-  Problem& problem = task.problem;
+  RelationProblem& problem = task.problem;
   result.undetermined = task.unused;
   if (!problem.observed.allFinite()) {
     result.summary.fail("an unknown of the fit is not a number");
@@ -419,9 +239,8 @@ PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, co
   const bool intervals = task.covariance.diagonal().allFinite() && (task.covariance.diagonal().array() > 0).any();
 
   const Relations relations(problem.relations, problem.names);
-  const Solution solution = solve(problem, relations);
-  VectorXd scale(n);
-  for (Index k = 0; k < n; ++k) scale[k] = scale_of(problem, solution.p, k);
+  const RelationSolution solution = solve(problem, relations);
+  const VectorXd scale = problem.scale(solution.p);
   const MatrixXd scaled = problem.whitening * solution.jacobian * scale.asDiagonal();
   const Directions space = directions(scaled);
   result.excess = static_cast<int>(rows - space.seen.cols());
@@ -430,7 +249,7 @@ PhysicalParameters physical_parameters(const expr::CandidateLibrary& library, co
   if (result.summary.status == Status::unusable) return result;
   // Directions that the fit does not see get no variance here and are not reported.
   const MatrixXd basis = scale.asDiagonal() * space.seen;
-  const MatrixXd inverse = basis * least_squares(scaled * space.seen, MatrixXd::Identity(rows, rows));
+  const MatrixXd inverse = basis * minimal_norm(scaled * space.seen, MatrixXd::Identity(rows, rows));
   const Reader reader(task, solution, scale, space, inverse * inverse.transpose(), intervals);
 
   list_parameters(reader, problem, result);
