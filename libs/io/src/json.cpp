@@ -24,7 +24,8 @@ std::string number_text(double v) {
   return {out, std::to_chars(out, out + sizeof out, v).ptr};
 }
 
-/// Builds a Json from parser events, so that duplicate keys and deep nesting are refused.
+/// Builds a Json from parser events, so that duplicate keys and deep nesting are refused (nlohmann::ordered_json takes
+/// both); the parser's own header stays out of every header of ours.
 struct Builder : nlohmann::json_sax<nlohmann::json> {
   struct Level {
     Json value;

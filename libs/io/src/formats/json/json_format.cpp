@@ -1,5 +1,5 @@
 // JSON in the catalogue: whirl's own results. Of these, frequency responses can be converted.
-#include "format.hpp"
+#include "formats/format.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::io {
