@@ -26,7 +26,8 @@ TEST(HashReference, Sha256OfTheNistExamples) {
 
 TEST(HashProperty, AFileReadInPiecesHasTheHashOfItsBytes) {
   const auto file = std::filesystem::temp_directory_path() / "whirl_hash_pieces.bin";
-  for (const std::size_t size : {std::size_t{0}, std::size_t{1} << 18, (std::size_t{1} << 18) + 1, std::size_t{700001}}) {
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{1} << 18, (std::size_t{1} << 18) + 1, std::size_t{700001}}) {
     std::string bytes(size, '\0');
     for (std::size_t i = 0; i < size; ++i) bytes[i] = static_cast<char>(i * 2654435761u >> 13);
     std::ofstream(file, std::ios::binary) << bytes;
