@@ -44,7 +44,16 @@ struct Stacked {
   Eigen::VectorXd right;
   std::vector<Candidate> candidates;
   Eigen::Index top = 0;
+  Eigen::Index shared = 0;  ///< columns that all records share; four of its own follow for each record
 };
+
+/// What the model has already, as columns of WeakSystem::terms and whether times i.
+std::vector<std::pair<int, bool>> tied_columns(const OutputErrorOptions& active) {
+  std::vector<std::pair<int, bool>> tied = {{0, false}, {1, false}, {2, false}};
+  if (active.conj_stiffness) tied.insert(tied.end(), {{5, false}, {5, true}});
+  if (active.conj_damping) tied.insert(tied.end(), {{6, false}, {6, true}});
+  return tied;
+}
 
 Eigen::VectorXcd half_grid_forcing(const AngleSignal& a) {
   Eigen::VectorXcd f(a.beta.size());
@@ -63,158 +72,179 @@ Eigen::VectorXd moves_of(const Eigen::VectorXd& stands_for, Eigen::Index shared,
   return moves;
 }
 
-}  // namespace
-
-const ScoreCandidate* ScoreTest::find(const std::string& term) const {
-  const auto at = std::find_if(candidates.begin(), candidates.end(), [&](const auto& c) { return c.term == term; });
-  return at == candidates.end() ? nullptr : &*at;
-}
-
-ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit,
-                            const OutputErrorOptions& active, const ScoreTestOptions& options) {
-  if (records.size() != fit.records.size() || records.empty()) {
-    throw Error("score test: needs the records of the output-error fit");
+/// Adds the whitened rows of one record.
+class RecordRows {
+ public:
+  RecordRows(Stacked& into, const RotorRecord& record, std::size_t number, const OutputErrorFit& fit,
+             const OutputErrorOptions& active, const ScoreTestOptions& options, const detail::WeakRows& rows)
+      : s_(into),
+        record_(record),
+        number_(number),
+        fit_(fit),
+        active_(active),
+        options_(options),
+        w_(rows),
+        own_(fit.records[number]),
+        forcing_(detail::sample_forcing(own_.angle)),
+        stiffness_((fit.model.k1 + 2 * fit.model.k2 * own_.main.cwiseAbs2().array()).matrix()),
+        gain_error_(Complex(0, 1) * own_.main.imag()),
+        angle_error_(Complex(0, 1) * own_.main.real()),
+        whiten_(rows.whitener(stiffness_, fit.model.c)) {
+    if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
   }
-  std::vector<detail::WeakRows> rows;
-  Eigen::Index total = 0;
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    const Eigen::Index half = options.half_width > 0
-                                  ? static_cast<Eigen::Index>(std::lround(options.half_width / records[r].dt))
-                                  : detail::default_half_width(records[r]);
-    rows.emplace_back(records[r], fit.records[r].angle, half);
-    total += 2 * rows.back().size();
-  }
-  // Active real columns: (column of WeakSystem::terms, times i); the last four of each record are its own.
-  std::vector<std::pair<int, bool>> shared = {{0, false}, {1, false}, {2, false}};
-  if (active.conj_stiffness) shared.insert(shared.end(), {{5, false}, {5, true}});
-  if (active.conj_damping) shared.insert(shared.end(), {{6, false}, {6, true}});
-  const auto n_simulated = static_cast<Eigen::Index>(active.terms.size()) + active.sensor_gain + active.sensor_angle;
-  const auto n_tied = static_cast<Eigen::Index>(shared.size());
-  const Eigen::Index n_shared = n_tied + n_simulated;
-  const Eigen::Index unknowns = n_shared + 4 * static_cast<Eigen::Index>(records.size());
 
-  Stacked s;
-  s.active = Eigen::MatrixXd::Zero(total, unknowns);
-  s.instruments = s.active;
-  s.right.resize(total);
-  const RotorModel& m = fit.model;
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    const OutputErrorRecord& own = fit.records[r];
-    const detail::WeakRows& w = rows[r];
-    const Eigen::Index n = 2 * w.size();
-    const double s2 = records[r].noise_variance();
-    const Eigen::VectorXcd forcing = detail::sample_forcing(own.angle);
-    const Eigen::VectorXcd measured =
-        detail::unread_by(fit.sensor, (own.readings.size() ? own.readings : records[r].z) - own.beside);
-    const Eigen::VectorXd stiffness = (m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix();
-    BandedCholesky<Complex> whiten = w.whitener(stiffness, m.c);
-    if (!whiten.factorize()) throw Error("score test: the noise covariance is singular");
-    const auto whitened = [&](Eigen::MatrixXcd v) {
-      whiten.solve_lower(v);
-      return Eigen::MatrixXcd(v / std::sqrt(0.5 * s2));
-    };
-    const auto place = [&](Eigen::MatrixXd& into, const detail::WeakSystem& system) {
-      const Eigen::MatrixXcd t = whitened(system.terms);
-      for (Eigen::Index k = 0; k < n_tied; ++k) {
-        const auto [column, imaginary] = shared[static_cast<std::size_t>(k)];
-        into.col(k).segment(s.top, n) = detail::stack((imaginary ? Complex(0, 1) : Complex(1, 0)) * t.col(column));
-      }
-      const Eigen::Index first = n_shared + 4 * static_cast<Eigen::Index>(r);
-      for (int k = 0; k < 4; ++k) {
-        into.col(first + k).segment(s.top, n) =
-            detail::stack((k % 2 == 1 ? Complex(0, 1) : Complex(1, 0)) * t.col(3 + k / 2));
-      }
-    };
-    const detail::WeakSystem noisy = detail::weak_system(w, measured, s2, forcing);
-    place(s.active, noisy);
-    place(s.instruments, detail::weak_system(w, own.main, 0, forcing));
-    Eigen::VectorXcd right = noisy.right;
-    if (!options.forces.empty()) {
-      right -= w.apply(0, options.forces[r](Eigen::seqN(Eigen::Index{0}, records[r].size(), Eigen::Index{2})));
+  void add() {
+    active();
+    linear_candidates();
+    force_candidates();
+    nonlinear_candidates();
+    s_.top += rows();
+  }
+
+ private:
+  Eigen::Index rows() const { return 2 * w_.size(); }
+  Eigen::VectorXcd own_rows(const Eigen::VectorXcd& error) const { return w_.rotor(error, stiffness_, fit_.model.c); }
+  Eigen::VectorXcd force_rows(RotorTerm term) const {
+    return w_.apply(0, force_along(term, own_, record_.t0, record_.dt));
+  }
+  Eigen::MatrixXcd whitened(Eigen::MatrixXcd v) const {
+    whiten_.solve_lower(v);
+    return v / std::sqrt(0.5 * record_.noise_variance());
+  }
+
+  void place(Eigen::MatrixXd& into, const detail::WeakSystem& system) const {
+    const std::vector<std::pair<int, bool>> tied = tied_columns(active_);
+    const Eigen::MatrixXcd t = whitened(system.terms);
+    for (std::size_t k = 0; k < tied.size(); ++k) {
+      const auto [column, imaginary] = tied[k];
+      into.col(static_cast<Eigen::Index>(k)).segment(s_.top, rows()) =
+          detail::stack((imaginary ? Complex(0, 1) : Complex(1, 0)) * t.col(column));
     }
-    s.right.segment(s.top, n) = detail::stack(whitened(right).col(0));
+    const Eigen::Index first = s_.shared + 4 * static_cast<Eigen::Index>(number_);
+    for (int k = 0; k < 4; ++k) {
+      into.col(first + k).segment(s_.top, rows()) =
+          detail::stack((k % 2 == 1 ? Complex(0, 1) : Complex(1, 0)) * t.col(3 + k / 2));
+    }
+  }
+
+  void active() {
+    const Eigen::VectorXcd measured =
+        detail::unread_by(fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside);
+    const detail::WeakSystem noisy = detail::weak_system(w_, measured, record_.noise_variance(), forcing_);
+    place(s_.active, noisy);
+    place(s_.instruments, detail::weak_system(w_, own_.main, 0, forcing_));
+    Eigen::VectorXcd right = noisy.right;
+    if (!options_.forces.empty()) {
+      right -= w_.apply(0, options_.forces[number_](Eigen::seqN(Eigen::Index{0}, record_.size(), Eigen::Index{2})));
+    }
+    s_.right.segment(s_.top, rows()) = detail::stack(whitened(right).col(0));
     // What a probe reads too much is an error of z; columns of motion known without noise serve on both sides.
-    const Eigen::VectorXcd gain_error = Complex(0, 1) * own.main.imag(), angle_error = Complex(0, 1) * own.main.real();
-    Eigen::Index simulated = n_tied;
+    auto simulated = static_cast<Eigen::Index>(tied_columns(active_).size());
     const auto simulated_column = [&](const Eigen::VectorXcd& column) {
       const Eigen::VectorXd v = detail::stack(whitened(column).col(0));
-      s.active.col(simulated).segment(s.top, n) = v;
-      s.instruments.col(simulated++).segment(s.top, n) = v;
+      s_.active.col(simulated).segment(s_.top, rows()) = v;
+      s_.instruments.col(simulated++).segment(s_.top, rows()) = v;
     };
-    for (const RotorTerm& term : active.terms) {
-      simulated_column(w.apply(0, force_along(term, own, records[r].t0, records[r].dt)));
-    }
-    if (active.sensor_gain) simulated_column(w.rotor(gain_error, stiffness, m.c));
-    if (active.sensor_angle) simulated_column(w.rotor(angle_error, stiffness, m.c));
-
-    std::size_t next = 0;
-    const auto candidate = [&](const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
-                               bool real = false) {
-      const Eigen::Index each = real ? 1 : 2;  // real unknowns for a complex column
-      const auto count = static_cast<Eigen::Index>(columns.size());
-      if (r == 0) s.candidates.push_back({term, in_model, Eigen::MatrixXd::Zero(total, each * count)});
-      Eigen::MatrixXd& c = s.candidates[next++].columns;
-      for (Eigen::Index k = 0; k < count; ++k) {
-        const Eigen::VectorXcd v = whitened(columns[static_cast<std::size_t>(k)]).col(0);
-        c.col(each * k).segment(s.top, n) = detail::stack(v);
-        if (!real) c.col(each * k + 1).segment(s.top, n) = detail::stack(Complex(0, 1) * v);
-      }
-    };
-    const Eigen::VectorXcd& z = own.main;
-    const Eigen::VectorXcd conj = z.conjugate();
-    const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>();
-    if (!active.conj_stiffness) candidate("conj z", true, {w.apply(0, conj)});
-    if (!active.conj_damping) candidate("conj z'", true, {w.apply(1, conj)});
-    const Eigen::VectorXcd on_half_grid = half_grid_forcing(own.angle);
-    for (std::size_t k = 0; k < options.modes.size(); ++k) {
-      const ForcedMode& mode = options.modes[k];
-      const Eigen::VectorXcd q =
-          rotor::modal_response(mode.omega, mode.zeta, on_half_grid, records[r].dt, own.angle.omega[0]);
-      candidate(fmt::format("mode {}", k + 1), true, {w.rotor(own.eps * q, stiffness, m.c)});
-    }
-    for (std::size_t k = 0; k < options.decays.size(); ++k) {
-      const DecayingMode& mode = options.decays[k];
-      const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
-      Eigen::VectorXcd plus(z.size());
-      for (Eigen::Index i = 0; i < z.size(); ++i) plus[i] = std::exp(pole * (records[r].dt * static_cast<double>(i)));
-      const Eigen::VectorXcd minus = plus.conjugate();
-      candidate(fmt::format("decay {}", k + 1), true, {w.rotor(plus, stiffness, m.c), w.rotor(minus, stiffness, m.c)});
-    }
-    if (options.delay && !active.delay) {
-      // d F / d delay: the forcing of an earlier angle.
-      Eigen::VectorXcd late(z.size());
-      for (Eigen::Index i = 0; i < z.size(); ++i) {
-        const double speed = own.angle.omega[2 * i];
-        late[i] = own.eps * (Complex(0, -speed) * forcing[i] -
-                             std::polar(2 * speed * own.angle.alpha[2 * i], own.angle.beta[2 * i]));
-      }
-      candidate("delay", true, {w.apply(0, late)}, true);
-    }
-    for (int h = 1; h <= options.runout_harmonics; ++h) {
-      if (h <= active.runout_harmonics) continue;
-      Eigen::VectorXcd carrier(z.size());
-      for (Eigen::Index i = 0; i < z.size(); ++i) carrier[i] = std::polar(1.0, h * own.angle.beta[2 * i]);
-      candidate(fmt::format("runout {}", h), true,
-                {w.rotor(carrier, stiffness, m.c), w.rotor(carrier.conjugate(), stiffness, m.c)});
-    }
-    for (const RotorTerm& term : options.terms) {
-      if (has_term(active, term.kind)) continue;
-      candidate(std::string(name_of(term.kind).label), true,
-                {w.apply(0, force_along(term, own, records[r].t0, records[r].dt))}, true);
-    }
-    if (options.sensor && !active.sensor_gain)
-      candidate("sensor gain", true, {w.rotor(gain_error, stiffness, m.c)}, true);
-    if (options.sensor && !active.sensor_angle)
-      candidate("sensor angle", true, {w.rotor(angle_error, stiffness, m.c)}, true);
-    candidate("|z| z", false, {w.apply(0, radius.cwiseProduct(z))}, true);
-    candidate("|z|^2 conj z", false, {w.apply(0, z.cwiseAbs2().cast<Complex>().cwiseProduct(conj))});
-    candidate("conj(z)^3", false, {w.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
-    candidate("z^2", false, {w.apply(0, z.cwiseProduct(z))});
-    candidate("conj(z)^2", false, {w.apply(0, conj.cwiseProduct(conj))});
-    candidate("|z|^2", false, {w.apply(0, z.cwiseAbs2().cast<Complex>())});
-    s.top += n;
+    for (const RotorTerm& term : active_.terms) simulated_column(force_rows(term));
+    if (active_.sensor_gain) simulated_column(own_rows(gain_error_));
+    if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
   }
 
+  void candidate(const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
+                 bool real = false) {
+    const Eigen::Index each = real ? 1 : 2;  // real unknowns for a complex column
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    if (number_ == 0) s_.candidates.push_back({term, in_model, Eigen::MatrixXd::Zero(s_.right.size(), each * count)});
+    Eigen::MatrixXd& c = s_.candidates[next_++].columns;
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Eigen::VectorXcd v = whitened(columns[static_cast<std::size_t>(k)]).col(0);
+      c.col(each * k).segment(s_.top, rows()) = detail::stack(v);
+      if (!real) c.col(each * k + 1).segment(s_.top, rows()) = detail::stack(Complex(0, 1) * v);
+    }
+  }
+
+  /// Anisotropy, further modes, decays, delay and runout.
+  void linear_candidates() {
+    const Eigen::VectorXcd conj = own_.main.conjugate();
+    if (!active_.conj_stiffness) candidate("conj z", true, {w_.apply(0, conj)});
+    if (!active_.conj_damping) candidate("conj z'", true, {w_.apply(1, conj)});
+    const Eigen::VectorXcd on_half_grid = half_grid_forcing(own_.angle);
+    for (std::size_t k = 0; k < options_.modes.size(); ++k) {
+      const ForcedMode& mode = options_.modes[k];
+      const Eigen::VectorXcd q =
+          rotor::modal_response(mode.omega, mode.zeta, on_half_grid, record_.dt, own_.angle.omega[0]);
+      candidate(fmt::format("mode {}", k + 1), true, {own_rows(own_.eps * q)});
+    }
+    for (std::size_t k = 0; k < options_.decays.size(); ++k) {
+      const DecayingMode& mode = options_.decays[k];
+      const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
+      const Eigen::VectorXcd plus =
+          along([&](Eigen::Index i) { return std::exp(pole * (record_.dt * static_cast<double>(i))); });
+      candidate(fmt::format("decay {}", k + 1), true, {own_rows(plus), own_rows(plus.conjugate())});
+    }
+    if (options_.delay && !active_.delay) {
+      // d F / d delay: the forcing of an earlier angle.
+      const Eigen::VectorXcd late = along([&](Eigen::Index i) {
+        const double speed = own_.angle.omega[2 * i];
+        return own_.eps * (Complex(0, -speed) * forcing_[i] -
+                           std::polar(2 * speed * own_.angle.alpha[2 * i], own_.angle.beta[2 * i]));
+      });
+      candidate("delay", true, {w_.apply(0, late)}, true);
+    }
+    for (int h = active_.runout_harmonics + 1; h <= options_.runout_harmonics; ++h) {
+      const Eigen::VectorXcd carrier =
+          along([&](Eigen::Index i) { return std::polar(1.0, h * own_.angle.beta[2 * i]); });
+      candidate(fmt::format("runout {}", h), true, {own_rows(carrier), own_rows(carrier.conjugate())});
+    }
+  }
+
+  void force_candidates() {
+    for (const RotorTerm& term : options_.terms) {
+      if (has_term(active_, term.kind)) continue;
+      candidate(std::string(name_of(term.kind).label), true, {force_rows(term)}, true);
+    }
+    if (options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
+    if (options_.sensor && !active_.sensor_angle) candidate("sensor angle", true, {own_rows(angle_error_)}, true);
+  }
+
+  /// Terms that no model here holds: they name what is missing.
+  void nonlinear_candidates() {
+    const Eigen::VectorXcd& z = own_.main;
+    const Eigen::VectorXcd conj = z.conjugate();
+    const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>(), square = z.cwiseAbs2().cast<Complex>();
+    candidate("|z| z", false, {w_.apply(0, radius.cwiseProduct(z))}, true);
+    candidate("|z|^2 conj z", false, {w_.apply(0, square.cwiseProduct(conj))});
+    candidate("conj(z)^3", false, {w_.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
+    candidate("z^2", false, {w_.apply(0, z.cwiseProduct(z))});
+    candidate("conj(z)^2", false, {w_.apply(0, conj.cwiseProduct(conj))});
+    candidate("|z|^2", false, {w_.apply(0, square)});
+  }
+
+  template <class F>
+  Eigen::VectorXcd along(F value) const {
+    Eigen::VectorXcd v(own_.main.size());
+    for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = value(i);
+    return v;
+  }
+
+  Stacked& s_;
+  const RotorRecord& record_;
+  std::size_t number_;
+  const OutputErrorFit& fit_;
+  const OutputErrorOptions& active_;
+  const ScoreTestOptions& options_;
+  const detail::WeakRows& w_;
+  const OutputErrorRecord& own_;
+  Eigen::VectorXcd forcing_;
+  Eigen::VectorXd stiffness_;
+  Eigen::VectorXcd gain_error_, angle_error_;
+  BandedCholesky<Complex> whiten_;
+  std::size_t next_ = 0;
+};
+
+/// Instrumental variables: the score of each candidate beside the active columns.
+ScoreTest score(const Stacked& s, std::size_t records) {
+  const Eigen::Index total = s.right.size(), unknowns = s.active.cols();
   const Eigen::VectorXd scale = s.active.colwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd a = s.active * scale.cwiseInverse().asDiagonal();
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a);
@@ -239,13 +269,46 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
       candidate.value = e.coefficient[0];
       candidate.sd = e.sd;
       const Eigen::VectorXd stands_for = projector.solve(c.columns.col(0)).cwiseQuotient(scale);
-      candidate.moves = moves_of(stands_for, n_shared, records.size());
+      candidate.moves = moves_of(stands_for, s.shared, records);
     }
     test.candidates.push_back(std::move(candidate));
   }
   std::sort(test.candidates.begin(), test.candidates.end(),
             [](const ScoreCandidate& p, const ScoreCandidate& q) { return p.score > q.score; });
   return test;
+}
+
+}  // namespace
+
+const ScoreCandidate* ScoreTest::find(const std::string& term) const {
+  const auto at = std::find_if(candidates.begin(), candidates.end(), [&](const auto& c) { return c.term == term; });
+  return at == candidates.end() ? nullptr : &*at;
+}
+
+ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit,
+                            const OutputErrorOptions& active, const ScoreTestOptions& options) {
+  if (records.size() != fit.records.size() || records.empty()) {
+    throw Error("score test: needs the records of the output-error fit");
+  }
+  std::vector<detail::WeakRows> rows;
+  Eigen::Index total = 0;
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    const Eigen::Index half = options.half_width > 0
+                                  ? static_cast<Eigen::Index>(std::lround(options.half_width / records[r].dt))
+                                  : detail::default_half_width(records[r]);
+    rows.emplace_back(records[r], fit.records[r].angle, half);
+    total += 2 * rows.back().size();
+  }
+  Stacked s;
+  s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
+             active.sensor_angle;
+  s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
+  s.instruments = s.active;
+  s.right.resize(total);
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    RecordRows(s, records[r], r, fit, active, options, rows[r]).add();
+  }
+  return score(s, records.size());
 }
 
 }  // namespace whirl::identification

@@ -75,67 +75,41 @@ std::string reference_name(const RotorTermName& name) {
   return name.kind == RotorTermKind::coulomb_friction ? "friction_speed" : "drift_start";
 }
 
-}  // namespace
-
-std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
-  std::vector<RotorTerm> terms;
-  for (const RotorTermName& name : kRotorTermNames) {
-    const Estimate* value = model.parameter(std::string(name.parameter));
-    if (value == nullptr) continue;
-    const bool refers = name.kind == RotorTermKind::coulomb_friction || name.kind == RotorTermKind::stiffness_drift ||
-                        name.kind == RotorTermKind::damping_drift;
-    const Estimate* reference = refers ? model.parameter(reference_name(name)) : nullptr;
-    terms.push_back({name.kind, value->value, reference != nullptr ? reference->value : 0});
-  }
-  return terms;
-}
-
-SensorAxes sensor_of(const IdentifiedModel& model) {
-  const auto value = [&](const char* name) {
-    const Estimate* e = model.parameter(name);
-    return e != nullptr ? e->value : 0.0;
-  };
-  return {value("sensor_gain"), value("sensor_angle")};
-}
-
-void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {
-  model.states = {"X1", "X2", "X3", "X4"};
-  model.inputs = {"X5", "X6", "X7"};
+/// The equation of X2' (x) or X4'.
+Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, bool x) {
   const bool k = view.has("k1_conj_re"), c = view.has("c_conj_re");
-  const auto axis = [&](bool x) {
-    const double sign = x ? -1 : 1;  // of the conj terms: -k_conj conj z = -(a x + b y) - i (b x - a y)
-    const std::string own = x ? "X1" : "X3", other = x ? "X3" : "X1", v = x ? "X2" : "X4", w = x ? "X4" : "X2";
-    Equation e{v + "'", {}};
-    e.terms.push_back({own, view.sum({{-1, "k1"}, {sign, "k1_conj_re"}}), "1/s^2"});
-    if (k) e.terms.push_back({other, view.sum({{-1, "k1_conj_im"}}), "1/s^2"});
-    e.terms.push_back({own + "*(X1^2 + X3^2)", view.sum({{-1, "k2"}}), "1/(m^2 s^2)"});
-    e.terms.push_back({v, view.sum({{-1, "c"}, {sign, "c_conj_re"}}), "1/s"});
-    if (c) e.terms.push_back({w, view.sum({{-1, "c_conj_im"}}), "1/s"});
-    const char* in_phase = x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)";
-    const char* quadrature = x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)";
-    for (const RotorTerm& term : fit.terms) {
-      const std::string name(name_of(term.kind).parameter);
-      for (const auto& [function, factor] : term_text(term, x)) {
-        // Rotating damping damps as c does: one term of the equation.
-        const auto same = std::find_if(e.terms.begin(), e.terms.end(),
-                                       [&, &f = function](const EquationTerm& t) { return t.function == f; });
-        if (same != e.terms.end()) {
-          same->coefficient = function == v ? view.sum({{-1, "c"}, {sign, "c_conj_re"}, {factor, name}})
-                                            : view.sum({{-1, "k1_conj_im"}, {factor, name}});
-        } else {
-          e.terms.push_back({function, view.sum({{factor, name}}), std::string(name_of(term.kind).unit)});
-        }
+  const double sign = x ? -1 : 1;  // of the conj terms: -k_conj conj z = -(a x + b y) - i (b x - a y)
+  const std::string own = x ? "X1" : "X3", other = x ? "X3" : "X1", v = x ? "X2" : "X4", w = x ? "X4" : "X2";
+  Equation e{v + "'", {}};
+  e.terms.push_back({own, view.sum({{-1, "k1"}, {sign, "k1_conj_re"}}), "1/s^2"});
+  if (k) e.terms.push_back({other, view.sum({{-1, "k1_conj_im"}}), "1/s^2"});
+  e.terms.push_back({own + "*(X1^2 + X3^2)", view.sum({{-1, "k2"}}), "1/(m^2 s^2)"});
+  e.terms.push_back({v, view.sum({{-1, "c"}, {sign, "c_conj_re"}}), "1/s"});
+  if (c) e.terms.push_back({w, view.sum({{-1, "c_conj_im"}}), "1/s"});
+  const char* in_phase = x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)";
+  const char* quadrature = x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)";
+  for (const RotorTerm& term : fit.terms) {
+    const std::string name(name_of(term.kind).parameter);
+    for (const auto& [function, factor] : term_text(term, x)) {
+      // Rotating damping damps as c does: one term of the equation.
+      const auto same = std::find_if(e.terms.begin(), e.terms.end(),
+                                     [&, &f = function](const EquationTerm& t) { return t.function == f; });
+      if (same != e.terms.end()) {
+        same->coefficient = function == v ? view.sum({{-1, "c"}, {sign, "c_conj_re"}, {factor, name}})
+                                          : view.sum({{-1, "k1_conj_im"}, {factor, name}});
+      } else {
+        e.terms.push_back({function, view.sum({{factor, name}}), std::string(name_of(term.kind).unit)});
       }
     }
-    e.terms.push_back({in_phase, view["eps_re"], "m"});
-    e.terms.push_back({quadrature, view["eps_im"], "m"});
-    return e;
-  };
-  const Estimate one = Estimate::from_sd(1, 0);
-  model.equations = {{"X1'", {{"X2", one, "1"}}}, axis(true), {"X3'", {{"X4", one, "1"}}}, axis(false)};
+  }
+  e.terms.push_back({in_phase, view["eps_re"], "m"});
+  e.terms.push_back({quadrature, view["eps_im"], "m"});
+  return e;
+}
 
-  auto& p = model.parameters;
-  p = {{"k1", view["k1"]}, {"k2", view["k2"]}, {"c", view["c"]}};
+/// The machine itself: rotor, eccentricities, anisotropy, further forces, errors of the sensors.
+NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFit& fit) {
+  NamedEstimates p{{"k1", view["k1"]}, {"k2", view["k2"]}, {"c", view["c"]}};
   const auto [e, phase] = view.polar("eps_re", "eps_im");
   p.emplace_back("e", e);
   p.emplace_back("e_phase", phase);
@@ -163,6 +137,11 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
   for (const char* name : {"sensor_gain", "sensor_angle"}) {
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
+  return p;
+}
+
+/// What stands beside the rotor in the readings: delay, decays, runout, further modes.
+void add_beside(const ParameterView& view, const OutputErrorFit& fit, NamedEstimates& p) {
   if (view.has("delay")) p.emplace_back("delay", view["delay"]);
   for (std::size_t j = 0; j < fit.decays.size(); ++j) {
     for (const auto& [part, name] : {std::pair("omega", "w"), std::pair("zeta", "zeta")}) {
@@ -186,6 +165,41 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
     p.emplace_back(mode + "_re", view[mode + "_re"]);
     p.emplace_back(mode + "_im", view[mode + "_im"]);
   }
+}
+
+}  // namespace
+
+std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
+  std::vector<RotorTerm> terms;
+  for (const RotorTermName& name : kRotorTermNames) {
+    const Estimate* value = model.parameter(std::string(name.parameter));
+    if (value == nullptr) continue;
+    const bool refers = name.kind == RotorTermKind::coulomb_friction || name.kind == RotorTermKind::stiffness_drift ||
+                        name.kind == RotorTermKind::damping_drift;
+    const Estimate* reference = refers ? model.parameter(reference_name(name)) : nullptr;
+    terms.push_back({name.kind, value->value, reference != nullptr ? reference->value : 0});
+  }
+  return terms;
+}
+
+SensorAxes sensor_of(const IdentifiedModel& model) {
+  const auto value = [&](const char* name) {
+    const Estimate* e = model.parameter(name);
+    return e != nullptr ? e->value : 0.0;
+  };
+  return {value("sensor_gain"), value("sensor_angle")};
+}
+
+void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {
+  model.states = {"X1", "X2", "X3", "X4"};
+  model.inputs = {"X5", "X6", "X7"};
+  const Estimate one = Estimate::from_sd(1, 0);
+  model.equations = {{"X1'", {{"X2", one, "1"}}},
+                     axis_equation(view, fit, true),
+                     {"X3'", {{"X4", one, "1"}}},
+                     axis_equation(view, fit, false)};
+  model.parameters = machine_parameters(view, fit);
+  add_beside(view, fit, model.parameters);
 
   const char* five[] = {"k1", "k2", "c", "eps_re", "eps_im"};
   model.rotor_covariance.clear();
