@@ -7,6 +7,7 @@
 
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
+#include "problem/bridge_gaps.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
@@ -29,6 +30,29 @@ std::vector<std::string> states_of(const Recording& like, const std::vector<std:
     if (std::find(inputs.begin(), inputs.end(), c.name) == inputs.end()) states.push_back(c.name);
   }
   return states;
+}
+
+/// The longest stretch without a missing sample; the record itself where nothing is missing.
+Recording longest_whole_stretch(const Recording& record) {
+  Eigen::Index best = 0, at = 0, first = 0;
+  for (Eigen::Index i = 0; i <= record.size(); ++i) {
+    const bool whole = i < record.size() && std::all_of(record.channels.begin(), record.channels.end(),
+                                                        [&](const Channel& c) { return std::isfinite(c.samples[i]); });
+    if (whole) continue;
+    if (i - first > best) {
+      best = i - first;
+      at = first;
+    }
+    first = i + 1;
+  }
+  return best == record.size() ? record : part_of(record, at, best);
+}
+
+double finite_spread(const Eigen::VectorXd& a) {
+  const Eigen::ArrayXd whole = a.array().isFinite().cast<double>();
+  const Eigen::ArrayXd x = a.array().isFinite().select(a.array(), 0.0);
+  const double mean = x.sum() / whole.sum();
+  return std::sqrt(((x - mean).square() * whole).sum() / whole.sum());
 }
 
 /// The options with what they leave open taken from the records.
@@ -66,10 +90,15 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
 HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records,
                  std::optional<IdentifiedModel>& rest) {
   const bool is_rotor = rotor(o.method);
-  const HoldoutSplit split = split_of(o, records);
   HeldOut held;
-  held.what = split.what;
   try {
+    std::vector<Recording> whole = records;
+    Summary said;  // by the fit of all
+    for (std::size_t r = 0; is_rotor && r < whole.size(); ++r) {
+      if (const Channel* angle = records[r].find(o.rotor.record.angle)) detail::bridge_angle(*angle, whole[r], said);
+    }
+    const HoldoutSplit split = split_of(o, whole);
+    held.what = split.what;
     const IdentifiedModel model = fit(o, split.train);
     if (model.summary.status == Status::unusable) {
       held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
@@ -129,12 +158,14 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
         return held;
       }
       const Eigen::VectorXd &x = record[options.record.x], &y = record[options.record.y];
-      const auto spread = [](const Eigen::VectorXd& a) { return std::sqrt((a.array() - a.mean()).square().mean()); };
-      held.scores = {{options.record.x, v.rmse_x, v.rmse_x / spread(x), v.noise_x},
-                     {options.record.y, v.rmse_y, v.rmse_y / spread(y), v.noise_y}};
+      held.scores = {{options.record.x, v.rmse_x, v.rmse_x / finite_spread(x), v.noise_x},
+                     {options.record.y, v.rmse_y, v.rmse_y / finite_spread(y), v.noise_y}};
       return held;
     }
-    const Recording test = with_derivatives(record, model.inputs);
+    const Recording whole = longest_whole_stretch(record);
+    if (whole.size() < record.size())
+      held.what += fmt::format(", {:.3g} s without a gap", whole.dt * static_cast<double>(whole.size()));
+    const Recording test = with_derivatives(whole, model.inputs);
     held.scores = score(model, test);
     const CompiledModel compiled(model);
     std::vector<std::string> states;
@@ -147,9 +178,14 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
   return held;
 }
 
-Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options) {
-  if (records.empty()) throw Error("records: at least one is needed");
-  const IdentifyOptions o = completed(options, records.front());
+Identification identify(const std::vector<Recording>& as_read, const IdentifyOptions& options) {
+  if (as_read.empty()) throw Error("records: at least one is needed");
+  const IdentifyOptions o = completed(options, as_read.front());
+  std::vector<Recording> records = as_read;
+  Summary read;
+  if (!rotor(o.method) && o.method != Method::drive) {  // a rotor's likelihood leaves them out
+    for (Recording& r : records) r = detail::with_single_gaps_bridged(r, read);
+  }
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   const auto progress = [&](double share) {
     if (o.progress) o.progress("identify", share);
@@ -168,11 +204,13 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   }
   progress(0.6);
   if (id.model.summary.status != Status::unusable && o.method != Method::drive) {
-    id.evidence.collinear = collinear_groups(id.model, with_derivatives(records.front(), id.model.inputs));
+    id.evidence.collinear =
+        collinear_groups(id.model, with_derivatives(longest_whole_stretch(records.front()), id.model.inputs));
     if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, rest);
   }
   progress(1);
   if (rest && o.method == Method::weak) detail::compare_with_rest(*rest, id.model);
+  for (const std::string& w : read.warnings) id.model.summary.warn(w);
   detail::judge_evidence(id);
   return id;
 }

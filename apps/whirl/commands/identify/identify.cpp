@@ -72,9 +72,11 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
   } else {
     RecordOptions reader = flags.record;
     reader.required = flags.required();
+    reader.gaps = true;
     std::vector<Recording> records;
     const auto read = [&](const std::string& file) {
       const Recording record = reader.read(file);
+      flags.require_rotor_channels(record);
       return flags.pulses.empty() ? record : identification::with_angle_from_pulses(record, flags.pulses);
     };
     for (const std::string& file : flags.files) records.push_back(read(file));

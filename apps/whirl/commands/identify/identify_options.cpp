@@ -179,11 +179,34 @@ std::vector<std::string> IdentifyFlags::required() const {
   using identification::Method;
   const Method m = method_chosen();
   if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
-    return {"x", "y", pulses.empty() ? "beta" : pulses};
+    return {"x"};  // for the others see require_rotor_channels
   if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
   return names;
+}
+
+void IdentifyFlags::require_rotor_channels(const Recording& like) const {
+  using identification::Method;
+  const Method m = method_chosen();
+  if (m != Method::weak && m != Method::drive && m != Method::paper && m != Method::consistent) return;
+  std::string present;
+  for (const Channel& c : like.channels) present += (present.empty() ? "" : ", ") + c.name;
+  if (!like.has("y")) {
+    throw Error(fmt::format(
+        "{}: no column 'y' (with its unit, e.g. 'y_mm'); present: {}. A rotor's motion needs two directions: from one, "
+        "unequal stiffness and backward whirl cannot be told. One axis with its input: --method second-order",
+        like.source, present));
+  }
+  const std::string wanted = pulses.empty() ? "beta" : pulses;
+  if (!like.has(wanted)) {
+    throw Error(fmt::format(
+        "{}: no column '{}' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "
+        "motion lags it by an angle that changes through the critical speed, so that the motion alone does not tell "
+        "it: give the angle (beta_rad, beta_deg), a channel of once-per-turn pulses (--pulses CHANNEL), or an assumed "
+        "speed profile as beta with --angle profile",
+        like.source, wanted, present));
+  }
 }
 
 regression::SolveOptions IdentifyFlags::solver(const regression::SolveOptions& defaults) const {

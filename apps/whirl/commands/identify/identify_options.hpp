@@ -51,6 +51,8 @@ struct IdentifyFlags {
   void check() const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
+  /// Throws Error, with what may be given instead, where a rotor method lacks the second direction or the angle.
+  void require_rotor_channels(const Recording& like) const;
   /// What `identify` is to do with records like this one.
   identification::IdentifyOptions options(const Recording& like) const;
   /// States default to all channels of `like` that are no inputs.

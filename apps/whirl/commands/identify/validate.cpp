@@ -84,8 +84,10 @@ void run_validate(const Options& o, Session& session) {
     throw Error(fmt::format("--clean names {} files for {} records: must be one each", o.clean.size(), o.files.size()));
   }
   std::vector<Recording> records, clean;
+  RecordOptions reader = o.record;
+  reader.gaps = true;
   for (const std::string& file : o.files) {
-    records.push_back(o.record.read(file));
+    records.push_back(reader.read(file));
     if (!o.pulses.empty()) records.back() = identification::with_angle_from_pulses(records.back(), o.pulses);
     records.back().source = file;
   }

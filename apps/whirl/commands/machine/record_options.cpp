@@ -14,6 +14,7 @@ io::CsvOptions RecordOptions::csv() const {
   io::CsvOptions options;
   options.columns = columns;
   options.required = required;
+  options.gaps = gaps;
   if (rate > 0) options.rate = rate;
   return options;
 }

@@ -14,6 +14,7 @@ struct RecordOptions {
   double rate = 0;
   std::string rows;
   std::vector<std::string> required;
+  bool gaps = false;  ///< gaps and uneven times are let through, each with a warning
 
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.

@@ -122,10 +122,26 @@ HoldoutSplit split_holdout(const std::vector<Recording>& records, double share,
   Eigen::Index first = holdout_start(n, share);
   if (!energy.empty()) {
     Eigen::VectorXd power = Eigen::VectorXd::Zero(n);
-    for (const std::string& name : energy) power.array() += (record[name].array() - record[name].mean()).square();
+    for (const std::string& name : energy) {  // a missing sample has none
+      const Eigen::ArrayXd x = record[name].array();
+      const auto whole = x.isFinite();
+      const double mean = whole.select(x, 0.0).sum() / std::max<double>(1, static_cast<double>(whole.count()));
+      power.array() += whole.select(x - mean, 0.0).square();
+    }
     const double limit = (1 - share) * power.sum();
     double passed = 0;
     for (first = 0; first < n && passed < limit; ++first) passed += power[first];
+    // A run starts from what its first samples show.
+    constexpr Eigen::Index kStart = 64;
+    const auto whole_from = [&](Eigen::Index i) {
+      return std::all_of(energy.begin(), energy.end(),
+                         [&](const std::string& name) { return record[name].segment(i, kStart).allFinite(); });
+    };
+    for (Eigen::Index i = first; i + kStart <= n; ++i) {
+      if (!whole_from(i)) continue;
+      first = i;
+      break;
+    }
   }
   split.train = {part_of(record, 0, first)};
   split.test = part_of(record, first, n - first);

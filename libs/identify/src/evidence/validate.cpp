@@ -68,6 +68,10 @@ Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel&
 }
 
 double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
+/// Of the samples that are not left out.
+double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
+  return usable.size() ? std::sqrt((v.array().square() * usable).sum() / std::max(1.0, usable.sum())) : rms(v);
+}
 
 }  // namespace
 
@@ -122,9 +126,10 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.eps = run.eps;
   const Eigen::VectorXcd simulated = fit.read_main(0) + run.beside + runout;
   const Eigen::VectorXcd error = measured - simulated;
-  v.rmse_x = rms(error.real());
-  v.rmse_y = rms(error.imag());
-  v.nrmse = error.norm() / (measured.array() - measured.mean()).matrix().norm();
+  v.rmse_x = rms(error.real(), record.usable_x);
+  v.rmse_y = rms(error.imag(), record.usable_y);
+  v.nrmse = std::hypot(v.rmse_x, v.rmse_y) * std::sqrt(static_cast<double>(error.size())) /
+            (measured.array() - measured.mean()).matrix().norm();
   v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
   v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
   if (options.clean) {

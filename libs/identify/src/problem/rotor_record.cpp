@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "problem/bridge_gaps.hpp"
 #include "problem/record_noise.hpp"
 #include "whirl/core/error.hpp"
 
@@ -65,7 +66,11 @@ double RotorRecord::noise_power() const {
   return sum / kLines;
 }
 
-RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options) {
+RotorRecord rotor_record(const Recording& as_read, const RotorRecordOptions& options) {
+  Recording recording = as_read;
+  RotorRecord r;
+  if (const Channel* angle = as_read.find(options.angle); angle != nullptr && options.check && !options.known_angle)
+    detail::bridge_angle(*angle, recording, r.summary);
   records::RecordReport report;
   if (options.check) {
     records::CheckOptions what;
@@ -76,7 +81,6 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   } else {
     recording.check();
   }
-  RotorRecord r;
   r.source = recording.source;
   r.dt = recording.dt;
   r.t0 = recording.t0;
@@ -107,8 +111,8 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
     }
     const signal::AngleFit fit = signal::angle_from_encoder(channel.samples, recording.dt, options.angle_fit);
     r.angle = fit.angle;
-    r.summary.warnings = fit.summary.warnings;
-    r.summary.status = fit.summary.status;
+    for (const std::string& w : fit.summary.warnings) r.summary.warn(w);
+    r.summary.status = std::max(r.summary.status, fit.summary.status);
   }
   if (options.sensor_delay != 0) {
     const double d = options.sensor_delay;

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
+#include "formats/csv_gaps.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/remarks.hpp"
 
 namespace whirl::io {
 namespace {
@@ -59,8 +62,10 @@ double simplest_step(double dt, double tolerance) {
   return dt;
 }
 
-/// Step and start of a time column; throws unless it is a uniform grid.
-void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options, Recording& record) {
+/// Step and start of a time column; unless it is a uniform grid, throws or, where gaps are let through, returns how far
+/// (s) its times may be off by their rounding.
+std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options,
+                                   Recording& record) {
   const Eigen::Index n = t.size();
   for (Eigen::Index i = 1; i < n; ++i) {
     if (!(t[i] > t[i - 1])) {
@@ -99,6 +104,7 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
     good = good && std::abs(t[i] - t[0] - static_cast<double>(i) * dt) <= allowed;
     if (worst == 0 || std::abs(t[i] - t[i - 1] - dt) > std::abs(t[worst] - t[worst - 1] - dt)) worst = i;
   }
+  if (!good && options.gaps) return rounding + exact;
   if (!good) {
     throw Error::in_file(stream.source(), stream.line_of(worst),
                          fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp "
@@ -108,6 +114,7 @@ void uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOp
   }
   record.t0 = t[0];
   record.dt = dt;
+  return std::nullopt;
 }
 
 Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* dialect) {
@@ -120,8 +127,10 @@ Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* d
   record.source = stream.source();
   record.channels = read_columns(stream, std::max<Eigen::Index>(options.min_samples, 2));
   if (const int time = stream.time_column(); time >= 0) {
-    uniform_time(stream, record.channels[static_cast<std::size_t>(time)].samples, options, record);
+    const Eigen::VectorXd t = record.channels[static_cast<std::size_t>(time)].samples;
+    const std::optional<double> uneven = uniform_time(stream, t, options, record);
     record.channels.erase(record.channels.begin() + time);
+    if (uneven) remark(record.source, detail::take_to_even_grid(t, options.time_tolerance, *uneven, record));
   } else {
     record.dt = 1 / *options.rate;
   }

@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
@@ -67,6 +68,14 @@ Parsed parse_number(std::string_view text, double& value) {
     value = 0;
   }
   return std::isfinite(value) ? Parsed::good : Parsed::not_finite;
+}
+
+/// What loggers write where there is no value.
+bool is_missing(std::string_view text) {
+  std::string small(text);
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return small.empty() || small == "nan" || small == "-nan" || small == "na" || small == "n/a" || small == "null";
 }
 
 bool is_number(std::string_view text) {
@@ -275,6 +284,8 @@ struct CsvStream::State {
     const auto bad = [&](std::string_view why) {
       fail(fmt::format("{}: '{}' {}", column_name(file_column), shown(text), why));
     };
+    if (options.gaps && target[file_column] != time && is_missing(text))
+      return std::numeric_limits<double>::quiet_NaN();
     if (text.empty()) fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
     std::string copy(text);
     if (dialect.delimiter != ',') {

@@ -40,6 +40,9 @@ struct CsvOptions {
   double time_tolerance = 0.05;
   Eigen::Index min_samples = 2;
   bool refuse_constant = false;  ///< a channel that never changes is an error
+  /// `read_csv` only: lets gaps through instead of refusing them. An empty cell, NaN or NA becomes NaN, lines left out
+  /// of an even time become NaN, uneven times are taken onto an even grid; what was done to the time is a remark.
+  bool gaps = false;
 };
 
 /// One column in the file.

@@ -1,0 +1,94 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/remarks.hpp"
+
+namespace whirl::io {
+namespace {
+
+Recording read(const std::string& text, std::vector<std::string>* remarks = nullptr) {
+  CsvOptions options;
+  options.gaps = true;
+  const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string& text) {
+    if (remarks != nullptr) remarks->push_back(text);
+  });
+  struct Restore {
+    const RemarkHandler& handler;
+    ~Restore() { set_remark_handler(handler); }
+  } restore{before};
+  return parse_csv(text, "a.csv", options);
+}
+
+TEST(CsvGaps, EmptyCellsAndWordsForNothingAreNaNAndAllElseIsRefusedAsBefore) {
+  const Recording r = read("t_s,x_mm,y_mm\n0,1,2\n0.1,,3\n0.2,NaN,4\n0.3,na,\n0.4,5,6\n");
+  EXPECT_TRUE(std::isnan(r["x"][1]) && std::isnan(r["x"][2]) && std::isnan(r["x"][3]));
+  EXPECT_TRUE(std::isnan(r["y"][3]));
+  EXPECT_DOUBLE_EQ(r["x"][4], 5e-3);
+  EXPECT_DOUBLE_EQ(r["y"][2], 4e-3);
+  for (const char* bad :
+       {"t_s,x_mm\n0,1\n0.1,inf\n0.2,2\n", "t_s,x_mm\n0,1\n,2\n0.2,2\n", "t_s,x_mm\n0,1\nnan,2\n0.2,2\n",
+        "t_s,x_mm\n0,1\n0.1,off\n0.2,2\n", "t_s,x_mm\n0,1\n0.2,2\n0.1,2\n"}) {
+    EXPECT_THROW(read(bad), Error) << bad;
+  }
+  EXPECT_THROW(parse_csv("t_s,x_mm\n0,1\n0.1,\n0.2,2\n", "a.csv"), Error);  // without the option
+}
+
+TEST(CsvGaps, LostLinesBecomeNaNOnTheSameGrid) {
+  std::string text = "t_s,x_mm\n";
+  for (int i = 0; i < 100; ++i) {
+    if (i < 40 || i > 52) text += fmt::format("{:.3f},{}\n", 2 + 0.01 * i, i);
+  }
+  std::vector<std::string> remarks;
+  const Recording r = read(text, &remarks);
+  ASSERT_EQ(r.size(), 100);
+  EXPECT_NEAR(r.dt, 0.01, 1e-12);
+  EXPECT_NEAR(r.t0, 2, 1e-9);
+  for (int i = 0; i < 100; ++i) {
+    if (i < 40 || i > 52) {
+      EXPECT_DOUBLE_EQ(r["x"][i], 1e-3 * i);
+    } else {
+      EXPECT_TRUE(std::isnan(r["x"][i]));
+    }
+  }
+  EXPECT_THAT(remarks, ::testing::ElementsAre("13 samples are missing between the times"));
+}
+
+TEST(CsvGaps, AChangeOfTheSampleRateIsRefused) {
+  std::string text = "t_s,x_mm\n";
+  for (int i = 0; i < 200; ++i) {
+    if (i < 100 || i % 2 == 0) text += fmt::format("{:.3f},{}\n", 0.01 * i, i);
+  }
+  EXPECT_THROW(read(text), Error);
+}
+
+TEST(CsvGapsProperty, UnevenTimesGiveTheCurveOnAnEvenGrid) {
+  const auto curve = [](double t) { return std::sin(6 * t) + 0.3 * std::cos(17 * t); };
+  std::string text = "t_s,x_m\n";
+  double t = 0;
+  for (int i = 0; i < 2000; ++i) {
+    text += fmt::format("{:.9f},{:.12g}\n", t, curve(t));
+    t = 0.005 * (i + 1) + 0.0015 * std::sin(1.7 * i) + (i >= 1200 ? 0.1 : 0);  // and a hole of 0.1 s
+  }
+  std::vector<std::string> remarks;
+  const Recording r = read(text, &remarks);
+  ASSERT_EQ(remarks.size(), 1u);
+  EXPECT_THAT(remarks[0], ::testing::HasSubstr("not uniform"));
+  EXPECT_NEAR(r.dt, 0.005, 1e-4);
+  int missing = 0;
+  for (Eigen::Index i = 20; i + 20 < r.size(); ++i) {
+    const double at = r.t0 + r.dt * static_cast<double>(i);
+    if (std::isnan(r["x"][i])) {
+      ++missing;
+    } else if (std::abs(at - 6.05) > 0.15) {  // splines end freely at the hole
+      EXPECT_NEAR(r["x"][i], curve(at), 2e-5);
+    }
+  }
+  EXPECT_NEAR(missing, 20, 2);
+}
+
+}  // namespace
+}  // namespace whirl::io
