@@ -48,6 +48,11 @@ Recording longest_whole_stretch(const Recording& record) {
   return best == record.size() ? record : part_of(record, at, best);
 }
 
+std::size_t index_of(const Recording& r, const std::string& name) {
+  const auto at = std::find_if(r.channels.begin(), r.channels.end(), [&](const Channel& c) { return c.name == name; });
+  return static_cast<std::size_t>(at - r.channels.begin());
+}
+
 double finite_spread(const Eigen::VectorXd& a) {
   const Eigen::ArrayXd whole = a.array().isFinite().cast<double>();
   const Eigen::ArrayXd x = a.array().isFinite().select(a.array(), 0.0);
@@ -92,12 +97,7 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
   const bool is_rotor = rotor(o.method);
   HeldOut held;
   try {
-    std::vector<Recording> whole = records;
-    Summary said;  // by the fit of all
-    for (std::size_t r = 0; is_rotor && r < whole.size(); ++r) {
-      if (const Channel* angle = records[r].find(o.rotor.record.angle)) detail::bridge_angle(*angle, whole[r], said);
-    }
-    const HoldoutSplit split = split_of(o, whole);
+    const HoldoutSplit split = split_of(o, records);
     held.what = split.what;
     const IdentifiedModel model = fit(o, split.train);
     if (model.summary.status == Status::unusable) {
@@ -183,8 +183,14 @@ Identification identify(const std::vector<Recording>& as_read, const IdentifyOpt
   const IdentifyOptions o = completed(options, as_read.front());
   std::vector<Recording> records = as_read;
   Summary read;
-  if (!rotor(o.method) && o.method != Method::drive) {  // a rotor's likelihood leaves them out
-    for (Recording& r : records) r = detail::with_single_gaps_bridged(r, read);
+  // A rotor's likelihood leaves missing displacements out.
+  for (Recording& r : records) {
+    if (!rotor(o.method) && o.method != Method::drive) {
+      r = detail::with_single_gaps_bridged(r, read);
+    } else if (const std::size_t at = index_of(r, o.rotor.record.angle); at < r.channels.size()) {
+      const Channel angle = r.channels[at];
+      detail::bridge_angle(angle, r, read);
+    }
   }
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   const auto progress = [&](double share) {

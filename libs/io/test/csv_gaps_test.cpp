@@ -13,8 +13,8 @@ namespace {
 Recording read(const std::string& text, std::vector<std::string>* remarks = nullptr) {
   CsvOptions options;
   options.gaps = true;
-  const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string& text) {
-    if (remarks != nullptr) remarks->push_back(text);
+  const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string& said) {
+    if (remarks != nullptr) remarks->push_back(said);
   });
   struct Restore {
     const RemarkHandler& handler;

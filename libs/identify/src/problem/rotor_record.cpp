@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "problem/bridge_gaps.hpp"
 #include "problem/record_noise.hpp"
 #include "whirl/core/error.hpp"
 
@@ -66,11 +65,8 @@ double RotorRecord::noise_power() const {
   return sum / kLines;
 }
 
-RotorRecord rotor_record(const Recording& as_read, const RotorRecordOptions& options) {
-  Recording recording = as_read;
+RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options) {
   RotorRecord r;
-  if (const Channel* angle = as_read.find(options.angle); angle != nullptr && options.check && !options.known_angle)
-    detail::bridge_angle(*angle, recording, r.summary);
   records::RecordReport report;
   if (options.check) {
     records::CheckOptions what;

@@ -19,7 +19,7 @@ Recording read(const std::string& text, std::vector<std::string>& remarks) {
   io::CsvOptions options;
   options.gaps = true;
   const io::RemarkHandler before =
-      io::set_remark_handler([&](const std::string&, const std::string& text) { remarks.push_back(text); });
+      io::set_remark_handler([&](const std::string&, const std::string& said) { remarks.push_back(said); });
   Recording record = io::parse_csv(text, "made.csv", options);
   io::set_remark_handler(before);
   return record;
