@@ -228,12 +228,12 @@ Eigen::VectorXd& channel(Recording& r, const char* name) {
   }
   throw Error("no such channel");
 }
-/// 12345 stands for NaN, which the writer refuses.
+/// 12345 stands for infinity, which the writer refuses.
 void write_spoilt(const Folder& folder, const std::string& file, const Recording& r) {
   io::write_csv(folder / file, r);
   std::string text = slurp(folder / file);
   const auto at = text.find(",12345");
-  if (at != std::string::npos) text.replace(at, 6, ",nan");
+  if (at != std::string::npos) text.replace(at, 6, ",inf");
   folder.write(file, text);
 }
 void keep(Recording& r, Eigen::Index n) {
@@ -251,7 +251,7 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
       {"tiny", [](Recording& r) { channel(r, "x") *= 1e-300, channel(r, "y") *= 1e-300; }, "constant"},
       {"zero", [](Recording& r) { channel(r, "x").setZero(), channel(r, "y").setZero(); }, "constant"},
       {"turn", [](Recording& r) { keep(r, 34); }, "turn"},
-      {"nan", [](Recording& r) { channel(r, "x")[500] = 12345; }, "nan"},
+      {"infinite", [](Recording& r) { channel(r, "x")[500] = 12345; }, "finite"},
   };
   for (const Spoiler& s : of_rotor) {
     Recording r = rotor;
@@ -273,7 +273,7 @@ TEST(IllPosedE2e, NeverAModelWithExitCodeZero) {
       {"ten samples", [](Recording& r) { keep(r, 10); }, "samples"},
       {"tiny values", [](Recording& r) { channel(r, "x") *= 1e-300; }, "range of numbers"},
       {"all zero", [](Recording& r) { channel(r, "x").setZero(), channel(r, "v").setZero(); }, "zero"},
-      {"nan", [](Recording& r) { channel(r, "x")[500] = 12345; }, "nan"},
+      {"infinite", [](Recording& r) { channel(r, "x")[500] = 12345; }, "finite"},
   };
   for (const Spoiler& s : of_any) {
     Recording r = duffing();
