@@ -53,6 +53,28 @@ std::size_t index_of(const Recording& r, const std::string& name) {
   return static_cast<std::size_t>(at - r.channels.begin());
 }
 
+/// The records with what is read off beside gaps before any method begins; `said`: what was.
+std::vector<Recording> bridged(std::vector<Recording> records, const IdentifyOptions& o, Summary& said) {
+  for (Recording& r : records) {
+    if (!rotor(o.method) && o.method != Method::drive) {
+      r = detail::with_single_gaps_bridged(r, said);
+      if (o.method != Method::second_order) continue;
+      // It follows one run from end to end.
+      const Recording whole = longest_whole_stretch(r);
+      if (whole.size() == r.size()) continue;
+      said.warn(fmt::format("{:.4g} s of {:.4g} s are used, from {:.4g} s on: the longest stretch without a gap",
+                            whole.dt * static_cast<double>(whole.size()), r.dt * static_cast<double>(r.size()),
+                            whole.t0));
+      r = whole;
+    } else if (const std::size_t at = index_of(r, o.rotor.record.angle); at < r.channels.size()) {
+      // A rotor's likelihood leaves missing displacements out.
+      const Channel angle = r.channels[at];
+      detail::bridge_angle(angle, r, said);
+    }
+  }
+  return records;
+}
+
 double finite_spread(const Eigen::VectorXd& a) {
   const Eigen::ArrayXd whole = a.array().isFinite().cast<double>();
   const Eigen::ArrayXd x = a.array().isFinite().select(a.array(), 0.0);
@@ -181,17 +203,8 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
 Identification identify(const std::vector<Recording>& as_read, const IdentifyOptions& options) {
   if (as_read.empty()) throw Error("records: at least one is needed");
   const IdentifyOptions o = completed(options, as_read.front());
-  std::vector<Recording> records = as_read;
   Summary read;
-  // A rotor's likelihood leaves missing displacements out.
-  for (Recording& r : records) {
-    if (!rotor(o.method) && o.method != Method::drive) {
-      r = detail::with_single_gaps_bridged(r, read);
-    } else if (const std::size_t at = index_of(r, o.rotor.record.angle); at < r.channels.size()) {
-      const Channel angle = r.channels[at];
-      detail::bridge_angle(angle, r, read);
-    }
-  }
+  const std::vector<Recording> records = bridged(as_read, o, read);
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   const auto progress = [&](double share) {
     if (o.progress) o.progress("identify", share);
@@ -221,9 +234,11 @@ Identification identify(const std::vector<Recording>& as_read, const IdentifyOpt
   return id;
 }
 
-MethodComparison compare_methods(const std::vector<Recording>& records, const IdentifyOptions& options) {
-  if (records.empty()) throw Error("records: at least one is needed");
-  const IdentifyOptions o = completed(options, records.front());
+MethodComparison compare_methods(const std::vector<Recording>& as_read, const IdentifyOptions& options) {
+  if (as_read.empty()) throw Error("records: at least one is needed");
+  const IdentifyOptions o = completed(options, as_read.front());
+  MethodComparison comparison;
+  const std::vector<Recording> records = bridged(as_read, o, comparison.summary);
   const bool is_rotor = rotor(o.method);
   if (o.method == Method::second_order || o.method == Method::drive)
     throw Error("--compare is for rotors and for --method sindy");
@@ -244,7 +259,6 @@ MethodComparison compare_methods(const std::vector<Recording>& records, const Id
     fits = o.library ? compare_regressors(split.train, *o.library, o.sindy) : compare_regressors(split.train, o.sindy);
     whole("sindy (default)", Method::sindy);
   }
-  MethodComparison comparison;
   comparison.what = split.what;
   bool any = false;
   for (std::size_t i = 0; i < fits.size(); ++i) {

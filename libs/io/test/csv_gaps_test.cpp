@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
@@ -63,6 +64,46 @@ TEST(CsvGaps, AChangeOfTheSampleRateIsRefused) {
     if (i < 100 || i % 2 == 0) text += fmt::format("{:.3f},{}\n", 0.01 * i, i);
   }
   EXPECT_THROW(read(text), Error);
+}
+
+/// What reading says of lines with these times, a hundred a second unless changed; empty where it reads.
+std::string refusal(const std::function<double(int)>& time) {
+  std::string text = "t_s,x_mm\n";
+  for (int i = 0; i < 100; ++i) text += fmt::format("{},{}\n", time(i), i % 7);
+  try {
+    const Recording r = read(text);
+    EXPECT_LT(r.size(), 1100);
+  } catch (const Error& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(CsvGaps, TimesThatCannotBeAreRefusedByLineAndTime) {
+  using ::testing::HasSubstr;
+  const auto even = [](int i) { return 0.01 * i; };
+  // One far time stamp: the grid would have no bound.
+  for (const double far : {1e2, 1e6, 1e9, 1e300}) {
+    for (const int at : {1, 60, 99}) {
+      if (far > 1e15 && at < 99) continue;  // digits too few for steps
+      const std::string said = refusal([&](int i) { return even(i) + (i >= at ? far : 0); });
+      EXPECT_THAT(said, HasSubstr(fmt::format("a.csv:{}", at + 2))) << far;
+      EXPECT_THAT(said, HasSubstr(fmt::format("{:.9g} s", even(at) + far))) << far << " at " << at;
+    }
+    // Forth and back again: the first line that goes back.
+    EXPECT_THAT(refusal([&](int i) { return even(i) + (i == 50 ? far : 0); }), HasSubstr("a.csv:53")) << far;
+  }
+  EXPECT_THAT(refusal([](int) { return 4.5; }), HasSubstr("a.csv:3"));                                    // constant
+  EXPECT_THAT(refusal([&](int i) { return even(99 - i); }), HasSubstr("a.csv:3"));                        // reversed
+  EXPECT_THAT(refusal([&](int i) { return even(i == 40 ? 39 : i); }), HasSubstr("a.csv:42"));             // duplicate
+  EXPECT_THAT(refusal([&](int i) { return i < 70 ? even(i) : even(i - 70); }), HasSubstr("a.csv:72"));    // restarted
+  EXPECT_THAT(refusal([&](int i) { return 0.01 * (i / 2); }), HasSubstr("a.csv:3"));                      // in pairs
+  EXPECT_THAT(refusal([&](int i) { return 0.01 * (i / 2) + (i % 2) * 1e-9; }), HasSubstr("wrong time"));  // nearly
+  EXPECT_THAT(refusal([](int i) { return (i - 50) * 3e306; }), HasSubstr("step"));                        // overflow
+  EXPECT_THAT(refusal([](int i) { return i * 1e-315; }), HasSubstr("step"));                              // underflow
+  // A hole of half the record is a hole.
+  EXPECT_EQ(refusal([&](int i) { return even(i) + (i >= 50 ? 1 : 0); }), "");
+  EXPECT_EQ(refusal([&](int i) { return even(i) + (i >= 50 ? 8.9 : 0); }), "");
 }
 
 TEST(CsvGapsProperty, UnevenTimesGiveTheCurveOnAnEvenGrid) {

@@ -25,34 +25,43 @@ Recording read(const std::string& text, std::vector<std::string>& remarks) {
   return record;
 }
 
+/// A drawn rotor as a logger wrote it, with 20 dB noise.
+Recording rotor_with(Gaps gaps, unsigned seed, testing::Machine& truth, std::vector<std::string>* said = nullptr) {
+  constexpr int kFiner = 10;
+  testing::DrawnMachine drawn = testing::draw_machine(testing::Oddity::none, seed);
+  drawn.run.dt /= kFiner;
+  truth = drawn.machine;
+  const Eigen::MatrixX2d clean = testing::readings(drawn.machine, drawn.run);
+  const double noise = 0.1 * std::sqrt(clean.squaredNorm() / static_cast<double>(clean.size()));
+  std::vector<std::string> remarks;
+  const Recording record = read(testing::gappy_text(testing::machine_record(clean, drawn.run), kFiner,
+                                                    {"t_s", "x_m", "y_m", "beta_rad"}, 2, noise, gaps, seed),
+                                remarks);
+  if (said != nullptr) *said = remarks;
+  return record;
+}
+
 class GapsProperty : public ::testing::TestWithParam<Gaps> {};
 
 // Errors of a rotor from a record with gaps are those of the record without, within the intervals; what was done is
 // said.
 TEST_P(GapsProperty, RotorFromWhatALoggerWrote) {
-  constexpr int kFiner = 10;
   for (const unsigned seed : {61u, 62u, 63u}) {
     SCOPED_TRACE(seed);
-    testing::DrawnMachine drawn = testing::draw_machine(testing::Oddity::none, seed);
-    drawn.run.dt /= kFiner;
-    const Eigen::MatrixX2d clean = testing::readings(drawn.machine, drawn.run);
-    const Recording fine = testing::machine_record(clean, drawn.run);
-    const double noise = 0.1 * std::sqrt(clean.squaredNorm() / static_cast<double>(clean.size()));
+    testing::Machine truth;
     std::vector<std::string> remarks;
-    const Recording r =
-        read(testing::gappy_text(fine, kFiner, {"t_s", "x_m", "y_m", "beta_rad"}, 2, noise, GetParam(), seed), remarks);
+    const Recording r = rotor_with(GetParam(), seed, truth, &remarks);
     const Identification found = identify(r);
     EXPECT_NE(found.summary.status, Status::unusable) << found.summary.warnings.back();
     EXPECT_THAT(found.summary.trust, ::testing::StartsWith("Trust"));
     EXPECT_EQ(found.evidence.held_out.reason, "");
     EXPECT_GT(found.summary.chi_square, 0.8);
     EXPECT_LT(found.summary.chi_square, 1.2);
-    for (const auto& [name, truth, most] :
-         {std::tuple("k1", drawn.machine.k, 5e-4), std::tuple("k2", drawn.machine.cubic, 0.03),
-          std::tuple("c", drawn.machine.c, 0.01), std::tuple("e", drawn.machine.e, 0.006)}) {
+    for (const auto& [name, right, most] : {std::tuple("k1", truth.k, 5e-4), std::tuple("k2", truth.cubic, 0.03),
+                                            std::tuple("c", truth.c, 0.01), std::tuple("e", truth.e, 0.006)}) {
       const Estimate& e = *found.model.parameter(name);
-      EXPECT_LT(std::abs(e.value - truth), 4 * e.sd) << name;
-      EXPECT_LT(std::abs(e.value / truth - 1), most) << name;
+      EXPECT_LT(std::abs(e.value - right), 4 * e.sd) << name;
+      EXPECT_LT(std::abs(e.value / right - 1), most) << name;
     }
     if (GetParam() == Gaps::none) {
       EXPECT_TRUE(remarks.empty());
@@ -101,8 +110,86 @@ TEST_P(GapsProperty, LibraryFromWhatALoggerWrote) {
     }
   }
   EXPECT_EQ(all_found, true_terms);
-  // One false term in 24 such equations was seen, at four standard deviations.
-  EXPECT_LE(all_terms, true_terms + 1);
+  // Noise read off between neighbours is not white: one false term in 24 such equations was seen, at 4.1 standard
+  // deviations.
+  EXPECT_LE(all_terms, true_terms + (GetParam() == Gaps::single_cells ? 1 : 0));
+}
+
+// The published chain and its consistent sister read the same records, nearly as without gaps.
+TEST_P(GapsProperty, PaperMethodsFromWhatALoggerWrote) {
+  testing::Machine truth;
+  const Recording whole = rotor_with(Gaps::none, 64, truth), record = rotor_with(GetParam(), 64, truth);
+  const auto found = [](const Recording& r, Method method) {
+    IdentifyOptions options;
+    options.method = method;
+    options.holdout = 0;
+    const Identification id = identify(r, options);
+    EXPECT_NE(id.summary.status, Status::unusable) << id.summary.warnings.back();
+    return id.model;
+  };
+  const IdentifiedModel tied = found(record, Method::consistent), tied_whole = found(whole, Method::consistent);
+  for (const auto& [name, most] :
+       {std::pair("k1", 3e-3), std::pair("k2", 0.03), std::pair("c", 0.02), std::pair("e", 0.01)})
+    EXPECT_NEAR(tied.parameter(name)->value / tied_whole.parameter(name)->value, 1, most) << name;
+  // The bias of one-sided filtering is what it is; interpolated noise adds to it.
+  const IdentifiedModel paper = found(record, Method::paper);
+  EXPECT_NEAR(paper.parameter("k1")->value / truth.k, 1, 0.15);
+}
+
+// --compare: a row of every method, and the best predicts what was held out to the noise.
+TEST(Gaps, ComparedMethodsFromWhatALoggerWrote) {
+  for (const Gaps gaps : {Gaps::empty_cells, Gaps::single_lines}) {
+    testing::Machine truth;
+    const MethodComparison compared = compare_methods({rotor_with(gaps, 65, truth)}, {});
+    EXPECT_NE(compared.summary.status, Status::unusable);
+    ASSERT_GT(compared.rows.size(), 10u);
+    for (const MethodRow& row : compared.rows) {
+      SCOPED_TRACE(row.fit.method);
+      EXPECT_FALSE(row.held_out.scores.empty()) << row.held_out.reason;
+      if (row.fit.method.starts_with("weak")) {
+        EXPECT_LT(worst_nrmse(row.held_out.scores), 0.13);
+      }
+      if (row.fit.method.starts_with("consistent")) {
+        EXPECT_LT(worst_nrmse(row.held_out.scores), 0.16);
+      }
+    }
+  }
+}
+
+// One oscillator, one input: the structure, with the longest stretch without a gap.
+TEST_P(GapsProperty, SecondOrderFromWhatALoggerWrote) {
+  constexpr int kFiner = 10;
+  const unsigned seed = 73;
+  const testing::Oscillator o = testing::oscillators(seed).front();
+  const Recording fine = testing::oscillator_record(o, 5e-3 / kFiner, 4000 * kFiner, 0, seed);
+  const double noise = 0.01 * std::sqrt(fine["y"].squaredNorm() / static_cast<double>(fine.size()));
+  std::vector<std::string> remarks;
+  IdentifyOptions options;
+  options.method = Method::second_order;
+  options.output = "y";
+  options.input = "u";
+  const Identification found = identify(
+      read(testing::gappy_text(fine, kFiner, {"t_s", "y_m", "u_m_s2"}, 1, noise, GetParam(), seed), remarks), options);
+  ASSERT_NE(found.summary.status, Status::unusable) << found.summary.warnings.back();
+  for (const EquationTerm& t : found.model.equations[1].terms) {
+    const double v = t.coefficient.value;
+    if (t.function == "y") {
+      EXPECT_NEAR(v / -o.stiffness, 1, 1e-3);
+    } else if (t.function == "y^3") {
+      EXPECT_NEAR(v / -o.cubic, 1, 0.01);
+    } else if (t.function == "y'") {
+      EXPECT_NEAR(v / -o.damping, 1, 0.01);
+    } else if (t.function == "u") {
+      EXPECT_NEAR(v / o.gain, 1, 2e-3);
+    } else {
+      EXPECT_EQ(t.function, "1");
+      EXPECT_LT(std::abs(v), 3e-3 * o.level);
+    }
+  }
+  EXPECT_EQ(found.model.equations[1].terms.size(), 5u);
+  if (GetParam() != Gaps::none) {
+    EXPECT_GT(remarks.size() + found.summary.warnings.size(), 0u);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, GapsProperty, ::testing::ValuesIn(testing::kGaps));

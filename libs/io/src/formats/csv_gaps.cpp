@@ -50,13 +50,32 @@ struct Grid {
   double worst = 0;                 ///< largest distance from the grid, s
 };
 
-/// The grid with the median step that fits the times best.
-Grid grid_of(const Eigen::VectorXd& t) {
+/// The median step; throws unless at least a tenth of a grid with that step holds samples.
+double median_step(const CsvStream& stream, const Eigen::VectorXd& t) {
+  constexpr double kLeastShare = 0.1;
   const Eigen::Index n = t.size();
   Eigen::VectorXd steps = t.tail(n - 1) - t.head(n - 1);
+  Eigen::Index longest = 0;
+  steps.maxCoeff(&longest);
+  const double before = t[longest], after = t[longest + 1];
   std::nth_element(steps.data(), steps.data() + (n - 1) / 2, steps.data() + n - 1);
+  const double step = steps[(n - 1) / 2], rows = (t[n - 1] - t[0]) / step + 1;
+  if (kLeastShare * rows > static_cast<double>(n)) {
+    throw Error::in_file(
+        stream.source(), stream.line_of(longest + 1),
+        fmt::format("time jumps from {:.9g} s to {:.9g} s, where most steps are {:.6g} s: {} samples would stand on a "
+                    "grid of {:.4g}, at least a tenth is needed; a wrong time stamp, or two records in one file? "
+                    "Correct it, or split the file there",
+                    before, after, step, n, rows));
+  }
+  return step;
+}
+
+/// The grid with the median step that fits the times best.
+Grid grid_of(const CsvStream& stream, const Eigen::VectorXd& t) {
+  const Eigen::Index n = t.size();
   Grid g;
-  g.step = steps[(n - 1) / 2];
+  g.step = median_step(stream, t);
   g.index.assign(static_cast<std::size_t>(n), 0);
   for (Eigen::Index i = 1; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -82,9 +101,10 @@ Grid grid_of(const Eigen::VectorXd& t) {
 
 }  // namespace
 
-std::string take_to_even_grid(const Eigen::VectorXd& t, double allowed_share, double rounding, Recording& record) {
+std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t, double allowed_share, double rounding,
+                              Recording& record) {
   const Eigen::Index n = t.size();
-  Grid g = grid_of(t);
+  const Grid g = grid_of(stream, t);
   if (g.worst > allowed_share * g.step + rounding) {
     // Uneven instants: every channel is read off its spline, but not inside holes.
     const Eigen::Index rows = static_cast<Eigen::Index>(std::floor((t[n - 1] - t[0]) / g.step * (1 + 1e-12))) + 1;

@@ -80,6 +80,13 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
   const double steps = static_cast<double>(n - 1);
   const double exact = 4 * std::numeric_limits<double>::epsilon() * magnitude;
   const double mean_step = (t[n - 1] - t[0]) / steps;
+  constexpr double kLeastStep = 1e-12, kMostStep = 1e9;  // s: the range of --rate
+  if (!(mean_step >= kLeastStep && mean_step <= kMostStep)) {
+    throw Error::in_file(stream.source(), stream.line_of(n - 1),
+                         fmt::format("the time runs from {:.9g} s to {:.9g} s over {} samples; a step must be within "
+                                     "{:g} and {:g} s",
+                                     t[0], t[n - 1], n, kLeastStep, kMostStep));
+  }
   // Times written with few decimals are off the grid by up to one unit of the last place (theirs and that of
   // t0). Where this is a large part of a step it could hide a missing sample, and the times must then be
   // exact.
@@ -130,7 +137,7 @@ Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* d
     const Eigen::VectorXd t = record.channels[static_cast<std::size_t>(time)].samples;
     const std::optional<double> uneven = uniform_time(stream, t, options, record);
     record.channels.erase(record.channels.begin() + time);
-    if (uneven) remark(record.source, detail::take_to_even_grid(t, options.time_tolerance, *uneven, record));
+    if (uneven) remark(record.source, detail::take_to_even_grid(stream, t, options.time_tolerance, *uneven, record));
   } else {
     record.dt = 1 / *options.rate;
   }
