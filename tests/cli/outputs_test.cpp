@@ -40,6 +40,14 @@ const Call kCalls[] = {
     {"report record.csv model.json --out OUT", "model.json"},
     {"rig record --rig rig.toml --out OUT", "rig.toml"},
     {"rig campbell --rig rig.toml --out OUT", "rig.toml"},
+    {"oma record.csv --out OUT", "record.csv"},
+    {"decay record.csv --out OUT", "record.csv"},
+    {"sine record.csv --out OUT", "record.csv"},
+    {"simulate model.json --from-rpm 300 --to-rpm 900 --seconds 1 --out OUT", "model.json"},
+    {"response model.json --from-rpm 300 --to-rpm 900 --out OUT", "model.json"},
+    {"response model.json --from-rpm 300 --to-rpm 900 --peak-figure OUT", "model.json"},
+    {"runup model.json --from-rpm 300 --to-rpm 900 --figure OUT", "model.json"},
+    {"balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800 --html OUT", "model.json"},
     {"rig serve --rig rig.toml --io OUT --log l.csv", "rig.toml"},
 };
 

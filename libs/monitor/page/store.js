@@ -23,7 +23,7 @@ export function connectedAnew() {
   lastSeq = null;
 }
 export function describe(message) {
-  const same = store.stream && store.stream.name === message.name && store.stream.channels.length === message.channels.length;
+  const same = store.stream && store.stream.opened === message.opened && store.stream.name === message.name && store.stream.channels.length === message.channels.length;
   store.stream = message;
   if (!same) Object.assign(store, { chunks: [], values: 0, recent: [], turns: [] });
   Object.assign(store, { spectrum: null, full: null, waterfall: [] });
@@ -44,15 +44,18 @@ export function speedAt(t) {
   return NaN;
 }
 
+/** 1 where the speed rises from turn to turn, -1 where it falls, 0 where it is steady or the turns before are far away. */
+export function directionAt(turns, i) {
+  const before = turns[Math.max(0, i - 8)], turn = turns[i], change = before ? (turn.rpm - before.rpm) / Math.max(turn.rpm, 1) : 0;
+  return before && turn.t - before.t < 3 ? (change > 0.004 ? 1 : change < -0.004 ? -1 : 0) : 0;
+}
 function addTurns(t, data, channels, n) {
   const armed = latest(channelIndex("armed"));
   for (let i = 0; i < n; ++i) {
     const vectors = [];
     for (let c = 2; c + 1 < channels; c += 2) vectors.push([data[c][i], data[c + 1][i]]);
-    const rpm = Math.abs(data[0][i]) / RPM, before = store.turns[Math.max(0, store.turns.length - 8)];
-    const change = before ? (rpm - before.rpm) / Math.max(rpm, 1) : 0;
-    const direction = before && t + data[1][i] - before.t < 3 ? (change > 0.004 ? 1 : change < -0.004 ? -1 : 0) : 0;
-    store.turns.push({ t: t + data[1][i], rpm, direction, open: armed < 0.5, vectors });
+    store.turns.push({ t: t + data[1][i], rpm: Math.abs(data[0][i]) / RPM, open: armed < 0.5, vectors });
+    store.turns[store.turns.length - 1].direction = directionAt(store.turns, store.turns.length - 1);
   }
   if (store.turns.length > MOST_TURNS) store.turns.splice(0, store.turns.length - MOST_TURNS);
 }

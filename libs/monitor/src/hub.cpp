@@ -52,11 +52,19 @@ Hub::Hub(std::unique_ptr<FrameSource> source, const HubOptions& options)
       tracked_(tracked_channels(source_->info().channels)),
       limits_(source_->info(), options.limits),
       spectrum_(make_spectrum(options.spectrum)),
-      recorder_(options.recorder),
-      block_(block_rows(source_->info()), static_cast<Index>(source_->info().channels.size())) {
+      recorder_(options.recorder) {
   require_range("frame_rate", options.frame_rate, 1, 60, "Hz");
   require_range("frame_groups", static_cast<double>(options.frame_groups), 16, 16384);
+  set_up();
+}
+
+/// What follows from the channels.
+void Hub::set_up() {
   const auto& channels = source_->info().channels;
+  block_.resize(block_rows(source_->info()), static_cast<Index>(channels.size()));
+  beta_ = -1;
+  times_.clear();
+  synchronous_.reset();
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].name == "beta") beta_ = static_cast<Index>(c);
     if (channels[c].name == "latency" || channels[c].name == "period")
@@ -205,6 +213,7 @@ void Hub::step() {
       execute(a.text, a.kind == Asked::done);
     }
   }
+  take_opened();
   for (const std::string& line : source_->events()) note(line);
 
   double t_first = 0;

@@ -71,12 +71,14 @@ json controls_json(const FrameSource& source) {
 }
 
 json reference_json(const Reference& r) {
-  json amplitude = json::object();
+  const auto list = [](const Eigen::VectorXd& v) { return std::vector<double>(v.begin(), v.end()); };
+  json amplitude = json::object(), phase = json::object();
   for (std::size_t k = 0; k < r.channels.size(); ++k) {
-    const Eigen::VectorXd column = r.amplitude.col(static_cast<Index>(k));
-    amplitude[r.channels[k]] = std::vector<double>(column.begin(), column.end());
+    amplitude[r.channels[k]] = list(r.amplitude.col(static_cast<Index>(k)));
+    if (r.phase.size() > 0) phase[r.channels[k]] = list(r.phase.col(static_cast<Index>(k)));
   }
-  return {{"name", r.name}, {"speed", std::vector<double>(r.speed.begin(), r.speed.end())}, {"amplitude", amplitude}};
+  return {
+      {"name", r.name}, {"speed", list(r.speed)}, {"time", list(r.time)}, {"amplitude", amplitude}, {"phase", phase}};
 }
 
 /// Counts per octave of nanoseconds.
@@ -99,8 +101,13 @@ json histogram_json(const std::string& what, const rt::Histogram& h) {
 void Hub::submit(std::string text) {
   const json request = json::parse(text, nullptr, false);
   Asked asked{std::move(text)};
+  std::shared_ptr<FrameSource> source;
+  {
+    const std::lock_guard lock(mutex_);
+    source = source_;
+  }
   if (request.is_object() && request.contains("command") && request["command"].is_string() &&
-      source_->urgent(request["command"].get<std::string>())) {
+      source->urgent(request["command"].get<std::string>())) {
     asked.kind = Asked::done;
   }
   const std::lock_guard lock(mutex_);
@@ -113,6 +120,7 @@ void Hub::report(std::string line) {
 }
 
 std::string Hub::description() const {
+  const std::lock_guard lock(mutex_);
   const StreamInfo& info = source_->info();
   json channels = json::array();
   for (const ChannelInfo& c : info.channels) {
@@ -124,6 +132,8 @@ std::string Hub::description() const {
   if (synchronous_) orbit = tracked;
   json out{{"type", "stream"},
            {"name", info.name},
+           {"opened", streams_},
+           {"opens", {{"play", takes(Opened::played)}, {"compare", takes(Opened::compared)}}},
            {"rate", info.rate},
            {"channels", channels},
            {"orbit", orbit},
@@ -131,7 +141,6 @@ std::string Hub::description() const {
            {"recording_allowed", !options_.recorder.folder.empty()},
            {"controls", json::parse(controls_)}};
   if (options_.reference) out["reference"] = reference_json(*options_.reference);
-  const std::lock_guard lock(mutex_);
   const SpectrumSettings& s = options_.spectrum;
   out["spectrum"] = {{"block", s.block},         {"spacing_hz", info.rate / static_cast<double>(s.block)},
                      {"window", name(s.window)}, {"averaging", name(s.averaging)},

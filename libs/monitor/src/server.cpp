@@ -1,4 +1,4 @@
-// The only file that includes Boost.Beast: it is slow to compile.
+// Boost.Beast is slow to compile: only this file and upload.cpp include it.
 #include "whirl/monitor/server.hpp"
 
 #include <fmt/format.h>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "page.hpp"
+#include "upload.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::monitor {
@@ -30,10 +31,11 @@ using tcp = asio::ip::tcp;
 using json = nlohmann::json;
 using std::chrono_literals::operator""s;
 
-constexpr std::size_t kMaxRequest = 4096;  ///< bytes of one message of a client
-constexpr int kSendBuffer = 1 << 18;       ///< bytes
-constexpr std::size_t kHolders = 8;        ///< clients with the token, beside the viewers
-constexpr auto kRefusalEvery = 60s;        ///< a line at most about refused commands
+constexpr std::size_t kMaxRequest = 4096;     ///< bytes of one message of a client
+constexpr std::uint64_t kLargestBody = 1024;  ///< bytes, of a request for the page
+constexpr int kSendBuffer = 1 << 18;          ///< bytes
+constexpr std::size_t kHolders = 8;           ///< clients with the token, beside the viewers
+constexpr auto kRefusalEvery = 60s;           ///< a line at most about refused commands
 
 /// Beast of this age has its own string view.
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
@@ -73,7 +75,8 @@ struct Service {
   std::chrono::steady_clock::time_point refusal_told{};
   std::vector<std::weak_ptr<StreamSession>> viewing;
   std::vector<std::weak_ptr<ClientQueue>> queues;  ///< all that were given to the hub
-  asio::io_context context{1};                     ///< destroyed before what its handlers use
+  Uploads uploads{hub, context, options.largest_file};
+  asio::io_context context{1};  ///< destroyed before what its handlers use
   tcp::acceptor acceptor;
   std::thread thread;
 
@@ -142,14 +145,16 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   void read() {
     parser_.emplace();
     parser_->header_limit(8192);
-    parser_->body_limit(1024);
+    parser_->body_limit(server_.options.largest_file);
     stream_.expires_after(10s);
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
-      if (!failed) self->answer();
-    });
+    http::async_read_header(stream_, buffer_, *parser_,
+                            [self = shared_from_this()](beast::error_code failed, std::size_t) {
+                              if (!failed) self->read_body();
+                            });
   }
 
  private:
+  void read_body();
   void answer();
   void send(http::status status, std::string_view type, std::string_view body);
 
@@ -159,6 +164,22 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
 };
+
+void PageSession::read_body() {
+  const auto& request = parser_->get();
+  if (Uploads::is_one(request)) {
+    const bool allowed = server_.host_allowed(plain(request[http::field::host])) &&
+                         server_.origin_allowed(plain(request[http::field::origin])) &&
+                         same_secret(server_.options.token, std::string(plain(request["X-Whirl-Token"])));
+    if (!allowed) server_.note_refusal();
+    return server_.uploads.take(std::move(stream_), std::move(buffer_), *parser_, allowed);
+  }
+  if (parser_->content_length().value_or(0) > kLargestBody) return;  // no request of the page has one
+  parser_->body_limit(kLargestBody);
+  http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, std::size_t) {
+    if (!failed) self->answer();
+  });
+}
 
 void PageSession::answer() {
   const auto& request = parser_->get();
@@ -376,6 +397,7 @@ void Server::stop() {
     impl_->context.stop();
   });
   impl_->thread.join();
+  impl_->uploads.wait();
   // From here on the hub must not wake sessions whose context is about to go.
   for (const auto& weak : impl_->queues) {
     if (const auto queue = weak.lock()) impl_->hub.remove(queue);

@@ -89,10 +89,23 @@ TEST(MonitorReference, AmplitudeOverSpeedOfTheOpenLoop) {
   EXPECT_GT(reference.speed.size(), 25);
   EXPECT_NEAR(reference.speed(3), 100, 1e-6);
   EXPECT_NEAR(reference.amplitude(3, 0), 1e-4, 1e-6);
-  r.add("x_open", Quantity::displacement, 3e-4 * beta.array().cos());
+  r.add("x_open", Quantity::displacement, 3e-4 * (beta.array() - 0.5).cos());
   EXPECT_NEAR(reference_of(r).amplitude(3, 0), 3e-4, 3e-6);
+  EXPECT_NEAR(reference_of(r).phase(3, 0), -0.5, 0.01);
+  EXPECT_NEAR(reference_of(r, 600, Motion::measured).amplitude(3, 0), 1e-4, 1e-6);
+  // Turn after turn, each 2 pi / 100 rad/s long, on the clock of the record.
+  r.t0 = 7;
+  const Reference all = reference_of(r);
+  for (Eigen::Index i = 0; i < all.time.size(); ++i) {
+    EXPECT_NEAR(all.time(i), 7 + static_cast<double>(i + 1) * 2 * std::numbers::pi / 100, 1e-3) << i;
+  }
   r.channels.erase(r.channels.begin() + 2);
   EXPECT_THROW(reference_of(r), Error);
+  Recording half;
+  half.dt = 1e-3;
+  half.add("x", Quantity::displacement, beta.head(30).array().cos());
+  half.add("beta", Quantity::angle, beta.head(30));
+  EXPECT_THROW(reference_of(half), Error);
 }
 
 TEST(MonitorLimits, AreSetCheckedAndCounted) {

@@ -35,6 +35,14 @@ std::pair<std::string, double> read_limit(const std::string& text) {
 
 }  // namespace
 
+Recording read_opened(const std::filesystem::path& file,
+                      const std::function<Recording(const std::filesystem::path&)>& read) {
+  if (io::file_format(file) == io::FileFormat::atfx)
+    throw Error::in_file(file.string(), 0,
+                         "an ATFX file refers to others, which a page cannot send; name it on the command line");
+  return read(file);
+}
+
 void ViewOptions::add_to(CommandLine* sub) {
   sub->add_option("--port", port, "of the page; 0 takes any free one")
       ->range(0, 65535)
@@ -61,6 +69,10 @@ monitor::HubOptions ViewOptions::hub(double rate) const {
   options.spectrum.block = monitor::block_for(rate);
   options.recorder.folder = record_folder;
   for (const std::string& text : limits) options.limits.insert(read_limit(text));
+  if (!read_only)
+    options.read = [](const std::filesystem::path& file) {
+      return read_opened(file, [](const std::filesystem::path& f) { return io::read_recording(f); });
+    };
   if (!reference.empty()) options.reference = monitor::reference_of(io::read_recording(reference));
   return options;
 }

@@ -25,6 +25,10 @@ struct ViewOptions {
   monitor::ServerOptions server() const;       ///< with a new token unless read-only
 };
 
+/// A file that the page sent, by `read`. Throws Error for one that names other files.
+Recording read_opened(const std::filesystem::path& file,
+                      const std::function<Recording(const std::filesystem::path&)>& read);
+
 /// Hub and server of one source, from construction to destruction; says on stderr where the page is.
 class Served {
  public:

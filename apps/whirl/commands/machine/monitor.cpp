@@ -69,6 +69,11 @@ void add_monitor(CommandLine& app, Session& session) {
                     catch_stop_signals();
                     Recording record = read(o->record, o->file);
                     monitor::HubOptions hub = o->view.hub(record.rate());
+                    if (hub.read) {
+                      hub.read = [columns = o->record](const std::filesystem::path& file) {
+                        return read_opened(file, [&](const auto& path) { return read(columns, path.string()); });
+                      };
+                    }
                     if (!hub.reference && record.has("x_open") && record.has("beta"))
                       hub.reference = monitor::reference_of(record);
                     const Served served(

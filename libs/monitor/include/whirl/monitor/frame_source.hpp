@@ -53,6 +53,8 @@ class FrameSource {
   virtual std::vector<Control> controls() const { return {}; }
   /// A command that must not wait for the hub's next step, such as "trip". True: done. Called from any thread.
   virtual bool urgent(const std::string&) { return false; }
+  /// Whether another recording may take its place; a running loop stays.
+  virtual bool replaceable() const { return false; }
   /// What happened since the last call, for the log.
   virtual std::vector<std::string> events() { return {}; }
 };
@@ -70,6 +72,7 @@ class PlaybackSource : public FrameSource {
   std::vector<std::pair<std::string, std::string>> status() const override;
   bool command(const std::string& name, double value) override;
   std::vector<Control> controls() const override;
+  bool replaceable() const override { return true; }
 
   static double steady_seconds();
 

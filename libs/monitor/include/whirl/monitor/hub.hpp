@@ -1,6 +1,8 @@
 #pragma once
 #include <atomic>
 #include <deque>
+#include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -30,7 +32,12 @@ struct HubOptions {
   /// Largest |value| allowed per channel name, SI. Each crossing goes to the log once, with time and speed.
   std::map<std::string, double> limits;
   std::optional<Reference> reference;  ///< shown behind the run
+  /// Reads a file that somebody with the token dropped on the page; throws Error. Empty: none are taken.
+  std::function<Recording(const std::filesystem::path&)> read;
 };
+
+/// What becomes of a recording that was dropped on the page.
+enum class Opened { played, compared };
 
 /// Takes samples from a source, makes frames of them and hands them to every client. Its own thread; the real-time loop
 /// only pushes into the source's ring and is never waited for.
@@ -58,6 +65,13 @@ class Hub {
   /// A line for the log, from any thread.
   void report(std::string line);
 
+  /// Whether the page may open a recording so.
+  bool takes(Opened as) const;
+  /// Reads a recording in the caller's thread; it is played in place of the one shown, or becomes the reference, with
+  /// the hub's next step. `name`: what the user called the file. Throws Error, and changes nothing, when it cannot be
+  /// read or be opened so. Thread-safe.
+  void open(const std::filesystem::path& file, const std::string& name, Opened as);
+
   /// Stream description as sent to a new client.
   std::string description() const;
 
@@ -73,14 +87,24 @@ class Hub {
   void note_run(const SpeedTrend::Run& run);
   void time_cycles(const Eigen::Ref<const Eigen::MatrixXd>& rows);
   void execute(const std::string& json, bool done);
+  void set_up();
+  void replace_source(std::unique_ptr<FrameSource> source);
+  void take_opened();
   SpectrumAverage make_spectrum(const SpectrumSettings& settings) const;
   static std::string controls_of(const FrameSource& source);
   void note(const std::string& line);
 
-  std::unique_ptr<FrameSource> source_;
-  std::string controls_;  ///< JSON
+  std::shared_ptr<FrameSource> source_;  ///< replaced by the hub's thread alone
+  std::string controls_;                 ///< JSON
   HubOptions options_;
-  mutable std::mutex mutex_;  ///< guards clients_, asked_, history_, what changes in description()
+  /// Guards clients_, asked_, history_, opened_, what changes in description(), and the pointer source_ against the
+  /// other threads.
+  mutable std::mutex mutex_;
+  struct {
+    std::unique_ptr<FrameSource> source;
+    std::optional<Reference> reference;
+  } opened_;
+  int streams_ = 0;  ///< recordings opened so far
   std::vector<std::shared_ptr<ClientQueue>> clients_;
   struct Asked {
     std::string text;
