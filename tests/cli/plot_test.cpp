@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 namespace whirl::testing {
 namespace {
 
+using ::testing::HasSubstr;
 using Complex = std::complex<double>;
 constexpr double kTurn = 2 * std::numbers::pi;
 
@@ -197,6 +199,55 @@ TEST(PlotE2e, OneAmplitudeInOrbitBodePolarAndOrders) {
     for (const double rpm : column(folder / "figure.csv", "passage of a critical speed")) passages += rpm > 0;
     EXPECT_EQ(passages, 1U) << way;
   }
+}
+
+// Whoever signs a figure must see which run it shows, which way the shaft turned and where the probes stood.
+TEST(PlotE2e, EveryFigureNamesItsRunItsDirectionAndTheMachine) {
+  const Folder folder;
+  const auto half = [](double) { return Complex(0.1); };
+  const auto circle = [](double) { return Complex(0, -0.1); };
+  folder.write("up.csv", sweep(10, 30, 6, half, circle));
+  folder.write("down.csv", sweep(30, 12, 6, half, circle));
+  folder.write("same.csv", sweep(20, 20, 6, half, circle));
+  const auto drawn = [&](const std::string& files, const std::string& what, const std::string& more = "") {
+    EXPECT_EQ(folder.whirl("plot " + files + " --force --what " + what + " --out figure.svg " + more).exit_code, 0)
+        << what;
+    return slurp(folder / "figure.svg");
+  };
+  for (const char* what : {"traces", "orbit", "centreline", "spectrum", "full-spectrum", "waterfall", "full-waterfall",
+                           "cascade", "run-map", "bode", "polar", "nyquist", "orders", "phase-plane", "funnel"}) {
+    EXPECT_THAT(drawn("up.csv", what), HasSubstr("up.csv, 0 to 6 s: run-up 600 to 1800 rpm</text>")) << what;
+    EXPECT_THAT(drawn("down.csv", what), HasSubstr("down.csv, 0 to 6 s: run-down 1800 to 720 rpm</text>")) << what;
+    const std::string svg = drawn("same.csv", what);
+    EXPECT_THAT(svg, HasSubstr("same.csv, 0 to 6 s: steady at 1200 rpm</text>")) << what;
+    const bool plane = std::string(what) == "orbit" || std::string(what) == "centreline" ||
+                       std::string(what) == "polar" || std::string(what) == "nyquist";
+    EXPECT_EQ(svg.find(">rotation</text>") != std::string::npos, plane) << what;
+    EXPECT_EQ(svg.find("probe</text>") != std::string::npos, plane) << what;
+  }
+  // Overlays name each run, a part names its times, a log its two loops.
+  const std::string both = drawn("up.csv down.csv", "bode");
+  EXPECT_THAT(both, HasSubstr(">up.csv, 0 to 6 s: run-up"));
+  EXPECT_THAT(both, HasSubstr(">down.csv, 0 to 6 s: run-down"));
+  EXPECT_THAT(drawn("up.csv", "bode", "--from 1.5 --to 3"), HasSubstr("up.csv, 1.5 to 3 s: run-up 900 to 1200 rpm"));
+  // Up through the range and down again; and a record without a rotor angle.
+  std::string there_and_back = "t_s,x_mm,y_mm,beta_rad\n";
+  for (int i = 0; i < 12000; ++i) {
+    const double t = i / 2000.0, theta = kTurn * (10 * t + 20 * (t / 2 - 3 / kTurn * std::sin(kTurn * t / 6)));
+    there_and_back += std::to_string(t) + "," + std::to_string(std::cos(theta)) + "," +
+                      std::to_string(std::sin(theta)) + "," + std::to_string(theta) + "\n";
+  }
+  folder.write("loop.csv", there_and_back);
+  EXPECT_THAT(drawn("loop.csv", "bode"), HasSubstr("run-up 600 to 1798 rpm, then run-down to 600 rpm"));
+  folder.write(
+      "still.csv", "t_s,x_mm,y_mm\n" + [] {
+        std::string rows;
+        for (int i = 0; i < 100; ++i) rows += std::to_string(i * 1e-3) + "," + std::to_string(i % 7) + ",1\n";
+        return rows;
+      }());
+  const std::string still = drawn("still.csv", "orbit");
+  EXPECT_THAT(still, HasSubstr("rotor angle not recorded"));
+  EXPECT_EQ(still.find(">rotation</text>"), std::string::npos);
 }
 
 TEST(PlotE2e, EveryViewOfARecordIsDrawnToFileAndTerminal) {

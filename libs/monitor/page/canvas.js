@@ -132,6 +132,35 @@ export function label(g, text, x, y, color, align = "right") {
   g.textAlign = align;
   g.fillText(text, x, y);
 }
+/** The machine at the rim of a plot of the shaft's plane: where the probes x and y stand, and the way the shaft turns (1 from x towards y,
+    -1 the other way, 0 not known). */
+export function machine(g, { x, y, w, h }, probes, sense) {
+  g.fillStyle = g.strokeStyle = colors.text;
+  for (const [k, name] of probes.entries()) {
+    const px = k === 0 ? x + w : x + w / 2, py = k === 0 ? y + h / 2 : y, [ax, ay] = k === 0 ? [-8, 0] : [0, 8];
+    g.beginPath();
+    g.moveTo(px + ax, py + ay);
+    g.lineTo(px - 0.5 * ay, py + 0.5 * ax);
+    g.lineTo(px + 0.5 * ay, py - 0.5 * ax);
+    g.fill();
+    g.textAlign = k === 0 ? "right" : "left";
+    g.fillText(name, k === 0 ? px - 2 : px + 8, k === 0 ? py - 8 : py + 12);
+  }
+  if (!sense) return;
+  const cx = x + 20, cy = y + 20, r = 10, from = 0.2 * Math.PI, to = -1.3 * Math.PI, end = sense > 0 ? to : Math.PI - to;
+  g.lineWidth = 1.4;
+  g.beginPath();
+  g.arc(cx, cy, r, sense > 0 ? from : Math.PI - from, end, sense > 0);
+  g.stroke();
+  const at = (angle, d) => [cx + d * Math.cos(angle), cy + d * Math.sin(angle)];
+  g.beginPath();
+  g.moveTo(...at(end - 0.5 * sense, r));
+  g.lineTo(...at(end, r - 4));
+  g.lineTo(...at(end, r + 4));
+  g.fill();
+  g.textAlign = "left";
+  g.fillText("rotation", cx + 16, cy + 4);
+}
 export function empty(g, w, h, text) {
   g.fillStyle = colors.muted;
   g.textAlign = "center";

@@ -1,7 +1,7 @@
 // The path of the shaft: orbit, phase plane, and the 1X vector in its plane.
 import { store, channelIndex } from "./store.js";
 import { unitFor, digits, largest, ticks, lags } from "./units.js";
-import { prepare, plotBox, axes, clipped, curve, marks, label, empty, line, colors, seriesColor } from "./canvas.js";
+import { prepare, plotBox, axes, clipped, curve, marks, label, empty, line, machine, colors, seriesColor } from "./canvas.js";
 
 const byId = (id) => document.getElementById(id);
 const TURN = 2 * Math.PI, FINE = 1.5; // px between points of a path
@@ -59,6 +59,7 @@ function drawOrbit() {
       g.fill();
     }
   });
+  machine(g, box, names.map((name) => `${name} probe`), Math.sign(angle[angle.length - 1] - angle[0]) || 0);
   label(g, `raw ${digits(size / factor)} ${unit} peak`, box.x + box.w - 6, box.y + 14, colors.c0);
   if (filtered) {
     const [[a, b], [c, d]] = turn.vectors;
@@ -119,6 +120,7 @@ function drawPolar() {
     }
     label(g, name, box.x + box.w - 6, box.y + 14 + 15 * k, seriesColor(k));
   }));
+  machine(g, { x: w / 2 - 0.5 * Math.min(w - 80, h - 52), y: 0, w: Math.min(w - 80, h - 52), h: h - 14 }, ["probe"], 0);
   const [name] = store.stream.tracked;
   let next = 0; // speeds written along the first curve, not closer than 60 pixels
   const at = [];

@@ -95,6 +95,8 @@ void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turn
 
 }  // namespace
 
+std::vector<report::Probe> shaft_probes() { return {{0, "x probe"}, {kTurn / 4, "y probe"}}; }
+
 Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   ViewOptions range = o;
   const Recording& last = runs.back().record;
@@ -119,8 +121,10 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
                           parts[i]});
   const Recording& part = parts.back();
   Figure figure = report::orbit(part_names, part.t0, part.t0 + part.duration());
+  figure.panels.front().probes = shaft_probes();
   const auto turning = diagnosis::rotation_of(last);
   if (!turning) return figure;
+  figure.panels.front().rotation = true;
   // The angle of the whole record: a short part alone does not give it well.
   const Index cut_at = std::lround((part.t0 - last.t0) / last.dt);
   const Index first = std::max(turning->first, cut_at);
@@ -165,6 +169,8 @@ Figure centreline(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
                                       {"x", unit}, {"y", unit});
   panel.equal_aspect = true;
   panel.height = 380;
+  panel.probes = shaft_probes();
+  panel.rotation = true;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     panel.line(lines.size() > 1 ? runs[k].name : "", lines[k].x, lines[k].y,
                {.color = lines.size() > 1 && k == 0 ? 7 : static_cast<int>(k) % 6, .width = 1});

@@ -9,6 +9,7 @@
 #include "record_maps.hpp"
 #include "record_orbit.hpp"
 #include "record_part.hpp"
+#include "run_line.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/passages.hpp"
@@ -165,14 +166,6 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   return figure;
 }
 
-// Which run, and which way it went.
-std::string run_name(const ViewedRun& run, const signal::SynchronousCurve& curve) {
-  const Index last = curve.speed.size() - 1;
-  return fmt::format("{}: {} {:.0f} to {:.0f} rpm", run.name,
-                     curve.speed[last] > curve.speed[0] ? "run-up" : "run-down", curve.speed[0] / kRpm,
-                     curve.speed[last] / kRpm);
-}
-
 Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   std::vector<signal::SynchronousCurve> curves;
   const double order = o.orders.empty() ? 1 : o.orders.front();
@@ -187,7 +180,6 @@ Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, 
     }
   }
   Figure figure = synchronous_view(what, curves, o.phase);
-  if (runs.size() == 1) figure.panels.front().title = run_name(runs.front(), curves.front());
   if (order != 1) {
     for (report::Panel& p : figure.panels) {
       const auto at = p.y.label.find("1X");
@@ -234,8 +226,13 @@ std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& n
 
 Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves,
                         report::Phase phase) {
-  if (what == "polar") return report::polar_1x(curves, phase);
-  if (what == "nyquist") return report::nyquist_1x(curves);
+  if (what == "polar" || what == "nyquist") {
+    Figure plane = what == "polar" ? report::polar_1x(curves, phase) : report::nyquist_1x(curves);
+    // The angle of a vector counts from the probe that measured it, wherever that stands.
+    plane.panels.front().probes = {{0, "probe"}};
+    plane.panels.front().rotation = true;
+    return plane;
+  }
   Figure figure = report::bode_1x(curves, phase);
   // The closed loop or the last of several runs is judged by its reader; the first one is the machine as it is.
   const std::vector<diagnosis::Passage> found = diagnosis::passages(curves.front());
@@ -283,6 +280,9 @@ Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const V
     throw Error(fmt::format("--what {}: must be one of {}{}", what, fmt::join(names, ", "),
                             near.empty() ? "" : "; did you mean '" + near + "'?"));
   }
+  const bool one = what == "orders" || what == "phase-plane" || what.ends_with("waterfall") || what == "cascade" ||
+                   what == "run-map";  // of the last run
+  for (std::size_t i = one ? runs.size() - 1 : 0; i < runs.size(); ++i) figure.runs.push_back(run_line(runs[i], o));
   return figure;
 }
 

@@ -141,8 +141,10 @@ class RunReport {
     }
     for (const auto& [name, curve] : in_.bode) {
       doc_.subsection(name);
-      doc_.figure(synchronous_view("bode", {curve}), "Bode plot of the 1X vectors. " + std::string(kBeats));
-      doc_.figure(synchronous_view("polar", {curve}), "Polar plot of the same vectors.");
+      report::Figure bode = synchronous_view("bode", {curve}), polar = synchronous_view("polar", {curve});
+      bode.runs = polar.runs = {name};
+      doc_.figure(bode, "Bode plot of the 1X vectors. " + std::string(kBeats));
+      doc_.figure(polar, "Polar plot of the same vectors.");
     }
     if (!criticals().empty()) doc_.table(critical_table(criticals(), o_.service_speed));
   }

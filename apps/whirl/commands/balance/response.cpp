@@ -223,75 +223,86 @@ std::optional<response::PeakCurve> peaks_of(const IdentifiedModel& model, const 
   return peaks;
 }
 
-void run(const Options& o, Session& session) {
-  IdentifiedModel model = io::load<IdentifiedModel>(o.model);
+/// The model with the unbalance asked for, and its rotor where the unbalance forces one.
+struct Forced {
+  IdentifiedModel model;
+  std::optional<RotorModel> rotor;
+};
+
+Forced forced_model(const Options& o) {
+  Forced f{io::load<IdentifiedModel>(o.model), {}};
   if (!(o.from_rpm > 0) || !(o.to_rpm > 0)) throw Error("--from-rpm and --to-rpm are needed, both > 0");
   const bool turning = o.input.empty();
   if (!turning && o.amplitude == 0) throw Error("--amplitude is needed: the input's amplitude, in its unit");
-  std::optional<RotorModel> rotor;
-  if (model.rotor && turning) {
-    rotor = *model.rotor;
-    rotor->eps *= o.unbalance;
-    const IdentifiedModel equations = response::rotor_equations(*rotor);
-    model.states = equations.states;
-    model.inputs = equations.inputs;
-    model.equations = equations.equations;
-  }
-  const response::PeriodicSystem system(model, {o.input, o.amplitude, rotor ? 1 : o.unbalance});
-  response::CurveOptions options;
-  options.from = o.from_rpm * kRpm;
-  options.to = o.to_rpm * kRpm;
-  options.harmonics = o.harmonics;
-  response::ResponseCurve curve =
-      response::response_curve(system, response::Parameter::speed, turning ? 0 : o.amplitude, options);
-  if (rotor) {
-    const double critical = rotor->natural_frequency();
-    if (std::max(options.from, options.to) < critical / 12) {
-      curve.summary.warn(fmt::format(
-          "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?",
-          o.from_rpm, o.to_rpm, critical / kRpm, 60 * o.from_rpm, 60 * o.to_rpm));
-    }
-  }
-  if (curve.points.empty()) {
-    session.finish(curve.summary);
-    return;
-  }
-  const Drawn drawn{system.driven_by_angle() && system.size() == 2, system.names().front()};
-  const Known known = known_range(o.data);
-  const std::optional<response::PeakCurve> peaks = peaks_of(model, o, drawn, options, session);
-  std::vector<response::ResponseCurve> isolas =
+  if (!f.model.rotor || !turning) return f;
+  f.rotor = *f.model.rotor;
+  f.rotor->eps *= o.unbalance;
+  const IdentifiedModel equations = response::rotor_equations(*f.rotor);
+  f.model.states = equations.states;
+  f.model.inputs = equations.inputs;
+  f.model.equations = equations.equations;
+  return f;
+}
+
+/// An amplitude with its unit, where it has one.
+std::string amplitude_text(const Drawn& drawn, double amplitude) {
+  return drawn.rotor ? report::format_amplitude(amplitude, AmplitudeKind::peak) : report::format_number(amplitude);
+}
+
+void warn_of_hertz(const Options& o, const RotorModel& rotor, Summary& summary) {
+  const double critical = rotor.natural_frequency();
+  if (std::max(o.from_rpm, o.to_rpm) * kRpm >= critical / 12) return;
+  summary.warn(fmt::format(
+      "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?",
+      o.from_rpm, o.to_rpm, critical / kRpm, 60 * o.from_rpm, 60 * o.to_rpm));
+}
+
+/// Branches that do not hang together with the curve in this range: where a run-down begins, and closed ones if asked
+/// for.
+std::vector<response::ResponseCurve> other_curves(const Options& o, const IdentifiedModel& model,
+                                                  const response::PeriodicSystem& system,
+                                                  const response::ResponseCurve& curve,
+                                                  const response::CurveOptions& options, const Drawn& drawn,
+                                                  Session& session) {
+  const bool turning = o.input.empty();
+  std::vector<response::ResponseCurve> others =
       response::other_branches(system, curve, turning ? 0 : o.amplitude, options);
-  for (const response::ResponseCurve& other : isolas)
-    session.say(fmt::format(
-        "second branch      {} at {:.0f} rpm, where a run-down begins: it joins the curve beyond the range",
-        drawn.rotor ? report::format_amplitude(drawn.amplitude(other.points.front().solution), AmplitudeKind::peak)
-                    : report::format_number(drawn.amplitude(other.points.front().solution)),
-        o.to_rpm));
-  if (o.isolas) {
-    const response::PeriodicSystem forced(model, {o.input, o.amplitude, 1, turning});
-    const std::vector<response::ResponseCurve> found =
-        response::find_isolas(forced, curve, turning ? 1 : o.amplitude, options, isolas);
-    for (const response::ResponseCurve& isola : found) {
-      double low = INFINITY, high = 0, most = 0;
-      for (const response::CurvePoint& p : isola.points) {
-        low = std::min(low, p.solution.omega);
-        high = std::max(high, p.solution.omega);
-        most = std::max(most, drawn.amplitude(p.solution));
-      }
-      session.say(
-          fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by a blow",
-                      low / kRpm, high / kRpm,
-                      drawn.rotor ? report::format_amplitude(most, AmplitudeKind::peak) : report::format_number(most)));
+  for (const response::ResponseCurve& other : others)
+    session.say(
+        fmt::format("second branch      {} at {:.0f} rpm, where a run-down begins: it joins the curve beyond the range",
+                    amplitude_text(drawn, drawn.amplitude(other.points.front().solution)), o.to_rpm));
+  if (!o.isolas) return others;
+  const response::PeriodicSystem forced(model, {o.input, o.amplitude, 1, turning});
+  const std::vector<response::ResponseCurve> found =
+      response::find_isolas(forced, curve, turning ? 1 : o.amplitude, options, others);
+  for (const response::ResponseCurve& isola : found) {
+    double low = INFINITY, high = 0, most = 0;
+    for (const response::CurvePoint& p : isola.points) {
+      low = std::min(low, p.solution.omega);
+      high = std::max(high, p.solution.omega);
+      most = std::max(most, drawn.amplitude(p.solution));
     }
-    if (found.empty()) session.say("isolas             none found");
-    isolas.insert(isolas.end(), found.begin(), found.end());
+    session.say(
+        fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by a blow",
+                    low / kRpm, high / kRpm, amplitude_text(drawn, most)));
   }
-  const bool isotropic = rotor && rotor->k1_conj == 0.0 && rotor->c_conj == 0.0;
-  std::optional<response::SynchronousBand> band;
-  if (isotropic && model.rotor_covariance.size() == 25)
-    band = response::synchronous_band(
-        *rotor, model.rotor_covariance,
-        Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
+  if (found.empty()) session.say("isolas             none found");
+  others.insert(others.end(), found.begin(), found.end());
+  return others;
+}
+
+/// Over the covariance of an isotropic rotor, whose synchronous response is algebraic.
+std::optional<response::SynchronousBand> band_of(const Forced& forced, const response::CurveOptions& options) {
+  const bool isotropic = forced.rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0;
+  if (!isotropic || forced.model.rotor_covariance.size() != 25) return {};
+  return response::synchronous_band(
+      *forced.rotor, forced.model.rotor_covariance,
+      Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
+}
+
+/// Says peak, band, folds and branch points; warns of what the record does not cover.
+void tell(const Options& o, response::ResponseCurve& curve, const Drawn& drawn, const Known& known,
+          const std::optional<response::SynchronousBand>& band, Session& session) {
   const response::CurvePoint* peak = &curve.points.front();
   std::size_t unstable = 0, beyond = 0;
   for (const response::CurvePoint& p : curve.points) {
@@ -299,18 +310,16 @@ void run(const Options& o, Session& session) {
     unstable += !p.stable;
     beyond += !known.holds(drawn.amplitude(p.solution), p.solution.omega);
   }
-  const double top = drawn.amplitude(peak->solution);
   session.say(fmt::format("largest answer     {} at {:.0f} rpm{}",
-                          drawn.rotor ? report::format_amplitude(top, AmplitudeKind::peak) : report::format_number(top),
-                          peak->solution.omega / kRpm, peak->stable ? "" : " (unstable there)"));
+                          amplitude_text(drawn, drawn.amplitude(peak->solution)), peak->solution.omega / kRpm,
+                          peak->stable ? "" : " (unstable there)"));
   if (band)
     session.say(fmt::format("95 % interval      {} to {} (over the model's covariance)",
                             report::format_amplitude(band->peak_low, AmplitudeKind::peak),
                             report::format_amplitude(band->peak_high, AmplitudeKind::peak)));
   for (const response::CurveEvent& e : curve.events)
     session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRpm,
-                            drawn.rotor ? report::format_amplitude(drawn.amplitude(e.solution), AmplitudeKind::peak)
-                                        : report::format_number(drawn.amplitude(e.solution))));
+                            amplitude_text(drawn, drawn.amplitude(e.solution))));
   session.say(fmt::format("points             {}, {} of them unstable", curve.points.size(), unstable));
   if (o.data.empty())
     curve.summary.trust = "the range of the data is not known: give --data RECORD to see what is extrapolation";
@@ -320,8 +329,32 @@ void run(const Options& o, Session& session) {
                     "extrapolation",
                     beyond, curve.points.size(), report::format_amplitude(known.amplitude, AmplitudeKind::peak),
                     known.low / kRpm, known.high / kRpm));
+}
+
+void run(const Options& o, Session& session) {
+  const Forced forced = forced_model(o);
+  const bool turning = o.input.empty();
+  const response::PeriodicSystem system(forced.model, {o.input, o.amplitude, forced.rotor ? 1 : o.unbalance});
+  response::CurveOptions options;
+  options.from = o.from_rpm * kRpm;
+  options.to = o.to_rpm * kRpm;
+  options.harmonics = o.harmonics;
+  response::ResponseCurve curve =
+      response::response_curve(system, response::Parameter::speed, turning ? 0 : o.amplitude, options);
+  if (forced.rotor) warn_of_hertz(o, *forced.rotor, curve.summary);
+  if (curve.points.empty()) {
+    session.finish(curve.summary);
+    return;
+  }
+  const Drawn drawn{system.driven_by_angle() && system.size() == 2, system.names().front()};
+  const Known known = known_range(o.data);
+  const std::optional<response::PeakCurve> peaks = peaks_of(forced.model, o, drawn, options, session);
+  const std::vector<response::ResponseCurve> others =
+      other_curves(o, forced.model, system, curve, options, drawn, session);
+  const std::optional<response::SynchronousBand> band = band_of(forced, options);
+  tell(o, curve, drawn, known, band, session);
   io::Json json = json_of(curve, drawn, known, band);
-  json.set("branches", isola_json(isolas, drawn, known));
+  json.set("branches", isola_json(others, drawn, known));
   if (peaks) {
     json.set("peaks", peak_json(*peaks));
     for (const std::string& warning : peaks->summary.warnings) curve.summary.warn(warning);
@@ -329,7 +362,7 @@ void run(const Options& o, Session& session) {
   }
   session.result(json);
   if (!o.out.empty()) io::save_json(o.out, json);
-  if (!o.figure.empty()) report::write_figure(figure_of(curve, isolas, drawn, known, rotor, band), o.figure);
+  if (!o.figure.empty()) report::write_figure(figure_of(curve, others, drawn, known, forced.rotor, band), o.figure);
   session.finish(curve.summary);
 }
 

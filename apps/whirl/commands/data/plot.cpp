@@ -54,6 +54,7 @@ void draw(Options* o, Session& session) {
   if (!tables.empty()) {
     if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
     figure = pages::synchronous_view(o->what, tables, view_options.phase);
+    for (const std::string& file : o->files) figure.runs.push_back(std::filesystem::path(file).filename().string());
   } else {
     io::CsvOptions csv;
     if (o->rate > 0) csv.rate = o->rate;

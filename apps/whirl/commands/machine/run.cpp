@@ -12,17 +12,65 @@
 
 namespace whirl::app {
 
+namespace {
+
+struct Options {
+  std::string controller, rig, fmu_file, log;
+  std::optional<double> added_mass_g;
+  tuning::ClosedLoopOptions loop;
+  bool run_up = false;
+  RunIoOptions io;
+  RunFmuOptions fmu;
+  bool monitor = false, repeat = false, off_nominal = false;
+  ViewOptions view;
+};
+
+/// The simulated run on the virtual rig, as fast as it goes.
+void run_simulated(Session& session, const Options& o, const ControllerDesign& design, const rig::RigParameters& rig) {
+  const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o.loop);
+  if (!o.log.empty()) io::write_csv(o.log, run.log);
+  const tuning::ClosedLoopMetrics& m = run.metrics;
+  if (!m.stable) session.say("FAILS: " + m.verdict.text());
+  session.say(report::to_text(pages::segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
+  session.say(
+      fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
+                  "{:.2f} % of ticks saturated",
+                  1e3 * m.standstill_rms, m.force_rms, m.force_peak, m.total_variation, 100 * m.saturated));
+  if (m.supervision != 0) {
+    session.say(
+        fmt::format("supervision, from {:.3f} s on: {}", m.supervised, control::supervision_text(m.supervision)));
+  }
+  io::Json json = pages::to_json(m);
+  json.set("provenance", to_json(io::provenance({o.controller}, session.command_line, o.loop.run.seed)));
+  session.result(json);
+  Summary summary;
+  if (!m.stable) {
+    summary.fail(m.verdict.text());
+  }
+  session.finish(summary);
+}
+
+void run(Session& session, const Options& o) {
+  if (!o.io.io.empty()) return run_io(session, o.controller, o.io, o.monitor ? &o.view : nullptr);
+  const ControllerDesign design = io::load<ControllerDesign>(o.controller);
+  rig::RigParameters rig = rig::read_rig(o.rig);
+  if (o.added_mass_g) {
+    require_range("--added-mass-g", *o.added_mass_g, 0, 1000, "g");
+    rig.rotor.added_mass = *o.added_mass_g * 1e-3;
+  }
+  if (o.run_up) rig = rig.run_up();
+  if (!o.fmu_file.empty()) return run_fmu(session, o.controller, o.fmu_file, rig.profile, o.log, o.fmu);
+  if (o.monitor) {
+    if (!o.log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
+    return run_live(session, design, rig, {o.view, o.loop.run.seed, o.repeat});
+  }
+  if (o.off_nominal) return run_off_nominal(session, design, rig, o.loop.run.seed);
+  run_simulated(session, o, design, rig);
+}
+
+}  // namespace
+
 void add_run(CommandLine& app, Session& session) {
-  struct Options {
-    std::string controller, rig, fmu_file, log;
-    std::optional<double> added_mass_g;
-    tuning::ClosedLoopOptions loop;
-    bool run_up = false;
-    RunIoOptions io;
-    RunFmuOptions fmu;
-    bool monitor = false, repeat = false, off_nominal = false;
-    ViewOptions view;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "run", "Closed loop of a controller on a rig",
@@ -39,43 +87,7 @@ void add_run(CommandLine& app, Session& session) {
       "its token\n"
       "can arm, disarm and trip it (docs/monitor.md).\n\n"
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
-      [o, &session] {
-        if (!o->io.io.empty()) return run_io(session, o->controller, o->io, o->monitor ? &o->view : nullptr);
-        const ControllerDesign design = io::load<ControllerDesign>(o->controller);
-        rig::RigParameters rig = rig::read_rig(o->rig);
-        if (o->added_mass_g) {
-          require_range("--added-mass-g", *o->added_mass_g, 0, 1000, "g");
-          rig.rotor.added_mass = *o->added_mass_g * 1e-3;
-        }
-        if (o->run_up) rig = rig.run_up();
-        if (!o->fmu_file.empty()) return run_fmu(session, o->controller, o->fmu_file, rig.profile, o->log, o->fmu);
-        if (o->monitor) {
-          if (!o->log.empty()) throw Error("--log: a run with --monitor is recorded by the page, into --record-folder");
-          return run_live(session, design, rig, {o->view, o->loop.run.seed, o->repeat});
-        }
-        if (o->off_nominal) return run_off_nominal(session, design, rig, o->loop.run.seed);
-        const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o->loop);
-        if (!o->log.empty()) io::write_csv(o->log, run.log);
-        const tuning::ClosedLoopMetrics& m = run.metrics;
-        if (!m.stable) session.say("FAILS: " + m.verdict.text());
-        session.say(report::to_text(pages::segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
-        session.say(
-            fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
-                        "{:.2f} % of ticks saturated",
-                        1e3 * m.standstill_rms, m.force_rms, m.force_peak, m.total_variation, 100 * m.saturated));
-        if (m.supervision != 0) {
-          session.say(
-              fmt::format("supervision, from {:.3f} s on: {}", m.supervised, control::supervision_text(m.supervision)));
-        }
-        io::Json json = pages::to_json(m);
-        json.set("provenance", to_json(io::provenance({o->controller}, session.command_line, o->loop.run.seed)));
-        session.result(json);
-        Summary summary;
-        if (!m.stable) {
-          summary.fail(m.verdict.text());
-        }
-        session.finish(summary);
-      });
+      [o, &session] { run(session, *o); });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
       ->input();

@@ -340,6 +340,7 @@ void draw_cartesian(Canvas& canvas, const PanelLayout& layout) {
   }
   canvas.end_clip();
   draw_axes(canvas, layout);
+  draw_machine(canvas, panel, plot);
   for (const HeatMap& heat : panel.heat_maps) draw_color_bar(canvas, layout, heat);
   open_group(canvas, layout, "lb");
   draw_labels(canvas, map);

@@ -40,6 +40,7 @@ void draw_polar(Canvas& canvas, const PanelLayout& layout) {
     canvas.text(text.x(), text.y() + 4, label, side > 0.1 ? Anchor::start : side < -0.1 ? Anchor::end : Anchor::middle);
   }
   circle(radius, "frame");
+  draw_machine(canvas, panel, plot, radius);
   for (const Series& s : panel.series) {
     Eigen::Matrix2Xd points(2, s.x.size());
     for (Eigen::Index i = 0; i < s.x.size(); ++i) points.col(i) = at(s.x(i), scaled(s.y(i)));

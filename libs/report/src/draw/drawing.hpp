@@ -23,6 +23,8 @@ struct PanelLayout {
 void draw_cartesian(Canvas& canvas, const PanelLayout& layout);
 void draw_polar(Canvas& canvas, const PanelLayout& layout);
 void draw_projected(Canvas& canvas, const PanelLayout& layout);
+/// Arrow of the rotation and probes of a panel at the rim of `plot`; of a round one when `radius` > 0.
+void draw_machine(Canvas& canvas, const Panel& panel, const Box& plot, double radius = 0);
 void draw_legend(Canvas& canvas, const PanelLayout& layout);
 /// Height of the legend when it wraps at `width`, px; 0 without named series.
 double legend_height(const Panel& panel, double width);

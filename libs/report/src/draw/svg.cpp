@@ -12,6 +12,7 @@ namespace {
 constexpr double kTitleHeight = 22;
 constexpr double kGap = 14;  ///< between panels, px
 constexpr double kColorBarWidth = 86;
+constexpr double kRunLine = 15;  ///< of the lines about the runs, px
 
 double widest(const std::vector<std::string>& labels) {
   double width = 0;
@@ -246,7 +247,12 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
   std::vector<PanelLayout> layouts = layouts_of(figure);
   if (figure.shared_x) join_x_limits(layouts, columns.count);
   settle_margins(layouts, columns);
-  const double height = place_rows(layouts, columns);
+  const double below = place_rows(layouts, columns);
+  std::vector<std::string> runs;
+  for (const std::string& run : figure.runs) {
+    for (std::string& line : wrap(run, figure.width - 16)) runs.push_back(std::move(line));
+  }
+  const double height = below + kRunLine * static_cast<double>(runs.size()) + (runs.empty() ? 0 : 5);
 
   Canvas canvas;
   canvas.raw(
@@ -264,6 +270,8 @@ std::string to_svg(const Figure& figure, const SvgOptions& options) {
     if (options.embedded) layout.id = panels++;
     draw_panel(canvas, layout);
   }
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    canvas.text(8, below + kRunLine * static_cast<double>(i + 1) - 2, runs[i], Anchor::start, "run");
   canvas.raw("</svg>\n");
   return canvas.take();
 }

@@ -218,6 +218,7 @@ std::string to_terminal(const Figure& figure, const TerminalOptions& options) {
   require_range("columns", options.columns, 40, 1000);
   require_range("rows", options.rows, 4, 200);
   std::string out = figure.title.empty() ? "" : figure.title + "\n";
+  for (const std::string& run : figure.runs) out += run + "\n";
   for (const Panel& panel : figure.panels) {
     check_panel(panel);
     if (panel.kind == Panel::Kind::projected || !panel.categories.empty()) {

@@ -90,6 +90,12 @@ struct Annotation {
   bool above = false;  ///< centred above the point (values over bars); otherwise beside it where there is room
 };
 
+/// A displacement probe at the frame of a plot of the shaft's plane, drawn as a wedge that points to the shaft.
+struct Probe {
+  double angle = 0;  ///< rad, counter-clockwise from the right
+  std::string name;  ///< beside it; may be empty
+};
+
 /// One pair (or triple) of axes with its data.
 struct Panel {
   enum class Kind {
@@ -109,6 +115,8 @@ struct Panel {
   std::vector<ReferenceLine> lines;
   std::vector<Span> spans;
   std::vector<Annotation> annotations;
+  std::vector<Probe> probes;
+  bool rotation = false;  ///< an arrow in the corner: the shaft turns counter-clockwise
 
   /// Adds data and returns it, to change its style; the reference holds until the next series is added.
   Series& line(std::string name, Eigen::VectorXd x, Eigen::VectorXd y, Style style = {});
@@ -137,6 +145,7 @@ struct Figure {
   bool shared_x =
       false;  ///< Cartesian panels of one column have the same x: limits are joined, only the lowest has tick labels
   std::vector<Panel> panels;
+  std::vector<std::string> runs;  ///< below the panels, a line each: the file and what the shaft did in it
 
   /// Adds a panel; the reference holds until the next one is added.
   Panel& panel(std::string panel_title, Axis x, Axis y);
