@@ -41,11 +41,17 @@ std::string supervision_text(std::uint32_t word) {
   add(reasons, kSaturation, "force at its limit");
   add(reasons, kSensorLost, "sensor lost");
   add(reasons, kWorseThanOpen, "motion larger than without control");
+  add(reasons, kForceLost, "the rotor does not follow the force: an actuator is lost");
+  add(reasons, kForceReversed, "the rotor moves against the force: wrong sign");
+  add(reasons, kForceLate, "the force acts too late");
   if (reasons.empty()) return steps;
   return (steps.empty() ? "watched" : steps) + " (" + reasons + ")";
 }
 
-Supervisor::Supervisor(const SupervisorSettings& settings) noexcept : settings_(settings) { reset(); }
+Supervisor::Supervisor(const SupervisorSettings& settings) noexcept
+    : settings_(settings), check_({settings.model, settings.eps, settings.sample_time, settings.level}) {
+  reset();
+}
 
 void Supervisor::reset() noexcept {
   started_ = follow_ = false;
@@ -57,6 +63,7 @@ void Supervisor::reset() noexcept {
   blend_ = 0;
   steps_ = 0;
   reasons_ = 0;
+  check_.reset();
 }
 
 void Supervisor::observe(const SupervisorInput& in) noexcept {
@@ -65,6 +72,7 @@ void Supervisor::observe(const SupervisorInput& in) noexcept {
     motion_ = {in.z, product({0, in.omega}, in.z), in.d};
     synchronous_ = product(in.z, std::conj(in.turn));
     started_ = true;
+    check_.interrupt();
     return;
   }
   motion_ = predict_motion(settings_.model, motion_, in.a, in.omega, h);
@@ -151,12 +159,20 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   if (worse_ > kConfirm) step_down(kWorseThanOpen);
 }
 
+void Supervisor::judge_force(const SupervisorInput& in) noexcept {
+  const ForceFault fault = check_.step(in.z, in.fresh, in.a, in.forcing);
+  if (fault == ForceFault::none) return;
+  reasons_ |= fault == ForceFault::lost ? kForceLost : fault == ForceFault::reversed ? kForceReversed : kForceLate;
+  steps_ = kTripStep;
+}
+
 Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   const double h = settings_.sample_time;
   observe(in);
   time_ = std::min(time_ + h, 1.0);
   judge_feedforward(in);
   judge_motion(in);
+  judge_force(in);
   saturated_ += (h / kSaturationTime) * ((in.saturated ? 1.0 : 0.0) - saturated_);
   const bool limit = saturated_ > 0.5, lost = in.held >= 3;
   sensor_ = toward(sensor_, lost ? 0 : 1, h / kSensorFade);

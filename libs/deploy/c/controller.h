@@ -65,6 +65,9 @@ typedef struct {
 #define WHIRL_WATCH_SATURATION 2048U
 #define WHIRL_WATCH_SENSOR_LOST 4096U
 #define WHIRL_WATCH_WORSE_THAN_OPEN 8192U
+#define WHIRL_WATCH_FORCE_LOST 16384U      /* the rotor does not follow the force of an axis */
+#define WHIRL_WATCH_FORCE_REVERSED 32768U  /* it moves against the force of an axis */
+#define WHIRL_WATCH_FORCE_LATE 65536U      /* the force acts about 8 ms later than designed for */
 
 #endif
 typedef enum {
@@ -91,6 +94,44 @@ typedef struct {
 } whirl_motion;
 
 #if HAS_SUPERVISION
+/* Memory of the check that the rotor follows the force. */
+#define WHIRL_BLOCKS 16
+typedef struct {
+  int32_t samples; /* of the 8 ms in which a late force is looked for: samples a block, blocks */
+  int32_t blocks;
+  int32_t readings;
+  int32_t summed;
+  int32_t at;
+  whirl_complex z1;
+  whirl_complex z2;
+  whirl_complex a1;
+  whirl_complex forcing1;
+  whirl_complex sum;
+  whirl_complex ring[WHIRL_BLOCKS];
+  whirl_complex y[3];
+  whirl_complex u[3];
+  whirl_complex late[3];
+  whirl_complex unbalance[3];
+  whirl_complex eps;
+  whirl_complex now;
+  whirl_complex fd;
+  whirl_complex fx;
+  whirl_complex fy;
+  whirl_complex fl;
+  whirl_real ff;
+  whirl_real dd;
+  whirl_real xx;
+  whirl_real yy;
+  whirl_real xd;
+  whirl_real yd;
+  whirl_real ll;
+  whirl_real ld;
+  whirl_real time;
+  whirl_real loud;
+  whirl_real gain_time;
+  whirl_real late_time;
+} whirl_force_check;
+
 /* Memory of the supervision. */
 typedef struct {
   bool started;
@@ -171,6 +212,7 @@ typedef struct {
 /*@estimator_state@*/
 #if HAS_SUPERVISION
   whirl_watch watch;
+  whirl_force_check check;
 #endif
   /* law, one value per axis */
 #if HAS_AXIS_MEMORY

@@ -64,6 +64,7 @@ whirl_status whirl_step_after(whirl_state *state, const whirl_input *in, int32_t
     state->before.valid = false;
 #if HAS_SUPERVISION
     state->watch.started = false;
+    state->check.readings = 0;
 #endif
     status = whirl_fault(state, WHIRL_GAP);
   } else {

@@ -36,10 +36,12 @@ static void whirl_watch_reset(whirl_state *state) {
   w->reasons = 0U;
   w->word = 0U;
   w->adapt = true;
+  whirl_check_reset(state);
 }
 
 /* Observer of the unbalance that acts, and the readings without their synchronous part. */
-static void whirl_watch_observe(whirl_state *state, whirl_complex z, bool fresh, whirl_complex turn, whirl_real omega) {
+static void whirl_watch_observe(whirl_state *state, whirl_complex z, bool fresh, whirl_complex a, whirl_complex turn,
+                                whirl_real omega) {
   whirl_watch *const w = &state->watch;
   const whirl_params *const p = &state->params;
   const whirl_real h = p->sample_time;
@@ -51,8 +53,6 @@ static void whirl_watch_observe(whirl_state *state, whirl_complex z, bool fresh,
     w->synchronous = whirl_mul(z, back);
     w->started = true;
   } else {
-    const whirl_complex a = whirl_add(whirl_scale(state->fraction, whirl_past(state, state->whole_delay + 2)),
-                                      whirl_scale(R(1.0) - state->fraction, whirl_past(state, state->whole_delay + 1)));
     w->motion = whirl_predict(p, w->motion, a, omega, h);
     if (fresh) {
       const whirl_complex e = whirl_sub(z, w->motion.z);
@@ -202,13 +202,21 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   static const whirl_real gains[7] = {R(1.0), R(1.0), R(0.5), R(0.25), R(0.0), R(0.0), R(0.0)};
   whirl_watch *const w = &state->watch;
   const whirl_real h = state->params.sample_time;
+  const whirl_complex a = whirl_add(whirl_scale(state->fraction, whirl_past(state, state->whole_delay + 2)),
+                                    whirl_scale(R(1.0) - state->fraction, whirl_past(state, state->whole_delay + 1)));
   const bool lost = state->held >= 3U;
+  uint32_t force;
   bool limit;
   w->given = whirl_add(whirl_scale(R(1.0) - w->blend, d), whirl_scale(w->blend, whirl_mul(w->used, forcing)));
-  whirl_watch_observe(state, z, fresh, whirl_phasor(beta), omega);
+  whirl_watch_observe(state, z, fresh, a, whirl_phasor(beta), omega);
   w->time = M(fmin)(w->time + h, R(1.0));
   whirl_watch_feedforward(state, fresh, forcing);
   whirl_watch_motion(state, forcing, omega);
+  force = whirl_force_check_step(state, z, fresh, a, forcing);
+  if (force != 0U) {
+    w->reasons |= force;
+    w->steps = 6;
+  }
   w->at_limit += (h / R(0.05)) * ((state->saturated ? R(1.0) : R(0.0)) - w->at_limit);
   limit = w->at_limit > R(0.5);
   w->sensor = whirl_toward(w->sensor, lost ? R(0.0) : R(1.0), h / R(0.01));

@@ -239,6 +239,7 @@ ControllerCode controller_code(const ControllerDesign& design, const CodeOptions
   part("/*@estimator_functions@*/\n");
   part(deploy_template("implicit_power.c"));
   part(deploy_template("structure.c"));
+  part(deploy_template("force_check.c"));
   part(deploy_template("supervisor.c"));
   part(s.slots["law_whole"].empty() ? std::string(deploy_template("laws.c")) : "/*@law_whole@*/\n");
   source += fill_template(default_lines(code.parameters, options.single_precision) + "\n", s);

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "whirl/control/controller.hpp"
@@ -56,6 +57,25 @@ ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, c
   return d;
 }
 
+/// The step of a design, compiled.
+struct Exported {
+  explicit Exported(const ControllerDesign& d) {
+    const ControllerCode code = controller_code(d, {"drive", false, ""});
+    folder.write(code.header.name, code.header.text);
+    folder.write(code.source.name, code.source.text);
+    folder.write("wrapper.c", kWrapper);
+    const auto built = testing::shell(
+        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
+    EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;
+    library = std::make_unique<testing::SharedLibrary>(folder.path() / "drive.so");
+    EXPECT_EQ(library->get<int()>("start")(), 0);
+    go = library->get<int(const double*, int, double*)>("go");
+  }
+  testing::TemporaryFolder folder;
+  std::unique_ptr<testing::SharedLibrary> library;
+  int (*go)(const double*, int, double*) = nullptr;
+};
+
 // Unbalance turned, readings lost, motion that grows beside the synchronous one: every step down to the trip, tick by
 // tick the same as the library.
 TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
@@ -66,18 +86,8 @@ TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
   for (const auto& [law, estimator] : pairs) {
     const std::string what = std::string(law) + " " + estimator;
     const ControllerDesign d = design_for(m, law, estimator);
-    const testing::TemporaryFolder folder;
-    const ControllerCode code = controller_code(d, {"drive", false, ""});
-    folder.write(code.header.name, code.header.text);
-    folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", kWrapper);
-    const auto built = testing::shell(
-        folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
-    ASSERT_EQ(built.exit_code, 0) << what << built.text;
-    const testing::SharedLibrary library(folder.path() / "drive.so");
-    ASSERT_EQ(library.get<int()>("start")(), 0);
-    auto* go = library.get<int(const double*, int, double*)>("go");
-
+    const Exported exported(d);
+    const auto go = exported.go;
     control::Controller controller = control::make_controller(d);
     testing::ForeignRig rig(m, 3);
     double largest = 0, off = 0;
@@ -115,6 +125,49 @@ TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
     }
     if (d.feedforward && std::string(estimator) != "kfe" && std::string(estimator) != "eso") {
       EXPECT_NE(words & control::kFeedforwardPhase, 0u) << what << " " << control::supervision_text(words);
+    }
+  }
+}
+
+// An actuator lost, of the wrong sign, 8 ms late: found at the same tick, with the same reason.
+TEST(SupervisionExport, FaultsOfTheForceAreFoundAtTheTickOfTheLibrary) {
+  testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
+  m.down = 6;
+  for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
+    const ControllerDesign d = design_for(m, law, estimator);
+    for (const std::uint32_t bit : {control::kForceLost, control::kForceReversed, control::kForceLate}) {
+      const Exported exported(d);
+      control::Controller controller = control::make_controller(d);
+      testing::ForeignRig rig(m, 5);
+      double largest = 0, off = 0;
+      long trip = -1;
+      for (long k = 0; k < 1600 && trip < 0; ++k) {
+        if (k == 1500) {
+          if (bit == control::kForceLost) rig.machine().gain = 0;
+          if (bit == control::kForceReversed) rig.machine().gain *= -1;
+          if (bit == control::kForceLate) rig.machine().delay += 8e-3;
+        }
+        const Measurement r = rig.read();
+        const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+        double out[3];
+        const int status = exported.go(in, 1, out);
+        const auto answer = controller.step(r);
+        const std::uint32_t word = controller.state().supervision.word;
+        ASSERT_EQ(status, answer ? 0 : 4) << law << " " << k;
+        ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << law << " " << k;
+        const Command u = answer ? *answer : Command{};
+        largest = std::max({largest, std::abs(u.ux), std::abs(u.uy)});
+        off = std::max({off, std::abs(out[0] - u.ux), std::abs(out[1] - u.uy)});
+        if (!answer) {
+          trip = k;
+          EXPECT_NE(word & bit, 0u) << law << " " << bit << ": " << control::supervision_text(word);
+        }
+        rig.write(u);
+        rig.advance();
+      }
+      EXPECT_GE(trip, 1500) << law << " " << bit;
+      EXPECT_LE(trip, 1550) << law << " " << bit;
+      EXPECT_LE(off, 1e-12 * largest) << law << " " << bit;
     }
   }
 }

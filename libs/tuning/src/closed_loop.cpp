@@ -126,7 +126,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   out.survived = judged.survived;
   out.verdict = tuning::judge(judged, options_.verdict);
   // What supervision had to take back is not held by the design.
-  if ((out.supervision & (control::kGrowth | control::kWorseThanOpen)) != 0) {
+  if ((out.supervision & control::kUnheld) != 0) {
     out.verdict.reasons.push_back("supervision stepped in: " + control::supervision_text(out.supervision));
     out.verdict.stable = false;
   }

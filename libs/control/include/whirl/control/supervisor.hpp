@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "whirl/control/force_check.hpp"
 #include "whirl/control/lateral_model.hpp"
 #include "whirl/core/control_types.hpp"
 
@@ -25,7 +26,13 @@ enum SupervisionBit : std::uint32_t {
   kSaturation = 2048,        ///< the force was at its limit more than half of the time
   kSensorLost = 4096,        ///< readings are missing
   kWorseThanOpen = 8192,     ///< the synchronous motion is larger than it would be without control
+  kForceLost = 16384,        ///< the rotor does not follow the force of an axis
+  kForceReversed = 32768,    ///< it moves against the force of an axis
+  kForceLate = 65536,        ///< the force acts about 8 ms later than designed for
 };
+
+/// Reasons that say that a design does not hold its rotor.
+inline constexpr std::uint32_t kUnheld = kGrowth | kWorseThanOpen | kForceLost | kForceReversed | kForceLate;
 
 /// "gain lowered (growth of motion beside the synchronous one)"; empty for 0.
 std::string supervision_text(std::uint32_t word);
@@ -79,6 +86,7 @@ struct Supervision {
 ///   level while the force is at its limit more than half of the time goes to a quarter of the gain and to feedforward
 ///   alone at once, 30 ms apart. Once the feedback is off, only what grows goes further down. A synchronous motion 1.1
 ///   times as large as the model's without control, and a quarter of `level` more, takes the same steps.
+/// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Steps stay until `reset`, but for those of a lost sensor and of saturation.
 class Supervisor {
@@ -93,9 +101,11 @@ class Supervisor {
   void observe(const SupervisorInput& in) noexcept;
   void judge_feedforward(const SupervisorInput& in) noexcept;
   void judge_motion(const SupervisorInput& in) noexcept;
+  void judge_force(const SupervisorInput& in) noexcept;
   void step_down(std::uint32_t reason) noexcept;
 
   SupervisorSettings settings_;
+  ForceCheck check_;
   bool started_ = false;
   DiskMotion motion_;
   std::complex<double> synchronous_, offset_, eps_, quiet_, used_;

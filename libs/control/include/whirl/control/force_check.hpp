@@ -1,0 +1,71 @@
+#pragma once
+#include <array>
+#include <complex>
+#include <cstdint>
+
+#include "whirl/control/lateral_model.hpp"
+
+namespace whirl::control {
+
+/// What became of the force on its way to the rotor.
+enum class ForceFault : std::uint8_t { none, lost, reversed, late };
+
+struct ForceCheckSettings {
+  LateralModel model;
+  std::complex<double> eps;  ///< designed with, m: where the estimate of the unbalance starts
+  double sample_time = 1e-3;
+  double level = 100e-6;  ///< m; forces whose static deflection is below 0.7 of it are not judged
+};
+
+/// Compares the force that was asked for with the acceleration of the rotor: fixed size, pure, no allocation, no
+/// exception.
+///
+/// The second difference of three readings less what the model says of stiffness and damping is the acceleration y by
+/// force and unbalance; with the force u (as acceleration, at the time at which it acts) and the unbalance
+/// e F(t) it is y = u + e F. Both sides go through the same low-pass (three poles of 600 1/s). Over the last 8 ms,
+/// weighted exponentially, the residual r = y - u - e F is explained by (a) a gain of each actuator, r = (g - 1) u,
+/// (b) u coming 8 ms later, (c) an unbalance that changed. `lost` or `reversed`: (a) leaves less than a fifth of r and
+/// clearly less than (b) and (c) (of the wrong sign: less), with one gain below 0.35, for 8 ms; 2 ms are enough for a
+/// large residual of the wrong sign. `late`: the same for (b) with a share of 0.6 to 1.6 of the 8 ms.
+/// e is followed while r is small. In the first 0.15 s it is not known yet, and (a) and (b) are fitted together
+/// with it.
+class ForceCheck {
+ public:
+  ForceCheck() = default;
+  explicit ForceCheck(const ForceCheckSettings& settings) noexcept;
+
+  /// One sample: displacement z in m, control acceleration `a` over the interval before it, unbalance per metre
+  /// `forcing` at it. A sample that is not fresh is left out.
+  ForceFault step(std::complex<double> z, bool fresh, std::complex<double> a, std::complex<double> forcing) noexcept;
+  void reset() noexcept;
+  /// The readings before a gap are forgotten.
+  void interrupt() noexcept { readings_ = 0; }
+
+ private:
+  using Complex = std::complex<double>;
+  using Filter = std::array<Complex, 3>;
+  static constexpr int kBlocks = 16;
+
+  Complex filtered(Filter& filter, Complex in) const noexcept;
+  Complex delayed(Complex u) noexcept;
+  void collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept;
+  void follow() noexcept;
+  ForceFault judge() noexcept;
+
+  ForceCheckSettings settings_;
+  double threshold_ = 0;          // m/s^2
+  int samples_ = 1, blocks_ = 1;  // of the delay: samples a block, blocks
+  // readings
+  int readings_ = 0;
+  Complex z1_, z2_, a1_, forcing1_;
+  std::array<Complex, kBlocks> ring_{};
+  Complex sum_;
+  int summed_ = 0, at_ = 0;
+  Filter y_{}, u_{}, late_{}, unbalance_{};
+  // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l its change by the delay.
+  Complex eps_, now_, fd_, fx_, fy_, fl_;
+  double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0;
+  double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s
+};
+
+}  // namespace whirl::control

@@ -1,0 +1,151 @@
+#include "whirl/control/force_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace whirl::control {
+namespace {
+
+// Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/force_check.c).
+constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
+constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
+constexpr double kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
+constexpr double kLeft = 0.2, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
+constexpr double kLateLeast = 0.6, kLateMost = 1.6;
+constexpr double kConfirm = 8e-3, kQuick = 2e-3, kEarly = 5e-3, kLarge = 2;
+
+double real_part(std::complex<double> a, std::complex<double> b) noexcept {
+  return a.real() * b.real() + a.imag() * b.imag();
+}
+
+}  // namespace
+
+ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(settings) {
+  threshold_ = kShare * settings.level * settings.model.k1;
+  samples_ = std::max(1, static_cast<int>(std::min(std::floor(kBlock / settings.sample_time + 0.5), 1e6)));
+  blocks_ = std::clamp(static_cast<int>(std::min(std::floor(kLate / (samples_ * settings.sample_time) + 0.5), 1e6)), 1,
+                       kBlocks);
+  reset();
+}
+
+void ForceCheck::reset() noexcept {
+  readings_ = summed_ = at_ = 0;
+  z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = 0;
+  ring_.fill({});
+  y_ = u_ = late_ = unbalance_ = {};
+  eps_ = settings_.eps;
+  ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = 0;
+  time_ = loud_ = gain_time_ = late_time_ = 0;
+}
+
+std::complex<double> ForceCheck::filtered(Filter& filter, Complex in) const noexcept {
+  const double ph = kPole * settings_.sample_time, share = ph / (1 + ph);
+  for (Complex& state : filter) {
+    state += share * (in - state);
+    in = state;
+  }
+  return in;
+}
+
+// u as it was about 8 ms ago, in blocks of about a millisecond.
+std::complex<double> ForceCheck::delayed(Complex u) noexcept {
+  const auto at = static_cast<std::size_t>(at_);
+  const Complex old = ring_[at];
+  sum_ += u;
+  if (++summed_ >= samples_) {
+    ring_[at] = (1.0 / samples_) * sum_;
+    at_ = (at_ + 1) % blocks_;
+    sum_ = 0;
+    summed_ = 0;
+  }
+  return old;
+}
+
+void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept {
+  const double w = std::min(settings_.sample_time / kWindow, 1.0);
+  const auto mean = [w](auto& sum, auto value) { sum += w * (value - sum); };
+  const Complex d = y - u, back = std::conj(unbalance), l = late - u;
+  now_ = product(d, back);  // times |f|^2 the eccentricity of this sample
+  mean(ff_, std::norm(unbalance));
+  mean(fd_, now_);
+  mean(fx_, -u.real() * back);
+  mean(fy_, product({0, -u.imag()}, back));
+  mean(fl_, product(l, back));
+  mean(dd_, std::norm(d));
+  mean(xx_, u.real() * u.real());
+  mean(yy_, u.imag() * u.imag());
+  mean(xd_, -u.real() * d.real());
+  mean(yd_, -u.imag() * d.imag());
+  mean(ll_, std::norm(l));
+  mean(ld_, real_part(l, d));
+}
+
+ForceFault ForceCheck::judge() noexcept {
+  const double h = settings_.sample_time, least = 1e-9;
+  const bool starting = time_ < kStart;
+  // While starting, e is fitted with the rest: each product loses what lies along the unbalance. Later e is known.
+  const double ff = ff_ + least, per = starting ? 1 / ff : 0;
+  const Complex e = starting ? Complex{} : eps_;
+  const Complex fr = fd_ - ff_ * e;
+  const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr);
+  const double changed = rr - (starting ? 0 : std::norm(fr) / ff);
+  const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr);
+  const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr);
+  const double lr = ld_ - real_part(fl_, e) - per * real_part(fl_, fr);
+  const double xx = xx_ - per * std::norm(fx_) + least, yy = yy_ - per * std::norm(fy_) + least;
+  const double xy = -per * real_part(fx_, fy_), det = xx * yy - xy * xy + least * least;
+  const double px = (xr * yy - yr * xy) / det, py = (yr * xx - xr * xy) / det,
+               share = lr / (ll_ - per * std::norm(fl_) + least);
+  const double low = 1 - std::max(px, py), high = 1 - std::min(px, py);
+  const double by_gain = rr - px * xr - py * yr, by_delay = rr - share * lr;
+
+  const bool loud = rr > threshold_ * threshold_;
+  loud_ = loud ? loud_ + h : 0;
+  const bool gain = loud && by_gain < kLeft * rr && by_gain < (low < kReverse ? 1 : kBetter) * changed &&
+                    by_gain < by_delay && low < kLow && low > kLeast && high < kHigh;
+  const bool late = loud && by_delay < kLeft * rr && by_delay < kBetter * changed && by_delay < by_gain &&
+                    share > kLateLeast && share < kLateMost;
+  gain_time_ = gain ? gain_time_ + h : 0;
+  late_time_ = late ? late_time_ + h : 0;
+  const bool large = low < kReverse && rr > kLarge * kLarge * threshold_ * threshold_;
+  const double confirm = starting ? kEarly : large ? kQuick : kConfirm;
+  if (gain_time_ > confirm) return low < kReverse ? ForceFault::reversed : ForceFault::lost;
+  return late_time_ > kConfirm ? ForceFault::late : ForceFault::none;
+}
+
+// The unbalance that acts, while nothing else is to be explained.
+void ForceCheck::follow() noexcept {
+  const double slow = kSlow * settings_.model.k1, size = std::norm(unbalance_[2]);
+  const bool starting = time_<kStart, stuck = loud_> kStuck;
+  if (size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
+  const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;
+  eps_ += std::min(settings_.sample_time / tau, 1.0) * ((1 / size) * now_ - eps_);
+}
+
+ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) noexcept {
+  const double h = settings_.sample_time;
+  const Complex u = 0.5 * (a + a1_);
+  a1_ = a;
+  const Complex late = delayed(u), before = forcing1_;
+  forcing1_ = forcing;
+  if (!fresh) {
+    readings_ = 0;
+    return ForceFault::none;
+  }
+  ForceFault out = ForceFault::none;
+  if (readings_ >= 2) {
+    // Exact for a force that is held: the mean of both intervals is the second difference.
+    const Complex second = (1 / (h * h)) * (z - 2.0 * z1_ + z2_);
+    const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
+    collect(filtered(y_, y), filtered(u_, u), filtered(late_, late), filtered(unbalance_, before));
+    out = judge();
+    follow();
+    time_ = std::min(time_ + h, 1.0);
+  }
+  z2_ = z1_;
+  z1_ = z;
+  readings_ = std::min(readings_ + 1, 2);
+  return out;
+}
+
+}  // namespace whirl::control
