@@ -152,41 +152,47 @@ TEST(BalanceSessionE2e, MistakesAreRefusedAndChangeNothing) {
   EXPECT_EQ(content(), before);
 }
 
+/// A record of a run-up from 9 to 27 Hz at a constant rate through a critical speed of 18 Hz:
+/// z'' + c z' + k z = (Omega^2 - i alpha) e exp(i beta), e = 60 um at 40 deg and 15 um per gram.
+std::string run_up_record(Complex grams, double hertz_per_second, std::mt19937_64& random) {
+  std::normal_distribution<double> normal(0, 1e-6);
+  const Complex e = std::polar(60e-6, 40 * kDegree) + 15e-6 * grams;
+  const double k = std::pow(2 * std::numbers::pi * 18, 2), c = 12, alpha = 2 * std::numbers::pi * hertz_per_second,
+               h = 1e-4;
+  Complex z = 0, v = 0;
+  std::ostringstream text;
+  text.precision(9);
+  text << "t_s,X_um,key_V\n";
+  double turns_before = 0;
+  for (int i = 0; i < static_cast<int>(18 / hertz_per_second / h); ++i) {
+    const double t = i * h;
+    const auto beta = [&](double s) { return 2 * std::numbers::pi * 9 * s + 0.5 * alpha * s * s; };
+    const auto force = [&](double s) {
+      const double omega = 2 * std::numbers::pi * 9 + alpha * s;
+      return Complex(omega * omega, -alpha) * e * std::polar(1.0, beta(s));
+    };
+    const auto a = [&](double s, Complex q, Complex w) { return force(s) - c * w - k * q; };
+    if (i % 5 == 0) {
+      const double turns = std::floor(beta(t) / (2 * std::numbers::pi));
+      text << t << "," << 1e6 * (z.real() + normal(random)) << "," << (turns > turns_before ? 5 : 0) << "\n";
+      turns_before = turns;
+    }
+    const Complex a1 = a(t, z, v), z2 = z + h / 2 * v, v2 = v + h / 2 * a1, a2 = a(t + h / 2, z2, v2);
+    const Complex z3 = z + h / 2 * v2, v3 = v + h / 2 * a2, a3 = a(t + h / 2, z3, v3), z4 = z + h * v3, v4 = v + h * a3,
+                  a4 = a(t + h, z4, v4);
+    z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
+    v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
+  }
+  return text.str();
+}
+
 // Every run is a run-up through the critical speed, always at the same rate: the 1X vectors at nine speeds come from
 // the record, transient as they are, and one correction serves them all.
 TEST(BalanceSessionE2e, RunUpsOfOneRateBalanceAllSpeedsAtOnce) {
   const Folder folder;
   std::mt19937_64 random(3);
-  std::normal_distribution<double> normal(0, 1e-6);
-  // z'' + c z' + k z = (Omega^2 - i alpha) e exp(i beta), e = 60 um at 40 deg and 15 um per gram.
   const auto run_up = [&](Complex grams, const std::string& name) {
-    const Complex e = std::polar(60e-6, 40 * kDegree) + 15e-6 * grams;
-    const double k = std::pow(2 * std::numbers::pi * 18, 2), c = 12, alpha = 2 * std::numbers::pi * 2, h = 1e-4;
-    Complex z = 0, v = 0;
-    std::ostringstream text;
-    text.precision(9);
-    text << "t_s,X_um,key_V\n";
-    double turns_before = 0;
-    for (int i = 0; i < 90000; ++i) {
-      const double t = i * h;
-      const auto beta = [&](double s) { return 2 * std::numbers::pi * 9 * s + 0.5 * alpha * s * s; };
-      const auto force = [&](double s) {
-        const double omega = 2 * std::numbers::pi * 9 + alpha * s;
-        return Complex(omega * omega, -alpha) * e * std::polar(1.0, beta(s));
-      };
-      const auto a = [&](double s, Complex q, Complex w) { return force(s) - c * w - k * q; };
-      if (i % 5 == 0) {
-        const double turns = std::floor(beta(t) / (2 * std::numbers::pi));
-        text << t << "," << 1e6 * (z.real() + normal(random)) << "," << (turns > turns_before ? 5 : 0) << "\n";
-        turns_before = turns;
-      }
-      const Complex a1 = a(t, z, v), z2 = z + h / 2 * v, v2 = v + h / 2 * a1, a2 = a(t + h / 2, z2, v2);
-      const Complex z3 = z + h / 2 * v2, v3 = v + h / 2 * a2, a3 = a(t + h / 2, z3, v3), z4 = z + h * v3,
-                    v4 = v + h * a3, a4 = a(t + h, z4, v4);
-      z += h / 6 * (v + 2.0 * v2 + 2.0 * v3 + v4);
-      v += h / 6 * (a1 + 2.0 * a2 + 2.0 * a3 + a4);
-    }
-    folder.write(name, text.str());
+    folder.write(name, run_up_record(grams, 2, random));
   };
   Told next = told(folder,
                    "--planes disk --probes X --speeds-rpm 700,800,900,1000,1050,1100,1150,1200,1400 --phase lead "
@@ -201,6 +207,59 @@ TEST(BalanceSessionE2e, RunUpsOfOneRateBalanceAllSpeedsAtOnce) {
   EXPECT_EQ(next.step, "done");
   const Complex best = -std::polar(4.0, 40 * kDegree);
   EXPECT_LT(std::abs(std::conj(next.masses[0]) - best), 0.1 * std::abs(best)) << next.outcome.out;
+}
+
+// A drive that never ramps twice alike: the vectors of a rotor that stays at the speed come from modes fitted to each
+// run.
+TEST(BalanceSessionE2e, RunUpsOfDifferingRatesBelongTogether) {
+  const Complex best = -std::polar(4.0, 40 * kDegree);
+  const auto left_over = [&](unsigned seed, const std::string& flag) {
+    const Folder folder;
+    std::mt19937_64 random(seed);
+    Told next = told(folder,
+                     "--planes disk --probes X --speeds-rpm 700,800,900,1000,1050,1100,1150,1200,1400 --phase lead "
+                     "--amplitude 0p --angles with --trial-gram 1.5 --drift none");
+    EXPECT_EQ(next.outcome.exit_code, 0) << next.outcome.err;
+    // As found, the trial, and the correction that these two tell.
+    for (const double rate : {0.8, 2.5, 1.5}) {
+      folder.write("run.csv", run_up_record(std::conj(next.masses[0]), rate, random));
+      next = told(folder, "--record run.csv" + flag);
+      EXPECT_LE(next.outcome.exit_code, 1) << next.outcome.err;
+      if (next.masses.empty()) return 1.0;
+    }
+    EXPECT_TRUE(next.step == "correction" || next.step == "done" || !flag.starts_with(" --steady")) << next.step;
+    return std::abs(std::conj(next.masses[0]) - best) / std::abs(best);
+  };
+  double plain = 0;
+  for (const unsigned seed : {11u, 12u}) {
+    EXPECT_LT(left_over(seed, " --steady"), 0.05) << seed;
+    plain = std::max(plain, left_over(seed, ""));
+  }
+  EXPECT_GT(plain, 0.1) << "runs of differing rates need no --steady";
+}
+
+TEST(BalanceSessionE2e, SteadyVectorsNeedARunThatModesExplain) {
+  const Folder folder;
+  told(folder,
+       "--planes disk --probes X --speeds-rpm 700,900 --phase lead --amplitude 0p --angles with --trial-gram 1.5");
+  EXPECT_NE(told(folder, "--steady").outcome.err.find("belongs to --record"), std::string::npos);
+  // Constant speed, and a motion that swells and fades as no resonance does.
+  std::ostringstream flat, waves;
+  flat << "t_s,X_um,key_V\n";
+  waves << "t_s,X_um,key_V\n";
+  for (int i = 0; i < 8000; ++i) {
+    const double t = i * 1e-3, steady = 2 * std::numbers::pi * 12 * t,
+                 rising = 2 * std::numbers::pi * (8 * t + 0.75 * t * t);
+    const auto key = [](double beta) { return std::fmod(beta, 2 * std::numbers::pi) < 0.4 ? 5 : 0; };
+    flat << t << "," << 30 * std::cos(steady) << "," << key(steady) << "\n";
+    waves << t << "," << (30 + 25 * std::sin(6 * t)) * std::cos(rising) << "," << key(rising) << "\n";
+  }
+  folder.write("flat.csv", flat.str());
+  folder.write("waves.csv", waves.str());
+  EXPECT_NE(told(folder, "--record flat.csv --steady").outcome.err.find("--steady needs a run-up or run-down"),
+            std::string::npos);
+  EXPECT_NE(told(folder, "--record waves.csv --steady").outcome.err.find("make all runs at one rate"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -62,7 +62,8 @@ void JobOptions::add_to(CommandLine* sub) {
   sub->add_option("--hole-gram", hole_gram, "largest mass in one hole");
   sub->add_flag("--drop-dependent", drop_dependent, "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", all_runs, "name a run that contradicts the others, but use it");
-  sub->add_option("--prior", prior, "balance.json of an earlier job (this machine or its sister): fewer trial runs")
+  sub->add_option("--prior", prior,
+                  "balance.json of an earlier job (this machine or its sister), or model.json: fewer trial runs")
       ->input();
   sub->add_option("--prior-common", prior_common,
                   "sd of the error that its coefficients share at a speed (complex part)")

@@ -4,7 +4,9 @@
 
 #include "balance_job.hpp"
 #include "whirl/diagnosis/influence_prior.hpp"
+#include "whirl/diagnosis/rotor_influence.hpp"
 #include "whirl/diagnosis/standards.hpp"
+#include "whirl/io/model_json.hpp"
 
 namespace whirl::app {
 namespace {
@@ -39,6 +41,53 @@ Eigen::MatrixXcd read_influence(const std::string& path, const JobFile& file) {
   return a;
 }
 
+/// Angles of the probes with rotation from the model's x axis: as the job states them, else by the names x and y.
+double probe_angle(const JobFile& file, std::size_t row) {
+  const std::string& name = file.job.rows[row];
+  for (std::size_t p = 0; p < file.probes.size(); ++p) {
+    const std::string& probe = file.probes[p];
+    if (name != probe && !name.starts_with(probe + " ")) continue;
+    if (p < file.plan.probe_angles.size()) return file.plan.probe_angles[p];
+    if (probe == "x" || probe == "X") return 0;
+    if (probe == "y" || probe == "Y") return std::numbers::pi / 2;
+  }
+  throw Error(
+      fmt::format("--prior: the angle of the probe of '{}' is not known to the model: name the probes x and y, or "
+                  "state probe_angles_deg in [setup] of runs.toml",
+                  name));
+}
+
+diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& file, const JobOptions& o,
+                                      Summary& warnings) {
+  const IdentifiedModel model = io::load<IdentifiedModel>(path);
+  if (!model.rotor) throw Error(path + ": the model has no rotor parameters; identify with --method weak");
+  if (file.job.planes.size() != 1)
+    throw Error(fmt::format("{}: a model of one disk knows one plane, the job has {}", path, file.job.planes.size()));
+  if (!(o.radius_mm > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
+  diagnosis::RotorReadings r;
+  r.mass = o.mass_kg > 0 ? o.mass_kg : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
+  if (!(r.mass > 0)) throw Error("--prior: a model needs --mass-kg, of the disk");
+  r.radius = o.radius_mm * 1e-3;
+  for (std::size_t m = 0; m < file.job.rows.size(); ++m) {
+    r.speed.push_back(file.speeds[static_cast<std::size_t>(file.job.speed[m])]);
+    r.probe.push_back(probe_angle(file, m));
+  }
+  // The middle of the mark when its edge triggers.
+  r.mark = file.plan.keyphasor + (file.plan.edge == "leading" ? -0.5 : 0.5) * file.plan.notch;
+  for (const diagnosis::BalancingRun& run : file.job.runs)
+    for (const std::complex<double> z : run.vibration)
+      if (std::isfinite(std::abs(z))) r.amplitude = std::max(r.amplitude, std::abs(z));
+  return diagnosis::rotor_prior(*model.rotor, model.rotor_covariance, r, o.prior_common, o.prior_each, warnings);
+}
+
+diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, Summary& warnings) {
+  const io::Json json = io::load_json(o.prior);
+  const io::JsonReader document(json, o.prior);
+  if (document.has("schema") && document.at("schema").text().starts_with("whirl.model/"))
+    return model_prior(o.prior, file, o, warnings);
+  return diagnosis::relative_prior(read_influence(o.prior, file), o.prior_common, o.prior_each, file.job.speed);
+}
+
 double noise_of(const JobFile& file, const JobOptions& o) {
   if (o.noise_um > 0) return o.noise_um * 1e-6;
   try {
@@ -54,8 +103,8 @@ double noise_of(const JobFile& file, const JobOptions& o) {
 SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const JobOptions& o) {
   if (o.criterion != "least-squares" || o.limit_gram > 0 || o.holes > 0 || o.piece_gram > 0 || o.hole_gram > 0)
     throw Error("--prior balances by least squares with free masses: no --criterion, --limit-gram, holes or pieces");
-  const diagnosis::InfluencePrior prior =
-      diagnosis::relative_prior(read_influence(o.prior, file), o.prior_common, o.prior_each, file.job.speed);
+  Summary warnings;
+  const diagnosis::InfluencePrior prior = read_prior(file, o, warnings);
   const diagnosis::BayesianBalance b = diagnosis::balance_with_prior(file.job, prior, noise_of(file, o));
   const double sign = file.convention.angle_sign(), kind = 1 / file.convention.amplitude_factor(),
                phase = file.convention.phase_sign();
@@ -113,10 +162,11 @@ SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const J
   s.repeatability = std::nan("");
   s.objective = left.norm() * kind;
   s.summary = b.summary;
+  for (const std::string& warning : warnings.warnings) s.summary.warn(warning);
   io::Json out = balancing_document(s);
   out.set("planes", std::move(planes));
   out.set("readings", std::move(rows)).set("influence", std::move(influence)).set("surprise", b.surprise);
-  out.set("objective_m", s.objective).set("summary", whirl::to_json(b.summary));
+  out.set("objective_m", s.objective).set("summary", whirl::to_json(s.summary));
   return {std::move(s), std::move(out)};
 }
 

@@ -167,6 +167,7 @@ void update_file(const GuidedOptions& g, const JobOptions& flags, Session& sessi
   }
   if (g.readings.empty() && g.record.empty()) {
     if (!g.masses.empty() || !g.run.empty()) throw Error("--masses and --run belong to --readings or --record");
+    if (g.steady) throw Error("--steady belongs to --record");
     return;
   }
   const JobFile file = read_job(g.file, {}, 0, true);
@@ -223,6 +224,10 @@ void GuidedOptions::add_to(CommandLine* sub) {
       ->group(kGroup);
   sub->add_option("--record", record, "the run just made, as a record with keyphasor; channels named as the probes")
       ->input()
+      ->group(kGroup);
+  sub->add_flag("--steady", steady,
+                "with --record: vectors of a rotor that stays at each speed, from modes fitted to the run-up or "
+                "run-down, so that runs of differing rates belong together")
       ->group(kGroup);
   sub->add_option("--masses", masses, "what was on the rotor, plane by plane: \"10@90 0\"; default: as proposed")
       ->group(kGroup);

@@ -14,7 +14,7 @@ struct GuidedOptions {
   double keyphasor_deg = 0, notch_deg = 0, critical_rpm = 0, trial_gram = 0, target_um = 0, allowed_um = 0;
   std::string edge = "leading";
   std::string readings, record, masses, run;  ///< the run just made
-  bool undo = false;
+  bool undo = false, steady = false;
 
   void add_to(CommandLine* sub);
   bool states_job() const { return !planes.empty() || !probes.empty() || !speeds_rpm.empty(); }

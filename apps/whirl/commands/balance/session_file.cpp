@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "commands/machine/record_options.hpp"
+#include "record_vectors.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 
 namespace whirl::app {
@@ -71,28 +71,6 @@ double wrapped(double degrees) {
   return d < 0 ? d + 360 : d + 0.0;
 }
 
-/// 1X vectors out of a record with a keyphasor or encoder: mean of the revolutions within 1 % of each speed.
-std::vector<std::complex<double>> from_record(const std::string& path, const JobFile& file) {
-  const Recording record = RecordOptions{}.read(path);
-  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
-  if (!rotation) throw Error(path + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
-  std::vector<std::complex<double>> readings;
-  for (const double speed : file.stated_speeds) {
-    for (const std::string& probe : file.probes) {
-      const signal::SynchronousCurve curve = diagnosis::order_curve(record, *rotation, probe);
-      std::complex<double> sum = 0;
-      double n = 0;
-      for (Index k = 0; k < curve.speed.size(); ++k)
-        if (speed <= 0 || std::abs(curve.speed[k] - speed) <= 0.01 * speed) sum += curve.vector[k], n += 1;
-      if (n < 1)
-        throw Error(fmt::format("{}: no revolution within 1 % of {:g} rpm (the record runs at {:.0f} to {:.0f} rpm)",
-                                path, speed / kRpm, curve.speed.minCoeff() / kRpm, curve.speed.maxCoeff() / kRpm));
-      readings.push_back(sum / n);
-    }
-  }
-  return readings;
-}
-
 }  // namespace
 
 std::string new_session_text(const GuidedOptions& g, const JobOptions& o) {
@@ -150,11 +128,11 @@ std::string run_text(const GuidedOptions& g, const VectorConvention& typed, cons
   std::vector<double> amplitudes, phases, grams, degrees, unread;
   std::string note;
   if (!g.record.empty()) {
-    for (const std::complex<double> z : from_record(g.record, file)) {
+    for (const std::complex<double> z : read_vectors(g.record, file, g.steady)) {
       amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
       phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kDegree));
     }
-    note = "  # from a record";
+    note = g.steady ? "  # steady vectors of a run-up" : "  # from a record";
   } else {
     for (auto [size, angle] : vectors("--readings", g.readings)) {
       if (std::isnan(size)) {
