@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# How the identified rotor answers: every steady answer over speed with its folds, then run-ups at two rates past them.
+# Response of the identified rotor: every steady state over speed with its folds, then run-ups at two rates past them.
 set -euo pipefail
 out=${1:-out/10_response}
 mkdir -p "$out" && cd "$out"

@@ -15,7 +15,7 @@ import tempfile
 FOLDER_LIMIT = 24
 FUNCTION_LIMIT = 80
 # Functions that were longer when the limit was set. Both numbers may be lowered, not raised.
-LONG_FUNCTIONS, LONGEST = 1, 93
+LONG_FUNCTIONS, LONGEST = 0, 80
 
 
 def tracked(root):

@@ -104,7 +104,7 @@ report::Figure figure_of(const response::ResponseCurve& curve, const std::vector
   const report::Unit unit = drawn.rotor ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {drawn.rotor ? "radius, peak" : drawn.coordinate + ", peak", unit});
   top.height = 280;
-  if (band) top.band("95 % band, largest answer", band->omega, band->upper_low, band->upper_high, {.color = 5});
+  if (band) top.band("95 % band, largest response", band->omega, band->upper_low, band->upper_high, {.color = 5});
   std::array<bool, 4> named{};
   add_lines(top, x, y, kind, named);
   for (const response::ResponseCurve& isola : isolas) {
@@ -310,7 +310,7 @@ void tell(const Options& o, response::ResponseCurve& curve, const Drawn& drawn, 
     unstable += !p.stable;
     beyond += !known.holds(drawn.amplitude(p.solution), p.solution.omega);
   }
-  session.say(fmt::format("largest answer     {} at {:.0f} rpm{}",
+  session.say(fmt::format("largest response   {} at {:.0f} rpm{}",
                           amplitude_text(drawn, drawn.amplitude(peak->solution)), peak->solution.omega / kRpm,
                           peak->stable ? "" : " (unstable there)"));
   if (band)
@@ -372,7 +372,7 @@ void add_response(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "response", "Steady response of a model over speed, without simulation",
-      "Input: model.json of `whirl identify`. Harmonic balance with arclength continuation: every answer, stable or "
+      "Input: model.json of `whirl identify`. Harmonic balance with arclength continuation: every response, stable or "
       "not,\n"
       "folds and branch points. Without --input the rotor turns and its unbalance is the forcing; with --input the "
       "named\n"

@@ -64,7 +64,7 @@ void run_decay(const Options& o, Session& session) {
          pages::decay_figure(curve, mode, length ? report::Unit{"mm", 1e-3} : report::Unit{"", 1}));
 }
 
-/// Points of a table of steady answers, or windows of a record with a swept sine.
+/// Points of a table of steady-state responses, or windows of a record with a swept sine.
 void add_points(const Options& o, const std::string& file, std::vector<response::SteadyPoint>& points,
                 Session& session) {
   if (io::file_kind(file) == "table") {

@@ -73,6 +73,29 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
   return usable.size() ? std::sqrt((v.array().square() * usable).sum() / std::max(1.0, usable.sum())) : rms(v);
 }
 
+void compare_with_clean(Validation& v, const ValidateOptions& options, const Eigen::VectorXcd& simulated) {
+  const Eigen::VectorXd& x = (*options.clean)[options.record.x];
+  const Eigen::VectorXd& y = (*options.clean)[options.record.y];
+  if (x.size() != simulated.size() || y.size() != simulated.size()) {
+    throw Error::in_field("clean", fmt::format("{} samples", x.size()),
+                          fmt::format("as long as the record, {} samples", simulated.size()));
+  }
+  v.clean_rmse_x = rms(x - simulated.real());
+  v.clean_rmse_y = rms(y - simulated.imag());
+}
+
+void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
+  if (v.fold_sensitive) {
+    v.summary.warn(
+        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
+                    "whether the rotor jumps; do not average it with other runs",
+                    100 * options.fold_change, 1e3 * v.fold_shift));
+  }
+  for (const std::string& w : fit.warnings) v.summary.warn(w);
+  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
+                                options.refit_offset ? " and sensor offset" : "");
+}
+
 }  // namespace
 
 std::string_view to_string(UnbalanceSource source) {
@@ -132,16 +155,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
             (measured.array() - measured.mean()).matrix().norm();
   v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
   v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
-  if (options.clean) {
-    const Eigen::VectorXd& x = (*options.clean)[options.record.x];
-    const Eigen::VectorXd& y = (*options.clean)[options.record.y];
-    if (x.size() != simulated.size() || y.size() != simulated.size()) {
-      throw Error::in_field("clean", fmt::format("{} samples", x.size()),
-                            fmt::format("as long as the record, {} samples", simulated.size()));
-    }
-    v.clean_rmse_x = rms(x - simulated.real());
-    v.clean_rmse_y = rms(y - simulated.imag());
-  }
+  if (options.clean) compare_with_clean(v, options, simulated);
   v.simulated.t0 = recording.t0;
   v.simulated.dt = recording.dt;
   v.simulated.source = "simulated: " + recording.source;
@@ -169,15 +183,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   }
   v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));
   v.summary.chi_square = fit.summary.chi_square;
-  if (v.fold_sensitive) {
-    v.summary.warn(
-        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
-                    "whether the rotor jumps; do not average it with other runs",
-                    100 * options.fold_change, 1e3 * v.fold_shift));
-  }
-  for (const std::string& w : fit.summary.warnings) v.summary.warn(w);
-  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
-                                options.refit_offset ? " and sensor offset" : "");
+  tell(v, options, fit.summary);
   return v;
 }
 
