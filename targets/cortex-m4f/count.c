@@ -38,6 +38,9 @@ int main(void) {
   law_input in = {0};
   law_output out;
   law_default_params(&params);
+#ifdef LAW_WATCH_TRIP
+  params.watch_level = 1.0f; /* the motion here does not follow the force */
+#endif
   if (law_init(&state, &params) != 0) return 1;
   systick[1] = 0xFFFFFFu;
   systick[0] = 5u;

@@ -88,6 +88,60 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
   EXPECT_EQ(folder.whirl("run controller.json --rig model.json").exit_code, 2);
 }
 
+// Instructions, stack and flash of a step, counted in an emulator: supervision costs what it costs, and never twice the
+// mean in a step.
+TEST(ExportE2e, TargetCountsTheInstructionsOfAStep) {
+  const Folder folder;
+  save_inputs(folder);
+  const Outcome plain = folder.whirl("export c controller.json --target cortex-m4f --out drive --json");
+  if (plain.err.find("is not installed") != std::string::npos) GTEST_SKIP() << plain.err;
+  ASSERT_EQ(plain.exit_code, 0) << plain.err;
+  EXPECT_NE(slurp(folder / "drive/controller.h").find("typedef float"), std::string::npos);
+  ControllerDesign d = io::load<ControllerDesign>(folder / "controller.json");
+  d.parameters["supervise"] = 1;
+  io::save(folder / "watched.json", d);
+  const Outcome watched = folder.whirl("export c watched.json --target cortex-m4f --json");
+  ASSERT_EQ(watched.exit_code, 0) << watched.err;
+  const auto value = [](const Outcome& o, const char* key) {
+    const std::size_t at = o.out.find(std::string("\"") + key + "\":");
+    return at == std::string::npos ? -1 : std::atof(o.out.c_str() + at + std::string(key).size() + 3);
+  };
+  for (const Outcome* o : {&plain, &watched}) {
+    EXPECT_GT(value(*o, "mean"), 300) << o->out;
+    EXPECT_GE(value(*o, "worst"), value(*o, "mean"));
+    EXPECT_LE(value(*o, "worst"), 2 * value(*o, "mean"));
+    EXPECT_GT(value(*o, "stack"), 50);
+    EXPECT_GT(value(*o, "flash"), 5000);
+  }
+  EXPECT_GT(value(watched, "mean"), value(plain, "mean"));
+  EXPECT_GT(value(watched, "state"), value(plain, "state"));
+}
+
+TEST(ExportE2e, ATargetWithoutItsToolsSaysWhichPackageAndWritesNothing) {
+  const Folder folder;
+  save_inputs(folder);
+  const std::string command = "cd '" + (folder / "").string() + "' && mkdir few && ln -s /bin/sh few/sh && PATH=few '" +
+                              program() + "' export c controller.json --target cortex-m4f --out none 2>few/said";
+  EXPECT_NE(std::system(command.c_str()), 0);
+  EXPECT_NE(slurp(folder / "few/said").find("apt-get install gcc-arm-none-eabi"), std::string::npos)
+      << slurp(folder / "few/said");
+  EXPECT_FALSE(std::filesystem::exists(folder / "none"));
+}
+
+TEST(ExportE2e, ARefusedFloatLeavesNoFolder) {
+  const Folder folder;
+  save_inputs(folder);
+  ControllerDesign d = io::load<ControllerDesign>(folder / "controller.json");
+  d.law = "pd_influence";
+  d.feedforward = false;
+  io::save(folder / "turns.json", d);
+  for (const char* form : {"c", "fmu", "python", "matlab", "sfunction"}) {
+    const Outcome o = folder.whirl("export " + std::string(form) + " turns.json --float --out " + form);
+    EXPECT_EQ(o.exit_code, 2) << form;
+    EXPECT_FALSE(std::filesystem::exists(folder / form)) << form << ": " << o.err;
+  }
+}
+
 TEST(ExportE2e, WhatCannotBeExportedIsSaidInOneLine) {
   const Folder folder;
   save_inputs(folder);
@@ -98,7 +152,10 @@ TEST(ExportE2e, WhatCannotBeExportedIsSaidInOneLine) {
                                                        {"c none.json", "none.json"},
                                                        {"rust controller.json", "FORM"},
                                                        {"c controller.json --mass-kg 2", "belongs to a model"},
-                                                       {"fmu model.json --fmi 1", "fmi"}};
+                                                       {"fmu model.json --fmi 1", "fmi"},
+                                                       {"fmu controller.json --target cortex-m4f", "form c"},
+                                                       {"c model.json --target cortex-m4f", "a model"},
+                                                       {"c controller.json --target z80", "cortex-m4f"}};
   for (const auto& [arguments, word] : wrong) {
     const Outcome outcome = folder.whirl("export " + std::string(arguments));
     EXPECT_EQ(outcome.exit_code, 2) << arguments;

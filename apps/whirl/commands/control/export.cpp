@@ -6,6 +6,7 @@
 
 #include "command.hpp"
 #include "whirl/control/catalogue.hpp"
+#include "whirl/deploy/cortex_m4f.hpp"
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/deploy/languages.hpp"
 #include "whirl/io/file.hpp"
@@ -17,7 +18,7 @@ namespace whirl::app {
 namespace {
 
 struct Options {
-  std::string form, file, out, prefix, type;
+  std::string form, file, out, prefix, type, target;
   bool single = false;
   int fmi = 2;
   double inner_step_ms = 1, mass_kg = 0;
@@ -83,6 +84,29 @@ std::vector<std::string> write(const Session& session, const Options& o, const T
   return written;
 }
 
+/// Cost of a step on the target, printed; null without --target.
+io::Json target_cost(const Session& session, const Options& o, const ControllerDesign& design) {
+  if (o.target.empty()) return {};
+  if (o.form != "c") throw Error("--target belongs to the form c, not " + o.form);
+  const deploy::StepCost c = deploy::cortex_m4f_cost(design);
+  const double ratio = static_cast<double>(c.worst) / static_cast<double>(c.mean);
+  session.say(fmt::format(
+      "{}: {} instructions a step, worst {} ({:.2f} times the mean); stack {} bytes, flash {} bytes with the "
+      "mathematical functions, state {} bytes",
+      o.target, c.mean, c.worst, ratio, c.stack, c.flash, c.state));
+  return io::Json::object()
+      .set("name", o.target)
+      .set("mean", static_cast<double>(c.mean))
+      .set("worst", static_cast<double>(c.worst))
+      .set("stack", static_cast<double>(c.stack))
+      .set("flash", static_cast<double>(c.flash))
+      .set("state", static_cast<double>(c.state));
+}
+
+void require_no_target(const Options& o) {
+  if (!o.target.empty()) throw Error("--target counts the steps of a controller; this is a model");
+}
+
 /// What to do with the files, in one line.
 std::string next_step(const Options& o, const deploy::CodeOptions& code) {
   if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
@@ -121,17 +145,21 @@ void add_export(CommandLine& app, Session& session) {
       [o, &session] {
         deploy::CodeOptions code;
         code.prefix = o->prefix.empty() ? prefix_from(o->file) : o->prefix;
-        code.single_precision = o->single;
+        code.single_precision = o->single || !o->target.empty();
         code.origin = io::input_record(o->file);
         if (o->out.empty()) o->out = code.prefix + "_" + o->form;
         const io::Json document = io::load_json(o->file);
         const io::Json* schema = document.find("schema");
         const std::string* name = schema == nullptr ? nullptr : schema->get<std::string>();
         std::vector<std::string> written;
+        io::Json target;
         if (name != nullptr && name->starts_with("whirl.controller/")) {
           if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller stands in its file");
-          written = write(session, *o, io::from_json<ControllerDesign>(document, o->file), code);
+          const auto design = io::from_json<ControllerDesign>(document, o->file);
+          target = target_cost(session, *o, design);
+          written = write(session, *o, design, code);
         } else {
+          require_no_target(*o);
           IdentifiedModel model = io::from_json<IdentifiedModel>(document, o->file);
           if (o->mass_kg > 0) {
             if (!model.rotor)
@@ -146,8 +174,10 @@ void add_export(CommandLine& app, Session& session) {
           files.push(path);
         }
         if (const std::string next = next_step(*o, code); !next.empty()) session.say(next);
-        session.result(
-            io::Json::object().set("form", o->form).set("prefix", code.prefix).set("files", std::move(files)));
+        io::Json result = io::Json::object();
+        result.set("form", o->form).set("prefix", code.prefix).set("files", std::move(files));
+        if (!o->target.empty()) result.set("target", std::move(target));
+        session.result(std::move(result));
       });
   sub->add_option("FORM", o->form, "c, fmu, python, matlab, sfunction, modelica or latex")
       ->required()
@@ -157,6 +187,11 @@ void add_export(CommandLine& app, Session& session) {
   sub->add_option("--prefix", o->prefix,
                   "of every file, type and function, and name of the FMU; default: from the file's name");
   sub->add_flag("--float", o->single, "single precision");
+  sub->add_option(
+         "--target", o->target,
+         "form c of a controller, single precision: compiles it for this processor, runs it in an emulator and "
+         "prints instructions of a step (mean, worst), stack and flash (gcc-arm-none-eabi, qemu-system-arm)")
+      ->one_of({"cortex-m4f"});
   sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")->one_of_numbers({2, 3})->show_default();
   sub->add_option("--type", o->type, "of an FMU: cs (co-simulation), me (model exchange) or both; default all there is")
       ->one_of({"cs", "me", "both"});
