@@ -15,7 +15,8 @@ constexpr const char* kTilt =
 TEST(RigE2e, CampbellPrintsTheWhirlFrequenciesOfARotorThatTilts) {
   const Folder folder;
   folder.write("rig.toml", kTilt);
-  const Outcome outcome = folder.whirl("rig campbell --rig rig.toml --points 5 --out campbell.csv");
+  const Outcome outcome =
+      folder.whirl("rig campbell --rig rig.toml --points 5 --out campbell.csv --figure campbell.svg");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_NE(outcome.out.find("critical speeds"), std::string::npos);
   const io::Table table = io::read_table(folder / "campbell.csv");
@@ -23,6 +24,10 @@ TEST(RigE2e, CampbellPrintsTheWhirlFrequenciesOfARotorThatTilts) {
   EXPECT_NEAR(table["forward_tilt"][0], table["backward_tilt"][0], 1e-6);  // no gyroscopic moment at rest
   EXPECT_GT(table["forward_tilt"][4], 1.5 * table["backward_tilt"][4]);
   EXPECT_GT(table["forward"][4], table["backward"][4]);
+  const std::string diagram = slurp(folder / "campbell.svg");
+  for (const char* part : {">backward, tilt</text>", ">forward</text>", ">1X</text>",
+                           "critical speed of the unbalance: ", "rotor speed [rpm]", ">rig.toml</text>"})
+    EXPECT_NE(diagram.find(part), std::string::npos) << part;
 
   const Outcome record = folder.whirl("rig record --rig rig.toml --out run.csv");
   EXPECT_EQ(record.exit_code, 0) << record.err;

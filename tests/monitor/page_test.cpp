@@ -298,28 +298,6 @@ TEST_F(MonitorPageE2e, PlaysARunUpWithBodeAndPolar) {
   EXPECT_THAT(browser.complaints(), IsEmpty());
 }
 
-// The study's report has the widest tables and the longest equations.
-TEST(ReportPageE2e, NothingIsCutOffOnPaper) {
-  if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
-  const Folder folder;
-  ASSERT_EQ(folder.whirl("reproduce --out study --evaluations 10 --quiet").exit_code, 0);
-  Browser browser(folder / "");
-  browser.open("file://" + (folder / "study/report.html").string());
-  ASSERT_TRUE(browser.wait("document.readyState === 'complete' && document.querySelectorAll('figure').length > 20"));
-  browser.on_paper(688);  // A4 less its margins
-  EXPECT_EQ(browser.evaluate("innerWidth"), 688);
-  // The reader's machine decides which font there is: wider letters must fit too.
-  for (const std::string spacing : {"0", "0.4px"}) {
-    browser.evaluate("document.body.style.letterSpacing = '" + spacing + "'");
-    EXPECT_EQ(browser.evaluate("[...document.querySelectorAll('table, :not(svg) > svg, math, dd, p')].filter((e) => "
-                               "e.getBoundingClientRect().right > innerWidth + 1)"
-                               ".map((e) => e.textContent.slice(0, 80))"),
-              json::array())
-        << spacing;
-  }
-  EXPECT_THAT(browser.complaints(), IsEmpty());
-}
-
 TEST(MonitorCommandE2e, BadInputIsRefusedWithAReason) {
   const Folder folder;
   folder.write("x.csv", "t_s,x_mm\n0,0\n0.001,1\n0.002,0\n");

@@ -1,10 +1,12 @@
 #include "rig_campbell.hpp"
 
+#include <filesystem>
 #include <numbers>
 
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
 #include "whirl/rig/rig_file.hpp"
 #include "whirl/rig/tilt.hpp"
 
@@ -12,9 +14,39 @@ namespace whirl::app {
 namespace {
 
 struct CampbellOptions {
-  std::string rig, out;
+  std::string rig, out, figure;
   int points = 9;
 };
+
+/// Frequencies of `file` over its speed, the running speed (1X), and the speeds at which they meet.
+report::Figure diagram(const io::Table& file, const std::vector<double>& critical, const std::string& rig) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  const report::Unit rpm{"rpm", kTurn / 60};
+  report::Figure figure;
+  figure.title = "Campbell diagram";
+  figure.description = "Frequencies of free whirl over rotor speed, with the running speed.";
+  report::Panel& panel = figure.panel("", {"rotor speed", rpm}, {"frequency", {"Hz", 1}});
+  panel.height = 340;
+  const Eigen::VectorXd& speed = file.columns[0].samples;
+  const std::pair<const char*, report::Style> branches[] = {
+      {"backward, tilt", {.color = 1, .dash = report::Dash::dashed}},
+      {"backward", {.color = 0, .dash = report::Dash::dashed}},
+      {"forward", {.color = 0}},
+      {"forward, tilt", {.color = 1}}};
+  for (std::size_t k = 0; k < std::size(branches); ++k)
+    panel.line(branches[k].first, speed, file.columns[k + 1].samples, branches[k].second);
+  panel.line("1X", speed, speed / kTurn, {.color = 7, .dash = report::Dash::dotted});
+  Eigen::VectorXd at(static_cast<Eigen::Index>(critical.size()));
+  std::string list;
+  for (std::size_t k = 0; k < critical.size(); ++k) {
+    at[static_cast<Eigen::Index>(k)] = critical[k];
+    list += fmt::format("{}{:.0f}", k > 0 ? ", " : "", critical[k] / rpm.factor);
+  }
+  if (at.size() > 0) panel.scatter("critical speed of the unbalance: " + list + " rpm", at, at / kTurn, {.color = 6});
+  panel.y.low = 0;
+  figure.runs = {std::filesystem::path(rig).filename().string()};
+  return figure;
+}
 
 void campbell(const CampbellOptions& o, Session& session) {
   constexpr double kTurn = 2 * std::numbers::pi;
@@ -46,7 +78,8 @@ void campbell(const CampbellOptions& o, Session& session) {
   session.say(report::to_text(table));
   io::Json critical = io::Json::array();
   std::string text;
-  for (const double speed : rotor::critical_speeds(rotor)) {
+  const std::vector<double> crossings = rotor::critical_speeds(rotor);
+  for (const double speed : crossings) {
     text += fmt::format("{}{:.1f} rpm", text.empty() ? "" : ", ", speed * 60 / kTurn);
     critical.push(speed);
   }
@@ -57,6 +90,7 @@ void campbell(const CampbellOptions& o, Session& session) {
     csv.units = {"speed_rpm"};
     io::write_csv(o.out, file, csv);
   }
+  if (!o.figure.empty()) report::write_figure(diagram(file, crossings, o.rig), o.figure);
 }
 
 }  // namespace
@@ -70,11 +104,12 @@ void add_rig_campbell(CommandLine& rig, Session& session) {
                   "and backward, from standstill to the top speed of its profile. --out writes them as CSV "
                   "with speed_rpm, backward_tilt_hz,\n"
                   "backward_hz, forward_hz, forward_tilt_hz.\n\n"
-                  "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml",
+                  "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml --figure campbell.svg",
                   [o, &session] { campbell(*o, session); });
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`")->input()->required();
   sub->add_option("--points", o->points, "speeds from 0 to the top");
   sub->add_option("--out", o->out, "CSV file to write")->output("table");
+  sub->add_option("--figure", o->figure, "Campbell diagram (.svg, .png, .pdf, .csv)")->output();
 }
 
 }  // namespace whirl::app
