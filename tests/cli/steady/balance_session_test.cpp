@@ -205,6 +205,7 @@ TEST(BalanceSessionE2e, RunUpsOfOneRateBalanceAllSpeedsAtOnce) {
     ASSERT_LE(next.outcome.exit_code, 1) << next.outcome.err;
   }
   EXPECT_EQ(next.step, "done");
+  EXPECT_EQ(next.outcome.err.find("differing rates"), std::string::npos) << next.outcome.err;
   const Complex best = -std::polar(4.0, 40 * kDegree);
   EXPECT_LT(std::abs(std::conj(next.masses[0]) - best), 0.1 * std::abs(best)) << next.outcome.out;
 }
@@ -227,6 +228,7 @@ TEST(BalanceSessionE2e, RunUpsOfDifferingRatesBelongTogether) {
       EXPECT_LE(next.outcome.exit_code, 1) << next.outcome.err;
       if (next.masses.empty()) return 1.0;
     }
+    EXPECT_EQ(next.outcome.err.find("differing rates") == std::string::npos, !flag.empty()) << next.outcome.err;
     EXPECT_TRUE(next.step == "correction" || next.step == "done" || !flag.starts_with(" --steady")) << next.step;
     return std::abs(std::conj(next.masses[0]) - best) / std::abs(best);
   };

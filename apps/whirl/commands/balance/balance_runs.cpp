@@ -138,6 +138,7 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_e
     Reading reading;
     reading.run = s.text(at + "name", fmt::format("{}", r + 1));
     reading.time = s.number(at + "time", Quantity::time, static_cast<double>(r));
+    file.sweeps.push_back(s.number(at + "sweep", Quantity::dimensionless, kNaN));
     if (!s.flag(at + "keep", false)) on.setZero();
     if (s.has(at + "masses")) {
       const auto masses = require_numbers(s, at + "masses", Quantity::mass, raw.planes.size());

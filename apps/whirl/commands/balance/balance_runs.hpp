@@ -42,6 +42,9 @@ struct JobFile {
   std::vector<std::string> slow_roll;  ///< probes whose slow-roll vector was taken off
   std::vector<double> stated_speeds;   ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
   JobPlan plan;                        ///< runs.toml
+  /// runs.toml, by run: rate of the run-up over the square of the speed where it was read, 1; 0: the rotor stayed at
+  /// its speeds; NaN: not stated.
+  std::vector<double> sweeps;
 };
 
 /// `slow_roll`: rad/s; readings at or below it are runout and taken off the others, probe by probe. CSV: one row a run

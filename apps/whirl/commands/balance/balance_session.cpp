@@ -190,6 +190,25 @@ void update_file(const GuidedOptions& g, const JobOptions& flags, Session& sessi
                           g.masses.empty() ? ", with the masses that were proposed" : ""));
 }
 
+/// Vectors of run-ups are linear in the masses only where all runs have one rate. Empty: they do, or it is not stated.
+std::string differing_rates(const JobFile& file) {
+  constexpr double kSlow = 5e-5;  // a rotor that stays at a speed, as it is read from a record
+  constexpr double kAlike = 0.15;
+  double low = INFINITY, high = -INFINITY;
+  for (const double sweep : file.sweeps) {
+    if (std::isnan(sweep)) continue;
+    const double rate = std::abs(sweep) < kSlow ? 0 : sweep;
+    low = std::min(low, rate);
+    high = std::max(high, rate);
+  }
+  if (!(high - low > kAlike * std::max(std::abs(low), std::abs(high)))) return {};
+  return fmt::format(
+      "the runs were read from records whose speed changes at differing rates ({:.2g} to {:.2g} of the squared speed): "
+      "such vectors do not belong together; begin the job again with --record FILE --steady, or make all runs at one "
+      "rate",
+      low, high);
+}
+
 }  // namespace
 
 void GuidedOptions::add_to(CommandLine* sub) {
@@ -243,6 +262,7 @@ void balance_session(const GuidedOptions& g, const JobOptions& flags, Session& s
   const std::vector<diagnosis::Foretold> check = diagnosis::check_last_run(file.job, influence_options(o));
   const std::vector<std::pair<std::string, std::string>> lines = instructions(file, next);
   Summary summary = next.summary;
+  if (const std::string warning = differing_rates(file); !warning.empty()) summary.warn(warning);
   const auto outside = std::count_if(check.begin(), check.end(), [](const auto& f) { return !f.inside; });
   if (!check.empty() && outside > 1 + static_cast<long>(check.size()) / 10)
     summary.warn(fmt::format("{} of {} readings of the last run are outside of what the runs before foretold", outside,

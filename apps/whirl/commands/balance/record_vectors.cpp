@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -57,9 +58,23 @@ Complex steady_vector(const modal::TransientRunupFit& fit, double speed) {
   return z;
 }
 
+/// Slope of the speed over its square through the revolutions within 1 % of `speed` and one on either side.
+double sweep_at(const signal::SynchronousCurve& curve, double speed) {
+  Index first = -1, last = -1;
+  for (Index k = 0; k < curve.speed.size(); ++k)
+    if (speed <= 0 || std::abs(curve.speed[k] - speed) <= 0.01 * speed) {
+      if (first < 0) first = k;
+      last = k;
+    }
+  first = std::max<Index>(0, first - 1);
+  last = std::min<Index>(curve.speed.size() - 1, last + 1);
+  const double mean = 0.5 * (curve.speed[first] + curve.speed[last]), time = curve.time[last] - curve.time[first];
+  return time > 0 ? (curve.speed[last] - curve.speed[first]) / time / (mean * mean) : 0;
+}
+
 }  // namespace
 
-std::vector<Complex> read_vectors(const std::string& path, const JobFile& file, bool steady) {
+RecordVectors read_vectors(const std::string& path, const JobFile& file, bool steady) {
   const Recording record = RecordOptions{}.read(path);
   const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
   if (!rotation) throw Error(path + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
@@ -69,7 +84,8 @@ std::vector<Complex> read_vectors(const std::string& path, const JobFile& file, 
     curves.push_back(diagnosis::order_curve(record, *rotation, probe));
     if (steady) fits.push_back(modes_of(curves.back(), path + ", " + probe));
   }
-  std::vector<Complex> readings;
+  RecordVectors found;
+  std::vector<double> sweeps;
   for (const double speed : file.stated_speeds) {
     for (std::size_t p = 0; p < curves.size(); ++p) {
       const signal::SynchronousCurve& curve = curves[p];
@@ -82,10 +98,15 @@ std::vector<Complex> read_vectors(const std::string& path, const JobFile& file, 
       if (!there)
         throw Error(fmt::format("{}: no revolution within 1 % of {:g} rpm (the record runs at {:.0f} to {:.0f} rpm)",
                                 path, speed / kRpm, low / kRpm, high / kRpm));
-      readings.push_back(steady ? steady_vector(fits[p], speed) : sum / n);
+      found.readings.push_back(steady ? steady_vector(fits[p], speed) : sum / n);
+      if (p == 0 && !steady) sweeps.push_back(sweep_at(curve, speed));
     }
   }
-  return readings;
+  if (!sweeps.empty()) {
+    std::nth_element(sweeps.begin(), sweeps.begin() + static_cast<long>(sweeps.size() / 2), sweeps.end());
+    found.sweep = sweeps[sweeps.size() / 2];
+  }
+  return found;
 }
 
 }  // namespace whirl::app

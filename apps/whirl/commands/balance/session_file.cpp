@@ -126,9 +126,11 @@ std::string run_text(const GuidedOptions& g, const VectorConvention& typed, cons
                      const Eigen::VectorXcd& proposed, const std::string& name) {
   const VectorConvention& v = file.convention;
   std::vector<double> amplitudes, phases, grams, degrees, unread;
-  std::string note;
+  std::string note, sweep;
   if (!g.record.empty()) {
-    for (const std::complex<double> z : read_vectors(g.record, file, g.steady)) {
+    const RecordVectors found = read_vectors(g.record, file, g.steady);
+    sweep = fmt::format("sweep = {:.6g}\n", found.sweep);
+    for (const std::complex<double> z : found.readings) {
       amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
       phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kDegree));
     }
@@ -168,8 +170,8 @@ std::string run_text(const GuidedOptions& g, const VectorConvention& typed, cons
                               fmt::join(file.job.planes, ", "), grams.size()));
   }
   std::string text = fmt::format(
-      "\n[[run]]{}\nname = {}\nmasses_gram = [{}]\nangles_deg = [{}]\namplitudes_um = [{}]\nphases_deg = [{}]\n", note,
-      quoted("--run", {name}), list(grams), list(degrees), list(amplitudes), list(phases));
+      "\n[[run]]{}\nname = {}\nmasses_gram = [{}]\nangles_deg = [{}]\namplitudes_um = [{}]\nphases_deg = [{}]\n{}",
+      note, quoted("--run", {name}), list(grams), list(degrees), list(amplitudes), list(phases), sweep);
   if (!unread.empty()) text += fmt::format("unread = [{}]  # positions of readings that are missing\n", list(unread));
   return text;
 }
