@@ -72,6 +72,7 @@ struct Search {
   long evaluation = 0;
   double best = 1e9;
   std::vector<double> best_u;
+  std::vector<std::pair<double, std::vector<double>>> tried;  ///< cost and variables of every evaluation
 
   double objective(const std::vector<double>& u) {
     ControllerDesign candidate = design;
@@ -90,6 +91,7 @@ struct Search {
     if (left < kLeft) sum += 0.2 + std::min(1.0, kLeft - left);
     ++evaluation;
     if (sum < best) best = sum, best_u = u;
+    tried.emplace_back(sum, u);
     if (options->progress) options->progress({evaluation, options->evaluations, sum, best});
     return sum;
   }
@@ -125,6 +127,40 @@ void run_search(Search& search) {
   local.set_maxeval(budget / 3);
   local.set_min_objective(nlopt_objective, &search);
   local.optimize(u, value);
+}
+
+/// What the search found, best first: the best, and others that are something else and cost at most half as much again.
+std::vector<std::vector<double>> candidates_of(const Search& search) {
+  constexpr std::size_t kMost = 6;
+  constexpr double kApart = 0.1, kCost = 1.5;
+  auto tried = search.tried;
+  std::ranges::stable_sort(tried, {}, [](const auto& t) { return t.first; });
+  std::vector<std::vector<double>> out{search.best_u};
+  for (const auto& [cost, u] : tried) {
+    if (out.size() == kMost || cost > kCost * search.best) break;
+    const bool apart = std::ranges::all_of(out, [&](const std::vector<double>& other) {
+      double most = 0;
+      for (std::size_t i = 0; i < u.size(); ++i) most = std::max(most, std::abs(u[i] - other[i]));
+      return most > kApart;
+    });
+    if (apart) out.push_back(u);
+  }
+  return out;
+}
+
+/// The design with those variables, every number that was used written down, and its assessment.
+ControllerDesign assessed_design(const Search& search, const std::vector<double>& u) {
+  ControllerDesign d = search.design;
+  set_variables(d, search.variables, u);
+  d.parameters = control::resolve_parameters(d);
+  std::erase_if(d.parameters, [](const auto& p) {
+    return (p.first.starts_with("runout_") || p.first.starts_with("mode_")) && p.second == 0;
+  });
+  assess(d, *search.options);
+  for (const auto& [cost, variables] : search.tried) {
+    if (variables == u) d.margins["objective"] = cost;
+  }
+  return d;
 }
 
 /// Why no controller may be designed on this model; empty: none.
@@ -244,17 +280,14 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
   }
   run_search(search);
 
-  ControllerDesign best = search.design;
-  set_variables(best, search.variables, search.best_u);
-  best.parameters = [&] {  // what was used, derived numbers included; zero runout entries left out
-    auto all = control::resolve_parameters(best);
-    std::erase_if(all, [](const auto& p) {
-      return (p.first.starts_with("runout_") || p.first.starts_with("mode_")) && p.second == 0;
-    });
-    return all;
-  }();
-  assess(best, options);
-  best.margins["objective"] = search.best;
+  // The cost of a few runs is not the certificate: the best that is certified, else the best with what it lacks.
+  ControllerDesign best;
+  for (const std::vector<double>& u : candidates_of(search)) {
+    ControllerDesign d = assessed_design(search, u);
+    const bool certified = d.margins.at("certified") == 1;
+    if (certified || best.law.empty()) best = std::move(d);
+    if (certified) break;
+  }
   best.provenance.version = version();
   best.provenance.inputs = model.provenance.inputs;
   best.provenance.seed = options.seed;

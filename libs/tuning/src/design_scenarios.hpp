@@ -17,6 +17,8 @@ struct TuningScenario {
   bool other_signs = false;                      ///< of the modes whose sign is not known: all - instead of all +
   double gain = 1;                               ///< of the actuators: true / model
   double mode_frequency = 1;                     ///< of the structural modes: true / known
+  double ringing = 0;                            ///< of the structure at the beginning: velocity of each of its modes /
+                                                 ///< that of the centre of mass at top speed
 };
 
 /// The scenarios of the tuning (see `design`). The errors are typical of an identification at the sensors'

@@ -83,12 +83,13 @@ struct DesignOptions {
 ///
 /// Refused (Summary unusable, nothing tuned) when the model does not explain its own record.
 ///
-/// Objective, mean over the scenarios: 0.5 mean over segments 1-4 of (closed peak / open peak) + 0.5 of the
-/// whole run
-/// + 0.02 TV / (1000 N/s) + a graded penalty when unstable. Scenarios, each with another error of the
-/// unbalance: nominal; one sample of delay the controller does not know; stiffness -13 % (model 15 % too
-/// stiff); stiffness -30 %; balanced rotor with actuators 25 % stronger; structural modes 1.5 times as strong (when
-/// known). Search in log space over (C, rho/eps, rho, r, delta, cutoff, ...).
+/// Objective, mean over the scenarios: 0.5 mean over segments 1-4 of (closed peak / open peak) + 0.5 of the whole run
+/// + 0.02 TV / (1000 N/s) + a graded penalty when unstable. Scenarios, each with another error of the unbalance, the
+/// structural modes ringing when the run begins: nominal; one sample of delay the controller does not know; stiffness
+/// -13 % (model 15 % too stiff); stiffness -30 %; balanced rotor with actuators 25 % stronger; structural modes 1.5
+/// times as strong (when known). Search in log space over (C, rho/eps, rho, r, delta, cutoff, ...). The result is the
+/// best of what the search tried that is certified, among at most six that differ and cost at most half as much again;
+/// when none is, the best, not certified.
 ///
 /// `margins` of the result: objective; of loop_margins at five speeds, the worst and verified in the running loop:
 /// delay_margin_s and gain_margin (at most 12 samples and 8: more is not tried), gain_margin_down, phase_margin_deg,
