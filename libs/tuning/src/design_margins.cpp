@@ -169,7 +169,8 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
 
   const RotorModel& model = design.model;
   const Hardware hardware = tuning_hardware(design, options.hardware);
-  TuningScenario nominal = tuning_scenarios(hardware, options.stiffness_uncertainty).front();
+  const TuningScenario ringing = tuning_scenarios(hardware, options.stiffness_uncertainty).front();
+  TuningScenario nominal = ringing;
   nominal.ringing = 0;  // what stands is then the loop's own
   ControllerDesign trial = on_scenario(design, nominal);
   trial.parameters["supervise"] = 0;               // the certificate is that of the loop alone
@@ -227,7 +228,7 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   }
   if (!refused.empty()) design.summary.fail("not certified: " + refused);
   if (!no_margin.empty()) design.summary.fail("not certified: " + no_margin);
-  supervise(design, options, watched_level(trial, nominal, model, hardware, seed), run);
+  supervise(design, options, watched_level(trial, ringing, model, hardware, seed), run);
 }
 
 }  // namespace whirl::tuning

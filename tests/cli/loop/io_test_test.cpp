@@ -1,9 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
 #include "served.hpp"
+#include "whirl/tuning/loop_margins.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -61,6 +64,60 @@ TEST_F(IoTestE2e, ChannelsAndTheDelayOfTheLoop) {
     const Outcome run = folder.whirl("run controller.json --io io.toml --seconds 0.5 --json");
     EXPECT_EQ(run.exit_code, 0) << run.err;
   }
+}
+
+// The excitation runs over the wires, the reference opens the loop in simulation on the rig that is served.
+TEST_F(IoTestE2e, TheSensitivityOfTheRunningLoopIsThatOfItsMargins) {
+  folder.write("rig.toml", kRig);
+  const rig::RigParameters rig;
+  for (const auto& [kp, kd] : {std::pair(0.0, 60.0), std::pair(2000.0, 30.0), std::pair(0.0, 300.0)}) {
+    SCOPED_TRACE(kd);
+    ControllerDesign d = pd_design();
+    d.parameters["kp"] = kp;
+    d.parameters["kd"] = kd;
+    io::save(folder / "controller.json", d);
+    tuning::MarginOptions one;
+    one.speeds = 2;
+    one.repeats = 8;
+    one.verify = false;
+    const tuning::LoopMargins expected = tuning::loop_margins(d, rig, one).front().margins;
+    ASSERT_TRUE(expected.stable);
+    const Served served(folder, "--lockstep --rig rig.toml");
+    const Outcome o =
+        folder.whirl("io test --io io.toml --json --seconds 12 --excite-N 0.5 --sensitivity controller.json");
+    const io::Json json = io::parse_json(o.out, "io test");
+    const double peak = number(json, {"peak_sensitivity"});
+    std::printf("peak %.3f, standard deviation %.3f, at %.1f Hz; by the margins %.3f at %.1f Hz\n", peak,
+                number(json, {"peak_deviation"}), number(json, {"peak_frequency"}), expected.peak_sensitivity,
+                expected.peak_frequency);
+    EXPECT_NEAR(peak, expected.peak_sensitivity, std::max(0.05 * peak, 3 * number(json, {"peak_deviation"})));
+    EXPECT_LT(number(json, {"peak_deviation"}), 0.1 * peak);
+    EXPECT_NEAR(number(json, {"phase_margin"}), expected.phase, 0.05);
+    EXPECT_EQ(o.exit_code, expected.zone() == 'D' ? 1 : 0) << o.err;
+  }
+}
+
+TEST_F(IoTestE2e, ASensitivityThatCannotBeMeasuredIsRefused) {
+  folder.write("rig.toml", kRig);
+  ControllerDesign d = pd_design();
+  io::save(folder / "controller.json", d);
+  const Served served(folder, "--lockstep --rig rig.toml");
+  const auto refused = [&](const std::string& arguments, const std::string& word) {
+    const Outcome o = folder.whirl("io test --io io.toml " + arguments);
+    EXPECT_EQ(o.exit_code, 2) << o.out;
+    EXPECT_NE(o.err.find(word), std::string::npos) << o.err;
+  };
+  refused("--sensitivity controller.json --seconds 12", "--excite-N");
+  refused("--sensitivity controller.json --excite-N 0.5", "--seconds");
+  d.sample_time *= 2;
+  io::save(folder / "controller.json", d);
+  refused("--sensitivity controller.json --excite-N 0.5 --seconds 12", "rate_hz");
+  d = pd_design();
+  d.parameters["kp"] = -2 * d.model.k1;  // the shaft falls to one side
+  io::save(folder / "controller.json", d);
+  const Outcome o = folder.whirl("io test --io io.toml --sensitivity controller.json --excite-N 0.5 --seconds 12");
+  EXPECT_EQ(o.exit_code, 1) << o.out;
+  EXPECT_NE(o.err.find("tripped"), std::string::npos) << o.err;
 }
 
 TEST_F(IoTestE2e, WithoutExcitationNoForceIsSent) {

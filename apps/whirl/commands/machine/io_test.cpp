@@ -1,5 +1,10 @@
+#include <cmath>
+#include <numbers>
+
 #include "command.hpp"
+#include "whirl/hardware/sensitivity.hpp"
 #include "whirl/hardware/survey.hpp"
+#include "whirl/io/model_json.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {
@@ -36,13 +41,33 @@ report::Table channel_table(const hardware::IoSettings& io, const hardware::Loop
   return table;
 }
 
+void measure_sensitivity(Session& session, const hardware::IoSettings& io, const std::string& controller,
+                         double seconds, double excitation) {
+  const ControllerDesign design = whirl::io::load<ControllerDesign>(controller);
+  const hardware::LoopSensitivity m = hardware::measure_sensitivity(io, design, seconds, excitation);
+  if (m.trip == Fault::none) {
+    const tuning::LoopMargins& margins = m.margins;
+    session.say(
+        fmt::format("{} with {}, shaft at rest, {:g} N rms in {} lines of both whirl directions, {} periods of 2 s\n"
+                    "peak sensitivity {:.2f} (standard deviation {:.2f}) at {:.1f} Hz: zone {} of ISO 14839-3\n"
+                    "modulus margin {:.2f}, phase margin {:.0f} deg, gain margin {}, delay margin {}",
+                    design.law, design.estimator, excitation, m.response.frequency.size(), m.periods,
+                    margins.peak_sensitivity, m.peak_deviation, margins.peak_frequency, margins.zone(), margins.modulus,
+                    margins.phase * 180 / std::numbers::pi,
+                    std::isfinite(margins.gain_up) ? fmt::format("{:.2f}", margins.gain_up) : "not reached",
+                    std::isfinite(margins.delay) ? fmt::format("{:.2f} ms", 1e3 * margins.delay) : "not reached"));
+  }
+  session.result(hardware::to_json(m));
+  session.finish(m.summary);
+}
+
 }  // namespace
 
 void add_io(CommandLine& app, Session& session) {
   CommandLine* io = app.add_subcommand("io", "Sensors, board and actuators of io.toml");
   io->require_subcommand();
   struct Options {
-    std::string io;
+    std::string io, sensitivity;
     double seconds = 2, excite = 0;
   };
   auto o = std::make_shared<Options>();
@@ -60,12 +85,22 @@ void add_io(CommandLine& app, Session& session) {
       "computation,\n"
       "hold-off, amplifier lag), with the actuator's gain and direction. The trip limits of io.toml act; begin with a "
       "small force.\n"
-      "Exit code 1 when a channel is not fit for control, with the reasons.\n\n"
-      "Example: whirl io test --io io.toml --excite-N 0.2",
+      "Exit code 1 when a channel is not fit for control, with the reasons.\n"
+      "With --sensitivity: the loop runs with that controller on the shaft at rest, --excite-N of all frequencies is "
+      "added for\n"
+      "--seconds (12 or more), and the sensitivity S is measured, with its zone of ISO 14839-3 and the margins; "
+      "compare "
+      "`whirl\n"
+      "margins`. Exit code 1 in zone D or when the loop trips.\n\n"
+      "Example: whirl io test --io io.toml --excite-N 0.2\n"
+      "         whirl io test --io io.toml --sensitivity controller.json --excite-N 0.5 --seconds 40",
       [o, &session] {
         require_range("--seconds", o->seconds, 0.5, 600, "s");
         require_range("--excite-N", o->excite, 0, 1e4, "N");
         const hardware::IoSettings settings = hardware::read_io(o->io);
+        if (!o->sensitivity.empty()) {
+          return measure_sensitivity(session, settings, o->sensitivity, o->seconds, o->excite);
+        }
         const hardware::LoopSurvey s = hardware::survey(settings, o->seconds, o->excite);
         session.say(report::to_text(channel_table(settings, s)));
         session.say(fmt::format(
@@ -90,6 +125,8 @@ void add_io(CommandLine& app, Session& session) {
         session.finish(s.summary);
       });
   sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
+  sub->add_option("--sensitivity", o->sensitivity, "controller.json: measure the sensitivity of the loop it closes")
+      ->input();
   sub->add_option("--seconds", o->seconds, "length of each part")->show_default();
   sub->add_option("--excite-N", o->excite, "force of the excitation; 0: none")->show_default();
 }
