@@ -77,16 +77,14 @@ void read_faults(const std::filesystem::path& path, ServeOptions& options) {
                                                            {"command_delay", rig::RigFault::extra_delay},
                                                            {"actuator_loss", rig::RigFault::actuator_loss},
                                                            {"encoder_stuck", rig::RigFault::encoder_stuck}};
-  const std::pair<const char*, LineFault> wires[] = {{"lost_bytes", LineFault::lost_bytes},
-                                                     {"error_code", LineFault::error_code},
-                                                     {"dropout", LineFault::dropout},
-                                                     {"delay", LineFault::delay},
-                                                     {"board_silent", LineFault::board_silent}};
+  const std::pair<const char*, LineFault> wires[] = {
+      {"lost_bytes", LineFault::lost_bytes}, {"error_code", LineFault::error_code},     {"dropout", LineFault::dropout},
+      {"delay", LineFault::delay},           {"board_silent", LineFault::board_silent}, {"gap", LineFault::gap}};
   for (std::size_t i = 0; i < s.count("fault"); ++i) {
     const auto key = [&](const char* name) { return fmt::format("fault[{}].{}", i, name); };
     const std::string kind = s.text(key("kind"), "",
                                     {"stuck", "command_delay", "actuator_loss", "encoder_stuck", "lost_bytes",
-                                     "error_code", "dropout", "delay", "board_silent"});
+                                     "error_code", "dropout", "delay", "board_silent", "gap"});
     const double start = s.require_number(key("start"), Quantity::time, kBefore);
     const double end = s.number(key("end"), Quantity::time, 1e9, start);
     const std::string where = s.text(key("axis"), "both", {"both", "x", "y"});
@@ -237,7 +235,7 @@ void RigServer::measure(int sub) {
   }
   for (int i = 0; i < 2; ++i) {
     Axis& a = axes_[static_cast<std::size_t>(i)];
-    if (active(LineFault::dropout, i)) continue;
+    if (active(LineFault::dropout, i) || active(LineFault::gap, i)) continue;
     const ScriptedLineFault* late = active(LineFault::delay, i);
     const long ticks = late ? std::lround(late->delay * options_.rig.timing.rate) : 0;
     a.queue.push_back({static_cast<long>(board_tick_) + ticks, raw(i == 0 ? m.x : m.y, m.valid, i), number});
@@ -245,7 +243,7 @@ void RigServer::measure(int sub) {
 }
 
 void RigServer::send_reading() {
-  if (peer_.empty() || active(LineFault::board_silent, 0)) return;
+  if (peer_.empty() || active(LineFault::board_silent, 0) || active(LineFault::gap, 0)) return;
   const Measurement m = machine().read();
   rt::BoardReading r;
   r.tick = board_tick_;
@@ -269,7 +267,8 @@ void RigServer::tick() {
   const double period = 1 / options_.rig.timing.rate;
   // The reading that says that the run is over is waited for too: it ends the other side's record.
   if (locked_ && !lockstep_lost_ && after_end_ <= 1) {
-    wait_for_command();
+    // Nobody was told of a tick in a gap.
+    if (!active(LineFault::gap, 0)) wait_for_command();
     next_ = rt::WallTime{}.now();
   } else {
     next_ += std::llround(1e9 * period);

@@ -151,7 +151,7 @@ TEST_F(HardwareRigRealtime, AHundredQuickStopsAreNoDeadEncoderAndADeadEncoderIsF
         tick(rig, 12, 12);
         if (fault == Fault::none && rig.fault() != Fault::none) fault = rig.fault(), at = k;
       }
-      EXPECT_EQ(fault, dead ? Fault::stale_sensor : Fault::none)
+      EXPECT_EQ(fault, dead ? kEncoderStuck : Fault::none)
           << rpm_per_s << " rpm/s from " << start << " rad/s, at " << at << ": " << to_string(fault);
       if (dead) {
         EXPECT_LE(at, 450 + 45) << "within 45 ms";
@@ -199,7 +199,7 @@ TEST_F(HardwareRigRealtime, AnExpiredBoardAndAStandingAngleTripTheArmedLoop) {
   board.reading.omega = 100;
   int ticks = 0;
   for (; ticks < 1000 && rig.fault() == Fault::none; ++ticks) tick(rig, 12, 12);
-  EXPECT_EQ(rig.fault(), Fault::stale_sensor);
+  EXPECT_EQ(rig.fault(), kEncoderStuck);
   EXPECT_NEAR(ticks, 26, 1);
   board.reading.beta += 0.1;
   tick(rig, 12, 12);

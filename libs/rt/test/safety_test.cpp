@@ -114,7 +114,7 @@ TEST(SafetyGateRealtime, AControllerThatRefusesTripsUnlessSomethingElseWasFirst)
 }
 
 TEST(SafetyGateRealtime, OnlyReasonsThatLeaveTheForceTrueMayFade) {
-  for (const Fault f : {Fault::stale_sensor, Fault::overrun, Fault::watchdog, Fault::requested, kGap})
+  for (const Fault f : {Fault::stale_sensor, Fault::overrun, Fault::watchdog, Fault::requested, kGap, kEncoderStuck})
     EXPECT_TRUE(may_release(f)) << to_string(f);
   for (const Fault f : {Fault::none, Fault::not_finite, Fault::displacement_limit, kImplausible})
     EXPECT_FALSE(may_release(f)) << to_string(f);

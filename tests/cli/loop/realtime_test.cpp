@@ -75,7 +75,7 @@ TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
       {"dropout", "kind = \"dropout\"\nstart_s = 1", "stale_sensor"},
       {"delay", "kind = \"delay\"\ndelay_ms = 30\nstart_s = 1", "stale_sensor"},
       {"stuck", "kind = \"stuck\"\naxis = \"y\"\nstart_s = 1", "stale_sensor"},
-      {"encoder", "kind = \"encoder_stuck\"\nstart_s = 1", "stale_sensor"},
+      {"encoder", "kind = \"encoder_stuck\"\nstart_s = 1", "encoder_stuck"},
       {"board", "kind = \"board_silent\"\nstart_s = 1", "watchdog"},
   };
   for (const FaultCase& c : cases) {

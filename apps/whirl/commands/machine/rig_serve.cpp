@@ -29,7 +29,7 @@ void add_rig_serve(CommandLine& rig, Session& session) {
       "tables\n"
       "[[fault]] kind, start_s, end_s, axis; kinds lost_bytes (every), error_code (code), dropout, delay (delay_ms), "
       "stuck,\n"
-      "board_silent, command_delay (delay_ms), actuator_loss, encoder_stuck.\n"
+      "board_silent, gap (no tick arrives), command_delay (delay_ms), actuator_loss, encoder_stuck.\n"
       "Output at the end: peaks and suppression of the true disk centre, as `whirl run` without --io.\n\n"
       "Example: whirl rig serve --added-mass-g 5 --io io.toml & sleep 1; whirl run controller.json --io io.toml",
       [o, &session] {

@@ -330,7 +330,7 @@ Fault HardwareRig::fault() const noexcept {
   if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   if (implausible_) return kImplausible;
-  return encoder_dead() ? Fault::stale_sensor : Fault::none;
+  return encoder_dead() ? kEncoderStuck : Fault::none;
 }
 
 }  // namespace whirl::rt

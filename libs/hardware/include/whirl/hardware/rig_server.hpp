@@ -17,7 +17,7 @@
 namespace whirl::hardware {
 
 /// Faults of the wires, beside those of the machine (RigFault).
-enum class LineFault : std::uint8_t { lost_bytes, error_code, dropout, delay, board_silent };
+enum class LineFault : std::uint8_t { lost_bytes, error_code, dropout, delay, board_silent, gap };
 
 struct ScriptedLineFault {
   LineFault kind = LineFault::lost_bytes;

@@ -7,5 +7,6 @@ namespace whirl::rt {
 inline constexpr Fault kGap{7};              ///< too many ticks left out at once
 inline constexpr Fault kImplausible{8};      ///< tick, angle or speed of the board cannot be
 inline constexpr Fault kBoardRestarted{10};  ///< the board's session number changed while armed
+inline constexpr Fault kEncoderStuck{11};    ///< the angle stands while the rotor turns
 
 }  // namespace whirl::rt

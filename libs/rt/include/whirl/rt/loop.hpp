@@ -46,7 +46,8 @@ struct LoopOptions {
 
 /// After which faults the force may fade. Not when the force itself may be what is wrong.
 constexpr bool may_release(Fault f) noexcept {
-  return f == Fault::stale_sensor || f == Fault::overrun || f == Fault::watchdog || f == Fault::requested || f == kGap;
+  return f == Fault::stale_sensor || f == Fault::overrun || f == Fault::watchdog || f == Fault::requested ||
+         f == kGap || f == kEncoderStuck;
 }
 
 /// What the sensors would have shown a share `part` (0 to 1) of the way from one valid sample to the next: angle and
