@@ -111,7 +111,11 @@ TEST_F(MonitorOpenE2e, ADroppedRecordIsPlayedInPlaceOfTheOneShown) {
 TEST_F(MonitorOpenE2e, WhatCannotBeOpenedIsRefusedWithItsReason) {
   folder.write("broken.csv", "t_s,x_mm,beta_rad\n0,1,0\n0.001,abc,1\n");
   folder.write("still.csv", "t_s,x_mm\n0,1\n0.001,2\n0.002,1\n");
+  const std::filesystem::path temporary = folder / "temporary";
+  std::filesystem::create_directory(temporary);
+  setenv("TMPDIR", temporary.c_str(), 1);
   LiveProgram live(folder, "monitor first.csv --port 0 --speed 0.1");
+  unsetenv("TMPDIR");
   Browser browser(folder / "");
   browser.open(live.url());
   ASSERT_TRUE(says(browser, "stream", "first.csv"));
@@ -119,10 +123,11 @@ TEST_F(MonitorOpenE2e, WhatCannotBeOpenedIsRefusedWithItsReason) {
   ASSERT_TRUE(says(browser, "open-state", "broken.csv:3")) << browser.text("open-state");
   EXPECT_TRUE(says(browser, "log", "refused: broken.csv:3"));
   drop(browser, "still.csv", "#open-compared");
-  ASSERT_TRUE(says(browser, "open-state", "still.csv")) << browser.text("open-state");
-  EXPECT_THAT(browser.text("open-state"), HasSubstr("beta"));
+  ASSERT_TRUE(says(browser, "open-state", "beta")) << browser.text("open-state");
+  EXPECT_THAT(browser.text("open-state"), HasSubstr("still.csv"));
   EXPECT_THAT(browser.text("stream"), HasSubstr("first.csv"));
-  // Nothing stays in the folder for temporary files; without the token nothing is taken.
+  EXPECT_TRUE(std::filesystem::is_empty(temporary));
+  // Without the token nothing is taken.
   const std::string post =
       "fetch('/open/played', {method: 'POST', headers: {'X-Whirl-Token': '0', 'X-Whirl-Name': "
       "'a.csv'}, body: 't_s,x_mm\\n0,1\\n1,2\\n'}).then((a) => a.text())";
