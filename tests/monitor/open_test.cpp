@@ -59,8 +59,10 @@ TEST_F(MonitorOpenE2e, ASecondRecordIsAlignedAndCompared) {
       "(() => { const s = document.getElementById('play-speed'); s.value = '5'; s.dispatchEvent(new "
       "Event('change')); })()");
   ASSERT_TRUE(says(browser, "state", "ended")) << browser.text("state");
-  ASSERT_TRUE(says(browser, "runs-state", "peak apart, at")) << browser.text("runs-state");
-  const std::string by_speed = browser.text("runs-state");
+  // 8 g against 5 g at one angle: the vectors differ, most near the critical speed.
+  EXPECT_TRUE(browser.wait(
+      "/peak apart, at ([6-9][0-9][0-9]|1[01][0-9][0-9]) rpm/.test(document.getElementById('runs-state').textContent)"))
+      << browser.text("runs-state");
   browser.evaluate("document.getElementById('runs').scrollIntoView()");
   browser.screenshot(kPictures / "two-runs-speed.png");
 
@@ -73,10 +75,6 @@ TEST_F(MonitorOpenE2e, ASecondRecordIsAlignedAndCompared) {
   ASSERT_NE(at, std::string::npos) << state;
   EXPECT_NEAR(std::stod(state.substr(at + moved.size())), kLater, 0.03) << state;
   browser.screenshot(kPictures / "two-runs-time.png");
-  // 8 g against 5 g at one angle: the vectors differ, most near the critical speed.
-  std::size_t near = by_speed.find(", at ");
-  ASSERT_NE(near, std::string::npos) << by_speed;
-  EXPECT_NEAR(std::stod(by_speed.substr(near + 5)), 900, 300) << by_speed;
   EXPECT_THAT(browser.complaints(), IsEmpty());
 }
 
@@ -99,7 +97,7 @@ TEST_F(MonitorOpenE2e, ADroppedRecordIsPlayedInPlaceOfTheOneShown) {
   EXPECT_TRUE(says(browser, "log", "record stopped: another recording was opened"));
   EXPECT_TRUE(says(browser, "channels", "lateral"));
   ASSERT_TRUE(browser.wait("parseFloat(document.getElementById('clock').textContent) > 1")) << browser.text("clock");
-  EXPECT_THAT(browser.text("state"), HasSubstr("live"));
+  EXPECT_TRUE(says(browser, "state", "live")) << browser.text("state");
   // And the way back, by the list of files.
   drop(browser, "first.csv", "#open-played");
   ASSERT_TRUE(says(browser, "stream", "first.csv"));
