@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/diagnosis/balancing.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/testing/damages.hpp"
 #include "whirl/testing/machines.hpp"
@@ -38,6 +39,8 @@ struct Truth {
 
 struct Row {
   int ok = 0, warning = 0, unusable = 0, refused = 0, wrong = 0, beyond5 = 0, covered = 0, intervals = 0;
+  int prescribed = 0, mass_held = 0,
+      angle_held = 0;            // results of whirl balance, and where their interval holds the truth
   int named = 0, ambiguous = 0;  // the odd term is taken up or stands in a reading; some reading is stated
   std::map<std::string, std::vector<double>> errors, stated;  // %
   std::map<std::string, int> terms;                           // added, or named in a warning
@@ -82,6 +85,18 @@ struct Row {
       covered += sds < 1.96;
       ++intervals;
     }
+    const diagnosis::BalancingAdvice advice =
+        diagnosis::balancing_advice(*model.rotor, 1, 0.1, 200, 6.3, model.rotor_covariance);
+    if (advice.mass_interval) {
+      ++prescribed;
+      double angle = 0;
+      for (const Truth& t : truths) {
+        if (std::string(t.name) == "e") mass_held += advice.mass_interval->covers(t.value / 0.1);
+        if (std::string(t.name) == "e_phase") angle = t.value + std::numbers::pi;
+      }
+      const double off = std::remainder(angle - advice.correction_angle, 2 * std::numbers::pi);
+      angle_held += advice.angle_interval->covers(advice.correction_angle + off);
+    }
     if (s == Status::ok && is_wrong) {
       ++wrong;
       missed += fmt::format("    seed {}:{}; {}\n", seed, how, said);
@@ -101,10 +116,12 @@ struct Row {
     std::printf(
         "%-21s ok %3d warn %3d unus %3d err %2d | wrong %3d >5sd %3d named %3d ambiguous %3d | 95%%: k1 %7.3f k2 %7.2f "
         "c "
-        "%7.2f e %7.2f %% ph %6.2f deg | sd: k1 %.3f k2 %.2f c %.2f e %.2f | chi2 %7.2f cover %.2f %5.0f ms |",
+        "%7.2f e %7.2f %% ph %6.2f deg | sd: k1 %.3f k2 %.2f c %.2f e %.2f | chi2 %7.2f cover %.2f balance mass %d "
+        "angle %d of %d %5.0f ms |",
         name, ok, warning, unusable, refused, wrong, beyond5, named, ambiguous, at("k1", 0.95), at("k2", 0.95),
         at("c", 0.95), at("e", 0.95), at("e_phase", 0.95) * 1.8 / std::numbers::pi, sd("k1"), sd("k2"), sd("c"),
-        sd("e"), quantile(chi, 0.5), intervals ? static_cast<double>(covered) / intervals : NAN, quantile(time, 0.5));
+        sd("e"), quantile(chi, 0.5), intervals ? static_cast<double>(covered) / intervals : NAN, mass_held, angle_held,
+        prescribed, quantile(time, 0.5));
     for (const auto& [term, times] : terms) std::printf(" %s x%d", term.c_str(), times);
     std::printf("\n");
     if (!message.empty()) std::printf("    %s\n", message.c_str());

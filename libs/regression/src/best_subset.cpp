@@ -9,8 +9,9 @@
 namespace whirl::regression::detail {
 namespace {
 
-/// Columns in the order of `order`; r is the upper factor of [g c; c' 1] in that order, so the residual of the first j
-/// columns is the squared tail of the last column. The first `fixed` columns belong to every model below the node.
+/// Columns in the order of `order`, of which the first `fixed` belong to every model below the node. r is the block
+/// behind them of the upper factor of [g c; c' 1] in that order, so the residual of the first j columns is the squared
+/// tail of its last column from row j - fixed on.
 struct Node {
   std::vector<int> order;
   Eigen::MatrixXd r;
@@ -19,8 +20,9 @@ struct Node {
 
 class Search {
  public:
-  Search(const Scaled& s, std::size_t terms, std::size_t max_terms)
+  Search(const Scaled& s, std::size_t terms, std::size_t max_terms, bool winners_only)
       : s_(s),
+        winners_only_(winners_only),
         bounded_(std::any_of(s.sign.begin(), s.sign.end(), [](int sign) { return sign != 0; })),
         max_(max_terms),
         rss_(terms + 1, std::numeric_limits<double>::infinity()),
@@ -34,24 +36,28 @@ class Search {
       if (rss >= rss_[size]) return;
     }
     rss_[size] = rss;
+    if (const double value = bic(s_, rss, static_cast<int>(size)); value < lowest_bic_) {
+      lowest_bic_ = value;
+      winner_ = size;
+    }
     best_[size].assign(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(size));
   }
 
   void visit(const Node& node) {
     const std::size_t n = node.order.size();
-    const Eigen::Index last = static_cast<Eigen::Index>(n);
+    const Eigen::Index last = node.r.cols() - 1;
     double tail = node.r(last, last) * node.r(last, last);
     const double bound = bounded_ ? residual(node.order, n) : tail;
     for (std::size_t size = n;; --size) {
       offer(size, tail, node.order);
       if (size <= node.fixed) break;
-      const Eigen::Index i = static_cast<Eigen::Index>(size) - 1;
+      const Eigen::Index i = static_cast<Eigen::Index>(size - node.fixed) - 1;
       tail += node.r(i, last) * node.r(i, last);
     }
     // Dropping column p leaves models of p + 1 .. n - 1 terms that contain the p columns before it; none of them has a
     // residual below this node's.
     for (std::size_t p = node.fixed; p + 1 < n && p < max_; ++p) {
-      if (bound >= rss_[p + 1]) break;
+      if (bound >= rss_[p + 1] || cannot_win(p + 1, bound)) break;
       visit(drop(node, p));
     }
   }
@@ -63,18 +69,20 @@ class Search {
   double residual(const std::vector<int>& order, std::size_t size) const {
     return s_.rss(least_squares(s_, {order.begin(), order.begin() + static_cast<std::ptrdiff_t>(size)})) + 1e-14;
   }
+  /// No model of `size` terms or more with a residual of at least `bound` has the lowest criterion.
+  bool cannot_win(std::size_t size, double bound) const {
+    return winners_only_ && size > winner_ && bic(s_, bound, static_cast<int>(size)) > lowest_bic_;
+  }
   static Node drop(const Node& node, std::size_t p) {
     Node child;
     child.fixed = p;
     child.order = node.order;
     child.order.erase(child.order.begin() + static_cast<std::ptrdiff_t>(p));
-    const Eigen::Index n = node.r.cols(), k = static_cast<Eigen::Index>(p);
-    Eigen::MatrixXd r(n, n - 1);
-    r.leftCols(k) = node.r.leftCols(k);
-    r.rightCols(n - 1 - k) = node.r.rightCols(n - 1 - k);
-    for (Eigen::Index i = k; i < n - 1; ++i) {  // rows i, i+1 rotate the subdiagonal away
+    const Eigen::Index first = static_cast<Eigen::Index>(p - node.fixed), n = node.r.cols() - first;
+    Eigen::MatrixXd r = node.r.block(first, first + 1, n, n - 1);
+    for (Eigen::Index i = 0; i < n - 1; ++i) {  // rows i, i+1 rotate the subdiagonal away
       const double a = r(i, i), b = r(i + 1, i);
-      const double h = std::hypot(a, b);
+      const double h = std::sqrt(a * a + b * b);
       if (h == 0) continue;
       const double cos = a / h, sin = b / h;
       for (Eigen::Index j = i; j < n - 1; ++j) {
@@ -88,6 +96,9 @@ class Search {
   }
 
   const Scaled& s_;
+  bool winners_only_;
+  std::size_t winner_ = 0;  // size of the model with the lowest criterion so far
+  double lowest_bic_ = std::numeric_limits<double>::infinity();
   bool bounded_;
   std::size_t max_;
   std::vector<double> rss_;
@@ -96,7 +107,7 @@ class Search {
 
 }  // namespace
 
-Path best_subset(const Scaled& s, int max_terms) {
+Path best_subset(const Scaled& s, int max_terms, bool winners_only) {
   Path path;
   Node root;
   root.order = s.keep;
@@ -116,9 +127,11 @@ Path best_subset(const Scaled& s, int max_terms) {
   augmented(m, m) += 1e-14;
   const Eigen::LLT<Eigen::MatrixXd> factor(augmented);
   if (factor.info() != Eigen::Success) return frols(s, max_terms);
-  root.r = factor.matrixU();
+  const Eigen::MatrixXd upper = factor.matrixU();
+  const Eigen::Index behind = m + 1 - static_cast<Eigen::Index>(root.fixed);
+  root.r = upper.bottomRightCorner(behind, behind);
   const std::size_t limit = max_terms > 0 ? std::min(n, static_cast<std::size_t>(max_terms)) : n;
-  Search search(s, n, limit);
+  Search search(s, n, limit, winners_only);
   // Good models to start with cut the tree from the beginning.
   const Path forward = frols(s, static_cast<int>(limit));
   for (const Eigen::VectorXd& w : forward.w) {

@@ -156,6 +156,11 @@ struct Method {
 };
 
 /// The catalogue: a new method is its source, a declaration in scaled.hpp and one line here.
+/// A largest size says that larger models are not wanted for themselves: those that cannot win are not sought.
+bool winners_alone(const SolveOptions& o) {
+  return o.max_terms > 0 && (o.selection == Selection::automatic || o.selection == Selection::bic);
+}
+
 const std::vector<Method>& methods() {
   using Options = SolveOptions;
   static const std::vector<Method> all = {
@@ -170,7 +175,8 @@ const std::vector<Method>& methods() {
       {"sr3_l1", [](const Scaled& s, const Options& o) { return sr3(s, o, true); }},
       {"ssr", nullptr, [](const Scaled& s, const Options&) { return ssr(s); }},
       {"frols", nullptr, [](const Scaled& s, const Options& o) { return frols(s, o.max_terms); }},
-      {"best_subset", nullptr, [](const Scaled& s, const Options& o) { return best_subset(s, o.max_terms); }},
+      {"best_subset", nullptr,
+       [](const Scaled& s, const Options& o) { return best_subset(s, o.max_terms, winners_alone(o)); }},
       {"backward", backward},
       {"ensemble"}};
   return all;

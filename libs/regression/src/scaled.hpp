@@ -55,7 +55,9 @@ Eigen::VectorXd sr3(const Scaled& s, const SolveOptions& o, bool l1);
 Eigen::VectorXd backward(const Scaled& s, const SolveOptions& o);
 Path ssr(const Scaled& s);
 Path frols(const Scaled& s, int max_terms);
-Path best_subset(const Scaled& s, int max_terms);
+/// Smallest residual of every size. `winners_only`: models larger than the one with the lowest bic are sought only
+/// where they could have it, far faster with many candidates; that one and all smaller ones stay exact.
+Path best_subset(const Scaled& s, int max_terms, bool winners_only);
 /// Order in which backward elimination by residual drops the candidates, last dropped (most needed) first.
 std::vector<int> importance_order(const Scaled& s);
 

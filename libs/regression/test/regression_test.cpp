@@ -189,6 +189,27 @@ TEST(BestSubsetReference, AgreesWithEnumerationOfAllSupports) {
   }
 }
 
+// With a largest size, sizes that cannot win are left out, and only those.
+TEST(BestSubsetProperty, WinnersAloneAreTheWinnersOfTheWholeSearch) {
+  for (std::uint64_t seed = 40; seed < 52; ++seed) {
+    const double noise = seed % 3 == 0 ? 0.1 : seed % 3 == 1 ? 2 : 20;
+    const Data d = sample_data(120, 14, noise, seed);
+    const Problem p = make_problem(d.theta, d.y);
+    const SparseFit whole = solve(p, {.method = "best_subset"});
+    const SparseFit winners = solve(p, {.method = "best_subset", .max_terms = 12});
+    EXPECT_EQ(winners.support, whole.support) << seed;
+    for (const PathPoint& point : winners.path) {
+      const auto same = std::find_if(whole.path.begin(), whole.path.end(),
+                                     [&](const PathPoint& o) { return o.terms == point.terms; });
+      ASSERT_NE(same, whole.path.end());
+      EXPECT_GE(point.rss, same->rss * (1 - 1e-9));
+      if (point.terms <= static_cast<int>(whole.support.size())) {
+        EXPECT_NEAR(point.rss / same->rss, 1, 1e-9) << seed << " " << point.terms;
+      }
+    }
+  }
+}
+
 TEST(SubsetProperty, ForwardPathReducesTheResidualAndStepwiseEndsWithOneTerm) {
   const Data d = sample_data(300, 9, 3.0, 11);
   const Problem p = make_problem(d.theta, d.y);

@@ -5,23 +5,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "evidence/verdict.hpp"
+
 namespace whirl::identification::detail {
 namespace {
 
 bool is(const std::string& term, RotorTermKind kind) { return term == name_of(kind).label; }
 
-/// Share of rotors that have the term. Seals and journal bearings, springs beyond the cubic and warming are common.
-double chance_of(const std::string& term) {
-  const bool common = is(term, RotorTermKind::cross_coupled) || is(term, RotorTermKind::quintic_stiffness) ||
-                      is(term, RotorTermKind::stiffness_drift);
-  return common ? 0.3 : 0.1;
+/// Forward whirl through one critical speed hardly tells cross-coupled stiffness from damping, one passage not a
+/// stiffness that was another at the start, and a small motion not where the series of the spring ends: these take part
+/// whatever the evidence.
+bool always_possible(const std::string& term) {
+  return is(term, RotorTermKind::cross_coupled) || is(term, RotorTermKind::quintic_stiffness) ||
+         is(term, RotorTermKind::stiffness_drift);
 }
 
-/// Forward whirl through one critical speed hardly tells cross-coupled stiffness from damping, and a small motion not
-/// where the series of the spring ends: these take part whatever the evidence.
-bool always_possible(const std::string& term) {
-  return is(term, RotorTermKind::cross_coupled) || is(term, RotorTermKind::quintic_stiffness);
-}
+/// Share of rotors that have the term. Seals and journal bearings, springs beyond the cubic and warming are common.
+double chance_of(const std::string& term) { return always_possible(term) ? 0.4 : 0.1; }
 
 /// Sizes of the motion that the priors refer to.
 struct Motion {
@@ -76,7 +76,7 @@ double usual_size(const std::string& term, const RotorModel& rotor, const Motion
 /// One model with one more term.
 struct Omitted {
   const ScoreCandidate* candidate;
-  double odds;                    ///< against the model as it is
+  double chance;                  ///< a posteriori
   double mean_square, shift, sd;  ///< of the coefficient, a posteriori
 };
 
@@ -87,12 +87,34 @@ void widen(Estimate& e, double variance) {
 
 }  // namespace
 
+void judge_sizes(const RotorIdentification& result, Summary& summary) {
+  constexpr double kMost = 6;
+  const Motion motion = motion_of(result.fit);
+  for (const RotorTerm& t : result.fit.terms) {
+    const RotorTermName& name = name_of(t.kind);
+    RotorModel middle = result.fit.model;  // k1 and c hold at the start of a drift
+    for (const RotorTerm& d : result.fit.terms) {
+      if (d.kind == RotorTermKind::stiffness_drift) middle.k1 += 0.5 * motion.seconds * d.value;
+      if (d.kind == RotorTermKind::damping_drift) middle.c += 0.5 * motion.seconds * d.value;
+      if (d.kind == RotorTermKind::stiffness_with_speed) middle.k1 += 0.5 * motion.top_speed * d.value;
+      if (d.kind == RotorTermKind::damping_with_speed) middle.c += 0.5 * motion.top_speed * d.value;
+    }
+    const double usual = std::abs(usual_size(std::string(name.label), middle, motion));
+    if (!(usual > 0) || std::abs(t.value) <= kMost * usual) continue;
+    summary.warn(fmt::format(
+        "{} ({} = {:.3g}{}{}) is {:.2g} times what rotors with such a term have: it stands for "
+        "something that the model lacks, and takes other parameters with it",
+        name.label, name.parameter, t.value, name.unit.empty() ? "" : " ", name.unit, std::abs(t.value) / usual));
+    set_trust("Do not trust this model beyond these records: a term of a size that rotors do not have drives it.",
+              summary);
+  }
+}
+
 void widen_for_omitted(const GrownRotor& grown, double scale, RotorIdentification& result) {
   IdentifiedModel& model = result.model;
   const RotorModel& rotor = *model.rotor;
   const Motion motion = motion_of(result.fit);
   std::vector<Omitted> omitted;
-  double odds = 1;
   for (const ScoreCandidate& c : grown.test.candidates) {
     const double usual = usual_size(c.term, rotor, motion);
     if (!(usual > 0) || !(c.sd > 0) || c.moves.size() == 0) continue;
@@ -101,13 +123,15 @@ void widen_for_omitted(const GrownRotor& grown, double scale, RotorIdentificatio
     const double evidence = std::sqrt(1 - shrink) * std::exp(std::min(0.5 * t2 * shrink, 50.0));
     const double mean = shrink * c.value, sd = std::sqrt(shrink * variance);
     if (result.added.empty() && evidence < 0.7 && !always_possible(c.term)) continue;
-    omitted.push_back({&c, chance_of(c.term) * evidence, mean * mean + sd * sd, mean, sd});
-    odds += omitted.back().odds;
+    const double odds = chance_of(c.term) / (1 - chance_of(c.term)) * evidence;
+    // As likely as not: evidence of less than two deviations is none.
+    const double least = always_possible(c.term) ? 0.5 : 0.0;
+    omitted.push_back({&c, std::max(least, odds / (1 + odds)), mean * mean + sd * sd, mean, sd});
   }
   const auto size = static_cast<Eigen::Index>(3 + 2 * result.fit.records.size());
   Eigen::MatrixXd more = Eigen::MatrixXd::Zero(size, size);
   for (const Omitted& o : omitted)
-    more += o.odds / odds * o.mean_square * o.candidate->moves * o.candidate->moves.transpose();
+    more += o.chance * o.mean_square * o.candidate->moves * o.candidate->moves.transpose();
 
   for (auto& [name, e] : model.parameters) {
     if (name == "k1") widen(e, more(0, 0));

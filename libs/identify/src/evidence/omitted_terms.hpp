@@ -11,4 +11,8 @@ namespace whirl::identification::detail {
 /// damping) costs as much as it may hide. `scale`: of the covariances.
 void widen_for_omitted(const GrownRotor& grown, double scale, RotorIdentification& result);
 
+/// A term taken up whose coefficient is more than six times what rotors with that term have (the priors of
+/// widen_for_omitted) stands for something else: a warning, and no trust.
+void judge_sizes(const RotorIdentification& result, Summary& summary);
+
 }  // namespace whirl::identification::detail

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "evidence/omitted_terms.hpp"
 #include "evidence/verdict.hpp"
 
 namespace whirl::identification::detail {
@@ -133,6 +134,7 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                   "separate.",
                   cover.low, cover.high, 1e3 * cover.peak),
       summary);
+  judge_sizes(result, summary);
   judge_remaining(summary);
 }
 

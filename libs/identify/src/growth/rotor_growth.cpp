@@ -60,6 +60,20 @@ struct Growth {
   KnownForces forces = {};       ///< of the bow
 };
 
+/// Values that a fit may start from.
+struct Start {
+  RotorModel model;
+  std::vector<RotorTerm> terms;
+  std::vector<Complex> eps;
+  double delay = 0;
+};
+
+Start start_of(const OutputErrorFit& fit) {
+  Start s{fit.model, fit.terms, {}, fit.delay};
+  for (const OutputErrorRecord& r : fit.records) s.eps.push_back(r.eps);
+  return s;
+}
+
 /// The candidate forces; scales of their own are those of this motion.
 std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency) {
   double peak = 0;
@@ -226,19 +240,37 @@ class Grower {
 
  private:
   bool usable() const { return fit_.summary.status != Status::unusable; }
-  OutputErrorFit fit(const Growth& g) const {
-    OutputErrorFit found = fit_with_forces(records_, g.start, g.active, eps_, g.delay, g.forces);
+  OutputErrorFit fit(const Growth& g) const { return fit(g, eps_); }
+  OutputErrorFit fit(const Growth& g, const std::vector<Complex>& start_eps) const {
+    OutputErrorFit found = fit_with_forces(records_, g.start, g.active, start_eps, g.delay, g.forces);
     // The force of a bow follows from what is found: c and the bow change it by little.
     for (int pass = 0; g.bow && pass < 2 && found.summary.status != Status::unusable; ++pass) {
       OutputErrorOptions active = g.active;
       active.decays = found.decays;
       active.terms = found.terms;
       active.sensor = found.sensor;
-      std::vector<Complex> eps;
-      for (const OutputErrorRecord& r : found.records) eps.push_back(r.eps);
+      const std::vector<Complex> eps = start_of(found).eps;
       found = fit_with_forces(records_, found.model, active, eps, found.delay, bow_forces(found));
     }
     return found;
+  }
+  /// The better of two fits, from where the growing model stands and from `before`: without a large term the other
+  /// values are far from their place.
+  OutputErrorFit fit_from_either(const Growth& g, const Start& before) const {
+    OutputErrorFit here = fit(g);
+    Growth then = g;
+    then.start = before.model;
+    then.start.modes = g.start.modes;
+    then.delay = g.active.delay ? before.delay : g.delay;
+    for (RotorTerm& t : then.active.terms) {
+      const auto at =
+          std::find_if(before.terms.begin(), before.terms.end(), [&](const RotorTerm& b) { return b.kind == t.kind; });
+      if (at != before.terms.end()) t.value = at->value;
+    }
+    OutputErrorFit there = fit(then, before.eps);
+    const auto usable = [](const OutputErrorFit& f) { return f.summary.status != Status::unusable; };
+    if (!usable(there)) return here;
+    return usable(here) && here.summary.chi_square <= there.summary.chi_square ? here : there;
   }
   /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
@@ -280,8 +312,16 @@ class Grower {
   double values_ = 0;  // real readings
   OutputErrorFit fit_;
   GrownRotor grown_;
-  std::vector<std::pair<std::string, std::string>> taken_;  // term and its label
-  std::vector<std::pair<std::string, std::string>> near_;   // term taken, term that did nearly as well
+  struct Taken {
+    std::string term, label;
+    Start before;  // the fit without it
+  };
+  struct Near {
+    std::string taken, other;  // term taken, term that did nearly as well
+    Start with;                // the fit with that one
+  };
+  std::vector<Taken> taken_;
+  std::vector<Near> near_;
   std::vector<std::string> refused_;
 };
 
@@ -293,13 +333,18 @@ bool Grower::step() {
   std::optional<OutputErrorFit> best;
   Growth with;
   std::string chosen;
-  std::vector<std::pair<std::string, double>> tried;  // term, chi-square
+  struct Tried {
+    std::string term;
+    double chi_square;
+    Start found;
+  };
+  std::vector<Tried> tried;
   for (const std::string& term : terms) {
     const Growth trial = with_term(growth_, term, options_);
     if (trial.active.terms.size() > kMostTerms) continue;
     OutputErrorFit trial_fit = fit(trial);
     if (trial_fit.summary.status == Status::unusable) continue;
-    tried.emplace_back(term, trial_fit.summary.chi_square);
+    tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});
     if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;
     best = std::move(trial_fit);
     with = trial;
@@ -307,12 +352,12 @@ bool Grower::step() {
   }
   // The trajectory must confirm the weak equations.
   if (best && gain(fit_, *best) >= threshold_of(chosen, options_.score_threshold)) {
-    for (const auto& [term, chi_square] : tried) {
-      if (term != chosen && values_ * (chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
-        near_.emplace_back(chosen, term);
+    for (Tried& t : tried) {
+      if (t.term != chosen && values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
+        near_.push_back({chosen, t.term, std::move(t.found)});
     }
-    taken_.emplace_back(chosen, label(chosen, growth_));
-    grown_.added.push_back(taken_.back().second);
+    taken_.push_back({chosen, label(chosen, growth_), start_of(fit_)});
+    grown_.added.push_back(taken_.back().label);
     fit_ = std::move(*best);
     growth_ = std::move(with);
     if (growth_.start.modes.size() >= kMostSearched)
@@ -333,9 +378,10 @@ void Grower::try_bow() {
   const Growth bowed = with_term(growth_, kBow, options_);
   OutputErrorFit trial = fit(bowed);
   if (trial.summary.status == Status::unusable || gain(fit_, trial) < kTie) return;
+  const Start before = start_of(fit_);
   fit_ = std::move(trial);
   growth_ = bowed;
-  taken_.emplace_back(kBow, kBow);
+  taken_.push_back({kBow, kBow, before});
   grown_.added.push_back(kBow);
 }
 
@@ -344,18 +390,18 @@ void Grower::prune() {
   if (taken_.size() < 2) return;
   bool changed = false;
   for (auto at = taken_.begin(); at != taken_.end();) {
-    const std::optional<Growth> less = without_term(growth_, at->first);
+    const std::optional<Growth> less = without_term(growth_, at->term);
     OutputErrorFit without;
-    if (less) without = fit(*less);
+    if (less) without = fit_from_either(*less, at->before);
     if (!less || without.summary.status == Status::unusable ||
-        gain(without, fit_) >= threshold_of(at->first, options_.score_threshold)) {
+        gain(without, fit_) >= threshold_of(at->term, options_.score_threshold)) {
       ++at;
       continue;
     }
     growth_ = *less;
     fit_ = std::move(without);
     settle();
-    std::erase(grown_.added, at->second);
+    std::erase(grown_.added, at->label);
     at = taken_.erase(at);
     changed = true;
   }
@@ -366,13 +412,13 @@ void Grower::prune() {
 /// whose evidence is strong but not enough.
 void Grower::find_others() {
   const auto is_taken = [&](const std::string& term) {
-    return std::any_of(taken_.begin(), taken_.end(), [&](const auto& t) { return t.first == term; });
+    return std::any_of(taken_.begin(), taken_.end(), [&](const Taken& t) { return t.term == term; });
   };
-  for (const auto& [taken, other] : near_) {
+  for (const auto& [taken, other, with] : near_) {
     if (!is_taken(taken) || is_taken(other)) continue;
     const std::optional<Growth> less = without_term(growth_, taken);
     if (!less) continue;
-    OutputErrorFit replaced = fit(with_term(*less, other, options_));
+    OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_), with);
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
       grown_.others.push_back({taken, label(other, growth_), std::move(replaced)});
   }

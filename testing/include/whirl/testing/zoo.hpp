@@ -129,6 +129,54 @@ inline std::vector<ZooSystem> zoo() {
   };
 }
 
+/// All monomials up to degree 3, as text.
+inline std::vector<std::string> cubic_terms(const std::vector<std::string>& x) {
+  std::vector<std::string> terms{"1"};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    terms.push_back(x[i]);
+    for (std::size_t j = i; j < x.size(); ++j) {
+      terms.push_back(x[i] + "*" + x[j]);
+      for (std::size_t k = j; k < x.size(); ++k) terms.push_back(x[i] + "*" + x[j] + "*" + x[k]);
+    }
+  }
+  return terms;
+}
+
+/// Systems whose search is long: four states with all 35 terms of degree 3, and chaos with rare bursts.
+inline std::vector<ZooSystem> wide_zoo() {
+  const std::vector<std::string> all = cubic_terms({"x", "v", "y", "w"});
+  return {
+      {"rotor, free",
+       zoo_model({{"x", {{1, "v"}}},
+                  {"v", {{-25, "x"}, {-0.3, "v"}, {-40, "x^3"}, {-40, "x*y^2"}}},
+                  {"y", {{1, "w"}}},
+                  {"w", {{-25, "y"}, {-0.3, "w"}, {-40, "x^2*y"}, {-40, "y^3"}}}}),
+       {0.6, 0, 0, 2.2},
+       0.01,
+       1500,
+       all,
+       {}},
+      {"coupled oscillators",  // Van der Pol drives Duffing
+       zoo_model({{"x", {{1, "v"}}},
+                  {"v", {{-1, "x"}, {2, "v"}, {-2, "x^2*v"}, {0.5, "y"}}},
+                  {"y", {{1, "w"}}},
+                  {"w", {{-2, "y"}, {-0.2, "w"}, {-1, "y^3"}, {0.5, "x"}}}}),
+       {2, 0, 1, 0},
+       0.02,
+       2500,
+       all,
+       {}},
+      {"Roessler, c = 14",
+       zoo_model(
+           {{"x", {{-1, "y"}, {-1, "z"}}}, {"y", {{1, "x"}, {0.1, "y"}}}, {"z", {{0.1, "1"}, {-14, "z"}, {1, "x*z"}}}}),
+       {5, 5, 0.1},
+       0.02,
+       6000,
+       {},
+       {}},
+  };
+}
+
 /// The record of a system, integrated with 10 Runge-Kutta steps per sample, with white noise of `noise` times the rms
 /// of each state (about its mean). Inputs are exact.
 inline Recording zoo_record(const ZooSystem& s, double noise, std::uint64_t seed) {
