@@ -132,6 +132,23 @@ TEST(IdentifyGeneralE2e, DisplacementOnlyKnownEquationsMapsTermsAndSeveralFiles)
   EXPECT_NEAR(coefficient(io::load<IdentifiedModel>(folder / "ramp.json"), "x'", "t"), 0.5, 1e-4);
 }
 
+TEST(IdentifyGeneralE2e, BoundsBetweenCoefficientsAndAStableLinearPart) {
+  const Folder folder;
+  io::write_csv(folder / "run.csv", duffing());
+  const Outcome o = folder.whirl(
+      "identify run.csv --states x,v --inputs u --bound \"[v': x] - [v': x^3] <= -0.1\" --stable-1s 0.2 --no-holdout "
+      "--out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  const auto m = io::load<IdentifiedModel>(folder / "model.json");
+  EXPECT_NEAR(coefficient(m, "v'", "x") - coefficient(m, "v'", "x^3"), -0.1, 1e-6);
+  EXPECT_NEAR(coefficient(m, "v'", "v"), -0.4, 1e-4);  // half the trace is the rate
+  EXPECT_NE((o.out + o.err).find("the bound [v': x] - [v': x^3] <= -0.1 is active"), std::string::npos) << o.out;
+  EXPECT_NE((o.out + o.err).find("decay of the linear part"), std::string::npos);
+  const Outcome typing = folder.whirl("identify run.csv --states x,v --inputs u --bound \"[v': q] <= 0\"");
+  EXPECT_EQ(typing.exit_code, 2);
+  EXPECT_NE(typing.err.find("v': x^3"), std::string::npos) << typing.err;
+}
+
 TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {
   const Folder folder;
   io::write_csv(folder / "run.csv", duffing());

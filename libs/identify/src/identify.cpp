@@ -8,6 +8,7 @@
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
 #include "problem/bridge_gaps.hpp"
+#include "problem/linear_bounds.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
@@ -95,8 +96,12 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
   switch (o.method) {
     case Method::weak:
       return identify_rotor(records, o.rotor);
-    case Method::sindy:
-      return o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
+    case Method::sindy: {
+      IdentifiedModel model =
+          o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
+      detail::hold_bounds(o, records.front(), model);
+      return model;
+    }
     case Method::drive:
       return identify_drive(records, o.drive);
     default:
@@ -206,6 +211,7 @@ Identification identify(const std::vector<Recording>& as_read, const IdentifyOpt
   Summary read;
   const std::vector<Recording> records = bridged(as_read, o, read);
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
+  detail::check_bounds(o);
   const auto progress = [&](double share) {
     if (o.progress) o.progress("identify", share);
   };

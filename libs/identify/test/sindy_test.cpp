@@ -8,6 +8,7 @@
 #include <random>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/testing/zoo.hpp"
 
 namespace whirl::identification {
@@ -159,6 +160,54 @@ TEST(FitSindy, MapsAreIdentified) {
   const Eigen::MatrixXd next = predict(m, r);
   EXPECT_NEAR(next(10, 0), x[11], 1e-6);
   EXPECT_NEAR(next(10, 1), y[11], 1e-6);
+}
+
+// All 35 terms of degree 3 in four states.
+TEST(FitSindyReference, WideLibrariesGiveTheExactSupport) {
+  for (const testing::ZooSystem& s : testing::wide_zoo()) {
+    SCOPED_TRACE(s.name);
+    const IdentifiedModel m = fit_sindy({testing::zoo_record(s, 0.01, 7)}, options_for(s));
+    for (const Equation& truth : s.truth.equations) {
+      EXPECT_EQ(support(m, truth.lhs), support(s.truth, truth.lhs));
+      for (const EquationTerm& t : truth.terms)
+        EXPECT_NEAR(coefficient(m, truth.lhs, t.function) / t.coefficient.value, 1, 0.02) << t.function;
+    }
+  }
+}
+
+// Chaos with rare bursts and a chaotic map at 5 % noise: the true terms, or a verdict that is not ok.
+TEST(FitSindyProperty, ChaosThatNoiseHidesIsFoundOrRefused) {
+  IdentifyOptions o;
+  o.method = Method::sindy;
+  const testing::ZooSystem roessler = testing::wide_zoo().back();
+  o.sindy = options_for(roessler);
+  const Identification flow = identify(testing::zoo_record(roessler, 0.05, 1), o);
+  bool exact = true;
+  for (const Equation& truth : roessler.truth.equations)
+    exact = exact && support(flow.model, truth.lhs) == support(roessler.truth, truth.lhs);
+  EXPECT_TRUE(exact || flow.summary.status == Status::unusable);
+
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  Recording henon;
+  henon.dt = 1;
+  Eigen::VectorXd x(800), y(800);
+  x[0] = 0.1, y[0] = 0.1;
+  for (int k = 0; k + 1 < 800; ++k) {
+    x[k + 1] = 1 - 1.4 * x[k] * x[k] + y[k];
+    y[k + 1] = 0.3 * x[k];
+  }
+  for (double& v : x) v += 0.05 * 0.72 * normal(engine);
+  for (double& v : y) v += 0.05 * 0.22 * normal(engine);
+  henon.add("x", Quantity::dimensionless, x);
+  henon.add("y", Quantity::dimensionless, y);
+  o.sindy = {};
+  o.sindy.states = {"x", "y"};
+  o.sindy.discrete = true;
+  const Identification map = identify(henon, o);
+  exact = support(map.model, "x[k+1]") == std::vector<std::string>{"1", "x^2", "y"} &&
+          support(map.model, "y[k+1]") == std::vector<std::string>{"x"};
+  EXPECT_TRUE(exact || map.summary.status != Status::ok);
 }
 
 TEST(FitSindy, FreeRunFollowsTheRecord) {

@@ -128,6 +128,8 @@ void add_identify(CommandLine& app, Session& session) {
       "Example: whirl identify rundown.csv --out model.json\n"
       "         whirl identify a.csv b.csv --method sindy --states x,v --inputs u --degree 3\n"
       "         whirl identify a.csv --states x,v --inputs u --sign \"v':v=-\"   (damping takes energy)\n"
+      "         whirl identify a.csv --states x,v --bound \"[v': x] <= 3*[v': v]\" --stable-1s 0   (a linear part that "
+      "does not grow)\n"
       "         whirl identify rundown.csv --library rotor.toml\n"
       "         whirl identify rundown.csv --compare",
       [o, &session] { run_identify(*o, session); });

@@ -131,6 +131,17 @@ void IdentifyFlags::add_general_to(CommandLine* sub) {
 }
 
 void IdentifyFlags::add_regression_to(CommandLine* sub) {
+  const char* general = "Any system (sindy)";
+  sub->add_option("--bound", bounds,
+                  "inequality between coefficients, repeatable: \"[v': x] + 2*[v': v] <= -1\"; with --library its "
+                  "group names, \"k >= 3*c\"")
+      ->one_value()
+      ->group(general);
+  sub->add_option("--stable-1s", least_decay,
+                  "every mode of the part linear about the origin decays at least at this rate, 1/s; 0: it does not "
+                  "grow")
+      ->range(0, 1e9)
+      ->group(general);
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
       ->one_of(regression::regression_methods())

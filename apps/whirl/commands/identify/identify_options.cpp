@@ -97,8 +97,8 @@ identification::Method IdentifyFlags::method_chosen() const {
   if (!method.empty()) return identification::method_of(method);
   if (!drive.empty()) return identification::Method::drive;
   const bool general = hidden > 0 || !denominators.empty() || !states.empty() || !inputs.empty() ||
-                       !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || degree > 0 ||
-                       fourier > 0 || discrete || time || stream;
+                       !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || !bounds.empty() ||
+                       least_decay >= 0 || degree > 0 || fourier > 0 || discrete || time || stream;
   return general ? identification::Method::sindy : identification::Method::weak;
 }
 
@@ -147,6 +147,9 @@ void IdentifyFlags::check() const {
   only("--library", !library.empty(), {"sindy"});
   only("--known", !known.empty(), {"sindy"});
   only("--sign", !signs.empty(), {"sindy"});
+  only("--bound", !bounds.empty(), {"sindy"});
+  only("--stable-1s", least_decay >= 0, {"sindy"});
+  if (stream && (!bounds.empty() || least_decay >= 0)) throw Error("--stream takes neither --bound nor --stable-1s");
   only("--window", window > 0, {"sindy"});
   only("--hidden", hidden > 0, {"sindy"});
   only("--denominator", !denominators.empty(), {"sindy"});
@@ -235,6 +238,8 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
   if (o.method == identification::Method::sindy) {
     o.sindy = sindy(like);
     if (!library.empty()) o.library = candidate_library(like);
+    for (const std::string& text : bounds) o.bounds.push_back(identification::linear_bound(text));
+    if (least_decay >= 0) o.least_decay = least_decay;
   }
   o.holdout = no_holdout ? 0 : holdout;
   return o;

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <optional>
 
-#include "output_error/rotor/output_error_problem.hpp"
+#include "growth/rotor_candidates.hpp"
 #include "whirl/identify/score_test.hpp"
 
 namespace whirl::identification::detail {
@@ -19,183 +19,6 @@ using Complex = std::complex<double>;
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
 constexpr std::size_t kMostTerms = 6;     // forces beyond RotorModel
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
-
-const std::string kBow = "bow of the shaft";
-
-struct CandidateMode {
-  ForcedMode mode;
-  bool searched;  // not from the hammer test
-};
-
-/// Modes of the hammer test that are not the main one (within 3 % of it).
-std::vector<CandidateMode> hammer_modes(const RotorIdentifyOptions& options, double main_frequency) {
-  std::vector<CandidateMode> modes;
-  if (!options.modal) return modes;
-  for (const Mode& m : options.modal->modes) {
-    const double w = 2 * std::numbers::pi * m.frequency.value;
-    if (std::abs(w / main_frequency - 1) > 0.03) modes.push_back({{w, std::max(m.damping.value, 1e-5), 0}, false});
-  }
-  return modes;
-}
-
-/// Frequencies to search, a half-power width of 2 % damping apart, away from the main mode.
-std::vector<CandidateMode> searched_modes(double top_speed, double main_frequency) {
-  constexpr double kZeta = 0.02;
-  std::vector<CandidateMode> modes;
-  for (double w = 0.25 * top_speed; w < 1.4 * top_speed; w *= 1 + 2 * kZeta) {
-    if (std::abs(w / main_frequency - 1) > 0.15) modes.push_back({{w, kZeta, 0}, true});
-  }
-  return modes;
-}
-
-/// The state of the growing model.
-struct Growth {
-  OutputErrorOptions active;
-  RotorModel start;
-  double delay = 0;
-  std::vector<CandidateMode> modes;  ///< not yet in the model
-  std::vector<DecayingMode> decays;
-  std::vector<RotorTerm> terms;  ///< all candidate forces
-  bool bow = false;              ///< the runout at order 1 is a bow
-  KnownForces forces = {};       ///< of the bow
-};
-
-/// Values that a fit may start from.
-struct Start {
-  RotorModel model;
-  std::vector<RotorTerm> terms;
-  std::vector<Complex> eps;
-  double delay = 0;
-};
-
-Start start_of(const OutputErrorFit& fit) {
-  Start s{fit.model, fit.terms, {}, fit.delay};
-  for (const OutputErrorRecord& r : fit.records) s.eps.push_back(r.eps);
-  return s;
-}
-
-/// The candidate forces; scales of their own are those of this motion.
-std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency) {
-  double peak = 0;
-  for (const RotorRecord& r : records) peak = std::max(peak, (r.z.array() - r.z.mean()).abs().maxCoeff());
-  std::vector<RotorTerm> terms;
-  for (const RotorTermName& name : kRotorTermNames) {
-    RotorTerm term{name.kind};
-    if (name.kind == RotorTermKind::coulomb_friction) term.reference = 1e-3 * peak * main_frequency;
-    if (name.kind == RotorTermKind::stiffness_drift || name.kind == RotorTermKind::damping_drift) {
-      term.reference = records.front().t0;
-    }
-    terms.push_back(term);
-  }
-  return terms;
-}
-
-Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
-  const auto force =
-      std::find_if(g.terms.begin(), g.terms.end(), [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
-  if (term == kBow) {
-    g.bow = true;
-  } else if (force != g.terms.end()) {
-    g.active.terms.push_back(*force);
-  } else if (term == "sensor gain") {
-    g.active.sensor_gain = true;
-  } else if (term == "sensor angle") {
-    g.active.sensor_angle = true;
-  } else if (term == "conj z") {
-    g.active.conj_stiffness = true;
-  } else if (term == "conj z'") {
-    g.active.conj_damping = true;
-  } else if (term.starts_with("runout")) {
-    g.active.runout_harmonics = term.back() - '0';
-  } else if (term == "delay") {
-    g.active.delay = true;
-  } else {
-    const auto k = static_cast<std::ptrdiff_t>(std::stoul(term.substr(term.find(' ') + 1)) - 1);
-    if (term.starts_with("mode")) {
-      const ForcedMode mode = g.modes[static_cast<std::size_t>(k)].mode;
-      g.start.modes.push_back(mode);
-      std::erase_if(g.modes, [&](const CandidateMode& c) { return std::abs(c.mode.omega / mode.omega - 1) < 0.1; });
-    } else {
-      g.active.decays.push_back(g.decays[static_cast<std::size_t>(k)]);
-      g.decays.erase(g.decays.begin() + k);
-    }
-    g.active.poles = options.refine_poles;
-  }
-  return g;
-}
-
-/// The growing model without a term; nothing where the term cannot be taken out alone.
-std::optional<Growth> without_term(Growth g, const std::string& term) {
-  const auto force = std::find_if(g.active.terms.begin(), g.active.terms.end(),
-                                  [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
-  if (force != g.active.terms.end()) {
-    g.active.terms.erase(force);
-  } else if (term == "sensor gain") {
-    g.active.sensor_gain = false;
-    g.active.sensor.gain = 0;
-  } else if (term == "sensor angle") {
-    g.active.sensor_angle = false;
-    g.active.sensor.angle = 0;
-  } else if (term == "conj z") {
-    g.active.conj_stiffness = false;
-    g.start.k1_conj = 0;
-  } else if (term == "conj z'") {
-    g.active.conj_damping = false;
-    g.start.c_conj = 0;
-  } else if (term == "delay") {
-    g.active.delay = false;
-    g.delay = 0;
-  } else if (term == kBow) {
-    g.bow = false;
-    g.forces.clear();
-  } else if (term.starts_with("runout") && !g.bow) {
-    g.active.runout_harmonics = 0;
-  } else {
-    return std::nullopt;
-  }
-  return g;
-}
-
-/// Name for reports: modes and decays by their frequency.
-std::string label(const std::string& term, const Growth& g) {
-  if (!term.starts_with("mode ") && !term.starts_with("decay ")) return term;
-  const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
-  const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].omega;
-  return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
-}
-
-/// Terms that were candidates from the first beside those that an engineer may have in mind need a higher score: with
-/// n more chances of four sigma the threshold grows by 2 ln n.
-bool is_special(const std::string& term) {
-  return term.starts_with("conj") || term.starts_with("mode") || term.starts_with("decay") ||
-         term.starts_with("runout") || term == "delay";
-}
-double threshold_of(const std::string& term, double threshold) {
-  constexpr double kMoreChances = 13;  // forces and sensor axes
-  return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
-}
-
-/// Candidates to try next. Many look alike near resonance, so all whose score comes near the best are tried and the
-/// trajectory decides.
-std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
-                                    const std::vector<std::string>& refused, double threshold) {
-  constexpr std::size_t kMost = 6;
-  std::vector<std::string> terms;
-  double best = 0;
-  for (const ScoreCandidate& c : test.candidates) {
-    if (!c.in_model || c.score < threshold_of(c.term, threshold) || c.score < 0.1 * best || terms.size() == kMost ||
-        std::find(refused.begin(), refused.end(), c.term) != refused.end())
-      continue;
-    if (c.term.starts_with("mode ")) {
-      if (c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) continue;
-      // Modes next to each other are one candidate.
-      if (std::any_of(terms.begin(), terms.end(), [](const auto& t) { return t.starts_with("mode "); })) continue;
-    }
-    best = std::max(best, c.score);
-    terms.push_back(c.term);
-  }
-  return terms;
-}
 
 /// Acceleration of the motion about the bow by the damping of the bow's own turning: -i c omega b e^{i beta}.
 KnownForces bow_forces(const OutputErrorFit& fit) {
@@ -358,6 +181,13 @@ bool Grower::step() {
     }
     taken_.push_back({chosen, label(chosen, growth_), start_of(fit_)});
     grown_.added.push_back(taken_.back().label);
+    if (chosen.starts_with("mode ") && growth_.modes[std::stoul(chosen.substr(5)) - 1].searched) {
+      grown_.warnings.push_back(
+          fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
+                      "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
+                      "(--modes)",
+                      taken_.back().label));
+    }
     fit_ = std::move(*best);
     growth_ = std::move(with);
     if (growth_.start.modes.size() >= kMostSearched)

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "evidence/model_verdict.hpp"
+#include "problem/linear_bounds.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/identify/partwise_score.hpp"
@@ -28,6 +29,7 @@ Eigen::Index count_rows(const NextPart& next, const IdentifyOptions& o) {
 Identification identify_stream(const std::function<NextPart()>& open, const std::string& source,
                                const std::function<SindyOptions(const Recording&)>& sindy_of,
                                const IdentifyOptions& o) {
+  if (detail::bounded(o)) throw Error("bounds between coefficients are for records that are held in memory");
   // Where the part held out begins is known when the samples have been counted.
   const bool holds_out = o.holdout != 0;
   const Eigen::Index rows = holds_out ? count_rows(open(), o) : 0;

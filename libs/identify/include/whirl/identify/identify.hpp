@@ -1,7 +1,9 @@
 #pragma once
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "whirl/core/identified_model.hpp"
@@ -26,6 +28,16 @@ std::string_view to_string(Method method);
 /// Throws Error for another name.
 Method method_of(const std::string& name);
 
+/// sum of weight * coefficient <= limit, in SI units. A coefficient is called as in `parameters` of the model: "v':
+/// x^3", with a library file its group.
+struct LinearBound {
+  std::vector<std::pair<std::string, double>> weights;
+  double limit = 0;
+  std::string text;  ///< as given, for messages
+};
+/// "[v': x] + 2*[v': v] <= -1", or >=: numbers, and names in brackets (library groups also without). Throws Error.
+LinearBound linear_bound(const std::string& text);
+
 struct IdentifyOptions {
   Method method = Method::automatic;
   RotorIdentifyOptions rotor;                     ///< Method::weak
@@ -39,6 +51,13 @@ struct IdentifyOptions {
   /// Share of a single record kept out of a second fit, to be predicted, 0.05 to 0.8; of several records the last is
   /// held out. 0: no second fit.
   double holdout = 0.3;
+  /// Method::sindy: inequalities between coefficients, and the least rate, 1/s, at which every mode of the part linear
+  /// about the origin decays (NaN: free). The terms are those that the records ask for; then their coefficients are the
+  /// most likely ones within the bounds, by the quadratic approximation of the likelihood, with intervals along the
+  /// active ones. Those are warnings that say what the records ask for. Not for maps, hidden states, denominators,
+  /// sign bounds and unrefined models: Error.
+  std::vector<LinearBound> bounds;
+  double least_decay = std::numeric_limits<double>::quiet_NaN();
   /// Told what is done and how far it is, 0 to 1. May be empty.
   std::function<void(const std::string&, double)> progress;
 

@@ -1,0 +1,152 @@
+#include "growth/rotor_candidates.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace whirl::identification::detail {
+
+std::vector<CandidateMode> hammer_modes(const RotorIdentifyOptions& options, double main_frequency) {
+  std::vector<CandidateMode> modes;
+  if (!options.modal) return modes;
+  for (const Mode& m : options.modal->modes) {
+    const double w = 2 * std::numbers::pi * m.frequency.value;
+    if (std::abs(w / main_frequency - 1) > 0.03) modes.push_back({{w, std::max(m.damping.value, 1e-5), 0}, false});
+  }
+  return modes;
+}
+
+std::vector<CandidateMode> searched_modes(double top_speed, double main_frequency) {
+  constexpr double kZeta = 0.02;
+  std::vector<CandidateMode> modes;
+  for (double w = 0.25 * top_speed; w < 1.4 * top_speed; w *= 1 + 2 * kZeta) {
+    if (std::abs(w / main_frequency - 1) > 0.15) modes.push_back({{w, kZeta, 0}, true});
+  }
+  return modes;
+}
+
+Start start_of(const OutputErrorFit& fit) {
+  Start s{fit.model, fit.terms, {}, fit.delay};
+  for (const OutputErrorRecord& r : fit.records) s.eps.push_back(r.eps);
+  return s;
+}
+
+std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, double main_frequency) {
+  double peak = 0;
+  for (const RotorRecord& r : records) peak = std::max(peak, (r.z.array() - r.z.mean()).abs().maxCoeff());
+  std::vector<RotorTerm> terms;
+  for (const RotorTermName& name : kRotorTermNames) {
+    RotorTerm term{name.kind};
+    if (name.kind == RotorTermKind::coulomb_friction) term.reference = 1e-3 * peak * main_frequency;
+    if (name.kind == RotorTermKind::stiffness_drift || name.kind == RotorTermKind::damping_drift) {
+      term.reference = records.front().t0;
+    }
+    terms.push_back(term);
+  }
+  return terms;
+}
+
+Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
+  const auto force =
+      std::find_if(g.terms.begin(), g.terms.end(), [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
+  if (term == kBow) {
+    g.bow = true;
+  } else if (force != g.terms.end()) {
+    g.active.terms.push_back(*force);
+  } else if (term == "sensor gain") {
+    g.active.sensor_gain = true;
+  } else if (term == "sensor angle") {
+    g.active.sensor_angle = true;
+  } else if (term == "conj z") {
+    g.active.conj_stiffness = true;
+  } else if (term == "conj z'") {
+    g.active.conj_damping = true;
+  } else if (term.starts_with("runout")) {
+    g.active.runout_harmonics = term.back() - '0';
+  } else if (term == "delay") {
+    g.active.delay = true;
+  } else {
+    const auto k = static_cast<std::ptrdiff_t>(std::stoul(term.substr(term.find(' ') + 1)) - 1);
+    if (term.starts_with("mode")) {
+      const ForcedMode mode = g.modes[static_cast<std::size_t>(k)].mode;
+      g.start.modes.push_back(mode);
+      std::erase_if(g.modes, [&](const CandidateMode& c) { return std::abs(c.mode.omega / mode.omega - 1) < 0.1; });
+    } else {
+      g.active.decays.push_back(g.decays[static_cast<std::size_t>(k)]);
+      g.decays.erase(g.decays.begin() + k);
+    }
+    g.active.poles = options.refine_poles;
+  }
+  return g;
+}
+
+std::optional<Growth> without_term(Growth g, const std::string& term) {
+  const auto force = std::find_if(g.active.terms.begin(), g.active.terms.end(),
+                                  [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
+  if (force != g.active.terms.end()) {
+    g.active.terms.erase(force);
+  } else if (term == "sensor gain") {
+    g.active.sensor_gain = false;
+    g.active.sensor.gain = 0;
+  } else if (term == "sensor angle") {
+    g.active.sensor_angle = false;
+    g.active.sensor.angle = 0;
+  } else if (term == "conj z") {
+    g.active.conj_stiffness = false;
+    g.start.k1_conj = 0;
+  } else if (term == "conj z'") {
+    g.active.conj_damping = false;
+    g.start.c_conj = 0;
+  } else if (term == "delay") {
+    g.active.delay = false;
+    g.delay = 0;
+  } else if (term == kBow) {
+    g.bow = false;
+    g.forces.clear();
+  } else if (term.starts_with("runout") && !g.bow) {
+    g.active.runout_harmonics = 0;
+  } else {
+    return std::nullopt;
+  }
+  return g;
+}
+
+std::string label(const std::string& term, const Growth& g) {
+  if (!term.starts_with("mode ") && !term.starts_with("decay ")) return term;
+  const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
+  const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].omega;
+  return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
+}
+
+bool is_special(const std::string& term) {
+  return term.starts_with("conj") || term.starts_with("mode") || term.starts_with("decay") ||
+         term.starts_with("runout") || term == "delay";
+}
+double threshold_of(const std::string& term, double threshold) {
+  constexpr double kMoreChances = 13;  // forces and sensor axes
+  return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
+}
+
+std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
+                                    const std::vector<std::string>& refused, double threshold) {
+  constexpr std::size_t kMost = 6;
+  std::vector<std::string> terms;
+  double best = 0;
+  for (const ScoreCandidate& c : test.candidates) {
+    if (!c.in_model || c.score < threshold_of(c.term, threshold) || c.score < 0.1 * best || terms.size() == kMost ||
+        std::find(refused.begin(), refused.end(), c.term) != refused.end())
+      continue;
+    if (c.term.starts_with("mode ")) {
+      if (c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) continue;
+      // Modes next to each other are one candidate.
+      if (std::any_of(terms.begin(), terms.end(), [](const auto& t) { return t.starts_with("mode "); })) continue;
+    }
+    best = std::max(best, c.score);
+    terms.push_back(c.term);
+  }
+  return terms;
+}
+
+}  // namespace whirl::identification::detail
