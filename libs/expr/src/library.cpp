@@ -61,12 +61,6 @@ std::vector<Expr> rotor_library() {
                         "X3^3", "X4", "X1*X3^2", "X1^2*X3", "X6", "X6^2", "sin(X5)", "cos(X5)"});
 }
 
-std::vector<std::vector<Expr>> lateral_library() {
-  const std::vector<Expr> forcing = parse_library({"X6^2*cos(X5)", "X6^2*sin(X5)", "cos(X5)", "sin(X5)"});
-  return {union_library({parse_library({"X1", "X1^3", "X1*X3^2", "X2"}), forcing}),
-          union_library({parse_library({"X3", "X3^3", "X1^2*X3", "X4"}), forcing})};
-}
-
 std::vector<Expr> modal_library(const std::vector<std::complex<double>>& poles, double onset) {
   const Expr t = Expr::symbol("t") - onset;
   const Expr gate = onset == 0 ? Expr(1) : (Expr(1) + sgn(t)) / 2;
@@ -77,14 +71,6 @@ std::vector<Expr> modal_library(const std::vector<std::complex<double>>& poles, 
     if (pole.imag() != 0) terms.push_back(decay * sin(angle));
   }
   return terms;
-}
-
-std::vector<Expr> product_library(const std::vector<Expr>& a, const std::vector<Expr>& b) {
-  std::vector<Expr> terms;
-  for (const Expr& x : a) {
-    for (const Expr& y : b) terms.push_back(x * y);
-  }
-  return union_library({terms});
 }
 
 std::vector<Expr> union_library(const std::vector<std::vector<Expr>>& libraries) {
@@ -98,17 +84,7 @@ std::vector<Expr> union_library(const std::vector<std::vector<Expr>>& libraries)
   return terms;
 }
 
-namespace {
-
-/// Unit of "v'": that of v per second; none when v has none.
-std::optional<Unit> unit_of_rate(const std::string& lhs, const UnitMap& units) {
-  if (lhs.empty() || lhs.back() != '\'') return unit_of(Expr::symbol(lhs), units);
-  const std::optional<Unit> inner = unit_of_rate(lhs.substr(0, lhs.size() - 1), units);
-  if (!inner) return std::nullopt;
-  return *inner / Unit::parse("s");
-}
-
-}  // namespace
+namespace {}  // namespace
 
 TiedGroup tied_group(std::string name, const std::vector<Expr>& terms, std::string coefficient, std::string unit) {
   TiedGroup group{std::move(name), {}, std::move(coefficient), std::move(unit)};
@@ -169,21 +145,6 @@ std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::v
   std::vector<Expr> sums;
   for (std::vector<Expr>& t : terms) sums.push_back(Expr::sum(std::move(t)));
   return sums;
-}
-
-CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
-                                const UnitMap& units) {
-  if (lhs.size() != functions.size())
-    throw Error(fmt::format("library for {} equations given for {}", functions.size(), lhs.size()));
-  std::vector<TiedGroup> groups;
-  for (std::size_t i = 0; i < lhs.size(); ++i) {
-    const std::optional<Unit> unit = unit_of_rate(lhs[i], units);
-    for (const Expr& function : functions[i]) {
-      groups.push_back(
-          {function.str(), {{i, function, 1.0}}, "", unit ? coefficient_unit(function, *unit, units) : ""});
-    }
-  }
-  return make_library(lhs, std::move(groups));
 }
 
 CandidateLibrary tied_rotor_library(bool offset, bool anisotropic, bool control) {

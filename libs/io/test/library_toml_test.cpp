@@ -68,8 +68,6 @@ TEST(LibraryToml, RotorLibrariesRoundTrip) {
     const expr::CandidateLibrary tied = expr::tied_rotor_library(true, more, more);
     expect_equal(parse_library_toml(to_toml(tied, {"rotor"}), "l"), tied);
   }
-  const expr::CandidateLibrary untied = expr::untied_library({"X2'", "X4'"}, expr::lateral_library(), {});
-  expect_equal(parse_library_toml(to_toml(untied), "l"), untied);
 }
 
 TEST(LibraryTomlProperty, RandomTiedLibrariesRoundTrip) {

@@ -77,10 +77,6 @@ LagrangeFile load(const io::Settings& settings) {
 
 }  // namespace
 
-LagrangeFile parse_lagrange_file(std::string_view text, std::string_view name) {
-  return load(io::parse_settings(text, name));
-}
-
 LagrangeFile read_lagrange_file(const std::filesystem::path& path) { return load(io::read_settings(path)); }
 
 }  // namespace whirl::lagrange

@@ -194,15 +194,4 @@ RecordReport check(const Recording& r, const CheckOptions& options) {
   return report;
 }
 
-Recording with_gaps(const Recording& recording, const RecordReport& report) {
-  Recording out = recording;
-  for (const ChannelMask& m : report.masks) {
-    for (Channel& c : out.channels) {
-      if (c.name != m.channel) continue;
-      c.samples = m.usable.select(c.samples.array(), std::numeric_limits<double>::quiet_NaN()).matrix();
-    }
-  }
-  return out;
-}
-
 }  // namespace whirl::records

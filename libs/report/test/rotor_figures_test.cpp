@@ -178,11 +178,5 @@ TEST(ReportRotorFigures, SuppressionBesideThePaper) {
   EXPECT_THAT(svg, HasSubstr("amplitude, p-p [mm]"));
 }
 
-TEST(ReportRotorFigures, LatencyHistogramShowsItsLimit) {
-  VectorXd seconds = VectorXd::LinSpaced(1000, 20e-6, 40e-6);
-  seconds(0) = 90e-6;
-  EXPECT_THAT(drawn(latency_histogram(seconds, "latency", 1e-4)), HasSubstr("latency [µs]"));
-}
-
 }  // namespace
 }  // namespace whirl::report

@@ -83,62 +83,6 @@ std::vector<SynchronousPoint> synchronous_answers(const RotorModel& rotor, doubl
   return points;
 }
 
-std::vector<SynchronousPoint> synchronous_folds(const RotorModel& r, double low, double high) {
-  check(r);
-  std::vector<SynchronousPoint> folds;
-  if (r.k2 == 0 || r.eps == 0.0) return folds;
-  // Slope = 0 is a quadratic in k2 rho at given w: 3 x^2 + 4 d x + d^2 + c^2 w = 0, x = k2 rho, d = k1 - w. Its two
-  // roots go into the balance; a sign change over w is a fold.
-  const auto x_of = [&](double w, double sign) {
-    const double d = r.k1 - w, root = d * d - 3 * r.c * r.c * w;
-    return root >= 0 ? (-2 * d + sign * std::sqrt(root)) / 3 : std::nan("");
-  };
-  constexpr int kSteps = 4000;
-  for (const double sign : {1.0, -1.0}) {
-    const auto g = [&](double w) { return balance(r, x_of(w, sign) / r.k2, w); };
-    double before = low * low, at_before = g(before);
-    for (int k = 1; k <= kSteps; ++k) {
-      const double omega = low + (high - low) * k / kSteps, w = omega * omega, at = g(w);
-      if (at_before * at < 0 && x_of(w, sign) / r.k2 > 0) {
-        double a = before, b = w;
-        for (int i = 0; i < 200 && b - a > 1e-16 * b; ++i) {
-          const double m = 0.5 * (a + b);
-          (g(m) * at_before > 0 ? a : b) = m;
-        }
-        folds.push_back(point(r, x_of(0.5 * (a + b), sign) / r.k2, std::sqrt(0.5 * (a + b))));
-      }
-      before = w;
-      at_before = at;
-    }
-  }
-  std::sort(folds.begin(), folds.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
-  return folds;
-}
-
-SynchronousPoint synchronous_peak(const RotorModel& r, double low, double high) {
-  check(r);
-  SynchronousPoint best;
-  const auto largest = [&](double omega) {
-    const std::vector<SynchronousPoint> all = synchronous_answers(r, omega);
-    if (!all.empty() && all.back().radius > best.radius) best = all.back();
-    return all.empty() ? 0.0 : all.back().radius;
-  };
-  constexpr int kSteps = 400;
-  int at = 0;
-  double top = 0;
-  for (int k = 0; k <= kSteps; ++k) {
-    const double radius = largest(low + (high - low) * k / kSteps);
-    if (radius > top) top = radius, at = k;
-  }
-  double a = low + (high - low) * std::max(at - 1, 0) / kSteps,
-         b = low + (high - low) * std::min(at + 1, kSteps) / kSteps;
-  for (int k = 0; k < 60; ++k) {
-    const double one = a + 0.382 * (b - a), two = b - 0.382 * (b - a);
-    (largest(one) < largest(two) ? a : b) = largest(one) < largest(two) ? one : two;
-  }
-  return best;
-}
-
 double backbone(const RotorModel& r, double radius) {
   const double w = r.k1 + r.k2 * radius * radius;
   return w >= 0 ? std::sqrt(w) : std::nan("");

@@ -40,13 +40,6 @@ std::vector<RigMode> RigParameters::default_modes() {
   return {{46, 0.008, 0.030, 1, 30e-6}, {128, 0.006, 0.015, -1, 8e-6}, {310, 0.010, 0.010, 1, 2e-6}};
 }
 
-RigParameters RigParameters::peak_to_peak_reading() {
-  RigParameters p;
-  p.rotor.residual_eccentricity = 25.53e-6;
-  p.rotor.added_radius = 34.957e-3;
-  return p;
-}
-
 RigParameters RigParameters::ideal_rotor_a() {
   RigParameters p;
   make_ideal(p);

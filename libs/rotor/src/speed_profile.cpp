@@ -115,28 +115,4 @@ double TorqueModel::torque(double omega) const {
   return motor - motor_slope * omega - std::copysign(coulomb, omega) - viscous * omega - drag * omega * std::abs(omega);
 }
 
-AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
-                                Eigen::Index samples) {
-  if (!(inertia > 0)) throw Error::in_field("inertia", fmt::format("{:g} kg m^2", inertia), "above 0");
-  AngleSignal signal = empty_signal(dt, samples);
-  Eigen::Vector2d state(beta0, omega0);
-  const auto rate = [&](double, const Eigen::Vector2d& s) {
-    return Eigen::Vector2d(s[1], torque.torque(s[1]) / inertia);
-  };
-  for (Eigen::Index i = 0; i < signal.beta.size(); ++i) {
-    signal.beta[i] = state[0];
-    signal.omega[i] = state[1];
-    signal.alpha[i] = torque.torque(state[1]) / inertia;
-    // Within the step that would reverse it Coulomb friction stops the rotor: constant deceleration to that
-    // instant.
-    const double last = state[1], alpha = signal.alpha[i];
-    if (std::abs(torque.motor) <= torque.coulomb && last * (last + 0.5 * dt * alpha) <= 0) {
-      state = Eigen::Vector2d(state[0] + (last != 0 ? -0.5 * last * last / alpha : 0), 0);
-    } else {
-      state = rk4_step(rate, 0.0, state, 0.5 * dt);
-    }
-  }
-  return signal;
-}
-
 }  // namespace whirl::rotor

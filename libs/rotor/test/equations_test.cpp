@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "energy.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::rotor {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "energy.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 

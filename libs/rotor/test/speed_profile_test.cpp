@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::rotor {
 namespace {
@@ -69,10 +70,16 @@ TEST(SpeedProfile, RejectsImpossibleFields) {
   EXPECT_THROW(angle_signal(SpeedProfile::run_down(10, 1), 0.0, 5), Error);
 }
 
+/// Angle of a balanced rotor of 0.01 kg m^2 that the torque turns.
+AngleSignal turned_by(const TorqueModel& torque, double beta, double omega, double dt, Eigen::Index samples) {
+  const UnbalancedDisk disk{.mass = 1, .inertia = 0.01, .stiffness = 1000};
+  return simulate_driven(disk, torque, {.beta = beta, .omega = omega}, dt, samples).angle;
+}
+
 TEST(TorqueReference, ViscousCoastDownIsExponential) {
   TorqueModel torque;
   torque.viscous = 0.02;
-  const AngleSignal a = torque_driven_angle(torque, 0.01, 0.5, 100, 1e-3, 1001);
+  const AngleSignal a = turned_by(torque, 0.5, 100, 1e-3, 1001);
   for (Eigen::Index i : {400, 1000, 2000}) {
     const double t = 0.5e-3 * static_cast<double>(i);
     EXPECT_NEAR(a.omega[i], 100 * std::exp(-2 * t), 1e-9);
@@ -84,14 +91,14 @@ TEST(TorqueReference, ViscousCoastDownIsExponential) {
 TEST(TorqueReference, DragCoastDownIsHyperbolic) {
   TorqueModel torque;
   torque.drag = 1e-4;
-  const AngleSignal a = torque_driven_angle(torque, 0.01, 0, 100, 1e-3, 2001);
+  const AngleSignal a = turned_by(torque, 0, 100, 1e-3, 2001);
   EXPECT_NEAR(a.omega[4000], 100 / (1 + 1e-2 * 100 * 2.0), 1e-8);
 }
 
 TEST(TorqueReference, CoulombFrictionStopsTheRotorForGood) {
   TorqueModel torque;
   torque.coulomb = 0.1;  // 10 rad/s^2: stops from 20 rad/s after 2 s and 20 rad
-  const AngleSignal a = torque_driven_angle(torque, 0.01, 0, 20, 1e-3, 3001);
+  const AngleSignal a = turned_by(torque, 0, 20, 1e-3, 3001);
   EXPECT_NEAR(a.omega[3000], 5, 1e-9);
   EXPECT_EQ(a.omega[4100], 0);
   EXPECT_NEAR(a.beta[6000], 20, 1e-6);
@@ -103,7 +110,7 @@ TEST(TorqueReference, CoulombFrictionStopsTheRotorForGood) {
 
 TEST(TorqueReference, MotorRunsUpToItsBalanceSpeed) {
   TorqueModel torque{.motor = 2, .motor_slope = 0.01, .coulomb = 0.1, .viscous = 0.009};
-  const AngleSignal a = torque_driven_angle(torque, 0.01, 0, 0, 1e-3, 8001);
+  const AngleSignal a = turned_by(torque, 0, 0, 1e-3, 8001);
   EXPECT_NEAR(a.omega.tail<1>()[0], 1.9 / 0.019, 1e-4);
 }
 

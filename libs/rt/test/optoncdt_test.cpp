@@ -236,8 +236,6 @@ TEST(Optoncdt, FeedingInPiecesGivesTheSameFrames) {
 }
 
 TEST(Optoncdt, AdditionalQuantities) {
-  EXPECT_DOUBLE_EQ(exposure(2500), 250e-6);
-  EXPECT_DOUBLE_EQ(intensity(65472), 1);
   EXPECT_DOUBLE_EQ(timestamp(100, 1), 0.65636);
   EXPECT_EQ(lost_between(5, 6), 0u);
   EXPECT_EQ(lost_between(5, 9), 3u);

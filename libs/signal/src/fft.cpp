@@ -14,7 +14,7 @@
 namespace whirl::signal {
 namespace {
 
-enum class Transform { forward, backward, real_forward, real_backward };
+enum class Transform { forward, backward, real_forward };
 
 fftw_complex* as_fftw(const std::complex<double>* p) {
   return reinterpret_cast<fftw_complex*>(const_cast<std::complex<double>*>(p));
@@ -48,9 +48,6 @@ fftw_plan plan_for(Transform transform, int n) {
       case Transform::real_forward:
         plan = fftw_plan_dft_r2c_1d(n, real, as_fftw(a.data()), flags | FFTW_PRESERVE_INPUT);
         break;
-      case Transform::real_backward:
-        plan = fftw_plan_dft_c2r_1d(n, as_fftw(a.data()), real, flags | FFTW_PRESERVE_INPUT);
-        break;
     }
     if (plan == nullptr) throw Error(fmt::format("no Fourier transform of length {} could be planned", n));
     kept.reset(plan);
@@ -83,17 +80,6 @@ Eigen::VectorXcd real_fft(const Eigen::Ref<const Eigen::VectorXd>& x) {
   Eigen::VectorXcd result(x.size() / 2 + 1);
   fftw_execute_dft_r2c(plan_for(Transform::real_forward, checked_length(x.size())), const_cast<double*>(x.data()),
                        as_fftw(result.data()));
-  return result;
-}
-
-Eigen::VectorXd inverse_real_fft(const Eigen::Ref<const Eigen::VectorXcd>& spectrum, Eigen::Index n) {
-  if (n < 1 || spectrum.size() != n / 2 + 1) {
-    throw Error(fmt::format("one-sided spectrum of {} lines for a signal of {} samples: must have {} lines",
-                            spectrum.size(), n, n / 2 + 1));
-  }
-  Eigen::VectorXd result(n);
-  fftw_execute_dft_c2r(plan_for(Transform::real_backward, checked_length(n)), as_fftw(spectrum.data()), result.data());
-  result /= static_cast<double>(n);
   return result;
 }
 

@@ -82,20 +82,6 @@ AmplitudeSpectrum amplitude_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x,
   return result;
 }
 
-PowerSpectrum power_spectral_density(const Eigen::Ref<const Eigen::VectorXd>& x, double dt,
-                                     const SpectrumOptions& options) {
-  const Eigen::Index block = checked_block(x.size(), dt, options);
-  const Eigen::VectorXd w = window(options.window, block);
-  PowerSpectrum result;
-  result.averages = mean_square_lines(x, w, options.overlap, result.density);
-  result.frequency = line_frequencies(result.density.size(), block, dt);
-  result.density *= dt / w.squaredNorm();
-  for (Eigen::Index i = 1; i < result.density.size(); ++i) {
-    if (!is_nyquist(i, block)) result.density[i] *= 2;
-  }
-  return result;
-}
-
 AmplitudeSpectrum full_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& y,
                                 double dt, const SpectrumOptions& options) {
   if (x.size() != y.size()) {

@@ -35,7 +35,8 @@ TEST(FftProperty, AgreesWithTheDefiningSumForEvenOddAndPrimeLengths) {
     }
     EXPECT_LT((whirl::signal::inverse_fft(fast) - x).norm(), 1e-13 * static_cast<double>(n));
     const Eigen::VectorXd real = x.real();
-    EXPECT_LT((whirl::signal::inverse_real_fft(whirl::signal::real_fft(real), n) - real).norm(),
+    const Eigen::VectorXcd lines = whirl::signal::real_fft(real);
+    EXPECT_LT((lines - whirl::signal::fft(real.cast<std::complex<double>>()).head(lines.size())).norm(),
               1e-13 * static_cast<double>(n));
   }
 }
@@ -47,8 +48,10 @@ TEST(FftProperty, ManyThreadsMayTransformAtOnce) {
     threads.emplace_back([t, &errors] {
       double worst = 0;
       for (Eigen::Index n = 100 + t; n < 400; n += 37) {
-        const Eigen::VectorXd x = noise(n, t);
-        worst = std::max(worst, (whirl::signal::inverse_real_fft(whirl::signal::real_fft(x), n) - x).norm());
+        const Eigen::VectorXcd x = noise(n, t).cast<std::complex<double>>();
+        const Eigen::VectorXcd lines = whirl::signal::fft(x);
+        worst = std::max(worst, (whirl::signal::inverse_fft(lines) - x).norm());
+        worst = std::max(worst, (whirl::signal::real_fft(x.real()) - lines.head(n / 2 + 1)).norm());
       }
       errors[t] = worst;
     });
@@ -57,8 +60,7 @@ TEST(FftProperty, ManyThreadsMayTransformAtOnce) {
   for (double e : errors) EXPECT_LT(e, 1e-11);
 }
 
-TEST(Fft, WrongSpectrumLengthIsAnError) {
-  EXPECT_THROW(whirl::signal::inverse_real_fft(Eigen::VectorXcd::Zero(5), 11), whirl::Error);
+TEST(Fft, FastLengthsAreProductsOfTwoThreeAndFive) {
   EXPECT_EQ(whirl::signal::fast_fft_length(7), 8);
   EXPECT_EQ(whirl::signal::fast_fft_length(1001), 1024);
   EXPECT_EQ(whirl::signal::fast_fft_length(1), 1);
@@ -89,16 +91,6 @@ TEST(SpectrumReference, FlatTopShowsASineBetweenLinesWithinATenthPercent) {
     x[i] = std::sin(2 * kPi * 40.5 * static_cast<double>(i) / static_cast<double>(n));
   EXPECT_NEAR(whirl::signal::amplitude_spectrum(x, 1, {.window = whirl::signal::Window::flat_top}).amplitude.maxCoeff(),
               1, 1.2e-3);
-}
-
-TEST(SpectrumProperty, DensityIntegratesToTheMeanSquare) {
-  const Eigen::VectorXd x = 3 * noise(1 << 14, 5);
-  const auto psd = whirl::signal::power_spectral_density(x, 1e-3, {.block = 1024});
-  const double df = psd.frequency[1] - psd.frequency[0];
-  EXPECT_GT(psd.averages, 20);
-  EXPECT_NEAR(psd.density.sum() * df, x.squaredNorm() / static_cast<double>(x.size()), 0.05 * 9);
-  // White noise of variance 9 sampled at 1 kHz: 9 / 500 Hz one-sided.
-  EXPECT_NEAR(psd.density.segment(10, 400).mean(), 9.0 / 500, 0.03 * 9 / 500);
 }
 
 TEST(SpectrumReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {

@@ -327,20 +327,4 @@ Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind) {
   return figure;
 }
 
-Figure latency_histogram(const VectorXd& seconds, const std::string& what, double limit) {
-  Figure figure;
-  figure.title = "Distribution of " + what;
-  const double size = seconds.size() > 0 ? seconds.cwiseAbs().maxCoeff() : 0;
-  Panel& panel = figure.panel("", {what, engineering_unit(Quantity::time, size)}, {"count", {}, Scale::logarithmic});
-  panel.height = 180;
-  Series& s = panel.histogram("", seconds, 80);
-  s.y = s.y.unaryExpr([](double count) { return count > 0 ? count : NAN; });
-  panel.y.low = 0.7;
-  if (limit > 0) {
-    panel.vertical(limit, "limit");
-    panel.x.high = std::max(1.05 * limit, s.x.maxCoeff() + 0.5 * (s.x(1) - s.x(0)));
-  }
-  return figure;
-}
-
 }  // namespace whirl::report

@@ -98,8 +98,6 @@ Reading Scale::operator()(std::uint32_t raw) const noexcept {
 
 double Scale::resolution() const noexcept { return 1.02 / kFullScale * range_; }
 
-double exposure(std::uint32_t raw) noexcept { return raw / 10.0 * 1e-6; }
-double intensity(std::uint32_t raw) noexcept { return raw / 65472.0; }
 double timestamp(std::uint32_t low, std::uint32_t high) noexcept {
   return (65536.0 * (high & 0xffff) + (low & 0xffff)) / 100 * 1e-3;
 }

@@ -16,14 +16,9 @@ std::vector<Expr> fourier_library(const std::vector<std::string>& variables, int
 /// 1, X1, X1^3, X2, X6^2 cos X5, X6^2 sin X5, X6 cos X5, X6 sin X5, X3, X3^3, X4, X1 X3^2, X1^2 X3, X6, X6^2, sin X5,
 /// cos X5.
 std::vector<Expr> rotor_library();
-/// The physics-only candidates of each axis, {for x, for y}: X1, X1^3, X1 X3^2, X2 (y: X3, X3^3, X1^2 X3, X4), then
-/// X6^2 cos X5, X6^2 sin X5, cos X5, sin X5 (constant acceleration; paper eqs. 5, 13).
-std::vector<std::vector<Expr>> lateral_library();
 /// exp(Re(p) t) cos(Im(p) t) and exp(Re(p) t) sin(Im(p) t) for every pole p, rad/s (paper eq. 24, e^{lambda t}, as real
 /// columns), with t counted from `onset` (s): multiplied by (1 + sgn(t - onset))/2 when the onset is not 0.
 std::vector<Expr> modal_library(const std::vector<std::complex<double>>& poles, double onset = 0);
-/// Every product of a term of `a` and a term of `b`.
-std::vector<Expr> product_library(const std::vector<Expr>& a, const std::vector<Expr>& b);
 /// Terms of all libraries in order, each function once; terms that differ by a numeric factor are the same function.
 std::vector<Expr> union_library(const std::vector<std::vector<Expr>>& libraries);
 /// Parses a list of terms; an error names the entry.
@@ -66,10 +61,6 @@ CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGrou
 /// known[i] + sum over groups of unknown[g] * factor * function in equation i.
 std::vector<Expr> right_hand_sides(const CandidateLibrary& library, const std::vector<Expr>& unknowns);
 
-/// One group per equation and function: no ties. `functions[i]` are the candidates of equation i; units by `units`, the
-/// unit of lhs "v'" being that of v per second. Throws Error when the numbers of equations differ.
-CandidateLibrary untied_library(const std::vector<std::string>& lhs, const std::vector<std::vector<Expr>>& functions,
-                                const UnitMap& units = rotor_units());
 /// The five-parameter rotor (paper eqs. 5, 13; RotorModel): groups k1, k2, c, eps_re, eps_im over "X2'", "X4'", then
 /// "d_re", "d_im" (constant) when `offset`. `anisotropic` adds k1_conj_re, k1_conj_im, c_conj_re, c_conj_im; `control`
 /// adds gain with inputs ux, uy.

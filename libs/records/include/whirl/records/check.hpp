@@ -77,7 +77,4 @@ struct CheckOptions {
 /// Samples that are not finite are findings, not errors. Throws Error unless dt > 0 and all channels are equally long.
 RecordReport check(const Recording& recording, const CheckOptions& options = {});
 
-/// The record with the masked samples of every channel replaced by NaN.
-Recording with_gaps(const Recording& recording, const RecordReport& report);
-
 }  // namespace whirl::records

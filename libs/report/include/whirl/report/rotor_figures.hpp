@@ -137,7 +137,4 @@ struct Suppression {
 /// Amplitudes without and with control, and suppression 100 (1 - closed/open) beside the paper's value (Table 4).
 Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind);
 
-/// Distribution of times (latencies, periods), s, on a logarithmic count axis, with a limit (0: none).
-Figure latency_histogram(const Eigen::VectorXd& seconds, const std::string& what, double limit = 0);
-
 }  // namespace whirl::report

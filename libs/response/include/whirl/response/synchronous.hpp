@@ -18,12 +18,6 @@ struct SynchronousPoint {
 /// All answers at one speed, smallest first: one or three. Throws Error for an anisotropic rotor or k1 <= 0.
 std::vector<SynchronousPoint> synchronous_answers(const RotorModel& rotor, double omega);
 
-/// Speeds at which two answers meet, ascending, with the radius there (folds). Empty when there are none.
-std::vector<SynchronousPoint> synchronous_folds(const RotorModel& rotor, double low, double high);
-
-/// Largest radius over all speeds in the range, on any branch.
-SynchronousPoint synchronous_peak(const RotorModel& rotor, double low, double high);
-
 /// Free whirl without damping: Omega(radius) = sqrt(k1 + k2 radius^2), rad/s; NaN where the root is not real.
 double backbone(const RotorModel& rotor, double radius);
 

@@ -117,8 +117,6 @@ struct RigParameters {
   /// 2.5 w1 -> 0 in 13 s with 0.4 % speed ripple, then 1 s at standstill.
   static rotor::SpeedProfile default_profile();
   static std::vector<RigMode> default_modes();
-  /// The other reading of the paper's levels: all of them peak-to-peak (half the unbalance).
-  static RigParameters peak_to_peak_reading();
   /// Identification tests: isotropic rotor, no modes, exact sensors and actuators. A: 12 Hz, zeta 2 %, 30 ->
   /// 0 Hz in 12 s, 5 g added. B: 15 Hz, C/m = 7.5 1/s, 40 -> 0 Hz in 15 s, no added mass.
   static RigParameters ideal_rotor_a();

@@ -60,7 +60,4 @@ struct DiskAcceleration {
 DiskAcceleration lagrange_acceleration(const UnbalancedDisk& disk, const DiskState& state, double ux, double uy,
                                        double tau);
 
-/// Kinetic (eq. 2) plus elastic energy K1 rho^2 / 2 + K2 rho^4 / 4, J.
-double mechanical_energy(const UnbalancedDisk& disk, const DiskState& state);
-
 }  // namespace whirl::rotor

@@ -78,10 +78,4 @@ struct TorqueModel {
   double torque(double omega) const;  ///< N m
 };
 
-/// Angle of a rotor of inertia J_bar (about its centre of mass, kg m^2) turned by `torque`, without the
-/// reaction of the lateral motion (that is in simulate_driven). J_bar beta'' = tau, Runge-Kutta of order 4;
-/// stops for good when Coulomb friction holds it.
-AngleSignal torque_driven_angle(const TorqueModel& torque, double inertia, double beta0, double omega0, double dt,
-                                Eigen::Index samples);
-
 }  // namespace whirl::rotor

@@ -10,8 +10,6 @@ Eigen::VectorXcd inverse_fft(const Eigen::Ref<const Eigen::VectorXcd>& spectrum)
 
 /// One-sided transform of a real signal: the first N/2 + 1 lines of `fft`.
 Eigen::VectorXcd real_fft(const Eigen::Ref<const Eigen::VectorXd>& x);
-/// Inverse of `real_fft`, scaled by 1/N; `n` is the length of the signal (spectrum.size() must be n/2 + 1).
-Eigen::VectorXd inverse_real_fft(const Eigen::Ref<const Eigen::VectorXcd>& spectrum, Eigen::Index n);
 
 /// Smallest length >= n whose only prime factors are 2, 3 and 5 (fast transforms).
 Eigen::Index fast_fft_length(Eigen::Index n);

@@ -8,7 +8,7 @@ namespace whirl::signal {
 
 struct SpectrumOptions {
   Window window = Window::hann;
-  AmplitudeKind kind = AmplitudeKind::peak;  ///< how amplitudes are stated; a power spectral density is always rms
+  AmplitudeKind kind = AmplitudeKind::peak;  ///< how amplitudes are stated
   Eigen::Index block = 0;                    ///< samples per averaged block; 0 = the whole record as one block
   double overlap = 0.5;                      ///< of successive blocks, in [0, 0.95]
 };
@@ -24,15 +24,6 @@ struct AmplitudeSpectrum {
 /// One-sided amplitude spectrum of a real signal, corrected for the gain of the window: a sine on a line shows its
 /// amplitude of the chosen kind. The mean is shown at 0 Hz as it is, whatever the kind. Throws Error unless dt > 0.
 AmplitudeSpectrum amplitude_spectrum(const Eigen::Ref<const Eigen::VectorXd>& x, double dt,
-                                     const SpectrumOptions& options = {});
-
-/// One-sided power spectral density by averaged windowed blocks (Welch).
-struct PowerSpectrum {
-  Eigen::VectorXd frequency;  ///< Hz
-  Eigen::VectorXd density;    ///< (unit of the signal)^2 / Hz; its integral over Hz is the mean square
-  long averages = 0;
-};
-PowerSpectrum power_spectral_density(const Eigen::Ref<const Eigen::VectorXd>& x, double dt,
                                      const SpectrumOptions& options = {});
 
 /// Full spectrum of an orbit: transform of z = x + j y, forward whirl at positive, backward whirl at negative

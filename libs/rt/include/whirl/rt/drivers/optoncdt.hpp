@@ -65,9 +65,6 @@ class Scale {
 };
 
 /// Additional values (OUTADD_RS422).
-double exposure(std::uint32_t raw) noexcept;  ///< s
-/// 0..1. The printed formula is incomplete; 65472 as full scale is to be confirmed on the sensor.
-double intensity(std::uint32_t raw) noexcept;
 double timestamp(std::uint32_t low, std::uint32_t high) noexcept;  ///< s, from the two 16-bit words
 /// Frames lost between two counter values (18 bits, wraps).
 constexpr std::uint32_t lost_between(std::uint32_t previous, std::uint32_t current) noexcept {
