@@ -197,8 +197,9 @@ DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& to
     out.angle.beta[i] = s[4];
     out.angle.omega[i] = s[5];
     out.angle.alpha[i] = acceleration(s).alpha;
-    // Within the step that would reverse it Coulomb friction stops the rotor.
+    // Within the step that would reverse it Coulomb friction stops the rotor: constant deceleration to that instant.
     if (std::abs(torque.motor) <= torque.coulomb && s[5] * (s[5] + 0.5 * dt * out.angle.alpha[i]) <= 0) {
+      if (!held && s[5] != 0) s[4] -= 0.5 * s[5] * s[5] / out.angle.alpha[i];
       held = true;
       s[5] = 0;
     }
