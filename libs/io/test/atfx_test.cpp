@@ -174,4 +174,22 @@ TEST(Atfx, ABinaryColumnLongerThanItsFileIsLeftOutAndNamed) {
   EXPECT_THROW(whirl::io::parse_atfx("", "empty", no_parts), whirl::Error);
   EXPECT_THROW(whirl::io::parse_atfx("<a/>", "other", no_parts), whirl::Error);
 }
+
+TEST(Atfx, AnOffsetThatIsNoWholeNumberLeavesItsColumnOut) {
+  const auto path = whirl::testing::data_file("atfx/test.atfx");
+  WHIRL_REQUIRE_DATA(path);
+  const std::string text = whirl::io::read_text(path);
+  const std::string nines(120, '9');
+  for (const std::string& offset :
+       {nines, std::string("-1"), std::string("1.5"), std::string("nan"), std::string("x")}) {
+    std::string wrong = text;
+    const std::size_t at = wrong.find("<valoffsets>");
+    ASSERT_NE(at, std::string::npos);
+    wrong.insert(at + 12, offset + " ");
+    const auto file = whirl::io::parse_atfx(wrong, "wrong", test_part);
+    ASSERT_EQ(file.warnings.size(), 1u) << offset;
+    EXPECT_NE(file.warnings[0].find("valoffsets = '"), std::string::npos) << file.warnings[0];
+  }
+}
+
 }  // namespace

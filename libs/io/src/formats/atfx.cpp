@@ -225,14 +225,18 @@ class Reader {
 
   long field(const pugi::xml_node& part, const char* what, const std::string& column) const {
     const std::string text = part.child_value(what);
-    long value = 0;
     const auto trimmed = words(text);
     if (trimmed.size() != 1)
       fail(fmt::format("binary column '{}': {} = '{}': must be one integer", column, what, text.substr(0, 40)));
-    const auto [end, error] = std::from_chars(trimmed[0].data(), trimmed[0].data() + trimmed[0].size(), value);
-    if (error != std::errc() || end != trimmed[0].data() + trimmed[0].size() || value < 0) {
+    return whole(trimmed[0], what, column);
+  }
+
+  long whole(std::string_view word, const char* what, const std::string& column) const {
+    long value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || value < 0) {
       fail(fmt::format("binary column '{}': {} = '{}': must be a non-negative integer", column, what,
-                       text.substr(0, 40)));
+                       word.substr(0, 40)));
     }
     return value;
   }
@@ -266,7 +270,7 @@ class Reader {
         static_cast<std::size_t>(*part.child_value("blocksize") != '\0' ? field(part, "blocksize", column) : 0);
     std::vector<std::size_t> offsets;
     for (const auto& w : words(part.child_value("valoffsets")))
-      offsets.push_back(static_cast<std::size_t>(std::max(0.0, number(w, column))));
+      offsets.push_back(static_cast<std::size_t>(whole(w, "valoffsets", column)));
     if (offsets.empty()) offsets.push_back(0);
     if (per_block < 1 || per_block > (1u << 20))
       fail(fmt::format("binary column '{}': {} values per block", column, per_block));
