@@ -222,6 +222,8 @@ TEST(Signals, DamagedFilesAreErrorsThatNameThePlace) {
   EXPECT_THAT(error_of([&] { parse_wav("RIFF", "a.wav"); }), HasSubstr("a.wav: byte 4"));
   const std::string wav = read_text(corpus("wav/pcm24.wav"));
   EXPECT_THAT(parse_wav(wav.substr(0, 200), "cut.wav").tables.at(0).rows(), ::testing::Lt(50));
+  EXPECT_THAT(error_of([&] { parse_wav(read_text(corpus("wav/empty.wav")), "empty.wav"); }),
+              HasSubstr("holds no samples"));
   EXPECT_THAT(error_of([&] { parse_lvm("", "a.lvm"); }), HasSubstr("a.lvm"));
   const std::string lvm = read_text(corpus("lvm/comma.lvm"));
   EXPECT_THAT(error_of([&] { parse_lvm(lvm.substr(0, 250), "a.lvm"); }), HasSubstr("a.lvm:"));

@@ -80,6 +80,7 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
     if (frames <= 0) break;
     values.insert(values.end(), block.begin(), block.begin() + frames * info.channels);
   }
+  if (values.empty()) throw fail("holds no samples");
   const auto rows = static_cast<Eigen::Index>(values.size() / channels);
   SignalFile result;
   result.source = name;
