@@ -9,6 +9,7 @@
 #include "../libs/modal/test/synthetic.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
+#include "whirl/testing/drifting_blows.hpp"
 #include "whirl/testing/nonlinear_blows.hpp"
 #include "whirl/testing/roving.hpp"
 
@@ -20,12 +21,7 @@ void print(const char* name, const whirl::testing::ModeScore& s, const whirl::Mo
              s.frequency, truth, s.both, s.extra, s.sharp_extra, 100.0 * s.covered_frequency / std::max(1, s.frequency),
              100.0 * s.covered_damping / std::max(1, s.frequency), 100 * s.median_frequency_error,
              100 * s.median_damping_error, seconds);
-#ifndef WHIRL_OLD
-  fmt::print(" {:.4f} % ({:.2f} %)", 100 * model.frequency_scatter, 100 * model.damping_scatter);
-#else
-  (void)model;
-#endif
-  fmt::print("\n");
+  fmt::print(" {:.4f} % ({:.2f} %)\n", 100 * model.frequency_scatter, 100 * model.damping_scatter);
 }
 
 std::vector<std::complex<double>> poles_of(const std::vector<double>& f, const std::vector<double>& zeta) {
@@ -36,20 +32,54 @@ std::vector<std::complex<double>> poles_of(const std::vector<double>& f, const s
   return poles;
 }
 
-template <class F>
-void timed(const char* name, const whirl::FrequencyResponse& frf, const std::vector<std::complex<double>>& truth, F&&) {
+/// All sets of one case. `expected`: modes within 0.1 % by the standard deviations that the fits state.
+struct Total {
+  int sets = 0, modes = 0, found = 0, extra = 0, sharp = 0, frequency = 0, damping = 0;
+  double expected = 0, seconds = 0, slowest = 0;
+
+  void add(const whirl::testing::ModeScore& s, const whirl::ModalModel& model, std::size_t truth, double time) {
+    ++sets;
+    modes += static_cast<int>(truth);
+    found += s.frequency;
+    extra += s.extra;
+    sharp += s.sharp_extra;
+    frequency += s.covered_frequency;
+    damping += s.covered_damping;
+    for (const whirl::Mode& mode : model.modes) {
+      if (mode.frequency.value < model.band_low || mode.frequency.value > model.band_high) continue;
+      expected += std::erf(1e-3 * mode.frequency.value / (std::numbers::sqrt2 * mode.frequency.sd));
+    }
+    seconds += time;
+    slowest = std::max(slowest, time);
+  }
+  void print(const char* name) const {
+    if (sets == 0) return;
+    fmt::print(
+        "| {:<36} | all {} sets: {} of {} found ({:.1f} expected from the sd), {} false ({} sharp), intervals hold f "
+        "{:.1f} %, zeta {:.1f} %, {:.2f} s, slowest {:.2f} s\n",
+        name, sets, found, modes, expected, extra, sharp, 100.0 * frequency / std::max(1, found),
+        100.0 * damping / std::max(1, found), seconds / sets, slowest);
+  }
+};
+
+void timed(const char* name, const whirl::FrequencyResponse& frf, const std::vector<std::complex<double>>& truth,
+           Total& total) {
   const std::clock_t start = std::clock();
   const whirl::ModalModel model = whirl::modal::fit_modes(frf);
-  print(name, whirl::testing::score(truth, model), model, truth.size(),
-        static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+  const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const whirl::testing::ModeScore score = whirl::testing::score(truth, model);
+  print(name, score, model, truth.size(), seconds);
+  total.add(score, model, truth.size(), seconds);
 }
 
 void roving(const char* name, whirl::testing::RovingOptions o, int seeds) {
+  Total total;
   for (int seed = 1; seed <= seeds; ++seed) {
     o.seed = static_cast<unsigned>(100 + seed);
     const auto data = whirl::testing::make_roving(o);
-    timed(name, data.frf, poles_of(data.frequency, data.damping), 0);
+    timed(name, data.frf, poles_of(data.frequency, data.damping), total);
   }
+  total.print(name);
 }
 
 }  // namespace
@@ -67,27 +97,41 @@ int main(int argc, char** argv) {
   if (wanted("scatter both"))
     roving("scatter both 0.03 %, damping 5 %", {.frequency_scatter = 3e-4, .damping_scatter = 0.05}, seeds);
   if (wanted("none")) roving("none", {}, seeds);
-  for (int above : {6, 20}) {
-    if (wanted("above")) roving("above the band", {.noise = 0.01, .modes_above = above}, seeds);
+  for (int above : {6, 12, 20}) {
+    const std::string name = fmt::format("{} modes above the band", above);
+    if (wanted(name.c_str())) roving(name.c_str(), {.noise = 0.01, .modes_above = above}, seeds);
   }
   if (wanted("common")) roving("common force noise 2 %", {.noise = 0.002, .common_noise = 0.02}, seeds);
   if (wanted("hysteretic")) roving("hysteretic", {.hysteretic = true}, seeds);
+  Total drift;
+  for (int seed = 1; seed <= seeds && wanted("drift"); ++seed) {
+    whirl::testing::DriftOptions o;
+    o.structure.seed = static_cast<unsigned>(700 + seed);
+    const auto data = whirl::testing::make_drifting(o);
+    timed("drift between blows", data.frf, poles_of(data.frequency, data.damping), drift);
+  }
+  drift.print("drift between blows");
+  Total beams;
   for (int seed = 1; seed <= seeds && wanted("beam"); ++seed) {
     const auto beam = whirl::testing::make_beam({.seed = static_cast<unsigned>(seed)});
     timed("beam, roving sensor", beam.frf, poles_of(beam.unloaded, std::vector<double>(beam.unloaded.size(), 0.004)),
-          0);
+          beams);
   }
+  beams.print("beam, roving sensor");
   for (const double hardening : {0.0, 5e-4, 1e-3, 3e-3}) {
     const std::string name = fmt::format("blows, nonlinear {:g} %", 100 * hardening);
+    Total total;
     for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
       const auto data =
           whirl::testing::make_nonlinear_blows({.hardening = hardening, .seed = static_cast<unsigned>(2000 + seed)});
-      timed(name.c_str(), whirl::modal::estimate_frf(data.blows), data.poles, 0);
+      timed(name.c_str(), whirl::modal::estimate_frf(data.blows), data.poles, total);
     }
+    total.print(name.c_str());
   }
   for (const auto kind : {whirl::FrfKind::mobility, whirl::FrfKind::receptance}) {
     for (const bool proportional : {false, true}) {
       const std::string name = fmt::format("35 modes, {} 5 %, {}", to_string(kind), proportional ? "prop." : "add.");
+      Total total;
       for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
         whirl::testing::SyntheticOptions o;
         o.kind = kind;
@@ -95,8 +139,9 @@ int main(int argc, char** argv) {
         o.proportional = proportional;
         o.seed = static_cast<unsigned>(seed);
         const auto data = whirl::testing::make_synthetic(o);
-        timed(name.c_str(), data.frf, data.poles, 0);
+        timed(name.c_str(), data.frf, data.poles, total);
       }
+      total.print(name.c_str());
     }
   }
 }

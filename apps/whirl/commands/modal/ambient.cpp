@@ -9,6 +9,7 @@
 #include "whirl/io/signals.hpp"
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/oma.hpp"
+#include "whirl/modal/order_modes.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -87,8 +88,13 @@ void run_oma(const Options& o, Session& session) {
   }
   modal::OmaOptions options = o.oma;
   options.method = o.method == "ssi-data" ? modal::SubspaceMethod::data : modal::SubspaceMethod::covariance;
+  const auto identify = [&](const Recording& record) {
+    if (o.method != "orders") return modal::identify_operational(record, options);
+    return modal::identify_orders(
+        record, {.orders = std::max(1, options.orders), .band_low = options.band_low, .band_high = options.band_high});
+  };
   std::vector<modal::OperationalModes> setups;
-  for (const std::string& file : o.files) setups.push_back(modal::identify_operational(o.record.read(file), options));
+  for (const std::string& file : o.files) setups.push_back(identify(o.record.read(file)));
   const modal::OperationalModes found = setups.size() == 1 ? setups.front() : modal::merge_setups(setups);
   report::Table table;
   table.caption = "Modes under operational excitation";
@@ -153,18 +159,24 @@ void add_oma(CommandLine& app, Session& session) {
       "excitation; several records are set-ups that share channel names (reference sensors).\n"
       "Output: frequencies (Hz) and damping ratios (%) with standard deviations, shapes in the JSON; tones of the\n"
       "running speed are told from modes, subtracted and listed apart.\n\n"
-      "Example: whirl oma ambient.csv --out modes.json --figure shapes.svg",
+      "Example: whirl oma ambient.csv --out modes.json --figure shapes.svg\n"
+      "         whirl oma run_up.csv --method orders --orders 2",
       [o, &session] { run_oma(*o, session); });
   sub->add_option("FILES", o->files, "records of responses; several: set-ups to merge")->input()->required();
   sub->add_option("--out", o->out, "write the modes as JSON")->output("whirl.operational_modes");
   sub->add_option("--figure", o->figures, "mode shapes, or with efdd the singular values (.svg .png .pdf .csv)")
       ->output();
-  sub->add_option("--method", o->method, "ssi-data, ssi-cov or efdd")->one_of({"ssi-cov", "ssi-data", "efdd"});
+  sub->add_option("--method", o->method,
+                  "ssi-data, ssi-cov, efdd, or orders: the 1X, 2X, ... of a run-up or run-down by the rotor's angle "
+                  "(beta_rad), of "
+                  "which --orders says how many")
+      ->one_of({"ssi-cov", "ssi-data", "efdd", "orders"});
   sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band");
   sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band");
   sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels");
   sub->add_option("--orders", o->oma.orders,
-                  "multiples of the running speed to subtract, by the rotor's angle in the record (beta_rad), however "
+                  "multiples of the running speed to subtract (with --method orders: to use), by the rotor's angle in "
+                  "the record (beta_rad), however "
                   "the speed wanders");
   sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples");
   o->record.add_to(sub);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "responses.hpp"
 #include "tones.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -204,29 +205,6 @@ OperationalMode mode_of(const Cluster& cluster, const std::vector<MatrixXd>& blo
   return mode;
 }
 
-/// The responses of the record less their means, one per column; channels that never change are left out.
-MatrixXd responses_of(const Recording& recording, OperationalModes& result) {
-  MatrixXd y(recording.size(), 0);
-  for (const Channel& c : recording.channels) {
-    if (c.quantity == Quantity::time || c.quantity == Quantity::force || c.quantity == Quantity::angle ||
-        c.quantity == Quantity::angular_velocity)
-      continue;
-    if (y.cols() > 0 && c.quantity != recording.at(result.channels.front()).quantity) {
-      throw Error(fmt::format("{}: channel '{}' shows {}: all must be one quantity", recording.source, c.name,
-                              to_string(c.quantity)));
-    }
-    if (c.samples.maxCoeff() == c.samples.minCoeff()) {
-      result.summary.warn(fmt::format("channel '{}' never changes: left out", c.name));
-      continue;
-    }
-    y.conservativeResize(Eigen::NoChange, y.cols() + 1);
-    y.col(y.cols() - 1) = c.samples.array() - c.samples.mean();
-    result.channels.push_back(c.name);
-  }
-  if (y.cols() == 0) throw Error(fmt::format("{}: no response channel", recording.source));
-  return y;
-}
-
 // With a tacho the orders are known, however the speed wanders.
 void subtract_orders(const Recording& recording, int orders, double nyquist, MatrixXd& y, std::vector<Tone>& tones) {
   const Channel* angle = nullptr;
@@ -352,79 +330,6 @@ OperationalModes identify_operational(const Recording& recording, const OmaOptio
       fmt::format("{} modes from {:.4g} s, {} channels, orders 2 to {}; the excitation is taken as white",
                   result.modes.size(), dt * static_cast<double>(y.rows()), l, rank);
   return result;
-}
-
-OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
-  if (setups.empty()) throw Error("no set-ups to merge");
-  OperationalModes merged = setups.front();
-  for (std::size_t s = 1; s < setups.size(); ++s) {
-    const OperationalModes& next = setups[s];
-    std::vector<std::pair<Index, Index>> shared;  // channel of merged, of next
-    std::vector<Index> added;
-    for (std::size_t c = 0; c < next.channels.size(); ++c) {
-      const auto found = std::find(merged.channels.begin(), merged.channels.end(), next.channels[c]);
-      if (found != merged.channels.end()) {
-        shared.emplace_back(found - merged.channels.begin(), static_cast<Index>(c));
-      } else {
-        added.push_back(static_cast<Index>(c));
-      }
-    }
-    if (shared.empty()) throw Error(fmt::format("set-up {} shares no channel name with those before it", s + 1));
-    std::vector<OperationalMode> kept;
-    for (const OperationalMode& mode : merged.modes) {
-      const OperationalMode* best = nullptr;
-      double score = -INFINITY;
-      VectorXcd a(static_cast<Index>(shared.size())), b = a, chosen = a;
-      for (const OperationalMode& other : next.modes) {
-        const double df = std::abs(other.frequency.value / mode.frequency.value - 1);
-        if (df > 0.05) continue;
-        for (std::size_t i = 0; i < shared.size(); ++i) {
-          a[static_cast<Index>(i)] = mode.shape[shared[i].first];
-          b[static_cast<Index>(i)] = other.shape[shared[i].second];
-        }
-        const double value = (shared.size() > 1 ? mac(a, b) : 0) - 20 * df;
-        if (value <= score) continue;
-        score = value;
-        best = &other;
-        chosen = b;
-      }
-      if (best == nullptr) {
-        merged.summary.warn(
-            fmt::format("mode at {:.5g} Hz is not seen in set-up {}: left out", mode.frequency.value, s + 1));
-        continue;
-      }
-      const Complex factor = chosen.dot(a) / chosen.squaredNorm();
-      OperationalMode joined = mode;
-      joined.shape.conservativeResize(mode.shape.size() + static_cast<Index>(added.size()));
-      for (std::size_t i = 0; i < added.size(); ++i)
-        joined.shape[mode.shape.size() + static_cast<Index>(i)] = factor * best->shape[added[i]];
-      const auto mean = [](const Estimate& x, const Estimate& z) {
-        const double wx = 1 / (x.sd * x.sd), wz = 1 / (z.sd * z.sd);
-        return Estimate::from_sd((wx * x.value + wz * z.value) / (wx + wz), 1 / std::sqrt(wx + wz));
-      };
-      joined.frequency = mean(mode.frequency, best->frequency);
-      joined.damping = mean(mode.damping, best->damping);
-      kept.push_back(std::move(joined));
-    }
-    merged.modes = std::move(kept);
-    for (const Index c : added) merged.channels.push_back(next.channels[static_cast<std::size_t>(c)]);
-    for (const Tone& tone : next.tones) {
-      if (std::none_of(merged.tones.begin(), merged.tones.end(), [&](const Tone& t) {
-            return std::abs(t.frequency - tone.frequency) < 0.002 * tone.frequency;
-          })) {
-        merged.tones.push_back(tone);
-      }
-    }
-    for (const auto& warning : next.summary.warnings) merged.summary.warn(fmt::format("set-up {}: {}", s + 1, warning));
-  }
-  for (OperationalMode& mode : merged.modes) {
-    Index largest = 0;
-    mode.shape.cwiseAbs().maxCoeff(&largest);
-    mode.shape /= mode.shape[largest];
-  }
-  if (merged.modes.empty()) merged.summary.fail("no mode is common to the set-ups");
-  merged.summary.trust = fmt::format("{} modes common to {} set-ups", merged.modes.size(), setups.size());
-  return merged;
 }
 
 }  // namespace whirl::modal

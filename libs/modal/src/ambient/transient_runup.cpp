@@ -6,6 +6,7 @@
 
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/least_squares.hpp"
 #include "whirl/rotor/modal_response.hpp"
 
 namespace whirl::modal {
@@ -225,6 +226,20 @@ class Search {
     return best;
   }
 
+  // The problem of `descend`: (log w, log zeta) with the projected residual.
+  void linearise(Eigen::VectorXd& p, SquareSum& sum) const {
+    const Eigen::VectorXd r = stacked(projected(p).residual);
+    const Eigen::MatrixXd j = jacobian(p);
+    sum = {r.squaredNorm(), j.transpose() * j, -j.transpose() * r};
+  }
+  void last(Eigen::VectorXd& p, SquareSum& sum) const { sum.cost = projected(p).residual.squaredNorm(); }
+  Eigen::VectorXd moved(const Eigen::VectorXd& p, const Eigen::VectorXd& step) const {
+    Eigen::VectorXd next = p + step;
+    clamp(next);
+    return next;
+  }
+  bool small(const SquareSum& sum, const Eigen::VectorXd&, double decrease) const { return decrease < 1e-9 * sum.cost; }
+
   Projection projected(const Eigen::VectorXd& p) const {
     std::vector<Eigen::VectorXcd> q;
     for (Eigen::Index k = 0; k < p.size(); k += 2) q.push_back(column(std::exp(p[k]), std::exp(p[k + 1])));
@@ -308,7 +323,6 @@ class Search {
     }
   }
 
-  // Damped Gauss-Newton on (log w, log zeta) with the projected residual.
   Found refine(const std::vector<std::size_t>& start) const {
     Found at;
     at.p.resize(2 * options_.modes);
@@ -317,28 +331,11 @@ class Search {
       at.p[2 * k] = std::log(c.w);
       at.p[2 * k + 1] = std::log(c.zeta);
     }
-    Eigen::VectorXd r = stacked(projected(at.p).residual);
-    double damping = 1e-3;
-    for (int iteration = 0; iteration < 60; ++iteration) {
-      const Eigen::MatrixXd j = jacobian(at.p);
-      at.normal = j.transpose() * j;
-      Eigen::MatrixXd damped = at.normal;
-      damped.diagonal() *= 1 + damping;
-      Eigen::VectorXd next = at.p - damped.ldlt().solve(Eigen::VectorXd(j.transpose() * r));
-      clamp(next);
-      const Eigen::VectorXd trial = stacked(projected(next).residual);
-      if (trial.squaredNorm() < r.squaredNorm()) {
-        const double gain = 1 - trial.squaredNorm() / r.squaredNorm();
-        at.p = next;
-        r = trial;
-        damping = std::max(1e-9, 0.2 * damping);
-        if (gain < 1e-9) break;
-      } else {
-        damping *= 10;
-        if (damping > 1e6) break;
-      }
-    }
-    at.square = r.squaredNorm();
+    SquareSum sum;
+    linearise(at.p, sum);
+    descend(*this, at.p, sum, 60);
+    at.square = sum.cost;
+    at.normal = std::move(sum.normal);
     return at;
   }
 

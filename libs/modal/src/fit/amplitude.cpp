@@ -186,6 +186,7 @@ void tie_harmonics(const Search& search, Refined& state) {
   for (const Complex parent : parents) {
     for (const double times : {2.0, 3.0}) {
       for (std::size_t k = state.free(); k-- > 0;) {
+        if (k >= state.free()) continue;  // a refinement may have dropped several
         const std::size_t mode = nearest(state, parent);
         if (std::abs(state.poles[k] - times * parent) > -2 * times * parent.real() ||
             residues_of(state, k).norm() > 0.1 * residues_of(state, mode).norm())
@@ -208,6 +209,7 @@ void tie_harmonics(const Search& search, Refined& state) {
 // Poles of the search that the terms now make needless.
 void drop_needless(const Search& search, Refined& state) {
   for (std::size_t k = state.free(); k-- > state.started;) {
+    if (k >= state.free()) continue;  // a refinement may have dropped several
     Refined next = search.refined(without(state, k));
     if (search.better(next, state, 0)) state = std::move(next);
   }

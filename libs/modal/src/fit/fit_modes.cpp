@@ -96,6 +96,31 @@ std::size_t nearest(const Poles& poles, Complex p) {
   return static_cast<std::size_t>(std::min_element(poles.begin(), poles.end(), closer) - poles.begin());
 }
 
+constexpr double kStructured = 1.5;  // lines that hang together: more than chance
+
+// A pole costs two parameters per channel and two of its own, each half the logarithm of the data: a tenth above that,
+// it is taken. Few data say little of what chance and small model errors can do.
+double least_gain(const Band& band) {
+  if (band.guessed_weight && !band.common_weight) return 25;  // the noise itself is only guessed
+  const auto channels = static_cast<double>(band.channels());
+  return std::clamp(1.1 * std::log(2.0 * static_cast<double>(band.h.size())) * (1 + 1 / channels), 14.0, 25.0);
+}
+
+// Where nothing but noise is left, poles too weak to pay by description length but above what noise does by chance. Not
+// where the blows' own scatter is known: that may be drift, which single poles of the FRFs stand for.
+Refined with_weak_poles(const Band& band, const Refined& state, const ResidualTerms& terms,
+                        const ModeOptions& options) {
+  ModeOptions weak = options;
+  weak.search_gain = chance_gain(independent_channels(band, state.residual));
+  if (!options.search || band.noise_floor > 0 || !state.ties.empty() || state.poles.empty() ||
+      state.correlated > kStructured || weak.search_gain >= options.search_gain ||
+      (band.guessed_weight && !band.common_weight))
+    return state;
+  Refined more = fit_white(band, Band{}, state.poles, terms, weak);
+  more.started = std::min(state.started, more.poles.size());
+  return more.correlated > kStructured ? state : more;
+}
+
 // Longer than the white fit's by so much, a fit with scatter is not worth going on with.
 constexpr double kHopeless = 500;
 
@@ -210,7 +235,7 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     state = refine(band, state.poles, state.started, terms, options.max_iterations);
   }
   const Refined white = state;  // of equal poles and no amplitude: the start of all others
-  state = with_amplitude(band, white, terms, options);
+  if (options.amplitude) state = with_amplitude(band, white, terms, options);
   if (options.scatter && may_scatter(band, white, terms, options)) {
     // The diagram's poles and what the search found apart from them; what splits a peak stays out.
     Poles from = start;
@@ -238,6 +263,7 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
       return solution;
     }
   }
+  state = with_weak_poles(band, state, terms, options);
   // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
   // stiffness leaves would decide between the two by chance.
   const bool model_error = band.noise_floor > 0 && state.residual.norm() > 1.5 * band.noise_floor * band.h.norm();
@@ -263,16 +289,6 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
 }  // namespace
 
 namespace {
-
-constexpr double kStructured = 1.5;  // lines that hang together: more than chance
-
-// A pole costs two parameters per channel and two of its own, each half the logarithm of the data: a tenth above that,
-// it is taken. Few data say little of what chance and small model errors can do.
-double least_gain(const Band& band) {
-  if (band.guessed_weight && !band.common_weight) return 25;  // the noise itself is only guessed
-  const auto channels = static_cast<double>(band.channels());
-  return std::clamp(1.1 * std::log(2.0 * static_cast<double>(band.h.size())) * (1 + 1 / channels), 14.0, 25.0);
-}
 
 // The diagram's poles nearest to the frequencies asked for: stable ones first, of the higher orders the median.
 Poles pick(const StabilisationDiagram& diagram, const std::vector<double>& frequencies, double decay) {

@@ -134,6 +134,20 @@ double description_length(const Band& band, const Refined& state, const Residual
          tied * std::log(2 * static_cast<double>(band.h.size()) / lines);
 }
 
+double chance_gain(double channels) {
+  constexpr double kDeviations = 6.5;
+  const double freedom = 2 * channels + 2, spread = 2 / (9 * freedom);
+  const double quantile = freedom * std::pow(1 - spread + kDeviations * std::sqrt(spread), 3);
+  return std::clamp(quantile / (2 * channels), 6.0, 25.0);
+}
+
+double independent_channels(const Band& band, const Eigen::MatrixXcd& residual) {
+  const Eigen::MatrixXcd weighted = residual.cwiseProduct(band.weight.cast<Complex>());
+  const Eigen::MatrixXcd covariance = weighted.adjoint() * weighted;
+  const double trace = covariance.trace().real(), squares = covariance.squaredNorm();
+  return squares > 0 ? trace * trace / squares : static_cast<double>(band.channels());
+}
+
 bool drop_unsupported(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options,
                       double correlated) {
   if (state.poles.empty()) return false;

@@ -44,14 +44,24 @@ double freedom(const Band& band, const Poles& poles, const ResidualTerms& terms)
 double noise_variance(const Band& band, const Poles& poles, const ResidualTerms& terms, const PoleFit& fit);
 double least_variance(const Band& band);
 
-/// Gauss-Newton with Levenberg damping, its factor by the ratio of real to predicted gain (Nielsen). Stops when a step
-/// would gain less than 0.03 of one noise variance per pole, or would move nothing that matters. The last poles of
-/// `start` follow the others as `ties` say.
+/// Gauss-Newton with Levenberg damping by the ratio of real to predicted gain (Nielsen), not by the rule of `descend`:
+/// a rejected step costs a whole fit of residues, and which of two close modes a pole ends on depends on the path.
+/// Stops when a step would gain less than 0.03 of one noise variance per pole, or would move nothing that matters. The
+/// last poles of `start` follow the others as `ties` say.
 Refined refine(const Band& band, const Poles& start, std::size_t started, const ResidualTerms& terms, int iterations,
                const std::vector<Tie>& ties = {});
 
 /// -2 log likelihood + log(data) x parameters, as that of fit_scatter; `lines` count as one.
 double description_length(const Band& band, const Refined& state, const ResidualTerms& terms, double lines = 1);
+
+/// Energy of a pole, per residue parameter, that noise independent between `channels` FRFs does not reach by chance at
+/// any place of the band: the chi-square quantile (Wilson and Hilferty) at 6.5 standard deviations for two residue
+/// parameters per channel and the pole's own two. Not below 6, where small model errors begin to count, nor above 25.
+double chance_gain(double channels);
+
+/// Channels that would carry as much independent noise: fewer than there are where an error is common to several
+/// (Satterthwaite, from the covariance of the weighted residuals).
+double independent_channels(const Band& band, const Eigen::MatrixXcd& residual);
 
 /// Drops poles that the data do not hold: damping out of range, real part not known to a factor, or an energy that
 /// noise could have. Returns true when any was dropped.

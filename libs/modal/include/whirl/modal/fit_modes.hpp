@@ -19,6 +19,8 @@ struct ModeOptions {
   int max_modes = 200;
   /// Hz; where not empty, these modes and no others: the poles of the diagram nearest to them are refined as they are.
   std::vector<double> select = {};
+  bool amplitude =
+      true;  ///< let poles depend on the amplitude of the ringing after a blow where the evidence asks for it
   bool scatter = true;                             ///< let the poles differ between FRFs where the evidence asks for it
   DampingChoice damping = DampingChoice::viscous;  ///< `automatic` mistakes viscous sets of many modes at times
 };

@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "band.hpp"
+#include "fit/band.hpp"
 #include "whirl/modal/poles.hpp"
 
 namespace whirl::modal {

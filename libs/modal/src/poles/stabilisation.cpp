@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "band.hpp"
 #include "classic_methods.hpp"
+#include "fit/band.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
