@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <zlib.h>
 
 #include <cmath>
 #include <filesystem>
@@ -285,6 +286,40 @@ TEST(ForeignFormatsReference, Hdf5BehindAUserBlockWithRatesOfTheGroupAndResponse
   const auto frf = read_responses(file, FrfKind::accelerance);
   ASSERT_TRUE(frf);
   expect_matrix(*frf);
+}
+
+// The library takes for granted that a chunk holds what its size says, and reads beyond its end where it does not.
+TEST(ForeignFormats, AnHdf5ChunkShorterThanItsSizeIsRefused) {
+  constexpr hsize_t kRows = 1000, kChunk = 400;
+  for (const bool deflated : {false, true}) {
+    const File file("chunk.h5", "");
+    std::filesystem::remove(file);
+    const hid_t h = H5Fcreate(file.string().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hid_t space = H5Screate_simple(1, &kRows, nullptr), create = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_chunk(create, 1, &kChunk);
+    H5Pset_shuffle(create);
+    H5Pset_deflate(create, 6);
+    const hid_t set = H5Dcreate2(h, "x_mm", H5T_IEEE_F64LE, space, H5P_DEFAULT, create, H5P_DEFAULT);
+    const std::vector<double> values(kRows, 1.5);
+    H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    H5Fflush(h, H5F_SCOPE_LOCAL);
+    EXPECT_EQ(read_signals(file).tables.at(0).rows(), static_cast<Eigen::Index>(kRows));
+    std::vector<unsigned char> chunk(80, 7);
+    if (deflated) {
+      uLongf size = compressBound(chunk.size());
+      std::vector<unsigned char> packed(size);
+      compress(packed.data(), &size, chunk.data(), chunk.size());
+      packed.resize(size);
+      chunk = packed;
+    }
+    const hsize_t second = kChunk;
+    H5Dwrite_chunk(set, H5P_DEFAULT, deflated ? 0 : 3, &second, chunk.size(), chunk.data());
+    H5Dclose(set);
+    H5Pclose(create);
+    H5Sclose(space);
+    H5Fclose(h);
+    EXPECT_THAT(error_of([&] { read_signals(file); }), HasSubstr("shorter than it says"));
+  }
 }
 
 TEST(ForeignFormatsReference, TdmsSegmentsInterleavedAndCutOff) {

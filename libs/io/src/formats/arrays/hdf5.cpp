@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "formats/arrays/arrays.hpp"
+#include "formats/arrays/hdf5_chunks.hpp"
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
@@ -150,10 +151,15 @@ bool is_numeric(Visit& visit, const char* path, H5T_class_t kind, bool complex, 
   return true;
 }
 
-/// Only chunks pass through filters. (The library itself reads beyond the end of a compact dataset that is too short.)
-bool is_packed(hid_t dataset) {
-  const Id created(H5Dget_create_plist(dataset), H5Pclose);
-  return H5Pget_layout(created) == H5D_CHUNKED;
+/// Two numbers that lie inside the compound (the library copies what a damaged one says).
+bool is_complex(hid_t type, H5T_class_t kind) {
+  if (kind != H5T_COMPOUND || H5Tget_nmembers(type) != 2) return false;
+  for (const unsigned part : {0U, 1U}) {
+    const Id member(H5Tget_member_type(type, part), H5Tclose);
+    if (H5Tget_class(member) != H5T_FLOAT || H5Tget_member_offset(type, part) + H5Tget_size(member) > H5Tget_size(type))
+      return false;
+  }
+  return true;
 }
 
 void read_dataset(Visit& visit, const char* path) {
@@ -164,8 +170,7 @@ void read_dataset(Visit& visit, const char* path) {
   }
   const Id type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
-  const bool complex = kind == H5T_COMPOUND && H5Tget_nmembers(type) == 2 &&
-                       H5Tget_member_class(type, 0) == H5T_FLOAT && H5Tget_member_class(type, 1) == H5T_FLOAT;
+  const bool complex = is_complex(type, kind);
   const std::string matlab = text_attribute(data, "MATLAB_class");
   if (!is_numeric(visit, path, kind, complex, matlab)) return;
   const int rank = H5Sget_simple_extent_ndims(space);
@@ -179,13 +184,19 @@ void read_dataset(Visit& visit, const char* path) {
                    (rank > 1 ? static_cast<double>(sizes[1]) : 1) * (rank > 2 ? static_cast<double>(sizes[2]) : 1);
   // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
   const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
-  const double most = is_packed(data) ? 1100 * stored : stored;
+  const Id created(H5Dget_create_plist(data), H5Pclose);
+  const bool chunked = H5Pget_layout(created) == H5D_CHUNKED;
+  const double most = chunked ? 1100 * stored : stored;
   if (rows * columns * static_cast<double>(H5Tget_size(type)) > most || rows * columns > 1e9) {
     visit.problem =
         fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
     return;
   }
   if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
+  if (chunked && visit.first == 0 && !chunks_are_whole(data, created, type, space, visit.bytes)) {
+    visit.problem = fmt::format("dataset '{}' cannot be read: a part of it is shorter than it says", path);
+    return;
+  }
   if (rank == 3) {
     read_cube(visit, path, data, type, complex, {sizes, sizes + 3}, !matlab.empty());
     return;
