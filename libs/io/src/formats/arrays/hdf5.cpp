@@ -162,6 +162,23 @@ bool is_complex(hid_t type, H5T_class_t kind) {
   return true;
 }
 
+/// What is stored of the dataset can be as many values as it says; else `visit.problem` says so.
+bool holds(Visit& visit, const char* path, hid_t data, hid_t type, hid_t space, double rows, double columns) {
+  const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
+  const Id created(H5Dget_create_plist(data), H5Pclose);
+  const bool chunked = H5Pget_layout(created) == H5D_CHUNKED;
+  // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
+  const double most = chunked ? 1100 * stored : stored;
+  if (rows * columns * static_cast<double>(H5Tget_size(type)) > most || rows * columns > 1e9) {
+    visit.problem =
+        fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
+  } else if (chunked && visit.first == 0 && rows * columns > 0 &&
+             !chunks_are_whole(data, created, type, space, visit.bytes)) {
+    visit.problem = fmt::format("dataset '{}' cannot be read: a part of it is shorter than it says", path);
+  }
+  return visit.problem.empty();
+}
+
 void read_dataset(Visit& visit, const char* path) {
   const Id data(H5Dopen2(visit.file, path, H5P_DEFAULT), H5Dclose);
   if (data < 0) {
@@ -182,21 +199,8 @@ void read_dataset(Visit& visit, const char* path) {
   const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1,
                columns =
                    (rank > 1 ? static_cast<double>(sizes[1]) : 1) * (rank > 2 ? static_cast<double>(sizes[2]) : 1);
-  // No more than what is stored can be unpacked into: deflate gains a factor of 1032 at most.
-  const double stored = static_cast<double>(std::min<hsize_t>(H5Dget_storage_size(data), visit.bytes));
-  const Id created(H5Dget_create_plist(data), H5Pclose);
-  const bool chunked = H5Pget_layout(created) == H5D_CHUNKED;
-  const double most = chunked ? 1100 * stored : stored;
-  if (rows * columns * static_cast<double>(H5Tget_size(type)) > most || rows * columns > 1e9) {
-    visit.problem =
-        fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
-    return;
-  }
+  if (!holds(visit, path, data, type, space, rows, columns)) return;
   if (rows * columns == 0 || H5Aexists(data, "MATLAB_empty") > 0) return;
-  if (chunked && visit.first == 0 && !chunks_are_whole(data, created, type, space, visit.bytes)) {
-    visit.problem = fmt::format("dataset '{}' cannot be read: a part of it is shorter than it says", path);
-    return;
-  }
   if (rank == 3) {
     read_cube(visit, path, data, type, complex, {sizes, sizes + 3}, !matlab.empty());
     return;
