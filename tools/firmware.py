@@ -20,6 +20,7 @@ import json
 import math
 import pathlib
 import select
+import shutil
 import signal
 import socket
 import struct
@@ -32,12 +33,29 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import cortex_m4f  # noqa: E402
 
 ROOT = cortex_m4f.ROOT
+FLAGS = ["-O2", "-std=c99", "-Wall", "-Wextra", "-Werror", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard",
+         "-ffunction-sections", "-fdata-sections", "-fno-math-errno", "-nostartfiles"]
 TARGETS = ROOT / "targets"
 WATCHDOG = 50  # ticks, 1 ms each
 KILLED = 600  # tick
 RIG = "[profile]\nstart_rpm = 1200\nramp_s = 2\ndwell_end_s = 0.3\n[rotor]\nadded_mass_g = 5\n"
 ARMED, START = 1, 2
 TRIPS = {0: "none", 1: "displacement", 2: "stale", 3: "not finite", 4: "gap", 5: "supervision", 6: "parameters"}
+
+
+def flash(image):
+    text, data = cortex_m4f.run("arm-none-eabi-size", image).splitlines()[1].split()[:2]
+    return int(text) + int(data)
+
+
+def missing_tool():
+    for tool in ("arm-none-eabi-gcc", "qemu-system-arm"):
+        if shutil.which(tool) is None:
+            return f"{tool} is not installed"
+    if subprocess.run(["arm-none-eabi-gcc", "--specs=nosys.specs", "-x", "c", "-E", "-"], input=b"#include <math.h>\n",
+                      capture_output=True).returncode != 0:
+        return "newlib for arm-none-eabi is not installed"
+    return ""
 
 
 def framed(message):
@@ -100,7 +118,7 @@ def build(law, board, folder):
     start = TARGETS / "cortex-m4f"
     script = start / "link.ld" if board == "mps2-an386" else TARGETS / board / "link.ld"
     sources = [start / "start.c", TARGETS / board / "board.c", *sorted((TARGETS / "firmware").glob("*.c")), law / "law.c"]
-    cortex_m4f.run("arm-none-eabi-gcc", *cortex_m4f.FLAGS, f"-I{law}", f"-I{TARGETS / 'firmware'}", f"-I{start}", *sources, "-T", script,
+    cortex_m4f.run("arm-none-eabi-gcc", *FLAGS, f"-I{law}", f"-I{TARGETS / 'firmware'}", f"-I{start}", *sources, "-T", script,
                    "-Wl,--gc-sections", "--specs=nosys.specs", "-lm", "-o", image)
     return image
 
@@ -329,7 +347,7 @@ def main():
     if o.host is not None:
         host(o.host)
         return 0
-    missing = cortex_m4f.missing_tool()
+    missing = missing_tool()
     if missing:
         print(missing)
         return 77
@@ -350,7 +368,7 @@ def main():
         law = export(o.whirl, design, pathlib.Path(folder))
         write_config(law, 0.025, 150, 4, 10, 10)
         image = build(law, "nucleo-f446re", pathlib.Path(folder))
-        good = check(cortex_m4f.flash(image) < 512 * 1024, f"NUCLEO-F446RE: built, {cortex_m4f.flash(image)} bytes of flash; not run")
+        good = check(flash(image) < 512 * 1024, f"NUCLEO-F446RE: built, {flash(image)} bytes of flash; not run")
     for step in (closed_loop, killed_host, parameters):
         for attempt in range(4):
             with tempfile.TemporaryDirectory() as folder:
