@@ -119,6 +119,12 @@ TEST(ModesE2e, AmbientModesAreWrittenWhereTheyWereAskedFor) {
     EXPECT_EQ(refused.exit_code, 2) << command;
     EXPECT_FALSE(std::filesystem::exists(folder / "f.uff")) << command;
   }
+  for (const char* wrong :
+       {"oma ambient.csv --orders -1", "oma ambient.csv --method orders --orders 0", "oma ambient.csv --orders 21"}) {
+    const Outcome refused = folder.whirl(wrong);
+    EXPECT_EQ(refused.exit_code, 2) << wrong;
+    EXPECT_NE(refused.err.find("orders"), std::string::npos) << wrong << refused.err;
+  }
   const Outcome oma = folder.whirl("oma ambient.csv");
   EXPECT_NE(oma.out.find("harmonic"), std::string::npos) << oma.out;
   EXPECT_NE(oma.err.find("28 Hz is a tone"), std::string::npos) << oma.err;

@@ -73,6 +73,7 @@ io::Json to_document(const modal::OperationalModes& found) {
 struct Options {
   std::vector<std::string> files, figures;
   std::string out, method = "ssi-data";
+  int orders = -1;  // not stated: none to subtract, the first one to use
   RecordOptions record;
   modal::OmaOptions oma;
 };
@@ -87,11 +88,12 @@ void run_oma(const Options& o, Session& session) {
     return;
   }
   modal::OmaOptions options = o.oma;
+  options.orders = std::max(0, o.orders);
   options.method = o.method == "ssi-data" ? modal::SubspaceMethod::data : modal::SubspaceMethod::covariance;
   const auto identify = [&](const Recording& record) {
     if (o.method != "orders") return modal::identify_operational(record, options);
     return modal::identify_orders(
-        record, {.orders = std::max(1, options.orders), .band_low = options.band_low, .band_high = options.band_high});
+        record, {.orders = o.orders < 0 ? 1 : o.orders, .band_low = options.band_low, .band_high = options.band_high});
   };
   std::vector<modal::OperationalModes> setups;
   for (const std::string& file : o.files) setups.push_back(identify(o.record.read(file)));
@@ -174,10 +176,11 @@ void add_oma(CommandLine& app, Session& session) {
   sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band");
   sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band");
   sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels");
-  sub->add_option("--orders", o->oma.orders,
+  sub->add_option("--orders", o->orders,
                   "multiples of the running speed to subtract (with --method orders: to use), by the rotor's angle in "
                   "the record (beta_rad), however "
-                  "the speed wanders");
+                  "the speed wanders")
+      ->range(0.0, 20.0);
   sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples");
   o->record.add_to(sub);
 }
