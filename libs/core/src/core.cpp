@@ -210,6 +210,7 @@ std::string_view to_string(Fault f) {
   if (f == Fault{9}) return "supervision";
   if (f == Fault{10}) return "board_restarted";
   if (f == Fault{11}) return "encoder_stuck";
+  if (f == Fault{12}) return "board_lost";
   return "?";
 }
 

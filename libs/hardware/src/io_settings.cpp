@@ -10,10 +10,27 @@
 namespace whirl::hardware {
 namespace {
 
-constexpr double kMm = 1e-3, kMs = 1e-3;
+constexpr double kMm = 1e-3, kMs = 1e-3, kMilliVolt = 1e-3;
 constexpr const char* kAxisName[] = {"x", "y"};
 
 }  // namespace
+
+template <class Visitor>
+static void visit_iio(rt::IioBoardOptions& iio, Visitor& visit) {
+  visit("iio.input_device", iio.input_device, 1.0);
+  for (std::size_t i = 0; i < 4; ++i) visit(fmt::format("iio.input_{}", i), iio.inputs[i], 1.0);
+  visit("iio.input_scale_mV", iio.input_scale, kMilliVolt);
+  visit("iio.input_offset", iio.input_offset, 1.0);
+  visit("iio.output_device", iio.output_device, 1.0);
+  for (std::size_t i = 0; i < 2; ++i) visit(fmt::format("iio.output_{}", kAxisName[i]), iio.outputs[i], 1.0);
+  visit("iio.output_scale_mV", iio.output_scale, kMilliVolt);
+  visit("iio.output_offset", iio.output_offset, 1.0);
+  visit("iio.angle_device", iio.angle_device, 1.0);
+  visit("iio.angle", iio.angle, 1.0);
+  visit("iio.angle_bits", iio.angle_bits, 1.0);
+  visit("iio.buffer", iio.buffer, 1.0);
+  visit("iio.trigger", iio.trigger, 1.0);
+}
 
 // Found by `apply` by its argument.
 template <class Io, class Visitor>
@@ -48,6 +65,7 @@ static void visit_fields(Io& io, Visitor&& visit) {
   visit("board.encoder", io.vendor.encoder, 1.0);
   visit("board.counts", io.vendor.counts, 1.0);
   visit("board.tracking_hz", io.vendor.bandwidth, 1.0);
+  visit_iio(io.iio, visit);
   for (std::size_t i = 0; i < 2; ++i) {
     const auto key = [&](const char* table, const char* name) {
       return fmt::format("{}.{}.{}", table, kAxisName[i], name);
@@ -102,12 +120,44 @@ rt::SafetyLimits IoSettings::limits() const {
 }
 
 std::unique_ptr<rt::Board> IoSettings::board() const {
+  if (driver == "iio") {
+    rt::IioBoardOptions o = iio;
+    o.library = vendor.library;
+    o.uri = address;
+    o.counts = vendor.counts;
+    o.bandwidth = vendor.bandwidth;
+    o.sample_time = 1 / rate;
+    o.watchdog = watchdog;
+    o.priority = realtime.priority;
+    return std::make_unique<rt::IioBoard>(o);
+  }
   rt::VendorBoardOptions o = vendor;
   o.sample_time = 1 / rate;
   o.watchdog = watchdog;
   if (driver == "comedi") return std::make_unique<rt::ComediBoard>(o);
   if (driver == "quanser") return std::make_unique<rt::QuanserBoard>(o);
   return std::make_unique<rt::UdpBoard>(address);
+}
+
+static void check_iio(const IoSettings& io) {
+  const rt::IioBoardOptions& o = io.iio;
+  if (io.clock == "lockstep") throw Error::in_field("loop.clock", io.clock, "sample or wall with an IIO board");
+  for (const auto& [key, value] : {std::pair{"iio.input_device", &o.input_device},
+                                   {"iio.output_device", &o.output_device},
+                                   {"iio.output_x", &o.outputs[0]},
+                                   {"iio.output_y", &o.outputs[1]},
+                                   {"iio.angle", &o.angle}}) {
+    if (value->empty()) throw Error::in_field(key, "", "a name that iio_info lists");
+  }
+  if (!o.buffer && !o.trigger.empty())
+    throw Error::in_field("iio.trigger", o.trigger, "none without iio.buffer = true");
+  require_range("iio.angle_bits", o.angle_bits, 0, 32);
+  for (const rt::PositionInput& p : io.hardware.position) {
+    if (!p.laser.device.empty() || p.analog < 0 || p.analog > 3) continue;
+    if (const std::size_t i = static_cast<std::size_t>(p.analog); o.inputs[i].empty()) {
+      throw Error::in_field(fmt::format("iio.input_{}", i), "", "the channel that a sensor names as its analog input");
+    }
+  }
 }
 
 IoSettings read_io(const std::filesystem::path& path) {
@@ -117,7 +167,7 @@ IoSettings read_io(const std::filesystem::path& path) {
   settings.text("loop.clock", io.clock, {"sample", "wall", "lockstep"});
   settings.text("loop.overrun", io.overrun, {"skip", "catch-up", "trip"});
   settings.text("loop.dt", io.dt, {"nominal", "fill"});
-  settings.text("board.driver", io.driver, {"udp", "comedi", "quanser"});
+  settings.text("board.driver", io.driver, {"udp", "comedi", "quanser", "iio"});
   io::apply(settings, io);
   settings.finish();
   io.hardware.sample_time = 1 / io.rate;
@@ -132,13 +182,15 @@ IoSettings read_io(const std::filesystem::path& path) {
     require_range("safety.stale_ms", 1e3 * io.stale, 1e3 / io.rate, 1e4, "ms");
     require_range("safety.watchdog_ms", 1e3 * io.watchdog, 1e3 / io.rate, 1e4, "ms");
     const auto& inputs = io.hardware.position;
-    if (io.clock != "wall" && io.driver != "udp" && inputs[0].laser.device.empty() && inputs[1].laser.device.empty()) {
+    const bool asked_at_each_tick = io.driver == "comedi" || io.driver == "quanser";
+    if (io.clock != "wall" && asked_at_each_tick && inputs[0].laser.device.empty() && inputs[1].laser.device.empty()) {
       throw Error::in_field("loop.clock", io.clock, "wall: neither a laser nor the board has a clock of its own here");
     }
     if (io.driver != "udp") {
       require_range("board.counts", std::abs(io.vendor.counts), 1, 1e7);
       require_range("board.tracking_hz", io.vendor.bandwidth, 0.1, 0.1 * io.rate, "Hz");
     }
+    if (io.driver == "iio") check_iio(io);
     require_range("safety.release_ms", 1e3 * io.release, 0, 6e4, "ms");
   } catch (const Error& e) {
     throw Error::in_file(path.string(), 0, e.what());

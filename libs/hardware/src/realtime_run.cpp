@@ -143,6 +143,7 @@ RealtimeRun run_realtime(const ControllerDesign& design, const IoSettings& setti
   } else if (loop.trip != Fault::none && loop.trip != Fault::requested) {
     run.summary.fail("the loop tripped: " + std::string(to_string(loop.trip)));
   }
+  if (const std::string failure = rig.board_failure(); !failure.empty()) run.summary.fail("board " + failure);
   return run;
 }
 

@@ -52,7 +52,10 @@ void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, 
   // The board answers to whoever commands it: unasked, its first tick would be waited for in vain for a watchdog's
   // time.
   rig.write({});
-  for (int k = 0; (k < io.settle || ((unfit() || early()) && k < longest)) && !shared.stop(); ++k) r = loop.cycle();
+  for (int k = 0; (k < io.settle || ((unfit() || early()) && k < longest)) && !shared.stop(); ++k) {
+    r = loop.cycle();
+    if (rig.fault() == rt::kBoardLost) break;
+  }
   const long first = r.tick + 1;
   // Nothing of the machine's own speed gets into a run in lockstep.
   const std::int64_t period = std::llround(1e9 / io.rate);

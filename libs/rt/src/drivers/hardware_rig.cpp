@@ -215,7 +215,9 @@ long HardwareRig::wait(std::int64_t timeout) noexcept {
       const double grace = armed_ ? options_.grace : std::min(options_.grace, 0.5 * options_.sample_time);
       deadline = std::min(deadline, now + static_cast<std::int64_t>(1e9 * grace));
     }
-    if ((armed_ && complete(tick_ + 1, true)) || now >= deadline) break;
+    const bool lost = !board_->connected() && board_->loss() == kBoardLost;
+    if (armed_ && (lost || complete(tick_ + 1, true))) break;
+    if (now >= deadline) break;
     std::array<pollfd, 3> fds;
     nfds_t count = 0;
     if (by_board && (!armed_ || board_tick_ <= tick_)) fds[count++] = {board_->descriptor(), POLLIN, 0};
@@ -327,7 +329,8 @@ void HardwareRig::arm(bool armed) noexcept {
 Fault HardwareRig::fault() const noexcept {
   if (reading_.done) return Fault::none;
   if (restarted_) return kBoardRestarted;  // which a watchdog would hide
-  if (!board_->connected() || (armed_ && reading_.expired)) return Fault::watchdog;
+  if (!board_->connected()) return board_->loss();
+  if (armed_ && reading_.expired) return Fault::watchdog;
   if (static_cast<double>(board_silent_) * options_.sample_time > options_.board_timeout) return Fault::watchdog;
   if (implausible_) return kImplausible;
   return encoder_dead() ? kEncoderStuck : Fault::none;

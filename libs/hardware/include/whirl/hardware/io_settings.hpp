@@ -4,6 +4,7 @@
 #include <string>
 
 #include "whirl/rt/drivers/hardware_rig.hpp"
+#include "whirl/rt/drivers/iio_board.hpp"
 #include "whirl/rt/drivers/vendor_boards.hpp"
 #include "whirl/rt/loop.hpp"
 #include "whirl/rt/pace.hpp"
@@ -31,6 +32,7 @@ struct IoSettings {
   double release = 3;       ///< s in which the force fades after a trip
   std::string driver = "udp", address;
   rt::VendorBoardOptions vendor;  ///< of a board with the driver "comedi" or "quanser"
+  rt::IioBoardOptions iio;        ///< with the driver "iio"; address, library and encoder are those of the board
   rt::HardwareOptions hardware;
 
   rt::PaceOptions pace() const;

@@ -154,7 +154,11 @@ class Loop {
     SafetyDecision decision;
     Fault clock_fault = Fault::none, found = Fault::none;
     if constexpr (requires { clock_.fault(); }) found = clock_fault = clock_.fault();
-    if constexpr (requires { rig_.fault(); }) found = first(found, rig_.fault());
+    if constexpr (requires { rig_.fault(); }) {
+      // That a lost board brings no samples is no reason of its own.
+      const Fault of_rig = rig_.fault();
+      found = of_rig == kBoardLost ? of_rig : first(found, of_rig);
+    }
     if (armed_ && options_.max_gap > 0 && r.missed > options_.max_gap) found = first(found, kGap);
     // No samples and so no time to fade in, or a person's trip.
     const bool at_once = clock_fault == Fault::watchdog || clock_fault == Fault::requested;

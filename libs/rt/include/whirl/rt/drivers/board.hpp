@@ -1,6 +1,9 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <string>
+
+#include "whirl/rt/faults.hpp"
 
 namespace whirl::rt {
 
@@ -26,8 +29,8 @@ struct BoardCommand {
   bool start = false;         ///< start the experiment (virtual rig)
 };
 
-/// A converter board: UdpBoard, ComediBoard, QuanserBoard. Nothing here waits, throws or allocates. The board,
-/// not this program, must set its outputs to zero when commands stay away (its watchdog).
+/// A converter board: UdpBoard, ComediBoard, QuanserBoard, IioBoard. Nothing here waits, throws or allocates. The
+/// board, not this program, must set its outputs to zero when commands stay away (its watchdog).
 class Board {
  public:
   virtual ~Board() = default;
@@ -37,6 +40,10 @@ class Board {
   virtual bool connected() const noexcept = 0;
   /// To wait for with poll; -1 when the board has no clock of its own and is asked at each tick.
   virtual int descriptor() const noexcept { return -1; }
+  /// Why to trip while it is not connected. kBoardLost: it is gone for good, and nothing has to be waited for.
+  virtual Fault loss() const noexcept { return Fault::watchdog; }
+  /// In words, what ended the connection; empty when the board has nothing to say. Not for the loop's thread.
+  virtual std::string failure() const { return {}; }
 };
 
 }  // namespace whirl::rt

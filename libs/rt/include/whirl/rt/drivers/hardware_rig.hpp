@@ -80,6 +80,7 @@ class HardwareRig {
   // For those who look at it from outside.
   InputState state(int axis) const noexcept { return axes_[static_cast<std::size_t>(axis)].state; }
   const BoardReading& board() const noexcept { return reading_; }
+  std::string board_failure() const { return board_->failure(); }  ///< in words, empty without one
   const optoncdt::Sensor* laser(int axis) const noexcept {
     const auto& sensor = axes_[static_cast<std::size_t>(axis)].sensor;
     return sensor ? &*sensor : nullptr;
