@@ -35,6 +35,7 @@ void bind_values(py::module_& m);
 void bind_identification(py::module_& m);
 void bind_modal(py::module_& m);
 void bind_control(py::module_& m);
+void bind_steady(py::module_& m);
 void bind_sparse(py::module_& m);
 
 }  // namespace whirl::python

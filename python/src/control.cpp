@@ -6,7 +6,6 @@
 #include "whirl/deploy/code.hpp"
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/deploy/languages.hpp"
-#include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/rig/fields.hpp"
 #include "whirl/rig/records.hpp"
@@ -203,22 +202,6 @@ void bind_control(py::module_& m) {
   m.def("export", &export_value<IdentifiedModel>, py::arg("value"), py::arg("form"), py::arg("folder"), py::kw_only(),
         py::arg("prefix") = "model",
         "Writes a controller or a model as C99, FMU, LaTeX, MATLAB or Python source; returns the files.");
-  m.def(
-      "balance",
-      [](const IdentifiedModel& model, double mass_kg, double radius_mm, double speed_rpm, double grade) {
-        if (!model.rotor) throw Error("the model has no rotor parameters: identify with method='weak'");
-        const diagnosis::BalancingAdvice a = diagnosis::balancing_advice(*model.rotor, mass_kg, radius_mm * 1e-3,
-                                                                         speed_rpm * std::numbers::pi / 30, grade);
-        return py::dict(py::arg("unbalance_gmm") = a.unbalance * 1e6,
-                        py::arg("heavy_angle_deg") = a.heavy_angle * 180 / std::numbers::pi,
-                        py::arg("correction_mass_g") = a.correction_mass * 1e3,
-                        py::arg("correction_angle_deg") = a.correction_angle * 180 / std::numbers::pi,
-                        py::arg("grade_mm_s") = a.grade,
-                        py::arg("permitted_unbalance_gmm") = a.permitted_unbalance * 1e6,
-                        py::arg("within_grade") = a.within_grade);
-      },
-      py::arg("model"), py::kw_only(), py::arg("mass_kg"), py::arg("radius_mm"), py::arg("speed_rpm"),
-      py::arg("grade") = 6.3, "Mass and angle to add in one plane, and the grade of ISO 21940-11.");
 }
 
 }  // namespace whirl::python

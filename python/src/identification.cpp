@@ -14,6 +14,10 @@ using namespace identification;
 Identification identify_any(const std::vector<Recording>& records, const std::string& method,
                             std::vector<std::string> states, std::vector<std::string> inputs, int order,
                             std::vector<std::string> library, bool discrete, double holdout,
+                            const std::vector<std::string>& bounds, double least_decay,
+                            const std::map<std::string, std::string>& hold,
+                            const std::map<std::string, double>& dead_time, int hidden,
+                            std::vector<std::string> denominators,
                             const std::function<void(const std::string&, double)>& progress) {
   IdentifyOptions options;
   options.method = method_of(method);
@@ -22,6 +26,12 @@ Identification identify_any(const std::vector<Recording>& records, const std::st
   options.sindy.order = order;
   options.sindy.library = std::move(library);
   options.sindy.discrete = discrete;
+  options.sindy.dead_time = dead_time;
+  options.sindy.hidden = hidden;
+  options.sindy.denominators = std::move(denominators);
+  for (const auto& [input, name] : hold) options.sindy.hold[input] = hold_of(name);
+  for (const std::string& text : bounds) options.bounds.push_back(linear_bound(text));
+  options.least_decay = least_decay;
   options.holdout = holdout;
   options.progress = [&](const std::string& what, double fraction) {
     stop_when_interrupted();
@@ -60,13 +70,25 @@ void bind_identification(py::module_& m) {
       .def_property_readonly(
           "held_out", [](const Identification& v) { return scores_of(v.evidence.held_out.scores); },
           "free-run error (rms) on the part that a second fit did not see, by state")
+      .def_property_readonly(
+          "ambiguities",
+          [](const Identification& v) {
+            std::vector<py::dict> out;
+            for (const Ambiguity& a : v.evidence.ambiguities)
+              out.emplace_back(py::arg("readings") = a.readings, py::arg("consequence") = a.consequence,
+                               py::arg("experiment") = a.experiment);
+            return out;
+          },
+          "readings that the records cannot tell apart: what, which parameters differ, what would decide")
       .def_property_readonly("held_out_part", [](const Identification& v) { return v.evidence.held_out.what; })
       .def("__str__", [](const py::object& self) { return py::str(self.attr("model")); })
       .def("__repr__", [](const Identification& v) {
         return fmt::format("<whirl.Identification by {}: {}>", v.model.method, to_string(v.summary.status));
       });
   m.def("_identify", &identify_any, py::arg("records"), py::arg("method"), py::arg("states"), py::arg("inputs"),
-        py::arg("order"), py::arg("library"), py::arg("discrete"), py::arg("holdout"), py::arg("progress"));
+        py::arg("order"), py::arg("library"), py::arg("discrete"), py::arg("holdout"), py::arg("bounds"),
+        py::arg("least_decay"), py::arg("hold"), py::arg("dead_time"), py::arg("hidden"), py::arg("denominators"),
+        py::arg("progress"));
   py::class_<Validation>(m, "Validation", "Free-run prediction of a record that was not used for the fit")
       .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, m rms (contains the sensor noise)")
       .def_readonly("rmse_y", &Validation::rmse_y, "m rms")

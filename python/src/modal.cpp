@@ -1,8 +1,85 @@
 #include "bindings.hpp"
+#include "whirl/modal/checks.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
+#include "whirl/modal/oma.hpp"
+#include "whirl/modal/order_modes.hpp"
 
 namespace whirl::python {
+namespace {
+
+modal::OperationalModes operational_modes(const std::vector<Recording>& setups, const std::string& method,
+                                          double band_low, double band_high, int max_order, std::optional<int> orders,
+                                          std::vector<double> tones) {
+  if (setups.empty()) throw Error("oma: no record");
+  if (method != "ssi-data" && method != "ssi-cov" && method != "orders")
+    throw Error::in_field("method", method, "'ssi-data', 'ssi-cov' or 'orders'");
+  modal::OmaOptions options;
+  options.method = method == "ssi-cov" ? modal::SubspaceMethod::covariance : modal::SubspaceMethod::data;
+  options.band_low = band_low;
+  options.band_high = band_high;
+  options.max_order = max_order;
+  options.orders = orders.value_or(0);
+  options.tones = std::move(tones);
+  const py::gil_scoped_release unlocked;
+  std::vector<modal::OperationalModes> found;
+  for (const Recording& record : setups)
+    found.push_back(method == "orders" ? modal::identify_orders(record, {orders.value_or(1), band_low, band_high})
+                                       : modal::identify_operational(record, options));
+  return found.size() == 1 ? found.front() : modal::merge_setups(found);
+}
+
+void bind_operational(py::module_& m) {
+  py::class_<modal::OperationalMode>(m, "OperationalMode", "A mode seen under unknown broad-band excitation")
+      .def_readonly("frequency", &modal::OperationalMode::frequency, "undamped natural frequency, Hz")
+      .def_readonly("damping", &modal::OperationalMode::damping, "damping ratio, 1")
+      .def_readonly("shape", &modal::OperationalMode::shape, "per channel, largest component 1; not scaled by mass")
+      .def_property_readonly(
+          "mpc", [](const modal::OperationalMode& v) { return modal::mode_complexity(v.shape).mpc; },
+          "modal phase collinearity, 1 for a real shape")
+      .def("__repr__", [](const modal::OperationalMode& v) {
+        return fmt::format("<whirl.OperationalMode {:.6g} +- {:.2g} Hz, zeta {:.4g} +- {:.2g}>", v.frequency.value,
+                           v.frequency.sd, v.damping.value, v.damping.sd);
+      });
+  py::class_<modal::OperationalModes>(m, "OperationalModes", "Modes from responses alone")
+      .def_readonly("channels", &modal::OperationalModes::channels)
+      .def_readonly("modes", &modal::OperationalModes::modes, "ascending in frequency")
+      .def_property_readonly(
+          "harmonics",
+          [](const modal::OperationalModes& v) {
+            std::vector<double> found;
+            for (const modal::Tone& tone : v.tones) found.push_back(tone.frequency);
+            return found;
+          },
+          "tones that are no modes, Hz")
+      .def_readonly("summary", &modal::OperationalModes::summary)
+      .def("__len__", [](const modal::OperationalModes& v) { return v.modes.size(); })
+      .def(
+          "__iter__",
+          [](const modal::OperationalModes& v) { return py::make_iterator(v.modes.begin(), v.modes.end()); },
+          py::keep_alive<0, 1>());
+  const char* text =
+      "Modes from records under operation, the force not measured. `records`: one record of responses of one "
+      "quantity,\n"
+      "or several set-ups that share channel names. method: 'ssi-data', 'ssi-cov', or 'orders' (a run-up or run-down "
+      "by\n"
+      "the rotor's angle, a channel in rad). band in Hz (0: by the sample rate), max_order in states (0: by the\n"
+      "channels), orders: multiples of the running speed to subtract, with 'orders' to use (1); harmonics: known "
+      "tones\n"
+      "to subtract, Hz. Raises Error for too short records and channels of different quantities.";
+  const auto bind = [&](auto function) {
+    m.def("oma", function, py::arg("records"), py::kw_only(), py::arg("method") = "ssi-data", py::arg("band_low") = 0.0,
+          py::arg("band_high") = 0.0, py::arg("max_order") = 0, py::arg("orders") = py::none(),
+          py::arg("harmonics") = std::vector<double>(), text);
+  };
+  bind([](const Recording& record, const std::string& method, double low, double high, int max_order,
+          std::optional<int> orders, std::vector<double> tones) {
+    return operational_modes({record}, method, low, high, max_order, orders, std::move(tones));
+  });
+  bind(&operational_modes);
+}
+
+}  // namespace
 
 void bind_modal(py::module_& m) {
   auto frf = py::class_<FrequencyResponse>(m, "FrequencyResponse", "Frequency responses on one uniform axis");
@@ -68,6 +145,7 @@ void bind_modal(py::module_& m) {
       },
       py::arg("frf"), py::kw_only(), py::arg("band_low") = 0.0, py::arg("band_high") = 0.0,
       "Natural frequencies, damping and residues with standard deviations; band in Hz (0: the whole).");
+  bind_operational(m);
 }
 
 }  // namespace whirl::python

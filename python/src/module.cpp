@@ -17,6 +17,7 @@ PYBIND11_MODULE(_whirl, m) {
   bind_identification(m);
   bind_modal(m);
   bind_control(m);
+  bind_steady(m);
   bind_sparse(m);
 }
 

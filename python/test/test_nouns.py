@@ -116,3 +116,75 @@ def test_figures(record, rig):
     matplotlib.use("Agg")
     assert len(record.plot()) == 3
     assert len(whirl.frf(rig.hammer_test()).plot()) == 2
+
+
+def oscillators(seconds=300, rate=64.0, seed=3):
+    """Two modes, 3 and 8 Hz with 1 and 2 % damping, under white forces: exact transition of each, two channels."""
+    rng = np.random.default_rng(seed)
+    n = int(seconds * rate)
+    channels = np.zeros((n, 2))
+    for frequency, zeta, shape in ((3.0, 0.01, (1, 1)), (8.0, 0.02, (1, -0.8))):
+        pole = 2 * np.pi * frequency * (-zeta + 1j * np.sqrt(1 - zeta**2))
+        q, step = 0j, np.exp(pole / rate)
+        for k, force in enumerate(rng.normal(size=n)):
+            q = step * q + force
+            channels[k] += np.multiply(shape, q.imag)
+    return whirl.Recording({"a": channels[:, 0], "b": channels[:, 1]}, dt=1 / rate, units={"a": "m/s^2", "b": "m/s^2"})
+
+
+@pytest.mark.parametrize("method", ["ssi-data", "ssi-cov"])
+def test_operational_modes(method):
+    found = whirl.oma(oscillators(), method=method)
+    assert [mode.frequency.value for mode in found.modes] == pytest.approx([3, 8], rel=5e-3)
+    assert [mode.damping.value for mode in found] == pytest.approx([0.01, 0.02], rel=0.4)
+    assert found.modes[1].shape[1].real == pytest.approx(-0.8, abs=0.05) and found.modes[0].mpc > 0.99
+    assert found.channels == ["a", "b"] and found.harmonics == []
+    with pytest.raises(whirl.Error, match="method"):
+        whirl.oma(oscillators(30), method="fft")
+
+
+def test_steady_response_and_its_figure(found, record):
+    curve = whirl.response(found.model, 200, 2000, record=record)
+    p = {name: estimate.value for name, estimate in found.parameters.items()}
+    # Far below the critical speed the rotor is linear: radius = e w^2 / (k1 - w^2), to the 3 % of its anisotropy.
+    low = curve.speed < 0.4 * np.sqrt(p["k1"])
+    w = curve.speed[low]
+    assert low.sum() > 5 and curve.amplitude[low] == pytest.approx(p["e"] * w**2 / (p["k1"] - w**2), rel=0.03)
+    assert curve.stable.any() and {kind for kind, _, _ in curve.events} <= {"fold", "branch point", "period doubling",
+                                                                           "Neimark-Sacker"}
+    assert json.loads(curve.to_json())["schema"].startswith("whirl.response/")
+    pytest.importorskip("matplotlib").use("Agg")
+    assert len(curve.plot()) == 2
+    with pytest.raises(whirl.Error, match="rpm"):
+        whirl.response(found.model, 0, 100)
+
+
+def test_balance_from_runs_equals_the_vectors(tmp_path):
+    influence, found, trial = 4e-3 * np.exp(0.7j), 50e-6 * np.exp(-1.1j), 5e-3 * np.exp(1j * np.pi / 3)
+    rows = ["run_1,speed_rpm,X_amp_um,X_phase_deg,A_mass_gram,A_angle_deg"]
+    for run, mass in enumerate((0, trial)):
+        v = found + influence * mass
+        rows.append(f"{run + 1},1500,{abs(v) * 1e6},{-np.degrees(np.angle(v))},{abs(mass) * 1e3},{np.degrees(np.angle(mass))}")
+    path = tmp_path / "runs.csv"
+    path.write_text("\n".join(rows) + "\n")
+    job = whirl.balance(path, noise_um=0.1)
+    wanted = -found / influence
+    plane = job["planes"][0]
+    assert plane["mass"]["value"] == pytest.approx(abs(wanted), rel=1e-9)
+    assert plane["angle"]["value"] % (2 * np.pi) == pytest.approx(np.angle(wanted) % (2 * np.pi), rel=1e-9)
+    with pytest.raises(whirl.Error, match="phase"):
+        whirl.balance(path, phase="sideways")
+
+
+def test_what_cannot_be_told_apart_is_said(found):
+    assert all(set(a) == {"readings", "consequence", "experiment"} for a in found.ambiguities)
+
+
+def test_bounds_and_timing_reach_the_identification():
+    t = np.arange(0, 20, 0.01)
+    x = np.exp(-0.2 * t) * np.cos(2 * t)
+    record = whirl.Recording({"x": x, "v": np.exp(-0.2 * t) * (-0.2 * np.cos(2 * t) - 2 * np.sin(2 * t))}, dt=0.01)
+    kept = whirl.identify(record, "sindy", states=["x", "v"], library=["x", "v"], bounds=["[v': v] <= -0.6"])
+    assert kept.parameters["v': v"].value == pytest.approx(-0.6, abs=1e-6)
+    with pytest.raises(whirl.Error, match="hold"):
+        whirl.identify(record, "sindy", states=["x"], inputs=["v"], hold={"v": "sticky"})

@@ -19,9 +19,12 @@ from ._whirl import (  # noqa: F401
     ModalModel,
     Mode,
     Model,
+    OperationalMode,
+    OperationalModes,
     Recording,
     Run,
     Status,
+    SteadyResponse,
     StiffnessLaw,
     Summary,
     Term,
@@ -35,8 +38,10 @@ from ._whirl import (  # noqa: F401
     frf,
     load,
     modes,
+    oma,
     read,
     regression_methods,
+    response,
     run,
     save,
     score,
@@ -57,18 +62,24 @@ from .sindy import SINDy  # noqa: F401
 Recording.plot = _plot.recording
 FrequencyResponse.plot = _plot.frequency_response
 Run.plot = _plot.run
+SteadyResponse.plot = _plot.steady_response
 
 
 def identify(records, method="automatic", *, states=(), inputs=(), order=1, library=(), discrete=False, holdout=0.3,
-             progress=None):
+             bounds=(), least_decay=float("nan"), hold=None, dead_time=None, hidden=0, denominators=(), progress=None):
     """Equations of motion from one record or a list of records; returns an Identification.
 
     Rotor records (channels x, y in m and beta in rad) need no more. Any other system: name its `states` and `inputs`
     (channels); `order=2` for displacements whose rates are not measured, `library` for candidate terms as text
     (default: monomials), `discrete=True` for maps. `holdout`: share of the record that a second fit does not see and
-    is judged on (0: no second fit). `progress(what, fraction)` is called now and then. Methods as in `whirl identify`:
-    automatic, weak, sindy, paper, consistent, second-order. Raises Error for missing channels.
+    is judged on (0: no second fit). `bounds`: inequalities between coefficients as text ("[v': x] + 2*[v': v] <= -1");
+    `least_decay`: least rate, 1/s, at which every mode of the linear part decays; `hold`: what an input does between its
+    samples ({"u": "zero"}, "first" or "band-limited"; else by evidence), `dead_time` in s ({"u": 0.02}); `hidden`: states
+    without a channel, at most; `denominators`: candidate terms of rational right-hand sides. `progress(what, fraction)`
+    is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
+    Readings that the records cannot tell apart stand in `ambiguities`. Raises Error for missing channels.
     """
     if isinstance(records, Recording):
         records = [records]
-    return _identify(list(records), method, list(states), list(inputs), order, list(library), discrete, holdout, progress)
+    return _identify(list(records), method, list(states), list(inputs), order, list(library), discrete, holdout,
+                     list(bounds), least_decay, dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)

@@ -84,6 +84,7 @@ class Identification:
     parameters: dict[str, Estimate]
     held_out: dict[str, dict[str, float]]
     held_out_part: str
+    ambiguities: list[dict[str, str]]
 
 class Validation:
     rmse_x: float
@@ -126,6 +127,30 @@ class ModalModel:
     def __len__(self) -> int: ...
     def to_json(self) -> str: ...
 
+class OperationalMode:
+    frequency: Estimate
+    damping: Estimate
+    shape: NDArray[np.complex128]
+    mpc: float
+
+class OperationalModes:
+    channels: list[str]
+    modes: list[OperationalMode]
+    harmonics: list[float]
+    summary: Summary
+    def __len__(self) -> int: ...
+
+class SteadyResponse:
+    speed: Array
+    amplitude: Array
+    phase: Array
+    stable: NDArray[np.bool_]
+    events: list[tuple[str, float, float]]
+    peak_interval: tuple[float, float] | None
+    summary: Summary
+    def to_json(self) -> str: ...
+    def plot(self, axes: Any = ...) -> Any: ...
+
 class VirtualRig:
     def __init__(self, settings: Mapping[str, float] = ..., *, file: str | Path = ...) -> None: ...
     def run_up(self) -> VirtualRig: ...
@@ -166,7 +191,9 @@ def load(path: str | Path) -> Model | Controller | ModalModel | FrequencyRespons
 def save(path: str | Path, value: Model | Controller | ModalModel | FrequencyResponse | StiffnessLaw) -> None: ...
 def identify(records: Recording | Sequence[Recording], method: str = ..., *, states: Sequence[str] = ...,
              inputs: Sequence[str] = ..., order: int = ..., library: Sequence[str] = ..., discrete: bool = ...,
-             holdout: float = ..., progress: Callable[[str, float], object] | None = ...) -> Identification: ...
+             holdout: float = ..., bounds: Sequence[str] = ..., least_decay: float = ...,
+             hold: Mapping[str, str] | None = ..., dead_time: Mapping[str, float] | None = ..., hidden: int = ...,
+             denominators: Sequence[str] = ..., progress: Callable[[str, float], object] | None = ...) -> Identification: ...
 def validate(model: Model, record: Recording, *, unbalance: str = ..., added: complex = ...) -> Validation: ...
 def score(model: Model, record: Recording, horizon: float = ...) -> dict[str, dict[str, float]]: ...
 def stiffness(deflection: ArrayLike, force: ArrayLike) -> StiffnessLaw: ...
@@ -177,7 +204,16 @@ def design(model: Model, *, law: str = ..., estimator: str = ..., mass_kg: float
            fixed: Mapping[str, float] = ..., evaluations: int = ..., seed: int = ...,
            progress: Callable[[float], object] | None = ...) -> Controller: ...
 def run(controller: Controller, rig: VirtualRig = ..., *, seed: int = ...) -> Run: ...
+@overload
 def balance(model: Model, *, mass_kg: float, radius_mm: float, speed_rpm: float, grade: float = ...) -> dict[str, Any]: ...
+@overload
+def balance(runs: str | Path, *, phase: str = ..., amplitude: str = ..., angles: str = ..., slow_roll_rpm: float = ...,
+            criterion: str = ..., limit_gram: float = ..., noise_um: float = ..., prior: str | Path = ...,
+            mass_kg: float = ..., radius_mm: float = ...) -> dict[str, Any]: ...
+def oma(records: Recording | Sequence[Recording], *, method: str = ..., band_low: float = ..., band_high: float = ...,
+        max_order: int = ..., orders: int | None = ..., harmonics: Sequence[float] = ...) -> OperationalModes: ...
+def response(model: Model, from_rpm: float, to_rpm: float, *, input: str = ..., amplitude: float = ...,
+             unbalance: float = ..., isolas: bool = ..., record: Recording | None = ...) -> SteadyResponse: ...
 @overload
 def export(value: Controller, form: str, folder: str | Path, *, prefix: str = ...) -> list[Path]: ...
 @overload

@@ -46,3 +46,20 @@ def run(closed_loop, axes=None):
     axes[1].set_ylabel("force x [N]")
     axes[1].set_xlabel("time [s]")
     return axes
+
+
+def steady_response(found, axes=None):
+    """Amplitude and phase over speed; unstable answers dashed."""
+    axes = np.atleast_1d(_axes(axes, 2))
+    speed, stable = found.speed * 30 / np.pi, found.stable
+    for axis, values in zip(axes, (found.amplitude, np.degrees(np.unwrap(found.phase)))):
+        axis.plot(speed, np.where(stable, values, np.nan), linewidth=1.2, label="stable")
+        if not stable.all():
+            axis.plot(speed, np.where(stable, np.nan, values), "--", linewidth=0.8, label="unstable")
+    for kind, at, height in found.events:
+        axes[0].plot(at * 30 / np.pi, height, "o", color="0.3", markersize=4)
+    axes[0].set_ylabel("amplitude, peak [SI]")
+    axes[0].legend()
+    axes[1].set_ylabel("phase [deg]")
+    axes[-1].set_xlabel("speed [rpm]")
+    return axes

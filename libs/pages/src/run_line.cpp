@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <numbers>
 
-#include "record_part.hpp"
+#include "record/record_part.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 

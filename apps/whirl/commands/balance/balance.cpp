@@ -4,7 +4,6 @@
 #include <numbers>
 
 #include "balance_job.hpp"
-#include "balance_session.hpp"
 #include "commands/control/plant_options.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/model_json.hpp"
@@ -78,8 +77,8 @@ void balance_from_model(const ModelOptions& o, Session& session) {
 
 void add_balance(CommandLine& app, Session& session) {
   auto model = std::make_shared<ModelOptions>();
-  auto job = std::make_shared<JobOptions>();
-  auto guided = std::make_shared<GuidedOptions>();
+  auto job = std::make_shared<JobFlags>();
+  auto guided = std::make_shared<GuidedFlags>();
   CommandLine* sub = add_command(
       app, session, "balance", "Masses and angles to add: from balancing runs, or from an identified model",
       "Input: a job of balancing runs (runs.csv or runs.toml), or model.json of `whirl identify`.\n"

@@ -111,6 +111,8 @@ bool nearest(const Eigen::VectorXd& p0, const Eigen::MatrixXd& covariance, const
   }
   const Eigen::MatrixXd g = a * covariance * a.transpose();
   multipliers = Eigen::VectorXd::Zero(m);
+  // In standard deviations, of which a clean record lies very many away from a bound that it breaks.
+  const double scale = std::max(1.0, excess.cwiseAbs().maxCoeff());
   for (int pass = 0; pass < kPasses; ++pass) {
     double change = 0;
     for (Eigen::Index i = 0; i < m; ++i) {
@@ -119,11 +121,11 @@ bool nearest(const Eigen::VectorXd& p0, const Eigen::MatrixXd& covariance, const
       change = std::max(change, std::abs(next - multipliers[i]));
       multipliers[i] = next;
     }
-    if (change < 1e-10) {
+    if (change < 1e-10 * scale) {
       p = p0 - covariance * (a.transpose() * multipliers);
       return true;
     }
-    if (multipliers.maxCoeff() > 1e9) break;
+    if (multipliers.maxCoeff() > 1e9 * scale) break;
   }
   return false;
 }

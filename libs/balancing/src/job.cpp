@@ -1,4 +1,4 @@
-#include "balance_runs.hpp"
+#include "whirl/balancing/job.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/settings.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
@@ -109,8 +109,8 @@ JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t 
   p.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
   p.piece = s.number("plan.piece_mass", Quantity::mass, 0, 0);
   p.hole = s.number("plan.hole_mass", Quantity::mass, 0, 0);
-  p.criterion = s.text("plan.criterion", "", {"", "least-squares", "min-max"});
-  p.drift = s.text("plan.drift", "", {"", "automatic", "linear", "none"});
+  p.criterion = criterion_of(s.text("plan.criterion", "", {"", "least-squares", "min-max"}));
+  p.drift = drift_of(s.text("plan.drift", "", {"", "automatic", "linear", "none"}));
   p.drop_dependent = s.flag("plan.drop_dependent", false);
   p.mass = s.number("machine.mass", Quantity::mass, 0, 0);
   p.radius = s.number("machine.radius", Quantity::displacement, 0, 0);
@@ -192,6 +192,18 @@ void take_off_slow_roll(RawJob& raw, double slow_roll, const std::string& path, 
 
 }  // namespace
 
+std::optional<diagnosis::Criterion> criterion_of(const std::string& name) {
+  if (name.empty()) return {};
+  return name == "min-max" ? diagnosis::Criterion::min_max : diagnosis::Criterion::least_squares;
+}
+
+std::optional<diagnosis::Drift> drift_of(const std::string& name) {
+  if (name.empty()) return {};
+  return name == "none"     ? diagnosis::Drift::none
+         : name == "linear" ? diagnosis::Drift::linear
+                            : diagnosis::Drift::automatic;
+}
+
 double VectorConvention::amplitude_factor() const {
   return amplitude == "pp" ? 0.5 : amplitude == "rms" ? std::numbers::sqrt2 : 1;
 }
@@ -260,4 +272,4 @@ JobFile read_job(const std::string& path, VectorConvention convention, double sl
   return file;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "balance_runs.hpp"
+#include "whirl/balancing/job.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 
 /// Readings of one run, and how fast the speed changed there: d Omega / dt / Omega^2; 0 for vectors of a rotor that
 /// stays.
@@ -21,4 +21,4 @@ struct RecordVectors {
 /// more than its scatter from turn to turn unexplained.
 RecordVectors read_vectors(const std::string& record, const JobFile& file, bool steady);
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

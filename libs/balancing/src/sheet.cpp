@@ -1,4 +1,4 @@
-#include "whirl/pages/balancing_sheet.hpp"
+#include "whirl/balancing/sheet.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "whirl/diagnosis/standards.hpp"
 
-namespace whirl::pages {
+namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
@@ -198,4 +198,4 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   return d;
 }
 
-}  // namespace whirl::pages
+}  // namespace whirl::balancing

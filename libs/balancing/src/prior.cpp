@@ -2,13 +2,13 @@
 #include <numbers>
 #include <optional>
 
-#include "balance_job.hpp"
+#include "solve.hpp"
 #include "whirl/diagnosis/influence_prior.hpp"
 #include "whirl/diagnosis/rotor_influence.hpp"
 #include "whirl/diagnosis/standards.hpp"
 #include "whirl/io/model_json.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
@@ -63,11 +63,11 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
   if (!model.rotor) throw Error(path + ": the model has no rotor parameters; identify with --method weak");
   if (file.job.planes.size() != 1)
     throw Error(fmt::format("{}: a model of one disk knows one plane, the job has {}", path, file.job.planes.size()));
-  if (!(o.radius_mm > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
+  if (!(o.radius > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
   diagnosis::RotorReadings r;
-  r.mass = o.mass_kg > 0 ? o.mass_kg : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
+  r.mass = o.mass > 0 ? o.mass : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
   if (!(r.mass > 0)) throw Error("--prior: a model needs --mass-kg, of the disk");
-  r.radius = o.radius_mm * 1e-3;
+  r.radius = o.radius;
   for (std::size_t m = 0; m < file.job.rows.size(); ++m) {
     r.speed.push_back(file.speeds[static_cast<std::size_t>(file.job.speed[m])]);
     r.probe.push_back(probe_angle(file, m));
@@ -81,15 +81,16 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
 }
 
 diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, Summary& warnings) {
-  const io::Json json = io::load_json(o.prior);
-  const io::JsonReader document(json, o.prior);
+  const std::string path = o.prior.string();
+  const io::Json json = io::load_json(path);
+  const io::JsonReader document(json, path);
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.model/"))
-    return model_prior(o.prior, file, o, warnings);
-  return diagnosis::relative_prior(read_influence(o.prior, file), o.prior_common, o.prior_each, file.job.speed);
+    return model_prior(path, file, o, warnings);
+  return diagnosis::relative_prior(read_influence(path, file), o.prior_common, o.prior_each, file.job.speed);
 }
 
 double noise_of(const JobFile& file, const JobOptions& o) {
-  if (o.noise_um > 0) return o.noise_um * 1e-6;
+  if (o.noise > 0) return o.noise;
   try {
     const diagnosis::InfluenceFit fit = diagnosis::fit_influence(file.job, influence_options(o));
     if (fit.noise.allFinite()) return fit.noise.maxCoeff();
@@ -100,60 +101,35 @@ double noise_of(const JobFile& file, const JobOptions& o) {
 
 }  // namespace
 
-SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const JobOptions& o) {
-  if (o.criterion != "least-squares" || o.limit_gram > 0 || o.holes > 0 || o.piece_gram > 0 || o.hole_gram > 0)
+SolvedJob solve_with_prior(const std::string& title, const JobFile& file, const JobOptions& o) {
+  if (o.criterion == diagnosis::Criterion::min_max || o.limit > 0 || o.holes > 0 || o.piece > 0 || o.hole > 0)
     throw Error("--prior balances by least squares with free masses: no --criterion, --limit-gram, holes or pieces");
   Summary warnings;
   const diagnosis::InfluencePrior prior = read_prior(file, o, warnings);
   const diagnosis::BayesianBalance b = diagnosis::balance_with_prior(file.job, prior, noise_of(file, o));
   const double sign = file.convention.angle_sign(), kind = 1 / file.convention.amplitude_factor(),
                phase = file.convention.phase_sign();
-  pages::BalancingSheet s;
-  s.title = path;
-  s.amplitude = file.convention.amplitude == "pp" ? "p-p" : file.convention.amplitude == "rms" ? "rms" : "0-p";
-  s.convention = fmt::format("phase {}, amplitudes {}, mass angles {} rotation", file.convention.phase, s.amplitude,
-                             file.convention.angles);
-  s.criterion = "least-squares";
+  BalancingSheet s = empty_sheet(title, file.convention, o);
   const Eigen::VectorXcd left = b.baseline + b.influence * b.masses;
+  const diagnosis::PlaneIndependence independence = diagnosis::plane_independence(b.influence);
   for (std::size_t p = 0; p < file.job.planes.size(); ++p) {
-    pages::BalancingSheet::Plane plane;
+    BalancingSheet::Plane plane;
     plane.name = file.job.planes[p];
     plane.mass = b.magnitude[p];
-    plane.angle = b.angle[p];
-    if (sign < 0) plane.angle = {-plane.angle.value, plane.angle.sd, -plane.angle.high, -plane.angle.low};
+    plane.angle = counted(b.angle[p], sign);
+    plane.independent = independence.significance[p];
     s.planes.push_back(std::move(plane));
-  }
-  const diagnosis::PlaneIndependence independence = diagnosis::plane_independence(b.influence);
-  io::Json planes = io::Json::array(), rows = io::Json::array(), influence = io::Json::array();
-  for (std::size_t p = 0; p < s.planes.size(); ++p) {
-    s.planes[p].independent = independence.significance[p];
-    planes.push(io::Json::object()
-                    .set("plane", s.planes[p].name)
-                    .set("mass", to_json(s.planes[p].mass, "kg"))
-                    .set("angle", to_json(s.planes[p].angle, "rad"))
-                    .set("independent_part", s.planes[p].independent));
   }
   for (Index m = 0; m < b.baseline.size(); ++m) {
     const auto i = static_cast<std::size_t>(m);
-    const auto scaled = [&](Estimate e) { return Estimate{e.value * kind, e.sd * kind, e.low * kind, e.high * kind}; };
+    const double before = std::abs(b.baseline[m]), unknown = std::nan("");
     s.rows.push_back({file.job.rows[i], file.speeds[static_cast<std::size_t>(file.job.speed[i])],
-                      scaled(Estimate{std::abs(b.baseline[m]), std::nan(""), std::nan(""), std::nan("")}),
-                      scaled(b.residual[i]), phase * std::arg(b.baseline[m]), phase * std::arg(left[m]),
-                      2 * std::abs(b.baseline[m]), 2 * b.residual[i].value});
-    rows.push(io::Json::object()
-                  .set("reading", s.rows.back().name)
-                  .set("before", to_json(s.rows.back().before, "m"))
-                  .set("after", to_json(s.rows.back().after, "m")));
+                      scaled({before, unknown, unknown, unknown}, kind), scaled(b.residual[i], kind),
+                      phase * std::arg(b.baseline[m]), phase * std::arg(left[m]), 2 * before, 2 * b.residual[i].value});
     for (std::size_t p = 0; p < s.planes.size(); ++p) {
       const std::complex<double> a = b.influence(m, static_cast<Index>(p));
       s.influence.push_back({file.job.rows[i], s.planes[p].name, std::abs(a) * kind,
                              b.influence_sd(m, static_cast<Index>(p)) * kind, phase * std::arg(a)});
-      influence.push(io::Json::object()
-                         .set("reading", file.job.rows[i])
-                         .set("plane", s.planes[p].name)
-                         .set("m_per_kg", std::abs(a) * kind)
-                         .set("sd_m_per_kg", b.influence_sd(m, static_cast<Index>(p)) * kind)
-                         .set("phase_rad", phase * std::arg(a)));
     }
   }
   for (const diagnosis::BalancingRun& run : file.job.runs) s.runs.emplace_back(run.name, run.vibration);
@@ -164,10 +140,8 @@ SolvedJob solve_with_prior(const std::string& path, const JobFile& file, const J
   s.summary = b.summary;
   for (const std::string& warning : warnings.warnings) s.summary.warn(warning);
   io::Json out = balancing_document(s);
-  out.set("planes", std::move(planes));
-  out.set("readings", std::move(rows)).set("influence", std::move(influence)).set("surprise", b.surprise);
-  out.set("objective_m", s.objective).set("summary", whirl::to_json(s.summary));
+  out.set("surprise", b.surprise);
   return {std::move(s), std::move(out)};
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

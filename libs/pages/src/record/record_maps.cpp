@@ -1,4 +1,4 @@
-#include "record_maps.hpp"
+#include "record/record_maps.hpp"
 
 #include <fmt/format.h>
 

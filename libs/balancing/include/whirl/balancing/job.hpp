@@ -1,10 +1,12 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "whirl/diagnosis/correction.hpp"
 #include "whirl/diagnosis/influence.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 
 /// How the vectors of a job are written. A phase lag and angles against rotation belong together as lead and with do.
 struct VectorConvention {
@@ -17,6 +19,10 @@ struct VectorConvention {
   void check() const;
 };
 
+/// "least-squares", "min-max"; "automatic", "linear", "none"; nothing for an empty name.
+std::optional<diagnosis::Criterion> criterion_of(const std::string& name);
+std::optional<diagnosis::Drift> drift_of(const std::string& name);
+
 /// What a guided job states beside its runs: tables [setup], [plan] and [machine] of runs.toml. NaN or 0: not stated.
 struct JobPlan {
   std::string edge = "leading";      ///< of the mark that triggers the keyphasor: leading or trailing
@@ -28,7 +34,8 @@ struct JobPlan {
   double noise = 0, slow_roll = 0;   ///< m 0-p; rad/s
   double first_hole = 0, piece = 0, hole = 0;  ///< rad as written; kg; kg
   int holes = 0;
-  std::string criterion, drift;  ///< empty: not stated
+  std::optional<diagnosis::Criterion> criterion;
+  std::optional<diagnosis::Drift> drift;
   bool drop_dependent = false;
   double mass = 0, radius = 0, grade = 0, service_speed = 0;  ///< kg, m, mm/s, rad/s
 };
@@ -52,4 +59,4 @@ struct JobFile {
 /// `may_be_empty`: a TOML job without a run. Throws Error naming file, line or column.
 JobFile read_job(const std::string& path, VectorConvention convention, double slow_roll, bool may_be_empty = false);
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

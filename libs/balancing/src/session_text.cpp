@@ -1,4 +1,4 @@
-#include "session_file.hpp"
+#include "session_text.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "record_vectors.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
@@ -27,9 +27,9 @@ std::string quoted(const std::string& flag, const std::vector<std::string>& name
 
 std::string number(double v) { return fmt::format("{:.10g}", v); }
 
-std::string list(const std::vector<double>& values) {
+std::string list(const std::vector<double>& values, double unit = 1) {
   std::string text;
-  for (const double v : values) text += (text.empty() ? "" : ", ") + number(v);
+  for (const double v : values) text += (text.empty() ? "" : ", ") + number(v / unit);
   return text;
 }
 
@@ -71,72 +71,80 @@ double wrapped(double degrees) {
   return d < 0 ? d + 360 : d + 0.0;
 }
 
+const char* drift_name(const JobOptions& o) {
+  return o.drift == diagnosis::Drift::none ? "none" : o.drift == diagnosis::Drift::linear ? "linear" : "automatic";
+}
+
 }  // namespace
 
-std::string new_session_text(const GuidedOptions& g, const JobOptions& o) {
+std::string new_job_text(const NewJob& job, const std::string& path) {
+  const JobOptions& o = job.options;
   const auto need = [&](bool there, const char* flag, const char* what) {
-    if (!there) throw Error(fmt::format("{} does not exist yet; a new job needs {}: {}", g.file, flag, what));
+    if (!there) throw Error(fmt::format("{} does not exist yet; a new job needs {}: {}", path, flag, what));
   };
-  need(!g.planes.empty(), "--planes", "names of the planes, as A,B");
-  need(!g.probes.empty(), "--probes", "names of the probes, as DE,NDE");
-  need(!o.phase.empty(), "--phase", "lag (angle from the keyphasor's pulse to the next positive peak) or lead");
-  need(!o.amplitude.empty(), "--amplitude", "0p, pp or rms");
-  need(!o.angles.empty(), "--angles", "with or against the rotation");
-  if (g.trial_gram <= 0 && (o.mass_kg <= 0 || o.radius_mm <= 0))
-    throw Error(g.file + ": the first trial mass needs --trial-gram, or --mass-kg of the rotor and --radius-mm");
-  if (!g.probe_deg.empty() && g.probe_deg.size() != g.probes.size())
-    throw Error(fmt::format("--probe-deg: {} angles for {} probes", g.probe_deg.size(), g.probes.size()));
+  need(!job.planes.empty(), "--planes", "names of the planes, as A,B");
+  need(!job.probes.empty(), "--probes", "names of the probes, as DE,NDE");
+  need(!job.convention.phase.empty(), "--phase",
+       "lag (angle from the keyphasor's pulse to the next positive peak) or lead");
+  need(!job.convention.amplitude.empty(), "--amplitude", "0p, pp or rms");
+  need(!job.convention.angles.empty(), "--angles", "with or against the rotation");
+  job.convention.check();
+  if (job.trial <= 0 && (o.mass <= 0 || o.radius <= 0))
+    throw Error(path + ": the first trial mass needs --trial-gram, or --mass-kg of the rotor and --radius-mm");
+  if (!job.probe_angles.empty() && job.probe_angles.size() != job.probes.size())
+    throw Error(fmt::format("--probe-deg: {} angles for {} probes", job.probe_angles.size(), job.probes.size()));
   std::string text = fmt::format(
       "# Balancing job of `whirl balance --session`. Runs may be corrected here by hand.\n[job]\nplanes = [{}]\nprobes "
       "= [{}]\n",
-      quoted("--planes", g.planes), quoted("--probes", g.probes));
-  if (!g.speeds_rpm.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(g.speeds_rpm));
-  text += fmt::format("phase = \"{}\"\namplitude = \"{}\"\nangles = \"{}\"\n", o.phase, o.amplitude, o.angles);
-  const auto entry = [&](const char* key, double value) {
-    if (value != 0) text += fmt::format("{} = {}\n", key, number(value));
+      quoted("--planes", job.planes), quoted("--probes", job.probes));
+  if (!job.speeds.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(job.speeds, kRpm));
+  text += fmt::format("phase = \"{}\"\namplitude = \"{}\"\nangles = \"{}\"\n", job.convention.phase,
+                      job.convention.amplitude, job.convention.angles);
+  const auto entry = [&](const char* key, double value, double unit = 1) {
+    if (value != 0) text += fmt::format("{} = {}\n", key, number(value / unit));
   };
   text += "\n[setup]\n";
-  text += fmt::format("edge = \"{}\"  # of the mark, that triggers\n", g.edge);
-  entry("keyphasor_angle_deg", g.keyphasor_deg);
-  entry("notch_width_deg", g.notch_deg);
-  if (!g.probe_deg.empty()) text += fmt::format("probe_angles_deg = [{}]\n", list(g.probe_deg));
-  entry("critical_speed_rpm", g.critical_rpm);
+  text += fmt::format("edge = \"{}\"  # of the mark, that triggers\n", job.edge);
+  entry("keyphasor_angle_deg", job.keyphasor, kDegree);
+  entry("notch_width_deg", job.notch, kDegree);
+  if (!job.probe_angles.empty()) text += fmt::format("probe_angles_deg = [{}]\n", list(job.probe_angles, kDegree));
+  entry("critical_speed_rpm", job.critical_speed, kRpm);
   text += "\n[plan]\n";
-  entry("trial_mass_gram", g.trial_gram);
-  entry("limit_mass_gram", o.limit_gram);
-  entry("target_amplitude_um", g.target_um);
-  entry("allowed_amplitude_um", g.allowed_um);
-  entry("noise_um", o.noise_um);
-  entry("slow_roll_speed_rpm", o.slow_roll_rpm);
+  entry("trial_mass_gram", job.trial, 1e-3);
+  entry("limit_mass_gram", o.limit, 1e-3);
+  entry("target_amplitude_um", job.target, 1e-6);
+  entry("allowed_amplitude_um", job.allowed, 1e-6);
+  entry("noise_um", o.noise, 1e-6);
+  entry("slow_roll_speed_rpm", job.slow_roll, kRpm);
   if (o.holes > 0) text += fmt::format("holes = {}\n", o.holes);
-  entry("first_hole_deg", o.first_hole_deg);
-  entry("piece_mass_gram", o.piece_gram);
-  entry("hole_mass_gram", o.hole_gram);
-  text += fmt::format("criterion = \"{}\"\ndrift = \"{}\"\n", o.criterion, o.drift);
+  entry("first_hole_deg", o.first_hole, kDegree);
+  entry("piece_mass_gram", o.piece, 1e-3);
+  entry("hole_mass_gram", o.hole, 1e-3);
+  text += fmt::format("criterion = \"{}\"\ndrift = \"{}\"\n", criterion_name(o), drift_name(o));
   if (o.drop_dependent) text += "drop_dependent = true\n";
   text += "\n[machine]\n";
-  entry("mass_kg", o.mass_kg);
-  entry("radius_mm", o.radius_mm);
+  entry("mass_kg", o.mass);
+  entry("radius_mm", o.radius, 1e-3);
   entry("grade", o.grade);
-  entry("service_speed_rpm", o.speed_rpm);
+  entry("service_speed_rpm", o.service_speed, kRpm);
   return text;
 }
 
-std::string run_text(const GuidedOptions& g, const VectorConvention& typed, const JobFile& file,
+std::string run_text(const RunMade& run, const VectorConvention& typed, const JobFile& file,
                      const Eigen::VectorXcd& proposed, const std::string& name) {
   const VectorConvention& v = file.convention;
   std::vector<double> amplitudes, phases, grams, degrees, unread;
   std::string note, sweep;
-  if (!g.record.empty()) {
-    const RecordVectors found = read_vectors(g.record, file, g.steady);
+  if (!run.record.empty()) {
+    const RecordVectors found = read_vectors(run.record, file, run.steady);
     sweep = fmt::format("sweep = {:.6g}\n", found.sweep);
     for (const std::complex<double> z : found.readings) {
       amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
       phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kDegree));
     }
-    note = g.steady ? "  # steady vectors of a run-up" : "  # from a record";
+    note = run.steady ? "  # steady vectors of a run-up" : "  # from a record";
   } else {
-    for (auto [size, angle] : vectors("--readings", g.readings)) {
+    for (auto [size, angle] : vectors("--readings", run.readings)) {
       if (std::isnan(size)) {
         unread.push_back(static_cast<double>(amplitudes.size() + 1));
         size = 0;
@@ -153,15 +161,15 @@ std::string run_text(const GuidedOptions& g, const VectorConvention& typed, cons
     if (typed.phase != v.phase || typed.amplitude != v.amplitude || typed.angles != v.angles)
       note = fmt::format("  # typed as phase {}, amplitudes {}, angles {}", typed.phase, typed.amplitude, typed.angles);
   }
-  if (g.masses.empty()) {
+  if (run.masses.empty()) {
     for (Index p = 0; p < proposed.size(); ++p) {
       grams.push_back(std::round(1e9 * std::abs(proposed[p])) * 1e-6);
       degrees.push_back(
           grams.back() == 0 ? 0 : std::round(1e4 * written_angle(std::arg(proposed[p]), v.angle_sign())) * 1e-4);
     }
   } else {
-    for (const auto& [size, angle] : vectors("--masses", g.masses)) {
-      if (std::isnan(size)) throw Error::in_field("--masses", g.masses, "a mass for each plane, 0 for none");
+    for (const auto& [size, angle] : vectors("--masses", run.masses)) {
+      if (std::isnan(size)) throw Error::in_field("--masses", run.masses, "a mass for each plane, 0 for none");
       grams.push_back(size);
       degrees.push_back(typed.angles == v.angles || size == 0 ? angle : wrapped(-angle));
     }
@@ -182,4 +190,4 @@ std::string without_last_run(const std::string& text, const std::string& path) {
   return text.substr(0, at);
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

@@ -1,4 +1,4 @@
-#include "record_orbit.hpp"
+#include "record/record_orbit.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "record_maps.hpp"
-#include "record_part.hpp"
+#include "record/record_maps.hpp"
+#include "record/record_part.hpp"
 #include "whirl/signal/order.hpp"
 
 namespace whirl::pages {

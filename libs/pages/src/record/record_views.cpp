@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "record_maps.hpp"
-#include "record_orbit.hpp"
-#include "record_part.hpp"
+#include "record/record_maps.hpp"
+#include "record/record_orbit.hpp"
+#include "record/record_part.hpp"
 #include "run_line.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"

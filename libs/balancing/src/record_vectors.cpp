@@ -7,12 +7,12 @@
 #include <numbers>
 #include <optional>
 
-#include "commands/machine/record_options.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/io/signals.hpp"
 #include "whirl/modal/transient_runup.hpp"
 
-namespace whirl::app {
+namespace whirl::balancing {
 namespace {
 
 using Complex = std::complex<double>;
@@ -75,7 +75,7 @@ double sweep_at(const signal::SynchronousCurve& curve, double speed) {
 }  // namespace
 
 RecordVectors read_vectors(const std::string& path, const JobFile& file, bool steady) {
-  const Recording record = RecordOptions{}.read(path);
+  const Recording record = io::read_recording(path, {});
   const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
   if (!rotation) throw Error(path + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
   std::vector<signal::SynchronousCurve> curves;
@@ -109,4 +109,4 @@ RecordVectors read_vectors(const std::string& path, const JobFile& file, bool st
   return found;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::balancing

@@ -1,4 +1,4 @@
-#include "record_part.hpp"
+#include "record/record_part.hpp"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,7 @@
 #include "whirl/diagnosis/unbalance_budget.hpp"
 #include "whirl/report/document.hpp"
 
-namespace whirl::pages {
+namespace whirl::balancing {
 
 /// What stands on a field balancing sheet. Amplitudes of rows and influence in the reader's kind (`amplitude`), phases
 /// and angles in the reader's convention; SI.
@@ -58,4 +58,4 @@ struct BalancingSheet {
 /// Masses, readings before and after with zones of ISO 20816-3, influence coefficients, polar plots.
 report::Document balancing_sheet(const BalancingSheet& sheet);
 
-}  // namespace whirl::pages
+}  // namespace whirl::balancing

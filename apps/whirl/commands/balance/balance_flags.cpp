@@ -1,0 +1,144 @@
+#include "balance_flags.hpp"
+
+#include <numbers>
+
+namespace whirl::app {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180, kRpm = std::numbers::pi / 30;
+
+std::vector<double> times(std::vector<double> values, double unit) {
+  for (double& v : values) v *= unit;
+  return values;
+}
+
+}  // namespace
+
+balancing::VectorConvention JobFlags::convention() const { return {phase, amplitude, angles}; }
+
+balancing::JobOptions JobFlags::options() const {
+  balancing::JobOptions o = plain;
+  o.criterion = balancing::criterion_of(criterion);
+  o.drift = balancing::drift_of(drift);
+  o.noise = noise_um * 1e-6;
+  o.limit = limit_gram * 1e-3;
+  o.first_hole = first_hole_deg * kDegree;
+  o.piece = piece_gram * 1e-3;
+  o.hole = hole_gram * 1e-3;
+  o.prior = prior;
+  o.zones = times(zones_um, 1e-6);
+  o.mass_error = mass_error_gram * 1e-3;
+  o.angle_error = angle_error_deg * kDegree;
+  o.radius_error = radius_error_mm * 1e-3;
+  o.mass = mass_kg;
+  o.radius = radius_mm * 1e-3;
+  o.grade = grade;
+  o.service_speed = speed_rpm * kRpm;
+  return o;
+}
+
+balancing::NewJob GuidedFlags::job(const JobFlags& flags) const {
+  balancing::NewJob job;
+  job.planes = planes;
+  job.probes = probes;
+  job.speeds = times(speeds_rpm, kRpm);
+  job.convention = flags.convention();
+  job.probe_angles = times(probe_deg, kDegree);
+  job.keyphasor = keyphasor_deg * kDegree;
+  job.notch = notch_deg * kDegree;
+  job.edge = edge;
+  job.critical_speed = critical_rpm * kRpm;
+  job.trial = trial_gram * 1e-3;
+  job.target = target_um * 1e-6;
+  job.allowed = allowed_um * 1e-6;
+  job.slow_roll = flags.slow_roll_rpm * kRpm;
+  job.options = flags.options();
+  return job;
+}
+
+void JobFlags::add_to(CommandLine* sub) {
+  sub->add_option("--phase", phase, "runs.csv: phases are lag or lead [lag]; a session must be told")
+      ->one_of({"lag", "lead"});
+  sub->add_option("--amplitude", amplitude, "runs.csv: amplitudes are 0p, pp or rms [0p]; a session must be told")
+      ->one_of({"0p", "pp", "rms"});
+  sub->add_option("--angles", angles,
+                  "runs.csv: mass angles count with or against the rotation [with]; a session must be told")
+      ->one_of({"with", "against"});
+  sub->add_option("--criterion", criterion, "least-squares [default] or min-max (smallest largest reading)")
+      ->one_of({"least-squares", "min-max"});
+  sub->add_option("--slow-roll-rpm", slow_roll_rpm, "readings at or below are runout, taken off the others");
+  sub->add_option("--drift", drift, "automatic [default], linear or none: warming up during the job")
+      ->one_of({"automatic", "linear", "none"});
+  sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs");
+  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane");
+  sub->add_option("--holes", plain.holes, "equally spaced holes of each plane")->range(1, 1000);
+  sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->show_default();
+  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this");
+  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole");
+  sub->add_flag("--drop-dependent", plain.drop_dependent,
+                "no mass on a plane that acts as another (Darlow: below 20 %)");
+  sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");
+  sub->add_option("--prior", prior,
+                  "balance.json of an earlier job (this machine or its sister), or model.json: fewer trial runs")
+      ->input();
+  sub->add_option("--prior-common", plain.prior_common,
+                  "sd of the error that its coefficients share at a speed (complex part)")
+      ->range(0, 10)
+      ->show_default();
+  sub->add_option("--prior-each", plain.prior_each, "sd of the error of each coefficient alone")
+      ->range(0, 10)
+      ->show_default();
+  sub->add_option("--zones-um", zones_um,
+                  "upper limits of zones A, B, C in the kind of the readings; default ISO 20816-3")
+      ->delimiter(',');
+  sub->add_option("--mass-error-gram", mass_error_gram, "a mass may differ by (95 %), for the error budget");
+  sub->add_option("--angle-error-deg", angle_error_deg, "its angle may differ by");
+  sub->add_option("--radius-error-mm", radius_error_mm, "its radius may differ by");
+  sub->add_option("--out", out, "write the result as JSON")->output("whirl.balancing");
+  sub->add_option("--html", html, "write the balancing sheet")->output();
+}
+
+void GuidedFlags::add_to(CommandLine* sub) {
+  constexpr const char* kGroup = "Guided job";
+  sub->add_option("--session", file, "job file (TOML): made, resumed, one run added; says the next run to make")
+      ->group(kGroup);
+  sub->add_option("--planes", planes, "new job: names of the planes, as A,B")->delimiter(',')->group(kGroup);
+  sub->add_option("--probes", probes, "new job: names of the probes, as DE,NDE")->delimiter(',')->group(kGroup);
+  sub->add_option("--speeds-rpm", speeds_rpm, "new job: speeds at which each run is read")
+      ->delimiter(',')
+      ->group(kGroup);
+  sub->add_option("--trial-gram", trial_gram, "new job: first trial mass; else from --mass-kg and --radius-mm")
+      ->group(kGroup);
+  sub->add_option("--target-um", target_um, "new job: good when every reading is at or below (as --amplitude)")
+      ->group(kGroup);
+  sub->add_option("--allowed-um", allowed_um, "new job: a run predicted above is warned of (as --amplitude)")
+      ->group(kGroup);
+  sub->add_option("--probe-deg", probe_deg, "new job: angle of each probe, counted as the masses")
+      ->delimiter(',')
+      ->group(kGroup);
+  sub->add_option("--keyphasor-deg", keyphasor_deg, "new job: angle of the keyphasor's probe, counted alike")
+      ->group(kGroup);
+  sub->add_option("--edge", edge, "new job: edge of the mark that triggers")
+      ->one_of({"leading", "trailing"})
+      ->show_default()
+      ->group(kGroup);
+  sub->add_option("--notch-deg", notch_deg, "new job: width of the mark")->range(0, 360)->group(kGroup);
+  sub->add_option("--critical-rpm", critical_rpm, "new job: critical speed; tells on which side the heavy spot is")
+      ->group(kGroup);
+  sub->add_option("--readings", run.readings,
+                  "the run just made: \"48.3@270 ...\", all probes at the first speed, then the next; - missing")
+      ->group(kGroup);
+  sub->add_option("--record", run.record, "the run just made, as a record with keyphasor; channels named as the probes")
+      ->input()
+      ->group(kGroup);
+  sub->add_flag("--steady", run.steady,
+                "with --record: vectors of a rotor that stays at each speed, from modes fitted to the run-up or "
+                "run-down, so that runs of differing rates belong together")
+      ->group(kGroup);
+  sub->add_option("--masses", run.masses, "what was on the rotor, plane by plane: \"10@90 0\"; default: as proposed")
+      ->group(kGroup);
+  sub->add_option("--run", run.name, "name of the run just made")->group(kGroup);
+  sub->add_flag("--undo", undo, "take back the last run")->group(kGroup);
+}
+
+}  // namespace whirl::app

@@ -1,0 +1,244 @@
+#include "solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/diagnosis/standards.hpp"
+
+namespace whirl::balancing {
+namespace {
+
+using Eigen::Index;
+constexpr double kDegree = std::numbers::pi / 180;
+
+}  // namespace
+
+JobOptions with_plan(JobOptions o, const JobFile& file) {
+  const JobPlan& p = file.plan;
+  const auto take = [](double& asked, double stated) {
+    if (asked == 0) asked = stated;
+  };
+  take(o.limit, p.limit);
+  take(o.noise, p.noise);
+  take(o.first_hole, p.first_hole);
+  take(o.piece, p.piece);
+  take(o.hole, p.hole);
+  take(o.mass, p.mass);
+  take(o.radius, p.radius);
+  take(o.grade, p.grade);
+  take(o.service_speed, p.service_speed);
+  if (o.holes == 0) o.holes = p.holes;
+  if (!o.criterion) o.criterion = p.criterion;
+  if (!o.drift) o.drift = p.drift;
+  o.drop_dependent = o.drop_dependent || p.drop_dependent;
+  return o;
+}
+
+double written_angle(double angle, double sign) {
+  const double degree = std::fmod(sign * angle / kDegree, 360);
+  return degree < -1e-9 ? degree + 360 : std::abs(degree);
+}
+
+const char* criterion_name(const JobOptions& o) {
+  return o.criterion == diagnosis::Criterion::min_max ? "min-max" : "least-squares";
+}
+
+namespace {
+
+/// What the command finds, before it is printed.
+struct Balanced {
+  diagnosis::InfluenceFit fit;
+  diagnosis::CorrectionProblem problem;  ///< with the planes kept
+  std::vector<int> planes;               ///< kept
+  diagnosis::Correction correction;      ///< of the planes kept
+  diagnosis::CorrectionUncertainty uncertainty;
+  diagnosis::PlaneIndependence independence;
+  std::optional<diagnosis::Placement> placement;
+  Eigen::VectorXcd prescribed;  ///< by every plane: what is put on the rotor
+};
+
+}  // namespace
+
+std::vector<diagnosis::Places> places_of(const JobOptions& o, const VectorConvention& convention, std::size_t planes) {
+  if (o.holes == 0 && o.piece == 0 && o.hole == 0) return {};
+  diagnosis::Places places;
+  places.piece = o.piece;
+  places.most = o.hole;
+  for (int k = 0; k < o.holes; ++k)
+    places.angles.push_back(convention.angle_sign() * o.first_hole + 2 * std::numbers::pi * k / o.holes);
+  return std::vector<diagnosis::Places>(planes, places);
+}
+
+diagnosis::InfluenceOptions influence_options(const JobOptions& o) {
+  diagnosis::InfluenceOptions options;
+  options.noise = o.noise;
+  options.exclude = !o.all_runs;
+  options.drift = o.drift.value_or(diagnosis::Drift::automatic);
+  return options;
+}
+
+namespace {
+
+Balanced solve(const JobFile& file, const JobOptions& o) {
+  Balanced b;
+  b.fit = diagnosis::fit_influence(file.job, influence_options(o));
+  b.independence = diagnosis::plane_independence(b.fit.influence);
+  for (int p = 0; p < static_cast<int>(file.job.planes.size()); ++p) {
+    const double significance = b.independence.significance[static_cast<std::size_t>(p)];
+    const int twin = b.independence.twin[static_cast<std::size_t>(p)];
+    if (significance >= 0.2) {
+      b.planes.push_back(p);
+      continue;
+    }
+    b.fit.summary.warn(fmt::format(
+        "plane {} acts almost as {} at these probes and speeds (independent part {:.0f} %): {}",
+        file.job.planes[static_cast<std::size_t>(p)],
+        twin < 0 ? "nothing" : "plane " + file.job.planes[static_cast<std::size_t>(twin)], 100 * significance,
+        o.drop_dependent ? "it gets no mass"
+                         : "masses may be large and fight each other; --drop-dependent leaves it out"));
+    if (!o.drop_dependent) b.planes.push_back(p);
+  }
+  const auto kept = static_cast<Index>(b.planes.size());
+  b.problem.influence.resize(b.fit.influence.rows(), kept);
+  diagnosis::InfluenceFit reduced = b.fit;
+  const Index first = b.fit.with_drift ? 2 : 1;
+  for (Index k = 0; k < kept; ++k)
+    b.problem.influence.col(k) = b.fit.influence.col(b.planes[static_cast<std::size_t>(k)]);
+  for (Eigen::MatrixXcd& g : reduced.cofactor) {
+    std::vector<Index> index;
+    for (Index k = 0; k < first; ++k) index.push_back(k);
+    for (const int p : b.planes) index.push_back(first + p);
+    g = Eigen::MatrixXcd(g(index, index));
+  }
+  reduced.influence = b.problem.influence;
+  b.problem.vibration = b.fit.baseline;
+  if (o.limit > 0) b.problem.limit = Eigen::VectorXd::Constant(kept, o.limit);
+  const auto criterion = o.criterion.value_or(diagnosis::Criterion::least_squares);
+  b.correction = diagnosis::solve_correction(b.problem, criterion);
+  const bool formula = criterion == diagnosis::Criterion::least_squares && !b.correction.limited;
+  b.uncertainty = formula ? diagnosis::correction_uncertainty(reduced, b.problem, b.correction.masses)
+                          : diagnosis::redrawn_uncertainty(reduced, b.problem, criterion);
+  Eigen::VectorXcd masses = b.correction.masses;
+  if (const auto places = places_of(o, file.convention, b.planes.size()); !places.empty()) {
+    b.placement = diagnosis::place_masses(b.problem, criterion, masses, places);
+    masses = b.placement->sum;
+  }
+  b.prescribed = Eigen::VectorXcd::Zero(static_cast<Index>(file.job.planes.size()));
+  for (Index k = 0; k < kept; ++k) b.prescribed[b.planes[static_cast<std::size_t>(k)]] = masses[k];
+  return b;
+}
+
+BalancingSheet sheet_of(const std::string& title, const JobFile& file, const JobOptions& o, const Balanced& b) {
+  BalancingSheet sheet = empty_sheet(title, file.convention, o);
+  const double sign = file.convention.angle_sign(), amplitude = 1 / file.convention.amplitude_factor();
+  for (Index k = 0; k < static_cast<Index>(b.planes.size()); ++k) {
+    BalancingSheet::Plane plane;
+    plane.name = file.job.planes[static_cast<std::size_t>(b.planes[static_cast<std::size_t>(k)])];
+    plane.mass = b.uncertainty.magnitude(k, b.correction.masses);
+    plane.angle = counted(b.uncertainty.angle(k, b.correction.masses), sign);
+    plane.independent = b.independence.significance[static_cast<std::size_t>(b.planes[static_cast<std::size_t>(k)])];
+    if (b.placement)
+      for (const diagnosis::PlacedMass& m : b.placement->masses)
+        if (m.plane == k) plane.placed.emplace_back(m.mass, written_angle(m.angle, sign) * kDegree);
+    sheet.planes.push_back(std::move(plane));
+  }
+  const std::vector<Estimate> before =
+      diagnosis::predicted_residual(b.fit, Eigen::VectorXcd::Zero(b.prescribed.size()));
+  const std::vector<Estimate> after = diagnosis::predicted_residual(b.fit, b.prescribed);
+  const Eigen::VectorXcd left = b.fit.baseline + b.fit.influence * b.prescribed;
+  for (Index m = 0; m < b.fit.baseline.size(); ++m) {
+    const auto i = static_cast<std::size_t>(m);
+    const double speed = file.speeds[static_cast<std::size_t>(file.job.speed[i])];
+    sheet.rows.push_back({file.job.rows[i], speed, scaled(before[i], amplitude), scaled(after[i], amplitude),
+                          std::arg(b.fit.baseline[m]) * file.convention.phase_sign(),
+                          std::arg(left[m]) * file.convention.phase_sign(), 2 * before[i].value, 2 * after[i].value});
+  }
+  for (Index m = 0; m < b.fit.influence.rows(); ++m)
+    for (Index p = 0; p < b.fit.influence.cols(); ++p)
+      sheet.influence.push_back({file.job.rows[static_cast<std::size_t>(m)],
+                                 file.job.planes[static_cast<std::size_t>(p)],
+                                 std::abs(b.fit.influence(m, p)) * amplitude, b.fit.sd(m, p) * amplitude,
+                                 std::arg(b.fit.influence(m, p)) * file.convention.phase_sign()});
+  for (const diagnosis::BalancingRun& run : file.job.runs) sheet.runs.emplace_back(run.name, run.vibration);
+  sheet.before = b.fit.baseline;
+  sheet.after = left;
+  sheet.repeatability = b.fit.repeatability * amplitude;
+  if (b.fit.with_drift) {
+    double span = 0;
+    for (const diagnosis::BalancingRun& run : file.job.runs)
+      span = std::max(span, file.job.runs.back().time - run.time);
+    sheet.drift = b.fit.drift.cwiseAbs().maxCoeff() * span * amplitude;
+  }
+  sheet.objective = b.correction.objective * amplitude;
+  sheet.bound = b.correction.bound * amplitude;
+  sheet.summary = b.fit.summary;
+  return sheet;
+}
+
+void add_budget(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
+  if (!o.zones.empty() && (o.zones.size() != 3 || !std::is_sorted(o.zones.begin(), o.zones.end()) || !(o.zones[0] > 0)))
+    throw Error("--zones-um: three rising limits, of zones A, B and C");
+  sheet.zones = o.zones;
+  const double speed = o.service_speed > 0 ? o.service_speed : file.speeds.back();
+  if (!(o.mass > 0) || !(o.radius > 0) || !(speed > 0)) return;
+  sheet.grade = o.grade > 0 ? o.grade : 6.3;
+  const double permitted =
+      diagnosis::permissible_unbalance(sheet.grade, o.mass, speed) / static_cast<double>(b.planes.size());
+  const diagnosis::PlacingErrors errors{o.mass_error, o.angle_error, o.radius_error};
+  Eigen::VectorXcd on(static_cast<Index>(b.planes.size()));
+  for (Index k = 0; k < on.size(); ++k) on[k] = b.prescribed[b.planes[static_cast<std::size_t>(k)]];
+  for (Index k = 0; k < on.size(); ++k)
+    sheet.planes[static_cast<std::size_t>(k)].budget =
+        diagnosis::unbalance_budget(k, b.correction.masses, b.uncertainty, on, o.radius, errors, permitted);
+}
+
+void add_contradictions(io::Json& out, const JobFile& file, const diagnosis::InfluenceFit& fit) {
+  io::Json runs = io::Json::array();
+  for (const diagnosis::Contradiction& c : fit.contradictions) {
+    io::Json others = io::Json::array();
+    for (const int r : c.or_run) others.push(file.job.runs[static_cast<std::size_t>(r)].name);
+    runs.push(io::Json::object()
+                  .set("run", file.job.runs[static_cast<std::size_t>(c.run)].name)
+                  .set("chance", c.chance)
+                  .set("looks_as_if", c.slip)
+                  .set("or_runs", std::move(others)));
+  }
+  out.set("contradictions", std::move(runs)).set("angles_reversed", fit.angles_reversed);
+}
+
+}  // namespace
+
+BalancingSheet empty_sheet(const std::string& title, const VectorConvention& convention, const JobOptions& o) {
+  BalancingSheet sheet;
+  sheet.title = title;
+  sheet.amplitude = convention.amplitude == "pp" ? "p-p" : convention.amplitude == "rms" ? "rms" : "0-p";
+  sheet.convention = fmt::format("phase {}, amplitudes {}, mass angles {} rotation", convention.phase, sheet.amplitude,
+                                 convention.angles);
+  sheet.criterion = criterion_name(o);
+  return sheet;
+}
+
+Estimate scaled(const Estimate& e, double factor) {
+  return {e.value * factor, e.sd * factor, e.low * factor, e.high * factor};
+}
+
+Estimate counted(const Estimate& angle, double sign) {
+  return sign < 0 ? Estimate{-angle.value, angle.sd, -angle.high, -angle.low} : angle;
+}
+
+SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions options,
+                    const std::optional<Eigen::VectorXcd>& on_rotor) {
+  options = with_plan(std::move(options), file);
+  if (!options.prior.empty()) return solve_with_prior(title, file, options);
+  Balanced b = solve(file, options);
+  if (on_rotor) b.prescribed = *on_rotor;
+  BalancingSheet sheet = sheet_of(title, file, options, b);
+  add_budget(sheet, file, options, b);
+  io::Json json = balancing_document(sheet);
+  add_contradictions(json, file, b.fit);
+  json.set("repeatability_m", sheet.repeatability).set("drift_m", sheet.drift).set("bound_m", sheet.bound);
+  return {std::move(sheet), std::move(json)};
+}
+
+}  // namespace whirl::balancing

@@ -1,0 +1,67 @@
+#pragma once
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
+#include "whirl/core/recording.hpp"
+#include "whirl/io/json.hpp"
+#include "whirl/report/figure.hpp"
+#include "whirl/response/continuation.hpp"
+#include "whirl/response/sweep_peaks.hpp"
+#include "whirl/response/synchronous.hpp"
+
+namespace whirl::pages {
+
+/// What a record covers: beyond it a curve is extrapolation.
+struct DataRange {
+  double amplitude = INFINITY, low = 0, high = INFINITY;  ///< m peak (radius); rad/s
+  bool holds(double a, double omega) const { return a <= amplitude && omega >= low && omega <= high; }
+};
+/// Of a record with x, y and beta; the speeds as means over fiftieths of it, so that an encoder's steps do not count.
+DataRange data_range(const Recording& record);
+
+struct SteadyOptions {
+  response::CurveOptions curve;  ///< range in rad/s
+  std::string input;             ///< that forces the model as amplitude * cos(Omega t); empty: the unbalance
+  double amplitude = 0;          ///< of the input, in its unit
+  double unbalance = 1;          ///< times the identified eccentricity
+  bool isolas = false;           ///< look for closed curves apart from this one
+  double peaks_to = 0;           ///< peaks of slow sweeps for 40 forcings up to this many times the stated one; 0: none
+  std::optional<DataRange> known;  ///< of the record that the model was found from
+};
+
+/// Steady answers of a model over speed: the curve, those beside it, their peaks.
+struct SteadyResponse {
+  response::ResponseCurve curve;
+  std::vector<response::ResponseCurve> branches;  ///< where a sweep from the far end begins: joined beyond the range
+  std::vector<response::ResponseCurve> isolas;    ///< closed, apart from the curve
+  std::optional<response::PeakCurve> peaks;       ///< over multiples of the stated forcing
+  std::optional<response::SynchronousBand> band;  ///< over the covariance of an isotropic rotor
+  std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where that forces it
+  DataRange known;
+  bool radius = false;   ///< amplitudes are sqrt(x^2 + y^2), m; else |q| of `coordinate`
+  bool turning = false;  ///< forced by the unbalance, not by an input
+  std::string coordinate;
+  Summary summary;
+
+  double amplitude(const response::PeriodicSolution& s) const {
+    return radius ? response::ResponseCurve::radius(s) : response::ResponseCurve::peak(s, 0);
+  }
+  /// With its unit, where it has one.
+  std::string amplitude_text(double amplitude) const;
+};
+
+/// Harmonic balance with arclength continuation. Warns of a range that looks like Hz, and of points beyond
+/// `options.known`. Throws Error for a range that is not positive, and an input that the model does not have.
+SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions& options);
+
+/// Amplitude and phase over speed with stability, folds, backbone and band.
+report::Figure steady_figure(const SteadyResponse& found);
+/// The peaks over the size of the forcing.
+report::Figure steady_peak_figure(const SteadyResponse& found);
+/// `whirl.response/1`.
+io::Json to_json(const SteadyResponse& found);
+
+}  // namespace whirl::pages

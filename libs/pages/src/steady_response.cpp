@@ -1,0 +1,128 @@
+#include "whirl/pages/steady_response.hpp"
+
+#include <numbers>
+
+#include "whirl/report/format.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using Eigen::Index;
+constexpr double kRpm = std::numbers::pi / 30;
+
+/// The model with the unbalance asked for, and its rotor where the unbalance forces one.
+struct Forced {
+  IdentifiedModel model;
+  std::optional<RotorModel> rotor;
+};
+
+Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
+  if (!(o.curve.from > 0) || !(o.curve.to > 0)) throw Error("--from-rpm and --to-rpm are needed, both > 0");
+  const bool turning = o.input.empty();
+  if (!turning && o.amplitude == 0) throw Error("--amplitude is needed: the input's amplitude, in its unit");
+  Forced f{std::move(model), {}};
+  if (!f.model.rotor || !turning) return f;
+  f.rotor = *f.model.rotor;
+  f.rotor->eps *= o.unbalance;
+  const IdentifiedModel equations = response::rotor_equations(*f.rotor);
+  f.model.states = equations.states;
+  f.model.inputs = equations.inputs;
+  f.model.equations = equations.equations;
+  return f;
+}
+
+void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& summary) {
+  const double critical = rotor.natural_frequency(), low = o.curve.from / kRpm, high = o.curve.to / kRpm;
+  if (std::max(o.curve.from, o.curve.to) >= critical / 12) return;
+  summary.warn(fmt::format(
+      "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?", low,
+      high, critical / kRpm, 60 * low, 60 * high));
+}
+
+/// Over the covariance of an isotropic rotor, whose synchronous response is algebraic.
+std::optional<response::SynchronousBand> band_of(const Forced& forced, const response::CurveOptions& options) {
+  const bool isotropic = forced.rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0;
+  if (!isotropic || forced.model.rotor_covariance.size() != 25) return {};
+  return response::synchronous_band(
+      *forced.rotor, forced.model.rotor_covariance,
+      Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
+}
+
+response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& o, const SteadyResponse& found) {
+  const double unit = found.turning ? 1 : std::abs(o.amplitude);
+  const response::PeriodicSystem system(model, {o.input, o.amplitude, 1, found.turning});
+  response::PeakCurve peaks =
+      response::peak_over_force(system, unit * Eigen::VectorXd::LinSpaced(40, o.peaks_to / 40, o.peaks_to), o.curve,
+                                [&](const response::PeriodicSolution& s) { return found.amplitude(s); });
+  peaks.force /= unit;
+  peaks.jump_from /= unit;
+  return peaks;
+}
+
+void warn_of_extrapolation(SteadyResponse& found) {
+  std::size_t beyond = 0;
+  for (const response::CurvePoint& p : found.curve.points)
+    beyond += !found.known.holds(found.amplitude(p.solution), p.solution.omega);
+  if (beyond == 0) return;
+  found.summary.warn(fmt::format(
+      "{} of {} points lie beyond the record's amplitude ({}) or speed ({:.0f} to {:.0f} rpm): "
+      "extrapolation",
+      beyond, found.curve.points.size(), report::format_amplitude(found.known.amplitude, AmplitudeKind::peak),
+      found.known.low / kRpm, found.known.high / kRpm));
+}
+
+}  // namespace
+
+DataRange data_range(const Recording& record) {
+  DataRange k;
+  const Eigen::VectorXd &x = record["x"], &y = record["y"], &beta = record["beta"];
+  k.amplitude = ((x.array() - x.mean()).square() + (y.array() - y.mean()).square()).sqrt().maxCoeff();
+  // Mean speed over fiftieths of the record: an encoder's steps do not count.
+  const Index block = std::max<Index>(1, beta.size() / 50);
+  k.low = INFINITY;
+  k.high = 0;
+  for (Index i = 0; i + block < beta.size(); i += block) {
+    const double speed = std::abs(beta[i + block] - beta[i]) / (static_cast<double>(block) * record.dt);
+    k.low = std::min(k.low, speed);
+    k.high = std::max(k.high, speed);
+  }
+  return k;
+}
+
+std::string SteadyResponse::amplitude_text(double amplitude) const {
+  return radius ? report::format_amplitude(amplitude, AmplitudeKind::peak) : report::format_number(amplitude);
+}
+
+SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions& o) {
+  const Forced forced = forced_model(model, o);
+  SteadyResponse found;
+  found.rotor = forced.rotor;
+  found.turning = o.input.empty();
+  const double force = found.turning ? 0 : o.amplitude;
+  const response::PeriodicSystem system(forced.model, {o.input, o.amplitude, forced.rotor ? 1 : o.unbalance});
+  found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
+  found.summary = found.curve.summary;
+  if (forced.rotor) warn_of_hertz(o, *forced.rotor, found.summary);
+  found.radius = system.driven_by_angle() && system.size() == 2;
+  found.coordinate = system.names().front();
+  if (found.curve.points.empty()) return found;
+  found.branches = response::other_branches(system, found.curve, force, o.curve);
+  if (o.isolas) {
+    const response::PeriodicSystem free(forced.model, {o.input, o.amplitude, 1, found.turning});
+    found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
+  }
+  found.band = band_of(forced, o.curve);
+  if (o.known) {
+    found.known = *o.known;
+    warn_of_extrapolation(found);
+  } else {
+    found.summary.trust = "the range of the data is not known: give --data RECORD to see what is extrapolation";
+  }
+  if (o.peaks_to > 0) {
+    found.peaks = peaks_of(forced.model, o, found);
+    for (const std::string& warning : found.peaks->summary.warnings) found.summary.warn(warning);
+  }
+  return found;
+}
+
+}  // namespace whirl::pages

@@ -1,0 +1,167 @@
+#include <array>
+#include <numbers>
+
+#include "whirl/pages/steady_response.hpp"
+#include "whirl/report/format.hpp"
+
+namespace whirl::pages {
+namespace {
+
+using Eigen::Index;
+constexpr double kRpm = std::numbers::pi / 30;
+
+/// Runs of one kind (stable or not, known or extrapolated), joined at their ends, as lines of the panel.
+void add_lines(report::Panel& panel, const std::vector<double>& x, const std::vector<double>& y,
+               const std::vector<int>& kind, std::array<bool, 4>& named) {
+  static const char* const names[] = {"stable", "unstable", "stable, beyond the data", "unstable, beyond the data"};
+  for (std::size_t i = 0; i + 1 < x.size();) {
+    std::size_t j = i + 1;
+    while (j + 1 < x.size() && kind[j] == kind[i]) ++j;
+    const auto n = static_cast<Index>(j - i + 1);
+    const auto k = static_cast<std::size_t>(kind[i]);
+    panel.line(named[k] ? "" : names[k], Eigen::Map<const Eigen::VectorXd>(x.data() + i, n),
+               Eigen::Map<const Eigen::VectorXd>(y.data() + i, n),
+               {.color = k % 2 == 0 ? 0 : 1,
+                .width = 1.6,
+                .dash = k >= 2   ? report::Dash::dotted
+                        : k == 1 ? report::Dash::dashed
+                                 : report::Dash::solid});
+    named[k] = true;
+    i = j;
+  }
+}
+
+/// Points and events of one curve, into `out`.
+void add_curve(io::Json& out, const response::ResponseCurve& curve, const SteadyResponse& f) {
+  io::Json points = io::Json::array(), events = io::Json::array();
+  for (const response::CurvePoint& p : curve.points) {
+    const double a = f.amplitude(p.solution);
+    points.push(io::Json::object()
+                    .set("omega", p.solution.omega)
+                    .set("amplitude", a)
+                    .set("phase", std::arg(p.solution.harmonic(0, 1)))
+                    .set("stable", p.stable)
+                    .set("multiplier", p.multiplier)
+                    .set("harmonics", p.solution.harmonics())
+                    .set("extrapolated", !f.known.holds(a, p.solution.omega)));
+  }
+  for (const response::CurveEvent& e : curve.events)
+    events.push(io::Json::object()
+                    .set("kind", to_string(e.kind))
+                    .set("omega", e.solution.omega)
+                    .set("amplitude", f.amplitude(e.solution)));
+  out.set("coordinate", f.radius ? "radius" : f.coordinate).set("events", std::move(events));
+  out.set("points", std::move(points)).set("closed", curve.closed);
+}
+
+io::Json peak_json(const response::PeakCurve& peaks) {
+  return io::Json::object()
+      .set("factor", io::Json(peaks.force))
+      .set("up", io::Json(peaks.up))
+      .set("down", io::Json(peaks.down))
+      .set("largest", io::Json(peaks.largest))
+      .set("jump_from", peaks.jump_from);
+}
+
+}  // namespace
+
+report::Figure steady_figure(const SteadyResponse& f) {
+  std::vector<response::ResponseCurve> others = f.branches;
+  others.insert(others.end(), f.isolas.begin(), f.isolas.end());
+  report::Figure figure;
+  figure.title = "Steady response";
+  figure.description = "Amplitude and phase of the steady response over speed, with stability and folds.";
+  figure.shared_x = true;
+  std::vector<double> x, y, phase;
+  std::vector<int> kind;
+  double largest = 0;
+  for (const response::CurvePoint& p : f.curve.points) {
+    x.push_back(p.solution.omega);
+    y.push_back(f.amplitude(p.solution));
+    phase.push_back(std::arg(p.solution.harmonic(0, 1)));
+    if (phase.size() > 1)
+      while (phase.back() - phase[phase.size() - 2] > std::numbers::pi) phase.back() -= 2 * std::numbers::pi;
+    if (phase.size() > 1)
+      while (phase.back() - phase[phase.size() - 2] < -std::numbers::pi) phase.back() += 2 * std::numbers::pi;
+    kind.push_back((p.stable ? 0 : 1) + (f.known.holds(y.back(), x.back()) ? 0 : 2));
+    largest = std::max(largest, y.back());
+  }
+  const report::Axis speed{"speed", {"rpm", kRpm}};
+  const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
+  report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
+  top.height = 280;
+  if (f.band)
+    top.band("95 % band, largest response", f.band->omega, f.band->upper_low, f.band->upper_high, {.color = 5});
+  std::array<bool, 4> named{};
+  add_lines(top, x, y, kind, named);
+  for (const response::ResponseCurve& isola : others) {
+    std::vector<double> w, a;
+    std::vector<int> how;
+    for (const response::CurvePoint& p : isola.points) {
+      w.push_back(p.solution.omega);
+      a.push_back(f.amplitude(p.solution));
+      how.push_back((p.stable ? 0 : 1) + (f.known.holds(a.back(), w.back()) ? 0 : 2));
+    }
+    add_lines(top, w, a, how, named);
+  }
+  if (f.rotor) {
+    Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(60, 0, largest * 1.05), w(60);
+    for (Index k = 0; k < 60; ++k) {
+      w[k] = response::backbone(*f.rotor, a[k]);
+      if (!(w[k] >= *std::min_element(x.begin(), x.end()) && w[k] <= *std::max_element(x.begin(), x.end()))) w[k] = NAN;
+    }
+    if (w.array().isFinite().any()) top.line("backbone", w, a, {.color = 7, .dash = report::Dash::dashed});
+  }
+  std::vector<response::CurveEvent> marks = f.curve.events;
+  for (const response::ResponseCurve& isola : others)
+    marks.insert(marks.end(), isola.events.begin(), isola.events.end());
+  for (const response::CurveEvent& e : marks)
+    top.scatter(e.kind == response::EventKind::fold ? "" : to_string(e.kind),
+                Eigen::VectorXd::Constant(1, e.solution.omega), Eigen::VectorXd::Constant(1, f.amplitude(e.solution)),
+                {.color = 6, .mark = e.kind == response::EventKind::fold ? report::Mark::circle : report::Mark::cross});
+  report::Panel& low = figure.panel("", speed, {"phase of " + f.coordinate, {"deg", std::numbers::pi / 180}});
+  low.height = 160;
+  std::array<bool, 4> named_low{};
+  add_lines(low, x, phase, kind, named_low);
+  return figure;
+}
+
+report::Figure steady_peak_figure(const SteadyResponse& f) {
+  if (!f.peaks) throw Error("--peak-figure needs --peaks-to");
+  const response::PeakCurve& peaks = *f.peaks;
+  report::Figure figure;
+  figure.title = "Peak of slow sweeps";
+  figure.description = "Largest amplitude met by a slow run-up and run-down over the size of the forcing.";
+  const double most = peaks.largest.array().isFinite().select(peaks.largest.array(), 0).maxCoeff();
+  const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, most) : report::Unit{};
+  report::Panel& panel =
+      figure.panel("", {f.turning ? "times the identified unbalance" : "times the amplitude of the input", {}},
+                   {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
+  panel.height = 280;
+  panel.line("speed rising", peaks.force, peaks.up, {.color = 0, .width = 1.6});
+  panel.line("speed falling", peaks.force, peaks.down, {.color = 1, .width = 1.6, .dash = report::Dash::dashed});
+  return figure;
+}
+
+io::Json to_json(const SteadyResponse& f) {
+  io::Json out = io::start_document("whirl.response", 1);
+  add_curve(out, f.curve, f);
+  if (f.band)
+    out.set("peak_interval", io::Json::array().push(f.band->peak_low).push(f.band->peak_high))
+        .set("band", io::Json::object()
+                         .set("omega", io::Json(f.band->omega))
+                         .set("low", io::Json(f.band->upper_low))
+                         .set("high", io::Json(f.band->upper_high)));
+  io::Json list = io::Json::array();
+  for (const auto* others : {&f.branches, &f.isolas})
+    for (const response::ResponseCurve& other : *others) {
+      io::Json branch = io::Json::object();
+      add_curve(branch, other, f);
+      list.push(branch.set("summary", whirl::to_json(other.summary)));
+    }
+  out.set("branches", std::move(list));
+  if (f.peaks) out.set("peaks", peak_json(*f.peaks));
+  return out.set("summary", whirl::to_json(f.summary));
+}
+
+}  // namespace whirl::pages
