@@ -14,6 +14,7 @@
 #include <cstring>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/apart.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
 #include "whirl/io/output.hpp"
@@ -403,15 +404,50 @@ LoopRecord read_in_this_process(const std::filesystem::path& path) {
   return out;
 }
 
+void put(io::ParcelWriter& out, const LoopRecord& record) {
+  out.value(record.head.sample_time);
+  out.value(static_cast<char>(record.closed));
+  out.value(record.head.texts.size());
+  for (const auto& [name, text] : record.head.texts) out.text(name), out.text(text);
+  out.values(std::span(record.cycles.data(), record.cycles.size()));
+  out.value(record.events.size());
+  for (const LoopEvent& e : record.events) out.value(e.tick), out.value(e.t), out.text(e.text);
+}
+
+LoopRecord take(io::ParcelReader& in) {
+  LoopRecord out;
+  out.head.sample_time = in.value<double>();
+  out.closed = in.value<char>() != 0;
+  for (auto n = in.value<std::size_t>(); n > 0; --n) {
+    std::string name = in.text();
+    out.head.texts.emplace_back(std::move(name), in.text());
+  }
+  out.cycles.resize(in.count<LoopSample>());
+  in.copy(out.cycles.data(), sizeof(LoopSample) * out.cycles.size());
+  for (auto n = in.value<std::size_t>(); n > 0; --n) {
+    LoopEvent e;
+    e.tick = in.value<decltype(e.tick)>();
+    e.t = in.value<double>();
+    e.text = in.text();
+    out.events.push_back(std::move(e));
+  }
+  return out;
+}
+
 }  // namespace
 
 LoopRecord read_loop_record(const std::filesystem::path& path) {
-  prepare_library();
   // What says that it is being written and is damaged besides makes the library look again without end.
   const std::filesystem::path kept = io::input_path(path);
-  io::probe_hdf5(path.string(), [&] { (void)read_in_this_process(kept); });
-  LoopRecord record = read_in_this_process(kept);
-  return record;
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(kept, none);
+  LoopRecord out;
+  const auto read = [&](io::ParcelWriter& parcel) {
+    prepare_library();
+    put(parcel, read_in_this_process(kept));
+  };
+  io::read_apart(path.string(), none ? 0 : size, read, [&](io::ParcelReader& in) { out = take(in); });
+  return out;
 }
 
 }  // namespace whirl::rt

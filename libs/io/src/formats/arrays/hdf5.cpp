@@ -1,27 +1,23 @@
 // HDF5 and MAT v7.3 (which is HDF5 with the dimensions reversed) by the HDF5 library.
 #include <fmt/format.h>
 #include <hdf5.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <csignal>
-#include <cstring>
 
 #include "formats/arrays/arrays.hpp"
 #include "formats/arrays/hdf5_chunks.hpp"
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/io/apart.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
 
 namespace whirl::io {
 namespace {
 
-constexpr int kProbeSeconds = 20;
+// What follows one another in the parcel of the process that reads (read_apart).
+enum class Piece : char { array, contents, end };
 
 /// An identifier of the library, closed at the end.
 class Id {
@@ -74,12 +70,49 @@ double number_attribute(hid_t object, const char* name) {
 struct Visit {
   hid_t file;
   std::size_t bytes;  ///< of the file
-  SignalFile result;
-  std::vector<NamedArray> arrays;
-  std::string problem;           ///< to be thrown when the library has returned
+  ParcelWriter& out;
+  std::string problem = {};      ///< to be thrown when the library has returned
   hsize_t first = 0, count = 0;  ///< rows of the channels to be read; count 0: all
   hsize_t length = 0;            ///< of the channels, where rows are chosen
 };
+
+void put(ParcelWriter& out, const Eigen::MatrixXd& m) {
+  out.value(m.rows());
+  out.values(std::span(m.data(), static_cast<std::size_t>(m.size())));
+}
+void put(ParcelWriter& out, const NamedArray& a) {
+  out.value(Piece::array);
+  for (const std::string& text : {a.group, a.name, a.unit}) out.text(text);
+  put(out, a.value);
+  put(out, a.imaginary);
+  out.value(a.inner);
+  out.value(a.step);
+  out.value(a.start);
+}
+void put(ParcelWriter& out, const std::string& contents) {
+  out.value(Piece::contents);
+  out.text(contents);
+}
+
+Eigen::MatrixXd take_matrix(ParcelReader& in) {
+  const auto rows = in.value<Eigen::Index>();
+  const auto size = static_cast<Eigen::Index>(in.count<double>());
+  if (rows < 0 || (rows == 0 ? size != 0 : size % rows != 0))
+    throw Error("an array of an HDF5 file has no whole columns");
+  Eigen::MatrixXd m(rows, rows > 0 ? size / rows : 0);
+  in.copy(m.data(), sizeof(double) * static_cast<std::size_t>(size));
+  return m;
+}
+NamedArray take_array(ParcelReader& in) {
+  NamedArray a;
+  for (std::string* text : {&a.group, &a.name, &a.unit}) *text = in.text();
+  a.value = take_matrix(in);
+  a.imaginary = take_matrix(in);
+  a.inner = std::max<Eigen::Index>(in.value<Eigen::Index>(), 0);
+  a.step = in.value<double>();
+  a.start = in.value<double>();
+  return a;
+}
 
 /// Step in s by the words for it and for the sample rate that programs write; 0 = none.
 double step_attribute(hid_t object) {
@@ -133,7 +166,7 @@ void read_cube(Visit& visit, const char* path, hid_t data, hid_t type, bool comp
   const Eigen::VectorXd imaginary = complex ? member(1) : Eigen::VectorXd();
   if (reversed) std::reverse(shape.begin(), shape.end());
   set_values(array, real, imaginary, shape, reversed);
-  if (visit.problem.empty()) visit.arrays.push_back(std::move(array));
+  if (visit.problem.empty()) put(visit.out, array);
 }
 
 /// Whether a dataset holds numbers; what else it is goes into the contents.
@@ -141,11 +174,11 @@ bool is_numeric(Visit& visit, const char* path, H5T_class_t kind, bool complex, 
   const bool other = !matlab.empty() && matlab != "double" && matlab != "single" && matlab != "logical" &&
                      !matlab.starts_with("int") && !matlab.starts_with("uint");
   if ((kind != H5T_FLOAT && kind != H5T_INTEGER && !complex) || other) {
-    visit.result.contents.push_back(fmt::format("'{}': {} (passed over)", path,
-                                                kind == H5T_STRING || matlab == "char" ? "text"
-                                                : matlab == "function_handle"          ? "function handle"
-                                                : other                                ? matlab
-                                                                                       : "not numeric"));
+    put(visit.out, fmt::format("'{}': {} (passed over)", path,
+                               kind == H5T_STRING || matlab == "char" ? "text"
+                               : matlab == "function_handle"          ? "function handle"
+                               : other                                ? matlab
+                                                                      : "not numeric"));
     return false;
   }
   return true;
@@ -193,7 +226,7 @@ void read_dataset(Visit& visit, const char* path) {
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[H5S_MAX_RANK] = {};
   if (rank < 0 || rank > 3 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {
-    visit.result.contents.push_back(fmt::format("'{}': {} dimensions (passed over)", path, rank));
+    put(visit.out, fmt::format("'{}': {} dimensions (passed over)", path, rank));
     return;
   }
   const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1,
@@ -247,7 +280,7 @@ void read_dataset(Visit& visit, const char* path) {
   } else {
     read(H5T_NATIVE_DOUBLE, array.value);
   }
-  if (visit.problem.empty()) visit.arrays.push_back(std::move(array));
+  if (visit.problem.empty()) put(visit.out, array);
 }
 
 herr_t visit_object(hid_t, const char* path, const H5O_info_t* info, void* user) {
@@ -267,61 +300,17 @@ herr_t visit_object(hid_t, const char* path, const H5O_info_t* info, void* user)
 
 namespace {
 
-/// The numeric arrays of the opened file.
-SignalFile collect(hid_t file, Visit visit, std::string_view name, bool matlab) {
+/// The numeric arrays of the opened file, into the parcel.
+void collect(hid_t file, Visit visit, std::string_view name, bool matlab) {
   visit.file = file;
-  visit.result.source = name;
-  visit.result.format = matlab ? "MAT v7.3" : "HDF5";
+  visit.out.text(matlab ? "MAT v7.3" : "HDF5");
   const herr_t status = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, &visit);
   if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
   if (status < 0) throw Error::in_file(name, 0, "the tree of groups is damaged");
-  add_arrays(visit.result, visit.arrays);
-  return std::move(visit.result);
+  visit.out.value(Piece::end);
 }
 
-}  // namespace
-
-void probe_hdf5(const std::string& name, const std::function<void()>& read) {
-  const pid_t child = fork();
-  if (child < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
-  if (child == 0) {
-    for (const int signal : {SIGALRM, SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGABRT}) std::signal(signal, SIG_DFL);
-    const rlimit none{0, 0}, time{kProbeSeconds, kProbeSeconds};
-    setrlimit(RLIMIT_CORE, &none);
-    setrlimit(RLIMIT_CPU, &time);
-    alarm(kProbeSeconds);  // it may also sleep without end
-    try {
-      read();
-    } catch (...) {
-      // An ordinary error: whoever reads it for good says it.
-    }
-    _exit(0);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return;
-  const bool endless = WIFSIGNALED(status) &&
-                       (WTERMSIG(status) == SIGALRM || WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL);
-  throw Error::in_file(
-      name, 0,
-      endless ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s", kProbeSeconds)
-              : std::string("is damaged: the HDF5 library fails on it"));
-}
-
-SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const std::filesystem::path kept = input_path(path);
-  const Id file(H5Fopen(kept.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
-  if (file < 0) throw Error::in_file(path.string(), 0, "is no HDF5 file, or damaged or cut off");
-  Visit visit{};
-  visit.bytes = std::filesystem::file_size(kept);
-  visit.first = static_cast<hsize_t>(first);
-  visit.count = static_cast<hsize_t>(count);
-  return collect(file, std::move(visit), path.string(), false);
-}
-
-SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
+void collect_memory(std::string_view bytes, std::string_view name, ParcelWriter& out) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are ours to print
   const Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_fapl_core(access, 1 << 16, false);
@@ -336,9 +325,53 @@ SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
     }
     throw Error::in_file(name, 0, fmt::format("{} bytes that are no HDF5 file, or damaged or cut off", bytes.size()));
   }
-  Visit visit{};
-  visit.bytes = bytes.size();
-  return collect(file, std::move(visit), name, bytes.starts_with("MATLAB 7.3"));
+  collect(file, {.file = -1, .bytes = bytes.size(), .out = out}, name, bytes.starts_with("MATLAB 7.3"));
+}
+
+/// This process never opens the file with the library: another one does and hands the values over.
+SignalFile read_by(const std::string& name, std::size_t bytes, const std::function<void(ParcelWriter&)>& collected) {
+  SignalFile file;
+  file.source = name;
+  read_apart(name, bytes, collected, [&](ParcelReader& in) {
+    file.format = in.text();
+    std::vector<NamedArray> arrays;
+    while (true) {
+      const auto piece = in.value<Piece>();
+      if (piece == Piece::end) break;
+      if (piece == Piece::array) {
+        arrays.push_back(take_array(in));
+      } else {
+        file.contents.push_back(in.text());
+      }
+    }
+    add_arrays(file, arrays);
+  });
+  return file;
+}
+
+}  // namespace
+
+SignalFile read_hdf5_rows(const std::filesystem::path& path, Eigen::Index first, Eigen::Index count) {
+  const std::filesystem::path kept = input_path(path);
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(kept, none);
+  const std::size_t bytes = none ? 0 : size;
+  return read_by(path.string(), bytes, [&](ParcelWriter& out) {
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+    const Id file(H5Fopen(kept.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (file < 0) throw Error::in_file(path.string(), 0, "is no HDF5 file, or damaged or cut off");
+    collect(file,
+            {.file = -1,
+             .bytes = bytes,
+             .out = out,
+             .first = static_cast<hsize_t>(first),
+             .count = static_cast<hsize_t>(count)},
+            path.string(), false);
+  });
+}
+
+SignalFile parse_hdf5(std::string_view bytes, std::string_view name) {
+  return read_by(std::string(name), bytes.size(), [&](ParcelWriter& out) { collect_memory(bytes, name, out); });
 }
 
 void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
@@ -388,9 +421,10 @@ Format hdf5_format() {
            }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    const std::filesystem::path kept = input_path(path);
     const std::string name = path.string();
-    probe_hdf5(name, [&] { (void)parse_hdf5(read_text(path), name); });
-    return parse_hdf5(read_text(path), name);
+    return read_by(name, std::filesystem::file_size(kept),
+                   [&](ParcelWriter& out) { collect_memory(read_text(kept), name, out); });
   };
   f.write = write_hdf5;
   f.stream = stream_hdf5;

@@ -1,0 +1,158 @@
+#include "whirl/io/apart.hpp"
+
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include "whirl/core/error.hpp"
+
+namespace whirl::io {
+namespace {
+
+constexpr rlim_t kSeconds = 20, kBytesPerSecond = 20'000'000;
+// Deflate gains a factor of 1032 at most, and a byte becomes a double.
+constexpr rlim_t kSmallest = rlim_t{1} << 26, kGain = 9000;
+constexpr std::size_t kBuffer = 1 << 16;
+enum : char { kFailed = 'E', kValues = 'V' };
+
+/// Memory that both processes see.
+class SharedMemory {
+ public:
+  explicit SharedMemory(const std::string& name) : descriptor_(memfd_create("whirl", MFD_CLOEXEC)) {
+    if (descriptor_ < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
+  }
+  ~SharedMemory() {
+    if (at_ != MAP_FAILED) munmap(at_, size_);
+    close(descriptor_);
+  }
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+  int descriptor() const { return descriptor_; }
+  std::span<const std::byte> content() {
+    struct stat s {};
+    if (fstat(descriptor_, &s) != 0 || s.st_size <= 0) return {};
+    size_ = static_cast<std::size_t>(s.st_size);
+    at_ = mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor_, 0);
+    if (at_ == MAP_FAILED) return {};
+    return {static_cast<const std::byte*>(at_), size_};
+  }
+
+ private:
+  int descriptor_;
+  void* at_ = MAP_FAILED;
+  std::size_t size_ = 0;
+};
+
+void limit(int what, rlim_t most) {
+  rlimit now{};
+  if (getrlimit(what, &now) != 0) return;
+  now.rlim_cur = std::min(now.rlim_cur, most);
+  now.rlim_max = std::min(now.rlim_max, most);
+  setrlimit(what, &now);
+}
+
+[[noreturn]] void tell(int descriptor, std::string_view message) {
+  if (ftruncate(descriptor, 0) != 0 || lseek(descriptor, 0, SEEK_SET) != 0) _exit(1);
+  try {
+    ParcelWriter out(descriptor);
+    out.value(static_cast<char>(kFailed));
+    out.text(message);
+    out.flush();
+  } catch (const std::exception&) {
+    _exit(1);
+  }
+  _exit(0);
+}
+
+[[noreturn]] void work(const std::string& name, int descriptor, std::size_t file_bytes, rlim_t seconds,
+                       const std::function<void(ParcelWriter&)>& read) {
+  for (const int signal : {SIGALRM, SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGABRT, SIGXFSZ, SIGXCPU})
+    std::signal(signal, SIG_DFL);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, seconds);
+  limit(RLIMIT_FSIZE, kSmallest + kGain * file_bytes);
+  alarm(static_cast<unsigned>(seconds));  // it may also sleep without end
+  try {
+    ParcelWriter out(descriptor);
+    out.value(static_cast<char>(kValues));
+    read(out);
+    out.flush();
+  } catch (const Error& e) {
+    tell(descriptor, e.what());
+  } catch (const std::exception& e) {
+    tell(descriptor, fmt::format("{}: cannot be read: {}", name, e.what()));
+  }
+  _exit(0);
+}
+
+}  // namespace
+
+void ParcelWriter::bytes(std::span<const std::byte> b) {
+  if (b.size() < kBuffer) {
+    buffer_.append(reinterpret_cast<const char*>(b.data()), b.size());
+    if (buffer_.size() >= kBuffer) flush();
+    return;
+  }
+  flush();
+  while (!b.empty()) {
+    const ssize_t n = ::write(descriptor_, b.data(), b.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw Error(std::string("values cannot be handed over: ") + std::strerror(errno));
+    b = b.subspan(static_cast<std::size_t>(n));
+  }
+}
+
+void ParcelWriter::flush() {
+  std::string_view left = buffer_;
+  while (!left.empty()) {
+    const ssize_t n = ::write(descriptor_, left.data(), left.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) throw Error(std::string("values cannot be handed over: ") + std::strerror(errno));
+    left.remove_prefix(static_cast<std::size_t>(n));
+  }
+  buffer_.clear();
+}
+
+void ParcelReader::require(std::uint64_t n, std::size_t size) const {
+  if (n > left_.size() / size) {
+    throw Error::in_file(name_, 0, "is damaged: the values read of it end before their number");
+  }
+}
+
+void ParcelReader::copy(void* to, std::size_t size) {
+  require(size, 1);
+  if (size > 0) std::memcpy(to, left_.data(), size);
+  left_ = left_.subspan(size);
+}
+
+void read_apart(const std::string& name, std::size_t file_bytes, const std::function<void(ParcelWriter&)>& read,
+                const std::function<void(ParcelReader&)>& take) {
+  SharedMemory memory(name);
+  const rlim_t seconds = kSeconds + file_bytes / kBytesPerSecond;
+  const pid_t child = fork();
+  if (child < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
+  if (child == 0) work(name, memory.descriptor(), file_bytes, seconds, read);
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
+    const bool endless = signal == SIGALRM || signal == SIGXCPU || signal == SIGKILL;
+    throw Error::in_file(name, 0,
+                         endless
+                             ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s", seconds)
+                             : std::string("is damaged: the HDF5 library fails on it"));
+  }
+  ParcelReader parcel(name, memory.content());
+  if (parcel.value<char>() == kFailed) throw Error(parcel.text());
+  take(parcel);
+}
+
+}  // namespace whirl::io

@@ -1,0 +1,101 @@
+#include "whirl/io/apart.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <vector>
+
+#include "whirl/core/error.hpp"
+#include "whirl/testing/error_of.hpp"
+
+namespace whirl::io {
+namespace {
+
+using ::testing::AllOf;
+using testing::error_of;
+using ::testing::HasSubstr;
+
+void nothing(ParcelReader&) {}
+
+TEST(ReadApart, HandsOverWhatItWroteWhateverItsSize) {
+  const std::vector<double> many(300'000, 2.5);  // beyond the buffer
+  int here = 0;
+  std::vector<double> got;
+  read_apart(
+      "a.h5", 1000,
+      [&](ParcelWriter& out) {
+        here = 1;  // in the other process only
+        out.value(7);
+        out.text("mm");
+        out.text("");
+        out.values(std::span(many.data(), many.size()));
+        out.value(8L);
+      },
+      [&](ParcelReader& in) {
+        EXPECT_EQ(in.value<int>(), 7);
+        EXPECT_EQ(in.text(), "mm");
+        EXPECT_EQ(in.text(), "");
+        got.resize(in.count<double>());
+        in.copy(got.data(), 8 * got.size());
+        EXPECT_EQ(in.value<long>(), 8);
+      });
+  EXPECT_EQ(got, many);
+  EXPECT_EQ(here, 0);
+}
+
+TEST(ReadApart, WhateverHappensThereIsAnErrorHere) {
+  const auto failing = [](const std::function<void(ParcelWriter&)>& read) {
+    bool taken = false;
+    const std::string error = error_of([&] { read_apart("a.h5", 1000, read, [&](ParcelReader&) { taken = true; }); });
+    EXPECT_FALSE(taken);
+    return error;
+  };
+  EXPECT_EQ(failing([](ParcelWriter&) { throw Error("a.h5: cut off"); }), "a.h5: cut off");
+  EXPECT_THAT(failing([](ParcelWriter& out) {
+                out.text(std::string(200'000, 'x'));  // a part is out already
+                throw std::bad_alloc();
+              }),
+              AllOf(HasSubstr("a.h5"), HasSubstr("bad_alloc")));
+  EXPECT_THAT(failing([](ParcelWriter&) { std::raise(SIGSEGV); }),
+              HasSubstr("a.h5: is damaged: the HDF5 library fails"));
+  EXPECT_THAT(failing([](ParcelWriter&) { std::abort(); }), HasSubstr("is damaged"));
+  EXPECT_THAT(failing([](ParcelWriter&) { _exit(3); }), HasSubstr("is damaged"));
+  EXPECT_THAT(failing([](ParcelWriter&) { std::raise(SIGALRM); }), HasSubstr("does not come to an end within 20 s"));
+}
+
+// A small file gives no more than deflate can make of it.
+TEST(ReadApart, WhatIsHandedOverIsBoundedByTheSizeOfTheFile) {
+  const std::vector<char> block(1 << 20);
+  long taken = 0;
+  EXPECT_THAT(error_of([&] {
+                read_apart(
+                    "a.h5", 1000,
+                    [&](ParcelWriter& out) {
+                      for (int i = 0; i < 100; ++i) out.values(std::span(block.data(), block.size()));
+                    },
+                    [&](ParcelReader&) { ++taken; });
+              }),
+              HasSubstr("a.h5"));
+  EXPECT_EQ(taken, 0);
+}
+
+TEST(ReadApart, AParcelThatEndsBeforeItsNumbersIsRefused) {
+  const auto error = [](auto write, auto take) { return error_of([&] { read_apart("a.h5", 10, write, take); }); };
+  const auto four = [](ParcelWriter& out) { out.value(std::uint64_t{4}); };
+  EXPECT_THAT(error(four, [](ParcelReader& in) { (void)in.count<double>(); }),
+              AllOf(HasSubstr("a.h5"), HasSubstr("end")));
+  EXPECT_THAT(error(four, [](ParcelReader& in) { (void)in.text(); }), HasSubstr("end"));
+  EXPECT_THAT(error(four, [](ParcelReader& in) { (void)in.value<double>(), (void)in.value<char>(); }),
+              HasSubstr("end"));
+  EXPECT_THAT(error([](ParcelWriter& out) { out.value(~std::uint64_t{0}); },
+                    [](ParcelReader& in) { (void)in.count<double>(); }),
+              HasSubstr("end"));
+  EXPECT_EQ(error(four, nothing), "no error") << "what is not asked for is left";
+}
+
+}  // namespace
+}  // namespace whirl::io
