@@ -30,8 +30,9 @@ TARGETS = {
     "units": ("libs/io/src/units.cpp", None, ["libs/io/test/hash_units_test.cpp"]),
     "laser": ("libs/rt/src/drivers/optoncdt.cpp", None, ["libs/rt/test/optoncdt_test.cpp"]),
     "board": ("libs/rt/src/drivers/udp_board.cpp", None, ["libs/rt/test/udp_board_test.cpp"]),
-    "estimators": ("libs/control/include/whirl/control/estimators/difference.hpp", "libs/control/include",
-                   ["libs/control/test/estimators_test.cpp"]),
+    **{"estimator_" + name: (f"libs/control/src/estimators/{name}.cpp", None,
+                             ["libs/control/test/estimators_test.cpp", "libs/control/test/synchronous_test.cpp"])
+       for name in ("difference", "eso", "kalman", "red")},
 }
 
 OPERATORS = [

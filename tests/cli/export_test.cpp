@@ -88,6 +88,23 @@ TEST(ExportE2e, PlantFmuIsARigOfTheControlLoop) {
   EXPECT_EQ(folder.whirl("run controller.json --rig model.json").exit_code, 2);
 }
 
+// Nothing to suppress: neither NaN nor infinite.
+TEST(ExportE2e, APlantFmuWithoutUnbalanceHasNoSuppression) {
+  const Folder folder;
+  save_inputs(folder);
+  IdentifiedModel still = io::load<IdentifiedModel>(folder / "model.json");
+  still.rotor->eps = {0, 0};
+  io::save(folder / "still.json", still);
+  ASSERT_EQ(folder.whirl("export fmu still.json --mass-kg 1.5 --out . --prefix plant").exit_code, 0);
+  const Outcome text = folder.whirl("run controller.json --fmu plant.fmu");
+  EXPECT_NE(text.out.find("suppression not defined"), std::string::npos) << text.out;
+  EXPECT_EQ(text.out.find("nan"), std::string::npos) << text.out;
+  const Outcome run = folder.whirl("run controller.json --fmu plant.fmu --json --quiet");
+  const io::Json json = io::parse_json(run.out, "stdout");
+  EXPECT_EQ(*json.find("open_peak")->get<double>(), 0);
+  EXPECT_FALSE(json.find("suppression")->get<double>());
+}
+
 // Instructions, stack and flash of a step, counted in an emulator: supervision costs what it costs, and never twice the
 // mean in a step.
 TEST(ExportE2e, TargetCountsTheInstructionsOfAStep) {

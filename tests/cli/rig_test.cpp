@@ -2,6 +2,7 @@
 
 #include <complex>
 
+#include "loop/served.hpp"
 #include "program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
@@ -40,6 +41,26 @@ TEST(RigE2e, CampbellOfARotorWithoutTiltIsRefused) {
   const Outcome outcome = folder.whirl("rig campbell --rig rig.toml");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("tilt.diametral"), std::string::npos) << outcome.err;
+}
+
+// The rows leave the first half second out; what happened there is told beside them. A rotor that does not move has no
+// suppression.
+TEST(RunE2e, TheLargestMotionOfAllIsToldBesideTheRowsAndNothingIsNaN) {
+  const Folder folder;
+  io::save(folder / "controller.json", pd_design());
+  const std::string profile = "[profile]\nstart_rpm = 600\nramp_s = 1\ndwell_end_s = 0.5\n";
+  folder.write("rig.toml", profile + "[rotor]\nadded_mass_g = 5\n");
+  Outcome o = folder.whirl("run controller.json --rig rig.toml");
+  EXPECT_NE(o.out.find("The first 0.5 s count in no row; with them the disk centre was "), std::string::npos) << o.out;
+  const std::string still = "[modes.1]\ninitial_um = 0\n[modes.2]\ninitial_um = 0\n[modes.3]\ninitial_um = 0\n";
+  folder.write("still.toml", profile + "[rotor]\nadded_mass_g = 0\nresidual_eccentricity_um = 0\n" + still);
+  o = folder.whirl("run controller.json --rig still.toml");
+  EXPECT_NE(o.out.find("5 whole run"), std::string::npos) << o.out << o.err;
+  EXPECT_EQ(o.out.find("nan"), std::string::npos) << o.out;
+  o = folder.whirl("run controller.json --rig still.toml --json --quiet");
+  const io::Json whole = *io::parse_json(o.out, "run").find("whole");
+  EXPECT_EQ(*whole.find("open_peak")->get<double>(), 0);
+  EXPECT_FALSE(whole.find("suppression")->get<double>());
 }
 
 // Turned at a twentieth of its critical speed the shaft shows its surface: 12 um at 1x by the rig's parameters.

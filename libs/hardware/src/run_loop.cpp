@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <exception>
 #include <limits>
 #include <thread>
 
@@ -30,6 +31,7 @@ struct Shared {
   rt::RecordQueue<rt::LoopSample> queue{1 << 14};
   std::atomic<bool> ready{false}, over{false}, abandon{false};
   LoopOutcome outcome;
+  std::exception_ptr failure;  ///< what was thrown in the thread of the loop
   rt::LoopControl nobody;
   rt::LoopControl* control = &nobody;
   StopRequest stop = never_stop;
@@ -37,8 +39,7 @@ struct Shared {
 };
 
 template <class Law, class Clock>
-void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, double seconds,
-            Shared& shared) noexcept {
+void cycles(const IoSettings& io, rt::HardwareRig& rig, Law& law, Clock& clock, double seconds, Shared& shared) {
   LoopOutcome& out = shared.outcome;
   rt::ControlledLaw controlled(law, *shared.control);
   rt::Loop loop(rig, controlled, clock, io.limits(), io.loop());
@@ -124,10 +125,16 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
   shared.stop = options.stop;
   std::thread thread([&] {
     NoController none;
-    if (controller) {
-      with_clock(io, rig, *controller, options.seconds, shared);
-    } else {
-      with_clock(io, rig, none, options.seconds, shared);
+    try {
+      if (controller) {
+        with_clock(io, rig, *controller, options.seconds, shared);
+      } else {
+        with_clock(io, rig, none, options.seconds, shared);
+      }
+    } catch (...) {  // ~Loop has sent zero where there was a force; nothing is allocated, memory may be what is missing
+      rig.arm(false);
+      rig.write({});
+      shared.failure = std::current_exception();
     }
     shared.over = true;
   });
@@ -161,6 +168,13 @@ LoopOutcome run_loop(const IoSettings& io, rt::HardwareRig& rig, control::Contro
     }
   }
   LoopOutcome& out = shared.outcome;
+  if (shared.failure) {
+    try {
+      std::rethrow_exception(shared.failure);
+    } catch (const std::exception& e) {
+      throw Error(fmt::format("the loop ended by an error: {}", e.what()));
+    }
+  }
   if (!take_failure.empty()) throw Error(take_failure);
   out.dropped_records = shared.queue.dropped();
   if (out.reason.empty()) {

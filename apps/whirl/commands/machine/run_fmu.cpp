@@ -23,10 +23,12 @@ void run_fmu(Session& session, const std::string& controller, const std::string&
   }
   const deploy::FmuLoop loop = deploy::run_fmu(design, fmu, plant);
   if (!log.empty()) io::write_csv(log, loop.closed);
+  const bool moves = loop.open_peak > 0;
   session.say(fmt::format(
       "{} on {}: peak radius {:.4f} mm without control, {:.4f} mm with it (zero-to-peak, after {:.1f} s): suppression "
-      "{:.1f} %; largest force {:.2f} N",
-      design.law, fmu, 1e3 * loop.open_peak, 1e3 * loop.closed_peak, loop.settled, 100 * loop.suppression(),
+      "{}; largest force {:.2f} N",
+      design.law, fmu, 1e3 * loop.open_peak, 1e3 * loop.closed_peak, loop.settled,
+      moves ? fmt::format("{:.1f} %", 100 * loop.suppression()) : "not defined, it does not move without control",
       loop.force_peak));
   io::Json json = io::start_document("whirl.fmu_run", 1);
   json.set("open_peak", loop.open_peak)
