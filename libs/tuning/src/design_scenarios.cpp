@@ -40,6 +40,7 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
   rig::RigParameters p = tuning_plant(m, s.other_signs ? hardware.sign_cases().back() : hardware);
   p.actuator.extra_delay_samples = s.extra_delay;
   p.actuator.gain_error = (1 + p.actuator.gain_error) * s.gain - 1;
+  p.actuator.axis_rotation += s.axis;
   const double speed = std::abs(model.eps) * std::max(hardware.profile.omega_start, hardware.profile.omega_end);
   for (rig::RigMode& mode : p.modes) {
     mode.participation *= s.modes;

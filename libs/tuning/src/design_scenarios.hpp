@@ -17,6 +17,7 @@ struct TuningScenario {
   bool other_signs = false;                      ///< of the modes whose sign is not known: all - instead of all +
   double gain = 1;                               ///< of the actuators: true / model
   double mode_frequency = 1;                     ///< of the structural modes: true / known
+  double axis = 0;                               ///< of the actuators against the sensors, rad
   double ringing = 0;                            ///< of the structure at the beginning: velocity of each of its modes /
                                                  ///< that of the centre of mass at top speed
 };

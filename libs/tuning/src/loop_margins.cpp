@@ -136,15 +136,6 @@ class TriedLoop {
   std::uint64_t seed_;
 };
 
-/// Sliding terms, adaptive and barrier gains, differentiators with a power of the error, once per turn.
-bool gain_follows_motion(const ControllerDesign& design) {
-  const auto values = control::resolve_parameters(design);
-  for (const char* name : {"switching_gain", "gain_max", "twisting_rate", "derivative_rate"}) {
-    if (values.contains(name)) return true;
-  }
-  return design.law == "pd_influence" || design.estimator == "kalman";
-}
-
 SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters& rig, double omega,
                         const MarginOptions& o, std::uint64_t seed) {
   const double h = design.sample_time;
@@ -206,6 +197,14 @@ double turn_to_critical(Complex loop, double f) {
 }
 
 }  // namespace
+
+bool gain_follows_motion(const ControllerDesign& design) {
+  const auto values = control::resolve_parameters(design);
+  for (const char* name : {"switching_gain", "gain_max", "twisting_rate", "derivative_rate"}) {
+    if (values.contains(name)) return true;
+  }
+  return design.law == "pd_influence" || design.estimator == "kalman";
+}
 
 char sensitivity_zone(double s) { return s < 3 ? 'A' : s < 4 ? 'B' : s < 5 ? 'C' : 'D'; }
 

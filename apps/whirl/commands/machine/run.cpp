@@ -46,6 +46,12 @@ void run_simulated(Session& session, const Options& o, const ControllerDesign& d
   Summary summary;
   if (!m.stable) {
     summary.fail(m.verdict.text());
+  } else if (const auto stated = design.margins.find("peak_m");
+             stated != design.margins.end() && m.closed.all > 1.5 * stated->second) {
+    summary.warn(
+        fmt::format("the peak of {:.3f} mm is {:.1f} times the one the certificate states, {:.3f} mm: this "
+                    "machine is not the one the controller was designed for",
+                    1e3 * m.closed.all, m.closed.all / stated->second, 1e3 * stated->second));
   }
   session.finish(summary);
 }

@@ -97,13 +97,16 @@ struct DesignOptions {
 /// static_stiffness (closed-loop stiffness at K1 -30 %, relative to k1), open_peak_m and trip_displacement_m (open-loop
 /// peak of the tuning plant, and the displacement at which a run is lost: half of it, at least four times the closed
 /// one, at most 90 % of it), excess_variation (N/s, nominal: what the judge of later runs refers to),
-/// disturbance_bound, kappa (eq. 42: rho - |Delta| > 0), reach_time_s, slide_time_s, peak_m (nominal, tuning plant),
-/// certified (1 or 0). Not certified when the nominal run or one with another sign or 1.5 times the participation of
-/// the structural modes, or these 0.2 % off in frequency, fails the judge (verdict.hpp); nor when the
-/// loop is not stable at a constant speed, its gain margin is below 1.1 or its delay margin below half a sample; nor
-/// when the closed loop at K1 -30 % has negative static stiffness or is unstable: then the summary is unusable and says
-/// why. Structural modes whose sign is known go into the controller (mode_1_omega, ...), which takes their answer to
-/// the force out of the readings.
+/// disturbance_bound, kappa (eq. 42: rho - |Delta| > 0), reach_time_s, slide_time_s, nominal_peak_m (tuning plant),
+/// peak_m (the largest on any plant of the certificate: actuators 5 % stronger or weaker and 2.6 degrees off,
+/// structural modes as below, all with and without a structure that rings), certified (1 or 0). Not certified when the
+/// nominal run, one with those actuators, or one with another sign or 1.5 times the participation of the structural
+/// modes, or these 0.2 % off in frequency, fails the judge (verdict.hpp); nor when those actuators make the peak more
+/// than twice the nominal one and 30 um, or its own supervision steps in; nor when the peak sensitivity of a linear
+/// loop is in zone D (above 5); nor when the loop is not stable at a constant speed, its gain margin is below 1.1 or
+/// its delay margin below half a sample; nor when the closed loop at K1 -30 % has negative static stiffness or is
+/// unstable: then the summary is unusable and says why. Structural modes whose sign is known go into the controller
+/// (mode_1_omega, ...), which takes their answer to the force out of the readings.
 ///
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);

@@ -58,6 +58,10 @@ struct SpeedMargins {
   LoopResponse response;
 };
 
+/// True for laws and estimators whose gain follows the motion: sliding terms, adaptive and barrier gains,
+/// differentiators with a power of the error, corrections once per turn. Their sensitivity is that of small motion.
+bool gain_follows_motion(const ControllerDesign& design);
+
 /// Loop gain, sensitivity and margins of `design` on `rig` at constant speeds.
 ///
 /// The controller is the real step function and its operating point the synchronous orbit at that speed, with the noise
