@@ -25,7 +25,7 @@ TARGETS = {
              ["libs/rt/test/safety_test.cpp", "libs/rt/test/loop_test.cpp", "libs/rt/test/pace_test.cpp",
               "libs/rt/test/release_test.cpp"]),
     "sample_gate": ("libs/control/include/whirl/control/gate.hpp", "libs/control/include",
-                    ["libs/control/test/controller_test.cpp"]),
+                    ["libs/control/test/gate_test.cpp"]),
     "control_gate": ("libs/rt/include/whirl/rt/loop_control.hpp", "libs/rt/include", ["libs/rt/test/loop_control_test.cpp"]),
     "units": ("libs/io/src/units.cpp", None, ["libs/io/test/hash_units_test.cpp"]),
     "laser": ("libs/rt/src/drivers/optoncdt.cpp", None, ["libs/rt/test/optoncdt_test.cpp"]),
@@ -109,7 +109,7 @@ class Workshop:
 
     def link(self, objects, to):
         command = ["g++", *objects, *self.guard, "-o", str(to), "-lgtest_main", "-lgtest", "-lgmock", *self.libraries, *self.libraries,
-                   "-lfmt", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
+                   "-lfmt", "-lcrypto", "-lz", "-lpugixml", "-ltomlplusplus", "-lsndfile", "-lpthread", "-ldl",
                    "-L/usr/lib/x86_64-linux-gnu/hdf5/serial", "-lhdf5"]
         if self.guard:
             command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")

@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "whirl/control/method.hpp"
+
 namespace whirl::control {
 namespace {
 
@@ -61,6 +63,88 @@ TEST(DifferentiatorProperty, ImplicitStepAgainstBisection) {
     d.implicit_step(y, kH);
     EXPECT_NEAR(d.x, 0.5 * (low + high), 1e-12);
   }
+}
+
+// Its answer to a ramp is that of a first-order low-pass: 1 - exp(-2 pi fc t), here 1 - exp(-pi) after 5 ms.
+TEST(DifferentiatorReference, TheLowPassHasItsCutoff) {
+  FilteredDifference lpf(100, kH);
+  DiskMotion s;
+  for (int k = 0; k <= 5; ++k) {
+    EstimatorInput in;
+    in.z = Complex{2, -3} * (kH * k);
+    s = lpf.step(in);
+    EXPECT_EQ(s.z, in.z);
+  }
+  EXPECT_NEAR(s.v.real(), 2 * 0.95678608, 1e-7);
+  EXPECT_NEAR(s.v.imag(), -3 * 0.95678608, 1e-7);
+}
+
+// L = 4: k1 = 3, k2 = 4.4; with h = 1/4 worked out by hand.
+TEST(DifferentiatorReference, OneExplicitStepByHand) {
+  RobustDifferentiator above{4, 1, 0.5}, below{4, 1, 0.5};
+  EXPECT_NEAR(above.explicit_step(0, 0.25), -0.6, 1e-15);
+  EXPECT_NEAR(above.x, 0.375, 1e-15);
+  EXPECT_NEAR(below.explicit_step(2, 0.25), 1.6, 1e-15);
+  EXPECT_NEAR(below.x, 1.875, 1e-15);
+}
+
+// Both axes alone, the first velocity that of a steady whirl, and the same again after a reset.
+TEST(DifferentiatorProperty, AxesAreApartAndTheFirstVelocityIsThatOfTheWhirl) {
+  for (const bool implicit : {false, true}) {
+    LevantDifferentiator d(20, kH, implicit);
+    for (int round = 0; round < 2; ++round) {
+      RobustDifferentiator x{20, 1e-3, -0.2}, y{20, 2e-3, 0.1};
+      EstimatorInput in;
+      in.z = {1e-3, 2e-3};
+      in.omega = 100;
+      EXPECT_EQ(d.step(in).v, Complex(-0.2, 0.1));
+      for (int k = 1; k < 200; ++k) {
+        in.z = {1e-3 + 3e-4 * k * kH, 2e-3 * std::cos(20 * k * kH)};
+        const DiskMotion s = d.step(in);
+        const double vx = implicit ? x.implicit_step(in.z.real(), kH) : x.explicit_step(in.z.real(), kH);
+        const double vy = implicit ? y.implicit_step(in.z.imag(), kH) : y.explicit_step(in.z.imag(), kH);
+        ASSERT_EQ(s.v, Complex(vx, vy)) << k;
+        ASSERT_EQ(s.z, in.z);
+      }
+      d.reset();
+    }
+  }
+}
+
+TEST(EstimatorCatalogue, SaysWhatEachEstimatorKnows) {
+  struct Row {
+    const char* name;
+    bool model, disturbance, noise;
+  };
+  for (const Row& r :
+       {Row{"difference", false, false, false}, Row{"lpf", false, false, false}, Row{"red", false, false, false},
+        Row{"red_implicit", false, false, false}, Row{"eso", true, true, false}, Row{"kalman", true, false, true},
+        Row{"kfe", true, true, true}, Row{"kfo", true, true, true}}) {
+    EXPECT_EQ(estimator_entry(r.name).model_based, r.model) << r.name;
+    EXPECT_EQ(estimator_entry(r.name).finds_disturbance, r.disturbance) << r.name;
+    EXPECT_EQ(estimator_entry(r.name).knows_noise, r.noise) << r.name;
+  }
+}
+
+// As the catalogue makes them: red steps explicitly, red_implicit does not, difference has no low-pass, lpf its own.
+TEST(EstimatorCatalogue, MakesWhatItsNameSays) {
+  ControllerDesign design;
+  design.sample_time = kH;
+  const auto second = [&](const char* name, const std::map<std::string, double>& values) {
+    AnyEstimator made = estimator_entry(name).make(design, values);
+    DiskMotion s;
+    for (const double z : {0.0, 1e-3}) {
+      EstimatorInput in;
+      in.z = z;
+      s = std::visit([&](auto& e) { return e.step(in); }, made);
+    }
+    return s.v.real();
+  };
+  RobustDifferentiator by_hand{30, 0, 0}, implicit{30, 0, 0};
+  EXPECT_EQ(second("red", {{"derivative_rate", 30}}), by_hand.explicit_step(1e-3, kH));
+  EXPECT_EQ(second("red_implicit", {{"derivative_rate", 30}}), implicit.implicit_step(1e-3, kH));
+  EXPECT_NEAR(second("difference", {}), 1, 1e-12);
+  EXPECT_NEAR(second("lpf", {{"cutoff", 100}}), 1 - std::exp(-0.2 * std::numbers::pi), 1e-12);
 }
 
 /// A rotor turning at constant speed: simulated at the sensor instants with fine steps.

@@ -197,6 +197,47 @@ TEST(OptoncdtProperty, TextInTheStreamNeverBecomesAValue) {
   EXPECT_EQ(got[0].raw[0], 777u);
 }
 
+// Each statistic counts its own event, and a sound line none.
+TEST(Optoncdt, EveryBreakOfTheLineIsCountedOnce) {
+  const auto count = [](const Bytes& line) {
+    FrameDecoder d(1);
+    (void)frames(d, line);
+    return d.statistics();
+  };
+  Bytes sound;
+  for (std::uint32_t k = 0; k < 4; ++k) append(sound, 100 + k);
+  EXPECT_EQ(count(sound).resyncs, 0u);
+  EXPECT_EQ(count(sound).incomplete, 0u);
+  EXPECT_EQ(count(sound).frames, 4u);
+  Bytes low_twice = sound;
+  low_twice.insert(low_twice.begin() + 3, low_twice[3]);  // L L M H: one byte stands alone
+  EXPECT_EQ(count(low_twice).resyncs, 1u);
+  EXPECT_EQ(count(low_twice).dropped, 1u);
+  Bytes without_middle = sound;
+  without_middle.erase(without_middle.begin() + 4);  // L H: both go
+  EXPECT_EQ(count(without_middle).resyncs, 1u);
+  EXPECT_EQ(count(without_middle).dropped, 2u);
+  Bytes stray = sound;
+  stray.insert(stray.begin() + 3, 0x80);  // H between two values: no order was broken
+  EXPECT_EQ(count(stray).resyncs, 0u);
+  EXPECT_EQ(count(stray).dropped, 1u);
+  EXPECT_EQ(count(stray).incomplete, 0u) << "no frame was begun";
+  EXPECT_EQ(count(stray).unconfirmed, 1u);
+}
+
+TEST(Optoncdt, TheCounterMayStandFirst) {
+  Bytes line;
+  for (const std::uint32_t k : {1u, 2u, 5u, 6u}) {
+    append(line, k);
+    append(line, 100 + k, false);
+  }
+  FrameDecoder d(2, 0);
+  const auto got = frames(d, line);
+  ASSERT_EQ(got.size(), 2u) << "the first has no neighbour, 5 does not follow 2";
+  EXPECT_EQ(got[0].raw[0], 2u);
+  EXPECT_EQ(got[1].raw[0], 6u);
+}
+
 TEST(OptoncdtProperty, CountersOfTheLineAddUpOnNoise) {
   std::mt19937_64 random(11);
   for (int values = 1; values <= static_cast<int>(kMaxValues); ++values) {
@@ -237,6 +278,8 @@ TEST(Optoncdt, FeedingInPiecesGivesTheSameFrames) {
 
 TEST(Optoncdt, AdditionalQuantities) {
   EXPECT_DOUBLE_EQ(timestamp(100, 1), 0.65636);
+  EXPECT_DOUBLE_EQ(timestamp(100, 3), 1.96708);
+  EXPECT_DOUBLE_EQ(timestamp(0x10001, 0x10000), 1e-5) << "words of 16 bits";
   EXPECT_EQ(lost_between(5, 6), 0u);
   EXPECT_EQ(lost_between(5, 9), 3u);
   EXPECT_EQ(lost_between(kValueMask, 0), 0u);
