@@ -31,7 +31,7 @@ TARGETS = {
     "laser": ("libs/rt/src/drivers/optoncdt.cpp", None, ["libs/rt/test/optoncdt_test.cpp"]),
     "board": ("libs/rt/src/drivers/udp_board.cpp", None, ["libs/rt/test/udp_board_test.cpp"]),
     **{"estimator_" + name: (f"libs/control/src/estimators/{name}.cpp", None,
-                             ["libs/control/test/estimators_test.cpp", "libs/control/test/synchronous_test.cpp"])
+                             ["libs/control/test/estimators_test.cpp", "libs/control/test/kalman_test.cpp"])
        for name in ("difference", "eso", "kalman", "red")},
 }
 
