@@ -22,8 +22,8 @@ TARGETS = {
     "gate": ("libs/rt/include/whirl/rt/safety.hpp", "libs/rt/include", ["libs/rt/test/safety_test.cpp"]),
     "pace": ("libs/rt/include/whirl/rt/pace.hpp", "libs/rt/include", ["libs/rt/test/pace_test.cpp"]),
     "loop": ("libs/rt/include/whirl/rt/loop.hpp", "libs/rt/include",
-             ["libs/rt/test/safety_test.cpp", "libs/rt/test/loop_test.cpp", "libs/rt/test/pace_test.cpp",
-              "libs/rt/test/release_test.cpp"]),
+             ["libs/rt/test/gap_test.cpp", "libs/rt/test/loop_test.cpp", "libs/rt/test/safety_test.cpp", "libs/rt/test/release_test.cpp",
+              "libs/rt/test/pace_test.cpp"]),
     "sample_gate": ("libs/control/include/whirl/control/gate.hpp", "libs/control/include",
                     ["libs/control/test/gate_test.cpp"]),
     "control_gate": ("libs/rt/include/whirl/rt/loop_control.hpp", "libs/rt/include", ["libs/rt/test/loop_control_test.cpp"]),
@@ -115,6 +115,13 @@ class Workshop:
             command.append("-Wl,--wrap=malloc,--wrap=calloc,--wrap=realloc,--wrap=aligned_alloc,--wrap=posix_memalign")
         self.run(command)
 
+    def noticed(self, objects, program):
+        self.link(objects, program)
+        try:
+            return subprocess.run([str(program), "--gtest_fail_fast"], capture_output=True, timeout=60).returncode != 0
+        except subprocess.TimeoutExpired:
+            return True
+
     def killed(self, path, root, tests, text):
         """True, False, or None when the mutant does not compile."""
         try:
@@ -124,18 +131,13 @@ class Workshop:
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_text(text)
                 extra = [f"-I{place}", f"-I{ROOT / pathlib.Path(path).parent}"]
-                if root:
-                    objects = [self.compile(ROOT / t, place / f"{i}.o", extra) for i, t in enumerate(tests)]
-                else:
-                    for t in tests:
-                        if t not in self.objects:
-                            self.objects[t] = self.compile(ROOT / t, self.folder / f"test{len(self.objects)}.o", [])
-                    objects = [self.compile(file, place / "mutant.o", extra)] + [self.objects[t] for t in tests]
-                self.link(objects, place / "test")
-                try:
-                    return subprocess.run([str(place / "test"), "--gtest_fail_fast"], capture_output=True, timeout=60).returncode != 0
-                except subprocess.TimeoutExpired:
-                    return True
+                if root:  # one file of tests after the other: most mutants end at the first
+                    return any(self.noticed([self.compile(ROOT / t, place / "test.o", extra)], place / "test") for t in tests)
+                for t in tests:
+                    if t not in self.objects:
+                        self.objects[t] = self.compile(ROOT / t, self.folder / f"test{len(self.objects)}.o", [])
+                objects = [self.compile(file, place / "mutant.o", extra)] + [self.objects[t] for t in tests]
+                return self.noticed(objects, place / "test")
         except RuntimeError as e:
             self.last_error = e
             return None
