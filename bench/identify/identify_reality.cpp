@@ -54,7 +54,10 @@ struct Row {
     const std::vector<std::string>& added = found.added;
     std::string said;
     for (const std::string& t : added) said += t + "; ";
-    for (const identification::Ambiguity& a : found.ambiguities) said += a.readings + "; ";
+    for (const identification::Ambiguity& a : found.ambiguities) {
+      // Said of any rotor whose record is too weak to exclude the term: no finding.
+      if (a.readings.find("not small enough to be excluded") == std::string::npos) said += a.readings + "; ";
+    }
     named += std::any_of(names.begin(), names.end(),
                          [&](const std::string& n) { return said.find(n) != std::string::npos; });
     ambiguous += !found.ambiguities.empty();

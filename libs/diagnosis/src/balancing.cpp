@@ -2,10 +2,52 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
+namespace {
+
+/// Magnitudes of the eccentricity, and turns from its mean, within 1.96 standard deviations in the plane.
+struct Region {
+  double smallest = INFINITY, largest = 0;  // m
+  double least_turn = 0, most_turn = 0;     // rad
+  double size_sd = 0, turn_sd = 0;
+};
+
+/// Around an eccentricity that is large beside its deviation this is value +- 1.96 sd; two readings that lie as far
+/// apart as the eccentricity is large (a bow or runout) make a region that magnitude and angle bend, up to one around
+/// zero, where any angle may be right.
+Region region_of(std::complex<double> eps, double re, double cross, double im) {
+  constexpr double k95 = 1.959963984540054;
+  constexpr int kPoints = 720;
+  Region r;
+  // Axes of the ellipse.
+  const double middle = 0.5 * (re + im), half = std::hypot(0.5 * (re - im), cross);
+  const double turned = 0.5 * std::atan2(2 * cross, re - im);
+  const double a = k95 * std::sqrt(std::max(middle + half, 0.0)), b = k95 * std::sqrt(std::max(middle - half, 0.0));
+  for (int k = 0; k < kPoints; ++k) {
+    const double t = 2 * std::numbers::pi * k / kPoints;
+    const std::complex<double> at = eps + std::complex(a * std::cos(t), b * std::sin(t)) * std::polar(1.0, turned);
+    r.smallest = std::min(r.smallest, std::abs(at));
+    r.largest = std::max(r.largest, std::abs(at));
+    const double turn = std::arg(at / eps);
+    r.least_turn = std::min(r.least_turn, turn);
+    r.most_turn = std::max(r.most_turn, turn);
+  }
+  const std::complex<double> zero = -eps * std::polar(1.0, -turned);
+  if (std::abs(zero.real()) <= a && std::pow(zero.imag(), 2) * a * a <= b * b * (a * a - std::pow(zero.real(), 2))) {
+    r.smallest = 0;
+    r.least_turn = -std::numbers::pi;
+    r.most_turn = std::numbers::pi;
+  }
+  r.size_sd = 0.5 * (r.largest - r.smallest) / k95;
+  r.turn_sd = 0.5 * (r.most_turn - r.least_turn) / k95;
+  return r;
+}
+
+}  // namespace
 
 BalancingAdvice balancing_advice(const RotorModel& model, double mass, double radius, double service_speed,
                                  double wanted_grade, const std::vector<double>& covariance) {
@@ -23,13 +65,11 @@ BalancingAdvice balancing_advice(const RotorModel& model, double mass, double ra
   a.permitted_unbalance = mass * wanted_grade * 1e-3 / service_speed;
   a.within_grade = a.grade <= wanted_grade;
   if (covariance.size() == 25 && e > 0) {
-    // (k1, k2, c, eps_re, eps_im): along the vector the magnitude, across it the angle.
-    const double re = covariance[18], im = covariance[24], cross = covariance[19];
-    const double c = model.eps.real() / e, s = model.eps.imag() / e;
-    const double along = std::sqrt(std::max(c * c * re + 2 * c * s * cross + s * s * im, 0.0));
-    const double across = std::sqrt(std::max(s * s * re - 2 * c * s * cross + c * c * im, 0.0));
-    a.mass_interval = Estimate::from_sd(a.correction_mass, mass * along / radius);
-    a.angle_interval = Estimate::from_sd(a.correction_angle, across / e);
+    const Region region = region_of(model.eps, covariance[18], covariance[19], covariance[24]);
+    a.mass_interval = Estimate{a.correction_mass, mass * region.size_sd / radius, mass * region.smallest / radius,
+                               mass * region.largest / radius};
+    a.angle_interval = Estimate{a.correction_angle, region.turn_sd, a.correction_angle + region.least_turn,
+                                a.correction_angle + region.most_turn};
   }
   return a;
 }

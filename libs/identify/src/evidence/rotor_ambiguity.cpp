@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,9 +15,35 @@ namespace {
 
 constexpr double k95 = 1.959963984540054;
 
-std::array<double, 5> five(const RotorModel& r) { return {r.k1, r.k2, r.c, r.eps.real(), r.eps.imag()}; }
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
 
-/// Intervals and covariance of `model` cover `other` too.
+Vector5 five(const RotorModel& r) { return (Vector5() << r.k1, r.k2, r.c, r.eps.real(), r.eps.imag()).finished(); }
+
+/// Variance to add so that 1.96 deviations from here reach 1.96 of `theirs` beyond a reading that lies `shift` away.
+double reach(double shift, double theirs, double own) {
+  const double sd = std::abs(shift) / k95 + std::sqrt(std::max(theirs, 0.0));
+  return std::max(0.0, sd * sd - std::max(own, 0.0));
+}
+
+/// `own` with one direction of k1, k2, c and the unbalance added, and for the unbalance one across it.
+Matrix5 widened(const Matrix5& own, const Vector5& shift, const Matrix5& theirs) {
+  Vector5 more = Vector5::Zero();
+  for (Eigen::Index i = 0; i < 3; ++i)
+    more[i] = std::copysign(std::sqrt(reach(shift[i], theirs(i, i), own(i, i))), shift[i]);
+  Eigen::Vector2d along = shift.tail<2>();
+  const double far = along.norm();
+  along = far > 0 ? Eigen::Vector2d(along / far) : Eigen::Vector2d(1, 0);
+  const Eigen::Vector2d across(-along[1], along[0]);
+  const Eigen::Matrix2d a = own.bottomRightCorner<2, 2>(), b = theirs.bottomRightCorner<2, 2>();
+  more.tail<2>() = std::sqrt(reach(far, along.dot(b * along), along.dot(a * along))) * along;
+  Matrix5 sum = own + more * more.transpose();
+  sum.bottomRightCorner<2, 2>() +=
+      reach(0, across.dot(b * across), across.dot(a * across)) * across * across.transpose();
+  return sum;
+}
+
+/// Intervals and covariance of `model` cover those of `other` too.
 void widen(IdentifiedModel& model, const IdentifiedModel& other) {
   for (auto& [name, e] : model.parameters) {
     const Estimate* o = other.parameter(name);
@@ -27,12 +54,11 @@ void widen(IdentifiedModel& model, const IdentifiedModel& other) {
     e.high = std::max(e.high, e.value + shift + k95 * o->sd);
     e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});
   }
-  const std::array<double, 5> a = five(*model.rotor), b = five(*other.rotor);
-  if (model.rotor_covariance.size() != 25) return;
-  for (std::size_t i = 0; i < 5; ++i) {
-    for (std::size_t j = 0; j < 5; ++j)
-      model.rotor_covariance[5 * i + j] += (b[i] - a[i]) * (b[j] - a[j]) / (k95 * k95);
-  }
+  if (model.rotor_covariance.size() != 25 || other.rotor_covariance.size() != 25) return;
+  using Rows = Eigen::Matrix<double, 5, 5, Eigen::RowMajor>;
+  Eigen::Map<Rows> own(model.rotor_covariance.data());
+  const Eigen::Map<const Rows> theirs(other.rotor_covariance.data());
+  own = widened(own, five(*other.rotor) - five(*model.rotor), theirs).eval();
 }
 
 /// "c 3.02 or 2.41 1/s" of the parameters that move by more than their deviation.
@@ -69,14 +95,15 @@ void bow_beside_runout(bool better, RotorIdentification& result) {
   const double speed = model.rotor->natural_frequency();
   IdentifiedModel bowed = model;
   bowed.rotor->eps = model.rotor->eps - runout * std::complex<double>(1, -model.rotor->c / speed);
+  // The force i c omega b that tells them apart is not in the fit: it biases e by as much as it is.
+  const double beyond = std::hypot(re->sd, im->sd, std::abs(runout) * model.rotor->c / speed);
   for (auto& [name, e] : bowed.parameters) {
     if (name != "e" && name != "e_phase") continue;
     const double value = name == "e" ? std::abs(bowed.rotor->eps) : std::arg(bowed.rotor->eps);
     const double size = std::max(std::abs(bowed.rotor->eps), 1e-12), per = name == "e" ? 1 : size;
-    // The force i c omega b that tells them apart is not in the fit: it biases e by as much as it is.
-    const double bias = std::abs(runout) * model.rotor->c / speed;
-    e = Estimate::from_sd(value, std::hypot(model.parameter("e")->sd, std::max(re->sd, im->sd), bias) / per);
+    e = Estimate::from_sd(value, std::hypot(model.parameter("e")->sd, beyond) / per);
   }
+  for (const std::size_t at : {18U, 24U}) bowed.rotor_covariance[at] += beyond * beyond;
   const double k1 = model.rotor->k1;
   result.ambiguities.push_back(
       {fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg){}",

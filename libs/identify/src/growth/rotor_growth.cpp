@@ -54,6 +54,8 @@ class Grower {
     if (usable()) {
       prune();
       find_others();
+      settle();
+      grown_.absent = absent_terms(records_, fit_, growth_.active, growth_.terms, options_.terms, growth_.forces);
     }
     grown_.fit = std::move(fit_);
     grown_.active = growth_.active;

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "growth/absent_terms.hpp"
 #include "whirl/identify/identify_rotor.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/identify/score_test.hpp"
@@ -23,9 +24,10 @@ struct GrownRotor {
   std::vector<std::string> added;
   std::vector<std::string> warnings;
   std::vector<OtherReading> others;
-  ScoreTest test;         ///< of the final model
-  bool bow = false;       ///< the runout at order 1 is a bow of the shaft: it explains the records better
-  double chi_square = 0;  ///< of the weak equations
+  ScoreTest test;                  ///< of the final model
+  std::vector<AbsentTerm> absent;  ///< what the final model lacks
+  bool bow = false;                ///< the runout at order 1 is a bow of the shaft: it explains the records better
+  double chi_square = 0;           ///< of the weak equations
   double condition_number = 0;
 
   bool usable() const { return fit.summary.status != Status::unusable; }

@@ -24,6 +24,8 @@ struct BalancingAdvice {
 /// `mass` of the rotor (kg), `radius` of the correction plane (m), `service_speed` (rad/s), `wanted_grade` G
 /// in mm/s (ISO 21940-11: 2.5 turbines and pumps of high quality, 6.3 general machines). Throws Error for
 /// values <= 0. `covariance`: IdentifiedModel::rotor_covariance (5 x 5, row-major), or empty: no interval.
+/// The intervals are those of magnitude and angle within 1.96 standard deviations of the eccentricity in the plane;
+/// where this region holds zero the mass begins at 0 and the angle may be any.
 BalancingAdvice balancing_advice(const RotorModel& model, double mass, double radius, double service_speed,
                                  double wanted_grade = 6.3, const std::vector<double>& covariance = {});
 

@@ -17,6 +17,10 @@ OutputErrorFit fit_with_forces(const std::vector<RotorRecord>& records, const Ro
                                const OutputErrorOptions& options, const std::vector<std::complex<double>>& start_eps,
                                double start_delay, const KnownForces& forces);
 
+/// Where a fit ended, for a problem with `parameters` that may have more than the fit: these keep their values of
+/// `options`.
+Point point_of(const OutputErrorFit& fit, const OutputErrorOptions& options, const std::vector<Parameter>& parameters);
+
 /// The rotor as a problem of output error: main mode integrated with its sensitivities, readings through the axes of
 /// the probes beside offset, modes, decays and runout, residual whitened by the filter of each record.
 class OutputErrorProblem {

@@ -120,6 +120,21 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
   return fit;
 }
 
+detail::Point detail::point_of(const OutputErrorFit& fit, const OutputErrorOptions& options,
+                               const std::vector<Parameter>& parameters) {
+  Point point = start_point(fit.records.size(), fit.model, options, {}, fit.delay);
+  for (std::size_t r = 0; r < fit.records.size(); ++r) {
+    const OutputErrorRecord& from = fit.records[r];
+    OutputErrorRecord& to = point.records[r];
+    to.eps = from.eps, to.offset = from.offset, to.z0 = from.z0, to.dz0 = from.dz0;
+    to.participation = from.participation, to.decay = from.decay, to.runout = from.runout;
+  }
+  for (const Parameter& q : parameters) {
+    if (const Eigen::Index j = fit.index(q.name); j >= 0) move(point, q, fit.values[j] - value(point, q));
+  }
+  return point;
+}
+
 OutputErrorFit fit_output_error_rotor(const std::vector<RotorRecord>& records, const RotorModel& start,
                                       const OutputErrorOptions& options, const std::vector<Complex>& start_eps,
                                       double start_delay) {
