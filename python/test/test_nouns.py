@@ -103,8 +103,17 @@ def test_ctrl_c_ends_a_long_call(rig, found):
 def test_errors_name_field_and_allowed_values(found, tmp_path):
     with pytest.raises(whirl.Error, match="rotor.foo"):
         whirl.VirtualRig({"rotor.foo": 1})
-    with pytest.raises(whirl.Error, match="no_such.csv"):
+    with pytest.raises(whirl.Error, match="no_such.csv") as refused:
         whirl.read(tmp_path / "no_such.csv")
+    assert refused.value.file == str(tmp_path / "no_such.csv") and refused.value.line is None
+    (tmp_path / "bad.csv").write_text("t_s,x_mm\n0,1\n0.1,one\n")
+    with pytest.raises(whirl.Error) as refused:
+        whirl.read(tmp_path / "bad.csv")
+    assert (refused.value.file, refused.value.line) == (str(tmp_path / "bad.csv"), 3)
+    with pytest.raises(whirl.Error) as refused:
+        whirl.balance(tmp_path / "bad.csv", criterion="best")
+    assert (refused.value.field, refused.value.value) == ("criterion", "best")
+    assert "min-max" in refused.value.allowed and refused.value.file is None
     with pytest.raises(whirl.Error, match="mass"):
         whirl.design(found.model)
     with pytest.raises(whirl.Error, match="unbalance"):

@@ -6,8 +6,11 @@
     print(found, found.parameters["k1"], found.summary)
 
 All values are SI. A result carries `summary` (status, warnings, what it may be trusted for); bad input raises
-`whirl.Error`, a ValueError whose message names the field, the value and what is allowed.
+`whirl.Error`, a ValueError whose message names the place, the value and what is allowed; they are also its attributes
+`file` and `line`, or `field`, `value` and `allowed` (None where the message names none).
 """
+import re as _re
+
 from ._whirl import (  # noqa: F401
     Controller,
     Equation,
@@ -58,6 +61,24 @@ from .libraries import CustomLibrary, FourierLibrary, PolynomialLibrary, TermLib
 from .optimizers import STLSQ, SparseRegression  # noqa: F401
 from .sindy import SINDy  # noqa: F401
 
+
+def _place(pattern, group):
+    """What an Error's message names: its first words have one of two forms (whirl::Error::in_file and in_field)."""
+    compiled = _re.compile(pattern, _re.DOTALL)
+
+    def read(self):
+        found = compiled.match(str(self))
+        value = found and found[group]
+        return int(value) if value and group == "line" else value or None
+
+    return property(read)
+
+
+_FILE, _FIELD = r"(?P<file>[^:\n]*\.\w+)(?::(?P<line>\d+))?: ", r"(?P<field>[^:=]+?) = (?P<value>.*?): must be (?P<allowed>.*)"
+for _name in ("file", "line"):
+    setattr(Error, _name, _place(_FILE, _name))
+for _name in ("field", "value", "allowed"):
+    setattr(Error, _name, _place(_FIELD, _name))
 
 Recording.plot = _plot.recording
 FrequencyResponse.plot = _plot.frequency_response

@@ -17,7 +17,12 @@ from .sindy import SINDy as SINDy
 __version__: str
 Array = NDArray[np.float64]
 
-class Error(ValueError): ...
+class Error(ValueError):
+    file: str | None
+    line: int | None
+    field: str | None
+    value: str | None
+    allowed: str | None
 
 class Status:
     ok: Status

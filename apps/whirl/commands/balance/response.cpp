@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/signals.hpp"
 #include "whirl/pages/steady_response.hpp"
 #include "whirl/report/write_figure.hpp"
 
@@ -63,7 +63,7 @@ void run(Options o, Session& session) {
   o.steady.curve.from = o.from_rpm * kRpm;
   o.steady.curve.to = o.to_rpm * kRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
-  if (!o.data.empty()) o.steady.known = pages::data_range(io::read_csv(o.data));
+  if (!o.data.empty()) o.steady.known = pages::data_range(io::read_recording(o.data));
   const pages::SteadyResponse found = pages::steady_response(model, o.steady);
   if (found.curve.points.empty()) {
     session.finish(found.summary);

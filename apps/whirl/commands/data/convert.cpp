@@ -21,7 +21,9 @@ void add_convert(CommandLine& app, Session& session) {
           "name_unit*FACTOR.\n\n"
           "Example: whirl convert blow.wav blow.csv --columns 1:force_N*250 2:acc_g*50",
       [o, &session] {
-        if (const std::optional<FrequencyResponse> frf = io::read_responses(o->in, io::frf_kind(o->kind))) {
+        const bool chosen = !o->record.columns.empty() || o->record.header_line > 0;
+        if (const std::optional<FrequencyResponse> frf =
+                chosen ? std::nullopt : io::read_responses(o->in, io::frf_kind(o->kind))) {
           io::write_responses(o->out, *frf);
           for (const std::string& remark : frf->summary.warnings)
             fmt::print(stderr, "whirl: warning: {}: {}\n", o->in, remark);

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "command.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/core/control_types.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/formats.hpp"
@@ -70,7 +71,7 @@ void tell(const rt::LoopRecord& record, const std::string& file, Session& sessio
 void add_info(CommandLine& app, Session& session) {
   struct Options {
     std::string file;
-    double rate = 0;
+    RecordOptions record;
   };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
@@ -78,21 +79,19 @@ void add_info(CommandLine& app, Session& session) {
       "Input: " + io::readable_formats() +
           ", found from the content; text may be .gz.\n"
           "A recording of a loop is told as such, also when its writer was killed.\n"
-          "CSV has a header of quantity_unit columns, a universal file datasets 58, 58b, 55, 15, 82, ...\n\n"
+          "CSV names its columns with units (x_mm, or x [mm]), a universal file datasets 58, 58b, 55, 15, 82, ...\n\n"
           "Example: whirl info rundown.csv",
       [o, &session] {
         if (const auto record = loop_record(o->file)) {
           tell(*record, o->file, session);
           return;
         }
-        io::CsvOptions csv;
-        if (o->rate > 0) csv.rate = o->rate;
-        const pages::FileReport report = pages::report_file(io::read_signals(o->file, csv));
+        const pages::FileReport report = pages::report_file(io::read_signals(o->file, o->record.csv()));
         session.say(pages::to_text(report));
         session.result(pages::to_json(report));
       });
   sub->add_option("FILE", o->file, "file of any of these formats")->input()->required();
-  sub->add_option("--rate", o->rate, "sample rate in Hz, for CSV files without a time column");
+  o->record.add_to(sub, false);
 }
 
 }  // namespace whirl::app

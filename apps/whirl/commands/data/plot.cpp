@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "command.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/terminal_plot.hpp"
@@ -28,7 +29,8 @@ report::TerminalOptions terminal() {
 struct Options {
   std::vector<std::string> files, out;
   std::string what = "traces", window, amplitude = "peak", phase = "lag";
-  double rate = 0, slow_roll_rpm = 0;
+  double slow_roll_rpm = 0;
+  RecordOptions record;
   pages::ViewOptions view;
 };
 
@@ -56,12 +58,10 @@ void draw(Options* o, Session& session) {
     figure = pages::synchronous_view(o->what, tables, view_options.phase);
     for (const std::string& file : o->files) figure.runs.push_back(std::filesystem::path(file).filename().string());
   } else {
-    io::CsvOptions csv;
-    if (o->rate > 0) csv.rate = o->rate;
     std::vector<pages::ViewedRun> runs;
     for (const std::string& file : o->files) {
       for (pages::ViewedRun& run :
-           pages::viewed_runs(io::read_recording(file, csv), std::filesystem::path(file).stem().string())) {
+           pages::viewed_runs(o->record.read(file), std::filesystem::path(file).stem().string())) {
         runs.push_back(std::move(run));
       }
     }
@@ -124,7 +124,7 @@ void add_plot(CommandLine& app, Session& session) {
       ->show_default();
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
   sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")->delimiter(',');
-  sub->add_option("--rate", o->rate, "sample rate in Hz of a file without a time column");
+  o->record.add_to(sub);
 }
 
 }  // namespace whirl::app

@@ -8,6 +8,7 @@
 #include "whirl/identify/sindy.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/signals.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::app {
@@ -33,7 +34,7 @@ Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
 /// A model without rotor parameters: free run over the inputs of a record.
 Recording run_equations(const IdentifiedModel& model, const Options& o) {
   if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
-  const Recording in = io::read_csv(o.record);
+  const Recording in = io::read_recording(o.record);
   if (identification::has_drive(model)) return identification::simulate_drive(model, in);
   const identification::ModelRun result = identification::simulate(model, in);
   if (result.diverged)

@@ -15,6 +15,7 @@ io::CsvOptions RecordOptions::csv() const {
   options.columns = columns;
   options.required = required;
   options.gaps = gaps;
+  options.header_line = header_line;
   if (rate > 0) options.rate = rate;
   return options;
 }
@@ -31,10 +32,13 @@ Recording RecordOptions::read(const std::string& file) const {
   return identification::part_of(record, first, last - first);
 }
 
-void RecordOptions::add_to(CommandLine* sub) {
-  sub->add_option("--columns", columns, "columns to read, HEADER or HEADER:name_unit, e.g. V1:u_V");
+void RecordOptions::add_to(CommandLine* sub, bool part) {
+  sub->add_option("--columns", columns,
+                  "columns to read, HEADER or HEADER:name_unit, with a calibration *FACTOR, e.g. V1:x_mm*0.125");
   sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column");
-  sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+  sub->add_option("--header-line", header_line, "CSV: line of the column names, where lines about the test come before")
+      ->range(1, 10000);
+  if (part) sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
 }
 
 }  // namespace whirl::app

@@ -12,6 +12,7 @@ namespace whirl::app {
 struct RecordOptions {
   std::vector<std::string> columns;
   double rate = 0;
+  long header_line = 0;
   std::string rows;
   std::vector<std::string> required;
   bool gaps = false;  ///< gaps and uneven times are let through, each with a warning
@@ -19,7 +20,8 @@ struct RecordOptions {
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
   Recording read(const std::string& file) const;
-  void add_to(CommandLine* sub);
+  /// The flags; `part`: --rows too.
+  void add_to(CommandLine* sub, bool part = true);
 };
 
 }  // namespace whirl::app

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/csv_header.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
@@ -43,14 +44,7 @@ std::vector<std::string_view> split(std::string_view line, char delimiter) {
   return fields;
 }
 
-/// Text from the file as it may stand in a message.
-std::string shown(std::string_view text) {
-  std::string out(text.substr(0, 40));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return text.size() > 40 ? out + "..." : out;
-}
+using detail::shown;
 
 enum class Parsed { good, bad, not_finite };
 
@@ -102,9 +96,9 @@ struct CsvStream::State {
   CsvOptions options;
   CsvDialect dialect;
   std::vector<CsvColumn> columns;
-  std::vector<std::string> header;  // of the file, empty when it has none
-  std::vector<int> target;          // per file column: index in `columns`, -1 when not read
-  long line = 0;                    // number of the line read last
+  std::vector<detail::Heading> header;  // of the file; texts are empty when it has none
+  std::vector<int> target;              // per file column: index in `columns`, -1 when not read
+  long line = 0;                        // number of the line read last
   long first_line = 0;
   int time = -1;
   int decimals = 0;
@@ -124,10 +118,19 @@ struct CsvStream::State {
   [[noreturn]] void fail(std::string_view message, long at = -1) const {
     throw Error::in_file(source.name(), at < 0 ? line : at, message);
   }
+  /// What `f` returns; its Error gets file and line.
+  template <class F>
+  auto placed(long at, F f) const {
+    try {
+      return f();
+    } catch (const Error& e) {
+      fail(e.what(), at);
+    }
+  }
+
   std::string column_name(std::size_t file_column) const {
-    return file_column < header.size() && !header[file_column].empty()
-               ? fmt::format("column '{}'", shown(header[file_column]))
-               : fmt::format("column {}", file_column + 1);
+    return !header[file_column].text.empty() ? fmt::format("column '{}'", shown(header[file_column].text))
+                                             : fmt::format("column {}", file_column + 1);
   }
 
   void refill() {
@@ -171,9 +174,13 @@ struct CsvStream::State {
     }
     std::string_view text;
     do {  // blank lines and comments may stand before the header
-      if (!get_line(text)) fail("has no header and no data", 0);
+      if (!get_line(text))
+        fail(options.header_line > line
+                 ? fmt::format("has {} lines, the header shall be line {}", line, options.header_line)
+                 : "has no header and no data",
+             0);
       dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
-    } while (trim(text).empty() || text.front() == '#');
+    } while (line < options.header_line || trim(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
 
     dialect.delimiter = text.find(';') != std::string_view::npos    ? ';'
@@ -193,42 +200,60 @@ struct CsvStream::State {
             "no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state "
             "the columns");
       }
+      header.resize(fields.size());
       begin = static_cast<std::size_t>(text.data() - buffer.get());  // the line is data: read it again
       --line;
     } else {
-      for (const std::string_view f : fields) header.emplace_back(unquote(f));
+      for (const std::string_view f : fields) header.push_back(detail::parse_heading(unquote(f)));
+      read_units();
     }
     first_line = line + 1;
     target.assign(fields.size(), -1);
-    choose_columns(headless);
+    choose_columns();
   }
 
-  void choose_columns(bool headless) {
+  /// The fields of a line of text that is in the buffer.
+  std::vector<std::string> fields_of(std::string_view text) const {
+    std::vector<std::string> fields;
+    for (const std::string_view f : split(text, dialect.delimiter)) fields.emplace_back(unquote(f));
+    if (dialect.trailing_delimiter && fields.size() > 1 && fields.back().empty()) fields.pop_back();
+    return fields;
+  }
+
+  /// A line of units below the header, and the blank lines that instruments leave before the data.
+  void read_units() {
+    for (bool units = false;;) {
+      const std::string_view ahead(buffer.get() + begin, end - begin);
+      const std::size_t newline = ahead.find('\n');
+      if (newline == std::string_view::npos) return;
+      std::string_view text = ahead.substr(0, newline);
+      if (text.ends_with('\r')) text.remove_suffix(1);
+      if (!trim(text).empty()) {
+        if (units) return;
+        units = placed(line + 1, [&] { return detail::take_units(header, fields_of(text)); });
+        if (!units) return;
+      }
+      begin += newline + 1;
+      ++line;
+    }
+  }
+
+  void choose_columns() {
+    const long at = line;
     if (options.columns.empty()) {
-      for (std::size_t i = 0; i < header.size(); ++i) add_column(i, header[i]);
+      for (std::size_t i = 0; i < header.size(); ++i) add_column({i, header[i].name, header[i].unit}, header[i].text);
     }
     for (const std::string& spec : options.columns) {
-      const std::size_t colon = spec.rfind(':');
-      const std::string from = spec.substr(0, colon);
-      const std::string to = colon == std::string::npos ? spec : spec.substr(colon + 1);
-      std::size_t i = static_cast<std::size_t>(std::find(header.begin(), header.end(), from) - header.begin());
-      if (i == header.size()) {
-        std::size_t number = 0;
-        const auto [p, ec] = std::from_chars(from.data(), from.data() + from.size(), number);
-        if (ec != std::errc{} || p != from.data() + from.size() || number < 1 || number > target.size()) {
-          std::string present;
-          for (const std::string& h : header) present += (present.empty() ? "" : ", ") + shown(h);
-          fail(fmt::format(
-              "no column '{}'; {}", from,
-              headless ? fmt::format("the file has no header: write 1 to {}", target.size()) : "present: " + present));
-        }
-        i = number - 1;
-      }
-      if (target[i] >= 0) fail(fmt::format("{} is asked for twice", column_name(i)));
-      add_column(i, to);
+      const detail::ColumnChoice choice = placed(at, [&] { return detail::choose_column(spec, header); });
+      if (target[choice.heading] >= 0) fail(fmt::format("{} is asked for twice", column_name(choice.heading)));
+      add_column(choice, spec.substr(spec.rfind(':') + 1));
     }
     if (columns.empty()) fail("no columns");
     for (const std::string& wanted : options.required) require_column(split_unit(wanted));
+    // An instrument calls the time as it likes, but writes it first.
+    if (time < 0 && !options.rate && target[0] >= 0 && header[0].foreign &&
+        columns[static_cast<std::size_t>(target[0])].unit->quantity == Quantity::time)
+      time = target[0];
   }
 
   void require_column(const NameWithUnit& wanted) const {
@@ -245,23 +270,47 @@ struct CsvStream::State {
                      wanted.unit ? wanted.unit->suffix : "mm", present));
   }
 
-  void add_column(std::size_t i, const std::string& written) {
-    if (written.empty()) fail(fmt::format("column {} has no name", i + 1));
-    NameWithUnit c = split_unit(written);
-    if (written == "rpm") {
-      c = {"speed", find_unit("rpm")};
-    } else if (written == "hz" || written == "Hz") {
-      c = {"freq", find_unit("hz")};
-    } else if (!c.unit && (written.ends_with("_re") || written.ends_with("_im"))) {
-      c = {written, &si_suffix(Quantity::dimensionless)};
+  /// `written`: the name with its unit, for messages.
+  void add_column(const detail::ColumnChoice& choice, const std::string& written) {
+    if (choice.name.empty()) fail(fmt::format("column {} has no name", choice.heading + 1));
+    if (!choice.unit) {
+      std::string problem = "column " + unit_problem(shown(written));
+      problem.insert(problem.rfind("; allowed units"), header_hint());
+      fail(problem);
     }
-    if (!c.unit) fail("column " + unit_problem(shown(written)));
     for (const CsvColumn& other : columns) {
-      if (other.name == c.name) fail(fmt::format("two columns are called '{}'", shown(c.name)));
+      if (other.name == choice.name) fail(fmt::format("two columns are called '{}'", shown(choice.name)));
     }
-    target[i] = static_cast<int>(columns.size());
-    if ((c.name == "t" || c.name == "time") && c.unit->quantity == Quantity::time) time = target[i];
-    columns.push_back({header.empty() ? written : header[i], c.name, c.unit});
+    const int at = static_cast<int>(columns.size());
+    target[choice.heading] = at;
+    std::string name = choice.name;
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    const bool timed =
+        choice.name == "t" || choice.name == "time" || (header[choice.heading].foreign && name == "time");
+    if (timed && choice.unit->quantity == Quantity::time) time = at;
+    const std::string& text = header[choice.heading].text;
+    columns.push_back({text.empty() ? written : text, choice.name, choice.unit, choice.factor});
+  }
+
+  /// How to name the columns on the command line, and the line among the first that looks like the header, if another.
+  std::string header_hint() const {
+    std::string hint = ", or name the columns: --columns HEADER:x_mm";
+    std::string_view ahead(buffer.get() + begin, end - begin);
+    for (long at = line + 1; at <= line + 100 && !ahead.empty(); ++at) {
+      const std::size_t newline = ahead.find('\n');
+      std::string_view text = ahead.substr(0, newline);
+      ahead.remove_prefix(newline == std::string_view::npos ? ahead.size() : newline + 1);
+      if (text.ends_with('\r')) text.remove_suffix(1);
+      for (const char delimiter : {';', '\t', ','}) {
+        const std::vector<std::string_view> fields = split(text, delimiter);
+        const auto known = std::count_if(fields.begin(), fields.end(), [](std::string_view f) {
+          return detail::parse_heading(unquote(f)).unit != nullptr;
+        });
+        if (known < 2 || known + 1 < static_cast<long>(fields.size())) continue;
+        return hint + fmt::format("; line {} looks like the header: --header-line {}", at, at);
+      }
+    }
+    return hint;
   }
 
   /// Decides the decimal sign from the first value in the buffer that has one.
@@ -305,7 +354,7 @@ struct CsvStream::State {
   [[noreturn]] void ragged(std::string_view text) const {
     const std::size_t have = split(text, dialect.delimiter).size();
     const std::size_t want = target.size() + (dialect.trailing_delimiter ? 1 : 0);
-    fail(fmt::format("{} values, but the {} {}{}", have, header.empty() ? "first line has" : "header has", want,
+    fail(fmt::format("{} values, but the {} {}{}", have, header[0].text.empty() ? "first line has" : "header has", want,
                      dialect.delimiter == ',' && have == 2 * want && !dialect.trailing_delimiter
                          ? "; decimal commas need ';' between the values"
                          : ""));
@@ -346,7 +395,8 @@ struct CsvStream::State {
       if (t >= 0) {
         if (!fast) value = slow_value({p, static_cast<std::size_t>(q - p)}, i);
         if (t == time) note_time_digits(p, q);
-        row[t * stride] = columns[static_cast<std::size_t>(t)].unit->to_si(value);
+        const CsvColumn& column = columns[static_cast<std::size_t>(t)];
+        row[t * stride] = column.unit->to_si(column.factor * value);
       }
       p = more ? q + 1 : q;
     }

@@ -29,11 +29,15 @@ struct CsvOptions {
   /// it.
   std::optional<double> rate{};
   /// Columns to read and how to call them: "x_mm" takes the column with that header; "V1:u_V" takes the
-  /// column headed `V1` as u in volts; "2:y_V" the second column (files without a header need numbers).
-  /// Empty: every column.
+  /// column headed `V1` as u in volts; "V1:x_mm*0.125" its values times 0.125 as x in mm; "Probe 1:x" the column headed
+  /// "Probe 1 [mm]" as x in its own unit; "2:y_V" the second column (files without a header need numbers). Empty: every
+  /// column.
   std::vector<std::string> columns{};
   /// Names that must be present; one with a unit ("force_N") must be of that quantity, in whatever unit.
   std::vector<std::string> required{};
+  /// Line of the header, from 1, for files that begin with lines about the measurement (`--header-line`); 0: the first
+  /// that is neither blank nor a comment.
+  long header_line = 0;
   std::optional<char> decimal{};  ///< `.` or `,`; empty: found from the file
   /// Largest distance of a time stamp from the uniform grid, in steps; the rounding of the written time comes
   /// on top.
@@ -50,6 +54,7 @@ struct CsvColumn {
   std::string header;  ///< as in the file
   std::string name;    ///< without unit
   const UnitSuffix* unit = nullptr;
+  double factor = 1;  ///< of the values in the file
 };
 
 /// A CSV file block by block, in constant memory, for files larger than memory. Values are in SI.
@@ -86,9 +91,10 @@ class CsvStream {
 };
 
 /// Signals with a common uniform time from a CSV file whose header is `name_unit,...`, e.g.
-/// `t_s,x_mm,y_mm,beta_rad`. `t` or `time` is the time column. `.gz` is read directly. The record is in SI,
-/// its source the path. Errors: those of CsvStream, and a time that is not uniform, no time and no rate, too
-/// few samples.
+/// `t_s,x_mm,y_mm,beta_rad`, or as instruments write it: `Time [s]`, `x (mm)`, `x / mm`, or names with a line of units
+/// below. `t` or `time` is the time column, in an instrument's file also a first column in units of time. `.gz` is read
+/// directly. The record is in SI, its source the path. Errors: those of CsvStream, and a time that is not uniform, no
+/// time and no rate, too few samples.
 Recording read_csv(const std::filesystem::path& path, const CsvOptions& options = {}, CsvDialect* dialect = nullptr);
 Recording parse_csv(std::string_view bytes, std::string_view name, const CsvOptions& options = {});
 

@@ -1,0 +1,147 @@
+#include "csv_header.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/io/signals.hpp"
+
+namespace whirl::io::detail {
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+/// "Probe 1 [mm]" -> "Probe 1", "mm"; "t / s" -> "t", "s". The label is empty when there is none.
+std::pair<std::string_view, std::string_view> instrument_form(std::string_view text) {
+  constexpr std::string_view kOpen = "[({", kClose = "])}";
+  if (text.empty()) return {text, {}};
+  if (const std::size_t kind = kClose.find(text.back()); kind != std::string_view::npos) {
+    const std::size_t open = text.rfind(kOpen[kind]);
+    if (open == std::string_view::npos) return {text, {}};
+    return {trim(text.substr(0, open)), trim(text.substr(open + 1, text.size() - open - 2))};
+  }
+  const std::size_t slash = text.rfind(" / ");
+  if (slash == std::string_view::npos) return {text, {}};
+  return {trim(text.substr(0, slash)), trim(text.substr(slash + 3))};
+}
+
+std::string plain_name(std::string_view text) {
+  std::string name(trim(text));
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
+  return name;
+}
+
+std::string present(const std::vector<Heading>& headings) {
+  std::string out;
+  for (const Heading& h : headings) out += (out.empty() ? "" : ", ") + shown(h.text);
+  return out;
+}
+
+bool looks_like_data(const std::string& field) {
+  std::string text = field;
+  std::replace(text.begin(), text.end(), ',', '.');
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error != std::errc::invalid_argument && end != text.data() && value != 1;  // "1" and "1/s" are units
+}
+
+}  // namespace
+
+std::string shown(std::string_view text) {
+  std::string out(text.substr(0, 40));
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+  }
+  return text.size() > 40 ? out + "..." : out;
+}
+
+Heading parse_heading(std::string_view text) {
+  Heading h{std::string(text), plain_name(text)};
+  if (h.text == "rpm") return {h.text, "speed", find_unit("rpm")};
+  if (h.text == "hz" || h.text == "Hz") return {h.text, "freq", find_unit("hz")};
+  if (const NameWithUnit split = split_unit(text); split.unit != nullptr) return {h.text, split.name, split.unit};
+  const auto [name, label] = instrument_form(trim(text));
+  if (!label.empty()) {
+    if (const UnitSuffix* unit = unit_from_label(label)) return {h.text, plain_name(name), unit, true};
+  }
+  if (text.ends_with("_re") || text.ends_with("_im")) h.unit = &si_suffix(Quantity::dimensionless);
+  return h;
+}
+
+bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& fields) {
+  if (fields.size() != headings.size()) return false;
+  bool any = false;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (!fields[i].empty() && looks_like_data(fields[i])) return false;
+    any = any || (headings[i].unit == nullptr && unit_from_label(fields[i]) != nullptr);
+  }
+  if (!any) return false;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    if (fields[i].empty()) continue;
+    const UnitSuffix* unit = unit_from_label(fields[i]);
+    Heading& h = headings[i];
+    if (unit == nullptr)
+      throw Error(fmt::format("column '{}' has the unknown unit '{}'; allowed units: {}", shown(h.text),
+                              shown(fields[i]), allowed_units()));
+    if (h.unit != nullptr && h.unit != unit)
+      throw Error(fmt::format("column '{}' is in {} by the line below", shown(h.text), unit->suffix));
+    h.unit = unit;
+    h.foreign = true;
+  }
+  return true;
+}
+
+ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& headings) {
+  const auto place = [&](std::string_view wanted) {
+    for (std::size_t i = 0; i < headings.size(); ++i)
+      if (!headings[i].text.empty() && headings[i].text == wanted) return i;
+    for (std::size_t i = 0; i < headings.size(); ++i)
+      if (headings[i].foreign && (headings[i].name == wanted || instrument_form(headings[i].text).first == wanted))
+        return i;
+    return headings.size();
+  };
+  const std::size_t whole = place(spec), colon = whole < headings.size() ? std::string::npos : spec.rfind(':');
+  const std::string from = spec.substr(0, colon);
+  std::string to = colon == std::string::npos ? spec : spec.substr(colon + 1);
+  ColumnChoice choice;
+  choice.heading = place(from);
+  if (choice.heading == headings.size()) {
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(from.data(), from.data() + from.size(), number);
+    if (error != std::errc{} || end != from.data() + from.size() || number < 1 || number > headings.size()) {
+      const bool headless = headings.empty() || headings.front().text.empty();
+      throw Error(fmt::format("no column '{}'; {}", from,
+                              headless ? fmt::format("the file has no header: write 1 to {}", headings.size())
+                                       : "present: " + present(headings)));
+    }
+    choice.heading = number - 1;
+  }
+  const Heading& h = headings[choice.heading];
+  if (colon == std::string::npos) {
+    const Heading own = h.text.empty() ? parse_heading(to) : h;
+    choice.name = own.name;
+    choice.unit = own.unit;
+    return choice;
+  }
+  if (const std::size_t star = to.rfind('*'); star != std::string::npos) {
+    const char *first = to.data() + star + 1, *last = to.data() + to.size();
+    const auto [end, error] = std::from_chars(first, last, choice.factor);
+    if (error != std::errc() || end != last || !std::isfinite(choice.factor) || choice.factor == 0)
+      throw Error::in_field("--columns", spec, "HEADER:name_unit*FACTOR with a number that is not zero");
+    to.resize(star);
+  }
+  const Heading wanted = parse_heading(to);
+  choice.name = wanted.name;
+  choice.unit = wanted.unit != nullptr ? wanted.unit : h.foreign ? h.unit : nullptr;
+  if (wanted.unit == nullptr && choice.unit != nullptr && wanted.text.find('_', 1) != std::string::npos)
+    choice.unit = nullptr;  // "x_furlong" asks for a unit that is not known
+  return choice;
+}
+
+}  // namespace whirl::io::detail
