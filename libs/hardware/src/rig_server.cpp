@@ -290,7 +290,9 @@ void RigServer::tick() {
   if (started_ || expired_) {
     rest_.reset();
   } else if (live && !rest_) {
-    rest_.emplace(rest_tables_, rig::RigRun{options_.run.seed, {}});
+    rig::RigRun run = frame_by_frame(options_.run, ratio_);
+    std::erase_if(run.faults, [](const rig::ScriptedFault& f) { return f.start >= 0; });
+    rest_.emplace(rest_tables_, run);
   }
   const Command force{k * command_.volts[0], k * command_.volts[1]};
   if (rest_) rest_->write(live ? force : Command{});

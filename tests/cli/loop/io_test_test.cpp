@@ -155,6 +155,21 @@ TEST_F(IoTestE2e, AChannelThatIsNotFitIsNamed) {
   }
 }
 
+// In the run itself the first turns of a dead actuator look like another unbalance.
+TEST_F(IoTestE2e, AnActuatorThatIsDeadFromTheBeginningIsNamed) {
+  folder.write("rig.toml", kRig);
+  for (const std::string axis : {"y", "x", "both"}) {
+    folder.write("faults.toml", "[[fault]]\nkind = \"actuator_loss\"\naxis = \"" + axis + "\"\nstart_s = -1\n");
+    const Served served(folder, "--lockstep --rig rig.toml --faults faults.toml");
+    const Outcome o = folder.whirl("io test --io io.toml --seconds 1 --excite-N 0.5");
+    EXPECT_EQ(o.exit_code, 1) << o.err;
+    for (const std::string name : {"x", "y"}) {
+      const bool told = o.err.find(name + ": the excitation explains") != std::string::npos;
+      EXPECT_EQ(told, axis == name || axis == "both") << axis << "\n" << o.err;
+    }
+  }
+}
+
 TEST_F(IoTestE2e, BadInputIsRefused) {
   EXPECT_EQ(folder.whirl("io test").exit_code, 2);
   folder.write("io.toml", "[board]\naddress = \"127.0.0.1:9\"\n[sensor.x]\nanalog = 0\n[sensor.y]\nanalog = 1\n");
