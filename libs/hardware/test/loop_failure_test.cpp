@@ -1,8 +1,11 @@
 // What is thrown in the thread of the loop: operator new of this program fails there on demand.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <new>
 #include <thread>
@@ -83,6 +86,43 @@ TEST(LoopFailure, AnExceptionOfWhoLooksAtTheCyclesIsToldAtTheEnd) {
   EXPECT_EQ(error, "the disk is full");
   EXPECT_GT(seen, 100) << "it ran on";
   EXPECT_TRUE(at_zero);
+}
+
+/// Has a clock of its own, which runs from the first command on; then a tick for each command.
+struct AnsweringBoard : rt::Board {
+  AnsweringBoard() : fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC | EFD_SEMAPHORE)) {}
+  ~AnsweringBoard() override { ::close(fd_); }
+  bool read(rt::BoardReading& out) noexcept override {
+    std::uint64_t count = 0;
+    if (::read(fd_, &count, sizeof count) != sizeof count) return false;
+    tick_ += static_cast<std::uint32_t>(count);
+    out = {.tick = tick_, .beta = 0.05 * tick_, .omega = 50, .analog = {3, 3, 0, 0}};
+    out.done = tick_ > 400;
+    return true;
+  }
+  void write(const rt::BoardCommand&) noexcept override {
+    const std::uint64_t ticks = tick_ == 0 ? 2 : 1;
+    (void)!::write(fd_, &ticks, sizeof ticks);
+  }
+  bool connected() const noexcept override { return true; }
+  int descriptor() const noexcept override { return fd_; }
+  int fd_;
+  std::uint32_t tick_ = 0;
+};
+
+// Neither its first tick nor one after its last is waited for in vain: that would cost the watchdog's time, 10 s here.
+TEST(LoopEnd, ARunOverWiresWaitsForNoTickThatCannotCome) {
+  IoSettings io;
+  io.realtime = {.priority = 0, .lock_memory = false, .no_deep_idle = false};
+  io.watchdog = 10;
+  io.hardware.stuck = 0;
+  io.hardware.board_timeout = io.watchdog;
+  for (rt::PositionInput& p : io.hardware.position) p.analog = 0;
+  rt::HardwareRig rig(io.hardware, std::make_unique<AnsweringBoard>());
+  const auto start = std::chrono::steady_clock::now();
+  const LoopOutcome out = run_loop(io, rig, nullptr, {});
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 8);
+  EXPECT_EQ(out.reason, "the run is over");
 }
 
 }  // namespace
