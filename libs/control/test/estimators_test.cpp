@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
+#include <map>
 #include <random>
 
 #include "whirl/control/method.hpp"
@@ -86,6 +88,11 @@ TEST(DifferentiatorReference, OneExplicitStepByHand) {
   EXPECT_NEAR(above.x, 0.375, 1e-15);
   EXPECT_NEAR(below.explicit_step(2, 0.25), 1.6, 1e-15);
   EXPECT_NEAR(below.x, 1.875, 1e-15);
+  RobustDifferentiator near{4, 0.25, 0.5}, there{4, 1, 0.5};
+  EXPECT_NEAR(near.explicit_step(0, 0.25), -0.6, 1e-15);
+  EXPECT_NEAR(near.x, 0, 1e-15);
+  EXPECT_EQ(there.explicit_step(1, 0.25), 0.5) << "on the signal nothing pulls";
+  EXPECT_NEAR(there.x, 1.125, 1e-15);
 }
 
 // Both axes alone, the first velocity that of a steady whirl, and the same again after a reset.
@@ -130,21 +137,29 @@ TEST(EstimatorCatalogue, SaysWhatEachEstimatorKnows) {
 TEST(EstimatorCatalogue, MakesWhatItsNameSays) {
   ControllerDesign design;
   design.sample_time = kH;
-  const auto second = [&](const char* name, const std::map<std::string, double>& values) {
+  const std::array<double, 4> signal{0, 2e-5, 4e-5, 5e-5};
+  const auto last = [&](const char* name, const std::map<std::string, double>& values) {
     AnyEstimator made = estimator_entry(name).make(design, values);
     DiskMotion s;
-    for (const double z : {0.0, 1e-3}) {
+    for (const double z : signal) {
       EstimatorInput in;
       in.z = z;
       s = std::visit([&](auto& e) { return e.step(in); }, made);
     }
     return s.v.real();
   };
-  RobustDifferentiator by_hand{30, 0, 0}, implicit{30, 0, 0};
-  EXPECT_EQ(second("red", {{"derivative_rate", 30}}), by_hand.explicit_step(1e-3, kH));
-  EXPECT_EQ(second("red_implicit", {{"derivative_rate", 30}}), implicit.implicit_step(1e-3, kH));
-  EXPECT_NEAR(second("difference", {}), 1, 1e-12);
-  EXPECT_NEAR(second("lpf", {{"cutoff", 100}}), 1 - std::exp(-0.2 * std::numbers::pi), 1e-12);
+  RobustDifferentiator explicitly{30, 0, 0}, implicitly{30, 0, 0};
+  double v = 0, w = 0, q = std::exp(-0.2 * std::numbers::pi), low_passed = 0;
+  for (std::size_t k = 1; k < signal.size(); ++k) {
+    v = explicitly.explicit_step(signal[k], kH);
+    w = implicitly.implicit_step(signal[k], kH);
+    low_passed = q * low_passed + (1 - q) * (signal[k] - signal[k - 1]) / kH;
+  }
+  ASSERT_NE(v, w);
+  EXPECT_EQ(last("red", {{"derivative_rate", 30}}), v);
+  EXPECT_EQ(last("red_implicit", {{"derivative_rate", 30}}), w);
+  EXPECT_NEAR(last("difference", {}), 0.01, 1e-12);
+  EXPECT_NEAR(last("lpf", {{"cutoff", 100}}), low_passed, 1e-12);
 }
 
 /// A rotor turning at constant speed: simulated at the sensor instants with fine steps.
