@@ -72,14 +72,22 @@ io::Json to_document(const modal::OperationalModes& found) {
 
 struct Options {
   std::vector<std::string> files, figures;
-  std::string out, method = "ssi-data";
+  std::string out, method = "ssi-data", merge;
   int orders = -1;  // not stated: none to subtract, the first one to use
   RecordOptions record;
   modal::OmaOptions oma;
 };
 
+modal::OperationalModes join_before(const Options& o, const modal::OmaOptions& options) {
+  std::vector<Recording> records;
+  for (const std::string& file : o.files) records.push_back(o.record.read(file));
+  return modal::identify_joint(records, options);
+}
+
 void run_oma(const Options& o, Session& session) {
   require_json_name(o.out);
+  if (o.merge == "pre" && o.method != "ssi-data" && o.method != "ssi-cov")
+    throw Error::in_field("--merge", o.merge, "--method ssi-data or ssi-cov with it, or --merge post");
   if (o.method == "efdd") {
     if (o.files.size() > 1)
       throw Error::in_field("FILES", fmt::format("{} files", o.files.size()), "one record with --method efdd");
@@ -95,9 +103,12 @@ void run_oma(const Options& o, Session& session) {
     return modal::identify_orders(
         record, {.orders = o.orders < 0 ? 1 : o.orders, .band_low = options.band_low, .band_high = options.band_high});
   };
-  std::vector<modal::OperationalModes> setups;
-  for (const std::string& file : o.files) setups.push_back(identify(o.record.read(file)));
-  const modal::OperationalModes found = setups.size() == 1 ? setups.front() : modal::merge_setups(setups);
+  const modal::OperationalModes found = [&] {
+    if (o.merge == "pre") return join_before(o, options);
+    std::vector<modal::OperationalModes> setups;
+    for (const std::string& file : o.files) setups.push_back(identify(o.record.read(file)));
+    return setups.size() == 1 ? setups.front() : modal::merge_setups(setups);
+  }();
   report::Table table;
   table.caption = "Modes under operational excitation";
   table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
@@ -158,7 +169,8 @@ void add_oma(CommandLine& app, Session& session) {
   CommandLine* sub = add_command(
       app, session, "oma", "Modes from records under operation: the force is not measured",
       "Input: a record of responses of one quantity (accelerations, velocities or displacements) under broad-band\n"
-      "excitation; several records are set-ups that share channel names (reference sensors).\n"
+      "excitation; several records are set-ups that share channel names (reference sensors): --merge pre makes one\n"
+      "model of them, --merge post joins the modes of each.\n"
       "Output: frequencies (Hz) and damping ratios (%) with standard deviations, shapes in the JSON; tones of the\n"
       "running speed are told from modes, subtracted and listed apart.\n\n"
       "Example: whirl oma ambient.csv --out modes.json --figure shapes.svg\n"
@@ -173,6 +185,11 @@ void add_oma(CommandLine& app, Session& session) {
                   "(beta_rad), of "
                   "which --orders says how many")
       ->one_of({"ssi-cov", "ssi-data", "efdd", "orders"});
+  sub->add_option(
+         "--merge", o->merge,
+         "several set-ups: post (default), modes of each set-up joined by their shared channels, or pre, one "
+         "model of all records (PreGER): sharper where modes lie close, but the structure must not have changed")
+      ->one_of({"post", "pre"});
   sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band");
   sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band");
   sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels");

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "pooled_estimate.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/oma.hpp"
 #include "whirl/modal/poles.hpp"
@@ -13,9 +14,53 @@ using Eigen::Index;
 using Eigen::VectorXcd;
 using Complex = std::complex<double>;
 
+namespace {
+
+using Seen = std::vector<const OperationalMode*>;  // one mode as each set-up shows it
+
+// Frequencies and damping as means over the set-ups. Warming moves all frequencies by about one factor, so that all
+// modes together show what a single one does not.
+void pool_setups(const std::vector<Seen>& seen, OperationalModes& merged) {
+  std::vector<std::vector<Estimate>> frequency, damping;
+  double squares = 0, freedom = 0, relative2 = 0;
+  for (const Seen& one : seen) {
+    frequency.emplace_back();
+    damping.emplace_back();
+    for (const OperationalMode* mode : one) {
+      frequency.back().push_back(mode->frequency);
+      damping.back().push_back(mode->damping);
+    }
+    const PooledEstimate pooled = pool(frequency.back());
+    squares += pooled.squares;
+    freedom += static_cast<double>(one.size()) - 1;
+    relative2 += std::pow(pooled.between / pooled.mean.value, 2) / static_cast<double>(seen.size());
+  }
+  const bool together = !seen.empty() && chance_of(squares, freedom) < 0.01;
+  for (std::size_t m = 0; m < merged.modes.size(); ++m) {
+    const double between = together ? std::sqrt(relative2) * merged.modes[m].frequency.value : 0;
+    const PooledEstimate pooled = pool(frequency[m], 20, between);
+    merged.modes[m].frequency = pooled.mean;
+    merged.modes[m].damping = pool(damping[m]).mean;
+    if (!together && pooled.probability * static_cast<double>(merged.modes.size()) < 0.005)
+      merged.summary.warn(fmt::format(
+          "mode at {:.5g} Hz: its frequency differs between the set-ups by {:.2g} % (sd), beyond its errors; "
+          "listed is the mean, with that in its interval",
+          pooled.mean.value, 100 * pooled.between / pooled.mean.value));
+  }
+  if (together)
+    merged.summary.warn(fmt::format(
+        "frequencies differ between the set-ups by {:.2g} % (sd), beyond their errors: the structure changed "
+        "from one to the next; listed are the means, with that in their intervals",
+        100 * std::sqrt(relative2)));
+}
+
+}  // namespace
+
 OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
   if (setups.empty()) throw Error("no set-ups to merge");
   OperationalModes merged = setups.front();
+  std::vector<Seen> seen;
+  for (const OperationalMode& mode : setups.front().modes) seen.push_back({&mode});
   for (std::size_t s = 1; s < setups.size(); ++s) {
     const OperationalModes& next = setups[s];
     std::vector<std::pair<Index, Index>> shared;  // channel of merged, of next
@@ -30,6 +75,7 @@ OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
     }
     if (shared.empty()) throw Error(fmt::format("set-up {} shares no channel name with those before it", s + 1));
     std::vector<OperationalMode> kept;
+    std::vector<Seen> kept_seen;
     for (const OperationalMode& mode : merged.modes) {
       const OperationalMode* best = nullptr;
       double score = -INFINITY;
@@ -57,15 +103,12 @@ OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
       joined.shape.conservativeResize(mode.shape.size() + static_cast<Index>(added.size()));
       for (std::size_t i = 0; i < added.size(); ++i)
         joined.shape[mode.shape.size() + static_cast<Index>(i)] = factor * best->shape[added[i]];
-      const auto mean = [](const Estimate& x, const Estimate& z) {
-        const double wx = 1 / (x.sd * x.sd), wz = 1 / (z.sd * z.sd);
-        return Estimate::from_sd((wx * x.value + wz * z.value) / (wx + wz), 1 / std::sqrt(wx + wz));
-      };
-      joined.frequency = mean(mode.frequency, best->frequency);
-      joined.damping = mean(mode.damping, best->damping);
       kept.push_back(std::move(joined));
+      kept_seen.push_back(seen[static_cast<std::size_t>(&mode - merged.modes.data())]);
+      kept_seen.back().push_back(best);
     }
     merged.modes = std::move(kept);
+    seen = std::move(kept_seen);
     for (const Index c : added) merged.channels.push_back(next.channels[static_cast<std::size_t>(c)]);
     for (const Tone& tone : next.tones) {
       if (std::none_of(merged.tones.begin(), merged.tones.end(), [&](const Tone& t) {
@@ -76,6 +119,7 @@ OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
     }
     for (const auto& warning : next.summary.warnings) merged.summary.warn(fmt::format("set-up {}: {}", s + 1, warning));
   }
+  if (setups.size() > 1) pool_setups(seen, merged);
   for (OperationalMode& mode : merged.modes) {
     Index largest = 0;
     mode.shape.cwiseAbs().maxCoeff(&largest);

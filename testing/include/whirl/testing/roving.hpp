@@ -22,9 +22,10 @@ struct RovingOptions {
   double noise = 0.005;          ///< of rms |H|, or of |H(f)| when proportional
   bool proportional = false;
   double common_noise =
-      0;                ///< relative error of the force spectrum per line, one draw for all responses to a reference
-  int modes_above = 3;  ///< modes above the band, the first 5 % above it
-  bool hysteretic = false;  ///< k (1 + i eta), eta = 2 zeta, instead of viscous damping
+      0;  ///< relative error of the force spectrum per line, one draw for all responses to a reference
+  double reference_shift = 0;  ///< relative, of all frequencies under every reference after the first
+  int modes_above = 3;         ///< modes above the band, the first 5 % above it
+  bool hysteretic = false;     ///< k (1 + i eta), eta = 2 zeta, instead of viscous damping
   double damping_low = 0.003, damping_high = 0.015;
   FrfKind kind = FrfKind::accelerance;
   unsigned seed = 1;
@@ -68,7 +69,8 @@ inline Roving make_roving(const RovingOptions& o) {
       channel.reference = "h" + std::to_string(r);
       channel.value = Eigen::VectorXcd::Zero(lines);
       for (std::size_t k = 0; k < f.size(); ++k) {
-        const double w0 = 2 * std::numbers::pi * f[k] * (1 + o.frequency_scatter * normal(random));
+        const double w0 = 2 * std::numbers::pi * f[k] * (1 + o.frequency_scatter * normal(random)) *
+                          (r > 0 ? 1 + o.reference_shift : 1);
         const double zeta = z[k] * (1 + o.damping_scatter * normal(random));
         const double gain = shape[k][static_cast<std::size_t>(p)] * shape[k][static_cast<std::size_t>(o.responses + r)];
         for (Eigen::Index i = 0; i < lines; ++i) {

@@ -60,6 +60,14 @@ struct OperationalModes {
 /// must be of one quantity. Throws Error for too short records.
 OperationalModes identify_operational(const Recording& recording, const OmaOptions& options = {});
 
+/// One model of several set-ups (PreGER): records of one rate that share channels (by name) and each have channels of
+/// their own. Correlations with the shared ones are brought to one excitation before the identification, so size and
+/// direction of the forces may differ from set-up to set-up; the structure may not, and a warning names the modes whose
+/// frequencies do differ. Shapes hold the shared channels first, then those of each set-up (Mevel, Basseville,
+/// Benveniste and Goursat, 2002; Doehler and Mevel, 2012). Throws Error without a shared channel, for records of
+/// differing rates or quantities, and for too short ones.
+OperationalModes identify_joint(const std::vector<Recording>& setups, const OmaOptions& options = {});
+
 /// Joins set-ups of which each shares channels (by name) with the first (PoSER): frequencies and damping are means
 /// weighted by variance, shapes are scaled on the shared channels. Modes seen in one set-up only are left out, with a
 /// warning. Throws Error when a set-up shares no channel.
