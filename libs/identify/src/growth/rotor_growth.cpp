@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -125,6 +126,7 @@ class Grower {
   }
   bool step();
   void try_bow();
+  bool beyond_doubt(const Growth& less) const;
   void prune();
   void find_others();
   void warn_of_missing(const ScoreTest& test);
@@ -217,12 +219,33 @@ void Grower::try_bow() {
   grown_.added.push_back(kBow);
 }
 
+/// The parameters that `less` lacks are so many deviations from 0 that no fit without them needs to be tried. A term
+/// that another one replaces has wide deviations beside it.
+bool Grower::beyond_doubt(const Growth& less) const {
+  constexpr double kFar = 25;  // times the threshold
+  const std::vector<Parameter> kept =
+      parameter_list(static_cast<int>(records_.size()), less.active, static_cast<int>(less.start.modes.size()));
+  std::vector<Eigen::Index> dropped;
+  for (std::size_t j = 0; j < fit_.names.size(); ++j) {
+    if (std::ranges::none_of(kept, [&](const Parameter& q) { return q.name == fit_.names[j]; }))
+      dropped.push_back(static_cast<Eigen::Index>(j));
+  }
+  if (dropped.empty()) return false;
+  const Eigen::VectorXd value = fit_.values(dropped);
+  const Eigen::MatrixXd spread = std::max(1.0, fit_.summary.chi_square) * fit_.covariance(dropped, dropped);
+  return value.dot(spread.ldlt().solve(value)) > kFar * options_.score_threshold;
+}
+
 /// Takes out terms that stood in for one that came later.
 void Grower::prune() {
   if (taken_.size() < 2) return;
   bool changed = false;
   for (auto at = taken_.begin(); at != taken_.end();) {
     const std::optional<Growth> less = without_term(growth_, at->term);
+    if (less && beyond_doubt(*less)) {
+      ++at;
+      continue;
+    }
     OutputErrorFit without;
     if (less) without = fit_from_either(*less, at->before);
     if (!less || without.summary.status == Status::unusable ||

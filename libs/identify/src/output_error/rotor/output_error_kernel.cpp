@@ -164,8 +164,16 @@ struct Stepper {
 Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
                                       const Eigen::MatrixXcd& profile, const TermForces& terms, double dt, Complex z0,
                                       Complex dz0) {
-  constexpr int kNarrow = 16, kWide = 24;
   Sensitivities out;
+  main_mode_sensitivities(model, eps, forcing, profile, terms, dt, z0, dz0, out);
+  return out;
+}
+
+void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
+                             const Eigen::MatrixXcd& profile, const TermForces& terms, double dt, Complex z0,
+                             Complex dz0, Sensitivities& out) {
+  constexpr int kNarrow = 16, kWide = 24;
+  out.finite = true;
   const Eigen::Index n = (forcing.size() + 1) / 2;
   const auto needed = kProfile + profile.cols() + static_cast<Eigen::Index>(terms.terms.size());
   const int lanes = needed <= kNarrow ? kNarrow : needed <= kWide ? kWide : kMostLanes;
@@ -187,7 +195,6 @@ Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, cons
   } else {
     run.template operator()<kMostLanes>();
   }
-  return out;
 }
 
 MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, const TermForces& terms,

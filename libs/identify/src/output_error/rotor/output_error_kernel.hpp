@@ -53,11 +53,14 @@ constexpr int kMostLanes = 32;
 
 /// RK4 of the main mode and its sensitivities. `forcing`: F on the half grid (2 N - 1). `profile`: derivative of F by
 /// the angle corrections on the half grid, one column each (may have none); then follows one lane for each of `terms`.
-/// z0, dz0: initial state. At most kMostLanes lanes.
+/// z0, dz0: initial state. At most kMostLanes lanes. The second form writes into `out` and keeps its memory.
 Sensitivities main_mode_sensitivities(const RotorModel& model, std::complex<double> eps,
                                       const Eigen::VectorXcd& forcing, const Eigen::MatrixXcd& profile,
                                       const TermForces& terms, double dt, std::complex<double> z0,
                                       std::complex<double> dz0);
+void main_mode_sensitivities(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
+                             const Eigen::MatrixXcd& profile, const TermForces& terms, double dt,
+                             std::complex<double> z0, std::complex<double> dz0, Sensitivities& out);
 /// The motion alone.
 MainMotion main_mode(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
                      const TermForces& terms, double dt, std::complex<double> z0, std::complex<double> dz0);

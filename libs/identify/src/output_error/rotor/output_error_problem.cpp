@@ -41,23 +41,24 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
     const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
     const TermForces forces{p.terms, record.angle.omega, m.t0, known_force(r)};
-    Sensitivities motion = main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile,
-                                                   forces, m.dt, record.z0, record.dz0);
-    if (!motion.finite) {
+    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces, m.dt, record.z0,
+                            record.dz0, motion_);
+    if (!motion_.finite) {
       sum.cost = INFINITY;
       return;
     }
-    record.main = std::move(motion.motion.z);
-    record.main_rate = std::move(motion.motion.v);
+    record.main = motion_.motion.z;
+    record.main_rate = motion_.motion.v;
     const Eigen::VectorXd left = residual(p, r, record);
     std::vector<Eigen::Index> unknowns;
     for (Eigen::Index j = 0; j < size(); ++j) {
       const int owner = parameters_[static_cast<std::size_t>(j)].record;
       if (owner < 0 || owner == static_cast<int>(r)) unknowns.push_back(j);
     }
-    const Eigen::MatrixXd slopes = jacobian(p, r, motion, unknowns);
-    SquareSum run{left.squaredNorm(), Eigen::MatrixXd::Zero(slopes.cols(), slopes.cols()), slopes.transpose() * left};
-    run.normal.selfadjointView<Eigen::Lower>().rankUpdate(slopes.transpose());
+    jacobian(p, r, unknowns);
+    SquareSum run{left.squaredNorm(), Eigen::MatrixXd::Zero(slopes_.cols(), slopes_.cols()),
+                  slopes_.transpose() * left};
+    run.normal.selfadjointView<Eigen::Lower>().rankUpdate(slopes_.transpose());
     add_run(run, unknowns, sum);
     if (!std::isfinite(sum.cost)) return;
   }
@@ -143,32 +144,50 @@ void OutputErrorProblem::start_state(Point& p) {
   }
 }
 
-/// Whitened derivatives of the readings of record r, x above y.
-Eigen::MatrixXd OutputErrorProblem::jacobian(const Point& p, std::size_t r, const Sensitivities& motion,
-                                             const std::vector<Eigen::Index>& unknowns) const {
+/// Whitened derivatives of the readings of record r, x above y, into slopes_.
+void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns) {
   const Signals& s = signals_[r];
   const Eigen::VectorXcd& z = p.records[r].main;
   const Eigen::Index n = z.size();
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
-  Eigen::MatrixXd slopes(2 * n, static_cast<Eigen::Index>(unknowns.size()));
+  slopes_.resize(2 * n, static_cast<Eigen::Index>(unknowns.size()));
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> integrated;  // column, lane
   for (std::size_t c = 0; c < unknowns.size(); ++c) {
     const Parameter& q = parameters_[static_cast<std::size_t>(unknowns[c])];
-    auto x = slopes.col(static_cast<Eigen::Index>(c)).head(n), y = slopes.col(static_cast<Eigen::Index>(c)).tail(n);
+    const auto column = static_cast<Eigen::Index>(c);
+    auto x = slopes_.col(column).head(n), y = slopes_.col(column).tail(n);
     if (q.kind == Kind::lane || q.kind == Kind::term) {
-      const Eigen::Index lane = q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index;
-      x = motion.dx.col(lane);
-      y = (1 + p.sensor.gain) * motion.dy.col(lane) + p.sensor.angle * motion.dx.col(lane);
+      integrated.emplace_back(column, q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index);
     } else if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
       x.setZero();
-      y = q.kind == Kind::sensor_gain ? Eigen::VectorXd(z.imag()) : Eigen::VectorXd(z.real());
+      if (q.kind == Kind::sensor_gain) {
+        y = z.imag();
+      } else {
+        y = z.real();
+      }
     } else {
       const Eigen::VectorXcd& g = beside(s, q, ones);
-      x = q.imaginary ? Eigen::VectorXd(-g.imag()) : Eigen::VectorXd(g.real());
-      y = q.imaginary ? Eigen::VectorXd(g.real()) : Eigen::VectorXd(g.imag());
+      if (q.imaginary) {
+        x = -g.imag();
+        y = g.real();
+      } else {
+        x = g.real();
+        y = g.imag();
+      }
     }
   }
-  filters_[r].apply(slopes);
-  return slopes;
+  // The lanes of a sample lie together: turned in blocks that fit the first cache.
+  constexpr Eigen::Index kBlock = 128;
+  const double gain = 1 + p.sensor.gain, angle = p.sensor.angle;
+  for (Eigen::Index at = 0; at < n; at += kBlock) {
+    const Eigen::Index rows = std::min(kBlock, n - at);
+    for (const auto& [column, lane] : integrated) {
+      const auto dx = motion_.dx.col(lane).segment(at, rows), dy = motion_.dy.col(lane).segment(at, rows);
+      slopes_.col(column).segment(at, rows) = dx;
+      slopes_.col(column).segment(n + at, rows) = gain * dy + angle * dx;
+    }
+  }
+  filters_[r].apply(slopes_);
 }
 
 }  // namespace whirl::identification::detail

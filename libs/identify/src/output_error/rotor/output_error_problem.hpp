@@ -61,8 +61,7 @@ class OutputErrorProblem {
   }
   const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
   Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
-  Eigen::MatrixXd jacobian(const Point& p, std::size_t r, const Sensitivities& motion,
-                           const std::vector<Eigen::Index>& unknowns) const;
+  void jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns);
 
   const std::vector<RotorRecord>& measured_;
   const OutputErrorOptions& options_;
@@ -70,6 +69,9 @@ class OutputErrorProblem {
   std::vector<Parameter> parameters_;
   std::vector<Signals> signals_;
   std::vector<ResidualFilter> filters_;
+  // Megabytes each; kept from one step to the next.
+  Sensitivities motion_;
+  Eigen::MatrixXd slopes_;
 };
 
 }  // namespace whirl::identification::detail
