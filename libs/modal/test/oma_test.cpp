@@ -5,6 +5,7 @@
 
 #include "whirl/modal/poles.hpp"
 #include "whirl/testing/ambient.hpp"
+#include "whirl/testing/damaged_channels.hpp"
 
 namespace {
 
@@ -53,6 +54,42 @@ TEST(OmaProperty, FiveAmbientRecordsShowEveryModeAndBothTones) {
   // 40 intervals at 95 %.
   EXPECT_GE(score.frequency, 34);
   EXPECT_GE(score.damping, 34);
+}
+
+// A channel that is cut off, stands still or is full of spikes makes up to ten false modes unless it is noticed.
+TEST(OmaProperty, SpoiledChannelsAreNamedAndMakeNoMode) {
+  using whirl::testing::ChannelDamage;
+  for (const ChannelDamage damage :
+       {ChannelDamage::clipped, ChannelDamage::frozen, ChannelDamage::zeros, ChannelDamage::spikes}) {
+    Score score;
+    for (unsigned seed = 1; seed <= 8; ++seed) {
+      auto truth =
+          make_ambient({.frequency = {4, 9, 17}, .channels = 4, .tones = {}, .structure = seed, .seed = 60 + seed});
+      const std::string channel = whirl::testing::spoil_channel(truth.recording, damage, seed);
+      const OperationalModes found = identify_operational(truth.recording);
+      add(truth, found, score);
+      const auto names = [&](const std::string& w) { return w.find("channel " + channel + ":") != std::string::npos; };
+      EXPECT_TRUE(std::any_of(found.summary.warnings.begin(), found.summary.warnings.end(), names))
+          << static_cast<int>(damage) << " seed " << seed;
+    }
+    EXPECT_LE(score.extra, 2) << static_cast<int>(damage);  // as of sound records
+    EXPECT_GE(score.found, 23) << static_cast<int>(damage);
+    EXPECT_GE(score.frequency, 20) << static_cast<int>(damage);
+    EXPECT_GE(score.damping, 20) << static_cast<int>(damage);
+  }
+}
+
+TEST(OmaProperty, SoundRecordsHaveNoWarningAndClippedOnesAreUnusable) {
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    auto truth =
+        make_ambient({.frequency = {4, 9, 17}, .channels = 4, .tones = {}, .structure = seed, .seed = 90 + seed});
+    EXPECT_TRUE(identify_operational(truth.recording).summary.warnings.empty()) << seed;
+    for (whirl::Channel& c : truth.recording.channels) {
+      const double limit = 0.5 * c.samples.cwiseAbs().maxCoeff();
+      c.samples = c.samples.cwiseMin(limit).cwiseMax(-limit);
+    }
+    EXPECT_EQ(identify_operational(truth.recording).summary.status, whirl::Status::unusable) << seed;
+  }
 }
 
 TEST(Oma, SetUpsAreScaledOnTheirSharedChannels) {

@@ -38,6 +38,29 @@ Beside beside(const Eigen::VectorXd& v, const Run& r) {
 
 constexpr double kQuanta = 16;  // beyond the 12 of a parabola
 
+/// Whether single samples turn at exactly the same value again and again: a fast signal is cut off for no longer than a
+/// sample. Values near the limit that recur as often (a coarse converter, a tone at a simple share of the rate) are
+/// against it; the top of a sine takes 2.4 times the samples of the level below.
+bool turns_at(const ChannelCheck& c, double level, double least) {
+  constexpr Eigen::Index kTurns = 8, kOftener = 5;
+  const Eigen::VectorXd& v = c.samples;
+  Eigen::Index turns = 0;
+  for (Eigen::Index i = 1; i + 1 < v.size(); ++i)
+    turns += v[i] == level && c.usable[i] && std::abs(v[i - 1] - level) > least && std::abs(v[i + 1] - level) > least;
+  if (turns < kTurns) return false;
+  std::vector<double> near;
+  const double reach = 0.2 * (v.maxCoeff() - v.minCoeff());
+  for (Eigen::Index i = 0; i < v.size(); ++i)
+    if (c.usable[i] && v[i] != level && std::abs(v[i] - level) < reach) near.push_back(v[i]);
+  std::sort(near.begin(), near.end());
+  Eigen::Index most = 1;
+  for (std::size_t i = 0, begin = 0; i < near.size(); ++i) {
+    if (near[i] != near[begin]) begin = i;
+    most = std::max<Eigen::Index>(most, static_cast<Eigen::Index>(i - begin) + 1);
+  }
+  return static_cast<Eigen::Index>(near.size()) > turns && turns > kOftener * most;
+}
+
 void find_clipping(ChannelCheck& c, const std::vector<Run>& runs, bool upper) {
   const double level = upper ? c.samples.maxCoeff() : c.samples.minCoeff();
   const double least = std::max(kQuanta * c.quantum, 1e-9 * c.spread);
@@ -48,7 +71,7 @@ void find_clipping(ChannelCheck& c, const std::vector<Run>& runs, bool upper) {
     const double moves = std::min(b.has_before ? b.before : b.after, b.has_after ? b.after : b.before);
     if (moves > least) evidence += r.length;
   }
-  if (evidence < 4) return;
+  if (evidence < 4 && !turns_at(c, level, least)) return;
   Eigen::Index count = 0, first = -1, last = 0;
   for (Eigen::Index i = 0; i < c.samples.size(); ++i) {
     if (c.samples[i] != level || !c.usable[i]) continue;
@@ -74,7 +97,6 @@ void find_flat(ChannelCheck& c) {
     if (end - i > 1 && c.usable[i]) runs.push_back({i, end - i});
     i = end;
   }
-  if (runs.empty()) return;
   const double high = v.maxCoeff(), low = v.minCoeff();
   const double least = std::max(kQuanta * c.quantum, 1e-9 * c.spread);
   constexpr Eigen::Index kShortest = 12, kShortestAtEnd = 50;

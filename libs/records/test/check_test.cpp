@@ -240,6 +240,32 @@ Recording clean_record(unsigned seed, std::string& kind) {
 }
 
 // Fewer than 1 % of sound records are found fault with.
+// Four to five samples a period: a limit holds single samples, never two in a row.
+TEST(RecordCheck, FastSignalsAreCutOffForSingleSamples) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  Recording record;
+  record.dt = 1e-2;
+  Eigen::VectorXd clean(8000), coarse(8000), shares(8000);
+  std::complex<double> q;
+  for (Eigen::Index i = 0; i < clean.size(); ++i) {
+    q = std::polar(0.97, kTurn * 0.22) * q + normal(random);
+    clean[i] = q.real();
+    const auto t = static_cast<double>(i);
+    coarse[i] = std::round(20 * std::sin(kTurn * 0.2137 * t + 0.3)) / 20;
+    shares[i] = std::sin(kTurn * 0.2 * t + 0.1);  // every value comes back after five samples
+  }
+  Eigen::VectorXd cut = clean.cwiseMin(0.6 * clean.maxCoeff());
+  for (const auto& [name, v] : {std::pair{"clean", clean}, {"coarse", coarse}, {"shares", shares}, {"cut", cut}})
+    record.add(name, Quantity::acceleration, v);
+  const RecordReport report = check(record);
+  for (const char* name : {"clean", "coarse", "shares"})
+    EXPECT_EQ(report.find(FindingKind::clipping, name), nullptr) << name << "\n" << all(report);
+  const Finding* f = report.find(FindingKind::clipping, "cut");
+  ASSERT_NE(f, nullptr) << all(report);
+  EXPECT_EQ(f->samples, (cut.array() == cut.maxCoeff()).count());
+}
+
 TEST(RecordCheckProperty, SoundRecordsRaiseNoAlarm) {
   std::map<std::string, int> alarms;
   int total = 0, records = 400;

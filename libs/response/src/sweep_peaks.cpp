@@ -110,15 +110,13 @@ PeakCurve peak_over_force(const PeriodicSystem& system, const Eigen::VectorXd& f
   out.force = force;
   out.up = out.down = out.largest = Eigen::VectorXd::Constant(force.size(), std::numeric_limits<double>::quiet_NaN());
   out.jump_from = std::numeric_limits<double>::quiet_NaN();
+  std::vector<double> ended;
   for (Eigen::Index k = 0; k < force.size(); ++k) {
     if (!(force[k] > 0)) throw Error::in_field("force", fmt::format("{:g}", force[k]), "positive");
     const ResponseCurve curve = response_curve(system, Parameter::speed, force[k], options);
     if (curve.points.size() < 2 ||
         std::abs(curve.value(curve.points.back()) - options.to) > 1e-9 * std::abs(options.to)) {
-      out.summary.warn(
-          fmt::format("at {:.4g} times the forcing the curve does not reach the end of the range: no peak "
-                      "is given there",
-                      force[k]));
+      ended.push_back(force[k]);
       continue;
     }
     const std::vector<ResponseCurve> others = other_branches(system, curve, force[k], options);
@@ -129,6 +127,11 @@ PeakCurve peak_over_force(const PeriodicSystem& system, const Eigen::VectorXd& f
     for (const CurvePoint& p : curve.points) out.largest[k] = std::max(out.largest[k], amplitude(p.solution));
     if (peak.jumps && std::isnan(out.jump_from)) out.jump_from = force[k];
   }
+  if (!ended.empty())
+    out.summary.warn(
+        fmt::format("for {} of {} sizes of the forcing, from {:.4g} to {:.4g}, the curve does not reach the end of the "
+                    "range: no peak is given there",
+                    ended.size(), force.size(), ended.front(), ended.back()));
   return out;
 }
 

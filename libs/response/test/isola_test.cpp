@@ -203,6 +203,20 @@ TEST(Response, TheForceOfACurveScalesTheUnbalance) {
   EXPECT_GT(response_curve(free, Parameter::force, 110, o).points.size(), 10U);
 }
 
+// A softening spring lets go at large amplitude: curves of many forces end there, which is said once.
+TEST(Response, CurvesThatEndEarlyAreOneWarning) {
+  const IdentifiedModel model = model_of(
+      {"x", "v"}, {{"x'", {term("v", 1)}}, {"v'", {term("x", -1), term("x^3", 0.5), term("v", -0.1), term("u", 1)}}});
+  const PeriodicSystem system(model, {"u", 1});
+  CurveOptions o;
+  o.from = 0.1;
+  o.to = 3;
+  const PeakCurve peaks = peak_over_force(system, Eigen::VectorXd::LinSpaced(20, 0.05, 2), o,
+                                          [](const PeriodicSolution& s) { return std::abs(s.harmonic(0, 1)); });
+  EXPECT_GT(peaks.up.array().isNaN().count(), 1);
+  EXPECT_EQ(peaks.summary.warnings.size(), 1U);
+}
+
 // Duffing of one harmonic, hardening: a slow sweep upwards meets the top of the resonance, one downwards the value on
 // the other side of the lower fold; jumps begin at the known critical force.
 TEST(ResponseReference, PeaksOfSlowSweepsOverTheForce) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "usable_record.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
@@ -96,11 +97,12 @@ double prominence(const Eigen::VectorXd& first, Index k) {
 
 }  // namespace
 
-AmbientModes decompose_ambient(const Recording& recording, const FddOptions& options) {
-  recording.check();
+AmbientModes decompose_ambient(const Recording& given, const FddOptions& options) {
+  given.check();
+  AmbientModes result;
+  const Recording recording = usable_record(given, result.summary);
   const auto channels = static_cast<Index>(recording.channels.size());
   const Index block = block_of(recording, options);
-  AmbientModes result;
   for (const Channel& c : recording.channels) result.channels.push_back(c.name);
   Eigen::VectorXd window(block), lag_window = Eigen::VectorXd::Zero(block);
   for (Index i = 0; i < block; ++i)

@@ -9,6 +9,7 @@
 #include "responses.hpp"
 #include "subspace.hpp"
 #include "tones.hpp"
+#include "usable_record.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -39,9 +40,10 @@ VectorXcd changes_of(const SubspacePole& pole, const MatrixXd& u, const MatrixXd
 
 }  // namespace
 
-OperationalModes identify_operational(const Recording& recording, const OmaOptions& options) {
-  recording.check();
+OperationalModes identify_operational(const Recording& given, const OmaOptions& options) {
+  given.check();
   OperationalModes result;
+  const Recording recording = usable_record(given, result.summary);
   MatrixXd y = responses_of(recording, result);
   const double dt = recording.dt;
   const SubspaceBand band = subspace_band(options, dt);

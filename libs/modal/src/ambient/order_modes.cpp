@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "responses.hpp"
+#include "usable_record.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
@@ -228,10 +229,11 @@ void join(const Mode& mode, OperationalModes& result) {
 
 }  // namespace
 
-OperationalModes identify_orders(const Recording& recording, const OrderOptions& options) {
-  recording.check();
+OperationalModes identify_orders(const Recording& given, const OrderOptions& options) {
+  given.check();
   require_range("orders", options.orders, 1, 20);
   OperationalModes result;
+  const Recording recording = usable_record(given, result.summary);
   const MatrixXd y = responses_of(recording, result);
   const Quantity quantity = recording.at(result.channels.front()).quantity;
   const FrfKind kind = quantity == Quantity::acceleration ? FrfKind::accelerance
