@@ -4,6 +4,14 @@
 #include <cmath>
 
 namespace whirl::control {
+namespace {
+
+/// What supervision leaves of an acceleration that the law asks for.
+double taken_back(const Supervision& s, double asked, double forward, double own) noexcept {
+  return s.force * ((1 - s.own) * (forward + s.gain * (asked - forward)) + s.own * own);
+}
+
+}  // namespace
 
 Controller::Controller(const ControllerSettings& settings, const AnyEstimator& estimator, const AnyLaw& law,
                        const SampleGate& gate, const Runout& runout, const Supervisor& supervisor,
@@ -122,7 +130,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   if (watched.blend > 0) now.d += watched.blend * (product(watched.eps, in.forcing) - now.d);
   state_.effect = at_effect(now, m.omega);
   const DiskMotion& e = state_.effect;
-  const std::complex<double> d = settings_.feedforward ? e.d : std::complex<double>{};
+  const std::complex<double> d = (settings_.feedforward ? 1 : settings_.carried ? watched.blend : 0) * e.d;
   const std::complex<double> f = settings_.model.acceleration(e.z, e.v, settings_.cancel) + d;
   // The synchronous part of the force, which is not feedback.
   std::complex<double> forward = -d;
@@ -142,9 +150,9 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
         return std::pair{x, y};
       },
       law_);
-  if (watched.gain < 1 || watched.force < 1) {
-    ax.a = watched.force * (forward.real() + watched.gain * (ax.a - forward.real()));
-    ay.a = watched.force * (forward.imag() + watched.gain * (ay.a - forward.imag()));
+  if (watched.gain < 1 || watched.force < 1 || watched.own > 0) {
+    ax.a = taken_back(watched, ax.a, forward.real(), watched.damper.real() - e.d.real());
+    ay.a = taken_back(watched, ay.a, forward.imag(), watched.damper.imag() - e.d.imag());
   }
   state_.s = {ax.s, ay.s};
   state_.requested = {ax.a / settings_.gain, ay.a / settings_.gain};

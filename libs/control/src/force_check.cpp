@@ -10,9 +10,9 @@ namespace {
 constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
 constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
 constexpr double kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
-constexpr double kLeft = 0.2, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
+constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
 constexpr double kLateLeast = 0.6, kLateMost = 1.6;
-constexpr double kConfirm = 8e-3, kQuick = 2e-3, kEarly = 5e-3, kLarge = 2;
+constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 5e-3, kLarge = 2;
 
 double real_part(std::complex<double> a, std::complex<double> b) noexcept {
   return a.real() * b.real() + a.imag() * b.imag();
@@ -108,7 +108,9 @@ ForceFault ForceCheck::judge() noexcept {
   gain_time_ = gain ? gain_time_ + h : 0;
   late_time_ = late ? late_time_ + h : 0;
   const bool large = low < kReverse && rr > kLarge * kLarge * threshold_ * threshold_;
-  const double confirm = starting ? kEarly : large ? kQuick : kConfirm;
+  // An unbalance that doubles under a force that cancels it looks like a lost actuator at first.
+  const bool other = changed < kOther * rr && low > kReverse;
+  const double confirm = starting ? kEarly : large ? kQuick : other ? kUnclear : kConfirm;
   if (gain_time_ > confirm) return low < kReverse ? ForceFault::reversed : ForceFault::lost;
   return late_time_ > kConfirm ? ForceFault::late : ForceFault::none;
 }

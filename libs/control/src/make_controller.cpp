@@ -64,8 +64,9 @@ Controller make_controller(const ControllerDesign& design) {
   gate.range = v.at("sensor_range");
   gate.jump = v.at("jump_limit");
   s.supervise = v.at("supervise") > 0;
+  s.carried = !s.feedforward && !law_entry(design.law).cancels_synchronous;
   const Supervisor supervisor({s.model, s.eps, s.sample_time, v.at("watch_level"), v.at("watch_bandwidth"),
-                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance});
+                               s.feedforward && !estimator_entry(design.estimator).finds_disturbance, s.carried});
   return Controller(s, estimator_entry(design.estimator).make(design, v), law_entry(design.law).make(design, v), gate,
                     make_runout(v), supervisor, make_structure(v));
 }

@@ -12,15 +12,17 @@ constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloo
                  kFollow = 0.12;
 constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
                  kSaturationTime = 0.05;
-constexpr double kGrowing = 1.1, kLoud = 2, kFullWait = 0.03, kFullStart = 0.09;
+constexpr double kGrowing = 1.1, kLoud = 2, kOwnWait = 0.2, kFullStart = 0.09;
+constexpr double kSudden = 0.4, kKnown = 0.5;
 constexpr int kQuarter = 3;
+constexpr double kDamping = 0.3;  // of the natural frequency: 0.15 of critical
 constexpr double kWorse = 1.1, kTurning = 0.1, kDecayed = 0.8, kDecaying = 0.95, kFast = 3;
 
 /// `now` moved to `target` by at most `most`.
 double toward(double now, double target, double most) noexcept { return now + std::clamp(target - now, -most, most); }
 
 constexpr double kGains[] = {1, 1, 0.5, 0.25, 0, 0, 0};
-constexpr int kForceStep = 5, kTripStep = 6;
+constexpr int kOwnStep = 4, kForceStep = 5, kTripStep = 6;
 
 }  // namespace
 
@@ -58,9 +60,9 @@ void Supervisor::reset() noexcept {
   motion_ = {};
   synchronous_ = offset_ = {};
   eps_ = quiet_ = used_ = settings_.eps;
-  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = full_ = 0;
+  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = sudden_ = 0;
   gain_ = force_ = sensor_ = 1;
-  blend_ = 0;
+  blend_ = own_ = 0;
   steps_ = 0;
   reasons_ = 0;
   check_.reset();
@@ -111,16 +113,22 @@ void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
     used_ = phase || acts < 0.25 * given ? 0 : settings_.eps;
   }
   // An integrator of what is left: stable for phase errors of the force up to 90 degrees, less the observer's 15.
-  if (follow_ && steps_ == 0) used_ += (h / kFollow) * (now - used_);
-  if (follow_ || (steps_ > 0 && !settings_.fixed)) blend_ = toward(blend_, 1, h / kFade);
+  const bool quiet = steps_ >= kOwnStep && square_ < settings_.level * settings_.level;
+  if ((follow_ && steps_ == 0) || quiet) used_ += (h / kFollow) * (now - used_);
+  if (follow_ || steps_ >= kOwnStep || (steps_ > 0 && !settings_.fixed)) blend_ = toward(blend_, 1, h / kFade);
 }
 
 void Supervisor::step_down(std::uint32_t reason) noexcept {
   // An estimate made while motion grew is not trusted: the last quiet one.
   if (settings_.fixed ? follow_ && steps_ > 0 : steps_ == 0) used_ = quiet_;
   reasons_ |= reason;
-  steps_ = std::min(steps_ + (square_ > kFast * kFast * settings_.level * settings_.level ? 2 : 1), kTripStep);
-  wait_ = steps_ >= kForceStep ? 2 * kLetGo : kWait;
+  const bool quick = square_ > kFast * kFast * settings_.level * settings_.level;
+  // A fixed feedforward has no adaptation to freeze. The own damping is never left out.
+  int next = steps_ + (quick ? 2 : 1);
+  if (settings_.fixed && steps_ < kQuarter) next = kQuarter;
+  if (settings_.carried && steps_ < kOwnStep) next = steps_ == 0 ? 1 : kOwnStep;
+  steps_ = steps_ < kOwnStep ? std::min(next, kOwnStep) : std::min(next, kTripStep);
+  wait_ = steps_ >= kForceStep ? 2 * kLetGo : steps_ == kOwnStep ? kOwnWait : kWait;
   above_ = worse_ = 0;
 }
 
@@ -130,14 +138,18 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   // At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
   // Without a feedforward the feedback has to catch the rotor first.
   const double start = settings_.fixed ? kObserved : kFullStart;
-  if (saturated_ > 0.5 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter && full_ <= 0) {
-    const int next = steps_ < kQuarter ? kQuarter : kQuarter + 1;
+  if (saturated_ > 0.5 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter) {
     step_down(kGrowth);
-    steps_ = next;
-    full_ = wait_ = kFullWait;
+    steps_ = kOwnStep;
+    wait_ = kOwnWait;
   }
-  full_ -= h;
-  if (time_ < kStart || wait_ > 0) return;
+  // What the law finds itself is on its way: no step for the transient of another unbalance.
+  const double largest = std::max(std::norm(eps_), std::norm(quiet_));
+  const bool sudden =
+      !settings_.fixed && steps_ == 0 && time_ > kKnown && std::norm(eps_ - quiet_) > kMismatch * kMismatch * largest;
+  sudden_ = sudden ? sudden_ + h : 0;
+  if (sudden && sudden_ < kSudden) above_ = worse_ = 0;
+  if (time_ < kStart || wait_ > 0 || (sudden && sudden_ < kSudden)) return;
   if (level > settings_.level) {
     if (above_ == 0) mark_ = level;
     if (steps_ <= kQuarter) mark_ = std::max(mark_, level);
@@ -177,18 +189,22 @@ Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   const bool limit = saturated_ > 0.5, lost = in.held >= 3;
   sensor_ = toward(sensor_, lost ? 0 : 1, h / kSensorFade);
   gain_ = toward(gain_, kGains[steps_], h / kFade);
+  own_ = toward(own_, steps_ >= kOwnStep ? 1 : 0, h / kFade);
   force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / kLetGo);
 
   Supervision out;
   out.gain = gain_ * sensor_;
   out.force = force_;
+  out.own = own_;
+  if (own_ > 0) out.damper = (-sensor_ * kDamping * std::sqrt(std::max(settings_.model.k1, 0.0))) * motion_.v;
   out.blend = blend_;
   out.eps = used_;
   out.level = std::sqrt(square_);
   out.adapt = steps_ == 0 && !limit && !lost;
   out.trip = steps_ >= kTripStep;
   out.word = reasons_ | (limit ? kSaturation : 0U) | (lost ? kSensorLost : 0U);
-  out.word |= (out.adapt ? 0U : kAdaptationFrozen) | (follow_ ? kFeedforwardReplaced : 0U);
+  out.word |=
+      (out.adapt ? 0U : kAdaptationFrozen) | (follow_ || (settings_.carried && steps_ > 0) ? kFeedforwardReplaced : 0U);
   out.word |= (steps_ == 2 || steps_ == 3 ? kGainLowered : 0U) | (steps_ >= 4 || lost ? kFeedbackOff : 0U);
   out.word |= (steps_ >= kForceStep ? kForceOff : 0U) | (out.trip ? kSupervisionTrip : 0U);
   return out;

@@ -231,6 +231,8 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
   e = whirl_at_effect(state, e, in->omega);
 #if HAS_FEEDFORWARD
   d = e.d;
+#elif HAS_CARRIED
+  d = whirl_scale(state->watch.blend, e.d);
 #endif
 #if HAS_MODEL_FREE
   f = d;
@@ -252,9 +254,9 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
 #endif
 /*@law_add@*/
 #if HAS_SUPERVISION
-  if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0))) {
-    ax = state->watch.force * (d.re + (state->watch.gain * (ax - d.re)));
-    ay = state->watch.force * (d.im + (state->watch.gain * (ay - d.im)));
+  if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0)) || (state->watch.own > R(0.0))) {
+    ax = whirl_watch_left(state, ax, d.re, state->watch.motion.v.re, e.d.re);
+    ay = whirl_watch_left(state, ay, d.im, state->watch.motion.v.im, e.d.im);
   }
 #endif
   if (!isfinite(ax / p->gain) || !isfinite(ay / p->gain)) {

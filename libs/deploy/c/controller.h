@@ -155,7 +155,8 @@ typedef struct {
   whirl_real mismatch;
   whirl_real worse;
   whirl_real at_limit;
-  whirl_real full;
+  whirl_real own;
+  whirl_real sudden;
   whirl_real feedback;
   whirl_real force;
   whirl_real sensor;

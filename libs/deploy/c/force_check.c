@@ -132,7 +132,9 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   const bool late = loud && (by_delay < (R(0.2) * rr)) && (by_delay < (R(0.7) * changed)) && (by_delay < by_gain) &&
                     (share > R(0.6)) && (share < R(1.6));
   const bool large = reversed && (rr > (R(4.0) * threshold * threshold));
-  const whirl_real confirm = starting ? R(5e-3) : (large ? R(2e-3) : R(8e-3));
+  /* an unbalance that doubles under a force that cancels it looks like a lost actuator at first */
+  const bool other = (changed < (R(0.25) * rr)) && (low > R(-0.4));
+  const whirl_real confirm = starting ? R(5e-3) : (large ? R(2e-3) : (other ? R(17e-3) : R(8e-3)));
   uint32_t found = 0U;
   c->loud = loud ? (c->loud + h) : R(0.0);
   c->gain_time = gain ? (c->gain_time + h) : R(0.0);

@@ -26,7 +26,8 @@ static void whirl_watch_reset(whirl_state *state) {
   w->mismatch = R(0.0);
   w->worse = R(0.0);
   w->at_limit = R(0.0);
-  w->full = R(0.0);
+  w->own = R(0.0);
+  w->sudden = R(0.0);
   w->feedback = R(1.0);
   w->force = R(1.0);
   w->sensor = R(1.0);
@@ -103,22 +104,27 @@ static void whirl_watch_feedforward(whirl_state *state, bool fresh, whirl_comple
       w->wait = R(0.12);
       w->reasons |= phase ? WHIRL_WATCH_FEEDFORWARD_PHASE : WHIRL_WATCH_UNBALANCE_CHANGED;
     }
-    if (w->follow && (w->steps == 0)) {
-      w->used = whirl_add(w->used, whirl_scale(h / R(0.12), whirl_sub(now, w->used)));
-    }
-    if (w->follow) {
-      w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
-    }
   }
 #else
   (void)fresh;
-  if (w->steps > 0) {
-    w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
-  }
 #endif
+  {
+    const bool quiet = (w->steps >= 4) && (w->square < (p->watch_level * p->watch_level));
+    if ((w->follow && (w->steps == 0)) || quiet) {
+      w->used = whirl_add(w->used, whirl_scale(h / R(0.12), whirl_sub(now, w->used)));
+    }
+#if HAS_FIXED
+    if (w->follow || (w->steps >= 4)) {
+#else
+    if (w->steps > 0) {
+#endif
+      w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
+    }
+  }
 }
 
 static void whirl_watch_step_down(whirl_watch *w, whirl_real limit, uint32_t reason) {
+  int32_t next;
   /* An estimate made while motion grew is not trusted: the last quiet one. */
 #if HAS_FIXED
   if (w->follow && (w->steps > 0)) {
@@ -130,11 +136,19 @@ static void whirl_watch_step_down(whirl_watch *w, whirl_real limit, uint32_t rea
   }
 #endif
   w->reasons |= reason;
-  w->steps += (w->square > (R(9.0) * limit * limit)) ? 2 : 1;
-  if (w->steps > 6) {
-    w->steps = 6;
+  next = w->steps + ((w->square > (R(9.0) * limit * limit)) ? 2 : 1);
+  if (w->steps < 4) {
+#if HAS_FIXED
+    /* no adaptation to freeze */
+    next = (w->steps < 3) ? 3 : next;
+#elif HAS_CARRIED
+    next = (w->steps == 0) ? 1 : 4;
+#endif
+    /* the own damping is never left out */
+    next = (next > 4) ? 4 : next;
   }
-  w->wait = (w->steps >= 5) ? R(0.6) : R(0.06);
+  w->steps = (next > 6) ? 6 : next;
+  w->wait = (w->steps >= 5) ? R(0.6) : ((w->steps == 4) ? R(0.2) : R(0.06));
   w->above = R(0.0);
   w->worse = R(0.0);
 }
@@ -146,21 +160,33 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
   const whirl_real level = M(sqrt)(w->square);
 #if HAS_FIXED
   const whirl_real start = R(0.05);
+  const bool sudden = false;
 #else
+  bool sudden;
   const whirl_real start = R(0.09);
 #endif
   w->wait = M(fmax)(R(0.0), w->wait - h);
   /* At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed. */
-  if ((w->at_limit > R(0.5)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3) &&
-      (w->full <= R(0.0))) {
-    const int32_t next = (w->steps < 3) ? 3 : 4;
+  if ((w->at_limit > R(0.5)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3)) {
     whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
-    w->steps = next;
-    w->wait = R(0.03);
-    w->full = R(0.03);
+    w->steps = 4;
+    w->wait = R(0.2);
   }
-  w->full -= h;
-  if ((w->time >= R(0.12)) && (w->wait <= R(0.0))) {
+#if HAS_FIXED
+#else
+  {
+    const whirl_real largest = M(fmax)(whirl_norm(w->estimated), whirl_norm(w->quiet));
+    sudden = (w->steps == 0) && (w->time > R(0.5)) &&
+             (whirl_norm(whirl_sub(w->estimated, w->quiet)) > ((R(0.35) * R(0.35)) * largest));
+    w->sudden = sudden ? (w->sudden + h) : R(0.0);
+    sudden = sudden && (w->sudden < R(0.4));
+    if (sudden) {
+      w->above = R(0.0);
+      w->worse = R(0.0);
+    }
+  }
+#endif
+  if ((w->time >= R(0.12)) && (w->wait <= R(0.0)) && !sudden) {
     const whirl_real k = p->k1 - (omega * omega);
     const whirl_real c = p->c * omega;
     const whirl_real most = M(fmax)(whirl_norm(w->estimated), whirl_norm(whirl_make(p->eps_re, p->eps_im)));
@@ -221,13 +247,25 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   limit = w->at_limit > R(0.5);
   w->sensor = whirl_toward(w->sensor, lost ? R(0.0) : R(1.0), h / R(0.01));
   w->feedback = whirl_toward(w->feedback, gains[w->steps], h / R(0.02));
+  w->own = whirl_toward(w->own, (w->steps >= 4) ? R(1.0) : R(0.0), h / R(0.02));
   w->force = whirl_toward(w->force, (w->steps >= 5) ? R(0.0) : R(1.0), h / R(0.3));
   w->gain = w->feedback * w->sensor;
   w->adapt = (w->steps == 0) && !limit && !lost;
   w->word = w->reasons | (limit ? WHIRL_WATCH_SATURATION : 0U) | (lost ? WHIRL_WATCH_SENSOR_LOST : 0U);
   w->word |= (w->adapt ? 0U : WHIRL_WATCH_ADAPTATION_FROZEN) | (w->follow ? WHIRL_WATCH_FEEDFORWARD_REPLACED : 0U);
+#if HAS_CARRIED
+  w->word |= (w->steps > 0) ? WHIRL_WATCH_FEEDFORWARD_REPLACED : 0U;
+#endif
   w->word |= ((w->steps == 2) || (w->steps == 3)) ? WHIRL_WATCH_GAIN_LOWERED : 0U;
   w->word |= ((w->steps >= 4) || lost) ? WHIRL_WATCH_FEEDBACK_OFF : 0U;
   w->word |= ((w->steps >= 5) ? WHIRL_WATCH_FORCE_OFF : 0U) | ((w->steps >= 6) ? WHIRL_WATCH_TRIP : 0U);
+}
+
+/* What the supervision leaves of an acceleration that the law asks for; v, d: velocity and disturbance of that axis. */
+static whirl_real whirl_watch_left(const whirl_state *state, whirl_real asked, whirl_real forward, whirl_real v,
+                                   whirl_real d) {
+  const whirl_watch *const w = &state->watch;
+  const whirl_real damper = ((-w->sensor * R(0.3)) * M(sqrt)(M(fmax)(state->params.k1, R(0.0)))) * v;
+  return w->force * (((R(1.0) - w->own) * (forward + (w->gain * (asked - forward)))) + (w->own * (damper - d)));
 }
 #endif

@@ -156,7 +156,10 @@ TemplateSettings settings_of(const ControllerDesign& d, const std::map<std::stri
           k > 1 ? "\n" : "", k - 1, k);
     }
   }
-  if (values.at("supervise") > 0) on.insert("SUPERVISION");
+  if (values.at("supervise") > 0) {
+    on.insert("SUPERVISION");
+    if (!d.feedforward && !law.cancels_synchronous) on.insert("CARRIED");
+  }
   if (d.feedforward && !estimator.finds_disturbance) on.insert("FIXED");
 
   auto& slots = s.slots;

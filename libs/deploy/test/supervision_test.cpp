@@ -53,7 +53,8 @@ ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, c
   d.delay = m.age + m.delay + m.lag;
   d.force_limit = m.force_limit;
   d.parameters = {{"sensor_delay", m.age}, {"supervise", 1}, {"watch_level", 60e-6}};
-  if (d.law.starts_with("pd_")) d.feedforward = false;
+  // tsmc_paper: nothing but its feedback carries the unbalance
+  if (d.law.starts_with("pd_") || d.law == "tsmc_paper") d.feedforward = false;
   return d;
 }
 
@@ -79,8 +80,8 @@ struct Exported {
 // Unbalance turned, readings lost, motion that grows beside the synchronous one: every step down to the trip, tick by
 // tick the same as the library.
 TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
-  const std::pair<const char*, const char*> pairs[] = {
-      {"pd", "lpf"}, {"pd", "kfe"}, {"lsmc", "eso"}, {"pd_notch", "lpf"}, {"pid", "kalman"}};
+  const std::pair<const char*, const char*> pairs[] = {{"pd", "lpf"},       {"pd", "kfe"},     {"lsmc", "eso"},
+                                                       {"pd_notch", "lpf"}, {"pid", "kalman"}, {"tsmc_paper", "lpf"}};
   testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
   m.down = 6;
   for (const auto& [law, estimator] : pairs) {

@@ -42,6 +42,7 @@ struct ControllerSettings {
   bool predict = false;     ///< position and velocity at the time of effect
   long stale_limit = 100;   ///< held samples in a row after which the step faults
   bool supervise = false;   ///< the supervisor beside the law acts
+  bool carried = false;     ///< nothing but the feedback carries the unbalance
 };
 
 /// Estimator, prediction over the loop delay, law, feedforward and force limit as one fixed-size value.

@@ -26,9 +26,10 @@ struct ForceCheckSettings {
 /// weighted exponentially, the residual r = y - u - e F is explained by (a) a gain of each actuator, r = (g - 1) u,
 /// (b) u coming 8 ms later, (c) an unbalance that changed. `lost` or `reversed`: (a) leaves less than a fifth of r and
 /// clearly less than (b) and (c) (of the wrong sign: less), with one gain below 0.35, for 8 ms; 2 ms are enough for a
-/// large residual of the wrong sign. `late`: the same for (b) with a share of 0.6 to 1.6 of the 8 ms.
-/// e is followed while r is small. In the first 0.15 s it is not known yet, and (a) and (b) are fitted together
-/// with it.
+/// large residual of the wrong sign; 17 ms are taken while (c) leaves less
+/// than a quarter of r too: an unbalance that doubles under a force that cancels it looks like a loss at first. `late`:
+/// the same for (b) with a share of 0.6 to 1.6 of the 8 ms. e is followed while r is small. In the first 0.15 s it is
+/// not known yet, and (a) and (b) are fitted together with it.
 class ForceCheck {
  public:
   ForceCheck() = default;

@@ -17,7 +17,7 @@ enum SupervisionBit : std::uint32_t {
   kAdaptationFrozen = 1,     ///< the 1x adaptation of the law stands still
   kFeedforwardReplaced = 2,  ///< the force follows the unbalance that is estimated here, not the one designed with
   kGainLowered = 4,          ///< the feedback acts with half or a quarter of its gain
-  kFeedbackOff = 8,          ///< only the feedforward acts
+  kFeedbackOff = 8,          ///< the law does not act: feedforward and a weak damping of the supervisor's own do
   kForceOff = 16,            ///< no force
   kSupervisionTrip = 32,     ///< the step answers kSupervision
   kGrowth = 256,             ///< motion that does not turn with the rotor is large and does not decay
@@ -44,6 +44,7 @@ struct SupervisorSettings {
   double level = 100e-6;   ///< rms of the non-synchronous motion that is too much, m
   double bandwidth = 100;  ///< poles of the observer of the unbalance, 1/s
   bool fixed = true;       ///< the feedforward is from `eps`, which is compared with the unbalance that acts
+  bool carried = false;    ///< the law has no force of the speed of its own: its feedback carries the unbalance
 };
 
 /// What the supervisor sees of one sample, at the time the displacement was taken.
@@ -59,16 +60,18 @@ struct SupervisorInput {
   long held = 0;                 ///< samples lost in a row
 };
 
-/// What it decides. The acceleration sent is -d + gain (a + d), a what the law asks for and d the disturbance, times
-/// `force`.
+/// What it decides. The acceleration sent is (1 - own) (-d + gain (a + d)) + own (damper - d), a what the law asks for
+/// and d the disturbance, times `force`.
 struct Supervision {
   std::uint32_t word = 0;
-  double gain = 1;           ///< of the feedback, 0 to 1
-  double force = 1;          ///< of the whole force, 0 to 1
-  double blend = 0;          ///< 0: the law's own disturbance; 1: `eps` of the supervisor
-  std::complex<double> eps;  ///< eccentricity that acts, as estimated, m
-  double level = 0;          ///< rms of the non-synchronous motion, m
-  bool adapt = true;         ///< the law may adapt at 1x
+  double gain = 1;              ///< of the feedback, 0 to 1
+  double force = 1;             ///< of the whole force, 0 to 1
+  double own = 0;               ///< 0: the law acts; 1: the supervisor's own feedforward and damping in its place
+  std::complex<double> damper;  ///< m/s^2, against the velocity of the supervisor's observer; 0 while own is
+  double blend = 0;             ///< 0: the law's own disturbance; 1: `eps` of the supervisor
+  std::complex<double> eps;     ///< eccentricity that acts, as estimated, m
+  double level = 0;             ///< rms of the non-synchronous motion, m
+  bool adapt = true;            ///< the law may adapt at 1x
   bool trip = false;
 };
 
@@ -81,11 +84,17 @@ struct Supervision {
 ///   gain or a slipped encoder the estimate is what cancels.
 /// - A notch takes the synchronous part out of the readings. When the rest is above `level` for 60 ms and does not
 ///   decay, the next step is taken, 60 ms later again, two at once above three times the level: adaptation and
-///   estimated feedforward frozen at their last quiet value; half the gain; a quarter; feedforward alone; no force
-///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. Motion at twice the
-///   level while the force is at its limit more than half of the time goes to a quarter of the gain and to feedforward
-///   alone at once, 30 ms apart. Once the feedback is off, only what grows goes further down. A synchronous motion 1.1
+///   estimated feedforward frozen at their last quiet value; half the gain; a quarter; the law off; no force
+///   (faded over 0.3 s, because a sudden end would excite the rotor); trip. In the place of a law that is off stand the
+///   feedforward of the last quiet estimate, which follows again while the motion is quiet, and a weak damping (0.15
+///   of critical) of the observer's velocity, which hardly contains what is far above the rotor's own frequency: a
+///   rotor let go from its held state would ring for seconds. A fixed feedforward begins with a quarter of the gain; a
+///   law whose feedback alone carries the unbalance gets the feedforward first and is then taken off at once, because
+///   less gain would let the rotor go. Motion at twice the level while the force is at its limit more than half of the
+///   time takes the law off at once. Once the law is off, only what grows goes further down. A synchronous motion 1.1
 ///   times as large as the model's without control, and a quarter of `level` more, takes the same steps.
+/// - Where the law follows the unbalance itself, an unbalance that changes by more than a third within 0.3 s is given
+///   0.4 s: its transient is no growth, and what the law adapts to is right.
 /// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
 /// Steps stay until `reset`, but for those of a lost sensor and of saturation.
@@ -109,9 +118,10 @@ class Supervisor {
   bool started_ = false;
   DiskMotion motion_;
   std::complex<double> synchronous_, offset_, eps_, quiet_, used_;
-  double square_ = 0, mark_ = 0, time_ = 0, above_ = 0, wait_ = 0, mismatch_ = 0, worse_ = 0, saturated_ = 0;  // s
-  double full_ = 0;                                       // s until the rule of the full force may act again
-  double gain_ = 1, force_ = 1, blend_ = 0, sensor_ = 1;  // as they act
+  double square_ = 0, mark_ = 0, time_ = 0, above_ = 0, wait_ = 0, mismatch_ = 0, worse_ = 0, saturated_ = 0,
+         sudden_ = 0;                                               // s
+  double full_ = 0;                                                 // s until the rule of the full force may act again
+  double gain_ = 1, force_ = 1, blend_ = 0, own_ = 0, sensor_ = 1;  // as they act
   int steps_ = 0;  // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
   bool follow_ = false;
   std::uint32_t reasons_ = 0;
