@@ -114,6 +114,7 @@ std::vector<DrivePoint> check_drive_points(const ModalModel& model) {
 }
 
 void warn_of_contradictions(const FrequencyResponse& frf, ModalModel& model) {
+  for (std::string& text : contradicting_channels(model)) model.summary.warn(std::move(text));
   for (const Reciprocity& pair : check_reciprocity(frf)) {
     if (pair.difference > std::max(0.1, 3 * pair.noise)) {
       model.summary.warn(fmt::format("{} to {} differs from {} to {} by {:.0f} %: reciprocity does not hold",

@@ -50,8 +50,15 @@ struct DrivePoint {
 };
 std::vector<DrivePoint> check_drive_points(const ModalModel& model);
 
-/// Warns in the model's summary where the FRFs contradict reciprocity (by more than 10 % and three standard deviations)
-/// or passivity at a drive point.
+/// FRFs that the others contradict, in words, with the slip that explains them (reversed, in g, exchanged, a name
+/// twice). From two references and three modes on the residues of a mode over responses and references must be a
+/// product of shape and participation. With two references a slip of one FRF cannot be told from the same slip of the
+/// other one of its response: both are named. Empty where nothing is wrong, or where not every response was measured
+/// from every reference.
+std::vector<std::string> contradicting_channels(const ModalModel& model);
+
+/// Warns in the model's summary where the FRFs contradict each other (`contradicting_channels`), reciprocity (by more
+/// than 10 % and three standard deviations) or passivity at a drive point.
 void warn_of_contradictions(const FrequencyResponse& frf, ModalModel& model);
 
 }  // namespace whirl::modal
