@@ -47,8 +47,8 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
       sum.cost = INFINITY;
       return;
     }
-    record.main = motion_.motion.z;
-    record.main_rate = motion_.motion.v;
+    record.main.swap(motion_.motion.z);
+    record.main_rate.swap(motion_.motion.v);
     const Eigen::VectorXd left = residual(p, r, record);
     std::vector<Eigen::Index> unknowns;
     for (Eigen::Index j = 0; j < size(); ++j) {
