@@ -163,7 +163,7 @@ std::string_view usual_unit(std::string_view name) {
   if (is({"beta", "angle", "phi", "phase", "theta", "rotation"})) return "rad";
   if (is({"speed", "rpm", "omega", "n"})) return "rpm";
   if (is({"force", "f", "u", "ux", "uy", "hammer", "load"})) return "N";
-  if (word.starts_with("acc") || word.starts_with("a_")) return "m_s2";
+  if (word.starts_with("acc")) return "m_s2";
   if (is({"v", "vx", "vy", "velocity"})) return "m_s";
   return "mm";
 }

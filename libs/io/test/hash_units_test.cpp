@@ -1,3 +1,4 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -167,6 +168,22 @@ TEST(Units, WhatIsAllowedIsListedOnceAndAMissingOrMisspeltUnitIsNamed) {
   EXPECT_EQ(unit_problem("a_b_furlong").find("'a_b_furlong' has the unknown unit 'furlong'; allowed"), 0u);
 }
 
+TEST(Units, ANameWithoutUnitIsAnsweredWithTheUsualOne) {
+  for (const auto& [name, example] :
+       std::initializer_list<std::pair<const char*, const char*>>{{"t", "t_s"},
+                                                                  {"beta", "beta_rad"},
+                                                                  {"speed", "speed_rpm"},
+                                                                  {"ux", "ux_N"},
+                                                                  {"uy", "uy_N"},
+                                                                  {"load", "load_N"},
+                                                                  {"acc", "acc_m_s2"},
+                                                                  {"accel1", "accel1_m_s2"},
+                                                                  {"vy", "vy_m_s"},
+                                                                  {"x", "x_mm"}}) {
+    EXPECT_THAT(unit_problem(name), ::testing::HasSubstr(std::string("e.g. '") + example + "'"));
+  }
+}
+
 TEST(Units, TheNearestWordIsFoundWithinHalfTheLetters) {
   const auto near = [](std::string_view word, std::vector<std::string> candidates) {
     return nearest(word, candidates);
@@ -186,6 +203,9 @@ TEST(Units, TheNearestWordIsFoundWithinHalfTheLetters) {
   EXPECT_EQ(near("abcdef", {"bcdef"}), "bcdef");
   EXPECT_EQ(near("bcdef", {"abcdef"}), "abcdef");
   EXPECT_EQ(near("abc", {}), "");
+  EXPECT_EQ(near("aaa", {"aab"}), "aab");
+  EXPECT_EQ(near("aaa", {"aabb"}), "") << "two mistakes in three letters";
+  EXPECT_EQ(near("aab", {"abc"}), "") << "the last letters did not change places";
 }
 
 TEST(UnitsProperty, EveryUnitInvertsAndEveryQuantityHasASiSuffix) {
@@ -194,6 +214,7 @@ TEST(UnitsProperty, EveryUnitInvertsAndEveryQuantityHasASiSuffix) {
     EXPECT_NEAR(u.from_si(u.to_si(0.37)), 0.37, 1e-12) << u.suffix;
     const UnitSuffix& si = si_suffix(u.quantity);
     EXPECT_EQ(si.to_si(0.37), 0.37) << u.suffix;
+    EXPECT_EQ(si.quantity, u.quantity) << u.suffix;
     seen.insert(u.quantity);
   }
   EXPECT_EQ(seen.size(), static_cast<std::size_t>(Quantity::force_constant) + 1);

@@ -90,11 +90,24 @@ TEST(GapReference, ABridgeBetweenWrappedAnglesIsTheSameMotion) {
   }
 }
 
+// The angle may have moved otherwise than the speed says: the ends of the bridge are the samples.
+TEST(GapReference, ABridgeEndsAtItsSamplesWhateverTheSpeedSays) {
+  Measurement from = turning(0.2), to = turning(0.21);
+  to.beta += 0.3;
+  EXPECT_NEAR(bridge(from, to, 0).beta, from.beta, 1e-12);
+  EXPECT_NEAR(bridge(from, to, 1).beta, to.beta, 1e-12);
+  EXPECT_NEAR(bridge(from, to, 0).x, from.x, 1e-15);
+  EXPECT_NEAR(bridge(from, to, 1).x, to.x, 1e-15);
+  EXPECT_NEAR(bridge(from, to, 1).y, to.y, 1e-15);
+}
+
 /// Hands over what the test says; may have a fault.
 struct ScriptRig {
   Measurement next;
   Command written;
   Fault reason = Fault::none;
+  bool armed = false;
+  void arm(bool a) noexcept { armed = a; }
   Measurement read() const noexcept { return next; }
   void write(const Command& c) noexcept { written = c; }
   void advance() const noexcept {}
@@ -111,9 +124,10 @@ struct RememberingLaw {
   std::array<Measurement, 64> seen{};
   std::array<Command, 64> corrected{};
   std::size_t steps = 0, corrections = 0;
+  Command want{2, -1};
   Expected<Command, Fault> step(const Measurement& m) noexcept {
     seen[steps++ % seen.size()] = m;
-    return Command{2, -1};
+    return want;
   }
   void applied(const Command& c) noexcept { corrected[corrections++ % corrected.size()] = c; }
 };
@@ -172,6 +186,37 @@ TEST(GapReference, WithoutBothEndsTheFilledSamplesAreLostAndTheAngleGoesOn) {
       EXPECT_NEAR(m.omega, truth.omega, 1e-12);
     }
   }
+}
+
+// What was sent is what is recorded, what the law is told and what the rate of change counts from.
+TEST(GapReference, TheFirstForcesAfterAGapAreBoundedInTheLoop) {
+  EXPECT_FALSE(CycleRecord{}.armed);
+  ScriptRig rig;
+  RememberingLaw law;
+  ScriptClock clock;
+  {
+    Loop loop(rig, law, clock, {.force = 50, .slew = 48.5}, {.sample_time = kH});
+    rig.next = turning(0.2);
+    for (int k = 0; k < 10; ++k) EXPECT_FALSE(loop.cycle().limited);
+    EXPECT_TRUE(rig.armed);
+    EXPECT_EQ(law.corrections, 0u);
+    law.want = {50, -40};
+    clock.gap = 2;
+    CycleRecord r = loop.cycle();
+    EXPECT_TRUE(r.limited);
+    EXPECT_EQ(r.sent.ux, 5);
+    EXPECT_EQ(r.sent.uy, -5);
+    EXPECT_EQ(rig.written.ux, 5);
+    EXPECT_EQ(law.corrections, 1u);
+    EXPECT_EQ(law.corrected[0].uy, -5);
+    for (int k = 0; k < 4; ++k) r = loop.cycle();
+    EXPECT_EQ(r.sent.ux, 5);
+    r = loop.cycle();
+    EXPECT_EQ(r.sent.ux, 50) << "45 N a tick from 5 N";
+    EXPECT_FALSE(r.limited);
+  }
+  EXPECT_FALSE(rig.armed) << "the loop is gone";
+  EXPECT_EQ(rig.written.ux, 0);
 }
 
 // The reason that is told, and whether the force may fade: what is gone brings no samples, and that is no other reason.
