@@ -191,6 +191,8 @@ TEST(GapReference, WithoutBothEndsTheFilledSamplesAreLostAndTheAngleGoesOn) {
 // What was sent is what is recorded, what the law is told and what the rate of change counts from.
 TEST(GapReference, TheFirstForcesAfterAGapAreBoundedInTheLoop) {
   EXPECT_FALSE(CycleRecord{}.armed);
+  EXPECT_FALSE(CycleRecord{}.limited);
+  EXPECT_FALSE(CycleRecord{}.releasing);
   ScriptRig rig;
   RememberingLaw law;
   ScriptClock clock;
@@ -217,6 +219,49 @@ TEST(GapReference, TheFirstForcesAfterAGapAreBoundedInTheLoop) {
   }
   EXPECT_FALSE(rig.armed) << "the loop is gone";
   EXPECT_EQ(rig.written.ux, 0);
+}
+
+TEST(GapReference, TicksLeftOutAreCountedAndWithoutALimitNoGapIsTooLong) {
+  ScriptRig rig;
+  RememberingLaw law;
+  ScriptClock clock;
+  Loop loop(rig, law, clock, {}, {.max_gap = 0, .sample_time = kH});
+  rig.next = turning(0.2);
+  EXPECT_EQ(loop.cycle().tick, 0);
+  clock.gap = 5000;
+  const CycleRecord r = loop.cycle();
+  EXPECT_EQ(r.tick, 5001);
+  EXPECT_EQ(r.trip, Fault::none);
+  loop.disarm();
+  EXPECT_TRUE(static_cast<bool>(loop.cycle().request)) << "disarmed is no fault";
+  EXPECT_TRUE(loop.arm());
+  loop.stop();
+  loop.cycle();
+  EXPECT_FALSE(static_cast<bool>(loop.cycle().request)) << "tripped is";
+}
+
+// A fading force goes on by the angle alone: four ticks at once turn and fade it as four one by one.
+TEST(GapReference, AGapWhileTheForceFadesIsAsLongAsItsTicks) {
+  const auto faded = [](bool at_once) {
+    ScriptRig rig;
+    RememberingLaw law;
+    ScriptClock clock;
+    Loop loop(rig, law, clock, {}, {.sample_time = kH, .release = 200});
+    for (int k = 0; k < 100; ++k) {
+      rig.next = turning(kH * k);
+      law.want = {5 * std::cos(rig.next.beta), 5 * std::sin(rig.next.beta)};
+      loop.cycle();
+    }
+    rig.reason = kEncoderStuck;  // the angle stands from now on
+    loop.cycle();
+    clock.gap = at_once ? 3 : 0;
+    for (int k = 0; k < (at_once ? 1 : 4); ++k) loop.cycle();
+    return rig.written;
+  };
+  const Command together = faded(true), apart = faded(false);
+  EXPECT_GT(std::hypot(apart.ux, apart.uy), 3);
+  EXPECT_NEAR(together.ux, apart.ux, 1e-2);
+  EXPECT_NEAR(together.uy, apart.uy, 1e-2);
 }
 
 // The reason that is told, and whether the force may fade: what is gone brings no samples, and that is no other reason.
