@@ -139,6 +139,7 @@ SolvedJob solve_with_prior(const std::string& title, const JobFile& file, const 
   s.objective = left.norm() * kind;
   s.summary = b.summary;
   for (const std::string& warning : warnings.warnings) s.summary.warn(warning);
+  warn_of_differing_rates(file, s.summary);
   io::Json out = balancing_document(s);
   out.set("surprise", b.surprise);
   return {std::move(s), std::move(out)};

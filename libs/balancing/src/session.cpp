@@ -133,25 +133,6 @@ bool solvable(const JobFile& file, const JobOptions& o) {
   }
 }
 
-/// Vectors of run-ups are linear in the masses only where all runs have one rate. Empty: they do, or it is not stated.
-std::string differing_rates(const JobFile& file) {
-  constexpr double kSlow = 5e-5;  // a rotor that stays at a speed, as it is read from a record
-  constexpr double kAlike = 0.15;
-  double low = INFINITY, high = -INFINITY;
-  for (const double sweep : file.sweeps) {
-    if (std::isnan(sweep)) continue;
-    const double rate = std::abs(sweep) < kSlow ? 0 : sweep;
-    low = std::min(low, rate);
-    high = std::max(high, rate);
-  }
-  if (!(high - low > kAlike * std::max(std::abs(low), std::abs(high)))) return {};
-  return fmt::format(
-      "the runs were read from records whose speed changes at differing rates ({:.2g} to {:.2g} of the squared speed): "
-      "such vectors do not belong together; begin the job again with --record FILE --steady, or make all runs at one "
-      "rate",
-      low, high);
-}
-
 /// Estimates and readings of the check in the kind of the job's readings.
 std::vector<BalancingSheet::Check> check_rows(const std::vector<diagnosis::Foretold>& check, double factor) {
   std::vector<BalancingSheet::Check> rows;
@@ -191,13 +172,15 @@ GuidedStep guided_step(const std::string& path, const JobOptions& options) {
   step.check = diagnosis::check_last_run(file.job, influence_options(o));
   step.instructions = instructions(file, step.next);
   step.summary = step.next.summary;
-  if (const std::string warning = differing_rates(file); !warning.empty()) step.summary.warn(warning);
   const auto outside = std::count_if(step.check.begin(), step.check.end(), [](const auto& f) { return !f.inside; });
   if (!step.check.empty() && outside > 1 + static_cast<long>(step.check.size()) / 10)
     step.summary.warn(fmt::format("{} of {} readings of the last run are outside of what the runs before foretold",
                                   outside, step.check.size()));
   step.json = step_json(file, step.next, step.check);
-  if (!solvable(file, o)) return step;
+  if (!solvable(file, o)) {
+    warn_of_differing_rates(file, step.summary);
+    return step;
+  }
   const bool done = step.next.step == diagnosis::BalancingStep::done;
   step.solved = solve_job(path, file, o, done ? std::optional<Eigen::VectorXcd>(step.next.masses) : std::nullopt);
   step.solved->sheet.next = step.instructions;

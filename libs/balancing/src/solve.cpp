@@ -173,6 +173,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   sheet.objective = b.correction.objective * amplitude;
   sheet.bound = b.correction.bound * amplitude;
   sheet.summary = b.fit.summary;
+  warn_of_differing_rates(file, sheet.summary);
   return sheet;
 }
 
@@ -225,6 +226,24 @@ Estimate scaled(const Estimate& e, double factor) {
 
 Estimate counted(const Estimate& angle, double sign) {
   return sign < 0 ? Estimate{-angle.value, angle.sd, -angle.high, -angle.low} : angle;
+}
+
+void warn_of_differing_rates(const JobFile& file, Summary& summary) {
+  constexpr double kSlow = 5e-5;  // a rotor that stays at a speed, as it is read from a record
+  constexpr double kAlike = 0.15;
+  double low = INFINITY, high = -INFINITY;
+  for (const double sweep : file.sweeps) {
+    if (std::isnan(sweep)) continue;
+    const double rate = std::abs(sweep) < kSlow ? 0 : sweep;
+    low = std::min(low, rate);
+    high = std::max(high, rate);
+  }
+  if (!(high - low > kAlike * std::max(std::abs(low), std::abs(high)))) return;
+  summary.warn(fmt::format(
+      "the runs were read from records whose speed changes at differing rates ({:.2g} to {:.2g} of the squared speed): "
+      "such vectors do not belong together; begin the job again with --record FILE --steady, or make all runs at one "
+      "rate",
+      low, high));
 }
 
 SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions options,

@@ -23,6 +23,10 @@ Estimate counted(const Estimate& angle, double sign);
 /// Begin of whirl.balancing: the convention of the vectors and the criterion.
 io::Json balancing_document(const BalancingSheet& sheet);
 
+/// Vectors of run-ups are linear in the masses only where all runs have one rate: a warning where they have not. None
+/// where the file does not state the rates.
+void warn_of_differing_rates(const JobFile& file, Summary& summary);
+
 /// The same with what an earlier job or a model knew of the influence (options.prior); trials may be missing.
 SolvedJob solve_with_prior(const std::string& title, const JobFile& file, const JobOptions& options);
 

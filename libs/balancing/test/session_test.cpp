@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
 #include <numbers>
 
+#include "whirl/balancing/solve.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -115,6 +117,30 @@ TEST(Session, ANewJobSaysWhatItNeeds) {
       EXPECT_NE(std::string(e.what()).find(word), std::string::npos) << e.what();
     }
   }
+}
+
+// The same job as `whirl balance fan.toml` reads it, without leading.
+TEST_F(SessionFile, RunUpsOfDifferingRatesAreSaidWhenTheJobIsSolvedAtOnce) {
+  const auto said = [&](double second) {
+    std::string text =
+        "[job]\nplanes = [\"A\"]\nprobes = [\"X\"]\nspeeds_rpm = [1500]\nphase = \"lag\"\namplitude = \"pp\"\n"
+        "angles = \"against\"\n";
+    int run = 0;
+    for (const double grams : {0.0, 4.0, 8.0}) {
+      const Machine machine;
+      const Complex v = machine.found + machine.influence * (grams * 1e-3);
+      text += fmt::format(
+          "[[run]]\nmasses_gram = [{}]\nangles_deg = [0]\namplitudes_um = [{:.9f}]\nphases_deg = [{:.9f}]\n"
+          "sweep = {}\n",
+          grams, 2e6 * std::abs(v), -std::arg(v) * 180 / std::numbers::pi, run++ == 1 ? second : 1e-3);
+    }
+    io::write_text(path_, text);
+    const Summary summary = solve_job(path_, read_job(path_, {}, 0), {}).sheet.summary;
+    return std::any_of(summary.warnings.begin(), summary.warnings.end(),
+                       [](const std::string& w) { return w.find("differing rates") != std::string::npos; });
+  };
+  EXPECT_TRUE(said(2e-3));
+  EXPECT_FALSE(said(1.05e-3));
 }
 
 }  // namespace
