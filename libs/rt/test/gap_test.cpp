@@ -240,6 +240,25 @@ TEST(GapReference, TicksLeftOutAreCountedAndWithoutALimitNoGapIsTooLong) {
   EXPECT_FALSE(static_cast<bool>(loop.cycle().request)) << "tripped is";
 }
 
+// What was seen before the force was taken away is no end of a gap after it came back.
+TEST(GapReference, AGapAtTheFirstCycleAfterArmingHasNoBeginning) {
+  ScriptRig rig;
+  RememberingLaw law;
+  ScriptClock clock;
+  Loop loop(rig, law, clock, {}, {.dt = DtPolicy::fill, .sample_time = kH});
+  EXPECT_FALSE(loop.releasing());
+  rig.next = turning(0.1);
+  loop.cycle();
+  loop.disarm();
+  loop.cycle();
+  EXPECT_TRUE(loop.arm());
+  clock.gap = 3;
+  rig.next = turning(0.2);
+  loop.cycle();
+  ASSERT_EQ(law.steps, 5u);
+  for (std::size_t i = 1; i <= 3; ++i) EXPECT_FALSE(law.seen[i].valid);
+}
+
 // A fading force goes on by the angle alone: four ticks at once turn and fade it as four one by one.
 TEST(GapReference, AGapWhileTheForceFadesIsAsLongAsItsTicks) {
   const auto faded = [](bool at_once) {
