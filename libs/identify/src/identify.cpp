@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "evidence/compare_all.hpp"
+#include "evidence/damaged_records.hpp"
 #include "evidence/model_verdict.hpp"
 #include "problem/bridge_gaps.hpp"
 #include "problem/linear_bounds.hpp"
@@ -205,13 +206,12 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
   return held;
 }
 
-Identification identify(const std::vector<Recording>& as_read, const IdentifyOptions& options) {
-  if (as_read.empty()) throw Error("records: at least one is needed");
-  const IdentifyOptions o = completed(options, as_read.front());
+namespace {
+
+/// Fit, part held out and verdict of records as they are.
+Identification identify_once(const std::vector<Recording>& as_read, const IdentifyOptions& o) {
   Summary read;
   const std::vector<Recording> records = bridged(as_read, o, read);
-  if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
-  detail::check_bounds(o);
   const auto progress = [&](double share) {
     if (o.progress) o.progress("identify", share);
   };
@@ -238,6 +238,46 @@ Identification identify(const std::vector<Recording>& as_read, const IdentifyOpt
   for (const std::string& w : read.warnings) id.model.summary.warn(w);
   detail::judge_evidence(id);
   return id;
+}
+
+/// Whether the model leaves more than twice the noise, or is none.
+bool explains(const Identification& id) { return id.usable() && !(id.summary.chi_square > 2); }
+
+/// A general system whose equations do not explain the records: the records may be to blame. The fit is made again of
+/// the records without what is found; it is kept where it explains them. Records that are explained are not looked at:
+/// what looks like damage may be the motion.
+Identification without_damage(Identification id, const std::vector<Recording>& records, const IdentifyOptions& o) {
+  if (o.method != Method::sindy || o.sindy.discrete || explains(id)) return id;
+  std::vector<std::string> channels = o.sindy.states;
+  channels.insert(channels.end(), o.sindy.inputs.begin(), o.sindy.inputs.end());
+  const detail::DamagedRecords damage = detail::look_for_damage(records, channels);
+  if (damage.findings.empty()) return id;
+  bool cured = false;
+  if (damage.cleaned) {
+    try {
+      Identification again = identify_once(damage.records, o);
+      cured = explains(again);
+      if (cured) id = std::move(again);
+    } catch (const Error&) {  // too little is left
+    }
+  }
+  const std::vector<std::string> said = std::move(id.model.summary.warnings);
+  id.model.summary.warnings.clear();
+  for (const std::string& finding : damage.findings)
+    id.model.summary.warn(cured ? finding : "this may be the cause: " + finding);
+  for (const std::string& warning : said) id.model.summary.warnings.push_back(warning);
+  id.summary = id.model.summary;
+  return id;
+}
+
+}  // namespace
+
+Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options) {
+  if (records.empty()) throw Error("records: at least one is needed");
+  const IdentifyOptions o = completed(options, records.front());
+  if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
+  detail::check_bounds(o);
+  return without_damage(identify_once(records, o), records, o);
 }
 
 MethodComparison compare_methods(const std::vector<Recording>& as_read, const IdentifyOptions& options) {

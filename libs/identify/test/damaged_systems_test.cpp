@@ -1,0 +1,131 @@
+// General systems from records that were damaged between sensor and file.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <random>
+
+#include "whirl/identify/identify.hpp"
+#include "whirl/testing/damaged_channels.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using testing::ChannelDamage;
+
+struct Plant {
+  std::function<Eigen::Vector2d(const Eigen::Vector2d&, double)> rate;
+  std::map<std::string, double> truth;
+};
+
+const Plant kPlants[] = {
+    {[](const Eigen::Vector2d& s, double u) {
+       return Eigen::Vector2d(s[1], u - 4 * s[0] - 0.15 * s[1] + 0.5 * s[0] * s[0] * s[0]);
+     },
+     {{"x': v", 1}, {"v': x", -4}, {"v': v", -0.15}, {"v': u", 1}, {"v': x^3", 0.5}}},
+    {[](const Eigen::Vector2d& s, double u) {
+       return Eigen::Vector2d(s[1], 0.5 * u - s[0] + 0.8 * s[1] - 0.8 * s[0] * s[0] * s[1]);
+     },
+     {{"x': v", 1}, {"v': x", -1}, {"v': v", 0.8}, {"v': u", 0.5}, {"v': v*x^2", -0.8}}},
+    {[](const Eigen::Vector2d& s, double u) {
+       return Eigen::Vector2d(-0.3 * s[0] + 2 * s[1], u - 2 * s[0] - 0.1 * s[1]);
+     },
+     {{"x': x", -0.3}, {"x': v", 2}, {"v': x", -2}, {"v': v", -0.1}, {"v': u", 1}}},
+};
+
+/// Runge-Kutta, 20 steps a sample, at 100 Hz; noise of 0.5 %.
+Recording run(const Plant& plant, unsigned seed) {
+  constexpr int kSamples = 5000, kSteps = 20;
+  constexpr double kRate = 100, kStep = 1 / (kRate * kSteps);
+  std::mt19937_64 random(7919ull * seed);
+  std::normal_distribution<double> normal;
+  const double phase = normal(random);
+  const auto u = [&](double t) { return 0.7 * std::sin(0.4 * t + 0.03 * t * t + phase); };
+  Eigen::Vector2d s(0.2 * normal(random), 0.2 * normal(random));
+  Eigen::VectorXd x(kSamples), v(kSamples), input(kSamples);
+  for (int i = 0; i < kSamples; ++i) {
+    x[i] = s[0];
+    v[i] = s[1];
+    input[i] = u(i / kRate);
+    for (int k = 0; k < kSteps; ++k) {
+      const double t = i / kRate + k * kStep;
+      const Eigen::Vector2d a = plant.rate(s, u(t)), b = plant.rate(s + kStep / 2 * a, u(t + kStep / 2)),
+                            c = plant.rate(s + kStep / 2 * b, u(t + kStep / 2)),
+                            d = plant.rate(s + kStep * c, u(t + kStep));
+      s += kStep / 6 * (a + 2 * b + 2 * c + d);
+    }
+  }
+  for (Eigen::VectorXd* channel : {&x, &v}) {
+    const double size = 0.005 * std::sqrt(channel->squaredNorm() / kSamples);
+    for (double& value : *channel) value += size * normal(random);
+  }
+  Recording record;
+  record.dt = 1 / kRate;
+  record.source = "run";
+  record.add("x", Quantity::displacement, x);
+  record.add("v", Quantity::velocity, v);
+  record.add("u", Quantity::force, input);
+  return record;
+}
+
+IdentifyOptions options() {
+  IdentifyOptions o;
+  o.method = Method::sindy;
+  o.sindy.states = {"x", "v"};
+  o.sindy.inputs = {"u"};
+  return o;
+}
+
+std::string text(const IdentifiedModel& model) {
+  std::string out;
+  for (const auto& [name, e] : model.parameters) out += fmt::format("{} = {:.6g} +- {:.2g}; ", name, e.value, e.sd);
+  return out;
+}
+
+bool right(const IdentifiedModel& model, const std::map<std::string, double>& truth) {
+  if (model.parameters.size() != truth.size()) return false;
+  return std::all_of(model.parameters.begin(), model.parameters.end(), [&](const auto& p) {
+    const auto at = truth.find(p.first);
+    return at != truth.end() && std::abs(p.second.value - at->second) < 5 * p.second.sd + 1e-3 * std::abs(at->second);
+  });
+}
+
+TEST(DamagedSystemsProperty, EquationsAreThoseOfTheMachineOrTheDamageIsNamed) {
+  int found = 0, all = 0;
+  unsigned seed = 0;
+  {
+    for (const Plant& plant : kPlants) {
+      for (const ChannelDamage damage :
+           {ChannelDamage::clipped, ChannelDamage::frozen, ChannelDamage::zeros, ChannelDamage::spikes}) {
+        Recording record = run(plant, ++seed);
+        const Channel input = record.channels.back();
+        record.channels.pop_back();
+        const std::string channel = testing::spoil_channel(record, damage, 3 * seed + 11);
+        record.channels.push_back(input);
+        const Identification id = identify(record, options());
+        const bool named =
+            std::any_of(id.summary.warnings.begin(), id.summary.warnings.end(),
+                        [&](const std::string& w) { return w.find("channel " + channel) != std::string::npos; });
+        const bool good = right(id.model, plant.truth);
+        EXPECT_TRUE(good || named) << seed << " " << static_cast<int>(damage) << " " << channel;
+        EXPECT_TRUE(good || id.summary.chi_square > 2 || !id.usable()) << seed << " " << static_cast<int>(damage);
+        found += good;
+        ++all;
+      }
+    }
+  }
+  EXPECT_GE(found, all - 1) << all;
+}
+
+TEST(DamagedSystems, SoundRecordsAreNotLookedAt) {
+  for (const Plant& plant : kPlants) {
+    const Identification id = identify(run(plant, 5), options());
+    EXPECT_TRUE(id.summary.warnings.empty()) << id.summary.warnings.front();
+    EXPECT_TRUE(right(id.model, plant.truth)) << text(id.model);
+  }
+}
+
+}  // namespace
+}  // namespace whirl::identification
