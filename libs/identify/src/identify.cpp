@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "evidence/compare_all.hpp"
-#include "evidence/damaged_records.hpp"
 #include "evidence/model_verdict.hpp"
-#include "problem/bridge_gaps.hpp"
 #include "problem/linear_bounds.hpp"
+#include "record/bridge_gaps.hpp"
+#include "record/damaged_records.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/sindy_library.hpp"
 

@@ -9,6 +9,7 @@
 #include "responses.hpp"
 #include "subspace.hpp"
 #include "tones.hpp"
+#include "usable_record.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -121,12 +122,14 @@ std::vector<std::string> shared_channels(const std::vector<OperationalModes>& li
 
 // Responses less their tones. References get one scale for all set-ups but for the level of the excitation in each,
 // so that their share of a shape is the same everywhere.
-std::vector<Setup> read_setups(const std::vector<Recording>& records, const OmaOptions& options,
+std::vector<Setup> read_setups(std::vector<Recording> records, const OmaOptions& options,
                                std::vector<std::string>& references, OperationalModes& result) {
   std::vector<OperationalModes> lists(records.size());
   std::vector<MatrixXd> responses;
   for (std::size_t j = 0; j < records.size(); ++j) {
     records[j].check();
+    records[j] = usable_record(records[j], lists[j].summary);
+    if (lists[j].summary.status == Status::unusable) result.summary.fail(lists[j].summary.warnings.back());
     if (std::abs(records[j].dt / records.front().dt - 1) > 1e-6)
       throw Error(fmt::format("{}: {:g} Hz, where the first set-up has {:g} Hz: all must have one rate to be joined",
                               records[j].source, 1 / records[j].dt, 1 / records.front().dt));

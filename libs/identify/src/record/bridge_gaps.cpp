@@ -1,4 +1,4 @@
-#include "problem/bridge_gaps.hpp"
+#include "record/bridge_gaps.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "evidence/damaged_records.hpp"
+#include "record/damaged_records.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
