@@ -1,13 +1,32 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "record/damaged_records.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/identify/validate.hpp"
 
 namespace whirl::identification {
 namespace {
+
+/// Error of restarted free runs against what noise and the model's own residual account for: twice that asks for a
+/// look, three times that is no prediction. Parts of the motion that small do not count: free runs start at noisy
+/// samples.
+void judge_band(const IdentifiedModel& model, const StateScore& s, const std::string& source, Summary& summary) {
+  constexpr double kSeen = 2, kMissed = 3, kSmall = 0.03;
+  const double expected =
+      s.noise * std::sqrt(std::max(1.0, std::isfinite(model.summary.chi_square) ? model.summary.chi_square : 1.0));
+  const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : INFINITY;
+  const double beyond = std::sqrt(std::max(0.0, s.rmse * s.rmse - expected * expected));
+  if (!(s.rmse > kSeen * expected) || beyond < kSmall * spread) return;
+  const std::string text = fmt::format(
+      "{}: the model does not predict {}: error {:.3g} rms, {:.2g} % of the motion, where noise and the model's "
+      "own residual account for {:.3g}",
+      source, s.state, s.rmse, 100 * s.nrmse, expected);
+  s.rmse > kMissed* expected ? summary.fail(text) : summary.warn(text);
+}
 
 ValidationRun general_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
   ValidationRun run;
@@ -20,8 +39,17 @@ ValidationRun general_run(const IdentifiedModel& model, const Recording& record,
       run.summary.fail(fmt::format("{}: the free run of {} diverges", record.source, h.scores[k].state));
     } else if (h.near[k].nrmse > 1) {
       run.summary.fail(fmt::format("{}: {} is predicted no better than by its mean", record.source, h.scores[k].state));
+    } else {
+      judge_band(model, h.near[k], record.source, run.summary);
     }
   }
+  if (run.summary.status == Status::ok) return run;
+  std::vector<std::string> channels = model.inputs;
+  for (const StateScore& s : h.scores) channels.push_back(s.state);
+  // The verdict itself stays last.
+  std::vector<std::string>& said = run.summary.warnings;
+  for (const std::string& finding : detail::look_for_damage({record}, channels).findings)
+    said.insert(said.begin(), "this may be the cause: " + finding);
   return run;
 }
 
