@@ -10,6 +10,7 @@
 #include <set>
 
 #include "blows/cubic_fit.hpp"
+#include "blows/lack_of_fit.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -112,23 +113,28 @@ CubicFit fit_with_gauge(const Eigen::VectorXd& x, const Eigen::VectorXd& f, Eige
   return fit;
 }
 
-}  // namespace
-
-StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
-                           const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options) {
+void require_table(const Eigen::Ref<const Eigen::VectorXd>& deflection,
+                   const Eigen::Ref<const Eigen::VectorXd>& force) {
   const Eigen::Index n = deflection.size();
   if (force.size() != n) {
     throw Error(
         fmt::format("force-deflection table with {} deflections and {} forces: must be equally many", n, force.size()));
   }
   if (!deflection.allFinite() || !force.allFinite()) throw Error("force-deflection table: every value must be finite");
-  require_range("confidence", options.confidence, 0.5, 0.999999);
   const std::set<double> distinct(deflection.data(), deflection.data() + n);
-  const Eigen::Index parameters = options.fit_offset ? 3 : 2;
   if (distinct.size() < 4) {
     throw Error(
         fmt::format("force-deflection table with {} different deflections: must have at least 4", distinct.size()));
   }
+}
+
+}  // namespace
+
+StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
+                           const Eigen::Ref<const Eigen::VectorXd>& force, const StiffnessOptions& options) {
+  require_table(deflection, force);
+  require_range("confidence", options.confidence, 0.5, 0.999999);
+  const Eigen::Index n = deflection.size(), parameters = options.fit_offset ? 3 : 2;
 
   // Scaled to deflection and force of order 1, so that the parameters are comparable.
   const double ds = deflection.cwiseAbs().maxCoeff();
@@ -137,6 +143,14 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const Eigen::VectorXd f = force / fs;
 
   StiffnessLaw law;
+  for (const int sign : {1, -1}) {
+    const std::vector<Eigen::Index> limit = at_limit(x, force, sign);
+    if (limit.empty()) continue;
+    law = fit_stiffness(all_but(deflection, limit), all_but(force, limit), options);
+    law.summary.warn(fmt::format("the force reads {:.4g} N at {} points: a load cell at its limit? They are left out",
+                                 force[limit.front()], limit.size()));
+    return law;
+  }
   const std::vector<Eigen::Index> odd =
       options.leave_out_outliers ? outliers_of(x, f, parameters, kOutlierChance) : std::vector<Eigen::Index>{};
   if (!odd.empty()) {
@@ -160,12 +174,15 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   const double t = boost::math::quantile(student, 0.5 + options.confidence / 2);
   Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
 
+  const LackOfFit lack = lack_of_fit(x, fit.residual, fit.weight, jacobian, p[2]);
+  const Eigen::VectorXd sd =
+      (lack.widening * lack.widening * covariance.diagonal().array() + lack.shift.array().square()).sqrt();
+
   law.points = n;
-  law.k1 = with_interval(p[0] * fs / ds, std::sqrt(covariance(0, 0)) * fs / ds, t);
-  law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), std::sqrt(covariance(1, 1)) * fs / std::pow(ds, 3), t);
-  law.offset =
-      options.fit_offset ? with_interval(p[2] * ds, std::sqrt(covariance(2, 2)) * ds, t) : Estimate{0, 0, 0, 0};
-  const double sd_k2 = std::sqrt(covariance(1, 1));
+  law.k1 = with_interval(p[0] * fs / ds, sd[0] * fs / ds, t);
+  law.k2 = with_interval(p[1] * fs / std::pow(ds, 3), sd[1] * fs / std::pow(ds, 3), t);
+  law.offset = options.fit_offset ? with_interval(p[2] * ds, sd[2] * ds, t) : Estimate{0, 0, 0, 0};
+  const double sd_k2 = sd[1];
   law.cubic_p_value = sd_k2 > 0 ? 2 * boost::math::cdf(boost::math::complement(student, std::abs(p[1]) / sd_k2))
                                 : (p[1] == 0 ? 1.0 : 0.0);
   law.hysteresis = branch_difference(deflection, fit.residual * fs);
@@ -177,6 +194,14 @@ StiffnessLaw fit_stiffness(const Eigen::Ref<const Eigen::VectorXd>& deflection,
   law.summary.trust = fmt::format("force within {:.3g} N rms for deflections from {:.4g} to {:.4g} m",
                                   law.summary.residual, deflection.minCoeff(), deflection.maxCoeff());
   judge(law, fit, options, ds, fs);
+  if (!lack.law.empty()) {
+    Eigen::Index at = 0;
+    const double most = fit.residual.cwiseAbs().maxCoeff(&at) * fs;
+    law.summary.warn(
+        fmt::format("the force does not follow k1 d + k2 d^3: {}; up to {:.3g} N off, at {:.3g} m: K1 and K2 are those "
+                    "of the whole range, their intervals are widened",
+                    lack.law, most, deflection[at]));
+  }
   return law;
 }
 
