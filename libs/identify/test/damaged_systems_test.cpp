@@ -160,5 +160,42 @@ TEST(DamagedSystemsProperty, ValidationFailsForAnotherMachineAndADamagedRecordOn
   }
 }
 
+// Chaos carries the noise of a restart further; other runs of the same machine are still predicted.
+TEST(DamagedSystemsProperty, ValidationOfANoisyChaoticMachineHolds) {
+  const auto lorenz = [](unsigned seed) {
+    std::mt19937_64 random(104729ull * seed);
+    std::normal_distribution<double> normal;
+    Eigen::Vector3d s(normal(random), normal(random), 20 + normal(random));
+    const auto rate = [](const Eigen::Vector3d& a) {
+      return Eigen::Vector3d(10 * (a[1] - a[0]), a[0] * (28 - a[2]) - a[1], a[0] * a[1] - 8.0 / 3 * a[2]);
+    };
+    Eigen::MatrixXd y(4000, 3);
+    for (int i = -500; i < 4000; ++i) {
+      if (i >= 0) y.row(i) = s;
+      for (int k = 0; k < 10; ++k) {
+        constexpr double h = 5e-4;
+        const Eigen::Vector3d a = rate(s), b = rate(s + h / 2 * a), c = rate(s + h / 2 * b), d = rate(s + h * c);
+        s += h / 6 * (a + 2 * b + 2 * c + d);
+      }
+    }
+    Recording record;
+    record.dt = 5e-3;
+    record.source = "run";
+    for (int c = 0; c < 3; ++c) {
+      const double size = 0.05 * std::sqrt(y.col(c).squaredNorm() / 4000);
+      for (int i = 0; i < 4000; ++i) y(i, c) += size * normal(random);
+      record.add(std::string(1, static_cast<char>('x' + c)), Quantity::dimensionless, y.col(c));
+    }
+    return record;
+  };
+  IdentifyOptions o;
+  o.method = Method::sindy;
+  const IdentifiedModel model = identify(lorenz(1), o).model;
+  for (unsigned seed = 2; seed <= 9; ++seed) {
+    const Summary s = validate(model, std::vector{lorenz(seed)}).summary;
+    EXPECT_EQ(s.status, Status::ok) << seed << " " << s.warnings.back();
+  }
+}
+
 }  // namespace
 }  // namespace whirl::identification

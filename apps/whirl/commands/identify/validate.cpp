@@ -55,6 +55,8 @@ report::Table general_table(const identification::ValidationReport& report) {
                    {"noise", "SI"},
                    {"nrmse", "%"},
                    {"restarted every", "s"},
+                   {"error", "SI"},
+                   {"band", "SI"},
                    {"nrmse", "%"}};
   const auto percent = [](double v) { return std::isfinite(v) ? fmt::format("{:.3g}", 100 * v) : "diverges"; };
   for (const identification::ValidationRun& run : report.runs) {
@@ -62,7 +64,8 @@ report::Table general_table(const identification::ValidationReport& report) {
     for (std::size_t k = 0; k < h.scores.size(); ++k) {
       const identification::StateScore& s = h.scores[k];
       table.add({run.source, s.state, show_error(s.rmse), show_error(s.noise), percent(s.nrmse),
-                 fmt::format("{:.3g}", h.horizon), percent(h.near[k].nrmse)});
+                 fmt::format("{:.3g}", h.horizon), show_error(h.near[k].rmse), show_error(run.band[k]),
+                 percent(h.near[k].nrmse)});
     }
   }
   return table;

@@ -101,7 +101,9 @@ io::Json to_json(const ValidationReport& report) {
       runs.push(std::move(entry.set("summary", io::to_json(run.summary))));
     } else {
       io::Json entry = to_json(run.general);
-      entry.set("file", run.source).set("summary", io::to_json(run.summary));
+      io::Json bands = io::Json::object();
+      for (std::size_t k = 0; k < run.band.size(); ++k) bands.set(run.general.near[k].state, run.band[k]);
+      entry.set("file", run.source).set("band", std::move(bands)).set("summary", io::to_json(run.summary));
       runs.push(std::move(entry));
     }
   }

@@ -11,21 +11,14 @@
 namespace whirl::identification {
 namespace {
 
-/// Error of restarted free runs against what noise and the model's own residual account for: twice that asks for a
-/// look, three times that is no prediction. Parts of the motion that small do not count: free runs start at noisy
-/// samples.
-void judge_band(const IdentifiedModel& model, const StateScore& s, const std::string& source, Summary& summary) {
-  constexpr double kSeen = 2, kMissed = 3, kSmall = 0.03;
-  const double expected =
-      s.noise * std::sqrt(std::max(1.0, std::isfinite(model.summary.chi_square) ? model.summary.chi_square : 1.0));
-  const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : INFINITY;
-  const double beyond = std::sqrt(std::max(0.0, s.rmse * s.rmse - expected * expected));
-  if (!(s.rmse > kSeen * expected) || beyond < kSmall * spread) return;
-  const std::string text = fmt::format(
-      "{}: the model does not predict {}: error {:.3g} rms, {:.2g} % of the motion, where noise and the model's "
-      "own residual account for {:.3g}",
-      source, s.state, s.rmse, 100 * s.nrmse, expected);
-  s.rmse > kMissed* expected ? summary.fail(text) : summary.warn(text);
+/// Largest rms error of a free run restarted every characteristic period that the model stands for: twice what the
+/// noise of the record and the model's own residual account for (free runs start at noisy samples), or 3 % of the
+/// motion, SI.
+double band_of(const IdentifiedModel& model, const StateScore& s) {
+  constexpr double kTimes = 2, kShare = 0.03;
+  const double chi_square = std::isfinite(model.summary.chi_square) ? std::max(1.0, model.summary.chi_square) : 1;
+  const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : 0, expected = s.noise * std::sqrt(chi_square);
+  return std::max(kTimes * expected, std::hypot(expected, kShare * spread));
 }
 
 ValidationRun general_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
@@ -34,13 +27,18 @@ ValidationRun general_run(const IdentifiedModel& model, const Recording& record,
   const HeldOut& h = run.general;
   if (!h.reason.empty()) throw Error(h.reason);
   for (std::size_t k = 0; k < h.scores.size(); ++k) {
+    const StateScore& near = h.near[k];
+    run.band.push_back(band_of(model, near));
     // Over one characteristic period even chaos can be followed.
-    if (!std::isfinite(h.near[k].rmse)) {
+    if (!std::isfinite(near.rmse)) {
       run.summary.fail(fmt::format("{}: the free run of {} diverges", record.source, h.scores[k].state));
-    } else if (h.near[k].nrmse > 1) {
+    } else if (near.nrmse > 1) {
       run.summary.fail(fmt::format("{}: {} is predicted no better than by its mean", record.source, h.scores[k].state));
-    } else {
-      judge_band(model, h.near[k], record.source, run.summary);
+    } else if (near.rmse > run.band.back()) {
+      run.summary.fail(
+          fmt::format("{}: the model does not predict {}: error {:.3g} rms ({:.2g} % of the motion), "
+                      "{:.3g} is within its band",
+                      record.source, near.state, near.rmse, 100 * near.nrmse, run.band.back()));
     }
   }
   if (run.summary.status == Status::ok) return run;

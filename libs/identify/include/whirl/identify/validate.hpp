@@ -68,8 +68,11 @@ struct ValidationRun {
   std::string source;
   std::optional<Validation> rotor;
   HeldOut general;  ///< every measured state, over the whole record and restarted every characteristic period
+  /// By state of general.near: rms error up to which the model stands for the record, SI: twice what the record's noise
+  /// and the model's own residual (chi-square) account for, or 3 % of the motion.
+  std::vector<double> band;
   /// Verdict on this record: unusable also where the error of a run that is not fold-sensitive leaves the model's band,
-  /// or is as large as the motion.
+  /// or is as large as the motion. What is wrong with the record is a warning then.
   Summary summary;
 };
 struct ValidationReport {
