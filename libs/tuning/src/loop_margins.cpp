@@ -10,11 +10,10 @@
 
 #include "design_scenarios.hpp"
 #include "robustness_parallel.hpp"
-#include "standing_motion.hpp"
+#include "tried_loop.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/rig/virtual_rig.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/tuning/verdict.hpp"
 
@@ -24,42 +23,6 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLost = 50e-3;  // m: no motion of a loop that holds
-
-/// The controller's force in one window, N, and whether its motion grew or a limit cycle stood.
-struct ForceRun {
-  Eigen::VectorXcd force;
-  bool holds = true;
-};
-
-ForceRun run_window(const ControllerDesign& design, const std::shared_ptr<const rig::RigTables>& tables,
-                    std::uint64_t seed, Eigen::Index window, double settle, const Eigen::VectorXcd* excitation) {
-  control::Controller controller = control::make_controller(design);
-  rig::VirtualRig rig(tables, {seed, {}});
-  const rig::RigTruth truth(rig);
-  const Eigen::Index ticks = rig.ticks(), first = ticks - window;
-  StandingMotion standing(1 / design.sample_time, settle, {});
-  ForceRun out{Eigen::VectorXcd::Zero(window)};
-  for (Eigen::Index k = 0; k < ticks; ++k) {
-    const Measurement m = rig.read();
-    const auto answer = controller.step(m);
-    Command c = answer ? *answer : Command{};
-    if (k >= first) out.force[k - first] = {c.ux, c.uy};
-    if (m.omega != 0) standing.reading({m.x, m.y}, m.beta);
-    if (excitation != nullptr) {
-      const Complex d = (*excitation)[k % window];
-      c.ux += d.real(), c.uy += d.imag();
-    }
-    rig.write(c);
-    rig.advance();
-    if (!(std::abs(truth.z()) < kLost)) {
-      out.holds = false;
-      return out;
-    }
-  }
-  out.holds = standing.rms() == 0;
-  return out;
-}
 
 /// One period of a force with every line of both whirl directions at random phase.
 Eigen::VectorXcd multisine(Eigen::Index samples, double rms, std::mt19937_64& random) {
@@ -71,82 +34,17 @@ Eigen::VectorXcd multisine(Eigen::Index samples, double rms, std::mt19937_64& ra
   return force * (rms * std::sqrt(2.0 * static_cast<double>(samples)) / force.norm());
 }
 
-/// The rig at a constant speed, its forces without limit and resolution, its structure at rest.
-rig::RigParameters at_speed(rig::RigParameters p, double omega, double duration) {
-  p.profile = {.omega_start = omega, .omega_end = omega, .ramp_time = duration, .beta_start = p.profile.beta_start};
-  for (rig::RigMode& mode : p.modes) mode.initial = 0;
-  p.actuator.voltage_limit *= 1e3;
-  p.actuator.bits = p.laser.bits = 0;
-  return p;
-}
-
-/// The loop with another gain and further delay, left alone at a constant speed.
-class TriedLoop {
- public:
-  TriedLoop(const ControllerDesign& design, const rig::RigParameters& rig, double omega, const MarginOptions& o,
-            std::uint64_t seed)
-      : design_(design), rig_(at_speed(rig, omega, o.settle + o.window)), options_(o), seed_(seed) {}
-
-  bool holds(double gain, int delay) const {
-    rig::RigParameters p = rig_;
-    p.actuator.gain_error = (1 + p.actuator.gain_error) * gain - 1;
-    p.actuator.extra_delay_samples += delay;
-    const Eigen::Index window = std::lround(options_.window / design_.sample_time);
-    return run_window(design_, rig::make_rig_tables(p), seed_, window, options_.settle, nullptr).holds;
-  }
-
-  /// The factor at which it stops to hold, tried between 1 and kMostGain; infinite: it holds there too.
-  double gain() const {
-    double low = 1, high = 1;
-    do {
-      low = high;
-      high = std::min(kMostGain, high * 1.25);
-      if (low >= kMostGain) return kInfinity;
-    } while (holds(high, 0));
-    for (int i = 0; i < 3; ++i) {
-      const double middle = std::sqrt(low * high);
-      (holds(middle, 0) ? low : high) = middle;
-    }
-    return std::sqrt(low * high);
-  }
-  /// Half-way between the last whole sample with which it holds and the next; infinite: beyond kMostDelay.
-  double delay() const {
-    int n = 0;
-    while (n < kMostDelay && holds(1, n + 1)) ++n;
-    return n < kMostDelay ? (n + 0.5) * design_.sample_time : kInfinity;
-  }
-
-  /// Puts what the running loop shows in the place of margins that it contradicts. `follows`: the gain of the law
-  /// follows the motion, so that nothing but the running loop tells. Growth near the limit is slow: that a loop still
-  /// holds outside its linear margins is no contradiction.
-  void verify(LoopMargins& m, bool follows) const {
-    const double inside = std::min(1 + 0.9 * (m.gain_up - 1), kMostGain);
-    if (follows || !holds(inside, 0)) m.gain_up = gain(), m.simulated = true;
-    const double samples = m.delay / design_.sample_time;
-    const int last = samples < kMostDelay ? static_cast<int>(std::floor(samples)) : kMostDelay;
-    if (follows || (last > 0 && !holds(1, last))) m.delay = delay(), m.simulated = true;
-  }
-
- private:
-  static constexpr double kMostGain = 8;
-  static constexpr int kMostDelay = 12;
-  const ControllerDesign& design_;
-  rig::RigParameters rig_;
-  const MarginOptions& options_;
-  std::uint64_t seed_;
-};
-
 SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters& rig, double omega,
                         const MarginOptions& o, std::uint64_t seed) {
   const double h = design.sample_time;
   const Eigen::Index window = std::lround(o.window / h);
-  const auto tables = rig::make_rig_tables(at_speed(rig, omega, o.settle + o.window));
+  const auto tables = rig::make_rig_tables(at_constant_speed(rig, omega, o.settle + o.window));
   ControllerDesign free = design;
   free.force_limit = 0;
   free.parameters["supervise"] = 0;
   // mpc takes the limit as part of its law: far away, it is the regulator
   const double force = o.force > 0 ? o.force : rig.rotor.stiffness * 1e-6;
-  const ForceRun still = run_window(free, tables, seed, window, o.settle, nullptr);
+  const ForceRun still = run_window(free, tables, seed, window, nullptr);
   const bool follows = gain_follows_motion(design);
   SpeedMargins out;
   out.margins.omega = omega;
@@ -156,7 +54,7 @@ SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters
   std::mt19937_64 random(seed + 17);
   for (int i = 0; i < o.repeats && holds; ++i) {
     const Eigen::VectorXcd excitation = multisine(window, force, random);
-    const ForceRun shaken = run_window(free, tables, seed, window, o.settle, &excitation);
+    const ForceRun shaken = run_window(free, tables, seed, window, &excitation);
     const Eigen::VectorXcd answer = shaken.force - still.force;
     const Eigen::Index third = window / 3;
     // What the excitation leaves must be as large at the end as at the beginning.

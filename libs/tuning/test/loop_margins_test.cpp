@@ -195,30 +195,25 @@ void compare_standing(const std::string& law, const std::string& estimator, std:
   const LoopMargins m = loop_margins(d, at, o).front().margins;
   const std::string what = law + ":" + estimator + " machine " + std::to_string(seed);
   const bool stable = !stands(d, p, omega, 1, 0);
-  EXPECT_LE(m.stable, stable || law == "sta") << what;
-  if (!m.stable || !stable) return;
+  if (!m.stable && !stable) return;
+  // The first gain at which motion stands: limit cycles of sliding terms come in islands, wider steps pass over them.
+  // A loop in which it stands as it is has a margin of 1.
   double low = 1, high = 1;
-  while (high < 5.5 && !stands(d, p, omega, high * 1.4, 0)) high *= 1.4;
-  low = high, high *= 1.4;
-  for (int i = 0; low < 5.5 && i < 4; ++i) {
-    const double middle = std::sqrt(low * high);
-    (stands(d, p, omega, middle, 0) ? high : low) = middle;
+  for (double next = 1.025; stable && low < 8; next *= high < 1.3 ? 1.025 : 1.06) {
+    low = high, high = next;
+    if (stands(d, p, omega, high, 0)) break;
   }
   int delay = 0;
-  while (delay < 11 && !stands(d, p, omega, 1, delay + 1)) ++delay;
+  while (stable && delay < 11 && !stands(d, p, omega, 1, delay + 1)) ++delay;
   const double samples = m.delay / d.sample_time;
   std::printf("%-26s %llu: gain %6.2f (%6.2f), delay %5.2f (%2d)%s\n", (law + ":" + estimator).c_str(),
               static_cast<unsigned long long>(seed), m.gain_up, std::sqrt(low * high), samples, delay,
               m.simulated ? ", found in the running loop" : "");
-  // Where a limit cycle of the size of the judge's limit decides, two ways of looking differ: no claim is made there.
-  for (const char* name : {"tsmc_paper", "sta", "sta_implicit", "bsmc"}) {
-    if (law == name) return;
-  }
-  if (low < 5.5 && std::isfinite(m.gain_up)) {
+  if (low < 8 && std::isfinite(m.gain_up)) {
     EXPECT_NEAR(m.gain_up / std::sqrt(low * high), 1, 0.15) << what;
   } else {
-    EXPECT_GT(m.gain_up, 5) << what;
-    EXPECT_GT(low, 5) << what;
+    EXPECT_GT(m.gain_up, 7) << what;
+    EXPECT_GT(low, 7) << what;
   }
   if (delay < 11) {
     EXPECT_GE(samples, delay - 0.5) << what;
@@ -240,6 +235,13 @@ TEST(LoopMarginsProperty, EveryEstimatorAgreesWithTheInstabilityFoundBySimulatio
 }
 
 TEST(LoopMarginsProperty, EveryKindOnRandomMachinesAgreesWithTheInstabilityFoundBySimulation) {
+  // Laws with limit cycles of about the judge's size on three machines, further pairs on two.
+  for (const std::uint64_t seed : {4u, 6u, 10u}) {
+    for (const char* law : {"tsmc_paper", "sta", "sta_implicit", "bsmc"}) {
+      compare_standing(law, "lpf", seed, kTurn * 20);
+      compare_standing(law, "kfe", seed, kTurn * 20);
+    }
+  }
   const std::pair<const char*, const char*> pairs[] = {{"tsmc", "eso"}, {"asmc", "lpf"},        {"bsmc", "kalman"},
                                                        {"pd", "red"},   {"ntsmc", "kfe"},       {"sta_implicit", "lpf"},
                                                        {"lqr", "kfo"},  {"pd_influence", "lpf"}};
