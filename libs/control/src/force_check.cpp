@@ -12,6 +12,8 @@ constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
 constexpr double kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
 constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
 constexpr double kLateLeast = 0.6, kLateMost = 1.6;
+constexpr double kTest = 16e-3, kTestWindow = 3e-3, kAgain = 0.5, kClear = 0.25, kUnlike = 0.5, kRemains = 0.3;
+constexpr double kTold = 6e-3, kSure = 0.3, kEarlyLeft = 0.3, kEarlyLow = 0.1;
 constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 5e-3, kLarge = 2;
 
 double real_part(std::complex<double> a, std::complex<double> b) noexcept {
@@ -36,6 +38,10 @@ void ForceCheck::reset() noexcept {
   eps_ = settings_.eps;
   ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = 0;
   time_ = loud_ = gain_time_ = late_time_ = 0;
+  test_ = before_ = 0;
+  tested_ = kAgain;
+  suspected_ = ForceFault::none;
+  changed_ = false;
 }
 
 std::complex<double> ForceCheck::filtered(Filter& filter, Complex in) const noexcept {
@@ -62,7 +68,7 @@ std::complex<double> ForceCheck::delayed(Complex u) noexcept {
 }
 
 void ForceCheck::collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept {
-  const double w = std::min(settings_.sample_time / kWindow, 1.0);
+  const double w = std::min(settings_.sample_time / (test_ > 0 ? kTestWindow : kWindow), 1.0);
   const auto mean = [w](auto& sum, auto value) { sum += w * (value - sum); };
   const Complex d = y - u, back = std::conj(unbalance), l = late - u;
   now_ = product(d, back);  // times |f|^2 the eccentricity of this sample
@@ -99,6 +105,11 @@ ForceFault ForceCheck::judge() noexcept {
   const double low = 1 - std::max(px, py), high = 1 - std::min(px, py);
   const double by_gain = rr - px * xr - py * yr, by_delay = rr - share * lr;
 
+  if (test_ > 0) {
+    if (low < kReverse) suspected_ = ForceFault::reversed;
+    return test_ended(rr, fr, by_gain, changed);
+  }
+
   const bool loud = rr > threshold_ * threshold_;
   loud_ = loud ? loud_ + h : 0;
   const bool gain = loud && by_gain < kLeft * rr && by_gain < (low < kReverse ? 1 : kBetter) * changed &&
@@ -111,15 +122,39 @@ ForceFault ForceCheck::judge() noexcept {
   // An unbalance that doubles under a force that cancels it looks like a lost actuator at first.
   const bool other = changed < kOther * rr && low > kReverse;
   const double confirm = starting ? kEarly : large ? kQuick : other ? kUnclear : kConfirm;
-  if (gain_time_ > confirm) return low < kReverse ? ForceFault::reversed : ForceFault::lost;
+  tested_ = std::min(tested_ + h, kAgain);
+  const bool open = !starting && tested_ >= kAgain && changed < kUnlike * rr;  // a test may tell more
+  const bool early = open && rr > kLarge * kLarge * threshold_ * threshold_ && by_gain < kEarlyLeft * rr &&
+                     by_gain < changed && by_gain < by_delay && low < kEarlyLow && low > kLeast && high < kHigh;
+  if (gain_time_ > confirm || early) {
+    const ForceFault found = low < kReverse ? ForceFault::reversed : ForceFault::lost;
+    if (!early && (!open || by_gain < kClear * changed)) return found;
+    suspected_ = found;
+    before_ = rr;
+    test_ = h;
+    return ForceFault::none;
+  }
   return late_time_ > kConfirm ? ForceFault::late : ForceFault::none;
+}
+
+/// The force ends while the unbalance turns on: soon one of them alone explains r. At the end, what is left of r
+/// without force is no fault of the force.
+ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double changed) noexcept {
+  test_ += settings_.sample_time;
+  const bool told = test_ > kTold && std::min(by_gain, changed) < kSure * std::max(by_gain, changed);
+  if (!told && test_ < kTest) return ForceFault::none;
+  test_ = tested_ = loud_ = gain_time_ = late_time_ = 0;
+  if (told ? by_gain < changed : rr < kRemains * before_) return suspected_;
+  eps_ += (1 / (ff_ + 1e-9)) * fr;
+  changed_ = true;
+  return ForceFault::none;
 }
 
 // The unbalance that acts, while nothing else is to be explained.
 void ForceCheck::follow() noexcept {
   const double slow = kSlow * settings_.model.k1, size = std::norm(unbalance_[2]);
   const bool starting = time_<kStart, stuck = loud_> kStuck;
-  if (size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
+  if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
   const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;
   eps_ += std::min(settings_.sample_time / tau, 1.0) * ((1 / size) * now_ - eps_);
 }
@@ -127,6 +162,7 @@ void ForceCheck::follow() noexcept {
 ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) noexcept {
   const double h = settings_.sample_time;
   const Complex u = 0.5 * (a + a1_);
+  changed_ = false;
   a1_ = a;
   const Complex late = delayed(u), before = forcing1_;
   forcing1_ = forcing;

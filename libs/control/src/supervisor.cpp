@@ -14,6 +14,7 @@ constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kF
                  kSaturationTime = 0.05;
 constexpr double kGrowing = 1.1, kLoud = 2, kOwnWait = 0.2, kFullStart = 0.09;
 constexpr double kSudden = 0.4, kKnown = 0.5;
+constexpr double kCalm = 1, kTestFade = 2e-3, kTestReturn = 5e-3;
 constexpr int kQuarter = 3;
 constexpr double kDamping = 0.3;  // of the natural frequency: 0.15 of critical
 constexpr double kWorse = 1.1, kTurning = 0.1, kDecayed = 0.8, kDecaying = 0.95, kFast = 3;
@@ -46,6 +47,7 @@ std::string supervision_text(std::uint32_t word) {
   add(reasons, kForceLost, "the rotor does not follow the force: an actuator is lost");
   add(reasons, kForceReversed, "the rotor moves against the force: wrong sign");
   add(reasons, kForceLate, "the force acts too late");
+  add(reasons, kForceTested, "force let go for some ms to tell an actuator from the unbalance");
   if (reasons.empty()) return steps;
   return (steps.empty() ? "watched" : steps) + " (" + reasons + ")";
 }
@@ -56,12 +58,12 @@ Supervisor::Supervisor(const SupervisorSettings& settings) noexcept
 }
 
 void Supervisor::reset() noexcept {
-  started_ = follow_ = false;
+  started_ = follow_ = returned_ = false;
   motion_ = {};
   synchronous_ = offset_ = {};
   eps_ = quiet_ = used_ = settings_.eps;
-  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = sudden_ = 0;
-  gain_ = force_ = sensor_ = 1;
+  square_ = mark_ = time_ = above_ = wait_ = mismatch_ = worse_ = saturated_ = sudden_ = settle_ = calm_ = 0;
+  gain_ = force_ = sensor_ = held_ = 1;
   blend_ = own_ = 0;
   steps_ = 0;
   reasons_ = 0;
@@ -113,9 +115,17 @@ void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
     used_ = phase || acts < 0.25 * given ? 0 : settings_.eps;
   }
   // An integrator of what is left: stable for phase errors of the force up to 90 degrees, less the observer's 15.
-  const bool quiet = steps_ >= kOwnStep && square_ < settings_.level * settings_.level;
+  const bool lowered = settings_.fixed && steps_ > 0;
+  const bool quiet = (steps_ >= kOwnStep || lowered) && square_ < settings_.level * settings_.level;
   if ((follow_ && steps_ == 0) || quiet) used_ += (h / kFollow) * (now - used_);
-  if (follow_ || steps_ >= kOwnStep || (steps_ > 0 && !settings_.fixed)) blend_ = toward(blend_, 1, h / kFade);
+  if (follow_ || steps_ > 0) blend_ = toward(blend_, 1, h / kFade);
+  // The gain comes back once: a motion that the law feeds returns with it, and is answered for good.
+  calm_ = quiet && steps_ <= kQuarter ? calm_ + h : 0;
+  if (calm_ > kCalm && !returned_) {
+    returned_ = follow_ = true;
+    steps_ = 0;
+    wait_ = kTransient;
+  }
 }
 
 void Supervisor::step_down(std::uint32_t reason) noexcept {
@@ -134,11 +144,12 @@ void Supervisor::step_down(std::uint32_t reason) noexcept {
 
 void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   const double h = settings_.sample_time, level = std::sqrt(square_);
-  wait_ = std::max(0.0, wait_ - h);
+  settle_ = std::max(0.0, settle_ - h);
+  wait_ = std::max({0.0, wait_ - h, settle_});
   // At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
   // Without a feedforward the feedback has to catch the rotor first.
   const double start = settings_.fixed ? kObserved : kFullStart;
-  if (saturated_ > 0.5 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter) {
+  if (saturated_ > 0.5 && settle_ <= 0 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter) {
     step_down(kGrowth);
     steps_ = kOwnStep;
     wait_ = kOwnWait;
@@ -173,6 +184,20 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
 
 void Supervisor::judge_force(const SupervisorInput& in) noexcept {
   const ForceFault fault = check_.step(in.z, in.fresh, in.a, in.forcing);
+  if (check_.let_go()) {
+    reasons_ |= kForceTested;
+    wait_ = kTransient;
+  }
+  if (check_.changed()) {
+    reasons_ |= kUnbalanceChanged;
+    settle_ = kSudden;
+    eps_ = check_.eps();
+    if (settings_.fixed) {
+      follow_ = true;
+      used_ = eps_;
+      blend_ = 1;
+    }
+  }
   if (fault == ForceFault::none) return;
   reasons_ |= fault == ForceFault::lost ? kForceLost : fault == ForceFault::reversed ? kForceReversed : kForceLate;
   steps_ = kTripStep;
@@ -191,16 +216,17 @@ Supervision Supervisor::step(const SupervisorInput& in) noexcept {
   gain_ = toward(gain_, kGains[steps_], h / kFade);
   own_ = toward(own_, steps_ >= kOwnStep ? 1 : 0, h / kFade);
   force_ = toward(force_, steps_ >= kForceStep ? 0 : 1, h / kLetGo);
+  held_ = check_.let_go() ? toward(held_, 0, h / kTestFade) : toward(held_, 1, h / kTestReturn);
 
   Supervision out;
   out.gain = gain_ * sensor_;
-  out.force = force_;
+  out.force = force_ * held_;
   out.own = own_;
   if (own_ > 0) out.damper = (-sensor_ * kDamping * std::sqrt(std::max(settings_.model.k1, 0.0))) * motion_.v;
   out.blend = blend_;
   out.eps = used_;
   out.level = std::sqrt(square_);
-  out.adapt = steps_ == 0 && !limit && !lost;
+  out.adapt = steps_ == 0 && !limit && !lost && !check_.let_go();
   out.trip = steps_ >= kTripStep;
   out.word = reasons_ | (limit ? kSaturation : 0U) | (lost ? kSensorLost : 0U);
   out.word |=

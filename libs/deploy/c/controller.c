@@ -254,7 +254,8 @@ static whirl_status whirl_one(whirl_state *state, const whirl_input *in, whirl_o
 #endif
 /*@law_add@*/
 #if HAS_SUPERVISION
-  if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0)) || (state->watch.own > R(0.0))) {
+  if ((state->watch.gain < R(1.0)) || (state->watch.force < R(1.0)) || (state->watch.held < R(1.0)) ||
+      (state->watch.own > R(0.0))) {
     ax = whirl_watch_left(state, ax, d.re, state->watch.motion.v.re, e.d.re);
     ay = whirl_watch_left(state, ay, d.im, state->watch.motion.v.im, e.d.im);
   }

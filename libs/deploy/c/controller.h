@@ -68,6 +68,7 @@ typedef struct {
 #define WHIRL_WATCH_FORCE_LOST 16384U      /* the rotor does not follow the force of an axis */
 #define WHIRL_WATCH_FORCE_REVERSED 32768U  /* it moves against the force of an axis */
 #define WHIRL_WATCH_FORCE_LATE 65536U      /* the force acts about 8 ms later than designed for */
+#define WHIRL_WATCH_FORCE_TESTED 131072U   /* it was let go for 8 to 16 ms, to tell it from another unbalance */
 
 #endif
 typedef enum {
@@ -130,12 +131,18 @@ typedef struct {
   whirl_real loud;
   whirl_real gain_time;
   whirl_real late_time;
+  whirl_real test; /* s since the force was let go; 0: it acts */
+  whirl_real tested;
+  whirl_real before;
+  uint32_t suspected;
+  bool changed;
 } whirl_force_check;
 
 /* Memory of the supervision. */
 typedef struct {
   bool started;
   bool follow;
+  bool returned;
   bool adapt;
   uint32_t reasons;
   uint32_t word;
@@ -157,6 +164,9 @@ typedef struct {
   whirl_real at_limit;
   whirl_real own;
   whirl_real sudden;
+  whirl_real settle;
+  whirl_real calm;
+  whirl_real held;
   whirl_real feedback;
   whirl_real force;
   whirl_real sensor;

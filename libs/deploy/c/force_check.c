@@ -45,6 +45,11 @@ static void whirl_check_reset(whirl_state *state) {
   c->loud = R(0.0);
   c->gain_time = R(0.0);
   c->late_time = R(0.0);
+  c->test = R(0.0);
+  c->tested = R(0.5);
+  c->before = R(0.0);
+  c->suspected = 0U;
+  c->changed = false;
 }
 
 static whirl_real whirl_along(whirl_complex a, whirl_complex b) { return (a.re * b.re) + (a.im * b.im); }
@@ -81,7 +86,7 @@ static whirl_complex whirl_mean(whirl_real w, whirl_complex sum, whirl_complex v
 /* Weighted means of products over the last 8 ms. */
 static void whirl_collect(whirl_force_check *c, whirl_real h, whirl_complex y, whirl_complex u, whirl_complex late,
                           whirl_complex unbalance) {
-  const whirl_real w = M(fmin)(h / R(8e-3), R(1.0));
+  const whirl_real w = M(fmin)(h / ((c->test > R(0.0)) ? R(3e-3) : R(8e-3)), R(1.0));
   const whirl_complex d = whirl_sub(y, u);
   const whirl_complex back = whirl_conj(unbalance);
   const whirl_complex l = whirl_sub(late, u);
@@ -98,6 +103,31 @@ static void whirl_collect(whirl_force_check *c, whirl_real h, whirl_complex y, w
   c->yd += w * ((-u.im * d.im) - c->yd);
   c->ll += w * (whirl_norm(l) - c->ll);
   c->ld += w * (whirl_along(l, d) - c->ld);
+}
+
+/* Without force, or nearly: soon a wrong force or another unbalance alone explains what is left. At the end, what is left
+   is no fault of the force. 0 or the bit that was suspected. */
+static uint32_t whirl_force_tested(whirl_force_check *c, whirl_real h, whirl_real rr, whirl_complex fr, whirl_real by_gain,
+                                   whirl_real changed) {
+  uint32_t found = 0U;
+  bool told;
+  c->test += h;
+  told = (c->test > R(6e-3)) && (M(fmin)(by_gain, changed) < (R(0.3) * M(fmax)(by_gain, changed)));
+  if (told || (c->test >= R(16e-3))) {
+    const bool force = told ? (by_gain < changed) : (rr < (R(0.3) * c->before));
+    c->test = R(0.0);
+    c->tested = R(0.0);
+    c->loud = R(0.0);
+    c->gain_time = R(0.0);
+    c->late_time = R(0.0);
+    if (force) {
+      found = c->suspected;
+    } else {
+      c->eps = whirl_add(c->eps, whirl_scale(R(1.0) / (c->ff + R(1e-9)), fr));
+      c->changed = true;
+    }
+  }
+  return found;
 }
 
 /* What explains y - u - e f best: a gain of each actuator, a later force or another unbalance. 0 or a WHIRL_WATCH_ bit. */
@@ -136,15 +166,33 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   const bool other = (changed < (R(0.25) * rr)) && (low > R(-0.4));
   const whirl_real confirm = starting ? R(5e-3) : (large ? R(2e-3) : (other ? R(17e-3) : R(8e-3)));
   uint32_t found = 0U;
-  c->loud = loud ? (c->loud + h) : R(0.0);
-  c->gain_time = gain ? (c->gain_time + h) : R(0.0);
-  c->late_time = late ? (c->late_time + h) : R(0.0);
-  if (c->gain_time > confirm) {
-    found = reversed ? WHIRL_WATCH_FORCE_REVERSED : WHIRL_WATCH_FORCE_LOST;
-  } else if (c->late_time > R(8e-3)) {
-    found = WHIRL_WATCH_FORCE_LATE;
+  if (c->test > R(0.0)) {
+    if (reversed) {
+      c->suspected = WHIRL_WATCH_FORCE_REVERSED;
+    }
+    found = whirl_force_tested(c, h, rr, fr, by_gain, changed);
   } else {
-    /* the rotor follows the force */
+    const bool fair = (c->tested + h) >= R(0.5); /* the last test is long ago */
+    const bool open = !starting && fair && (changed < (R(0.5) * rr));
+    const bool early = open && (rr > (R(4.0) * threshold * threshold)) && (by_gain < (R(0.3) * rr)) &&
+                       (by_gain < changed) && (by_gain < by_delay) && (low < R(0.1)) && (low > R(-1.6)) &&
+                       (high < R(1.4));
+    const uint32_t force = reversed ? WHIRL_WATCH_FORCE_REVERSED : WHIRL_WATCH_FORCE_LOST;
+    c->tested = M(fmin)(c->tested + h, R(0.5));
+    c->loud = loud ? (c->loud + h) : R(0.0);
+    c->gain_time = gain ? (c->gain_time + h) : R(0.0);
+    c->late_time = late ? (c->late_time + h) : R(0.0);
+    if (early || ((c->gain_time > confirm) && open && (by_gain >= (R(0.25) * changed)))) {
+      c->suspected = force;
+      c->before = rr;
+      c->test = h;
+    } else if (c->gain_time > confirm) {
+      found = force;
+    } else if (c->late_time > R(8e-3)) {
+      found = WHIRL_WATCH_FORCE_LATE;
+    } else {
+      /* the rotor follows the force */
+    }
   }
   return found;
 }
@@ -155,7 +203,7 @@ static void whirl_force_follow(whirl_force_check *c, const whirl_params *p) {
   const whirl_real size = whirl_norm(c->unbalance[2]);
   const bool starting = c->time < R(0.15);
   const bool stuck = c->loud > R(0.15);
-  if ((size > (slow * slow)) && ((c->loud <= R(0.0)) || starting || stuck)) {
+  if ((c->test <= R(0.0)) && (size > (slow * slow)) && ((c->loud <= R(0.0)) || starting || stuck)) {
     const whirl_real tau = starting ? R(0.02) : (stuck ? R(0.03) : R(0.1));
     c->eps = whirl_mean(M(fmin)(p->sample_time / tau, R(1.0)), c->eps, whirl_scale(R(1.0) / size, c->now));
   }
@@ -172,6 +220,7 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
   const whirl_complex late = whirl_delayed(c, u);
   const whirl_complex before = c->forcing1;
   uint32_t found = 0U;
+  c->changed = false;
   c->a1 = a;
   c->forcing1 = forcing;
   if (!fresh) {

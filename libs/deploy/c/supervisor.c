@@ -9,6 +9,7 @@ static void whirl_watch_reset(whirl_state *state) {
   const whirl_complex none = whirl_make(R(0.0), R(0.0));
   w->started = false;
   w->follow = false;
+  w->returned = false;
   w->motion.z = none;
   w->motion.v = none;
   w->motion.d = none;
@@ -28,6 +29,9 @@ static void whirl_watch_reset(whirl_state *state) {
   w->at_limit = R(0.0);
   w->own = R(0.0);
   w->sudden = R(0.0);
+  w->settle = R(0.0);
+  w->calm = R(0.0);
+  w->held = R(1.0);
   w->feedback = R(1.0);
   w->force = R(1.0);
   w->sensor = R(1.0);
@@ -109,16 +113,25 @@ static void whirl_watch_feedforward(whirl_state *state, bool fresh, whirl_comple
   (void)fresh;
 #endif
   {
-    const bool quiet = (w->steps >= 4) && (w->square < (p->watch_level * p->watch_level));
+#if HAS_FIXED
+    const int32_t least_steps = 1;
+#else
+    const int32_t least_steps = 4;
+#endif
+    const bool quiet = (w->steps >= least_steps) && (w->square < (p->watch_level * p->watch_level));
     if ((w->follow && (w->steps == 0)) || quiet) {
       w->used = whirl_add(w->used, whirl_scale(h / R(0.12), whirl_sub(now, w->used)));
     }
-#if HAS_FIXED
-    if (w->follow || (w->steps >= 4)) {
-#else
-    if (w->steps > 0) {
-#endif
+    if (w->follow || (w->steps > 0)) {
       w->blend = whirl_toward(w->blend, R(1.0), h / R(0.02));
+    }
+    /* The gain comes back once: a motion that the law feeds returns with it, and is answered for good. */
+    w->calm = (quiet && (w->steps <= 3)) ? (w->calm + h) : R(0.0);
+    if ((w->calm > R(1.0)) && !w->returned) {
+      w->returned = true;
+      w->follow = true;
+      w->steps = 0;
+      w->wait = R(0.12);
     }
   }
 }
@@ -165,9 +178,10 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
   bool sudden;
   const whirl_real start = R(0.09);
 #endif
-  w->wait = M(fmax)(R(0.0), w->wait - h);
+  w->settle = M(fmax)(R(0.0), w->settle - h);
+  w->wait = M(fmax)(M(fmax)(R(0.0), w->wait - h), w->settle);
   /* At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed. */
-  if ((w->at_limit > R(0.5)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3)) {
+  if ((w->at_limit > R(0.5)) && (w->settle <= R(0.0)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3)) {
     whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
     w->steps = 4;
     w->wait = R(0.2);
@@ -239,6 +253,20 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   whirl_watch_feedforward(state, fresh, forcing);
   whirl_watch_motion(state, forcing, omega);
   force = whirl_force_check_step(state, z, fresh, a, forcing);
+  if (state->check.test > R(0.0)) {
+    w->reasons |= WHIRL_WATCH_FORCE_TESTED;
+    w->wait = R(0.12);
+  }
+  if (state->check.changed) {
+    w->reasons |= WHIRL_WATCH_UNBALANCE_CHANGED;
+    w->settle = R(0.4);
+    w->estimated = state->check.eps;
+#if HAS_FIXED
+    w->follow = true;
+    w->used = w->estimated;
+    w->blend = R(1.0);
+#endif
+  }
   if (force != 0U) {
     w->reasons |= force;
     w->steps = 6;
@@ -249,8 +277,10 @@ static void whirl_watch_step(whirl_state *state, whirl_complex z, bool fresh, wh
   w->feedback = whirl_toward(w->feedback, gains[w->steps], h / R(0.02));
   w->own = whirl_toward(w->own, (w->steps >= 4) ? R(1.0) : R(0.0), h / R(0.02));
   w->force = whirl_toward(w->force, (w->steps >= 5) ? R(0.0) : R(1.0), h / R(0.3));
+  w->held = (state->check.test > R(0.0)) ? whirl_toward(w->held, R(0.0), h / R(2e-3))
+                                         : whirl_toward(w->held, R(1.0), h / R(5e-3));
   w->gain = w->feedback * w->sensor;
-  w->adapt = (w->steps == 0) && !limit && !lost;
+  w->adapt = (w->steps == 0) && !limit && !lost && (state->check.test <= R(0.0));
   w->word = w->reasons | (limit ? WHIRL_WATCH_SATURATION : 0U) | (lost ? WHIRL_WATCH_SENSOR_LOST : 0U);
   w->word |= (w->adapt ? 0U : WHIRL_WATCH_ADAPTATION_FROZEN) | (w->follow ? WHIRL_WATCH_FEEDFORWARD_REPLACED : 0U);
 #if HAS_CARRIED
@@ -266,6 +296,6 @@ static whirl_real whirl_watch_left(const whirl_state *state, whirl_real asked, w
                                    whirl_real d) {
   const whirl_watch *const w = &state->watch;
   const whirl_real damper = ((-w->sensor * R(0.3)) * M(sqrt)(M(fmax)(state->params.k1, R(0.0)))) * v;
-  return w->force * (((R(1.0) - w->own) * (forward + (w->gain * (asked - forward)))) + (w->own * (damper - d)));
+  return (w->force * w->held) * (((R(1.0) - w->own) * (forward + (w->gain * (asked - forward)))) + (w->own * (damper - d)));
 }
 #endif

@@ -173,6 +173,39 @@ TEST(SupervisionExport, FaultsOfTheForceAreFoundAtTheTickOfTheLibrary) {
   }
 }
 
+// An unbalance that trebles looks like a force of the wrong sign until it is let go: the same ticks, and no trip.
+TEST(SupervisionExport, AnUnbalanceThatTreblesIsToldFromAWrongForceAtTheTickOfTheLibrary) {
+  testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
+  m.down = 6;
+  for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
+    const ControllerDesign d = design_for(m, law, estimator);
+    const Exported exported(d);
+    control::Controller controller = control::make_controller(d);
+    testing::ForeignRig rig(m, 5);
+    double largest = 0, off = 0;
+    std::uint32_t words = 0;
+    for (long k = 0; k < 2500; ++k) {
+      if (k == 1500) rig.machine().unbalance *= 3;
+      const Measurement r = rig.read();
+      const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+      double out[3];
+      const int status = exported.go(in, 1, out);
+      const auto answer = controller.step(r);
+      words |= controller.state().supervision.word;
+      ASSERT_EQ(status, 0) << law << " " << k;
+      ASSERT_TRUE(answer) << law << " " << k << ": " << control::supervision_text(words);
+      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), controller.state().supervision.word) << law << " " << k;
+      largest = std::max({largest, std::abs(answer->ux), std::abs(answer->uy)});
+      off = std::max({off, std::abs(out[0] - answer->ux), std::abs(out[1] - answer->uy)});
+      rig.write(*answer);
+      rig.advance();
+    }
+    EXPECT_LE(off, 1e-12 * largest) << law;
+    EXPECT_NE(words & control::kForceTested, 0u) << law << ": " << control::supervision_text(words);
+    EXPECT_NE(words & control::kUnbalanceChanged, 0u) << law << ": " << control::supervision_text(words);
+  }
+}
+
 // A design without supervision is exported without a line of it.
 TEST(SupervisionExport, NothingOfItWithoutIt) {
   ControllerDesign d = design_for(testing::ForeignMachine::draw(4), "pd", "lpf");

@@ -204,6 +204,74 @@ TEST(SupervisionProperty, AnUnbalanceThatChangesAtOnceTripsNothing) {
   std::printf("%d runs\n", runs);
 }
 
+/// Laws on a fixed feedforward with little damping, as `compare` tunes them.
+ControllerDesign soft(const char* law, const std::map<std::string, double>& parameters) {
+  std::map<std::string, double> all{{"cancel", 1}, {"cutoff", 450}, {"predict", 0}, {"watch_level", 188e-6}};
+  all.insert(parameters.begin(), parameters.end());
+  return given(law, "lpf", true, all);
+}
+
+// An unbalance that trebles under a force that cancels it looks like a force of the wrong sign: nothing trips, and the
+// rotor stays far below what it does without control.
+TEST(SupervisionProperty, AnUnbalanceThatTreblesIsSurvived) {
+  const rig::RigParameters rig;
+  int runs = 0, tested = 0;
+  double largest = 0;
+  std::vector<ControllerDesign> designs{soft("pd", {{"kd", 31.07}, {"kp", -3565}}), fragile_designs().back()};
+  for (const double t : {1.5, 4.0, 8.0}) {
+    for (const double factor : {3.0, -2.0}) {
+      ClosedLoopOptions o;
+      o.run.seed = 19;
+      rig::ScriptedFault fault{rig::RigFault::unbalance, t, 1e9};
+      fault.factor = factor;
+      o.run.faults.push_back(fault);
+      const ClosedLoopPlant plant(rig, o);
+      for (const ControllerDesign& d : designs) {
+        const ClosedLoopMetrics m = plant.run(d);
+        EXPECT_EQ(m.supervision & (control::kForceOff | control::kSupervisionTrip), 0u)
+            << d.law << ", " << d.estimator << ", " << factor << " at " << t
+            << " s: " << control::supervision_text(m.supervision);
+        // The open loop of this run has the larger unbalance from then on only.
+        EXPECT_LE(m.closed.all, 0.5 * plant.open().all) << d.law << ", " << factor << " at " << t << " s";
+        largest = std::max(largest, m.closed.all / plant.open().all);
+        tested += (m.supervision & control::kForceTested) != 0;
+        ++runs;
+      }
+    }
+  }
+  EXPECT_GT(tested, 0);
+  std::printf("%d runs, the force let go in %d, largest motion %.2f of the open one\n", runs, tested, largest);
+}
+
+// Forces 30 and 40 % stronger than designed for: an answer to a motion that decays by itself costs nothing for good.
+TEST(SupervisionProperty, StrongerForcesAreNotWorseWithSupervision) {
+  const std::vector<ControllerDesign> designs{soft("pd", {{"kd", 31.07}, {"kp", -3565}}),
+                                              soft("pid", {{"kd", 28.32}, {"kp", -3620}, {"ki", 10}}),
+                                              soft("lsmc", {{"boundary_layer", 0.7778},
+                                                            {"cancel", 0.6581},
+                                                            {"cutoff", 301.7},
+                                                            {"surface_gain", 5.11},
+                                                            {"switching_gain", 20}})};
+  int answered = 0;
+  for (const double error : {0.3, 0.4, -0.3}) {
+    rig::RigParameters rig;
+    rig.actuator.gain_error = error;
+    ClosedLoopOptions o;
+    o.skip = 0.3;
+    const ClosedLoopPlant plant(rig, o);
+    for (ControllerDesign d : designs) {
+      const ClosedLoopMetrics with = plant.run(d);
+      d.parameters["supervise"] = 0;
+      const ClosedLoopMetrics without = plant.run(d);
+      answered += with.supervision != 0;
+      std::printf("%s %+.0f %%: %.0f um, %.0f um without: %s\n", d.law.c_str(), 100 * error, 1e6 * with.closed.all,
+                  1e6 * without.closed.all, control::supervision_text(with.supervision).c_str());
+      EXPECT_LE(with.closed.all, 1.05 * without.closed.all + 5e-6) << d.law << " " << error;
+    }
+  }
+  EXPECT_GT(answered, 0);
+}
+
 TEST(SupervisionUnit, TheStatusWordIsWritten) {
   EXPECT_EQ(control::supervision_text(0), "");
   EXPECT_EQ(control::supervision_text(control::kGainLowered | control::kGrowth),

@@ -30,8 +30,15 @@ struct ForceCheckSettings {
 /// than a quarter of r too: an unbalance that doubles under a force that cancels it looks like a loss at first. `late`:
 /// the same for (b) with a share of 0.6 to 1.6 of the 8 ms. e is followed while r is small. In the first 0.15 s it is
 /// not known yet, and (a) and (b) are fitted together with it.
+///
+/// A force that cancels the unbalance is proportional to it, so that (a) and (c) explain r nearly alike: an unbalance
+/// that trebles looks like a force of the wrong sign. Where (a) is not four times as good as (c), and (c) leaves less
+/// than half of r, the force is let go (`let_go`) until one of them is three times as good as the other, which takes 8
+/// ms, at most 16 ms: a wrong force leaves nothing of r then, another unbalance all of it, and is known (`changed`,
+/// `eps`). A large r with a gain below 0.1 is tested at once. Once within half a second; else the force is blamed.
 class ForceCheck {
  public:
+  using Complex = std::complex<double>;
   ForceCheck() = default;
   explicit ForceCheck(const ForceCheckSettings& settings) noexcept;
 
@@ -39,11 +46,15 @@ class ForceCheck {
   /// `forcing` at it. A sample that is not fresh is left out.
   ForceFault step(std::complex<double> z, bool fresh, std::complex<double> a, std::complex<double> forcing) noexcept;
   void reset() noexcept;
+  /// The force must be let go, to see what acts without it.
+  bool let_go() const noexcept { return test_ > 0; }
+  /// True for one sample: what was seen without force is another unbalance, `eps`.
+  bool changed() const noexcept { return changed_; }
+  Complex eps() const noexcept { return eps_; }  ///< the unbalance that acts, m
   /// The readings before a gap are forgotten.
   void interrupt() noexcept { readings_ = 0; }
 
  private:
-  using Complex = std::complex<double>;
   using Filter = std::array<Complex, 3>;
   static constexpr int kBlocks = 16;
 
@@ -52,6 +63,7 @@ class ForceCheck {
   void collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept;
   void follow() noexcept;
   ForceFault judge() noexcept;
+  ForceFault test_ended(double rr, Complex fr, double by_gain, double changed) noexcept;
 
   ForceCheckSettings settings_;
   double threshold_ = 0;          // m/s^2
@@ -67,6 +79,9 @@ class ForceCheck {
   Complex eps_, now_, fd_, fx_, fy_, fl_;
   double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0;
   double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s
+  double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
+  ForceFault suspected_ = ForceFault::none;
+  bool changed_ = false;
 };
 
 }  // namespace whirl::control

@@ -29,6 +29,7 @@ enum SupervisionBit : std::uint32_t {
   kForceLost = 16384,        ///< the rotor does not follow the force of an axis
   kForceReversed = 32768,    ///< it moves against the force of an axis
   kForceLate = 65536,        ///< the force acts about 8 ms later than designed for
+  kForceTested = 131072,     ///< it was let go for 8 to 16 ms, to tell a wrong force from another unbalance
 };
 
 /// Reasons that say that a design does not hold its rotor.
@@ -95,9 +96,14 @@ struct Supervision {
 ///   times as large as the model's without control, and a quarter of `level` more, takes the same steps.
 /// - Where the law follows the unbalance itself, an unbalance that changes by more than a third within 0.3 s is given
 ///   0.4 s: its transient is no growth, and what the law adapts to is right.
-/// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once.
+/// - A feedback with half or a quarter of its gain leaves more of what the feedforward misses: while the motion is
+///   quiet, the feedforward from a fixed eccentricity follows the estimate then, too. Quiet for a second, the law gets
+///   its gain back, once in a run.
+/// - Where the rotor does not follow the force (ForceCheck) there is nothing left to lower: it trips at once. Where
+///   another unbalance would look the same, the force is let go for 8 to 16 ms first; when it is the unbalance, the
+///   feedforward follows it and the law goes on.
 /// - Without readings the feedback fades within 10 ms; it returns with them.
-/// Steps stay until `reset`, but for those of a lost sensor and of saturation.
+/// Other steps stay until `reset`, but for those of a lost sensor and of saturation.
 class Supervisor {
  public:
   Supervisor() = default;
@@ -119,11 +125,11 @@ class Supervisor {
   DiskMotion motion_;
   std::complex<double> synchronous_, offset_, eps_, quiet_, used_;
   double square_ = 0, mark_ = 0, time_ = 0, above_ = 0, wait_ = 0, mismatch_ = 0, worse_ = 0, saturated_ = 0,
-         sudden_ = 0;                                               // s
-  double full_ = 0;                                                 // s until the rule of the full force may act again
-  double gain_ = 1, force_ = 1, blend_ = 0, own_ = 0, sensor_ = 1;  // as they act
+         sudden_ = 0;             // s
+  double calm_ = 0, settle_ = 0;  // s: quiet with less gain; left to the transient of another unbalance
+  double gain_ = 1, force_ = 1, blend_ = 0, own_ = 0, sensor_ = 1, held_ = 1;  // as they act
   int steps_ = 0;  // taken back: 1 adaptation; 2, 3 gain; 4 feedback; 5 force; 6 trip
-  bool follow_ = false;
+  bool follow_ = false, returned_ = false;
   std::uint32_t reasons_ = 0;
 };
 
