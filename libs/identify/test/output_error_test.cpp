@@ -32,12 +32,12 @@ TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivat
     terms.push_back({kRotorTermNames[k].kind, sizes[k], k == 3 ? 1e-3 : k >= 9 ? 0.7 : 0.0});
   }
   const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0),
-                                                                  {terms, angle.omega, 0.2}, 1e-3, z0, v0);
+                                                                  {terms, angle.omega, 0.2}, {1e-3}, z0, v0);
   ASSERT_TRUE(s.finite);
   const auto run = [&](std::size_t k, double by) {
     std::vector<RotorTerm> moved = terms;
     moved[k].value += by;
-    return detail::main_mode(m, m.eps, f, {moved, angle.omega, 0.2}, 1e-3, z0, v0).z;
+    return detail::main_mode(m, m.eps, f, {moved, angle.omega, 0.2}, {1e-3}, z0, v0).z;
   };
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const double step = 1e-3 * sizes[k];
@@ -61,7 +61,7 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const std::vector<RotorTerm> none;
   const detail::TermForces plain{none, omega, 0};
   const detail::Sensitivities s =
-      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, 1e-3, z0, v0);
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, {1e-3}, z0, v0);
   const auto check = [&](int lane, auto&& changed, double step) {
     const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
     Eigen::VectorXcd found(d.size());
@@ -70,7 +70,7 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     EXPECT_LT((found - d).norm(), 1e-5 * d.norm()) << "lane " << lane;
   };
   const auto run = [&](const RotorModel& model, Complex a = 0, Complex b = 0) {
-    return detail::main_mode(model, model.eps, f, plain, 1e-3, z0 + a, v0 + b).z;
+    return detail::main_mode(model, model.eps, f, plain, {1e-3}, z0 + a, v0 + b).z;
   };
   const auto with = [&](auto&& edit) {
     return [&, edit](double d) {
@@ -104,9 +104,9 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     return half_forcing(a);
   };
   const Eigen::MatrixXcd slope = (turned(1e-4) - turned(-1e-4)) / 2e-4;
-  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, plain, 1e-3, z0, v0);
-  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), plain, 1e-3, z0, v0).z -
-                                     detail::main_mode(m, m.eps, turned(-1e-4), plain, 1e-3, z0, v0).z) /
+  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, plain, {1e-3}, z0, v0);
+  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), plain, {1e-3}, z0, v0).z -
+                                     detail::main_mode(m, m.eps, turned(-1e-4), plain, {1e-3}, z0, v0).z) /
                                     2e-4;
   Eigen::VectorXcd found(by_angle.size());
   found.real() = p.dx.col(detail::kProfile);

@@ -14,36 +14,6 @@ namespace {
 using Complex = std::complex<double>;
 using Input = LateralInput<double>;
 
-// The angle on a grid `substeps` times finer, by the quintic through (beta, beta', beta'') at both ends of
-// each half sample: error of order h^6, below that of RK4.
-AngleSignal refine(const AngleSignal& angle, int substeps) {
-  const Eigen::Index panels = angle.beta.size() - 1;
-  AngleSignal fine;
-  fine.dt = angle.dt / substeps;
-  fine.beta.resize(panels * substeps + 1);
-  fine.omega.resize(fine.beta.size());
-  fine.alpha.resize(fine.beta.size());
-  const double h = 0.5 * angle.dt;
-  for (Eigen::Index i = 0; i < panels; ++i) {
-    const double b0 = angle.beta[i], w0 = angle.omega[i] * h, a0 = 0.5 * angle.alpha[i] * h * h;
-    const double b1 = angle.beta[i + 1] - b0 - w0 - a0;
-    const double w1 = angle.omega[i + 1] * h - w0 - 2 * a0;
-    const double a1 = angle.alpha[i + 1] * h * h - 2 * a0;
-    const double c3 = 10 * b1 - 4 * w1 + 0.5 * a1, c4 = -15 * b1 + 7 * w1 - a1, c5 = 6 * b1 - 3 * w1 + 0.5 * a1;
-    for (int k = 0; k < substeps; ++k) {
-      const double s = static_cast<double>(k) / substeps;
-      const Eigen::Index at = i * substeps + k;
-      fine.beta[at] = b0 + s * (w0 + s * (a0 + s * (c3 + s * (c4 + s * c5))));
-      fine.omega[at] = (w0 + s * (2 * a0 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h;
-      fine.alpha[at] = (2 * a0 + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))) / (h * h);
-    }
-  }
-  fine.beta.tail<1>() = angle.beta.tail<1>();
-  fine.omega.tail<1>() = angle.omega.tail<1>();
-  fine.alpha.tail<1>() = angle.alpha.tail<1>();
-  return fine;
-}
-
 struct Steps {
   const RotorModel& model;
   const Eigen::VectorXcd& forcing;  // 2 per step, and one
@@ -114,6 +84,34 @@ void check_grid(const Eigen::Index size, double dt) {
 }
 
 }  // namespace
+
+AngleSignal refine(const AngleSignal& angle, int substeps) {
+  const Eigen::Index panels = angle.beta.size() - 1;
+  AngleSignal fine;
+  fine.dt = angle.dt / substeps;
+  fine.beta.resize(panels * substeps + 1);
+  fine.omega.resize(fine.beta.size());
+  fine.alpha.resize(fine.beta.size());
+  const double h = 0.5 * angle.dt;
+  for (Eigen::Index i = 0; i < panels; ++i) {
+    const double b0 = angle.beta[i], w0 = angle.omega[i] * h, a0 = 0.5 * angle.alpha[i] * h * h;
+    const double b1 = angle.beta[i + 1] - b0 - w0 - a0;
+    const double w1 = angle.omega[i + 1] * h - w0 - 2 * a0;
+    const double a1 = angle.alpha[i + 1] * h * h - 2 * a0;
+    const double c3 = 10 * b1 - 4 * w1 + 0.5 * a1, c4 = -15 * b1 + 7 * w1 - a1, c5 = 6 * b1 - 3 * w1 + 0.5 * a1;
+    for (int k = 0; k < substeps; ++k) {
+      const double s = static_cast<double>(k) / substeps;
+      const Eigen::Index at = i * substeps + k;
+      fine.beta[at] = b0 + s * (w0 + s * (a0 + s * (c3 + s * (c4 + s * c5))));
+      fine.omega[at] = (w0 + s * (2 * a0 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h;
+      fine.alpha[at] = (2 * a0 + s * (6 * c3 + s * (12 * c4 + s * 20 * c5))) / (h * h);
+    }
+  }
+  fine.beta.tail<1>() = angle.beta.tail<1>();
+  fine.omega.tail<1>() = angle.omega.tail<1>();
+  fine.alpha.tail<1>() = angle.alpha.tail<1>();
+  return fine;
+}
 
 Recording Response::recording() const {
   Recording r;

@@ -8,6 +8,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/rotor/equations.hpp"
+#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -38,7 +39,7 @@ Eigen::VectorXcd runout_readings(const IdentifiedModel& model, const AngleSignal
 /// rms of x and y by which the motion moves when each principal direction of the parameters' covariance moves by its
 /// standard deviation; the initial state, which is fitted to the run, stays.
 Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel& rotor, const OutputErrorRecord& run,
-                                 const detail::TermForces& forces, double dt, bool own_unbalance) {
+                                 const detail::TermForces& forces, const detail::StepGrid& grid, bool own_unbalance) {
   const Eigen::Map<const Eigen::Matrix<double, 5, 5>> covariance(model.rotor_covariance.data());
   Eigen::Matrix<double, 5, 5> c = covariance;
   if (own_unbalance) {  // fitted to this run
@@ -48,7 +49,7 @@ Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel&
   const Eigen::Matrix<double, 5, 1> scale = c.diagonal().cwiseMax(0).cwiseSqrt();
   const Eigen::Matrix<double, 5, 1> by = (scale.array() > 0).select(scale.cwiseInverse(), 0.0);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 5, 5>> eigen(by.asDiagonal() * c * by.asDiagonal());
-  const Eigen::VectorXcd forcing = rotor::unbalance_forcing(run.angle);
+  const Eigen::VectorXcd forcing = rotor::unbalance_forcing(rotor::refine(run.angle, grid.substeps));
   Eigen::Vector2d squares = Eigen::Vector2d::Zero();
   for (Eigen::Index k = 0; k < 5; ++k) {
     if (!(eigen.eigenvalues()[k] > 0)) continue;
@@ -59,7 +60,7 @@ Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel&
     moved.k2 += step[1];
     moved.c += step[2];
     const Eigen::VectorXcd shift =
-        detail::main_mode(moved, run.eps + Complex(step[3], step[4]), forcing, forces, dt, run.z0, run.dz0).z -
+        detail::main_mode(moved, run.eps + Complex(step[3], step[4]), forcing, forces, grid, run.z0, run.dz0).z -
         run.main;
     squares +=
         Eigen::Vector2d(shift.real().squaredNorm(), shift.imag().squaredNorm()) / static_cast<double>(shift.size());
@@ -165,14 +166,15 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   RotorModel harder = fit.model;
   harder.eps = run.eps;
   harder.k2 *= 1 + options.fold_change;
-  const Eigen::VectorXcd moved = detail::main_mode(harder, run.eps, rotor::unbalance_forcing(run.angle),
-                                                   {free.terms, run.angle.omega, record.t0}, record.dt, run.z0, run.dz0)
-                                     .z;
+  const detail::StepGrid grid{record.dt, fit.substeps};
+  const AngleSignal fine = rotor::refine(run.angle, fit.substeps);
+  const detail::TermForces forces{free.terms, fine.omega, record.t0};
+  const Eigen::VectorXcd moved =
+      detail::main_mode(harder, run.eps, rotor::unbalance_forcing(fine), forces, grid, run.z0, run.dz0).z;
   v.fold_shift = std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size()));
   v.fold_sensitive = !(v.fold_shift < options.fold_limit);
   if (model.rotor_covariance.size() == 25) {
-    const Eigen::Vector2d spread =
-        parameter_spread(model, fit.model, run, {free.terms, run.angle.omega, record.t0}, record.dt, free.unbalance);
+    const Eigen::Vector2d spread = parameter_spread(model, fit.model, run, forces, grid, free.unbalance);
     const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
     const double model_error = std::isfinite(left) ? std::max(0.0, left) : 0;
     const auto band = [&](double noise, double moves) {

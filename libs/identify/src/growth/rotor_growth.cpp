@@ -47,6 +47,7 @@ class Grower {
     score_.terms = growth_.terms;
     score_.sensor = options.terms;
     fit_ = fit(growth_);
+    growth_.active.substeps = fit_.substeps;  // the search compares fits of one grid
   }
 
   GrownRotor run() {

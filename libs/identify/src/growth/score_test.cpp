@@ -34,6 +34,28 @@ Eigen::VectorXcd force_along(RotorTerm term, const OutputErrorRecord& own, doubl
   return force;
 }
 
+/// Springs about the simulated motion: an error n of z is taken for the force stiffness n + turned conj n.
+struct Linearised {
+  Eigen::VectorXd stiffness;
+  Eigen::VectorXcd turned;
+};
+
+Linearised linearised(const OutputErrorFit& fit, const OutputErrorRecord& own, const RotorRecord& record) {
+  const RotorModel& m = fit.model;
+  Linearised l{(m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix(),
+               (m.k2 * own.main.array().square() + m.k1_conj).matrix()};
+  for (const RotorTerm& term : fit.terms) {
+    for (Eigen::Index i = 0; i < own.main.size(); ++i) {
+      const Complex z = own.main[i], v = own.main_rate[i];
+      const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
+                                     record.t0 + record.dt * static_cast<double>(i));
+      l.stiffness[i] -= 0.5 * term.value * (f.x_x + f.y_y);
+      l.turned[i] -= 0.5 * term.value * Complex(f.x_x - f.y_y, f.y_x + f.x_y);
+    }
+  }
+  return l;
+}
+
 bool has_term(const OutputErrorOptions& active, RotorTermKind kind) {
   return std::any_of(active.terms.begin(), active.terms.end(), [&](const RotorTerm& t) { return t.kind == kind; });
 }
@@ -86,10 +108,10 @@ class RecordRows {
         w_(rows),
         own_(fit.records[number]),
         forcing_(detail::sample_forcing(own_.angle)),
-        stiffness_((fit.model.k1 + 2 * fit.model.k2 * own_.main.cwiseAbs2().array()).matrix()),
         gain_error_(Complex(0, 1) * own_.main.imag()),
         angle_error_(Complex(0, 1) * own_.main.real()),
-        whiten_(rows.whitener(stiffness_, fit.model.c)) {
+        linear_(linearised(fit, own_, record)),
+        whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
   }
 
@@ -103,7 +125,10 @@ class RecordRows {
 
  private:
   Eigen::Index rows() const { return 2 * w_.size(); }
-  Eigen::VectorXcd own_rows(const Eigen::VectorXcd& error) const { return w_.rotor(error, stiffness_, fit_.model.c); }
+  Eigen::VectorXcd own_rows(const Eigen::VectorXcd& error) const {
+    return w_.rotor(error, linear_.stiffness, fit_.model.c) +
+           w_.apply(0, linear_.turned.cwiseProduct(error.conjugate()));
+  }
   Eigen::VectorXcd force_rows(RotorTerm term) const {
     return w_.apply(0, force_along(term, own_, record_.t0, record_.dt));
   }
@@ -236,8 +261,8 @@ class RecordRows {
   const detail::WeakRows& w_;
   const OutputErrorRecord& own_;
   Eigen::VectorXcd forcing_;
-  Eigen::VectorXd stiffness_;
   Eigen::VectorXcd gain_error_, angle_error_;
+  Linearised linear_;
   BandedCholesky<Complex> whiten_;
   std::size_t next_ = 0;
 };

@@ -40,9 +40,8 @@ bool rows_of(const Prepared& p, Complex offset, const RotorModel* model, Eigen::
   block.resize(p.rows.size(), 8);
   block << system.terms, system.right;
   if (model == nullptr) return true;
-  const Eigen::VectorXd stiffness =
-      (model->k1 + 2 * model->k2 * detail::smooth_square(z, p.record.dt, s2).array()).matrix();
-  BandedCholesky<Complex> whiten = p.rows.whitener(stiffness, model->c);
+  const Eigen::VectorXd cubic = model->k2 * detail::smooth_square(z, p.record.dt, s2);
+  BandedCholesky<Complex> whiten = p.rows.whitener((model->k1 + 2 * cubic.array()).matrix(), cubic, model->c);
   if (!whiten.factorize()) return false;
   whiten.solve_lower(block);
   block /= std::sqrt(0.5 * s2);  // variance of a real and of an imaginary row

@@ -105,13 +105,16 @@ Eigen::VectorXcd WeakRows::rotor(const Eigen::VectorXcd& v, const Eigen::VectorX
   return result;
 }
 
-BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, double c) const {
+BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned,
+                                           double c) const {
   const Eigen::Index length = phi_.size();
   const Eigen::Index reach = 2 * half_;  // windows further apart do not overlap
   // Row of L without its factor e^{-+ i beta}; of the backward row it is the conjugate.
   std::vector<Eigen::VectorXcd> l, l_turned;  // per centre; turned: times e^{-2 i beta}
-  std::vector<std::size_t> centre;            // of each row
-  std::vector<Eigen::Index> first;            // sample, per centre
+  std::vector<Eigen::VectorXd> q;             // of conj n, in size
+  std::vector<Eigen::VectorXcd> q_turned;
+  std::vector<std::size_t> centre;  // of each row
+  std::vector<Eigen::Index> first;  // sample, per centre
   const Eigen::VectorXcd turn = demodulate_.cwiseProduct(demodulate_);
   for (const Row& row : rows_) {
     if (!row.backward) {
@@ -120,7 +123,13 @@ BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, dou
       v.real() = phi_tt_.array() - c * phi_t_.array() +
                  (stiffness.segment(row.first, length).array() - w.square()) * phi_.array();
       v.imag() = -2 * w * phi_t_.array() + (c * w - alpha_.segment(row.first, length).array()) * phi_.array();
-      if (noise_.size()) v.array() *= noise_.segment(row.first, length).array();
+      Eigen::VectorXd conj = turned.segment(row.first, length).cwiseProduct(phi_);
+      if (noise_.size()) {
+        v.array() *= noise_.segment(row.first, length).array();
+        conj.array() *= noise_.segment(row.first, length).array();
+      }
+      q_turned.emplace_back(conj.cwiseProduct(turn.segment(row.first, length)));
+      q.push_back(std::move(conj));
       l_turned.emplace_back(v.cwiseProduct(turn.segment(row.first, length)));
       l.push_back(std::move(v));
       first.push_back(row.first);
@@ -140,8 +149,10 @@ BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, dou
   for (std::size_t a = 0; a < l.size(); ++a) {
     for (std::size_t b = a; b < l.size() && first[b] - first[a] < reach; ++b) {
       const Eigen::Index shift = first[b] - first[a], common = length - shift;
-      const Complex same = l[a].tail(common).dot(l[b].head(common));                        // sum l_b conj(l_a)
-      const Complex cross = (l_turned[b].head(common).transpose() * l[a].tail(common))(0);  // sum e^{-2ib} l_b l_a
+      // sum l_b conj(l_a) and sum e^{-2ib} l_b l_a, with what conj n adds
+      const Complex same = l[a].tail(common).dot(l[b].head(common)) + q[a].tail(common).dot(q[b].head(common));
+      const Complex cross = (l_turned[b].head(common).transpose() * l[a].tail(common))(0) +
+                            (q_turned[b].head(common).transpose() * q[a].tail(common).cast<Complex>())(0);
       const std::size_t rows_a = (a + 1 < l.size() ? first_row[a + 1] : centre.size()) - first_row[a];
       const std::size_t rows_b = (b + 1 < l.size() ? first_row[b + 1] : centre.size()) - first_row[b];
       for (std::size_t i = 0; i < rows_b; ++i) {

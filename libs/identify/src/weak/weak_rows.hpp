@@ -25,8 +25,10 @@ class WeakRows {
   Eigen::VectorXcd apply(int k, const Eigen::VectorXcd& v) const;
   /// Action of the linearised rotor on a displacement added to z: P2 v + P0 (stiffness v) - c P1 v.
   Eigen::VectorXcd rotor(const Eigen::VectorXcd& v, const Eigen::VectorXd& stiffness, double c) const;
-  /// Factor of the covariance L L^H of the row noise per unit variance of z: stiffness = k1 + 2 k2 |z|^2 per sample.
-  BandedCholesky<Complex> whitener(const Eigen::VectorXd& stiffness, double c) const;
+  /// Factor of the covariance L L^H of the row noise per unit variance of z. An error n of z is taken for the force
+  /// stiffness n + turned conj n: stiffness = k1 + 2 k2 |z|^2 and |turned| = k2 |z|^2 per sample. (That real and
+  /// imaginary part of a row then depend on each other is left out; their sum of squares is right.)
+  BandedCholesky<Complex> whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned, double c) const;
 
  private:
   struct Row {

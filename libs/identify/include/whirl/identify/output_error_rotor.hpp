@@ -47,6 +47,9 @@ struct OutputErrorOptions {
   /// Correction of the angle by a polynomial of this degree without constant term (the phase of eps takes the
   /// constant), per record: 2 for an assumed constant acceleration, 0 for a measured angle. At most 6.
   int profile_degree = 0;
+  /// Runge-Kutta steps per sample, at most 16; 0: as many as keep their error below a quarter of the standard deviation
+  /// of every parameter.
+  int substeps = 0;
   int max_iterations = 30;
   double tolerance = 0.02;  ///< stops when no parameter moves by more than this share of its standard deviation
 };
@@ -77,6 +80,7 @@ struct OutputErrorFit {
   std::vector<std::string> names;  ///< of the estimated parameters; from the second record on with suffix _2, _3, ...
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;  ///< from the noise alone, not scaled by chi_square
+  int substeps = 1;            ///< Runge-Kutta steps per sample
   int iterations = 0;
   Summary summary;  ///< residual: rms of the weighted residual; chi_square: its square by degrees of freedom
 
@@ -91,7 +95,7 @@ struct OutputErrorFit {
 ///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout]   [z1 as SensorAxes reads it],
 ///
 /// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Gauss-Newton with forward sensitivities
-/// integrated together with the motion (RK4 on the sample grid, forcing on the half grid), Levenberg damping when a
+/// integrated together with the motion (RK4, one or more steps a sample), Levenberg damping when a
 /// step fails; the linear parameters (offset, Gamma, decay, runout) are solved in every step with the others.
 /// `start` gives the rotor parameters and modes; eps per record may be given in `start_eps` (otherwise start.eps).
 /// Starting delay: `start_delay`. Records share all but eps, initial state, offset, angle correction, Gamma, decay and

@@ -120,37 +120,40 @@ struct Stepper {
     t.suy = s.suy + step * latest.say;
   }
 
-  void run(double dt, Complex z0, Complex dz0, Sensitivities& out) const {
+  void run(const StepGrid& grid, Complex z0, Complex dz0, Sensitivities& out) const {
     const Eigen::Index n = out.motion.z.size();
     Array gx = Array::Zero(), gy = Array::Zero();
     State s{z0.real(), z0.imag(), dz0.real(), dz0.imag(), Array::Zero(), Array::Zero(), Array::Zero(), Array::Zero()};
     s.sx[kX0] = s.sy[kY0] = s.sux[kVx0] = s.suy[kVy0] = 1;
     State t;
     Rate r1, r2, r3, r4;
-    const double h = dt, q = 0.5 * dt;
+    const double h = grid.step(), q = 0.5 * h;
     for (Eigen::Index i = 0;; ++i) {
       out.motion.z[i] = {s.x, s.y};
       out.motion.v[i] = {s.vx, s.vy};
       out.dx.row(i).template head<Lanes>() = s.sx;
       out.dy.row(i).template head<Lanes>() = s.sy;
       if (i + 1 == n) break;
-      // RK4 of z'' = a(z, z'): the velocities of the stages are known sums, so only accelerations are kept.
-      rate(s, 2 * i, gx, gy, r1);
-      stage(s, q, 0, r1, r1, t);
-      rate(t, 2 * i + 1, gx, gy, r2);
-      stage(s, q, q, r1, r2, t);
-      rate(t, 2 * i + 1, gx, gy, r3);
-      stage(s, h, q, r2, r3, t);
-      rate(t, 2 * i + 2, gx, gy, r4);
-      const double w = h / 6;
-      s.x += h * (s.vx + w * (r1.ax + r2.ax + r3.ax));
-      s.y += h * (s.vy + w * (r1.ay + r2.ay + r3.ay));
-      s.vx += w * (r1.ax + 2 * (r2.ax + r3.ax) + r4.ax);
-      s.vy += w * (r1.ay + 2 * (r2.ay + r3.ay) + r4.ay);
-      s.sx += h * (s.sux + w * (r1.sax + r2.sax + r3.sax));
-      s.sy += h * (s.suy + w * (r1.say + r2.say + r3.say));
-      s.sux += w * (r1.sax + 2 * (r2.sax + r3.sax) + r4.sax);
-      s.suy += w * (r1.say + 2 * (r2.say + r3.say) + r4.say);
+      for (int k = 0; k < grid.substeps; ++k) {
+        const Eigen::Index half = 2 * (grid.substeps * i + k);
+        // RK4 of z'' = a(z, z'): the velocities of the stages are known sums, so only accelerations are kept.
+        rate(s, half, gx, gy, r1);
+        stage(s, q, 0, r1, r1, t);
+        rate(t, half + 1, gx, gy, r2);
+        stage(s, q, q, r1, r2, t);
+        rate(t, half + 1, gx, gy, r3);
+        stage(s, h, q, r2, r3, t);
+        rate(t, half + 2, gx, gy, r4);
+        const double w = h / 6;
+        s.x += h * (s.vx + w * (r1.ax + r2.ax + r3.ax));
+        s.y += h * (s.vy + w * (r1.ay + r2.ay + r3.ay));
+        s.vx += w * (r1.ax + 2 * (r2.ax + r3.ax) + r4.ax);
+        s.vy += w * (r1.ay + 2 * (r2.ay + r3.ay) + r4.ay);
+        s.sx += h * (s.sux + w * (r1.sax + r2.sax + r3.sax));
+        s.sy += h * (s.suy + w * (r1.say + r2.say + r3.say));
+        s.sux += w * (r1.sax + 2 * (r2.sax + r3.sax) + r4.sax);
+        s.suy += w * (r1.say + 2 * (r2.say + r3.say) + r4.say);
+      }
       if (!(s.x * s.x + s.y * s.y < 1e6)) {  // a kilometre: diverged (also true for NaN)
         out.finite = false;
         return;
@@ -162,19 +165,19 @@ struct Stepper {
 }  // namespace
 
 Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
-                                      const Eigen::MatrixXcd& profile, const TermForces& terms, double dt, Complex z0,
-                                      Complex dz0) {
+                                      const Eigen::MatrixXcd& profile, const TermForces& terms, const StepGrid& grid,
+                                      Complex z0, Complex dz0) {
   Sensitivities out;
-  main_mode_sensitivities(model, eps, forcing, profile, terms, dt, z0, dz0, out);
+  main_mode_sensitivities(model, eps, forcing, profile, terms, grid, z0, dz0, out);
   return out;
 }
 
 void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
-                             const Eigen::MatrixXcd& profile, const TermForces& terms, double dt, Complex z0,
+                             const Eigen::MatrixXcd& profile, const TermForces& terms, const StepGrid& grid, Complex z0,
                              Complex dz0, Sensitivities& out) {
   constexpr int kNarrow = 16, kWide = 24;
   out.finite = true;
-  const Eigen::Index n = (forcing.size() + 1) / 2;
+  const Eigen::Index n = grid.samples(forcing.size());
   const auto needed = kProfile + profile.cols() + static_cast<Eigen::Index>(terms.terms.size());
   const int lanes = needed <= kNarrow ? kNarrow : needed <= kWide ? kWide : kMostLanes;
   out.motion.z.resize(n);
@@ -183,9 +186,9 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
   out.dy.resize(n, lanes);
   const auto run = [&]<int Lanes>() {
     if (!terms.any()) {
-      Stepper<Lanes, false>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
+      Stepper<Lanes, false>{model, eps, forcing, profile, terms, 0.5 * grid.step()}.run(grid, z0, dz0, out);
     } else {
-      Stepper<Lanes, true>{model, eps, forcing, profile, terms, 0.5 * dt}.run(dt, z0, dz0, out);
+      Stepper<Lanes, true>{model, eps, forcing, profile, terms, 0.5 * grid.step()}.run(grid, z0, dz0, out);
     }
   };
   if (lanes == kNarrow) {
@@ -198,11 +201,11 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
 }
 
 MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, const TermForces& terms,
-                     double dt, Complex z0, Complex dz0) {
-  const Eigen::Index n = (forcing.size() + 1) / 2;
+                     const StepGrid& grid, Complex z0, Complex dz0) {
+  const Eigen::Index n = grid.samples(forcing.size());
   MainMotion out{Eigen::VectorXcd(n), Eigen::VectorXcd(n)};
   double x = z0.real(), y = z0.imag(), vx = dz0.real(), vy = dz0.imag();
-  const double h = dt, q = 0.5 * dt;
+  const double h = grid.step(), q = 0.5 * h;
   const auto at = [&](double px, double py, double pvx, double pvy, Eigen::Index half) {
     Local l = local(model, eps, px, py, pvx, pvy, forcing[half]);
     if (terms.known != nullptr) {
@@ -219,14 +222,17 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
     out.z[i] = {x, y};
     out.v[i] = {vx, vy};
     if (i + 1 == n) break;
-    const Local a = at(x, y, vx, vy, 2 * i);
-    const Local b = at(x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, 2 * i + 1);
-    const Local c = at(x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay, 2 * i + 1);
-    const Local d = at(x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay, 2 * i + 2);
-    x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
-    y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
-    vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
-    vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
+    for (int k = 0; k < grid.substeps; ++k) {
+      const Eigen::Index half = 2 * (grid.substeps * i + k);
+      const Local a = at(x, y, vx, vy, half);
+      const Local b = at(x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, half + 1);
+      const Local c = at(x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay, half + 1);
+      const Local d = at(x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay, half + 2);
+      x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
+      y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
+      vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
+      vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
+    }
   }
   return out;
 }

@@ -33,12 +33,13 @@ struct MainMotion {
   Eigen::VectorXcd z, v;  ///< m, m/s
 };
 
-/// Forces beyond RotorModel, with the speed on the half grid and the time of sample 0 that they may depend on.
+/// Forces beyond RotorModel, with the speed on the grid of the forcing and the time of sample 0 that they may depend
+/// on.
 struct TermForces {
   const std::vector<RotorTerm>& terms;
   const Eigen::VectorXd& omega;
   double t0;
-  const Eigen::VectorXcd* known = nullptr;  ///< acceleration on the half grid, m/s^2; may be null
+  const Eigen::VectorXcd* known = nullptr;  ///< acceleration on that grid, m/s^2; may be null
   bool any() const { return !terms.empty() || known != nullptr; }
 };
 
@@ -51,18 +52,27 @@ struct Sensitivities {
 
 constexpr int kMostLanes = 32;
 
-/// RK4 of the main mode and its sensitivities. `forcing`: F on the half grid (2 N - 1). `profile`: derivative of F by
-/// the angle corrections on the half grid, one column each (may have none); then follows one lane for each of `terms`.
-/// z0, dz0: initial state. At most kMostLanes lanes. The second form writes into `out` and keeps its memory.
+/// Time grid of an integration: a sample is `substeps` steps, and what acts is given at the ends and the middle of
+/// each step, 2 substeps (N - 1) + 1 values for N samples.
+struct StepGrid {
+  double dt;  ///< of the samples, s
+  int substeps = 1;
+  double step() const { return dt / substeps; }
+  Eigen::Index samples(Eigen::Index values) const { return (values - 1) / (2 * substeps) + 1; }
+};
+
+/// RK4 of the main mode and its sensitivities. `forcing`: F on the grid. `profile`: derivative of F by the angle
+/// corrections on the grid, one column each (may have none); then follows one lane for each of `terms`. z0, dz0:
+/// initial state. At most kMostLanes lanes. The second form writes into `out` and keeps its memory.
 Sensitivities main_mode_sensitivities(const RotorModel& model, std::complex<double> eps,
                                       const Eigen::VectorXcd& forcing, const Eigen::MatrixXcd& profile,
-                                      const TermForces& terms, double dt, std::complex<double> z0,
+                                      const TermForces& terms, const StepGrid& grid, std::complex<double> z0,
                                       std::complex<double> dz0);
 void main_mode_sensitivities(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
-                             const Eigen::MatrixXcd& profile, const TermForces& terms, double dt,
+                             const Eigen::MatrixXcd& profile, const TermForces& terms, const StepGrid& grid,
                              std::complex<double> z0, std::complex<double> dz0, Sensitivities& out);
 /// The motion alone.
 MainMotion main_mode(const RotorModel& model, std::complex<double> eps, const Eigen::VectorXcd& forcing,
-                     const TermForces& terms, double dt, std::complex<double> z0, std::complex<double> dz0);
+                     const TermForces& terms, const StepGrid& grid, std::complex<double> z0, std::complex<double> dz0);
 
 }  // namespace whirl::identification::detail

@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace whirl::identification::detail {
@@ -38,11 +39,9 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
   sum.normal.setZero(size(), size());
   sum.gradient.setZero(size());
   for (std::size_t r = 0; r < measured_.size(); ++r) {
-    const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
-    const TermForces forces{p.terms, record.angle.omega, m.t0, known_force(r)};
-    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces, m.dt, record.z0,
-                            record.dz0, motion_);
+    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces(p, r), grid(r),
+                            record.z0, record.dz0, motion_);
     if (!motion_.finite) {
       sum.cost = INFINITY;
       return;
@@ -68,14 +67,37 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
   refresh_all(p);
   sum.cost = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
-    const RotorRecord& m = measured_[r];
     OutputErrorRecord& record = p.records[r];
-    MainMotion motion = main_mode(p.model, record.eps, signals_[r].forcing,
-                                  {p.terms, record.angle.omega, m.t0, known_force(r)}, m.dt, record.z0, record.dz0);
+    MainMotion motion =
+        main_mode(p.model, record.eps, signals_[r].forcing, forces(p, r), grid(r), record.z0, record.dz0);
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();
   }
+}
+
+int OutputErrorProblem::substeps_needed(Point p) const {
+  constexpr double kShare = 0.25;
+  constexpr int kMost = 16;
+  OutputErrorOptions options = options_;
+  double squares = 0;
+  for (std::size_t r = 0; r < measured_.size(); ++r) {
+    const OutputErrorRecord& record = p.records[r];
+    std::array<Eigen::VectorXcd, 2> motion;
+    for (options.substeps = 1; options.substeps <= 2; ++options.substeps) {
+      Signals s;
+      refresh(p, r, measured_[r], options, forces_.empty() ? nullptr : &forces_[r], s);
+      motion[static_cast<std::size_t>(options.substeps - 1)] =
+          main_mode(p.model, record.eps, s.forcing,
+                    {p.terms, s.angle.omega, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr},
+                    {measured_[r].dt, options.substeps}, record.z0, record.dz0)
+              .z;
+    }
+    squares += (motion[0] - motion[1]).squaredNorm() / (0.5 * measured_[r].noise_variance());
+  }
+  if (!std::isfinite(squares)) return 1;
+  // The error of RK4 falls with the fourth power of the step.
+  return std::clamp(static_cast<int>(std::ceil(std::sqrt(std::sqrt(std::sqrt(squares) / kShare)))), 1, kMost);
 }
 
 Point OutputErrorProblem::moved(const Point& p, const Eigen::VectorXd& step) const {

@@ -52,14 +52,24 @@ class OutputErrorProblem {
     return decrease < options_.tolerance * options_.tolerance * variance * n;
   }
 
+  /// Runge-Kutta steps per sample with which the error of the steps moves no parameter by more than a quarter of its
+  /// standard deviation, from the motion with one and with two; at most 16.
+  int substeps_needed(Point p) const;
+
   /// Main mode at sample 0 from a fit of {1, cos beta, sin beta} to the first samples; at rest when it hardly turns.
   void start_state(Point& p);
 
  private:
   void refresh_all(Point& p) {
-    for (std::size_t r = 0; r < measured_.size(); ++r) refresh(p, r, measured_[r], options_, signals_[r]);
+    for (std::size_t r = 0; r < measured_.size(); ++r) {
+      refresh(p, r, measured_[r], options_, forces_.empty() ? nullptr : &forces_[r], signals_[r]);
+    }
   }
-  const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
+  StepGrid grid(std::size_t r) const { return {measured_[r].dt, steps_of(options_)}; }
+  TermForces forces(const Point& p, std::size_t r) const {
+    const Signals& s = signals_[r];
+    return {p.terms, s.angle.omega, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr};
+  }
   Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
   void jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "output_error/rotor/output_error_problem.hpp"
 #include "whirl/core/error.hpp"
@@ -17,6 +18,7 @@ void check(const std::vector<RotorRecord>& records, const OutputErrorOptions& op
   require_range("profile_degree", options.profile_degree, 0, 6);
   require_range("runout_harmonics", options.runout_harmonics, 0, 10);
   require_range("terms", static_cast<double>(options.terms.size()), 0, 10);
+  require_range("substeps", options.substeps, 0, 16);
   require_range("max_iterations", options.max_iterations, 1, 1000);
   require_range("tolerance", options.tolerance, 1e-9, 10);
   if (!start_eps.empty() && start_eps.size() != records.size()) {
@@ -90,10 +92,18 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
     }
   }
 
-  detail::OutputErrorProblem problem(records, options, start.modes.size(), forces);
   detail::Point point = start_point(records.size(), start, options, start_eps, start_delay);
-  problem.start_state(point);
-  detail::OutputError found = detail::fit_output_error(problem, point, options.max_iterations);
+  OutputErrorOptions used = options;
+  used.substeps = std::max(1, options.substeps);
+  std::optional<detail::OutputErrorProblem> problem;
+  problem.emplace(records, used, start.modes.size(), forces);
+  problem->start_state(point);
+  detail::OutputError found = detail::fit_output_error(*problem, point, options.max_iterations);
+  if (options.substeps == 0 && !found.diverged) used.substeps = problem->substeps_needed(point);
+  if (used.substeps > 1 && options.substeps == 0) {
+    problem.emplace(records, used, start.modes.size(), forces);
+    found = detail::fit_output_error(*problem, point, options.max_iterations);
+  }
   if (found.diverged) {
     fit.summary.fail("the simulation of the starting model diverges");
     return fit;
@@ -116,7 +126,8 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
     return fit;
   }
   fit.covariance = std::move(inverse.covariance);
-  take_over(problem.parameters(), std::move(point), fit);
+  take_over(problem->parameters(), std::move(point), fit);
+  fit.substeps = used.substeps;
   return fit;
 }
 

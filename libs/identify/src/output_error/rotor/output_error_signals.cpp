@@ -1,8 +1,10 @@
 #include "output_error/rotor/output_error_signals.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "whirl/rotor/modal_response.hpp"
+#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -35,7 +37,7 @@ void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correctio
 }
 
 // F and its derivatives by the coefficients of the angle correction, then by the delay.
-Eigen::VectorXcd half_grid_forcing(const AngleSignal& a, int profile_degree, bool delay, Eigen::MatrixXcd& profile) {
+Eigen::VectorXcd forcing_of(const AngleSignal& a, int profile_degree, bool delay, Eigen::MatrixXcd& profile) {
   const Eigen::Index n = a.beta.size();
   Eigen::VectorXcd f(n);
   profile.resize(n, profile_degree + (delay ? 1 : 0));
@@ -70,15 +72,30 @@ void refresh_runout(const OutputErrorRecord& record, int harmonics, Signals& s) 
   }
 }
 
-void refresh_modes(const Point& p, std::size_t r, double dt, bool poles, Signals& s) {
+/// A force that turns about as the angle does, from the half grid to a finer one.
+Eigen::VectorXcd refined_force(const Eigen::VectorXcd& force, const AngleSignal& coarse, const AngleSignal& fine,
+                               int substeps) {
+  if (substeps == 1) return force;
+  Eigen::VectorXcd out(fine.beta.size());
+  const auto still = [&](Eigen::Index i) { return force[i] * std::polar(1.0, -coarse.beta[i]); };
+  for (Eigen::Index i = 0; i < out.size(); ++i) {
+    const Eigen::Index from = i / substeps, to = std::min(from + 1, force.size() - 1);
+    const double share = static_cast<double>(i % substeps) / substeps;
+    out[i] = ((1 - share) * still(from) + share * still(to)) * std::polar(1.0, fine.beta[i]);
+  }
+  return out;
+}
+
+void refresh_modes(const Point& p, std::size_t r, double dt, int substeps, bool poles, Signals& s) {
   const OutputErrorRecord& record = p.records[r];
   s.modal.clear();
   s.modal_w.clear();
   s.modal_zeta.clear();
   for (std::size_t k = 0; k < p.model.modes.size(); ++k) {
     const ForcedMode& m = p.model.modes[k];
-    const auto response = [&](double w, double zeta) {
-      return rotor::modal_response(w, zeta, s.forcing, dt, record.angle.omega[0]);
+    const auto response = [&](double w, double zeta) -> Eigen::VectorXcd {
+      const Eigen::VectorXcd q = rotor::modal_response(w, zeta, s.forcing, dt / substeps, record.angle.omega[0]);
+      return q(Eigen::seqN(Eigen::Index{0}, record.angle.samples(), Eigen::Index{substeps}));
     };
     s.modal.push_back(response(m.omega, m.zeta));
     if (!poles) continue;
@@ -115,17 +132,21 @@ void refresh_decays(const Point& p, std::size_t r, const RotorRecord& measured, 
 
 }  // namespace
 
-void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputErrorOptions& options, Signals& s) {
+void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputErrorOptions& options,
+             const Eigen::VectorXcd* known, Signals& s) {
   OutputErrorRecord& record = p.records[r];
+  const int substeps = steps_of(options);
   const bool first = s.forcing.size() == 0;
   const bool turning = options.profile_degree > 0 || options.delay;
   if (first || turning) {
     correct_angle(measured, p.profile[r], p.delay, record.angle);
-    s.forcing = half_grid_forcing(record.angle, options.profile_degree, options.delay, s.profile);
+    s.angle = substeps == 1 ? record.angle : rotor::refine(record.angle, substeps);
+    s.forcing = forcing_of(s.angle, options.profile_degree, options.delay, s.profile);
+    if (known != nullptr) s.known = refined_force(*known, record.angle, s.angle, substeps);
     refresh_runout(record, options.runout_harmonics, s);
   }
   if (first || turning || options.poles) {
-    refresh_modes(p, r, measured.dt, options.poles, s);
+    refresh_modes(p, r, measured.dt, substeps, options.poles, s);
     refresh_decays(p, r, measured, s);
   }
 }

@@ -34,6 +34,10 @@ struct WhirlState {
 /// standstill.
 WhirlState steady_whirl(const RotorModel& model, double omega, double beta = 0);
 
+/// The angle on a grid `substeps` times finer, by the quintic through beta, beta' and beta'' at both ends of each half
+/// sample: error of order h^6, below that of RK4.
+AngleSignal refine(const AngleSignal& angle, int substeps);
+
 /// Transient response to a prescribed rotor angle, Runge-Kutta of order 4, one or more steps per sample.
 ///
 /// `start` is the main mode at sample 0. Forced modes start in their steady state at the first speed and are
