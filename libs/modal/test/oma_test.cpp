@@ -56,6 +56,34 @@ TEST(OmaProperty, FiveAmbientRecordsShowEveryModeAndBothTones) {
   EXPECT_GE(score.damping, 34);
 }
 
+// Few modes on few channels: poles that come back over the orders by chance, and modes that two poles share.
+TEST(OmaProperty, RecordsOfFewModesShowNoOther) {
+  Score score;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const auto truth =
+        make_ambient({.frequency = {4, 9, 17}, .channels = 4, .tones = {}, .structure = 40 + seed, .seed = 700 + seed});
+    whirl::modal::OmaOptions options;
+    if (seed > 6) options.method = whirl::modal::SubspaceMethod::covariance;
+    add(truth, identify_operational(truth.recording, options), score);
+  }
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const auto truth = make_ambient({.frequency = {6.2, 6.9, 12, 19, 31},
+                                     .damping_low = 0.004,
+                                     .damping_high = 0.03,
+                                     .channels = 5,
+                                     .rate = 100,
+                                     .tones = {},
+                                     .noise = 0.1,
+                                     .structure = 60 + seed,
+                                     .seed = 800 + seed});
+    add(truth, identify_operational(truth.recording), score);
+  }
+  EXPECT_EQ(score.found, 49);
+  EXPECT_LE(score.extra, 1);
+  EXPECT_GE(score.frequency, 42);
+  EXPECT_GE(score.damping, 42);
+}
+
 // A channel that is cut off, stands still or is full of spikes makes up to ten false modes unless it is noticed.
 TEST(OmaProperty, SpoiledChannelsAreNamedAndMakeNoMode) {
   using whirl::testing::ChannelDamage;
@@ -72,7 +100,7 @@ TEST(OmaProperty, SpoiledChannelsAreNamedAndMakeNoMode) {
       EXPECT_TRUE(std::any_of(found.summary.warnings.begin(), found.summary.warnings.end(), names))
           << static_cast<int>(damage) << " seed " << seed;
     }
-    EXPECT_LE(score.extra, 2) << static_cast<int>(damage);  // as of sound records
+    EXPECT_LE(score.extra, 1) << static_cast<int>(damage);
     EXPECT_GE(score.found, 23) << static_cast<int>(damage);
     EXPECT_GE(score.frequency, 20) << static_cast<int>(damage);
     EXPECT_GE(score.damping, 20) << static_cast<int>(damage);

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "pooled_estimate.hpp"
 #include "responses.hpp"
+#include "spectral_evidence.hpp"
 #include "subspace.hpp"
 #include "tones.hpp"
 #include "usable_record.hpp"
@@ -341,10 +343,22 @@ OperationalModes identify_joint(const std::vector<Recording>& records, const Oma
     take_mode(std::move(mode), kurtosis, scale, options, result);
     if (differ && result.modes.size() == before) result.summary.warnings.pop_back();
   }
+  std::vector<SeenBy> seen;
+  Index row = count;
+  for (const Setup& setup : setups) {
+    std::vector<Index> rows(static_cast<std::size_t>(setup.y.cols()));
+    std::iota(rows.begin(), rows.begin() + count, Index{0});
+    std::iota(rows.begin() + count, rows.end(), row);
+    row += setup.y.cols() - count;
+    seen.push_back({&setup.y, dt, setup.scale, rows});
+  }
+  const std::string dropped = drop_chance_modes(seen, orders.size(), result);
   conclude(result);
   result.summary.trust = fmt::format(
-      "{} modes from {} set-ups joined on {} references, {} channels, orders 2 to {}; the excitation is taken as white",
-      result.modes.size(), setups.size(), count, result.channels.size(), rank);
+                             "{} modes from {} set-ups joined on {} references, {} channels, orders 2 to {}; the "
+                             "excitation is taken as white",
+                             result.modes.size(), setups.size(), count, result.channels.size(), rank) +
+                         dropped;
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "responses.hpp"
+#include "spectral_evidence.hpp"
 #include "subspace.hpp"
 #include "tones.hpp"
 #include "usable_record.hpp"
@@ -89,10 +90,12 @@ OperationalModes identify_operational(const Recording& given, const OmaOptions& 
     const double kurtosis = band_kurtosis(y, dt, mode.frequency.value, tone_width(mode, duration));
     take_mode(std::move(mode), kurtosis, scale, options, result);
   }
+  const std::string dropped = drop_chance_modes({{&y, dt, scale, all}}, orders.size(), result);
   conclude(result);
   result.summary.trust =
       fmt::format("{} modes from {:.4g} s, {} channels, orders 2 to {}; the excitation is taken as white",
-                  result.modes.size(), duration, l, rank);
+                  result.modes.size(), duration, l, rank) +
+      dropped;
   return result;
 }
 

@@ -170,14 +170,21 @@ std::vector<SubspaceCluster> cluster_poles(const std::vector<SubspacePole>& pole
       nearest->orders.insert(pole.order);
     }
   }
-  // Poles of one mode that were shared out between two clusters: the smaller one leaves.
+  // Poles of one mode that were shared out between two clusters: the smaller one leaves, and what it has of orders that
+  // the larger one lacks goes over. Two modes stand side by side in most orders; one mode whose shape changed does not.
   std::sort(clusters.begin(), clusters.end(),
             [](const auto& a, const auto& b) { return a.orders.size() > b.orders.size(); });
   for (std::size_t b = clusters.size(); b-- > 1;) {
     const SubspacePole& small = *clusters[b].members[clusters[b].members.size() / 2];
     for (std::size_t a = 0; a < b; ++a) {
       const SubspacePole& large = *clusters[a].members[clusters[a].members.size() / 2];
-      if (std::abs(small.frequency() / large.frequency() - 1) > 0.006 || mac(small.shape, large.shape) < 0.6) continue;
+      if (std::abs(small.frequency() / large.frequency() - 1) > 0.006) continue;
+      const auto both = std::count_if(clusters[b].orders.begin(), clusters[b].orders.end(),
+                                      [&](int order) { return clusters[a].orders.contains(order); });
+      const bool apart = 4 * both <= static_cast<std::ptrdiff_t>(clusters[b].orders.size());
+      if (!apart && mac(small.shape, large.shape) < 0.6) continue;
+      for (const SubspacePole* pole : clusters[b].members)
+        if (apart && clusters[a].orders.insert(pole->order).second) clusters[a].members.push_back(pole);
       clusters.erase(clusters.begin() + static_cast<std::ptrdiff_t>(b));
       break;
     }

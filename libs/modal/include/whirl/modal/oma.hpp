@@ -22,7 +22,7 @@ struct OmaOptions {
   int blocks = 20;                     ///< of the record, for the variances
   double max_damping = 0.1;
   double presence = 0.33;        ///< share of the orders that show a mode
-  double largest_spread = 0.6;   ///< largest sd of a damping ratio, relative to it
+  double largest_spread = 1.0;   ///< largest sd of a damping ratio, relative to it
   bool remove_harmonics = true;  ///< subtract pure tones before the identification
   /// Multiples of the speed to subtract where the record holds the rotor's angle (a channel in rad); 0 = none.
   int orders = 0;
