@@ -269,6 +269,26 @@ PooledEstimate between_setups(const SubspacePole& pole, const Factors& factors, 
   return pool(shift, static_cast<int>(blocks.size()));
 }
 
+double mean_kurtosis(const std::vector<Setup>& setups, double dt, const OperationalMode& mode) {
+  double sum = 0;
+  for (const Setup& setup : setups) sum += setup.kurtosis(dt, mode);
+  return sum / static_cast<double>(setups.size());
+}
+
+// Rows of the shapes: those of the references, then each set-up's own.
+std::vector<SeenBy> seen_by(const std::vector<Setup>& setups, Index count, double dt) {
+  std::vector<SeenBy> seen;
+  Index row = count;
+  for (const Setup& setup : setups) {
+    std::vector<Index> rows(static_cast<std::size_t>(setup.y.cols()));
+    std::iota(rows.begin(), rows.begin() + count, Index{0});
+    std::iota(rows.begin() + count, rows.end(), row);
+    row += setup.y.cols() - count;
+    seen.push_back({&setup.y, dt, setup.scale, rows});
+  }
+  return seen;
+}
+
 }  // namespace
 
 OperationalModes identify_joint(const std::vector<Recording>& records, const OmaOptions& options) {
@@ -331,8 +351,7 @@ OperationalModes identify_joint(const std::vector<Recording>& records, const Oma
     const double between = pooled.between * pooled.between;
     const bool differ = pooled.probability * static_cast<double>(clusters.size()) < 0.005;
     OperationalMode mode = mode_of(clusters[c], total, pooled.probability < 0.01 ? between / s : 0);
-    double kurtosis = 0;
-    for (const Setup& setup : setups) kurtosis += setup.kurtosis(dt, mode) / s;
+    const double kurtosis = mean_kurtosis(setups, dt, mode);
     const std::size_t before = result.modes.size();
     if (differ)
       result.summary.warn(
@@ -343,16 +362,7 @@ OperationalModes identify_joint(const std::vector<Recording>& records, const Oma
     take_mode(std::move(mode), kurtosis, scale, options, result);
     if (differ && result.modes.size() == before) result.summary.warnings.pop_back();
   }
-  std::vector<SeenBy> seen;
-  Index row = count;
-  for (const Setup& setup : setups) {
-    std::vector<Index> rows(static_cast<std::size_t>(setup.y.cols()));
-    std::iota(rows.begin(), rows.begin() + count, Index{0});
-    std::iota(rows.begin() + count, rows.end(), row);
-    row += setup.y.cols() - count;
-    seen.push_back({&setup.y, dt, setup.scale, rows});
-  }
-  const std::string dropped = drop_chance_modes(seen, orders.size(), result);
+  const std::string dropped = drop_chance_modes(seen_by(setups, count, dt), orders.size(), result);
   conclude(result);
   result.summary.trust = fmt::format(
                              "{} modes from {} set-ups joined on {} references, {} channels, orders 2 to {}; the "
