@@ -10,6 +10,7 @@
 #include "problem/linear_bounds.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
+#include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
@@ -96,7 +97,7 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
                     std::vector<BoundOutcome>* bounds = nullptr) {
   switch (o.method) {
     case Method::weak:
-      return identify_rotor(records, o.rotor);
+      return detail::rotor_or_tilt(records, o.rotor).model;
     case Method::sindy: {
       IdentifiedModel model =
           o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
@@ -120,14 +121,16 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
 }
 
 /// `rest`: the model of what is not held out, where there is one.
-HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records,
+HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records, const IdentifiedModel& whole,
                  std::optional<IdentifiedModel>& rest) {
   const bool is_rotor = rotor(o.method);
   HeldOut held;
   try {
     const HoldoutSplit split = split_of(o, records);
     held.what = split.what;
-    const IdentifiedModel model = fit(o, split.train);
+    // The same kind of model: a part may do without what the whole asks for.
+    const IdentifiedModel model =
+        has_tilt(whole) ? detail::tilt_of(split.train.front(), whole, o.rotor) : fit(o, split.train);
     if (model.summary.status == Status::unusable) {
       held.reason = "the rest alone gives no model: " + model.summary.warnings.back();
       return held;
@@ -219,9 +222,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
   Identification id;
   std::optional<IdentifiedModel> rest;
   if (o.method == Method::weak) {
-    std::vector<RotorRecord> rotor_records;
-    for (const Recording& r : records) rotor_records.push_back(rotor_record(r, o.rotor.record));
-    RotorIdentification found = identify_rotor_detailed(rotor_records, o.rotor);
+    RotorIdentification found = detail::rotor_or_tilt(records, o.rotor);
     id.model = std::move(found.model);
     id.evidence.ambiguities = std::move(found.ambiguities);
   } else {
@@ -229,9 +230,10 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
   }
   progress(0.6);
   if (id.model.summary.status != Status::unusable && o.method != Method::drive) {
-    id.evidence.collinear =
-        collinear_groups(id.model, with_derivatives(longest_whole_stretch(records.front()), id.model.inputs));
-    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, rest);
+    if (!has_tilt(id.model))
+      id.evidence.collinear =
+          collinear_groups(id.model, with_derivatives(longest_whole_stretch(records.front()), id.model.inputs));
+    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, id.model, rest);
   }
   progress(1);
   if (rest && o.method == Method::weak) detail::compare_with_rest(*rest, id.model);

@@ -38,6 +38,53 @@ TEST_P(HeldInputProperty, FreeRunReachesNoiseFloor) {
     EXPECT_LT(s.rmse, 1.2 * noise) << system.name << " " << s.state;
   }
 }
+
+/// Largest error of a free run of another record by the noise that was added to it.
+double over_noise(const IdentifiedModel& model, const Recording& other) {
+  double worst = 0;
+  for (const StateScore& s : score(model, other)) {
+    const Eigen::VectorXd& y = other[s.state];
+    worst = std::max(worst, s.rmse / (0.01 * std::sqrt((y.array() - y.mean()).square().mean())));
+  }
+  return worst;
+}
+
+// Straight lines from sample to sample, with little and with more dead time.
+TEST_P(HeldInputProperty, StraightLinesBetweenSamplesAreFound) {
+  const testing::HeldSystem system = testing::held_systems()[static_cast<std::size_t>(GetParam())];
+  const double dead[] = {0.12, 0.08, 2.2};
+  const double d = dead[GetParam()] * system.dt;
+  const testing::Actuator lines{true, 0};
+  const IdentifiedModel model = fit_sindy({testing::held_record(system, d, 1500, 0.01, 61, lines)}, options_of(system));
+  EXPECT_LT(over_noise(model, testing::held_record(system, d, 1000, 0.01, 62, lines)), 1.2) << system.name;
+}
+
+// A D/A converter, a dead time and an actuator that lags by two samples: all three are found.
+TEST_P(HeldInputProperty, LaggingActuatorBehindHoldIsFound) {
+  const testing::HeldSystem system = testing::held_systems()[static_cast<std::size_t>(GetParam())];
+  const double dead[] = {0.6, 1.37, 0};
+  const double d = dead[GetParam()] * system.dt;
+  const testing::Actuator slow{false, 2 * system.dt};
+  const IdentifiedModel model = fit_sindy({testing::held_record(system, d, 1500, 0.01, 71, slow)}, options_of(system));
+  EXPECT_EQ(model.summary.status, Status::ok);
+  ASSERT_EQ(model.states.size(), system.states.size() + 1) << system.name;
+  ASSERT_EQ(model.timing.size(), 1u);
+  EXPECT_NEAR(model.timing[0].dead_time.value, d, 0.1 * system.dt);
+  EXPECT_NEAR(model.equations.back().terms[0].coefficient.value, 0.5 / system.dt, 0.05 / system.dt);
+  EXPECT_LT(over_noise(model, testing::held_record(system, d, 1000, 0.01, 72, slow)), 1.2) << system.name;
+}
+
+// The record does not tell which, then it is the D/A converter.
+TEST(InputTiming, StepsRatherThanLinesWhereBothReadAlike) {
+  const testing::HeldSystem system = testing::held_systems()[1];
+  const double d = 1.47 * system.dt;
+  const IdentifiedModel model = fit_sindy({testing::held_record(system, d, 1500, 0.01, 104)}, options_of(system));
+  ASSERT_EQ(model.timing.size(), 1u);
+  EXPECT_EQ(model.timing[0].hold, Hold::zero);
+  EXPECT_NEAR(model.timing[0].dead_time.value, d, 0.02 * system.dt);
+  EXPECT_NE(model.summary.trust.find("do not tell steps"), std::string::npos) << model.summary.trust;
+}
+
 INSTANTIATE_TEST_SUITE_P(Systems, HeldInputProperty, ::testing::Values(0, 1, 2));
 
 // The derivative of the free run with respect to a dead time, at switches and between them, against differences.

@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "response.hpp"
+#include "whirl/identify/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -48,6 +49,8 @@ void say_direction(Session& session, const char* name, const response::RateCurve
 
 void run(const Options& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
+  if (identification::has_tilt(model))
+    throw Error(o.model + ": the disc of this model tilts: whirl simulate runs it through its speeds");
   if (!model.rotor) throw Error(o.model + ": the model has no rotor parameters");
   RotorModel rotor = *model.rotor;
   rotor.eps *= o.unbalance;

@@ -1,6 +1,7 @@
 #include "plant_options.hpp"
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/rig_file.hpp"
 
@@ -18,6 +19,10 @@ void PlantOptions::add_to(CommandLine* sub) {
 
 IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
   const IdentifiedModel identified = whirl::io::load<IdentifiedModel>(model);
+  if (identification::has_tilt(identified))
+    throw Error(model +
+                ": the disc of this model tilts: laws, balancing and margins are for a rotor whose disc does not; "
+                "balance it from runs (whirl balance runs.csv)");
   design.hardware = tuning::data_sheet(rig::read_rig(hardware));
   const std::vector<rig::RigMode> known = rig::read_modes(hardware);
   inputs.emplace_back(model);

@@ -6,10 +6,12 @@
 #include "commands/balance/response.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/sindy.hpp"
+#include "whirl/identify/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/report/format.hpp"
+#include "whirl/signal/angle.hpp"
 
 namespace whirl::app {
 namespace {
@@ -36,6 +38,8 @@ Recording run_equations(const IdentifiedModel& model, const Options& o) {
   if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
   const Recording in = io::read_recording(o.record);
   if (identification::has_drive(model)) return identification::simulate_drive(model, in);
+  if (identification::has_tilt(model))
+    return identification::simulate_tilt_rotor(model, signal::angle_from_encoder(in["beta"], in.dt).angle, in.t0);
   const identification::ModelRun result = identification::simulate(model, in);
   if (result.diverged)
     throw Error(fmt::format("the motion diverges after {:.4g} s", static_cast<double>(result.valid) * result.dt));
@@ -51,9 +55,9 @@ Recording run_equations(const IdentifiedModel& model, const Options& o) {
   return out;
 }
 
-Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at) {
-  rotor.eps *= o.unbalance;
-  if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
+/// The angle of the speed profile asked for.
+AngleSignal profile_of(const Options& o) {
+  if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
   require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
   require_range("--dwell-s", o.dwell_s, 0, 1e6, "s");
   require_range("--rate-hz", o.rate_hz, 1, 1e7, "Hz");
@@ -64,7 +68,29 @@ Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at
   profile.omega_end = o.to_rpm * kRpm;
   profile.ramp_time = o.seconds;
   profile.dwell_end = o.dwell_s;
-  const AngleSignal angle = rotor::angle_signal(profile, 1 / o.rate_hz);
+  return rotor::angle_signal(profile, 1 / o.rate_hz);
+}
+
+/// A rotor that tilts over the speed profile; the steady whirl at its first speed before.
+Recording run_tilt(const IdentifiedModel& model, const Options& o, double& peak, double& at) {
+  if (o.unbalance != 1 || o.eccentricity_um >= 0)
+    throw Error(
+        "the disc of this model tilts: what another unbalance does to its tilt is not known, run it without "
+        "--unbalance and --eccentricity-um");
+  const AngleSignal angle = profile_of(o);
+  Recording out = identification::simulate_tilt_rotor(model, angle);
+  Index worst = 0;
+  const auto offset = [&](const char* name) { return model.parameter(name)->value; };
+  const Eigen::ArrayXd x = out["x"].array() - offset("offset_x"), y = out["y"].array() - offset("offset_y");
+  peak = (x.square() + y.square()).sqrt().maxCoeff(&worst);
+  at = angle.omega[2 * worst];
+  return out;
+}
+
+Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at) {
+  rotor.eps *= o.unbalance;
+  if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
+  const AngleSignal angle = profile_of(o);
   const rotor::Response response = rotor::simulate(rotor, angle);
   Index worst = 0;
   peak = response.z.size() > 0 ? (response.z.array() - rotor.offset).abs().maxCoeff(&worst) : 0;
@@ -112,9 +138,9 @@ void run(const Options& o, Session& session) {
   if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
   double peak = 0, at = 0;
   Recording result;
-  if (model.rotor && o.record.empty()) {
-    if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
-    result = run_rotor(*model.rotor, o, peak, at);
+  const bool tilts = identification::has_tilt(model);
+  if ((model.rotor || tilts) && o.record.empty()) {
+    result = tilts ? run_tilt(model, o, peak, at) : run_rotor(*model.rotor, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
                             at / kRpm));
   } else {

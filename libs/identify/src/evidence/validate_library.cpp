@@ -4,6 +4,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/simulate_model.hpp"
+#include "whirl/identify/tilt_rotor.hpp"
 #include "whirl/identify/validate.hpp"
 
 namespace whirl::identification {
@@ -76,7 +77,8 @@ Validation validate_library(const IdentifiedModel& model, const Recording& recor
 }  // namespace
 
 Validation validate_model(const IdentifiedModel& model, const Recording& recording, const ValidateOptions& options) {
-  return model.rotor ? validate(model, recording, options) : validate_library(model, recording, options);
+  if (model.rotor) return validate(model, recording, options);
+  return has_tilt(model) ? validate_tilt_rotor(model, recording, options) : validate_library(model, recording, options);
 }
 
 }  // namespace whirl::identification

@@ -10,6 +10,8 @@
 #include <set>
 
 #include "evidence/channel_units.hpp"
+#include "evidence/sindy_verdict.hpp"
+#include "evidence/verdict.hpp"
 #include "hidden/hidden_kinds.hpp"
 #include "trajectory/sindy_timing.hpp"
 #include "trajectory/trajectory_runs.hpp"
@@ -30,6 +32,7 @@ struct Fitted {
   double error = kNever;  // share of the motion, of the part held out
   double rmse = 0;        // on the part fitted, by the spread
   bool converged = false;
+  Eigen::VectorXd output_rmse;  // of each state, on the part fitted
 };
 
 class Search {
@@ -219,6 +222,10 @@ class Search {
     TrajectoryOptions o;
     o.output_sd = sd_;
     o.max_iterations = iterations;
+    // A state more may take over what was read as dead time.
+    for (const InputTiming& t : larger.timing) {
+      if (!options_.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
+    }
     std::size_t at = 0;
     for (const Equation& e : larger.equations) {
       std::size_t own = e.terms.size();
@@ -237,6 +244,7 @@ class Search {
     out.model = model;
     out.rmse = fit.diverged || !std::isfinite(fit.rmse) ? kNever : fit.rmse;
     out.converged = fit.converged;
+    out.output_rmse = fit.output_rmse;
     if (scores != nullptr) {
       for (const TrajectoryScore& s : fit.scores) {
         const auto k = std::find(o.scored.begin(), o.scored.end(), s.name) - o.scored.begin();
@@ -259,6 +267,17 @@ class Search {
  public:
   Eigen::Index period() const { return period_; }
 };
+
+/// Chi-square of the worst state, and the warnings that it asks for.
+void judge_noise(const std::vector<Recording>& records, const SindyOptions& plain, const Fitted& final,
+                 Summary& summary) {
+  detail::SindyData data(plain);
+  data.add(records, std::numeric_limits<Eigen::Index>::max());
+  const detail::OutputWeights weights = detail::output_weights(data);
+  if (!weights.noisy || final.output_rmse.size() != weights.sd.size()) return;
+  summary.chi_square = final.output_rmse.cwiseQuotient(weights.sd).array().square().maxCoeff();
+  detail::judge_chi_square(summary.chi_square, "", summary);
+}
 
 void set_parameters(IdentifiedModel& model) {
   model.parameters.clear();
@@ -336,6 +355,7 @@ IdentifiedModel fit_hidden(const std::vector<Recording>& records, const SindyOpt
   model.summary = {};
   model.summary.residual = final.rmse;
   if (!final.converged) model.summary.warn("the fit on free runs did not converge");
+  judge_noise(records, plain, final, model.summary);
   if (now.error > 0.15 && now.error <= 0.5)
     model.summary.warn(fmt::format("model error: {:.2g} % of the motion held out unexplained", 100 * now.error));
   if (!(now.error <= 0.5))

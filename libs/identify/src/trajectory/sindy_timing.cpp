@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
+#include <set>
 
-#include "evidence/sindy_verdict.hpp"
 #include "problem/sindy_prepare.hpp"
 #include "trajectory/held_input.hpp"
-#include "trajectory/trajectory_runs.hpp"
+#include "trajectory/input_lag.hpp"
+#include "trajectory/timer.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
 
@@ -85,116 +85,27 @@ Lags weak_lags(const std::vector<Recording>& records, const SindyOptions& option
   return lag;
 }
 
-/// Coefficients, holds and dead times by free runs.
-class Timer {
- public:
-  Timer(const std::vector<Recording>& records, const SindyOptions& options)
-      : options_(options), data_(options), untouched_(finite_stretches(records, options)) {
-    data_.add(records, std::numeric_limits<Eigen::Index>::max());
-    data_.finish();
-    smooth_stretches(untouched_);
-    runs_ = runs_of(options, untouched_);
-    weights_ = output_weights(data_);
-    period_ = std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / data_.rate() / runs_.records[0].dt));
-  }
-
-  TrajectoryFit fit(const IdentifiedModel& model, const std::vector<InputTiming>& timing, Eigen::Index length,
-                    Eigen::Index most, int iterations) const {
-    IdentifiedModel timed = model;
-    timed.timing = timing;
-    TrajectoryModel trajectory = trajectory_model(timed, options_.states);
-    std::size_t at = 0;
-    for (const Equation& e : model.equations) {
-      for (const EquationTerm& t : e.terms) {
-        const int sign = sign_of(data_.signs(), e.lhs, t.function);
-        if (sign > 0) trajectory.parameters[at].low = 0;
-        if (sign < 0) trajectory.parameters[at].high = 0;
-        ++at;
-      }
+/// Whether straight lines between the samples of an input are another signal than a band-limited one: it jumps or
+/// bends.
+bool bends(const std::vector<Recording>& records, const std::string& input) {
+  constexpr double kShare = 0.01;
+  double difference = 0, spread = 0;
+  for (const Recording& r : records) {
+    const Eigen::VectorXd& u = r[input];
+    if (!u.allFinite() || u.size() < 16) continue;
+    const HeldInput smooth(u, Hold::band_limited), lines(u, Hold::first);
+    for (Eigen::Index i = 0; i + 1 < u.size(); ++i) {
+      const double at = static_cast<double>(i) + 0.5;
+      difference += std::pow(smooth.value(at) - lines.value(at), 2);
     }
-    TrajectoryOptions o;
-    o.output_sd = weights_.sd;
-    o.max_iterations = iterations;
-    o.most_dead_time = 60 * runs_.records[0].dt;
-    for (const InputTiming& t : timing) {
-      if (!options_.dead_time.contains(t.input)) o.free_dead_time.push_back(t.input);
-    }
-    return fit_trajectory(trajectory, runs_.records, cut_trajectory_runs(runs_, length, most), o);
+    spread += (u.array() - u.mean()).square().sum();
   }
+  return difference > kShare * kShare * spread;
+}
 
-  /// Drops terms that exact holds make needless, then fits longer and longer runs while they still follow.
-  TrajectoryFit settle(IdentifiedModel& model, std::vector<InputTiming> timing, Eigen::Index& length) const {
-    const Shares shares(data_.candidates(), data_.stretches(), options_);
-    TrajectoryFit best;
-    length = 3 * period_;
-    while (true) {
-      best = fit(model, timing, length, kMost, 15);
-      if (best.diverged) return best;
-      take_over(best, model);
-      timing = model.timing;
-      if (drop_weakest(model, shares)) continue;
-      Eigen::Index longest = 0;
-      for (const Recording& r : runs_.records) longest = std::max(longest, r.size());
-      if (longest < 2 * length) return best;
-      const TrajectoryFit longer = fit(model, timing, 4 * length, kMost, 10);
-      if (longer.diverged || longer.rmse > 1.1 * best.rmse) return best;
-      length *= 4;
-      best = longer;
-      take_over(best, model);
-      timing = model.timing;
-    }
-  }
-
-  void judge(const TrajectoryFit& fit, Eigen::Index length, IdentifiedModel& model) const {
-    Summary fresh;
-    fresh.condition_number = model.summary.condition_number;
-    fresh.chi_square = fit.rmse * fit.rmse;
-    fresh.residual = fit.rmse;
-    if (!fit.converged) fresh.warn("the refinement on free runs did not converge");
-    model.summary = fresh;
-    Followed followed;
-    followed.horizon = runs_.records[0].dt * static_cast<double>(length);
-    followed.output_rmse = fit.output_rmse.cwiseQuotient(weights_.sd);
-    judge_refined(data_, weights_, followed, {}, model);
-  }
-
-  Eigen::Index period() const { return period_; }
-
- private:
-  static constexpr Eigen::Index kMost = 20000;
-
-  bool drop_weakest(IdentifiedModel& model, const Shares& shares) const {
-    double least = 1;
-    Equation* equation = nullptr;
-    std::size_t term = 0;
-    for (Equation& e : model.equations) {
-      const double total = shares.of(e);
-      for (std::size_t t = 0; t < e.terms.size(); ++t) {
-        const Estimate& c = e.terms[t].coefficient;
-        if (c.sd == 0) continue;
-        const double share = total > 0 ? std::abs(c.value) * shares.of(e.terms[t].function) / total : 0;
-        const double worth = std::min(std::abs(c.value) / c.sd / options_.t_value, share / options_.least_share);
-        if (worth >= least) continue;
-        least = worth;
-        equation = &e;
-        term = t;
-      }
-    }
-    if (equation == nullptr || equation->terms.size() < 2) return false;
-    equation->terms.erase(equation->terms.begin() + static_cast<std::ptrdiff_t>(term));
-    return true;
-  }
-
-  const SindyOptions& options_;
-  SindyData data_;
-  std::vector<Stretch> untouched_;
-  RunRecords runs_;
-  OutputWeights weights_;
-  Eigen::Index period_ = 0;
-};
-
-/// The timings to be tried, beginning at a band-limited lag.
-std::vector<std::vector<InputTiming>> timings_to_try(const SindyOptions& options, const Lags& lag, double dt) {
+/// The timings to be tried, beginning at a band-limited lag. `sought`: inputs whose holds are.
+std::vector<std::vector<InputTiming>> timings_to_try(const SindyOptions& options, const Lags& lag,
+                                                     const std::vector<bool>& sought, double dt) {
   std::vector<std::vector<InputTiming>> all{{}};
   for (std::size_t j = 0; j < options.inputs.size(); ++j) {
     const std::string& name = options.inputs[j];
@@ -203,7 +114,7 @@ std::vector<std::vector<InputTiming>> timings_to_try(const SindyOptions& options
     std::vector<Hold> holds;
     if (hold != options.hold.end())
       holds = {hold->second};
-    else if (options.find_timing && lag[static_cast<Eigen::Index>(j)] > 0)
+    else if (sought[j])
       holds = {Hold::band_limited, Hold::zero, Hold::first};
     else if (dead != options.dead_time.end())
       holds = {Hold::band_limited};
@@ -239,6 +150,181 @@ void check_names(const SindyOptions& options) {
   }
 }
 
+/// Lags of the inputs, and whether holds and dead times of each are to be tried.
+struct Sought {
+  Lags lag;
+  std::vector<bool> inputs;
+  std::set<std::string> jumping;  ///< or bending
+};
+Sought sought_timing(const std::vector<Recording>& records, const SindyOptions& options, double dt) {
+  const std::size_t n = options.inputs.size();
+  Sought sought{Lags::Zero(static_cast<Eigen::Index>(n)), std::vector<bool>(n, false), {}};
+  std::vector<bool> fixed(n, false);
+  for (std::size_t j = 0; j < n; ++j) {
+    const auto dead = options.dead_time.find(options.inputs[j]);
+    const auto hold = options.hold.find(options.inputs[j]);
+    const bool held = hold != options.hold.end() && hold->second == Hold::zero;
+    if (dead != options.dead_time.end()) {
+      sought.lag[static_cast<Eigen::Index>(j)] = dead->second / dt + (held ? 0.5 : 0);
+      fixed[j] = hold != options.hold.end();
+    }
+    fixed[j] = fixed[j] || (!options.find_timing && hold == options.hold.end());
+  }
+  sought.lag = weak_lags(records, options, sought.lag, fixed);
+  // Samples: less is within what a band-limited reading gets wrong, and what a motion near one frequency cannot tell.
+  constexpr double kClear = 0.15;
+  for (std::size_t j = 0; j < n; ++j) {
+    double& lag = sought.lag[static_cast<Eigen::Index>(j)];
+    if (!fixed[j] && !options.hold.contains(options.inputs[j]) && lag < kClear) lag = 0;
+    const bool jumps = bends(records, options.inputs[j]);
+    if (jumps) sought.jumping.insert(options.inputs[j]);
+    sought.inputs[j] = options.find_timing && (lag > 0 || (!fixed[j] && jumps));
+  }
+  return sought;
+}
+
+/// Fall of minus two log likelihoods from one sum of squares to another.
+double gain(const TrajectoryFit& from, const TrajectoryFit& to) {
+  return 2 * static_cast<double>(to.rows) * std::log(from.rmse / to.rmse);
+}
+
+/// Whether `better` pays for `numbers` more and a choice among kinds.
+bool worth(const TrajectoryFit& plain, const TrajectoryFit& better, double numbers) {
+  if (plain.diverged) return true;
+  return gain(plain, better) > (2 + numbers) * std::log(static_cast<double>(better.rows)) + 16 &&
+         better.rmse <= 0.975 * plain.rmse;
+}
+
+/// The best of several timings by short runs. Commands that jump leave a D/A converter in steps: another hold is taken
+/// for those (`jumping`) only where it is clearly better; straight lines half a sample earlier read nearly alike.
+struct Tried {
+  std::optional<TrajectoryFit> best;
+  bool hold_open = false;  ///< the records do not tell steps from another hold
+};
+Tried best_timing(const Timer& timer, const IdentifiedModel& model,
+                  const std::vector<std::vector<InputTiming>>& timings, const std::set<std::string>& jumping) {
+  constexpr double kClear = 9;  // three standard deviations
+  const auto steps = [&](const TrajectoryFit& f) {
+    const std::vector<InputTiming>& t = f.model.timing;
+    return std::all_of(t.begin(), t.end(), [&](const InputTiming& i) {
+      return i.hold == Hold::zero || (i.hold == Hold::band_limited && !jumping.contains(i.input));
+    });
+  };
+  std::optional<TrajectoryFit> least, in_steps;
+  for (const std::vector<InputTiming>& timing : timings) {
+    Eigen::Index length = 3 * timer.period();
+    TrajectoryFit trial = timer.approach(model, timing, length, 4000, 8);
+    if (trial.diverged) continue;
+    if (steps(trial) && (!in_steps || trial.rmse < in_steps->rmse)) in_steps = trial;
+    if (!least || trial.rmse < least->rmse) least = std::move(trial);
+  }
+  Tried tried{least};
+  if (least && in_steps && !steps(*least) && gain(*in_steps, *least) < kClear) {
+    tried.best = in_steps;
+    tried.hold_open = true;
+  }
+  return tried;
+}
+
+bool same_holds(const std::vector<InputTiming>& a, const std::vector<InputTiming>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const InputTiming& x, const InputTiming& y) { return x.hold == y.hold; });
+}
+
+/// A model with its inputs' timing, fitted.
+struct Timed {
+  IdentifiedModel model;
+  TrajectoryFit fit;
+  Eigen::Index length = 0;
+  std::vector<BoundOutcome> bounds;
+  bool hold_open = false;
+};
+
+/// The lag of an actuator that best makes up, in the weak form, for what moves an input by `late` samples in all.
+std::optional<InputLag> weak_lag(const std::vector<Recording>& records, const SindyOptions& options,
+                                 const InputTiming& timing, double late, double dt) {
+  std::optional<InputLag> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double samples : {0.7, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 13.0, 20.0}) {
+    const double dead = late - samples - (timing.hold == Hold::zero ? 0.5 : 0);
+    if (samples > 1.3 * late + 0.5) break;
+    InputLag lag{timing, samples * dt};
+    lag.timing.dead_time.value = std::max(0.0, dead) * dt;
+    const double left = weak_residual(with_input_acting(records, lag), options,
+                                      Lags::Zero(static_cast<Eigen::Index>(options.inputs.size())));
+    if (left >= least) continue;
+    least = left;
+    best = lag;
+  }
+  return best;
+}
+
+/// A timing with the other holds of one input; `from`: where its dead times begin.
+std::vector<std::vector<InputTiming>> other_holds(const std::vector<InputTiming>& timing, const InputTiming& from,
+                                                  const SindyOptions& options, double dt) {
+  std::vector<std::vector<InputTiming>> all;
+  for (const Hold hold : {Hold::zero, Hold::first, Hold::band_limited}) {
+    if (options.hold.contains(from.input) && options.hold.at(from.input) != hold) continue;
+    all.push_back(timing);
+    for (InputTiming& i : all.back()) {
+      if (i.input != from.input) continue;
+      const double half = 0.5 * ((from.hold == Hold::zero) - (hold == Hold::zero));
+      i.hold = hold;
+      if (!options.dead_time.contains(from.input)) i.dead_time.value = std::max(0.0, from.dead_time.value + half * dt);
+    }
+  }
+  return all;
+}
+
+/// The model with a lag of one of the inputs, where that follows the records clearly better.
+std::optional<Timed> with_actuator(const std::vector<Recording>& records, const SindyOptions& options,
+                                   const Timed& without, const Sought& sought, double dt) {
+  std::optional<Timed> best;
+  for (const InputTiming& timing : without.model.timing) {
+    const auto j = std::find(options.inputs.begin(), options.inputs.end(), timing.input) - options.inputs.begin();
+    const bool fixed = options.dead_time.contains(timing.input);
+    const std::optional<InputLag> start =
+        weak_lag(records, options, timing, fixed ? timing.dead_time.value / dt + 0.5 : sought.lag[j], dt);
+    if (!start) continue;
+    Timed trial;
+    std::vector<Recording> acting_records = with_input_acting(records, *start);
+    const IdentifiedModel seen = fit_untimed(acting_records, options, &trial.bounds);
+    if (seen.equations.empty()) continue;
+    trial.model = with_lag(seen, *start);
+    const Timer timer(records, options, *start);
+    const Tried tried =
+        best_timing(timer, trial.model, other_holds(without.model.timing, start->timing, options, dt), sought.jumping);
+    if (!tried.best) continue;
+    trial.fit = timer.settle(trial.model, tried.best->model.timing, trial.length);
+    if (trial.fit.diverged) continue;
+    // Near the minimum the hold is told better.
+    for (const InputTiming& t : std::vector<InputTiming>(trial.model.timing)) {
+      if (t.input != timing.input) continue;
+      const Tried again =
+          best_timing(timer, trial.model, other_holds(trial.model.timing, t, options, dt), sought.jumping);
+      trial.hold_open = again.hold_open;
+      if (again.best && !same_holds(again.best->model.timing, trial.model.timing))
+        trial.fit = timer.settle(trial.model, again.best->model.timing, trial.length);
+    }
+    if (trial.fit.diverged) continue;
+    timer.judge(trial.fit, trial.length, trial.model);
+    if (!best || trial.fit.rmse < best->fit.rmse) best = std::move(trial);
+  }
+  return best;
+}
+
+void set_parameters(const TrajectoryFit& fit, IdentifiedModel& model) {
+  model.parameters.clear();
+  for (const Equation& e : model.equations) {
+    for (const EquationTerm& t : e.terms) {
+      if (t.coefficient.sd != 0) model.parameters.emplace_back(e.lhs + ": " + t.function, t.coefficient);
+    }
+  }
+  const auto p = static_cast<Eigen::Index>(model.parameters.size());
+  const Eigen::MatrixXd covariance = fit.covariance.topLeftCorner(p, p);
+  model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
+}
+
 }  // namespace
 
 bool timing_sought(const SindyOptions& o) {
@@ -252,66 +338,43 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
                           std::vector<BoundOutcome>* bounds) {
   check_names(options);
   const double dt = records.empty() ? 1 : records.front().dt;
-  Lags lag = Lags::Zero(static_cast<Eigen::Index>(options.inputs.size()));
-  std::vector<bool> fixed(options.inputs.size(), false);
-  for (std::size_t j = 0; j < options.inputs.size(); ++j) {
-    const auto dead = options.dead_time.find(options.inputs[j]);
-    const auto hold = options.hold.find(options.inputs[j]);
-    const bool held = hold != options.hold.end() && hold->second == Hold::zero;
-    if (dead != options.dead_time.end()) {
-      lag[static_cast<Eigen::Index>(j)] = dead->second / dt + (held ? 0.5 : 0);
-      fixed[j] = hold != options.hold.end();
-    }
-    fixed[j] = fixed[j] || (!options.find_timing && hold == options.hold.end());
-  }
   const IdentifiedModel base = fit_untimed(records, options, bounds);
   const bool measured = base.summary.status != Status::unusable || !base.equations.empty();
   if (!measured) return base;  // no signals to speak of
-  lag = weak_lags(records, options, lag, fixed);
-  constexpr double kClear = 0.15;  // samples: less is within what a band-limited reading gets wrong
-  for (std::size_t j = 0; j < fixed.size(); ++j) {
-    const auto at = static_cast<Eigen::Index>(j);
-    if (!fixed[j] && !options.hold.contains(options.inputs[j]) && lag[at] < kClear) lag[at] = 0;
-  }
-  const std::vector<std::vector<InputTiming>> timings = timings_to_try(options, lag, dt);
+  const Sought sought = sought_timing(records, options, dt);
+  const std::vector<std::vector<InputTiming>> timings = timings_to_try(options, sought.lag, sought.inputs, dt);
   if (timings.size() == 1 && timings.front().empty()) return base;
 
-  std::vector<BoundOutcome> late_bounds;
-  IdentifiedModel model = fit_untimed(with_inputs_late(records, options, lag), options, &late_bounds);
-  if (model.equations.empty()) return base;
+  Timed found;
+  found.model = fit_untimed(with_inputs_late(records, options, sought.lag), options, &found.bounds);
+  if (found.model.equations.empty()) return base;
   const Timer timer(records, options);
-  const std::vector<InputTiming>* chosen = nullptr;
-  TrajectoryFit least, plain = timer.fit(base, {}, 3 * timer.period(), 4000, 8);
-  std::vector<InputTiming> best;
-  for (const std::vector<InputTiming>& timing : timings) {
-    TrajectoryFit trial = timer.fit(model, timing, 3 * timer.period(), 4000, 8);
-    if (trial.diverged || (chosen != nullptr && trial.cost >= least.cost)) continue;
-    least = std::move(trial);
-    best = least.model.timing;
-    chosen = &timing;
-  }
+  const TrajectoryFit plain = timer.fit(base, {}, 3 * timer.period(), 4000, 8);
+  const Tried tried = best_timing(timer, found.model, timings, sought.jumping);
+  if (!tried.best) return base;
+  const std::vector<InputTiming> best = tried.best->model.timing;
   const bool asked = !options.hold.empty() || !options.dead_time.empty();
-  if (chosen == nullptr) return base;
-  const double rows = static_cast<double>(least.rows);
-  // One more number per input, and a choice among holds.
-  const bool worth = plain.diverged || rows * std::log(plain.cost / least.cost) >
-                                           (2 + static_cast<double>(best.size())) * std::log(rows) + 16;
-  if (!asked && (!worth || least.cost > 0.95 * plain.cost)) return base;
-  Eigen::Index length = 0;
-  TrajectoryFit fit = timer.settle(model, best, length);
-  if (fit.diverged) return base;
-  timer.judge(fit, length, model);
-  model.parameters.clear();
-  for (const Equation& e : model.equations) {
-    for (const EquationTerm& t : e.terms) {
-      if (t.coefficient.sd != 0) model.parameters.emplace_back(e.lhs + ": " + t.function, t.coefficient);
-    }
+  if (!asked && !worth(plain, *tried.best, static_cast<double>(best.size()))) return base;
+  found.hold_open = tried.hold_open;
+  found.fit = timer.settle(found.model, best, found.length);
+  if (found.fit.diverged)
+    found.model.timing = best;
+  else
+    timer.judge(found.fit, found.length, found.model);
+  // Residual by noise: nothing is left for an actuator; what is left is none.
+  constexpr double kExplained = 1.05, kFar = 30;
+  if (options.find_timing && !(found.fit.rmse < kExplained) && !(timer.noisy() && found.fit.rmse > kFar)) {
+    std::optional<Timed> lagging = with_actuator(records, options, found, sought, dt);
+    if (lagging && worth(found.fit, lagging->fit, 1)) found = std::move(*lagging);
   }
-  const auto p = static_cast<Eigen::Index>(model.parameters.size());
-  const Eigen::MatrixXd covariance = fit.covariance.topLeftCorner(p, p);
-  model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
-  if (bounds != nullptr) *bounds = std::move(late_bounds);
-  return model;
+  if (found.fit.diverged) return base;
+  set_parameters(found.fit, found.model);
+  if (found.hold_open && found.model.summary.status != Status::unusable)
+    found.model.summary.trust +=
+        " The records do not tell steps at the samples of an input from a signal between them with half a sample more "
+        "dead time: for inputs that are not constant over samples give --hold.";
+  if (bounds != nullptr) *bounds = std::move(found.bounds);
+  return found.model;
 }
 
 }  // namespace whirl::identification::detail

@@ -25,6 +25,39 @@ std::vector<std::string> measured_states(const IdentifiedModel& model, const Rec
   return names;
 }
 
+/// Sum of squares of a run by the spread of each channel; infinite when it diverges.
+double misfit(const TrajectoryModel& model, const Recording& record, const TrajectoryRun& run, Eigen::Index count) {
+  TrajectoryRun part = run;
+  part.record = 0;
+  part.count = std::min(count, run.count);
+  const Eigen::MatrixXd predicted = follow(model, record, part);
+  if (predicted.size() == 0) return std::numeric_limits<double>::infinity();
+  double sum = 0;
+  for (std::size_t k = 0; k < model.channels.size(); ++k) {
+    const Eigen::VectorXd& y = record[model.channels[k]];
+    const double size = std::max(spread(y), std::numeric_limits<double>::min());
+    sum += (predicted.col(static_cast<Eigen::Index>(k)) - y.segment(run.first, part.count)).squaredNorm() / size / size;
+  }
+  return sum / static_cast<double>(part.count);
+}
+
+/// A start by more and more of the run where the first samples do not fix it well enough: past an unstable point a run
+/// magnifies what they leave open. Only a start that lets the whole run follow better is taken.
+void lengthen_start(const TrajectoryModel& model, const Recording& record, Eigen::Index fitted, TrajectoryRun& run) {
+  constexpr double kFollows = 1.2;
+  double least = misfit(model, record, run, run.count);
+  TrajectoryRun trial = run;
+  while (fitted < run.count && !(least < kFollows * misfit(model, record, run, fitted))) {
+    fitted += (fitted + 1) / 2;
+    fit_start(model, record, fitted, trial);
+    const double left = misfit(model, record, trial, run.count);
+    if (left < least) {
+      least = left;
+      run = trial;
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> hidden_states(const IdentifiedModel& model, const Recording& record) {
@@ -131,6 +164,7 @@ std::vector<StateScore> score_trajectory(const IdentifiedModel& model, const Rec
   for (Eigen::Index first = 0; first + 2 <= n; first += piece) {
     TrajectoryRun run{0, first, std::min(piece, n - first), rough.row(first)};
     fit_start(trajectory, record, fitted, run);
+    if (piece == n) lengthen_start(trajectory, record, fitted, run);
     const Eigen::MatrixXd predicted = follow(trajectory, record, run);
     rows += static_cast<double>(run.count);
     for (std::size_t k = 0; k < scores.size(); ++k) {

@@ -38,21 +38,36 @@ inline Eigen::VectorXd staircase(Eigen::Index samples, int steps, double amplitu
   return u;
 }
 
-/// The system at rest at first, u(t) = sample of t - dead: midpoint rule with 400 steps a sample, white noise of
-/// `noise` times the spread of each state on top.
-inline Recording held_record(const HeldSystem& system, double dead, Eigen::Index samples, double noise, unsigned seed) {
-  constexpr int fine = 400;
+/// What lies between the samples of the input and the system.
+struct Actuator {
+  bool ramps = false;  ///< straight lines from sample to sample instead of steps
+  double lag = 0;      ///< s: first-order lag behind it
+};
+
+/// The system at rest at first, u(t) = sample of t - dead through the actuator: midpoint rule with 600 steps a sample,
+/// white noise of `noise` times the spread of each state on top.
+inline Recording held_record(const HeldSystem& system, double dead, Eigen::Index samples, double noise, unsigned seed,
+                             const Actuator& actuator = {}) {
+  constexpr int fine = 300;
   const Eigen::VectorXd u = staircase(samples, system.steps_a_level, system.amplitude, seed);
+  double acting = u[0];
   const std::size_t n = system.states.size();
   std::vector<double> x(n, 0.0);
   Eigen::MatrixXd clean(samples, static_cast<Eigen::Index>(n));
-  const double h = system.dt / fine;
+  // Steps end where the input switches: past an unstable point a switch at another instant is another motion.
+  const double part = dead / system.dt - std::floor(dead / system.dt);
   for (Eigen::Index i = 0; i < samples; ++i) {
     for (std::size_t k = 0; k < n; ++k) clean(i, static_cast<Eigen::Index>(k)) = x[k];
-    for (int j = 0; j < fine; ++j) {
-      const double t = (static_cast<double>(i) + (j + 0.5) / fine) * system.dt;
-      const double at = std::floor((t - dead) / system.dt);
-      const double now = u[static_cast<Eigen::Index>(std::max(0.0, at))];
+    for (int j = 0; j < 2 * fine; ++j) {
+      const double length = j < fine ? part : 1 - part, h = length * system.dt / fine;
+      if (length == 0) continue;
+      const double middle_of = (j < fine ? 0 : part) + (j % fine + 0.5) * length / fine;
+      const double late = std::max(0.0, static_cast<double>(i) + middle_of - dead / system.dt);
+      const auto at = static_cast<Eigen::Index>(late);
+      double now = u[at];
+      if (actuator.ramps) now += (late - std::floor(late)) * (u[std::min(at + 1, samples - 1)] - now);
+      acting = actuator.lag > 0 ? now + (acting - now) * std::exp(-h / actuator.lag) : now;
+      now = acting;
       const std::vector<double> first = system.rates(x, now);
       std::vector<double> middle = x;
       for (std::size_t k = 0; k < n; ++k) middle[k] += 0.5 * h * first[k];
@@ -103,7 +118,7 @@ inline std::vector<HeldSystem> held_systems() {
          return std::vector<double>{-1.5 * x[0] - 0.9 * x[0] * x[0] + 2.5 * u};
        },
        0.05,
-       0.6,
+       0.25,  // below -0.25 the level runs away
        6},
   };
 }

@@ -1,0 +1,87 @@
+#include "tilt/adopt_tilt.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "evidence/verdict.hpp"
+
+namespace whirl::identification::detail {
+namespace {
+
+constexpr double kModelError = 1.3, kGivenUp = 2, kHz = 1 / (2 * std::numbers::pi);
+
+/// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
+bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
+  if (!options.search_modes || found.fit.records.empty()) return false;
+  const bool searched = !options.modal && std::any_of(found.added.begin(), found.added.end(),
+                                                      [](const std::string& a) { return a.starts_with("mode "); });
+  const double worst = std::max(found.chi_square_weak, found.fit.summary.chi_square);
+  return searched || found.model.summary.status == Status::unusable || !(worst <= kModelError);
+}
+
+/// The share of the likelihood that a mode found by search has to bring (identify_rotor.hpp).
+bool clearly_better(const IdentifiedModel& tilting, const RotorIdentification& found, const RotorRecord& record,
+                    const RotorIdentifyOptions& options) {
+  const double chi_square = tilting.summary.chi_square, values = 2 * static_cast<double>(record.size());
+  return chi_square < kModelError &&
+         values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) > 3 * options.score_threshold;
+}
+
+void judge(const RotorRecord& record, double peak, IdentifiedModel& model) {
+  Summary& s = model.summary;
+  for (const std::string& w : record.summary.warnings) s.warn(w);
+  judge_chi_square(s.chi_square, "", s);
+  const Estimate& ratio = *model.parameter("polar_ratio");
+  const double high = record.speed_high() * kHz, upper = model.parameter("second_frequency")->value * kHz;
+  if (upper > high)
+    s.warn(
+        fmt::format("the upper mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: do not predict beyond that "
+                    "speed",
+                    upper, high));
+  std::string trust = fmt::format(
+      "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius): a disc that tilts, "
+      "found in this record alone.",
+      record.speed_low() * kHz, high, 1e3 * peak);
+  if (ratio.covers(0))
+    trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
+  trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
+  set_trust(trust, s);
+}
+
+}  // namespace
+
+RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
+  std::vector<RotorRecord> records;
+  for (const Recording& r : recordings) records.push_back(rotor_record(r, options.record));
+  RotorIdentification found = identify_rotor_detailed(records, options);
+  if (records.size() != 1 || options.angle_source != AngleSource::measured || !asks_for_more(found, options))
+    return found;
+  const RotorRecord& record = records.front();
+  std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, kGivenUp);
+  if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
+  judge(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
+  tilting->provenance = found.model.provenance;
+  found.model = std::move(*tilting);
+  found.ambiguities.clear();
+  return found;
+}
+
+IdentifiedModel tilt_of(const Recording& recording, const IdentifiedModel& like, const RotorIdentifyOptions& options) {
+  const auto value = [&](const char* name) { return like.parameter(name)->value; };
+  RotorModel start;
+  start.k1 = std::pow(value("natural_frequency"), 2);
+  start.k2 = value("k2");
+  start.c = value("c");
+  start.eps = std::polar(value("e"), value("e_phase"));
+  start.offset = {value("offset_x"), value("offset_y")};
+  std::optional<IdentifiedModel> found = fit_tilt_rotor(rotor_record(recording, options.record), start);
+  if (found) return *found;
+  IdentifiedModel none;
+  none.summary.fail("no disc that tilts follows it");
+  return none;
+}
+
+}  // namespace whirl::identification::detail

@@ -1,0 +1,117 @@
+#include "whirl/identify/tilt_rotor.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "whirl/core/error.hpp"
+#include "whirl/identify/identify.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/testing/machines.hpp"
+
+namespace whirl::identification {
+namespace {
+
+using testing::Oddity;
+
+/// The same rotor run up, with noise of another seed.
+Recording run_up(testing::DrawnMachine d, double snr, unsigned long long seed) {
+  d.run.to_hz = 0.95 * d.run.from_hz;
+  d.run.from_hz = 1;
+  d.run.seconds = 10;
+  return testing::machine_record(d, snr, seed);
+}
+
+/// Near the rotors of the class.
+RotorModel start() {
+  RotorModel model;
+  model.k1 = 5300, model.k2 = 1.5e8, model.c = 2, model.eps = 1e-4;
+  return model;
+}
+
+class TiltProperty : public ::testing::TestWithParam<double> {};
+
+// At 40 and at 20 dB the four degrees of freedom are found from one run-down, within four standard deviations, and
+// another run is predicted within 1.2 times its noise.
+TEST_P(TiltProperty, DiscThatTiltsIsFoundAndPredictsAnotherRun) {
+  for (const unsigned seed : {511U, 512U}) {
+    const testing::DrawnMachine d = testing::draw_machine(Oddity::tilt, seed);
+    const testing::Machine& m = d.machine;
+    const Identification id = identify({testing::machine_record(d, GetParam(), seed)}, {});
+    ASSERT_TRUE(has_tilt(id.model)) << seed;
+    EXPECT_EQ(id.summary.status, Status::ok) << seed << " " << id.summary.trust;
+    EXPECT_NEAR(id.summary.chi_square, 1, 0.1);
+    const std::pair<const char*, double> truth[] = {{"k1", m.k},
+                                                    {"k2", m.cubic},
+                                                    {"c", m.c},
+                                                    {"k_tilt", m.k_tilt},
+                                                    {"k_couple", m.k_couple},
+                                                    {"polar_ratio", m.polar},
+                                                    {"e", m.e},
+                                                    {"e_tilt", m.tilt_unbalance}};
+    for (const auto& [name, value] : truth) {
+      const Estimate& e = *id.model.parameter(name);
+      EXPECT_LT(std::abs(std::abs(e.value) - value), 4 * e.sd) << seed << " " << name;
+    }
+    const Validation v = validate_model(id.model, run_up(d, GetParam(), seed + 50));
+    EXPECT_LT(v.rmse_x, 1.2 * v.noise_x) << seed;
+    EXPECT_LT(v.rmse_y, 1.2 * v.noise_y) << seed;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Noise, TiltProperty, ::testing::Values(40.0, 20.0));
+
+// The model of one machine does not pass for another one.
+TEST(TiltRotorProperty, AnotherMachineFailsItsValidation) {
+  const testing::DrawnMachine d = testing::draw_machine(Oddity::tilt, 521);
+  const Identification id = identify({testing::machine_record(d, 40, 521)}, {});
+  ASSERT_TRUE(has_tilt(id.model));
+  testing::DrawnMachine other = d;
+  other.machine.k_tilt *= 1.1;
+  EXPECT_EQ(validate(id.model, std::vector<Recording>{run_up(d, 40, 1)}).summary.status, Status::ok);
+  EXPECT_EQ(validate(id.model, std::vector<Recording>{run_up(other, 40, 1)}).summary.status, Status::unusable);
+}
+
+// Nothing tilts in a plain rotor, and in none of the machines whose oddity has a name of its own.
+TEST(TiltRotorProperty, NoTiltWhereThereIsNone) {
+  for (const Oddity oddity : {Oddity::none, Oddity::gyroscopic, Oddity::bow, Oddity::coulomb, Oddity::quintic}) {
+    const Identification id = identify({testing::machine_record(testing::draw_machine(oddity, 531), 40, 531)}, {});
+    EXPECT_FALSE(has_tilt(id.model)) << testing::to_string(oddity);
+  }
+}
+
+TEST(TiltRotor, ModelFileKeepsEverythingAndRunsFromSteadyWhirl) {
+  const testing::DrawnMachine d = testing::draw_machine(Oddity::tilt, 541);
+  const std::optional<IdentifiedModel> found =
+      fit_tilt_rotor(rotor_record(testing::machine_record(d, 40, 541)), start());
+  ASSERT_TRUE(found.has_value());
+  const IdentifiedModel read =
+      io::from_json<IdentifiedModel>(io::parse_json(to_json(*found).dump(), "model.json"), "model.json");
+  EXPECT_TRUE(has_tilt(read));
+  EXPECT_FALSE(read.rotor.has_value());
+  AngleSignal angle;
+  angle.dt = 1e-3;
+  const Eigen::Index n = 2001;
+  angle.beta = Eigen::VectorXd::LinSpaced(2 * n - 1, 0, 20 * 2 * (n - 1) * 5e-4);
+  angle.omega = Eigen::VectorXd::Constant(2 * n - 1, 20);
+  angle.alpha = Eigen::VectorXd::Zero(2 * n - 1);
+  const Recording one = simulate_tilt_rotor(*found, angle), two = simulate_tilt_rotor(read, angle);
+  EXPECT_LT((one["x"] - two["x"]).cwiseAbs().maxCoeff(), 1e-12);
+  // Far below the critical speed the whirl stays what it was: a circle about the offset.
+  const Eigen::ArrayXd x = one["x"].array() - found->parameter("offset_x")->value,
+                       y = one["y"].array() - found->parameter("offset_y")->value;
+  const Eigen::ArrayXd radius = (x.square() + y.square()).sqrt();
+  EXPECT_LT(radius.maxCoeff() - radius.minCoeff(), 0.01 * radius.mean());
+}
+
+TEST(TiltRotor, AddedMassesAreRefused) {
+  const testing::DrawnMachine d = testing::draw_machine(Oddity::tilt, 541);
+  const Recording r = testing::machine_record(d, 40, 541);
+  const std::optional<IdentifiedModel> found = fit_tilt_rotor(rotor_record(r), start());
+  ASSERT_TRUE(found.has_value());
+  ValidateOptions options;
+  options.unbalance = UnbalanceSource::added;
+  EXPECT_THROW(validate_model(*found, r, options), Error);
+}
+
+}  // namespace
+}  // namespace whirl::identification
