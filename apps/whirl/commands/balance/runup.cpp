@@ -2,7 +2,7 @@
 #include <numbers>
 
 #include "response.hpp"
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
 #include "whirl/report/write_figure.hpp"

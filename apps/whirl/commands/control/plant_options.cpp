@@ -1,7 +1,7 @@
 #include "plant_options.hpp"
 
 #include "whirl/core/error.hpp"
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/rig_file.hpp"
 

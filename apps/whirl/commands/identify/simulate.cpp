@@ -6,7 +6,7 @@
 #include "commands/balance/response.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/sindy.hpp"
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"

@@ -4,7 +4,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/simulate_model.hpp"
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/identify/validate.hpp"
 
 namespace whirl::identification {

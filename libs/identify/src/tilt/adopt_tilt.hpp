@@ -2,7 +2,7 @@
 #include <vector>
 
 #include "whirl/identify/identify_rotor.hpp"
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 
 namespace whirl::identification::detail {
 

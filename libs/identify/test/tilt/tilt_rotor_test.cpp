@@ -1,4 +1,4 @@
-#include "whirl/identify/tilt_rotor.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -20,10 +20,10 @@ namespace whirl::identification {
 /// held; a support that moves reads alike with polar_ratio 0. Source: Genta, Dynamics of Rotating Systems, 2005,
 /// chapter 6 (linear 4-degree-of-freedom rotor).
 ///
-/// States of the model: X1 = x - offset_x, X2 = x', X3 = y - offset_y, X4 = y', tilt_x, tilt_vx = tilt_x', tilt_y, tilt_vy; it
-/// has no `rotor`, so that nothing that needs one takes it. Parameters: k1, k2, c, e, e_phase, k_tilt, k_couple,
-/// c_tilt, polar_ratio, e_tilt, e_tilt_phase, offset_x, offset_y, and of the lower and the upper mode at standstill
-/// natural_frequency and second_frequency (rad/s).
+/// States of the model: X1 = x - offset_x, X2 = x', X3 = y - offset_y, X4 = y', tilt_x, tilt_vx = tilt_x', tilt_y,
+/// tilt_vy; it has no `rotor`, so that nothing that needs one takes it. Parameters: k1, k2, c, e, e_phase, k_tilt,
+/// k_couple, c_tilt, polar_ratio, e_tilt, e_tilt_phase, offset_x, offset_y, and of the lower and the upper mode at
+/// standstill natural_frequency and second_frequency (rad/s).
 bool has_tilt(const IdentifiedModel& model);
 
 /// Such a rotor by free runs of one record, from several starts about the plain rotor that explains it best; the hidden
