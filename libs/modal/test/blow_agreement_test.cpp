@@ -129,4 +129,51 @@ TEST(BlowAgreement, DeadResponseIsLeftOutWithAWarning) {
   EXPECT_NE(frf.summary.warnings.front().find("dead"), std::string::npos);
 }
 
+// A response of the third blow holds its value, or reads 0, for 3 to 20 % of the record from shortly after the blow on:
+// with the pulse of 2 s and 3 % noise neither the signs nor the gains of the blows tell.
+TEST(BlowDamageProperty, BlowWithAResponseThatStandsStillIsNamedAndLeftOut) {
+  int named = 0, left_out = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::vector<Recording> records = blows(500 + seed);
+    std::mt19937_64 random(seed * 104729ull);
+    Eigen::VectorXd& a = records[2].channels[1].samples;
+    const auto first = static_cast<Eigen::Index>(70 + random() % 500),
+               length = static_cast<Eigen::Index>(60 + random() % 340);
+    a.segment(first, length).setConstant(seed % 2 == 0 ? 0 : a[first]);
+    const auto reports = judge(records);
+    named +=
+        !reports[2].damage.empty() && reports[2].damage[0].find(seed % 2 == 0 ? "a reads 0" : "a stands still") == 0;
+    left_out += !reports[2].used;
+    for (const std::size_t other : {0, 1, 3, 4}) EXPECT_TRUE(reports[other].damage.empty()) << seed;
+  }
+  EXPECT_EQ(named, 40);
+  EXPECT_EQ(left_out, 40);
+}
+
+// The same readings from a converter of 12 to 16 bits, of blows that ring down to its last bit.
+TEST(BlowDamageProperty, SoundBlowsAreNotAccused) {
+  for (unsigned seed = 1; seed <= 80; ++seed) {
+    std::vector<Recording> records = blows(900 + seed);
+    for (Recording& record : records) {
+      for (whirl::Channel& c : record.channels) {
+        const double bit = 4 * c.samples.cwiseAbs().maxCoeff() / std::pow(2.0, 12 + seed % 5);
+        c.samples = bit * (c.samples / bit).array().round();
+      }
+    }
+    for (const auto& report : judge(records)) EXPECT_TRUE(report.damage.empty()) << seed << " " << report.damage[0];
+  }
+}
+
+TEST(BlowDamage, OneBlowAloneIsRefusedByName) {
+  std::vector<Recording> records = blows(3, 1);
+  records[0].channels[1].samples.segment(100, 200).setZero();
+  try {
+    judge(records);
+    FAIL();
+  } catch (const std::exception& e) {
+    EXPECT_NE(std::string(e.what()).find("a reads 0"), std::string::npos) << e.what();
+  }
+  EXPECT_EQ(judge(records, {.drop_overloads = false})[0].damage.size(), 1u);
+}
+
 }  // namespace

@@ -51,6 +51,7 @@ void add_frf(CommandLine& app, Session& session) {
           std::string finding = blows[i].used ? "used" : "left out";
           if (blows[i].force_overload) finding += ", force overloaded";
           for (const std::string& r : blows[i].overloaded_responses) finding += ", " + r + " overloaded";
+          for (const std::string& damage : blows[i].damage) finding += ", " + damage;
           for (const modal::SecondHit& hit : blows[i].second_hits) {
             finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
           }

@@ -7,6 +7,7 @@
 
 #include "blow.hpp"
 #include "blow_agreement.hpp"
+#include "blow_damage.hpp"
 #include "cross_spectra.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
@@ -69,6 +70,12 @@ void drop_dead_responses(const std::vector<Recording>& blows, FrequencyResponse&
   if (result.channels.empty()) throw Error("every response is dead: none ever changes");
 }
 
+std::vector<std::string> names_of(const FrequencyResponse& result) {
+  std::vector<std::string> names;
+  for (const FrfChannel& channel : result.channels) names.push_back(channel.response);
+  return names;
+}
+
 // Names the blows that disagree with the others, and leaves out those that certainly do.
 void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::size_t>& measured,
                     const FrfOptions& options, double dt, Eigen::Index samples, std::vector<BlowReport>& found,
@@ -82,9 +89,7 @@ void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::si
     excited.push_back({blow.force.segment(1, lines - 1), {}});
     for (const auto& a : blow.responses) excited.back().responses.push_back(a.segment(1, lines - 1));
   }
-  std::vector<std::string> names;
-  for (const FrfChannel& channel : result.channels) names.push_back(channel.response);
-  const auto verdicts = judge_blows(excited, names, dt, samples);
+  const auto verdicts = judge_blows(excited, names_of(result), dt, samples);
   std::vector<BlowSpectra> kept;
   for (std::size_t i = 0; i < spectra.size(); ++i) {
     BlowReport& report = found[measured[i]];
@@ -145,15 +150,18 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
 
 namespace {
 
-/// Every complete blow of the recordings, which must have one rate.
-std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const FrfOptions& options) {
+/// Every complete blow of the recordings, which must have one rate; `owner`: the recording of each.
+std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const FrfOptions& options,
+                                 std::vector<std::size_t>& owner) {
   std::vector<Recording> blows;
-  for (const auto& recording : recordings) {
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const Recording& recording = recordings[r];
     if (std::abs(recording.dt - recordings.front().dt) > 1e-9 * recording.dt) {
       throw Error(fmt::format("{}: sample time {:g} s: must be {:g} s as in the first recording", recording.source,
                               recording.dt, recordings.front().dt));
     }
     for (auto& blow : split_blows(recording, options)) blows.push_back(std::move(blow));
+    owner.resize(blows.size(), r);
   }
   if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
   for (const int number : options.exclude) {
@@ -182,8 +190,10 @@ void name_channels(const Recording& blow, const std::string& force_name, const F
 
 /// What is said of blow `number` (from 0), with warnings; whether it is used.
 BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Index quiet, std::size_t number,
-                       const std::string& force_name, const FrfOptions& options, FrequencyResponse& result) {
+                       const std::vector<std::string>& damage, const FrfOptions& options, FrequencyResponse& result) {
+  const std::string force_name = force_channel(blow, options).name;
   BlowReport report;
+  report.damage = damage;
   report.time = blow.t0 + check.time;
   report.peak = check.peak;
   report.pulse_width = check.pulse_width;
@@ -194,12 +204,16 @@ BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Ind
   }
   const bool overloaded = check.overload || !report.overloaded_responses.empty();
   const bool excluded = std::count(options.exclude.begin(), options.exclude.end(), static_cast<int>(number) + 1) > 0;
-  report.used =
-      !excluded && !(options.drop_overloads && overloaded) && !(options.drop_double_hits && !check.second_hits.empty());
+  report.used = !excluded && !(options.drop_overloads && (overloaded || !damage.empty())) &&
+                !(options.drop_double_hits && !check.second_hits.empty());
   if (overloaded) {
     result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
                                     check.overload ? force_name : report.overloaded_responses.front(),
                                     report.used ? "" : ", left out"));
+  }
+  for (const std::string& finding : damage) {
+    result.summary.warn(
+        fmt::format("blow {} at {:.4g} s: {}{}", number + 1, report.time, finding, report.used ? "" : "; left out"));
   }
   for (const auto& hit : check.second_hits) {
     result.summary.warn(fmt::format("blow at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
@@ -239,7 +253,8 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
 
 FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options,
                                std::vector<BlowReport>* reports) {
-  const std::vector<Recording> blows = all_blows(recordings, options);
+  std::vector<std::size_t> owner;
+  const std::vector<Recording> blows = all_blows(recordings, options, owner);
   const double dt = blows.front().dt;
   const std::string force_name = force_channel(blows.front(), options).name;
   // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only
@@ -260,12 +275,13 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   const double length = dt * static_cast<double>(n);
   result.window_decay = -std::log(options.window_end) / length;
   const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
+  const auto damage = blow_damage(recordings, blows, owner, names_of(result));
   std::vector<BlowReport> found;
   std::vector<BlowSpectra> spectra;
   std::vector<std::size_t> measured;  // blow of each of `spectra`
   for (std::size_t b = 0; b < blows.size(); ++b) {
     const BlowCheck check = check_blow(blows[b][force_name], dt, options.converter_range);
-    found.push_back(report_blow(blows[b], check, pulses[b].quiet, b, force_name, options, result));
+    found.push_back(report_blow(blows[b], check, pulses[b].quiet, b, damage[b], options, result));
     if (!found.back().used) continue;
     spectra.push_back(transform(blows[b], pulses[b], check, force_name, decay, options, result));
     measured.push_back(b);
@@ -274,7 +290,12 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   CrossSpectra sums = sum(spectra, n / 2 + 1, result.channels.size());
   result.averages += static_cast<long>(spectra.size());
   if (reports != nullptr) *reports = found;
-  if (result.averages == 0) throw Error("every blow was left out (overload or second hit): none remains to average");
+  if (result.averages == 0)
+    throw Error(
+        fmt::format("every blow was left out (overload, second hit, or a response that stands still): none "
+                    "remains to average{}{}",
+                    result.summary.warnings.empty() ? "" : "; the first: ",
+                    result.summary.warnings.empty() ? "" : result.summary.warnings.front()));
 
   const Eigen::Index kept = usable_lines(sums.ff, options.band_drop_db);
   result.frequency = Eigen::VectorXd::LinSpaced(kept, 0, static_cast<double>(kept - 1)) / length;

@@ -21,7 +21,7 @@ struct FrfOptions {
   double force_taper = 1e-3;      ///< length of the taper
   double window_end = 1;          ///< value of the exponential window at the end of the blow, in (0, 1]; 1 = none
   double converter_range = 0;     ///< largest |value| of the force channel's converter, N; 0 = unknown
-  bool drop_overloads = true;     ///< leave overloaded blows out of the average
+  bool drop_overloads = true;     ///< leave overloaded and damaged blows out of the average
   bool drop_double_hits = false;  ///< leave blows with a second hit out of the average
   bool drop_odd = true;           ///< leave out blows that certainly disagree with most others (sign, gain, delay)
   std::vector<int> exclude = {};  ///< blows to leave out, counted from 1 over all recordings
@@ -43,7 +43,8 @@ struct BlowReport {
   std::vector<std::string> overloaded_responses;
   std::vector<SecondHit> second_hits;
   std::vector<std::string>
-      disagreements;  ///< with the other blows: reversed, another gain or unit, delayed, incoherent
+      disagreements;                     ///< with the other blows: reversed, another gain or unit, delayed, incoherent
+  std::vector<std::string> damage = {};  ///< responses that stand still or read zero while the structure moves
   bool used = true;
 };
 
