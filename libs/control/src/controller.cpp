@@ -77,14 +77,14 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   return predict_motion(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
 }
 
-void Controller::watch(const EstimatorInput& in, double beta) noexcept {
+void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noexcept {
   SupervisorInput w;
   w.z = in.z;
   w.fresh = in.fresh;
   w.saturated = state_.saturated;
   w.a = in.split * in.a_first + (1 - in.split) * in.a_second;
   w.forcing = in.forcing;
-  w.turn = unit_phasor(beta);
+  w.turn = turn;
   const Supervision& last = state_.supervision;
   w.d = (1 - last.blend) * state_.estimate.d + last.blend * product(last.eps, in.forcing);
   w.omega = in.omega;
@@ -107,15 +107,15 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
 
   // Rotor quantities at the instant the displacement was taken.
   const double beta = m.beta - m.omega * settings_.sensor_delay;
+  const std::complex<double> turn = unit_phasor(beta);
   EstimatorInput in;
   in.z = gate_.good - settings_.offset;
-  if (has_runout_) in.z -= runout_.at(beta);
+  if (has_runout_) in.z -= runout_.at(turn);
   in.fresh = fresh;
-  in.a_first = past(whole_delay_ + 2);
-  in.a_second = past(whole_delay_ + 1);
+  in.a_first = past(whole_delay_ + 2), in.a_second = past(whole_delay_ + 1);
   in.split = fraction_;
   if (!structure_.empty()) in.z -= structure_.step(in.a_first, in.a_second);
-  in.forcing = unbalance_per_metre(beta, m.omega, m.omega_dot);
+  in.forcing = unbalance_per_metre(turn, m.omega, m.omega_dot);
   const Supervision& watched = state_.supervision;
   const std::complex<double> eps = settings_.eps + watched.blend * (watched.eps - settings_.eps);
   in.d = settings_.feedforward ? product(eps, in.forcing) : std::complex<double>{};
@@ -123,7 +123,7 @@ Expected<Command, Fault> Controller::step(const Measurement& m) noexcept {
   state_.measured = in.z;
   state_.estimate = std::visit([&](auto& e) noexcept { return e.step(in); }, estimator_);
   if (settings_.supervise) {
-    watch(in, beta);
+    watch(in, turn);
     if (watched.trip) return fault(kSupervision);
   }
   DiskMotion now = state_.estimate;

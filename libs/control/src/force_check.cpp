@@ -24,6 +24,8 @@ double real_part(std::complex<double> a, std::complex<double> b) noexcept {
 
 ForceCheck::ForceCheck(const ForceCheckSettings& settings) noexcept : settings_(settings) {
   threshold_ = kShare * settings.level * settings.model.k1;
+  const double ph = kPole * settings.sample_time;
+  share_ = ph / (1 + ph);
   samples_ = std::max(1, static_cast<int>(std::min(std::floor(kBlock / settings.sample_time + 0.5), 1e6)));
   blocks_ = std::clamp(static_cast<int>(std::min(std::floor(kLate / (samples_ * settings.sample_time) + 0.5), 1e6)), 1,
                        kBlocks);
@@ -45,9 +47,8 @@ void ForceCheck::reset() noexcept {
 }
 
 std::complex<double> ForceCheck::filtered(Filter& filter, Complex in) const noexcept {
-  const double ph = kPole * settings_.sample_time, share = ph / (1 + ph);
   for (Complex& state : filter) {
-    state += share * (in - state);
+    state += share_ * (in - state);
     in = state;
   }
   return in;

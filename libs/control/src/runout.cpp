@@ -11,8 +11,8 @@
 
 namespace whirl::control {
 
-std::complex<double> Runout::at(double beta) const noexcept {
-  const double c1 = std::cos(beta), s1 = std::sin(beta);
+std::complex<double> Runout::at(std::complex<double> turn) const noexcept {
+  const double c1 = turn.real(), s1 = turn.imag();
   double c = 1, s = 0, x = 0, y = 0;
   for (std::size_t k = 0; k < kHarmonics; ++k) {
     const double next = c * c1 - s * s1;

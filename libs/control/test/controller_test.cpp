@@ -126,6 +126,30 @@ TEST(ControllerRealtime, NoStepAllocates) {
   }
 }
 
+// The supervision while it finds nothing, and on its way through all its steps to the trip.
+TEST(ControllerRealtime, NoSupervisedStepAllocates) {
+  for (const double level : {1.0, 1e-4}) {
+    ControllerDesign d = design_of("tsmc", "kfe");
+    d.parameters["supervise"] = 1;
+    d.parameters["watch_level"] = level;
+    Controller c = make_controller(d);
+    bool tripped = false;
+    const testing::AllocationGuard guard;
+    for (int k = 0; k < 3000; ++k) {
+      Measurement m;
+      m.x = 1e-3 * std::cos(0.1 * k) + (k > 1000 ? 4e-4 * std::sin(0.23 * k) : 0);
+      m.y = 1e-3 * std::sin(0.1 * k);
+      m.beta = 0.1 * k;
+      m.omega = 100;
+      m.valid = k % 17 != 0;
+      tripped = !c.step(m) || tripped;
+    }
+    c.reset();
+    EXPECT_EQ(guard.count(), 0u) << level;
+    EXPECT_EQ(tripped, level < 1);
+  }
+}
+
 TEST(ControllerRealtime, IsAFixedSizeValueWithANoexceptStep) {
   static_assert(std::is_trivially_copyable_v<ControllerState>);
   static_assert(std::is_trivially_destructible_v<Controller>);

@@ -35,11 +35,11 @@ class StandingMotion {
     if (tick_++ < start_) return;
     square_ += level_gain_ * (std::norm(rest) - square_);
     // rms of one axis, as at standstill
-    const double level = std::sqrt(0.5 * square_), limit = std::max(floor_, share_ * std::abs(forward_));
-    if (level <= limit) {
+    if (0.5 * square_ <= std::max(floor_ * floor_, share_ * share_ * std::norm(forward_))) {
       above_ = 0;
       return;
     }
+    const double level = std::sqrt(0.5 * square_);
     if (above_ % half_ == 0) {
       // Above the limit for the whole time and not lower by 40 % than half of it ago.
       if (above_ >= 2 * half_ && level > kDecayed * mark_ && level > rms_) {

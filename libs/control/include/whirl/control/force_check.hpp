@@ -67,6 +67,7 @@ class ForceCheck {
 
   ForceCheckSettings settings_;
   double threshold_ = 0;          // m/s^2
+  double share_ = 0;              // of the filters, a sample
   int samples_ = 1, blocks_ = 1;  // of the delay: samples a block, blocks
   // readings
   int readings_ = 0;

@@ -33,9 +33,12 @@ inline std::complex<double> product(std::complex<double> a, std::complex<double>
 }
 /// e^{i angle}.
 inline std::complex<double> unit_phasor(double angle) noexcept { return {std::cos(angle), std::sin(angle)}; }
-/// e^{i beta} (omega^2 - i alpha): unbalance acceleration per metre of eccentricity.
+/// e^{i beta} (omega^2 - i alpha): unbalance acceleration per metre of eccentricity; `turn` is e^{i beta}.
+inline std::complex<double> unbalance_per_metre(std::complex<double> turn, double omega, double alpha) noexcept {
+  return product(turn, {omega * omega, -alpha});
+}
 inline std::complex<double> unbalance_per_metre(double beta, double omega, double alpha) noexcept {
-  return product(unit_phasor(beta), {omega * omega, -alpha});
+  return unbalance_per_metre(unit_phasor(beta), omega, alpha);
 }
 
 /// Position, velocity and disturbance acceleration of the disk.

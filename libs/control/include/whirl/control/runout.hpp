@@ -15,7 +15,8 @@ struct Runout {
   static constexpr int kHarmonics = 5;
   std::array<double, kHarmonics> x_cos{}, x_sin{}, y_cos{}, y_sin{};  ///< m
 
-  std::complex<double> at(double beta) const noexcept;
+  std::complex<double> at(std::complex<double> turn) const noexcept;  ///< m; `turn`: e^{i beta}
+  std::complex<double> at(double beta) const noexcept { return at(std::polar(1.0, beta)); }
   bool empty() const noexcept;
 };
 
