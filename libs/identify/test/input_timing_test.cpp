@@ -74,6 +74,26 @@ TEST_P(HeldInputProperty, LaggingActuatorBehindHoldIsFound) {
   EXPECT_LT(over_noise(model, testing::held_record(system, d, 1000, 0.01, 72, slow)), 1.2) << system.name;
 }
 
+// A valve moves a mass on a column of oil: 7.5 samples a period. One Runge-Kutta step a sample damps that by itself.
+TEST(InputTiming, FastOscillationKeepsItsDamping) {
+  testing::HeldSystem oil;
+  oil.name = "oil column";
+  oil.states = {"v", "p"};
+  oil.rates = [](const std::vector<double>& x, double u) {
+    return std::vector<double>{-20 * x[0] + 50 * x[1], -14000 * x[0] - 60 * x[1] + 1400 * u};
+  };
+  oil.dt = 0.001;
+  oil.amplitude = 1;
+  oil.steps_a_level = 10;
+  const IdentifiedModel model = fit_sindy({testing::held_record(oil, 0, 2000, 0.01, 81)}, options_of(oil));
+  for (const auto& [name, value] :
+       {std::pair("v': v", -20.0), {"v': p", 50.0}, {"p': v", -14000.0}, {"p': p", -60.0}}) {
+    const Estimate* e = model.parameter(name);
+    ASSERT_NE(e, nullptr) << name;
+    EXPECT_LT(std::abs(e->value - value), 4 * e->sd) << name << " " << e->value << " +- " << e->sd;
+  }
+}
+
 // The record does not tell which, then it is the D/A converter.
 TEST(InputTiming, StepsRatherThanLinesWhereBothReadAlike) {
   const testing::HeldSystem system = testing::held_systems()[1];

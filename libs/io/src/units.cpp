@@ -173,8 +173,9 @@ std::string_view usual_unit(std::string_view name) {
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);
   if (at == std::string_view::npos) {
-    return fmt::format("'{}' has no unit; write name_unit, e.g. '{}_{}'; allowed units: {}", name, name,
-                       usual_unit(name), allowed_units());
+    return fmt::format(
+        "'{}' has no unit; write name_unit, e.g. '{}_{}', or '{}_1' for a number without unit; allowed units: {}", name,
+        name, usual_unit(name), name, allowed_units());
   }
   const std::string_view suffix = name.substr(name.rfind('_') + 1);
   std::string hint;

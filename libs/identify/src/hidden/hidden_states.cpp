@@ -192,7 +192,7 @@ class Search {
       TrajectoryRun run{0, 0, rows, Eigen::VectorXd::Zero(n)};
       run.start.head(known) = data.states[r].row(0);
       Eigen::MatrixXd states;
-      const bool follows = follow(model, out.records[r], run, 1, &states).size() > 0;
+      const bool follows = follow(model, out.records[r], run, 0, &states).size() > 0;
       out.states[r].conservativeResize(Eigen::NoChange, n);
       if (follows)
         out.states[r].rightCols(n - known) = states.rightCols(n - known);

@@ -125,6 +125,7 @@ TrajectoryFit fit_from(const RotorRecord& record, const std::vector<double>& val
   };
   TrajectoryOptions options;
   options.output_sd = Eigen::Vector2d(record.noise_x, record.noise_y);
+  options.substeps = 1;  // the records are thinned to what one step takes
   options.max_iterations = 25;
   const Recording coarse = run_record(record, every(kStep)), fine = run_record(record, every(kFine));
   TrajectoryModel model = trajectory_at(values);

@@ -71,6 +71,7 @@ class Problem {
         system_(model, options.free_dead_time, options.substeps),
         given_(runs) {
     for (const Recording& r : records) data_.push_back(prepared(model, r));
+    if (options.substeps == 0) system_.set_steps(data_, runs);
     std::size_t free = 0;
     for (const TrajectoryParameter& p : model.parameters) {
       if (p.free)
@@ -218,7 +219,9 @@ Eigen::MatrixXd follow(const TrajectoryModel& model, const Recording& record, co
                        Eigen::MatrixXd* states) {
   check(model, {record}, {{0, run.first, run.count, run.start}}, {});
   detail::TrajectorySystem system(model, {}, substeps);
-  return system.follow(prepared(model, record), run, states);
+  const detail::TrajectoryRecord data = prepared(model, record);
+  if (substeps == 0) system.set_steps({data}, {{0, run.first, run.count, run.start}});
+  return system.follow(data, run, states);
 }
 
 TrajectoryModel trajectory_model(const IdentifiedModel& model, const std::vector<std::string>& channels) {

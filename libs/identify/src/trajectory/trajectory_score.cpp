@@ -111,7 +111,7 @@ void fit_start(const TrajectoryModel& model, const Recording& record, Eigen::Ind
   bool hidden = false;
   for (const std::string& s : model.states)
     hidden = hidden || (!record.has(s) && displacement_of(s, record) == nullptr);
-  if (hidden && follow(model, record, lead, 1, &states).size() > 0) {
+  if (hidden && follow(model, record, lead, 0, &states).size() > 0) {
     starts.push_back(lead);
     for (std::size_t k = 0; k < model.states.size(); ++k) {
       const auto at = static_cast<Eigen::Index>(k);
@@ -138,7 +138,7 @@ ModelRun simulate_trajectory(const IdentifiedModel& model, const Recording& reco
   ModelRun out;
   out.dt = record.dt;
   out.states = trajectory.states;
-  if (follow(trajectory, record, run, 1, &out.values).size() == 0 && !measured.empty()) {
+  if (follow(trajectory, record, run, 0, &out.values).size() == 0 && !measured.empty()) {
     out.diverged = true;
     out.values.setConstant(record.size(), static_cast<Eigen::Index>(out.states.size()),
                            std::numeric_limits<double>::quiet_NaN());

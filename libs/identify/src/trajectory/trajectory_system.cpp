@@ -1,5 +1,6 @@
 #include "trajectory/trajectory_system.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -131,6 +132,23 @@ void TrajectorySystem::load_inputs(const TrajectoryRecord& record, double at) {
     in_[n_ + k] = record.inputs[j].value(at - dead_[k] / record.dt);
   }
   if (time_) in_[n_ + m_ - 1] = record.t0 + at * record.dt;
+}
+
+void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs) {
+  // A step of 0.35 rad changes the damping of an oscillation by 1e-5 of its frequency.
+  constexpr double kStep = 0.35;
+  constexpr std::size_t kMostRuns = 32;
+  constexpr int kMostSteps = 8;
+  substeps_ = 1;
+  for (std::size_t k = 0; k < std::min(kMostRuns, runs.size()); ++k) {
+    const TrajectoryRun& run = runs[k * runs.size() / std::min(kMostRuns, runs.size())];
+    const TrajectoryRecord& record = records[run.record];
+    load_inputs(record, static_cast<double>(run.first));
+    rate(run.start, true);
+    if (!jacobian_.allFinite()) continue;
+    const double fastest = jacobian_.eigenvalues().cwiseAbs().maxCoeff() * record.dt;
+    substeps_ = std::clamp(static_cast<int>(std::ceil(fastest / kStep)), substeps_, kMostSteps);
+  }
 }
 
 void TrajectorySystem::rate(const Eigen::VectorXd& x, bool sensitive) {

@@ -50,6 +50,8 @@ class TrajectorySystem {
   Eigen::MatrixXd follow(const TrajectoryRecord& record, const TrajectoryRun& run, Eigen::MatrixXd* states);
   /// The model with the present values.
   TrajectoryModel model() const;
+  /// Steps per sample from now on: as many as the fastest rate of the model linearised at the starts of runs asks for.
+  void set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs);
 
  private:
   struct Entry {

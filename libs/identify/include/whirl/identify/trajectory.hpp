@@ -49,7 +49,7 @@ struct TrajectoryOptions {
   std::vector<std::string> free_dead_time = {};  ///< inputs whose dead time is estimated, from that in `timing`
   double most_dead_time = 0;                     ///< s; 0: 50 samples
   std::vector<std::string> scored = {};          ///< parameters that stay; what each would be worth is told
-  int substeps = 1;                              ///< Runge-Kutta steps per sample
+  int substeps = 0;  ///< Runge-Kutta steps per sample; 0: as many as the fastest rate of the model asks for, up to 8
   int max_iterations = 30;
   double tolerance = 1e-6;  ///< stop when an iteration lowers the error by less than this share
 };
@@ -90,7 +90,7 @@ TrajectoryFit fit_trajectory(const TrajectoryModel& model, const std::vector<Rec
 /// Channels that the model predicts over a run (count x channels) and, where asked for, its states. Empty when the run
 /// diverges.
 Eigen::MatrixXd follow(const TrajectoryModel& model, const Recording& record, const TrajectoryRun& run,
-                       int substeps = 1, Eigen::MatrixXd* states = nullptr);
+                       int substeps = 0, Eigen::MatrixXd* states = nullptr);
 
 /// An identified model with every coefficient a parameter, named "lhs: function"; free where its sd is not 0. Outputs:
 /// the states in `channels`.
