@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <numbers>
 #include <random>
 
 #include "whirl/core/error.hpp"
@@ -120,6 +121,29 @@ TEST(ForeignFormatsReference, MatVersion4HoldsFrequencyResponses) {
   ASSERT_EQ(frf->channels.size(), 2u);
   EXPECT_EQ(frf->kind, FrfKind::mobility);
   EXPECT_EQ(frf->channels[1].value[3], std::complex<double>(part(2, 1, 3, false), part(2, 1, 3, true)));
+}
+
+// The axis as most scripts call it: f in Hz, w or omega in rad/s; what is no axis of complex lines stays a signal.
+TEST(ForeignFormatsReference, FrequencyAxesCalledByALetter) {
+  std::vector<double> re, im, angular;
+  for (int i = 0; i < kLines; ++i) re.push_back(part(1, 1, i, false)), im.push_back(part(1, 1, i, true));
+  for (const double f : frequencies()) angular.push_back(2 * std::numbers::pi * f);
+  for (const std::string name : {"f", "w", "Omega"}) {
+    const File file("axis.mat", mat4_matrix(name, 1, kLines, name == "f" ? frequencies() : angular) +
+                                    mat4_matrix("H", kLines, 1, re, im));
+    const auto frf = read_responses(file, FrfKind::receptance);
+    ASSERT_TRUE(frf) << name;
+    EXPECT_NEAR(frf->frequency[0], 5, 1e-9) << name;
+    EXPECT_NEAR(frf->frequency[kLines - 1], frequencies().back(), 1e-9) << name;
+    ASSERT_EQ(frf->summary.warnings.size(), 1u) << name;
+    EXPECT_THAT(frf->summary.warnings[0], HasSubstr(name == "f" ? "taken as Hz" : "taken as rad/s"));
+  }
+  // A force beside them, and a record without complex lines.
+  const File force("force.mat", mat4_matrix("freq", 1, kLines, frequencies()) + mat4_matrix("f", 1, kLines, re) +
+                                    mat4_matrix("H", kLines, 1, re, im));
+  EXPECT_EQ(read_responses(force, FrfKind::receptance)->channels.size(), 1u);
+  const File record("record.mat", mat4_matrix("f", 1, kLines, frequencies()) + mat4_matrix("x_m", 1, kLines, re));
+  EXPECT_FALSE(read_responses(record, FrfKind::receptance));
 }
 
 TEST(ForeignFormatsReference, MatVersion5StructuresAndCells) {

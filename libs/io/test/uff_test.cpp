@@ -253,6 +253,32 @@ TEST(UffReference, ComplexBinaryDataAreWholeWhateverTheHeaderCounts) {
   }
 }
 
+// Dataset 1858 before the functions, as laboratory programs write it: window code, damping factor of an exponential
+// one.
+std::string qualifiers(int window, double factor) {
+  std::string text = fmt::format("    -1\n{:6}{:74}\n", 1858, " ");
+  text += fmt::format("{:12}{:12}{:12}{:12}{:12}{:12}\n", 1, 0, 1, 0, 0, 0);
+  text += fmt::format("{:6}{:6}{:6}{:6}{:6}{:6}{:6}{:6}{:6}{:6}{:6}{:6}\n", 0, window, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0);
+  text += fmt::format("{0:15.7e}{0:15.7e}{0:15.7e}{0:15.7e}{0:15.7e}\n", 0.0);
+  text += fmt::format("{0:15.7e}{0:15.7e}{0:15.7e}{0:15.7e}{1:15.7e}\n", 0.0, factor);
+  text += fmt::format("{0:15.7e}{0:15.7e}{0:15.7e}{0:15.7e}{0:15.7e}\n", 0.0);
+  return text + "NONE  NONE\n" + fmt::format("{:<80}\n", "NONE") + "    -1\n";
+}
+
+TEST(Uff, WindowThatDataset1858StatesIsSaidOfFrequencyResponses) {
+  const std::string functions = binary_frf(64, 2);
+  for (const int window : {0, 5})
+    EXPECT_TRUE(whirl::io::parse_uff(qualifiers(window, 0) + functions, "memory").warnings.empty()) << window;
+  for (const auto& [window, word] : std::vector<std::pair<int, std::string>>{
+           {1, "Hann"}, {2, "Hann"}, {3, "flat top"}, {4, "exponential window (damping factor 4.6)"}, {6, "4.6"}}) {
+    const auto file = whirl::io::parse_uff(qualifiers(window, 4.6) + functions, "memory");
+    ASSERT_EQ(file.warnings.size(), 1u) << window;
+    EXPECT_NE(file.warnings[0].find(word), std::string::npos) << file.warnings[0];
+    EXPECT_EQ(file.functions.size(), 2u);
+  }
+  EXPECT_TRUE(whirl::io::parse_uff(functions, "memory").warnings.empty());
+}
+
 TEST(UffProperty, DamagedFilesGiveAnErrorOrAResultNeverACrash) {
   const std::string text = whirl::io::format_uff(sample());
   std::mt19937_64 random(3);

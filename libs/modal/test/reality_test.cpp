@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <numbers>
+#include <random>
+
 #include "synthetic.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
@@ -120,6 +123,68 @@ TEST(ModesProperty, SplitModesOverTheWholeBandAreFound) {
   const auto s = score(truth, model);
   EXPECT_EQ(s.frequency, 2);
   EXPECT_EQ(s.extra, 0);
+}
+
+// Five modes of low damping behind an exponential window: the lines then lie on s = decay + j w. With 0.5 % noise.
+whirl::FrequencyResponse behind_window(double decay, unsigned seed, std::vector<std::complex<double>>& poles) {
+  std::mt19937_64 random(seed * 6700417ull);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform(0, 1);
+  whirl::FrequencyResponse frf;
+  frf.kind = whirl::FrfKind::receptance;
+  frf.frequency = Eigen::VectorXd::LinSpaced(800, 0.5, 400);
+  for (const double f : {22.0, 61.0, 118.0, 203.0, 327.0}) {
+    const double zeta = 2e-4 + 4e-4 * uniform(random);
+    poles.push_back(2 * std::numbers::pi * f * (1 + 0.05 * uniform(random)) *
+                    std::complex<double>(-zeta, std::sqrt(1 - zeta * zeta)));
+  }
+  for (int c = 0; c < 4; ++c) {
+    Eigen::VectorXcd value = Eigen::VectorXcd::Zero(800);
+    for (const auto& p : poles) {
+      const std::complex<double> a(0, -(uniform(random) < 0.5 ? -1 : 1) * (0.2 + uniform(random)) / p.imag());
+      for (Eigen::Index k = 0; k < 800; ++k) {
+        const std::complex<double> at(decay, 2 * std::numbers::pi * frf.frequency[k]);
+        value[k] += a / (at - p) + std::conj(a) / (at - std::conj(p));
+      }
+    }
+    const double rms = value.norm() / std::sqrt(800.0);
+    for (auto& v : value) v += 0.005 * rms * std::complex<double>(normal(random), normal(random)) / std::sqrt(2.0);
+    frf.channels.push_back({"p" + std::to_string(c), "h", value, {}, {}});
+  }
+  return frf;
+}
+
+bool says_common_decay(const whirl::ModalModel& modes) {
+  return std::any_of(modes.summary.warnings.begin(), modes.summary.warnings.end(),
+                     [](const std::string& w) { return w.find("decay at nearly one rate") != std::string::npos; });
+}
+
+TEST(ModesProperty, ExponentialWindowThatIsNotStatedIsSaidAndTakenOffWhenStated) {
+  int said = 0, covered = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    std::vector<std::complex<double>> poles;
+    whirl::FrequencyResponse frf = behind_window(-std::log(0.01) * 0.5, seed, poles);  // ends at 1 % after 2 s
+    said += says_common_decay(whirl::modal::fit_modes(frf));
+    frf.window_decay = -std::log(0.01) * 0.5;
+    const whirl::ModalModel modes = whirl::modal::fit_modes(frf);
+    EXPECT_FALSE(says_common_decay(modes));
+    ASSERT_EQ(modes.modes.size(), 5u) << seed;
+    for (std::size_t k = 0; k < 5; ++k) covered += modes.modes[k].damping.covers(-poles[k].real() / std::abs(poles[k]));
+  }
+  EXPECT_EQ(said, 12);
+  EXPECT_GE(covered, 54);  // of 60 intervals at 95 %
+}
+
+TEST(ModesProperty, DampingRatiosOfStructuresAreNotTakenForAWindow) {
+  for (unsigned seed = 651; seed <= 670; ++seed)
+    EXPECT_FALSE(says_common_decay(whirl::modal::fit_modes(make_roving({.seed = seed}).frf))) << seed;
+  int said = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::vector<std::complex<double>> poles;
+    whirl::FrequencyResponse frf = behind_window(1e-3, 100 + seed, poles);  // as good as none
+    said += says_common_decay(whirl::modal::fit_modes(frf));
+  }
+  EXPECT_EQ(said, 0);
 }
 
 }  // namespace

@@ -119,8 +119,20 @@ struct Options {
   std::vector<std::string> figures;
   bool no_refine = false;
   modal::ModeOptions modes;
-  double low = 0, high = 0;
+  double low = 0, high = 0, window_end_percent = 100;
 };
+
+// The exponential window of files that do not state it.
+void state_window(double end_percent, FrequencyResponse& frf) {
+  require_range("--window-end-percent", end_percent, 1e-10, 100, "%");
+  if (end_percent == 100) return;
+  if (frf.window_decay != 0)
+    throw Error(fmt::format("--window-end-percent: the file states an exponential window itself, of {:.4g} 1/s",
+                            frf.window_decay));
+  if (frf.frequency.size() < 2) throw Error("--window-end-percent: needs two lines or more");
+  // A record is as long as one over the distance of its lines.
+  frf.window_decay = -std::log(end_percent / 100) * (frf.frequency[1] - frf.frequency[0]);
+}
 
 void find_modes(Options* o, Session& session) {
   if (o->method == "fdd") {
@@ -147,7 +159,8 @@ void find_modes(Options* o, Session& session) {
     parts.push_back(std::move(*found));
   }
   std::vector<std::string> dead;
-  const FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
+  FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
+  state_window(o->window_end_percent, frf);
   for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
   modal::ModeOptions options = o->modes;
   options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
@@ -220,6 +233,10 @@ void add_modes(CommandLine& app, Session& session) {
                   "shapes, MAC, complexity, every FRF with its residual")
       ->output();
   sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
+  sub->add_option(
+      "--window-end-percent", o->window_end_percent,
+      "files that do not state it: value of the exponential window at the end of the record; 100 = none. Its "
+      "decay is taken off");
   sub->add_option("--method", o->method,
                   "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "
                   "without the force")

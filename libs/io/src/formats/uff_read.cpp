@@ -138,6 +138,9 @@ class Reader {
       case 164:
         read_units();
         break;
+      case 1858:
+        read_qualifiers();
+        break;
       default:
         file_.skipped.push_back(static_cast<int>(dataset));
         skip_block();
@@ -208,6 +211,7 @@ class Reader {
       if (!f.even) f.x[i] = *at++;
       f.value[i] = {at[0], f.complex ? at[1] : 0.0};
     }
+    warn_of_window(f.type);
     file_.functions.push_back(std::move(f));
   }
 
@@ -395,8 +399,42 @@ class Reader {
     skip_block();
   }
 
+  // Of the functions that follow. Only the window matters to what is read.
+  void read_qualifiers() {
+    std::vector<std::string_view> records;
+    while (!block_ends()) records.push_back(lines_.next());
+    if (records.size() < 2) return;
+    window_ = integer(lines_, records[1], 6, 6);
+    std::vector<double> values;
+    if (records.size() > 3) append_numbers(lines_, records[3], values);
+    window_factor_ = values.size() > 4 ? values[4] : 0;
+  }
+
+  // A window is left in the functions: said once, of the first frequency response behind one.
+  void warn_of_window(int function) {
+    constexpr int kFrequencyResponse = 4;
+    if (window_said_ || function != kFrequencyResponse) return;
+    if (window_ == 4 || window_ == 6) {
+      warn(fmt::format(
+          "dataset 1858 states an exponential window (damping factor {:g}): every mode decays faster by it, "
+          "so that all dampings come out too large; `whirl modes --window-end-percent` takes it off",
+          window_factor_));
+    } else if (window_ >= 1 && window_ <= 3) {
+      warn(
+          fmt::format("dataset 1858 states a {} window: it smears every peak over the nearest lines, so that modes "
+                      "narrower than about five lines come out with too large a damping",
+                      window_ == 3 ? "flat top" : "Hann"));
+    } else {
+      return;
+    }
+    window_said_ = true;
+  }
+
   TextLines lines_;
   UffFile file_;
+  long window_ = 0;  ///< code of dataset 1858: 1, 2 Hann, 3 flat top, 4 exponential, 5 force, 6 force and exponential
+  double window_factor_ = 0;
+  bool window_said_ = false;
 };
 
 }  // namespace

@@ -38,6 +38,28 @@ Parameters parameters_of(Complex p, DampingModel model) {
           {-v / stiffness + u * loss / (stiffness * stiffness), -u / stiffness - v * loss / (stiffness * stiffness)}};
 }
 
+// Damping of structures hardly ever falls as one over the frequency; what an exponential window adds does.
+void warn_of_common_decay(const Band& band, ModalModel& model) {
+  if (band.decay != 0) return;
+  double slowest = INFINITY, fastest = 0, low = INFINITY, high = 0;
+  int inside = 0;
+  for (const Mode& mode : model.modes) {
+    const double f = mode.frequency.value, decay = -mode.pole.real();
+    if (f < band.low || f > band.high) continue;
+    slowest = std::min(slowest, decay);
+    fastest = std::max(fastest, decay);
+    low = std::min(low, f);
+    high = std::max(high, f);
+    ++inside;
+  }
+  if (inside < 3 || high < 3 * low || std::log(fastest / slowest) > 0.25 * std::log(high / low)) return;
+  model.summary.warn(fmt::format(
+      "all {} modes decay at nearly one rate, {:.3g} to {:.3g} 1/s, as behind an exponential window that the "
+      "file does not state (one that ends at {:.2g} % adds {:.3g} 1/s): if there was one, the dampings are "
+      "too large; state it (whirl modes --window-end-percent)",
+      inside, slowest, fastest, 100 * std::exp(-slowest / band.line_width()), slowest));
+}
+
 void warn_of_modes(const Band& band, ModalModel& model) {
   for (const Mode& mode : model.modes) {
     if (mode.frequency.value < band.low || mode.frequency.value > band.high) continue;
@@ -143,6 +165,7 @@ ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Soluti
     model.references.push_back(channel.reference);
   }
   warn_of_modes(band, model);
+  warn_of_common_decay(band, model);
   if (!solution.converged) model.summary.warn("refinement of the poles has not converged");
   const auto inside = std::count_if(model.modes.begin(), model.modes.end(), [&](const Mode& mode) {
     return mode.frequency.value >= band.low && mode.frequency.value <= band.high;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <numbers>
 #include <set>
 
 namespace whirl::io {
@@ -28,8 +29,44 @@ bool is_vector(const NamedArray& array) {
   return array.imaginary.size() == 0 && array.value.size() > 1 && (array.value.rows() == 1 || array.value.cols() == 1);
 }
 
+// Lines of the complex arrays: a vector of this length that is called f, w or omega is their axis and no force or
+// speed.
+std::set<Eigen::Index> complex_lengths(const std::vector<NamedArray>& arrays) {
+  std::set<Eigen::Index> lengths;
+  for (const NamedArray& array : arrays) {
+    if (array.imaginary.size() == 0) continue;
+    lengths.insert(array.value.rows());
+    if (array.inner == 0) lengths.insert(array.value.cols());
+  }
+  return lengths;
+}
+
+bool ascends_evenly(const Eigen::Map<const Eigen::VectorXd>& v) {
+  if (v.size() < 3 || !(v[0] >= 0) || !(v[1] > v[0])) return false;
+  const double step = (v[v.size() - 1] - v[0]) / static_cast<double>(v.size() - 1);
+  for (Eigen::Index i = 1; i < v.size(); ++i)
+    if (!(std::abs(v[i] - v[i - 1] - step) < 1e-3 * step)) return false;
+  return true;
+}
+
+// An axis by a letter, beside complex arrays of its length: f in Hz, w or omega in rad/s.
+bool take_short_axis(const NamedArray& array, const std::string& word, Axes& axes, SignalFile& file) {
+  const bool angular = word == "w" || word == "omega";
+  if (!(angular || word == "f") || array.imaginary.size() > 0 || axes.frequencies > 0) return false;
+  const Eigen::Map<const Eigen::VectorXd> values(array.value.data(), array.value.size());
+  if (!ascends_evenly(values)) return false;
+  const Signal s = make_signal(array.name, array.unit, values);
+  if (s.quantity && *s.quantity != (angular ? Quantity::angular_velocity : Quantity::frequency)) return false;
+  if (!s.quantity)
+    file.findings.push_back(fmt::format("'{}' has no unit: taken as {}", array.name, angular ? "rad/s" : "Hz"));
+  set_abscissa(axes.frequency, Quantity::frequency,
+               angular ? Eigen::VectorXd(s.value / (2 * std::numbers::pi)) : s.value);
+  axes.frequencies = values.size();
+  return true;
+}
+
 // True when the array is an axis of its group, which is then filled.
-bool take_axis(const NamedArray& array, Axes& axes, SignalFile& file) {
+bool take_axis(const NamedArray& array, const std::set<Eigen::Index>& complex, Axes& axes, SignalFile& file) {
   const std::string word = word_of(array);
   const double scalar = array.value.size() == 1 ? array.value(0, 0) : 0;
   if (scalar > 0 && (word == "dt" || word == "fs" || word == "rate" || word == "sample_rate" ||
@@ -41,6 +78,7 @@ bool take_axis(const NamedArray& array, Axes& axes, SignalFile& file) {
   static const std::set<std::string> kTimes = {"t", "time", "times"},
                                      kFrequencies = {"freq", "freqs", "frequency", "frequencies"};
   const bool time = kTimes.contains(word), frequency = kFrequencies.contains(word);
+  if (is_vector(array) && complex.contains(array.value.size()) && take_short_axis(array, word, axes, file)) return true;
   if (!is_vector(array) || !(time || frequency)) return false;
   const Eigen::Map<const Eigen::VectorXd> values(array.value.data(), array.value.size());
   const Signal s = make_signal(array.name, array.unit, values);
@@ -99,8 +137,9 @@ void set_values(NamedArray& array, const Eigen::VectorXd& real, const Eigen::Vec
 
 void add_arrays(SignalFile& file, const std::vector<NamedArray>& arrays) {
   std::map<std::string, Axes> groups;
+  const std::set<Eigen::Index> complex = complex_lengths(arrays);
   std::vector<bool> is_axis;
-  for (const NamedArray& array : arrays) is_axis.push_back(take_axis(array, groups[array.group], file));
+  for (const NamedArray& array : arrays) is_axis.push_back(take_axis(array, complex, groups[array.group], file));
   for (std::size_t i = 0; i < arrays.size(); ++i) {
     const NamedArray& array = arrays[i];
     if (is_axis[i]) continue;
