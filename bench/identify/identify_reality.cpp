@@ -1,7 +1,7 @@
 // Rotors that leave the model class and records as laboratories have them: how often identify_rotor is right, warns, or
 // is confidently wrong (status ok, an error beyond 4 stated sd and 1 %, 0.1 % for k1).
-// Usage: bench_identify_reality [seeds per row = 6] [first seed = 1] [SNR dB = 20] [rows | records | trust | all] [row
-// name]
+// Usage: bench_identify_reality [seeds per row = 6] [first seed = 1] [SNR dB = 20] [rows | records | trust | missing |
+// all] [row name]
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -42,8 +42,8 @@ struct Row {
   int prescribed = 0, mass_held = 0,
       angle_held = 0;            // results of whirl balance, and where their interval holds the truth
   int named = 0, ambiguous = 0;  // the odd term is taken up or stands in a reading; some reading is stated
-  std::map<std::string, std::vector<double>> errors, stated;  // %
-  std::map<std::string, int> terms;                           // added, or named in a warning
+  std::map<std::string, std::vector<double>> errors, stated, bounds;  // %
+  std::map<std::string, int> terms;                                   // added, or named in a warning
   std::vector<double> chi, time;
   std::string message;  // first warning of the last seed
   std::string missed;   // what was confidently wrong
@@ -79,6 +79,9 @@ struct Row {
       }
       errors[t.name].push_back(100 * std::abs(error) / size);
       stated[t.name].push_back(100 * p->sd / size);
+      // Deviation from the noise of the samples used alone: the Cramer-Rao bound at the estimate.
+      if (const Eigen::Index at = found.fit.index(t.name); at >= 0)
+        bounds[t.name].push_back(100 * std::sqrt(found.fit.covariance(at, at)) / size);
       const double sds = std::abs(error) / p->sd;
       if (sds > 4 && std::abs(error) > t.tolerance * size) {
         is_wrong = true;
@@ -126,6 +129,8 @@ struct Row {
         sd("e"), quantile(chi, 0.5), intervals ? static_cast<double>(covered) / intervals : NAN, mass_held, angle_held,
         prescribed, quantile(time, 0.5));
     for (const auto& [term, times] : terms) std::printf(" %s x%d", term.c_str(), times);
+    std::printf(" | bound:");
+    for (const auto& [parameter, v] : bounds) std::printf(" %s %.4f", parameter.c_str(), quantile(v, 0.5));
     std::printf("\n");
     if (!message.empty()) std::printf("    %s\n", message.c_str());
     std::printf("%s", missed.c_str());
@@ -191,8 +196,10 @@ void run(const char* name, int seeds, int first, const std::function<Recording(u
     const std::clock_t begin = std::clock();
     try {
       const Recording r = record(seed);
+      identification::RotorIdentifyOptions options;
+      if (!r.has("beta")) options.angle_source = identification::AngleSource::vibration;
       const identification::RotorIdentification found =
-          identification::identify_rotor_detailed({identification::rotor_record(r)});
+          identification::identify_rotor_detailed(std::vector<Recording>{r}, options);
       row.count(seed, found, truths(seed), names);
     } catch (const Error& e) {
       ++row.refused;
@@ -221,6 +228,25 @@ void count_withdrawals(int seeds, int first, double snr) {
               trusted, withdrawn, warned, terms, said.c_str());
 }
 
+/// Records without a channel: of rotors of the model class, and of some that break what one axis takes for granted.
+void missing_channels(int seeds, int first, double snr, const std::string& only) {
+  const auto without = [](Recording r, const std::string& channel) {
+    std::erase_if(r.channels, [&](const Channel& c) { return c.name == channel; });
+    return r;
+  };
+  for (const Oddity o : {Oddity::none, Oddity::anisotropic, Oddity::cross_coupled, Oddity::quintic, Oddity::warming,
+                         Oddity::coulomb, Oddity::bow, Oddity::sensor_gain}) {
+    for (const char* channel : {"y", "x", "beta"}) {
+      const std::string name = std::string(to_string(o)) + " no " + channel;
+      if (!only.empty() && name.find(only) == std::string::npos) continue;
+      run(
+          name.c_str(), seeds, first,
+          [&](unsigned seed) { return without(machine_record(draw_machine(o, seed), snr, seed), channel); },
+          [&](unsigned seed) { return truths_of(draw_machine(o, seed).machine, o); }, names_of(o));
+    }
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -229,6 +255,10 @@ int main(int argc, char** argv) {
   const std::string what = argc > 4 ? argv[4] : "all", only = argc > 5 ? argv[5] : "";
   if (what == "trust") {
     count_withdrawals(seeds, first, snr);
+    return 0;
+  }
+  if (what == "missing") {
+    missing_channels(seeds, first, snr, only);
     return 0;
   }
   if (what != "records") {

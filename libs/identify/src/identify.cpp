@@ -85,6 +85,11 @@ double finite_spread(const Eigen::VectorXd& a) {
   return std::sqrt(((x - mean).square() * whole).sum() / whole.sum());
 }
 
+bool shows(const Recording& like, const std::string& name, Quantity quantity) {
+  const Channel* c = like.find(name);
+  return c != nullptr && c->quantity == quantity;
+}
+
 /// The options with what they leave open taken from the records.
 IdentifyOptions completed(IdentifyOptions o, const Recording& like) {
   o.method = o.chosen(like);
@@ -117,7 +122,12 @@ IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& reco
 
 HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& records) {
   if (!rotor(o.method)) return split_holdout(records, o.holdout);
-  return split_holdout(records, o.holdout, {o.rotor.record.x, o.rotor.record.y});
+  std::vector<std::string> motion;
+  for (const std::string& name : {o.rotor.record.x, o.rotor.record.y}) {
+    const Channel* c = records.front().find(name);
+    if (c != nullptr && c->samples.array().isFinite().any()) motion.push_back(name);
+  }
+  return split_holdout(records, o.holdout, motion);
 }
 
 /// `rest`: the model of what is not held out, where there is one.
@@ -164,11 +174,14 @@ Method method_of(const std::string& name) {
 
 Method IdentifyOptions::chosen(const Recording& like) const {
   if (method != Method::automatic) return method;
-  const auto has = [&](const std::string& name) {
-    return std::any_of(like.channels.begin(), like.channels.end(), [&](const Channel& c) { return c.name == name; });
-  };
+  // A rotor: its angle and one displacement at least.
+  const bool turns =
+      like.has(rotor.record.angle) &&
+      ((like.has(rotor.record.x) && like.has(rotor.record.y)) ||
+       (shows(like, rotor.record.angle, Quantity::angle) &&
+        (shows(like, rotor.record.x, Quantity::displacement) || shows(like, rotor.record.y, Quantity::displacement))));
   const bool asks = library || !sindy.states.empty() || !sindy.inputs.empty() || !sindy.library.empty();
-  return !asks && has(rotor.record.x) && has(rotor.record.y) && has(rotor.record.angle) ? Method::weak : Method::sindy;
+  return !asks && turns ? Method::weak : Method::sindy;
 }
 
 double worst_nrmse(const std::vector<StateScore>& scores) {
@@ -184,13 +197,17 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
   try {
     if (rotor) {
       const Validation v = validate_model(model, record, options);
-      if (v.summary.status == Status::unusable && std::isfinite(v.rmse_x)) {
+      if (v.summary.status == Status::unusable && (std::isfinite(v.rmse_x) || std::isfinite(v.rmse_y))) {
         held.reason = v.summary.warnings.back();
         return held;
       }
-      const Eigen::VectorXd &x = record[options.record.x], &y = record[options.record.y];
-      held.scores = {{options.record.x, v.rmse_x, v.rmse_x / finite_spread(x), v.noise_x},
-                     {options.record.y, v.rmse_y, v.rmse_y / finite_spread(y), v.noise_y}};
+      // Of an axis that is not measured there is no error.
+      if (record.has(options.record.x) && !std::isnan(v.rmse_x))
+        held.scores.push_back(
+            {options.record.x, v.rmse_x, v.rmse_x / finite_spread(record[options.record.x]), v.noise_x});
+      if (record.has(options.record.y) && !std::isnan(v.rmse_y))
+        held.scores.push_back(
+            {options.record.y, v.rmse_y, v.rmse_y / finite_spread(record[options.record.y]), v.noise_y});
       return held;
     }
     const Recording whole = longest_whole_stretch(record);
@@ -211,10 +228,22 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
 
 namespace {
 
+/// Records with the angle that the fit found. What is held out is predicted along it: it has the few coefficients of a
+/// polynomial, but the part held out had its say in them.
+void take_angle(const OutputErrorFit& fit, const IdentifyOptions& o, std::vector<Recording>& records) {
+  for (std::size_t r = 0; r < fit.records.size() && r < records.size(); ++r) {
+    std::erase_if(records[r].channels, [&](const Channel& c) { return c.name == o.rotor.record.angle; });
+    const Eigen::VectorXd& beta = fit.records[r].angle.beta;
+    records[r].add(o.rotor.record.angle, Quantity::angle,
+                   beta(Eigen::seqN(Eigen::Index{0}, records[r].size(), Eigen::Index{2})));
+  }
+}
+
 /// Fit, part held out and verdict of records as they are.
 Identification identify_once(const std::vector<Recording>& as_read, const IdentifyOptions& o) {
   Summary read;
-  const std::vector<Recording> records = bridged(as_read, o, read);
+  std::vector<Recording> records = bridged(as_read, o, read);
+  IdentifyOptions evidence_options = o;
   const auto progress = [&](double share) {
     if (o.progress) o.progress("identify", share);
   };
@@ -223,8 +252,13 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
   std::optional<IdentifiedModel> rest;
   if (o.method == Method::weak) {
     RotorIdentification found = detail::rotor_or_tilt(records, o.rotor);
+    if (o.rotor.angle_source == AngleSource::vibration) {
+      take_angle(found.fit, o, records);
+      evidence_options.rotor.angle_source = AngleSource::measured;
+    }
     id.model = std::move(found.model);
     id.evidence.ambiguities = std::move(found.ambiguities);
+    id.evidence.assumptions = std::move(found.assumptions);
   } else {
     id.model = fit(o, records, &id.evidence.bounds);
   }
@@ -233,7 +267,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     if (!has_tilt(id.model))
       id.evidence.collinear =
           collinear_groups(id.model, with_derivatives(longest_whole_stretch(records.front()), id.model.inputs));
-    if (o.holdout != 0) id.evidence.held_out = hold_out(o, records, id.model, rest);
+    if (o.holdout != 0) id.evidence.held_out = hold_out(evidence_options, records, id.model, rest);
   }
   progress(1);
   if (rest && o.method == Method::weak) detail::compare_with_rest(*rest, id.model);

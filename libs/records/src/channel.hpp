@@ -35,9 +35,9 @@ void find_lines(ChannelCheck& c, const std::vector<double>& mains, double lowest
 /// A channel that is held between rare changes (a command, a square wave, a coarse counter).
 bool is_held(const Eigen::VectorXd& samples);
 
-/// Checks of x, y and angle together. `check_x`, `check_y`: the channels after their own checks.
-void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle, std::string_view angle_name,
-                 RecordReport& report);
+/// Checks of x, y and angle together, the channels after their own checks; one of the two may be null (one axis).
+void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Eigen::VectorXd& angle,
+                 std::string_view angle_name, RecordReport& report);
 /// Angle readings that jump: a splice of the whole record.
 void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0, double dt, RecordReport& report);
 void find_drift(ChannelCheck& c, const Eigen::VectorXd& angle);

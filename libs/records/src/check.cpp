@@ -142,7 +142,12 @@ RecordReport check(const Recording& r, const CheckOptions& options) {
   if (r.size() == 0) return report;
   const Channel* angle = r.find(options.angle);
   if (angle != nullptr && (angle->quantity != Quantity::angle || !angle->samples.allFinite())) angle = nullptr;
-  const bool rotor = angle != nullptr && r.has(options.x) && r.has(options.y) && r.size() > 64;
+  const auto shows = [&](const std::string& name) {
+    const Channel* c = r.find(name);
+    return c != nullptr && c->quantity == Quantity::displacement;
+  };
+  const bool both = r.has(options.x) && r.has(options.y);
+  const bool rotor = angle != nullptr && (both || shows(options.x) || shows(options.y)) && r.size() > 64;
   double lowest = 0, highest = 0;  // turning speed, Hz
   if (angle != nullptr && r.size() > 64) {
     lowest = std::numeric_limits<double>::infinity();
@@ -180,8 +185,9 @@ RecordReport check(const Recording& r, const CheckOptions& options) {
     if (!c.usable.all()) report.masks.push_back({c.name, c.usable});
   }
   if (rotor) {
-    const auto of = [&](const std::string& name) -> detail::ChannelCheck& {
-      return *std::find_if(checked.begin(), checked.end(), [&](const auto& c) { return c.name == name; });
+    const auto of = [&](const std::string& name) -> const detail::ChannelCheck* {
+      const auto at = std::find_if(checked.begin(), checked.end(), [&](const auto& c) { return c.name == name; });
+      return at == checked.end() ? nullptr : &*at;
     };
     const std::size_t before = report.findings.size();
     detail::check_rotor(of(options.x), of(options.y), angle->samples, options.angle, report);

@@ -21,18 +21,20 @@ Eigen::VectorXd unwrapped(const Eigen::VectorXd& a) {
 }
 
 /// Energy of z that turns along with `scale` times the angle, in windows of some turns.
+/// One axis alone (both the same) turns both ways alike.
 double synchronous(const ChannelCheck& x, const ChannelCheck& y, const Eigen::VectorXd& angle, double scale) {
+  const double second = &x == &y ? 0 : 1;
   const Eigen::Index n = angle.size(), width = std::max<Eigen::Index>(64, n / 200);
   const double mx = x.samples.mean(), my = y.samples.mean();
   double energy = 0;
   for (Eigen::Index first = 0; first + width <= n; first += width) {
     Complex sum = 0;
     for (Eigen::Index i = first; i < first + width; ++i) {
-      sum += Complex(x.samples[i] - mx, y.samples[i] - my) * std::polar(1.0, -scale * angle[i]);
+      sum += Complex(x.samples[i] - mx, second * (y.samples[i] - my)) * std::polar(1.0, -scale * angle[i]);
     }
     energy += std::norm(sum) / static_cast<double>(width);
   }
-  return energy / (static_cast<double>(n) * (x.spread * x.spread + y.spread * y.spread));
+  return energy / (static_cast<double>(n) * (x.spread * x.spread + second * y.spread * y.spread));
 }
 
 /// How many stretches of the faster half of a record turn with the angle, and how many against it. Each counts alike:
@@ -192,8 +194,10 @@ void find_jitter(ChannelCheck& c) {
   c.report(std::move(f), 0, n - 1);
 }
 
-void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle, std::string_view angle_name,
-                 RecordReport& report) {
+void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Eigen::VectorXd& angle,
+                 std::string_view angle_name, RecordReport& report) {
+  const bool one = first == nullptr || second == nullptr;
+  const ChannelCheck &x = first != nullptr ? *first : *second, &y = second != nullptr ? *second : *first;
   const auto whole = [&](FindingKind kind, std::string_view channel, double size, std::string advice) {
     Finding f{.kind = kind, .severity = Severity::refuse, .size = size, .advice = std::move(advice)};
     f.channel = channel;
@@ -202,7 +206,8 @@ void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle,
     f.samples = x.samples.size();
     report.findings.push_back(std::move(f));
   };
-  for (const ChannelCheck* c : {&x, &y}) {
+  for (const ChannelCheck* c : {first, second}) {
+    if (c == nullptr) continue;
     const double peak = (c->samples.array() - c->samples.mean()).abs().maxCoeff();
     if (peak > 0.05)
       whole(FindingKind::size, c->name, peak, "no rotor moves that far: is the unit mm or um, not m (or um, not mm)?");
@@ -216,9 +221,9 @@ void check_rotor(ChannelCheck& x, ChannelCheck& y, const Eigen::VectorXd& angle,
       whole(FindingKind::angle_unit, angle_name, degrees > turns ? 360.0 : 1.0,
             degrees > turns ? "the motion follows the angle read in degrees: state the unit of the angle as deg"
                             : "the motion follows the angle read in turns: multiply the angle by 2 pi");
-    } else if (const Turning t = turning(x, y, a);
-               (backward > 0.2 && backward > 4 * forward) ||
-               (t.against >= 12 && 4 * t.against > t.stretches && t.against > 5 * t.with)) {
+    } else if (const Turning t = one ? Turning{} : turning(x, y, a);
+               !one && ((backward > 0.2 && backward > 4 * forward) ||
+                        (t.against >= 12 && 4 * t.against > t.stretches && t.against > 5 * t.with))) {
       whole(FindingKind::whirl_sense, "", backward / std::max(forward, 1e-12),
             "the rotation is against the angle: x and y are swapped, one of them has the wrong sign, or the angle "
             "counts backwards");

@@ -120,7 +120,8 @@ void add_identify(CommandLine& app, Session& session) {
       app, session, "identify", "Equations of motion from records of a rotor or of any system (SINDy)",
       "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: "
       "displacement\n"
-      "of the disk centre and rotor angle. Several records share the rotor; each has its own unbalance.\n"
+      "of the disk centre and rotor angle; of x and y one will do (a rotor whose axes are alike). Several records "
+      "share the rotor; each has its own unbalance.\n"
       "Any other system: CSV records with one column name_unit per signal; several files are several trajectories.\n"
       "Methods: weak (default): tied second-order weak form with order-tracked test functions, generalised least "
       "squares,\n"

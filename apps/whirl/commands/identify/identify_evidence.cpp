@@ -46,6 +46,7 @@ std::string describe(const identification::Evidence& evidence, const Summary& su
     text += fmt::format("collinear         {}{}: hard to tell apart on these records (condition index {:.3g})\n",
                         g.equation.empty() ? "" : g.equation + ": ", fmt::join(g.terms, ", "), g.condition_index);
   }
+  for (const std::string& a : evidence.assumptions) text += fmt::format("assumed           {}\n", a);
   for (const identification::Ambiguity& a : evidence.ambiguities) {
     text += fmt::format("not told apart    {}\n                  {}\n                  to decide: {}\n", a.readings,
                         a.consequence, a.experiment);

@@ -22,8 +22,11 @@ void IdentifyFlags::add_to(CommandLine* sub) {
   sub->add_option("--modes", modes, "modes of the hammer test (modes.json): candidates beside the main mode")
       ->input()
       ->group(rotor_group);
-  sub->add_option("--angle", angle, "measured, or profile: the rate of an assumed profile is refined too")
-      ->one_of({"measured", "profile"})
+  sub->add_option(
+         "--angle", angle,
+         "measured; profile: the rate of an assumed profile is refined too; or vibration: none is measured, the "
+         "motion itself tells the speed")
+      ->one_of({"measured", "profile", "vibration"})
       ->group(rotor_group);
   sub->add_option("--pulses", pulses,
                   "channel of once-per-turn pulses (keyphasor) instead of beta; phases count from its rising edge")

@@ -176,13 +176,16 @@ void IdentifyFlags::check() const {
   only("--pulses", !pulses.empty(), {"weak", "drive", "paper", "consistent"});
   only("--slow-roll", !slow_roll.empty(), {"weak"});
   only("--angle profile", angle == "profile", {"weak"});
+  only("--angle vibration", angle == "vibration", {"weak"});
+  if (angle == "vibration" && (!pulses.empty() || !slow_roll.empty()))
+    throw Error("--angle vibration takes neither --pulses nor --slow-roll");
 }
 
 std::vector<std::string> IdentifyFlags::required() const {
   using identification::Method;
   const Method m = method_chosen();
-  if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
-    return {"x"};  // for the others see require_rotor_channels
+  if (m == Method::weak) return {};  // see require_rotor_channels
+  if (m == Method::drive || m == Method::paper || m == Method::consistent) return {"x"};
   if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
@@ -195,19 +198,24 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
   if (m != Method::weak && m != Method::drive && m != Method::paper && m != Method::consistent) return;
   std::string present;
   for (const Channel& c : like.channels) present += (present.empty() ? "" : ", ") + c.name;
-  if (!like.has("y")) {
+  // The default method takes one direction for a rotor whose axes are alike.
+  if (!like.has("y") && (m != Method::weak || !like.has("x"))) {
     throw Error(fmt::format(
-        "{}: no column 'y' (with its unit, e.g. 'y_mm'); present: {}. A rotor's motion needs two directions: from one, "
-        "unequal stiffness and backward whirl cannot be told. One axis with its input: --method second-order",
-        like.source, present));
+        "{}: no column '{}' (with its unit, e.g. 'y_mm'); present: {}. {}", like.source,
+        m == Method::weak ? "x' or 'y" : "y", present,
+        m == Method::weak ? "A rotor's motion needs at least one direction; for other systems name them: --states, or "
+                            "--method second-order with an output and an input"
+                          : "This method needs two directions of a rotor's motion; the default one takes one"));
   }
+  if (angle == "vibration") return;
   const std::string wanted = pulses.empty() ? "beta" : pulses;
   if (!like.has(wanted)) {
     throw Error(fmt::format(
         "{}: no column '{}' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "
         "motion lags it by an angle that changes through the critical speed, so that the motion alone does not tell "
-        "it: give the angle (beta_rad, beta_deg), a channel of once-per-turn pulses (--pulses CHANNEL), or an assumed "
-        "speed profile as beta with --angle profile",
+        "it: give the angle (beta_rad, beta_deg), a channel of once-per-turn pulses (--pulses CHANNEL), an assumed "
+        "speed profile as beta with --angle profile, or with --angle vibration let a steady run-up or run-down tell "
+        "its own speed",
         like.source, wanted, present));
   }
 }
@@ -248,6 +256,7 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
 identification::RotorIdentifyOptions IdentifyFlags::weak() const {
   identification::RotorIdentifyOptions o;
   if (angle == "profile") o.angle_source = identification::AngleSource::profile;
+  if (angle == "vibration") o.angle_source = identification::AngleSource::vibration;
   if (!modes.empty()) o.modal = io::load<ModalModel>(modes);
   return o;
 }

@@ -68,7 +68,7 @@ io::Json to_json(const Evidence& evidence) {
   }
   io::Json out = io::Json::object();
   out.set("held_out", to_json(evidence.held_out)).set("collinear", std::move(groups)).set("bounds", std::move(bounds));
-  out.set("ambiguities", std::move(ambiguities));
+  out.set("ambiguities", std::move(ambiguities)).set("assumptions", evidence.assumptions);
   return out;
 }
 

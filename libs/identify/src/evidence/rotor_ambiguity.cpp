@@ -139,6 +139,90 @@ void read_as_runout(OutputErrorFit& fit) {
   fit.model.eps = fit.records[0].eps;
 }
 
+namespace {
+
+/// Damping of the plain kind that takes as much energy as the forces beyond RotorModel give or take, 1/s.
+double damping_of_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
+  double sum = 0;
+  for (const RotorTerm& term : fit.terms) {
+    double power = 0, squares = 0;
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      const OutputErrorRecord& own = fit.records[r];
+      for (Eigen::Index i = 0; i < own.main.size(); ++i) {
+        const std::complex<double> z = own.main[i], v = own.main_rate[i];
+        const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
+                                       records[r].t0 + records[r].dt * static_cast<double>(i));
+        power += term.value * (f.x * v.real() + f.y * v.imag());
+        squares += std::norm(v);
+      }
+    }
+    sum += std::abs(power) / squares;
+  }
+  return sum;
+}
+
+}  // namespace
+
+void forget_phase(RotorIdentification& result) {
+  constexpr double kAny = std::numbers::pi;
+  IdentifiedModel& model = result.model;
+  for (auto& [name, e] : model.parameters) {
+    if (name.starts_with("e_phase")) e = {e.value, kAny / std::sqrt(3.0), e.value - kAny, e.value + kAny};
+  }
+  if (model.rotor_covariance.size() == 25) {  // on a circle of radius e about zero
+    const std::complex<double> across = std::complex<double>(0, kAny) * model.rotor->eps;
+    const std::array<double, 2> part{across.real(), across.imag()};
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (std::size_t j = 0; j < 2; ++j) model.rotor_covariance[5 * (3 + i) + 3 + j] += part[i] * part[j];
+    }
+  }
+  result.assumptions.push_back(
+      fmt::format("the angle is not measured: the speed is taken from the vibration as a polynomial of degree {} in "
+                  "time, and the phase of e means nothing",
+                  result.active.profile_degree));
+  model.summary.warn(
+      "no angle is measured: it is taken from the vibration itself; the phase of e means nothing (no balancing angle), "
+      "k1, k2, c and the size of e are found beside it. A once-per-turn pulse (--pulses) gives both");
+  constexpr double kMost = 1.5;
+  if (model.summary.chi_square > kMost) {
+    model.summary.fail(fmt::format(
+        "chi-square {:.3g}: the speed is not a polynomial in time, or this is no rotor on a cubic spring, and "
+        "without an angle the two cannot be told apart: measure a once-per-turn pulse",
+        model.summary.chi_square));
+    model.summary.trust = "Do not use this model.";
+  }
+}
+
+void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result) {
+  if (!std::ranges::all_of(records, &RotorRecord::one_axis)) return;
+  constexpr double kMost = 2;
+  const char axis = records.front().axes == Axes::x ? 'x' : 'y', other = axis == 'x' ? 'y' : 'x';
+  result.assumptions.push_back(fmt::format(
+      "isotropic rotor: {} is not measured and taken to move as {} does, a quarter turn apart", other, axis));
+  result.assumptions.emplace_back("forward whirl: one axis does not show which way the motion turns");
+  result.ambiguities.push_back(
+      {fmt::format("axes that are alike, or a stiffness or damping of {0} that differs from that of {1}, a coupling of "
+                   "the axes, or backward whirl: {0} is not measured",
+                   other, axis),
+       fmt::format("k1, c and e are those along {}; k2 and c also rest on {} moving alike, a quarter turn apart; "
+                   "nothing is known of the critical speed of {}",
+                   axis, other, other),
+       "a second probe at right angles to the first"});
+  if (result.model.summary.chi_square > kMost) {
+    result.model.summary.fail(fmt::format(
+        "chi-square {:.3g}: the motion along {} is not that of a rotor whose axes are alike; with unequal or "
+        "coupled axes one direction does not tell k1, c and e: a second probe does",
+        result.model.summary.chi_square, axis));
+    result.model.summary.trust = "Do not use this model.";
+  }
+  // Along one axis another kind of damping and a coupling of the axes look alike.
+  const double more = damping_of_terms(records, result.fit);
+  for (auto& [name, e] : result.model.parameters) {
+    if (name == "c" && more > 0) e = Estimate::from_sd(e.value, std::hypot(e.sd, more));
+  }
+  if (result.model.rotor_covariance.size() == 25) result.model.rotor_covariance[12] += more * more;
+}
+
 void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result) {
   IdentifiedModel& model = result.model;
   const IdentifiedModel found = model;

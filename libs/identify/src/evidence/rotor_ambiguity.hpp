@@ -13,4 +13,9 @@ void read_as_runout(OutputErrorFit& fit);
 /// `scale`: of the covariances.
 void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentification& result);
 
+/// Without a measured angle the phase of e is any; intervals, covariance and assumptions say so.
+void forget_phase(RotorIdentification& result);
+/// What records of one axis leave open, as a reading beside the isotropic rotor and as assumptions of the model.
+void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result);
+
 }  // namespace whirl::identification::detail

@@ -21,8 +21,9 @@ double unexplained_share(const std::vector<RotorRecord>& records, const OutputEr
   for (std::size_t r = 0; r < records.size(); ++r) {
     const OutputErrorRecord& f = fit.records[r];
     const double mean_square = f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y;
-    excess += static_cast<double>(records[r].size()) * std::max(0.0, mean_square - records[r].noise_variance());
-    motion += f.main.squaredNorm();
+    const double noise = records[r].noise_sd() * records[r].noise_sd();
+    excess += std::max(0.0, static_cast<double>(records[r].size()) * mean_square - records[r].readings() * noise);
+    motion += (records[r].one_axis() ? 0.5 : 1.0) * f.main.squaredNorm();
   }
   return std::sqrt(excess / motion);
 }
@@ -39,14 +40,13 @@ Cover cover_of(const std::vector<RotorRecord>& records, const OutputErrorFit& fi
   double squares = 0, samples = 0;
   for (std::size_t r = 0; r < records.size(); ++r) {
     const OutputErrorRecord& f = fit.records[r];
-    const double n = static_cast<double>(records[r].size());
-    squares += n * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
-    samples += n;
+    squares += static_cast<double>(records[r].size()) * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
+    samples += records[r].readings();
     cover.peak = std::max(cover.peak, f.main.cwiseAbs().maxCoeff());
     cover.low = std::min(cover.low, records[r].speed_low() * kHz);
     cover.high = std::max(cover.high, records[r].speed_high() * kHz);
   }
-  cover.residual = std::sqrt(squares / (2 * samples));
+  cover.residual = std::sqrt(squares / samples);
   return cover;
 }
 

@@ -75,14 +75,27 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
 }
 
 void compare_with_clean(Validation& v, const ValidateOptions& options, const Eigen::VectorXcd& simulated) {
-  const Eigen::VectorXd& x = (*options.clean)[options.record.x];
-  const Eigen::VectorXd& y = (*options.clean)[options.record.y];
-  if (x.size() != simulated.size() || y.size() != simulated.size()) {
-    throw Error::in_field("clean", fmt::format("{} samples", x.size()),
+  if (options.clean->size() != simulated.size()) {
+    throw Error::in_field("clean", fmt::format("{} samples", options.clean->size()),
                           fmt::format("as long as the record, {} samples", simulated.size()));
   }
-  v.clean_rmse_x = rms(x - simulated.real());
-  v.clean_rmse_y = rms(y - simulated.imag());
+  if (options.clean->has(options.record.x)) v.clean_rmse_x = rms((*options.clean)[options.record.x] - simulated.real());
+  if (options.clean->has(options.record.y)) v.clean_rmse_y = rms((*options.clean)[options.record.y] - simulated.imag());
+}
+
+/// rmse, nrmse and residual over the axes measured.
+void measure_errors(const RotorRecord& record, const Eigen::VectorXcd& measured, const Eigen::VectorXcd& error,
+                    Validation& v) {
+  v.rmse_x = rms(error.real(), record.usable_x);
+  v.rmse_y = rms(error.imag(), record.usable_y);
+  if (record.axes == Axes::x) v.rmse_y = v.noise_y = NAN;
+  if (record.axes == Axes::y) v.rmse_x = v.noise_x = NAN;
+  const double squares =
+      (record.axes != Axes::y ? v.rmse_x * v.rmse_x : 0.0) + (record.axes != Axes::x ? v.rmse_y * v.rmse_y : 0.0);
+  // The analytic signal that stands for an unseen axis has the size of the other.
+  const double motion = (measured.array() - measured.mean()).matrix().norm() / (record.one_axis() ? std::sqrt(2.0) : 1);
+  v.nrmse = std::sqrt(squares * static_cast<double>(error.size())) / motion;
+  v.summary.residual = std::sqrt((record.one_axis() ? 1 : 0.5) * squares);
 }
 
 void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
@@ -119,7 +132,9 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     v.summary.fail("the model is unusable: there is nothing to validate");
     return v;
   }
-  RotorRecord record = rotor_record(recording, options.record);
+  RotorRecordOptions reading = options.record;
+  reading.one_axis = true;
+  RotorRecord record = rotor_record(recording, reading);
   v.noise_x = record.noise_x;
   v.noise_y = record.noise_y;
   for (const std::string& w : record.summary.warnings) {
@@ -150,10 +165,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.eps = run.eps;
   const Eigen::VectorXcd simulated = fit.read_main(0) + run.beside + runout;
   const Eigen::VectorXcd error = measured - simulated;
-  v.rmse_x = rms(error.real(), record.usable_x);
-  v.rmse_y = rms(error.imag(), record.usable_y);
-  v.nrmse = std::hypot(v.rmse_x, v.rmse_y) * std::sqrt(static_cast<double>(error.size())) /
-            (measured.array() - measured.mean()).matrix().norm();
+  measure_errors(record, measured, error, v);
   v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
   v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
   if (options.clean) compare_with_clean(v, options, simulated);
@@ -180,10 +192,9 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
     const auto band = [&](double noise, double moves) {
       return kBand * std::sqrt(noise * noise + moves * moves + model_error);
     };
-    v.band_x = band(record.noise_x, spread[0]);
-    v.band_y = band(record.noise_y, spread[1]);
+    if (record.axes != Axes::y) v.band_x = band(record.noise_x, spread[0]);
+    if (record.axes != Axes::x) v.band_y = band(record.noise_y, spread[1]);
   }
-  v.summary.residual = std::sqrt(0.5 * (v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y));
   v.summary.chi_square = fit.summary.chi_square;
   tell(v, options, fit.summary);
   return v;

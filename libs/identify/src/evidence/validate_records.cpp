@@ -59,10 +59,13 @@ ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, c
   if (run.summary.status == Status::unusable) return run;
   // What a jump across the fold decides says nothing about the model.
   if (!v.fold_sensitive && (v.rmse_x > v.band_x || v.rmse_y > v.band_y)) {
+    const auto both = [](double x, double y) {
+      if (std::isnan(x) || std::isnan(y)) return fmt::format("{:.3g}", 1e3 * (std::isnan(x) ? y : x));
+      return fmt::format("{:.3g} and {:.3g}", 1e3 * x, 1e3 * y);
+    };
     run.summary.fail(fmt::format(
-        "{}: the model does not predict this run: error {:.3g} and {:.3g} mm rms, {:.3g} and {:.3g} mm are "
-        "within its 95 % band (unbalance {})",
-        record.source, 1e3 * v.rmse_x, 1e3 * v.rmse_y, 1e3 * v.band_x, 1e3 * v.band_y, to_string(v.unbalance)));
+        "{}: the model does not predict this run: error {} mm rms, {} mm are within its 95 % band (unbalance {})",
+        record.source, both(v.rmse_x, v.rmse_y), both(v.band_x, v.band_y), to_string(v.unbalance)));
   } else if (v.nrmse > 1) {
     run.summary.fail(fmt::format("{}: the run is predicted no better than by its mean", record.source));
   }

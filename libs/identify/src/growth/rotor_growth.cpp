@@ -40,7 +40,7 @@ class Grower {
   Grower(const std::vector<RotorRecord>& records, Growth start, std::vector<Complex> eps,
          const RotorIdentifyOptions& options)
       : records_(records), options_(options), growth_(std::move(start)), eps_(std::move(eps)) {
-    for (const RotorRecord& r : records) values_ += 2 * static_cast<double>(r.size());
+    for (const RotorRecord& r : records) values_ += r.readings();
     score_.half_width = options.half_width;
     score_.runout_harmonics = options.runout_harmonics;
     score_.delay = options.delay;
@@ -57,7 +57,9 @@ class Grower {
       prune();
       find_others();
       settle();
-      grown_.absent = absent_terms(records_, fit_, growth_.active, growth_.terms, options_.terms, growth_.forces);
+      const bool both = !std::ranges::all_of(records_, &RotorRecord::one_axis);
+      grown_.absent =
+          absent_terms(records_, fit_, growth_.active, growth_.terms, options_.terms && both, growth_.forces);
     }
     grown_.fit = std::move(fit_);
     grown_.active = growth_.active;
@@ -224,8 +226,7 @@ void Grower::try_bow() {
 /// that another one replaces has wide deviations beside it.
 bool Grower::beyond_doubt(const Growth& less) const {
   constexpr double kFar = 25;  // times the threshold
-  const std::vector<Parameter> kept =
-      parameter_list(static_cast<int>(records_.size()), less.active, static_cast<int>(less.start.modes.size()));
+  const std::vector<Parameter> kept = parameter_list(records_, less.active, less.start.modes.size());
   std::vector<Eigen::Index> dropped;
   for (std::size_t j = 0; j < fit_.names.size(); ++j) {
     if (std::ranges::none_of(kept, [&](const Parameter& q) { return q.name == fit_.names[j]; }))

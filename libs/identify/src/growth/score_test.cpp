@@ -98,8 +98,10 @@ Eigen::VectorXd moves_of(const Eigen::VectorXd& stands_for, Eigen::Index shared,
 class RecordRows {
  public:
   RecordRows(Stacked& into, const RotorRecord& record, std::size_t number, const OutputErrorFit& fit,
-             const OutputErrorOptions& active, const ScoreTestOptions& options, const detail::WeakRows& rows)
-      : s_(into),
+             const OutputErrorOptions& active, const ScoreTestOptions& options, const detail::WeakRows& rows,
+             bool both_axes)
+      : both_(both_axes),
+        s_(into),
         record_(record),
         number_(number),
         fit_(fit),
@@ -188,11 +190,20 @@ class RecordRows {
     }
   }
 
+  /// Readings that turn forward, and where both axes are measured backward.
+  void candidate_pair(const std::string& term, const Eigen::VectorXcd& forward) {
+    if (both_) {
+      candidate(term, true, {own_rows(forward), own_rows(forward.conjugate())});
+    } else {
+      candidate(term, true, {own_rows(forward)});
+    }
+  }
+
   /// Anisotropy, further modes, decays, delay and runout.
   void linear_candidates() {
     const Eigen::VectorXcd conj = own_.main.conjugate();
-    if (!active_.conj_stiffness) candidate("conj z", true, {w_.apply(0, conj)});
-    if (!active_.conj_damping) candidate("conj z'", true, {w_.apply(1, conj)});
+    if (both_ && !active_.conj_stiffness) candidate("conj z", true, {w_.apply(0, conj)});
+    if (both_ && !active_.conj_damping) candidate("conj z'", true, {w_.apply(1, conj)});
     const Eigen::VectorXcd on_half_grid = half_grid_forcing(own_.angle);
     for (std::size_t k = 0; k < options_.modes.size(); ++k) {
       const ForcedMode& mode = options_.modes[k];
@@ -205,7 +216,7 @@ class RecordRows {
       const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
       const Eigen::VectorXcd plus =
           along([&](Eigen::Index i) { return std::exp(pole * (record_.dt * static_cast<double>(i))); });
-      candidate(fmt::format("decay {}", k + 1), true, {own_rows(plus), own_rows(plus.conjugate())});
+      candidate_pair(fmt::format("decay {}", k + 1), plus);
     }
     if (options_.delay && !active_.delay) {
       // d F / d delay: the forcing of an earlier angle.
@@ -219,7 +230,7 @@ class RecordRows {
     for (int h = active_.runout_harmonics + 1; h <= options_.runout_harmonics; ++h) {
       const Eigen::VectorXcd carrier =
           along([&](Eigen::Index i) { return std::polar(1.0, h * own_.angle.beta[2 * i]); });
-      candidate(fmt::format("runout {}", h), true, {own_rows(carrier), own_rows(carrier.conjugate())});
+      candidate_pair(fmt::format("runout {}", h), carrier);
     }
   }
 
@@ -228,8 +239,9 @@ class RecordRows {
       if (has_term(active_, term.kind)) continue;
       candidate(std::string(name_of(term.kind).label), true, {force_rows(term)}, true);
     }
-    if (options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
-    if (options_.sensor && !active_.sensor_angle) candidate("sensor angle", true, {own_rows(angle_error_)}, true);
+    if (both_ && options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
+    if (both_ && options_.sensor && !active_.sensor_angle)
+      candidate("sensor angle", true, {own_rows(angle_error_)}, true);
   }
 
   /// Terms that no model here holds: they name what is missing.
@@ -238,8 +250,10 @@ class RecordRows {
     const Eigen::VectorXcd conj = z.conjugate();
     const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>(), square = z.cwiseAbs2().cast<Complex>();
     candidate("|z| z", false, {w_.apply(0, radius.cwiseProduct(z))}, true);
-    candidate("|z|^2 conj z", false, {w_.apply(0, square.cwiseProduct(conj))});
-    candidate("conj(z)^3", false, {w_.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
+    if (both_) {
+      candidate("|z|^2 conj z", false, {w_.apply(0, square.cwiseProduct(conj))});
+      candidate("conj(z)^3", false, {w_.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
+    }
     candidate("z^2", false, {w_.apply(0, z.cwiseProduct(z))});
     candidate("conj(z)^2", false, {w_.apply(0, conj.cwiseProduct(conj))});
     candidate("|z|^2", false, {w_.apply(0, square)});
@@ -252,6 +266,7 @@ class RecordRows {
     return v;
   }
 
+  bool both_;  ///< some record shows both axes
   Stacked& s_;
   const RotorRecord& record_;
   std::size_t number_;
@@ -330,8 +345,9 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);
+  const bool both_axes = !std::ranges::all_of(records, &RotorRecord::one_axis);
   for (std::size_t r = 0; r < records.size(); ++r) {
-    RecordRows(s, records[r], r, fit, active, options, rows[r]).add();
+    RecordRows(s, records[r], r, fit, active, options, rows[r], both_axes).add();
   }
   return score(s, records.size());
 }

@@ -10,6 +10,7 @@
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/weak_rotor.hpp"
 
 namespace whirl::identification {
@@ -76,6 +77,18 @@ void check(const RotorIdentifyOptions& o) {
   require_range("runout_harmonics", o.runout_harmonics, 0, 4);
 }
 
+std::string_view to_string(AngleSource source) {
+  switch (source) {
+    case AngleSource::measured:
+      return "measured";
+    case AngleSource::profile:
+      return "profile";
+    case AngleSource::vibration:
+      return "vibration";
+  }
+  return "?";
+}
+
 }  // namespace
 
 RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& given,
@@ -85,12 +98,12 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   IdentifiedModel& model = result.model;
   model.method = "weak";
   model.provenance.version = std::string(version());
-  model.provenance.options = fmt::format("angle={} half_width={:g} score_threshold={:g} runout_harmonics={}",
-                                         options.angle_source == AngleSource::measured ? "measured" : "profile",
-                                         options.half_width, options.score_threshold, options.runout_harmonics);
+  model.provenance.options =
+      fmt::format("angle={} half_width={:g} score_threshold={:g} runout_harmonics={}", to_string(options.angle_source),
+                  options.half_width, options.score_threshold, options.runout_harmonics);
   if (given.empty()) throw Error("records: at least one is needed");
   model.sample_time = given[0].dt;
-  model.noise_sd = std::sqrt(0.5 * given[0].noise_variance());
+  model.noise_sd = given[0].noise_sd();
   std::vector<RotorRecord> records = given;
   for (RotorRecord& r : records) {
     model.provenance.inputs.push_back(r.source);
@@ -99,7 +112,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     }
   }
   if (model.summary.status == Status::unusable) return result;
-  if (options.angle_source == AngleSource::profile) {
+  if (options.angle_source != AngleSource::measured) {
     for (RotorRecord& r : records) search_profile(r, options);
     result.active.profile_degree = options.profile_degree;
   }
@@ -143,16 +156,31 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   if (model.summary.status != Status::unusable) {
     const detail::NamedEstimates before = model.parameters;
     detail::carry_ambiguities(grown, scale, result);
+    if (options.angle_source == AngleSource::vibration) detail::forget_phase(result);
+    detail::state_one_axis(records, result);
     detail::widen_for_omitted(grown, scale, result);
     detail::widen_equations(before, model);
   }
   return result;
 }
 
-IdentifiedModel identify_rotor(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
+RotorIdentification identify_rotor_detailed(const std::vector<Recording>& recordings,
+                                            const RotorIdentifyOptions& options) {
   std::vector<RotorRecord> records;
-  for (const Recording& r : recordings) records.push_back(rotor_record(r, options.record));
-  return identify_rotor_detailed(records, options).model;
+  RotorIdentifyOptions o = options;
+  o.record.one_axis = true;
+  const bool none = options.angle_source == AngleSource::vibration;
+  if (none) o.profile_degree = 2;
+  for (const Recording& r : recordings) {
+    int degree = 2;
+    records.push_back(rotor_record(none ? with_angle_from_vibration(r, o.record, degree) : r, o.record));
+    if (none) o.profile_degree = std::max(o.profile_degree, degree);
+  }
+  return identify_rotor_detailed(records, o);
+}
+
+IdentifiedModel identify_rotor(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
+  return identify_rotor_detailed(recordings, options).model;
 }
 
 IdentifiedModel identify_rotor(const Recording& recording, const RotorIdentifyOptions& options) {

@@ -183,11 +183,11 @@ double minimise(const Whittle& cost, Eigen::VectorXd& reflection, double& level)
 void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen::ArrayXd, 2>& used, double from,
                 RotorRecord& r) {
   double windows = 0;
-  const Eigen::VectorXd px = spectrum(v[0], used[0], windows);
-  const Eigen::VectorXd py = spectrum(v[1], used[1], windows);
-  const double step = 1 / (512 * r.dt);
+  const double step = 1 / (512 * r.dt), axes = r.one_axis() ? 1 : 2;
   Whittle cost;
-  const Eigen::VectorXd p = 0.5 * (px / (r.noise_x * r.noise_x) + py / (r.noise_y * r.noise_y));
+  Eigen::VectorXd p = Eigen::VectorXd::Zero(257);
+  if (r.axes != Axes::y) p += spectrum(v[0], used[0], windows) / (axes * r.noise_x * r.noise_x);
+  if (r.axes != Axes::x) p += spectrum(v[1], used[1], windows) / (axes * r.noise_y * r.noise_y);
   for (Eigen::Index k = 1; k + 1 < p.size(); ++k) {
     if (step * static_cast<double>(k) < from) continue;
     std::vector<double> around;
@@ -200,8 +200,8 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
     cost.power.push_back(std::max(p[k], 1e-12));
   }
   if (cost.w.size() < 60 || windows < 8) return;
-  // Independent numbers behind the spectrum: two axes, two per line and window, a window in two counts.
-  const double count = 2 * static_cast<double>(cost.w.size()) * 0.6 * windows;
+  // Independent numbers behind the spectrum: of each axis two per line and window, a window in two counts.
+  const double count = axes * static_cast<double>(cost.w.size()) * 0.6 * windows;
   double level = 1, lowest = cost(Eigen::VectorXd(), level);
   Eigen::VectorXd reflection(0);
   double found = level;
@@ -224,7 +224,7 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
     mean += ratio / static_cast<double>(cost.w.size());
     squares += ratio * ratio / static_cast<double>(cost.w.size());
   }
-  if ((squares - mean * mean) * 2 * 0.6 * windows > 2.5) return;
+  if ((squares - mean * mean) * axes * 0.6 * windows > 2.5) return;
   r.colour = a;
   const double size = std::sqrt(found * r.noise_power());
   r.noise_x *= size;
@@ -271,10 +271,14 @@ void take_findings(const records::RecordReport& report, const RotorRecordOptions
   };
   // Values that are not numbers must not reach the sums, masked or not.
   const auto finite = [](Eigen::VectorXd v) { return Eigen::VectorXd(v.array().isFinite().select(v.array(), 0.0)); };
-  const Eigen::VectorXd x = fill(options.x, r.usable_x, finite(r.z.real()));
-  const Eigen::VectorXd y = fill(options.y, r.usable_y, finite(r.z.imag()));
-  r.z.real() = x;
-  r.z.imag() = y;
+  if (r.axes != Axes::y) {
+    const Eigen::VectorXd x = fill(options.x, r.usable_x, finite(r.z.real()));
+    r.z.real() = x;
+  }
+  if (r.axes != Axes::x) {
+    const Eigen::VectorXd y = fill(options.y, r.usable_y, finite(r.z.imag()));
+    r.z.imag() = y;
+  }
 }
 
 void measure_noise(const RotorRecordOptions& options, RotorRecord& r) {
@@ -283,6 +287,8 @@ void measure_noise(const RotorRecordOptions& options, RotorRecord& r) {
   // Sixth differences of coarsely quantised or noise-free data vanish; a millionth of the signal keeps weights finite.
   r.noise_x = std::max(sixth_difference_sd(x, r.usable_x), 1e-6 * spread(x));
   r.noise_y = std::max(sixth_difference_sd(y, r.usable_y), 1e-6 * spread(y));
+  if (r.axes == Axes::x) r.noise_y = r.noise_x;
+  if (r.axes == Axes::y) r.noise_x = r.noise_y;
   if (options.noise_sd > 0) {
     r.noise_x = r.noise_y = options.noise_sd;
     return;

@@ -126,8 +126,9 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
   for (const char* name : {"k1_conj_re", "k1_conj_im", "c_conj_re", "c_conj_im"}) {
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
-  p.emplace_back("offset_x", view["offset_re"]);
-  p.emplace_back("offset_y", view["offset_im"]);
+  // Of an axis that no record shows there is none.
+  if (view.has("offset_re") || !view.has("offset_im")) p.emplace_back("offset_x", view["offset_re"]);
+  if (view.has("offset_im") || !view.has("offset_re")) p.emplace_back("offset_y", view["offset_im"]);
   for (const RotorTerm& term : fit.terms) {
     const RotorTermName& name = name_of(term.kind);
     p.emplace_back(name.parameter, view[std::string(name.parameter)]);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "problem/one_axis.hpp"
 #include "problem/record_noise.hpp"
 #include "whirl/core/error.hpp"
 
@@ -20,14 +21,18 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
   if (r.turns() < 5)
     s.fail(fmt::format("the rotor turns {:.2g} times in the record; at least 5 turns are needed", r.turns()));
   const double sx = spread(x), sy = spread(y);
-  for (const auto& [name, sd, noise] : {std::tuple("x", sx, r.noise_x), std::tuple("y", sy, r.noise_y)}) {
+  for (const auto& [name, sd, noise, axis] :
+       {std::tuple("x", sx, r.noise_x, Axes::x), std::tuple("y", sy, r.noise_y, Axes::y)}) {
+    if (r.one_axis() && r.axes != axis) continue;
     if (sd <= 1e-12) {
-      s.fail(fmt::format("channel {} is constant: the sensor sees no motion", name));
+      s.fail(fmt::format(
+          "channel {} is constant: the sensor sees no motion; leave the channel out to identify from the other alone",
+          name));
     } else if (sd < 1.2 * noise) {
       s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
     }
   }
-  if (sx > 1e-12 && sy > 1e-12) {
+  if (!r.one_axis() && sx > 1e-12 && sy > 1e-12) {
     const double correlation = ((x.array() - x.mean()) * (y.array() - y.mean())).mean() / (sx * sy);
     if (std::abs(correlation) > 0.99) s.fail("channels x and y carry the same signal: both directions are needed");
   }
@@ -65,8 +70,13 @@ double RotorRecord::noise_power() const {
   return sum / kLines;
 }
 
+double RotorRecord::noise_sd() const {
+  return one_axis() ? (axes == Axes::x ? noise_x : noise_y) : std::sqrt(0.5 * noise_variance());
+}
+
 RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& options) {
   RotorRecord r;
+  r.axes = detail::measured_axes(recording, options, r.summary);
   records::RecordReport report;
   if (options.check) {
     records::CheckOptions what;
@@ -81,17 +91,16 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   r.dt = recording.dt;
   r.t0 = recording.t0;
   for (const std::string& name : {options.x, options.y}) {
+    if (r.one_axis() && !recording.has(name)) continue;
     if (recording.at(name).quantity != Quantity::displacement) {
       throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity),
                             fmt::format("displacement: name the column {0}_mm or {0}_um", name));
     }
   }
-  const Eigen::VectorXd& x = recording[options.x];
-  const Eigen::VectorXd& y = recording[options.y];
-  r.z.resize(x.size());
-  r.z.real() = x;
-  r.z.imag() = y;
-  if (x.size() < 16) throw Error::in_field("samples", fmt::format("{}", x.size()), "at least 16");
+  r.z.setZero(recording.size());
+  if (r.axes != Axes::y) r.z.real() = recording[options.x];
+  if (r.axes != Axes::x) r.z.imag() = recording[options.y];
+  if (r.size() < 16) throw Error::in_field("samples", fmt::format("{}", r.size()), "at least 16");
   if (options.known_angle) {
     r.angle = *options.known_angle;
     if (r.angle.samples() != r.size()) {
@@ -118,6 +127,7 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   }
   detail::take_findings(report, options, r);
   detail::measure_noise(options, r);
+  detail::fill_unseen_axis(r);
   check_contents(r, r.z.real(), r.z.imag());
   return r;
 }

@@ -54,12 +54,12 @@ void judge(const RotorRecord& record, double peak, IdentifiedModel& model) {
 }  // namespace
 
 RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
-  std::vector<RotorRecord> records;
-  for (const Recording& r : recordings) records.push_back(rotor_record(r, options.record));
-  RotorIdentification found = identify_rotor_detailed(records, options);
-  if (records.size() != 1 || options.angle_source != AngleSource::measured || !asks_for_more(found, options))
+  RotorIdentification found = identify_rotor_detailed(recordings, options);
+  if (recordings.size() != 1 || options.angle_source != AngleSource::measured || !asks_for_more(found, options))
     return found;
-  const RotorRecord& record = records.front();
+  // One axis does not tell the forward mode of a tilting disc from the backward one.
+  if (!recordings.front().has(options.record.x) || !recordings.front().has(options.record.y)) return found;
+  const RotorRecord record = rotor_record(recordings.front(), options.record);
   std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, kGivenUp);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
   judge(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);

@@ -32,7 +32,7 @@ WeakRows::WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::I
   // Near standstill both rows of a centre coincide: the backward one would only add a singular covariance.
   const double slow = 2.0 / width;
   Eigen::ArrayXd used = Eigen::ArrayXd::Ones(beta.size());
-  if (record.usable_x.size()) used = 0.5 * (record.usable_x + record.usable_y);
+  if (record.usable_x.size()) used = (record.one_axis() ? 1.0 : 0.5) * (record.usable_x + record.usable_y);
   if (record.usable_x.size() || record.colour.size()) {
     const double total = record.noise_power();
     noise_ = used.sqrt();
@@ -41,8 +41,13 @@ WeakRows::WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::I
   const Eigen::ArrayXd inside = phi_.array().square() / phi_.squaredNorm();
   for (Eigen::Index first = 0; first + 2 * half < beta.size(); first += step_) {
     if ((inside * used.segment(first, 2 * half + 1)).sum() < 0.5) continue;
+    const bool fast = std::abs(omega_[first + half]) > slow;
+    if (record.one_axis()) {  // nothing tells which way it whirls; near standstill not even the frequency does
+      if (fast) rows_.push_back({first, false});
+      continue;
+    }
     rows_.push_back({first, false});
-    if (std::abs(omega_[first + half]) > slow) rows_.push_back({first, true});
+    if (fast) rows_.push_back({first, true});
   }
 }
 

@@ -16,7 +16,8 @@ class WeakRows {
  public:
   /// `half` samples on either side of a centre; a centre every half / 4 samples.
   /// `angle` may be a corrected one of the record. Windows of which less than half is measured are left out; the noise
-  /// of a row follows the samples left out and, where it is coloured, its density at the speed of the centre.
+  /// of a row follows the samples left out and, where it is coloured, its density at the speed of the centre. Of one
+  /// axis there are forward rows only.
   WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::Index half);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(rows_.size()); }

@@ -20,8 +20,8 @@
 
 namespace whirl::identification {
 
-/// How equations are found. `automatic`: `weak` for records with channels x, y and beta when no states are asked for,
-/// else `sindy`.
+/// How equations are found. `automatic`: `weak` for records with beta and displacements x, y or one of them when no
+/// states are asked for, else `sindy`.
 enum class Method { automatic, weak, paper, consistent, second_order, sindy, drive };
 /// "weak", "second-order", ...; `automatic` is "automatic".
 std::string_view to_string(Method method);
@@ -69,8 +69,9 @@ struct IdentifyOptions {
 struct Evidence {
   HeldOut held_out;
   std::vector<CollinearGroup> collinear;
-  std::vector<BoundOutcome> bounds;    ///< one per sign bound and term
-  std::vector<Ambiguity> ambiguities;  ///< of Method::weak
+  std::vector<BoundOutcome> bounds;      ///< one per sign bound and term
+  std::vector<std::string> assumptions;  ///< what is taken for granted where a channel is missing; of a rotor
+  std::vector<Ambiguity> ambiguities;    ///< of Method::weak
 };
 
 /// A model and what speaks for and against it.

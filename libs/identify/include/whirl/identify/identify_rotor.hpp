@@ -15,6 +15,9 @@ namespace whirl::identification {
 enum class AngleSource {
   measured,  ///< encoder or pulses: taken as it is
   profile,   ///< assumed speed profile: its rate is searched and refined together with the rotor
+  /// none: the vibration's own phase, a polynomial in time refined together with the rotor (profile_degree of it). The
+  /// phase of e means nothing then
+  vibration,
 };
 
 struct RotorIdentifyOptions {
@@ -46,6 +49,7 @@ struct RotorIdentification {
   /// Readings that the records cannot tell apart: a bow beside runout, springs along the axes beside a radial one,
   /// terms whose likelihood is nearly that of one taken up. The intervals of the model cover the readings.
   std::vector<Ambiguity> ambiguities;
+  std::vector<std::string> assumptions;  ///< what the model takes for granted where a channel is missing
 };
 
 /// Rotor model from run-up or run-down records: the default pipeline.
@@ -73,6 +77,9 @@ struct RotorIdentification {
 /// records cannot give a rotor or the model explains them badly, warning with model error or weakly determined
 /// parameters. Throws Error for missing channels or options out of range.
 RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& records,
+                                            const RotorIdentifyOptions& options = {});
+/// The same from recordings; AngleSource::vibration takes the angle from the motion first.
+RotorIdentification identify_rotor_detailed(const std::vector<Recording>& recordings,
                                             const RotorIdentifyOptions& options = {});
 IdentifiedModel identify_rotor(const Recording& recording, const RotorIdentifyOptions& options = {});
 IdentifiedModel identify_rotor(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options = {});

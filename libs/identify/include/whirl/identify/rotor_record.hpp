@@ -11,8 +11,12 @@
 
 namespace whirl::identification {
 
+/// Which directions a record shows. Of one direction the other is taken to be that of an isotropic rotor.
+enum class Axes { both, x, y };
+
 struct RotorRecordOptions {
   std::string x = "x", y = "y";  ///< displacement channels, m
+  bool one_axis = false;         ///< a record may lack one of them: see RotorRecord::axes
   std::string angle = "beta";    ///< encoder angle channel, rad; unused when `known_angle` is set
   signal::AngleFitOptions angle_fit;
   std::optional<AngleSignal> known_angle;  ///< angle from pulses or a profile, same samples as the record
@@ -33,11 +37,13 @@ struct RotorRecord {
   double t0 = 0;                    ///< time of the first sample, s
   Eigen::VectorXcd z;               ///< x + i y, m
   AngleSignal angle;                ///< when the displacement was taken
-  double noise_x = 0, noise_y = 0;  ///< sd of the noise per axis, m
+  double noise_x = 0, noise_y = 0;  ///< sd of the noise per axis, m; of an axis that is not measured that of the other
   /// Autoregression of the noise, n_i = sum_k colour_k n_{i-1-k} + e_i, the same for both axes; empty: white.
   Eigen::VectorXd colour = {};
   /// 1, or 0 for a sample that is left out and bridged in z; both empty: all are usable.
   Eigen::ArrayXd usable_x = {}, usable_y = {};
+  /// The axes measured. Of one that is not, usable_ is 0 and z holds what the analytic signal of the other gives.
+  Axes axes = Axes::both;
   std::vector<double> hum = {};  ///< mains lines estimated beside the motion, Hz
   bool drift = false;            ///< a slow drift is estimated beside the motion
   /// Unusable, with the reason, when no rotor can be identified from this record: fewer than 1000 samples or 5
@@ -46,10 +52,14 @@ struct RotorRecord {
   Summary summary;
 
   Eigen::Index size() const { return z.size(); }
-  double turns() const;                                                            ///< revolutions turned
-  double speed_low() const;                                                        ///< smallest |speed|, rad/s
-  double speed_high() const;                                                       ///< largest |speed|, rad/s
-  double noise_variance() const { return noise_x * noise_x + noise_y * noise_y; }  ///< of z, m^2
+  double turns() const;       ///< revolutions turned
+  double speed_low() const;   ///< smallest |speed|, rad/s
+  double speed_high() const;  ///< largest |speed|, rad/s
+  bool one_axis() const { return axes != Axes::both; }
+  /// Of z, m^2. One axis says half as much of a forward whirl as two do: its noise counts twice.
+  double noise_variance() const { return (one_axis() ? 2 : 1) * (noise_x * noise_x + noise_y * noise_y); }
+  double noise_sd() const;  ///< of the axes measured, m rms
+  double readings() const { return (one_axis() ? 1.0 : 2.0) * static_cast<double>(size()); }  ///< real numbers
   /// Spectral density of the noise at an angular frequency over that of its innovations; 1 when white.
   double noise_gain(double omega) const;
   double noise_power() const;  ///< mean of noise_gain over all frequencies: variance of the noise over its innovations

@@ -30,7 +30,8 @@ struct ValidateOptions {
 
 /// Free-run prediction of one record that was not used to identify.
 struct Validation {
-  double rmse_x = 0, rmse_y = 0;                  ///< against measured, m rms (contains the sensor noise)
+  /// Against measured, m rms (contains the sensor noise); NaN, with band and noise, of an axis that is not measured.
+  double rmse_x = 0, rmse_y = 0;
   double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, m rms; NaN when not given
   double nrmse = 0;  ///< rms of measured - simulated over rms of measured - mean, both axes
   /// What the rms error of an axis may be when the model is right: 95 % band from the noise, the intervals of its

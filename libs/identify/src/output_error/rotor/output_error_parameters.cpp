@@ -117,7 +117,9 @@ Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& rea
   return out;
 }
 
-std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes) {
+std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,
+                                      std::size_t mode_count) {
+  const int modes = static_cast<int>(mode_count);
   std::vector<Parameter> list;
   if (options.rotor) add_lanes(list, -1, {{"k1", kK1}, {"k2", kK2}, {"c", kC}});
   if (options.conj_stiffness) add_lanes(list, -1, {{"k1_conj_re", kConjKRe}, {"k1_conj_im", kConjKIm}});
@@ -138,20 +140,24 @@ std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& opt
     list.push_back({fmt::format("w_decay{}", k + 1), Kind::decay_w, -1, k});
     list.push_back({fmt::format("zeta_decay{}", k + 1), Kind::decay_zeta, -1, k});
   }
-  for (int r = 0; r < records; ++r) {
+  for (int r = 0; r < static_cast<int>(records.size()); ++r) {
+    // One axis reads amplitudes of e^{i beta} and e^{-i beta} alike: the forward one stands for both.
+    const Axes axes = records[static_cast<std::size_t>(r)].axes;
+    const int senses = axes == Axes::both ? 1 : 2;
     if (options.unbalance) add_lanes(list, r, {{"eps_re", kEpsRe}, {"eps_im", kEpsIm}});
     add_lanes(list, r, {{"x0", kX0}, {"y0", kY0}, {"vx0", kVx0}, {"vy0", kVy0}});
     for (int k = 0; k < options.profile_degree; ++k) {
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
-    if (options.offset) add_complex(list, "offset", Kind::offset, r, 0);
+    if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
+    if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
     for (int k = 0; options.participation && k < modes; ++k) {
       add_complex(list, fmt::format("mode{}", k + 1), Kind::participation, r, k);
     }
-    for (int k = 0; k < 2 * n_decays; ++k) {
+    for (int k = 0; k < 2 * n_decays; k += senses) {
       add_complex(list, fmt::format("decay{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::decay, r, k);
     }
-    for (int k = 0; k < 2 * options.runout_harmonics; ++k) {
+    for (int k = 0; k < 2 * options.runout_harmonics; k += senses) {
       add_complex(list, fmt::format("runout{}{}", k / 2 + 1, k % 2 == 0 ? "+" : "-"), Kind::runout, r, k);
     }
   }

@@ -50,7 +50,8 @@ Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motio
 Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings);
 
 /// Parameters that the options ask for, shared ones first, then those of each record.
-std::vector<Parameter> parameter_list(int records, const OutputErrorOptions& options, int modes);
+std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,
+                                      std::size_t modes);
 /// Adds `change` to the parameter.
 void move(Point& point, const Parameter& parameter, double change);
 double value(const Point& point, const Parameter& parameter);

@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "problem/one_axis.hpp"
+
 namespace whirl::identification::detail {
 namespace {
 
@@ -32,6 +34,18 @@ const Eigen::VectorXcd& beside(const Signals& s, const Parameter& q, const Eigen
 }
 
 }  // namespace
+
+void OutputErrorProblem::expect_unseen_starts() {
+  for (std::size_t j = 0; j < parameters_.size(); ++j) {
+    const Parameter& q = parameters_[j];
+    if (q.kind != Kind::lane || q.record < 0) continue;
+    const RotorRecord& m = measured_[static_cast<std::size_t>(q.record)];
+    const bool place = q.index == (m.axes == Axes::x ? kY0 : kX0), rate = q.index == (m.axes == Axes::x ? kVy0 : kVx0);
+    if (!m.one_axis() || (!place && !rate)) continue;
+    const UnseenStart s = unseen_start(m);
+    expected_.push_back({static_cast<Eigen::Index>(j), place ? s.place : s.rate, place ? s.place_sd : s.rate_sd});
+  }
+}
 
 void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
   refresh_all(p);
@@ -61,6 +75,12 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
     add_run(run, unknowns, sum);
     if (!std::isfinite(sum.cost)) return;
   }
+  for (const Expected& e : expected_) {
+    const double off = (e.value - value(p, parameters_[static_cast<std::size_t>(e.parameter)])) / e.sd;
+    sum.cost += off * off;
+    sum.normal(e.parameter, e.parameter) += 1 / (e.sd * e.sd);
+    sum.gradient[e.parameter] += off / e.sd;
+  }
 }
 
 void OutputErrorProblem::last(Point& p, SquareSum& sum) {
@@ -73,6 +93,10 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();
+  }
+  for (const Expected& e : expected_) {
+    const double off = (e.value - value(p, parameters_[static_cast<std::size_t>(e.parameter)])) / e.sd;
+    sum.cost += off * off;
   }
 }
 
@@ -127,16 +151,18 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
     record.beside += more;
   }
   if (filter.masks()) {
+    // Of one axis a forward whirl shows half: its residual counts twice beside the simulated other one.
+    const double twice = m.one_axis() ? 2 : 1;
     record.readings = m.z;
-    record.readings.real().array() -= (1 - filter.used_x()) * residual.head(n).array();
-    record.readings.imag().array() -= (1 - filter.used_y()) * residual.tail(n).array();
+    record.readings.real().array() -= (1 - twice * filter.used_x()) * residual.head(n).array();
+    record.readings.imag().array() -= (1 - twice * filter.used_y()) * residual.tail(n).array();
     residual.head(n).array() *= filter.used_x();
     residual.tail(n).array() *= filter.used_y();
   }
   const double used_x = filter.masks() ? filter.used_x().sum() : static_cast<double>(n);
   const double used_y = filter.masks() ? filter.used_y().sum() : static_cast<double>(n);
-  record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / used_x);
-  record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / used_y);
+  record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / std::max(used_x, 1.0));
+  record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / std::max(used_y, 1.0));
   filter.apply(residual);
   return residual;
 }
@@ -163,6 +189,10 @@ void OutputErrorProblem::start_state(Point& p) {
     const double c = std::cos(beta[0]), s = std::sin(beta[0]), w = record.angle.omega[0];
     record.z0 = {x[1] * c + x[2] * s, y[1] * c + y[2] * s};
     record.dz0 = w * Complex(-x[1] * s + x[2] * c, -y[1] * s + y[2] * c);
+  }
+  for (const Expected& e : expected_) {
+    const Parameter& q = parameters_[static_cast<std::size_t>(e.parameter)];
+    move(p, q, e.value - value(p, q));
   }
 }
 

@@ -31,16 +31,18 @@ class OutputErrorProblem {
       : measured_(records),
         options_(options),
         forces_(forces),
-        parameters_(parameter_list(static_cast<int>(records.size()), options, static_cast<int>(modes))),
+        parameters_(parameter_list(records, options, modes)),
         signals_(records.size()),
-        filters_(records.begin(), records.end()) {}
+        filters_(records.begin(), records.end()) {
+    expect_unseen_starts();
+  }
 
   const std::vector<Parameter>& parameters() const { return parameters_; }
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters_.size()); }
   double values() const {
     double sum = 0;
     for (const ResidualFilter& f : filters_) sum += f.values();
-    return sum;
+    return sum + static_cast<double>(expected_.size());
   }
 
   void linearise(Point& p, SquareSum& sum);
@@ -60,6 +62,12 @@ class OutputErrorProblem {
   void start_state(Point& p);
 
  private:
+  /// A parameter that lies near a value before the records are read.
+  struct Expected {
+    Eigen::Index parameter;
+    double value, sd;
+  };
+  void expect_unseen_starts();
   void refresh_all(Point& p) {
     for (std::size_t r = 0; r < measured_.size(); ++r) {
       refresh(p, r, measured_[r], options_, forces_.empty() ? nullptr : &forces_[r], signals_[r]);
@@ -79,6 +87,7 @@ class OutputErrorProblem {
   std::vector<Parameter> parameters_;
   std::vector<Signals> signals_;
   std::vector<ResidualFilter> filters_;
+  std::vector<Expected> expected_;  ///< initial state of axes that are not measured
   // Megabytes each; kept from one step to the next.
   Sensitivities motion_;
   Eigen::MatrixXd slopes_;

@@ -54,8 +54,9 @@ ResidualFilter::ResidualFilter(const RotorRecord& r)
       base_(columns_beside(r)) {
   if (weight_x_.size()) values_ = weight_x_.sum() + weight_y_.sum();
   if (base_.cols() == 0) return;
-  values_ -= 2 * static_cast<double>(base_.cols());
+  values_ -= (r.one_axis() ? 1 : 2) * static_cast<double>(base_.cols());
   for (const bool x : {true, false}) {
+    if (r.axes == (x ? Axes::y : Axes::x)) continue;
     Eigen::MatrixXd white = base_;
     for (Eigen::Index k = 0; k < white.cols(); ++k) whiten(white.col(k), x ? sd_x_ : sd_y_, x ? weight_x_ : weight_y_);
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(white);
@@ -78,13 +79,14 @@ void ResidualFilter::apply(Eigen::Ref<Eigen::MatrixXd> columns) const {
     whiten(columns.col(k).tail(n_), sd_y_, weight_y_);
   }
   if (base_.cols() == 0) return;
-  columns.topRows(n_) -= q_x_ * (q_x_.transpose() * columns.topRows(n_)).eval();
-  columns.bottomRows(n_) -= q_y_ * (q_y_.transpose() * columns.bottomRows(n_)).eval();
+  if (q_x_.size()) columns.topRows(n_) -= q_x_ * (q_x_.transpose() * columns.topRows(n_)).eval();
+  if (q_y_.size()) columns.bottomRows(n_) -= q_y_ * (q_y_.transpose() * columns.bottomRows(n_)).eval();
 }
 
 Eigen::VectorXcd ResidualFilter::beside(const Eigen::VectorXd& residual) const {
-  Eigen::VectorXcd out(n_);
+  Eigen::VectorXcd out = Eigen::VectorXcd::Zero(n_);
   for (const bool x : {true, false}) {
+    if ((x ? q_x_ : q_y_).size() == 0) continue;
     Eigen::VectorXd v = x ? residual.head(n_) : residual.tail(n_);
     whiten(v, x ? sd_x_ : sd_y_, x ? weight_x_ : weight_y_);
     const Eigen::VectorXd amplitude =

@@ -33,7 +33,7 @@ class ResidualFilter {
   Eigen::ArrayXd used_x_, used_y_;         ///< empty: all samples
   Eigen::ArrayXd weight_x_, weight_y_;     ///< 0 also where the colour reaches back to a sample left out
   Eigen::MatrixXd base_;                   ///< columns of hum and drift, the same for both axes
-  Eigen::MatrixXd q_x_, q_y_, r_x_, r_y_;  ///< of the whitened base
+  Eigen::MatrixXd q_x_, q_y_, r_x_, r_y_;  ///< of the whitened base; empty for an axis not measured
 };
 
 }  // namespace whirl::identification::detail

@@ -65,8 +65,8 @@ struct RecordReport {
 };
 
 struct CheckOptions {
-  /// Displacement channels and angle of a rotor record; its checks (whirl sense, angle unit, sizes) are made when all
-  /// three are there.
+  /// Displacement channels and angle of a rotor record; its checks (whirl sense, angle unit, sizes) are made when the
+  /// angle and both, or one of them, are there. One axis does not show the sense of the whirl.
   std::string x = "x", y = "y", angle = "beta";
   /// Mains frequencies looked for, Hz, with their first three multiples.
   std::vector<double> mains = {50, 60};
