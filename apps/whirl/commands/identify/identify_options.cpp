@@ -200,12 +200,13 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
   for (const Channel& c : like.channels) present += (present.empty() ? "" : ", ") + c.name;
   // The default method takes one direction for a rotor whose axes are alike.
   if (!like.has("y") && (m != Method::weak || !like.has("x"))) {
-    throw Error(fmt::format(
-        "{}: no column '{}' (with its unit, e.g. 'y_mm'); present: {}. {}", like.source,
-        m == Method::weak ? "x' or 'y" : "y", present,
-        m == Method::weak ? "A rotor's motion needs at least one direction; for other systems name them: --states, or "
-                            "--method second-order with an output and an input"
-                          : "This method needs two directions of a rotor's motion; the default one takes one"));
+    throw Error(fmt::format("{}: no column '{}' (with its unit, e.g. 'y_mm'); present: {}. {}", like.source,
+                            m == Method::weak ? "x' or 'y" : "y", present,
+                            m == Method::weak
+                                ? "A rotor's motion needs at least one direction. Any other system than a rotor: name "
+                                  "its states, and its inputs, "
+                                  "e.g. --states a,b --inputs u"
+                                : "This method needs two directions of a rotor's motion; the default one takes one"));
   }
   if (angle == "vibration") return;
   const std::string wanted = pulses.empty() ? "beta" : pulses;
