@@ -152,31 +152,57 @@ Eigen::VectorXd ModelRun::state(const std::string& name) const {
   throw Error::in_field("state", name, fmt::format("one of {}", fmt::join(states, ", ")));
 }
 
-ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
-                  const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit) {
-  const Eigen::Index n = static_cast<Eigen::Index>(model.states().size());
-  const Eigen::Index m = static_cast<Eigen::Index>(model.inputs().size());
-  if (start.size() != n) throw Error(fmt::format("start of {} values for {} states", start.size(), n));
-  if (samples < 1) throw Error::in_field("samples", std::to_string(samples), "at least 1");
-  if (m > 0 && (inputs.cols() != m || inputs.rows() != 2 * samples - 1)) {
-    throw Error(fmt::format("inputs of size {} x {}: must be {} x {} ({})", inputs.rows(), inputs.cols(),
-                            2 * samples - 1, m, fmt::join(model.inputs(), ", ")));
+namespace {
+
+// Row-major: every stage reads one row.
+using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Runge-Kutta of order 4 over rows of signals: those of the beginning, the middle and the end of a step.
+class Runge {
+ public:
+  Runge(const CompiledModel& model, const Rows& signals)
+      : model_(model),
+        signals_(signals),
+        n_(static_cast<Eigen::Index>(model.states().size())),
+        in_(n_ + signals.cols()),
+        k1_(n_),
+        k2_(n_),
+        k3_(n_),
+        k4_(n_),
+        stage_(n_) {}
+
+  void rate(const Eigen::VectorXd& at, Eigen::Index row, Eigen::VectorXd& out) {
+    in_.head(n_) = at;
+    if (signals_.cols() > 0) in_.tail(signals_.cols()) = signals_.row(row);
+    model_.rate_of(in_.data(), out.data());
   }
+  /// From row `first` over 2 `half` rows.
+  void step(double h, Eigen::Index first, Eigen::Index half, Eigen::VectorXd& x) {
+    rate(x, first, k1_);
+    stage_ = x + 0.5 * h * k1_;
+    rate(stage_, first + half, k2_);
+    stage_ = x + 0.5 * h * k2_;
+    rate(stage_, first + half, k3_);
+    stage_ = x + h * k3_;
+    rate(stage_, first + 2 * half, k4_);
+    x += h / 6 * (k1_ + 2 * (k2_ + k3_) + k4_);
+  }
+
+ private:
+  const CompiledModel& model_;
+  const Rows& signals_;
+  Eigen::Index n_;
+  Eigen::VectorXd in_, k1_, k2_, k3_, k4_, stage_;
+};
+
+ModelRun run_with(const CompiledModel& model, const Rows& signals, const Eigen::VectorXd& start, double dt,
+                  Eigen::Index samples, double limit, int substeps) {
   ModelRun run;
   run.dt = dt;
   run.states = model.states();
-  run.values = Eigen::MatrixXd::Constant(samples, n, std::numeric_limits<double>::quiet_NaN());
-  // Row-major: every stage reads one row.
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const Rows signals = m > 0 ? Rows(model.signals(inputs)) : Rows(2 * samples - 1, 0);
-  const Eigen::Index s = signals.cols();
-  Eigen::VectorXd in(n + s), x = start, k1(n), k2(n), k3(n), k4(n);
-  const auto rate = [&](const Eigen::VectorXd& at, Eigen::Index row, Eigen::VectorXd& out) {
-    in.head(n) = at;
-    if (s > 0) in.tail(s) = signals.row(row);
-    model.rate_of(in.data(), out.data());
-  };
-  Eigen::VectorXd stage(n);
+  run.values = Eigen::MatrixXd::Constant(samples, start.size(), std::numeric_limits<double>::quiet_NaN());
+  Runge runge(model, signals);
+  Eigen::VectorXd x = start, next = start;
   for (Eigen::Index i = 0; i < samples; ++i) {
     if (!(x.cwiseAbs().maxCoeff() <= limit) || !x.allFinite()) {
       run.diverged = true;
@@ -185,20 +211,64 @@ ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::Matr
     run.values.row(i) = x;
     run.valid = i + 1;
     if (i + 1 == samples) break;
-    rate(x, 2 * i, k1);
     if (model.discrete()) {
-      x = k1;
+      runge.rate(x, 2 * i, next);
+      x = next;
       continue;
     }
-    stage = x + 0.5 * dt * k1;
-    rate(stage, 2 * i + 1, k2);
-    stage = x + 0.5 * dt * k2;
-    rate(stage, 2 * i + 1, k3);
-    stage = x + dt * k3;
-    rate(stage, 2 * i + 2, k4);
-    x += dt / 6 * (k1 + 2 * (k2 + k3) + k4);
+    for (int k = 0; k < substeps; ++k) runge.step(dt / substeps, 2 * (substeps * i + k), 1, x);
   }
   return run;
+}
+
+/// Error of one step over a sample, largest share of a state's range over probes along the run: a step of twice the
+/// length against two steps.
+double step_error(const CompiledModel& model, const Rows& signals, double dt, const ModelRun& run) {
+  constexpr Eigen::Index kProbes = 64;
+  if (run.valid < 5) return 0;
+  const auto valid = run.values.topRows(run.valid);
+  const Eigen::ArrayXd range =
+      (valid.colwise().maxCoeff() - valid.colwise().minCoeff()).transpose().array().cwiseMax(1e-300);
+  Runge runge(model, signals);
+  double largest = 0;
+  const Eigen::Index stride = std::max<Eigen::Index>(1, (run.valid - 3) / kProbes);
+  for (Eigen::Index i = 0; i + 2 < run.valid; i += stride) {
+    Eigen::VectorXd x = run.values.row(i);
+    runge.step(2 * dt, 2 * i, 2, x);
+    const double error = ((x - run.values.row(i + 2).transpose()).array().abs() / range).maxCoeff() / 30;
+    if (std::isfinite(error)) largest = std::max(largest, error);
+  }
+  return largest;
+}
+
+}  // namespace
+
+ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
+                  const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit,
+                  int substeps) {
+  constexpr double kStepError = 1e-7;
+  constexpr int kMostSubsteps = 16;
+  const Eigen::Index n = static_cast<Eigen::Index>(model.states().size());
+  const Eigen::Index m = static_cast<Eigen::Index>(model.inputs().size());
+  if (start.size() != n) throw Error(fmt::format("start of {} values for {} states", start.size(), n));
+  if (samples < 1) throw Error::in_field("samples", std::to_string(samples), "at least 1");
+  if (m > 0 && (inputs.cols() != m || inputs.rows() != 2 * samples - 1)) {
+    throw Error(fmt::format("inputs of size {} x {}: must be {} x {} ({})", inputs.rows(), inputs.cols(),
+                            2 * samples - 1, m, fmt::join(model.inputs(), ", ")));
+  }
+  if (m > 0 || model.discrete()) {
+    if (substeps > 1) throw Error::in_field("substeps", std::to_string(substeps), "1 for a map or a run with inputs");
+    return run_with(model, m > 0 ? Rows(model.signals(inputs)) : Rows(2 * samples - 1, 0), start, dt, samples, limit,
+                    1);
+  }
+  const auto run_at = [&](int steps) {
+    return run_with(model, Rows(2 * steps * (samples - 1) + 1, 0), start, dt, samples, limit, steps);
+  };
+  if (substeps > 0) return run_at(substeps);
+  ModelRun run = run_at(1);
+  const double error = step_error(model, Rows(2 * samples - 1, 0), dt, run);
+  const int steps = std::clamp(static_cast<int>(std::ceil(std::sqrt(std::sqrt(error / kStepError)))), 1, kMostSubsteps);
+  return steps == 1 ? run : run_at(steps);
 }
 
 Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& angle, double t0) {

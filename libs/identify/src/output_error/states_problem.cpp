@@ -117,7 +117,6 @@ void StatesProblem::linearise(StatesPoint& p, SquareSum& sum) {
 /// Sums of run r in its own unknowns, lower half of the normal matrix; false when it diverges.
 bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
   const Eigen::MatrixXd& measured = runs_[r].measured;
-  const auto input = [&](Eigen::Index half) { return system_.inputs() > 0 ? inputs_[r].col(half).data() : nullptr; };
   RowBatch batch(run, run.gradient.size());
   Eigen::VectorXd x = p.starts[r];
   Eigen::MatrixXd s = Eigen::MatrixXd::Zero(run.gradient.size(), system_.states());
@@ -132,7 +131,13 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
       ++p.rows_of[column];
       batch.add(weight_[column] * s.col(outputs_[o]), residual);
     }
-    if (i + 1 < measured.rows()) system_.step(dt_, input(2 * i), input(2 * i + 1), input(2 * i + 2), x, s);
+    if (i + 1 == measured.rows()) break;
+    if (system_.inputs() > 0) {
+      system_.step(dt_, inputs_[r].col(2 * i).data(), inputs_[r].col(2 * i + 1).data(),
+                   inputs_[r].col(2 * i + 2).data(), x, s);
+    } else {
+      for (int k = 0; k < steps(); ++k) system_.step(dt_ / steps(), nullptr, nullptr, nullptr, x, s);
+    }
   }
   batch.flush();
   return true;

@@ -38,6 +38,7 @@ class StatesProblem {
 
  private:
   bool follow(std::size_t r, StatesPoint& p, SquareSum& run);
+  int steps() const { return std::max(1, options_.substeps); }  // per sample
 
   SensitivitySystem system_;
   const std::vector<FreeRun>& runs_;

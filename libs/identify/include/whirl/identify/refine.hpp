@@ -21,6 +21,9 @@ struct RefineOptions {
   bool free_start = true;            ///< estimate the start of every run
   /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
   Eigen::MatrixXd ties = {};
+  /// Runge-Kutta steps per sample; 0: as many, up to 16, as keep the error of the free runs below a quarter of the
+  /// standard deviation of any estimate; runs with inputs take one.
+  int substeps = 0;
   int max_iterations = 30;
   double tolerance = 1e-7;  ///< stop when an iteration lowers the error by less than this share
 };
@@ -50,7 +53,7 @@ struct Refined {
 
 /// Output-error (simulation-error) refinement: minimises sum over runs and samples of (measured - free run)^2 over all
 /// coefficients whose sd is not exactly 0 (those are known, e.g. x' = v) and the starts. Levenberg-Marquardt with exact
-/// forward sensitivities, S' = (df/dx) S + df/dtheta, integrated with the states by the same RK4.
+/// forward sensitivities, S' = (df/dx) S + df/dtheta, integrated with the states by the same steps.
 /// Source: Ljung, System Identification, 1999, section 10.2; notation of the score test: Rao 1948.
 ///
 /// With ties the starting coefficients must obey them. `candidates` (without ties only): equations with terms to be
