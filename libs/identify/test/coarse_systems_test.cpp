@@ -130,7 +130,7 @@ TEST(CoarseSystemsConvergence, AFreeRunAtTenSamplesACycleIsThatOfFineSteps) {
   };
   EXPECT_GT(error(1), 0.05);  // of 0.3: the phase is lost
   EXPECT_LT(error(0), 1e-4);
-  EXPECT_NEAR(std::log2(error(8) / error(16)), 4, 0.5);
+  EXPECT_NEAR(std::log2(error(4) / error(8)), 4.5, 0.7);  // order 4 in the phase, 5 in the damping
 }
 
 }  // namespace
