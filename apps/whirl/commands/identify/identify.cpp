@@ -17,6 +17,24 @@
 namespace whirl::app {
 namespace {
 
+/// A record; of a rotor y alone will do for x, and where neither is there, what else it may be is said.
+Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::string& file) {
+  try {
+    return reader.read(file);
+  } catch (const Error& e) {
+    const std::string what = e.what();
+    if (flags.method_chosen() != identification::Method::weak || what.find("no column 'x'") == std::string::npos) throw;
+    reader.required = {"y"};
+    try {
+      return reader.read(file);
+    } catch (const Error& other) {
+      if (std::string(other.what()).find("no column 'y'") == std::string::npos) throw;
+      throw Error(what +
+                  ". Any other system than a rotor: name its states, and its inputs, e.g. --states a,b --inputs u");
+    }
+  }
+}
+
 std::string describe_model(const IdentifiedModel& model) {
   std::string text = fmt::format("method: {}\n", model.method);
   for (const Equation& equation : model.equations) {
@@ -75,7 +93,7 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     reader.gaps = true;
     std::vector<Recording> records;
     const auto read = [&](const std::string& file) {
-      const Recording record = reader.read(file);
+      const Recording record = read_for(flags, reader, file);
       flags.require_rotor_channels(record);
       return flags.pulses.empty() ? record : identification::with_angle_from_pulses(record, flags.pulses);
     };

@@ -184,8 +184,8 @@ void IdentifyFlags::check() const {
 std::vector<std::string> IdentifyFlags::required() const {
   using identification::Method;
   const Method m = method_chosen();
-  if (m == Method::weak) return {};  // see require_rotor_channels
-  if (m == Method::drive || m == Method::paper || m == Method::consistent) return {"x"};
+  if (m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent)
+    return {"x"};  // for the others see require_rotor_channels
   if (m == Method::second_order) return {output, input};
   std::vector<std::string> names = states;
   names.insert(names.end(), inputs.begin(), inputs.end());
