@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "uff_text.hpp"
+#include "uff_window.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/uff.hpp"
@@ -404,36 +405,23 @@ class Reader {
     std::vector<std::string_view> records;
     while (!block_ends()) records.push_back(lines_.next());
     if (records.size() < 2) return;
-    window_ = integer(lines_, records[1], 6, 6);
+    window_.code = integer(lines_, records[1], 6, 6);
     std::vector<double> values;
     if (records.size() > 3) append_numbers(lines_, records[3], values);
-    window_factor_ = values.size() > 4 ? values[4] : 0;
+    window_.factor = values.size() > 4 ? values[4] : 0;
   }
 
   // A window is left in the functions: said once, of the first frequency response behind one.
   void warn_of_window(int function) {
     constexpr int kFrequencyResponse = 4;
-    if (window_said_ || function != kFrequencyResponse) return;
-    if (window_ == 4 || window_ == 6) {
-      warn(fmt::format(
-          "dataset 1858 states an exponential window (damping factor {:g}): every mode decays faster by it, "
-          "so that all dampings come out too large; `whirl modes --window-end-percent` takes it off",
-          window_factor_));
-    } else if (window_ >= 1 && window_ <= 3) {
-      warn(
-          fmt::format("dataset 1858 states a {} window: it smears every peak over the nearest lines, so that modes "
-                      "narrower than about five lines come out with too large a damping",
-                      window_ == 3 ? "flat top" : "Hann"));
-    } else {
-      return;
-    }
+    if (window_said_ || function != kFrequencyResponse || window_.remark().empty()) return;
+    warn(window_.remark());
     window_said_ = true;
   }
 
   TextLines lines_;
   UffFile file_;
-  long window_ = 0;  ///< code of dataset 1858: 1, 2 Hann, 3 flat top, 4 exponential, 5 force, 6 force and exponential
-  double window_factor_ = 0;
+  UffWindow window_;
   bool window_said_ = false;
 };
 

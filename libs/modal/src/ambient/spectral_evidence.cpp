@@ -32,17 +32,33 @@ struct Bin {
   MatrixXcd s;
 };
 
-/// Spectra of the channels from line `first` to `last` behind a Hann window, lines x channels.
-MatrixXcd lines_of(const MatrixXd& y, Index first, Index last) {
+/// Spectra of a record about one mode behind a Hann window, lines x channels.
+struct Band {
+  Index first = 0;  ///< line
+  double line = 0;  ///< Hz between lines
+  MatrixXcd lines;
+};
+
+/// Of each mode; every channel is transformed once.
+std::vector<Band> bands_of(const SeenBy& record, const std::vector<OperationalMode>& modes) {
+  const MatrixXd& y = *record.y;
   const Index n = y.rows();
-  MatrixXcd lines(last - first + 1, y.cols());
+  const double line = 1 / (record.dt * static_cast<double>(n));
+  std::vector<Band> bands;
+  for (const OperationalMode& m : modes) {
+    const double f = m.frequency.value, half = std::max(12 * m.damping.value * f, 40 * line);
+    const Index first = std::max<Index>(2, static_cast<Index>((f - half) / line)),
+                last = std::min<Index>(n / 2 - 1, static_cast<Index>((f + half) / line));
+    bands.push_back({first, line, MatrixXcd(last - first + 1, y.cols())});
+  }
   for (Index c = 0; c < y.cols(); ++c) {
     VectorXd x = y.col(c).array() - y.col(c).mean();
     for (Index i = 0; i < n; ++i)
       x[i] *= 1 - std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
-    lines.col(c) = signal::real_fft(x).segment(first, last - first + 1);
+    const VectorXcd spectrum = signal::real_fft(x);
+    for (Band& b : bands) b.lines.col(c) = spectrum.segment(b.first, b.lines.rows());
   }
-  return lines;
+  return bands;
 }
 
 std::vector<Bin> bins_of(const MatrixXcd& lines, Index first, double line) {
@@ -101,7 +117,8 @@ double likelihood(const std::vector<Bin>& bins, const VectorXcd& poles, const Ma
 
 /// Twice the gain in log likelihood (Whittle's) that `mode` brings to the spectra about its frequency, beside the other
 /// modes and even noise.
-double spectral_gain(const SeenBy& record, const std::vector<OperationalMode>& modes, std::size_t index) {
+double spectral_gain(const SeenBy& record, const Band& band, const std::vector<OperationalMode>& modes,
+                     std::size_t index) {
   const MatrixXd& y = *record.y;
   const auto count = static_cast<Index>(modes.size()), mode = static_cast<Index>(index);
   VectorXcd poles(count);
@@ -113,11 +130,6 @@ double spectral_gain(const SeenBy& record, const std::vector<OperationalMode>& m
     for (Index c = 0; c < y.cols(); ++c)
       shapes(c, k) = one.shape[record.channels[static_cast<std::size_t>(c)]] / record.scale[c];
   }
-  const double line = 1 / (record.dt * static_cast<double>(y.rows()));
-  const double f = std::abs(poles[mode]) / (2 * kPi);
-  const double half = std::max(12 * -poles[mode].real() / (2 * kPi), 40 * line);
-  const Index first = std::max<Index>(2, static_cast<Index>((f - half) / line)),
-              last = std::min<Index>(y.rows() / 2 - 1, static_cast<Index>((f + half) / line));
   // Modes inside and the nearest on either side of them.
   std::vector<Index> near(static_cast<std::size_t>(poles.size()));
   std::iota(near.begin(), near.end(), Index{0});
@@ -125,7 +137,7 @@ double spectral_gain(const SeenBy& record, const std::vector<OperationalMode>& m
   std::sort(near.begin(), near.end(), [&](Index a, Index b) { return distance(a) < distance(b); });
   near.resize(std::min<std::size_t>(near.size(), 6));
   // Many channels: the directions of these modes and the strongest others.
-  MatrixXcd lines = lines_of(y, first, last);
+  MatrixXcd lines = band.lines;
   MatrixXcd v(y.cols(), static_cast<Index>(near.size()));
   for (Index k = 0; k < v.cols(); ++k) v.col(k) = shapes.col(near[static_cast<std::size_t>(k)]).normalized();
   if (y.cols() > kDirections) {
@@ -143,7 +155,7 @@ double spectral_gain(const SeenBy& record, const std::vector<OperationalMode>& m
     lines = (lines * basis.conjugate()).eval();
     v = (basis.adjoint() * v).eval();
   }
-  const std::vector<Bin> bins = bins_of(lines, first, line);
+  const std::vector<Bin> bins = bins_of(lines, band.first, band.line);
   VectorXcd p(v.cols());
   for (Index k = 0; k < v.cols(); ++k) p[k] = poles[near[static_cast<std::size_t>(k)]];
   VectorXcd others = p.tail(p.size() - 1);
@@ -176,12 +188,14 @@ double spectral_gain(const SeenBy& record, const std::vector<OperationalMode>& m
 
 std::string drop_chance_modes(const std::vector<SeenBy>& records, std::size_t orders, OperationalModes& result) {
   int dropped = 0;
+  std::vector<std::vector<Band>> bands;  // of each record, by mode
+  for (const SeenBy& record : records) bands.push_back(bands_of(record, result.modes));
   while (!result.modes.empty()) {
     std::size_t least = 0;
     double smallest = INFINITY;
     for (std::size_t k = 0; k < result.modes.size(); ++k) {
       double gain = 0;
-      for (const SeenBy& record : records) gain += spectral_gain(record, result.modes, k);
+      for (std::size_t r = 0; r < records.size(); ++r) gain += spectral_gain(records[r], bands[r][k], result.modes, k);
       gain *= static_cast<double>(result.modes[k].orders) / static_cast<double>(orders);
       if (gain >= smallest) continue;
       smallest = gain;
@@ -189,6 +203,7 @@ std::string drop_chance_modes(const std::vector<SeenBy>& records, std::size_t or
     }
     if (smallest >= kChanceGain * static_cast<double>(records.size())) break;
     result.modes.erase(result.modes.begin() + static_cast<std::ptrdiff_t>(least));
+    for (std::vector<Band>& b : bands) b.erase(b.begin() + static_cast<std::ptrdiff_t>(least));
     ++dropped;
   }
   if (dropped == 0) return {};

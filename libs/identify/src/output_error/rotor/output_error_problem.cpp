@@ -54,8 +54,8 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
   sum.gradient.setZero(size());
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
-    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces(p, r), grid(r),
-                            record.z0, record.dz0, motion_);
+    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces(p, r, signals_[r]),
+                            grid(r), record.z0, record.dz0, motion_);
     if (!motion_.finite) {
       sum.cost = INFINITY;
       return;
@@ -89,7 +89,7 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
     MainMotion motion =
-        main_mode(p.model, record.eps, signals_[r].forcing, forces(p, r), grid(r), record.z0, record.dz0);
+        main_mode(p.model, record.eps, signals_[r].forcing, forces(p, r, signals_[r]), grid(r), record.z0, record.dz0);
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();
@@ -110,11 +110,10 @@ int OutputErrorProblem::substeps_needed(Point p) const {
     std::array<Eigen::VectorXcd, 2> motion;
     for (options.substeps = 1; options.substeps <= 2; ++options.substeps) {
       Signals s;
-      refresh(p, r, measured_[r], options, forces_.empty() ? nullptr : &forces_[r], s);
+      refresh(p, r, measured_[r], options, known_force(r), s);
       motion[static_cast<std::size_t>(options.substeps - 1)] =
-          main_mode(p.model, record.eps, s.forcing,
-                    {p.terms, s.angle.omega, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr},
-                    {measured_[r].dt, options.substeps}, record.z0, record.dz0)
+          main_mode(p.model, record.eps, s.forcing, forces(p, r, s), {measured_[r].dt, options.substeps}, record.z0,
+                    record.dz0)
               .z;
     }
     squares += (motion[0] - motion[1]).squaredNorm() / (0.5 * measured_[r].noise_variance());

@@ -70,12 +70,12 @@ class OutputErrorProblem {
   void expect_unseen_starts();
   void refresh_all(Point& p) {
     for (std::size_t r = 0; r < measured_.size(); ++r) {
-      refresh(p, r, measured_[r], options_, forces_.empty() ? nullptr : &forces_[r], signals_[r]);
+      refresh(p, r, measured_[r], options_, known_force(r), signals_[r]);
     }
   }
+  const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
   StepGrid grid(std::size_t r) const { return {measured_[r].dt, steps_of(options_)}; }
-  TermForces forces(const Point& p, std::size_t r) const {
-    const Signals& s = signals_[r];
+  TermForces forces(const Point& p, std::size_t r, const Signals& s) const {
     return {p.terms, s.angle.omega, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr};
   }
   Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
