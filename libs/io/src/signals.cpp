@@ -70,7 +70,14 @@ std::vector<TimeChannel> channels_over_time(const SignalFile& file) {
       found.push_back({&signal, &table});
     }
   }
-  if (found.empty()) throw failure(file, fmt::format("{} without a channel over time", file.format));
+  if (found.empty()) {
+    std::string there;
+    for (const auto* list : {&file.findings, &file.contents}) {
+      for (const std::string& text : *list)
+        if (there.size() < 160) there += (there.empty() ? "; it holds " : "; ") + text;
+    }
+    throw failure(file, fmt::format("{} without a channel over time{}", file.format, there));
+  }
   return found;
 }
 
@@ -239,6 +246,9 @@ const UnitSuffix* unit_from_label(std::string_view label) {
                                      {"N*m", "Nm"},
                                      {"N.m", "Nm"},
                                      {"HZ", "Hz"},
+                                     {"Hertz", "Hz"},
+                                     {"hertz", "Hz"},
+                                     {"cps", "Hz"},
                                      {"G", "g"},
                                      {"volt", "V"},
                                      {"Volt", "V"},

@@ -1,12 +1,14 @@
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
+#include "commands/modal/response_options.hpp"
 #include "whirl/io/formats.hpp"
 
 namespace whirl::app {
 void add_convert(CommandLine& app, Session& session) {
   struct Options {
-    std::string in, out, kind;
+    std::string in, out;
     RecordOptions record;
+    ResponseFlags responses;
   };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
@@ -23,7 +25,7 @@ void add_convert(CommandLine& app, Session& session) {
       [o, &session] {
         const bool chosen = !o->record.columns.empty() || o->record.header_line > 0;
         if (const std::optional<FrequencyResponse> frf =
-                chosen ? std::nullopt : io::read_responses(o->in, io::frf_kind(o->kind))) {
+                chosen ? std::nullopt : io::read_responses(o->in, o->responses.options())) {
           io::write_responses(o->out, *frf);
           for (const std::string& remark : frf->summary.warnings)
             fmt::print(stderr, "whirl: warning: {}: {}\n", o->in, remark);
@@ -38,8 +40,7 @@ void add_convert(CommandLine& app, Session& session) {
       });
   sub->add_option("IN", o->in, "file to read")->input()->required();
   sub->add_option("OUT", o->out, "file to write")->output("signals")->required();
-  sub->add_option("--kind", o->kind, "of a CSV table of frequency responses")
-      ->one_of({"receptance", "mobility", "accelerance"});
+  o->responses.add_to(sub);
   o->record.add_to(sub);
 }
 

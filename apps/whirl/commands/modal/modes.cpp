@@ -5,6 +5,7 @@
 
 #include "ambient.hpp"
 #include "command.hpp"
+#include "response_options.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/geometry.hpp"
@@ -115,10 +116,11 @@ std::string without_selection(const std::string& line) {
 
 struct Options {
   std::vector<std::string> files;
-  std::string out, kind, reference, geometry, page, method = "plscf";
+  std::string out, reference, geometry, page, method = "plscf";
   std::vector<std::string> figures;
   bool no_refine = false;
   modal::ModeOptions modes;
+  ResponseFlags responses;
   double low = 0, high = 0, window_end_percent = 100;
 };
 
@@ -150,7 +152,7 @@ void find_modes(Options* o, Session& session) {
   std::vector<FrequencyResponse> parts;
   std::vector<std::string> remarks;
   for (const std::string& file : o->files) {
-    std::optional<FrequencyResponse> found = io::read_responses(file, io::frf_kind(o->kind));
+    std::optional<FrequencyResponse> found = io::read_responses(file, o->responses.options());
     if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
     // Those of a document written by `whirl frf` were shown when it was made.
     if (io::file_format(file) != io::FileFormat::json) {
@@ -171,7 +173,9 @@ void find_modes(Options* o, Session& session) {
   options.poles.band_low = o->low;
   options.poles.band_high = o->high;
   ModalModel modes = modal::fit_modes(frf, options);
-  for (const std::string& remark : remarks) modes.summary.warn(remark);
+  // Before what the fit says: the last one is the reason where nothing can be used.
+  modes.summary.warnings.insert(modes.summary.warnings.begin(), remarks.begin(), remarks.end());
+  if (!remarks.empty() && modes.summary.status == Status::ok) modes.summary.status = Status::warning;
   modal::warn_of_contradictions(frf, modes);
   modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
   const modal::ModeShapes shapes = modal::mode_shapes(modes);
@@ -232,7 +236,7 @@ void add_modes(CommandLine& app, Session& session) {
                   "page (.html) to look at: stabilisation diagram whose poles are added and removed by a click, moving "
                   "shapes, MAC, complexity, every FRF with its residual")
       ->output();
-  sub->add_option("--kind", o->kind, "of a CSV table: receptance, mobility or accelerance");
+  o->responses.add_to(sub);
   sub->add_option(
       "--window-end-percent", o->window_end_percent,
       "files that do not state it: value of the exponential window at the end of the record; 100 = none. Its "

@@ -38,15 +38,15 @@ SignalFile signals_from_csv(const std::filesystem::path& path, const CsvOptions&
   return file;
 }
 
-std::optional<FrequencyResponse> responses_from_csv(const std::filesystem::path& path, std::optional<FrfKind> kind) {
+std::optional<FrequencyResponse> responses_from_csv(const std::filesystem::path& path, const ResponseOptions& options) {
   const CsvStream stream(path);
   const bool spectra = std::any_of(stream.columns().begin(), stream.columns().end(),
                                    [](const CsvColumn& c) { return c.name == "freq"; });
   if (!spectra) return {};
-  if (!kind)
+  if (!options.kind)
     throw Error::in_file(path.string(), 1,
                          "a table of frequency responses does not say what was measured: state --kind");
-  return read_frf_csv(path, *kind);
+  return read_frf_csv(path, *options.kind);
 }
 
 }  // namespace

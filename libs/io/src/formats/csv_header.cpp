@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "formats/uff_text.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/signals.hpp"
 
@@ -61,7 +62,14 @@ std::string shown(std::string_view text) {
   return text.size() > 40 ? out + "..." : out;
 }
 
-Heading parse_heading(std::string_view text) {
+std::string in_utf8(std::string_view raw) {
+  const bool ascii = std::all_of(raw.begin(), raw.end(), [](char c) { return static_cast<unsigned char>(c) < 0x80; });
+  return ascii ? std::string(raw) : text_of(raw);
+}
+
+Heading parse_heading(std::string_view raw) {
+  const std::string utf8 = in_utf8(raw);
+  const std::string_view text = utf8;
   Heading h{std::string(text), plain_name(text)};
   if (h.text == "rpm") return {h.text, "speed", find_unit("rpm")};
   if (h.text == "hz" || h.text == "Hz") return {h.text, "freq", find_unit("hz")};

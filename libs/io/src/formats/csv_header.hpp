@@ -18,6 +18,9 @@ struct Heading {
 /// `x_mm`, `x [mm]`, `x (mm)`, `x {mm}`, `x / mm`; `rpm`, `hz`, names that end in `_re` or `_im`.
 Heading parse_heading(std::string_view text);
 
+/// UTF-8, of what may be latin-1 (`µm` of many loggers).
+std::string in_utf8(std::string_view raw);
+
 /// Takes the units of a line below the headings, e.g. `(s),(mm),(mm)`; false, and nothing done, when the line is none:
 /// a number, a missing value, or no heading that waits for a unit. Throws Error, without the place, for a unit that is
 /// not known or another one than in the heading.

@@ -215,7 +215,7 @@ struct CsvStream::State {
   /// The fields of a line of text that is in the buffer.
   std::vector<std::string> fields_of(std::string_view text) const {
     std::vector<std::string> fields;
-    for (const std::string_view f : split(text, dialect.delimiter)) fields.emplace_back(unquote(f));
+    for (const std::string_view f : split(text, dialect.delimiter)) fields.push_back(detail::in_utf8(unquote(f)));
     if (dialect.trailing_delimiter && fields.size() > 1 && fields.back().empty()) fields.pop_back();
     return fields;
   }

@@ -66,7 +66,7 @@ void write_channels(const std::filesystem::path& path, const std::vector<Channel
   };
   if (time) add("t", Quantity::time, nullptr);
   for (const Channel& c : channels) {
-    if (c.name.empty() || c.name.find_first_of(",;\t\"\r\n#:") != std::string::npos) {
+    if (c.name.empty() || c.name.find_first_of(",;\t\"\r\n#") != std::string::npos) {
       throw Error(fmt::format("{}: channel name '{}' cannot be written as a CSV header", path.string(), c.name));
     }
     if (c.samples.size() != channels.front().samples.size()) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "whirl/core/modal_model.hpp"
+#include "whirl/io/formats.hpp"
 #include "whirl/io/record_stream.hpp"
 #include "whirl/io/signals.hpp"
 
@@ -20,9 +21,9 @@ struct Format {
   bool magic = false;  ///< the first bytes leave no doubt
   SignalFile (*read)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
   void (*write)(const std::filesystem::path& path, const Recording& recording) = nullptr;
-  /// Nothing when the file holds none. `kind` is used where the file does not say what was measured.
+  /// Nothing when the file holds none. The options are used where the file does not say it.
   std::optional<FrequencyResponse> (*read_responses)(const std::filesystem::path& path,
-                                                     std::optional<FrfKind> kind) = nullptr;
+                                                     const ResponseOptions& options) = nullptr;
   void (*write_responses)(const std::filesystem::path& path, const FrequencyResponse& frf) = nullptr;
   std::unique_ptr<RecordStream> (*stream)(const std::filesystem::path& path, const CsvOptions& options) = nullptr;
 };

@@ -117,9 +117,15 @@ void write_recording(const std::filesystem::path& path, const Recording& recordi
   named(path, &Format::write, " (text also with .gz behind)").write(path, recording);
 }
 
-std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, std::optional<FrfKind> kind) {
+std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, const ResponseOptions& options) {
   const Format& format = format_of(path);
-  return format.read_responses == nullptr ? std::nullopt : format.read_responses(path, kind);
+  const bool arrays = format.id == FileFormat::mat || format.id == FileFormat::mat4 || format.id == FileFormat::hdf5 ||
+                      format.id == FileFormat::numpy;
+  if (!arrays && (!options.frequency_unit.empty() || options.lines_dimension != 0))
+    throw Error::in_file(
+        path.string(), 0,
+        "--frequency-unit and --lines-dimension are for MAT, HDF5 and NumPy files: this one says both");
+  return format.read_responses == nullptr ? std::nullopt : format.read_responses(path, options);
 }
 
 void write_responses(const std::filesystem::path& path, const FrequencyResponse& frf) {

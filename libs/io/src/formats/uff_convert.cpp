@@ -5,6 +5,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 #include "format.hpp"
 #include "whirl/core/error.hpp"
@@ -36,16 +37,33 @@ bool is_blank(const std::string& unit) { return unit.empty() || unit == "NONE"; 
 // Dataset 164 with code 1 states that the file is in SI.
 bool states_si(const UffFile& file) { return file.units.size() == 1 && file.units[0].code == 1; }
 
+// To Hz or s; 0 where the unit is none of these. A blank unit is SI, as the format says.
+double abscissa_scale(const UffAxis& axis, Quantity over) {
+  if (is_blank(axis.unit)) return 1;
+  const UnitSuffix* unit = unit_from_label(axis.unit);
+  if (unit == nullptr) return 0;
+  if (unit->quantity == over) return unit->to_si(1);
+  const bool angular = over == Quantity::frequency && unit->quantity == Quantity::angular_velocity;
+  return angular ? unit->to_si(1) / (2 * std::numbers::pi) : 0;
+}
+
 const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label,
-                              const std::string& what) {
+                              const std::string& what, const UnitSuffix* meant) {
   if (const UnitSuffix* unit = unit_from_label(label)) return *unit;
+  if (is_blank(label) && meant != nullptr) {
+    const Quantity stated = quantity_of(axis.type);
+    if (stated == Quantity::dimensionless || stated == meant->quantity) return *meant;
+    throw Error::in_file(
+        file.source, 0,
+        fmt::format("{} shows {} by its axis: --kind says {}", what, to_string(stated), to_string(meant->quantity)));
+  }
   if (is_blank(label) && states_si(file) && quantity_of(axis.type) != Quantity::dimensionless) {
     return si_suffix(quantity_of(axis.type));
   }
   throw Error::in_file(
       file.source, 0,
-      fmt::format("{} has {}: state it (allowed units: {})", what,
-                  is_blank(label) ? "no unit" : fmt::format("the unknown unit '{}'", label), allowed_units()));
+      is_blank(label) ? fmt::format("{} has no unit: state --kind if its values are in SI", what)
+                      : fmt::format("{} has the unknown unit '{}' (known units: {})", what, label, allowed_units()));
 }
 
 // A point without direction is known by its name, where it has one.
@@ -96,8 +114,12 @@ SignalFile signals_from_uff(const UffFile& file) {
     table.name = f.type >= 0 && f.type < 10 ? types[f.type] : fmt::format("function type {}", f.type);
     const bool frequency = f.abscissa.type == 18 || (f.abscissa.type == 0 && f.type >= 2 && f.type != 7 && f.type != 8);
     const Quantity over = frequency ? Quantity::frequency : Quantity::time;
-    const UnitSuffix* unit = unit_from_label(f.abscissa.unit);
-    const double scale = unit != nullptr && unit->quantity == over ? unit->to_si(1) : 1;
+    double scale = abscissa_scale(f.abscissa, over);
+    if (scale == 0) {
+      result.findings.push_back(fmt::format("function {}: abscissa in '{}', which is no unit of {}: shown as it is",
+                                            &f - file.functions.data() + 1, f.abscissa.unit, to_string(over)));
+      scale = 1;
+    }
     if (f.even) {
       table.abscissa = over;
       table.start = scale * f.x0;
@@ -147,13 +169,43 @@ SignalFile signals_from_uff(const UffFile& file) {
   return result;
 }
 
-FrequencyResponse frf_from_uff(const UffFile& file) {
+namespace {
+
+const UnitSuffix* unit_of(std::optional<FrfKind> kind) {
+  if (!kind) return nullptr;
+  return &si_suffix(*kind == FrfKind::receptance ? Quantity::displacement
+                    : *kind == FrfKind::mobility ? Quantity::velocity
+                                                 : Quantity::acceleration);
+}
+
+// The lines of a frequency response in Hz.
+Eigen::VectorXd lines_of(const UffFile& file, const UffFunction& f, const std::string& what) {
+  const double scale = abscissa_scale(f.abscissa, Quantity::frequency);
+  if (scale == 0)
+    throw Error::in_file(file.source, 0,
+                         fmt::format("{}: frequencies in '{}', which is no unit of frequency", what, f.abscissa.unit));
+  SignalTable table;
+  const Eigen::Index n = f.value.size();
+  if (!f.even) {
+    set_abscissa(table, Quantity::frequency, scale * f.x);
+  } else {
+    table.start = scale * f.x0;
+    table.step = scale * f.dx;
+  }
+  if (!(table.step > 0) || !std::isfinite(table.start))
+    throw Error::in_file(file.source, 0, what + ": must be evenly spaced");
+  return table.start + table.step * Eigen::ArrayXd::LinSpaced(n, 0, static_cast<double>(n - 1));
+}
+
+}  // namespace
+
+FrequencyResponse frf_from_uff(const UffFile& file, std::optional<FrfKind> meant) {
   FrequencyResponse frf;
   frf.averages = 0;
   for (const auto& f : file.functions) {
     if (f.type != 4) continue;
     const std::string what = fmt::format("frequency response {}", frf.channels.size() + 1);
-    if (!f.complex || !f.even) throw Error::in_file(file.source, 0, what + ": must be complex and evenly spaced");
+    if (!f.complex) throw Error::in_file(file.source, 0, what + ": must be complex");
     // The unit may stand as a whole at the ordinate: (m/s2)/N, (1/N)*(m/s2), g/lbf.
     std::string motion = f.ordinate.unit, force = f.denominator.unit;
     if (is_blank(force)) {
@@ -166,9 +218,10 @@ FrequencyResponse frf_from_uff(const UffFile& file) {
         motion.resize(slash);
       }
     }
-    const UnitSuffix& numerator = motion_unit(file, f.ordinate, motion, what + " (response)");
+    const UnitSuffix& numerator = motion_unit(file, f.ordinate, motion, what + " (response)", unit_of(meant));
     const UnitSuffix& denominator =
-        motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}}, force, what + " (force)");
+        motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}}, force, what + " (force)",
+                    meant ? &si_suffix(Quantity::force) : nullptr);
     if (denominator.quantity != Quantity::force) {
       throw Error::in_file(file.source, 0,
                            fmt::format("{} is per {}: must be per force", what, to_string(denominator.quantity)));
@@ -188,13 +241,15 @@ FrequencyResponse frf_from_uff(const UffFile& file) {
                              fmt::format("{} shows {}: must be displacement, velocity or acceleration", what,
                                          to_string(numerator.quantity)));
     }
-    const Eigen::Index n = f.value.size();
+    const Eigen::VectorXd lines = lines_of(file, f, what);
+    const Eigen::Index n = lines.size();
+    const double step = n > 1 ? lines[1] - lines[0] : 1;
     if (frf.channels.empty()) {
       frf.kind = kind;
-      frf.frequency = Eigen::VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1)) * f.dx;
-      frf.frequency.array() += f.x0;
-    } else if (kind != frf.kind || n != frf.frequency.size() || std::abs(f.x0 - frf.frequency[0]) > 1e-4 * f.dx ||
-               (n > 1 && std::abs(f.dx - (frf.frequency[1] - frf.frequency[0])) > 1e-4 * f.dx)) {
+      frf.frequency = lines;
+    } else if (kind != frf.kind || n != frf.frequency.size() ||
+               (n > 0 && std::abs(lines[0] - frf.frequency[0]) > 1e-4 * step) ||
+               (n > 1 && std::abs(step - (frf.frequency[1] - frf.frequency[0])) > 1e-4 * step)) {
       throw Error::in_file(file.source, 0, what + ": must have the kind and the frequencies of the first");
     }
     frf.channels.push_back({point_name(f.response),
@@ -285,11 +340,12 @@ Format uff_format() {
   Format f{FileFormat::uff, "universal file", {".uff", ".unv"}, has_block};
   f.read = [](const std::filesystem::path& path, const CsvOptions&) { return signals_from_uff(read_uff(path)); };
   f.write = [](const std::filesystem::path& path, const Recording& r) { write_uff(path, uff_from_recording(r)); };
-  f.read_responses = [](const std::filesystem::path& path, std::optional<FrfKind>) -> std::optional<FrequencyResponse> {
+  f.read_responses = [](const std::filesystem::path& path,
+                        const ResponseOptions& options) -> std::optional<FrequencyResponse> {
     const UffFile uff = read_uff(path);
     const bool any = std::any_of(uff.functions.begin(), uff.functions.end(),
                                  [](const UffFunction& function) { return function.type == 4; });
-    return any ? std::optional(frf_from_uff(uff)) : std::nullopt;
+    return any ? std::optional(frf_from_uff(uff, options.kind)) : std::nullopt;
   };
   f.write_responses = [](const std::filesystem::path& path, const FrequencyResponse& r) {
     write_uff(path, uff_from_frf(r));

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "formats/arrays/bytes.hpp"
 #include "uff_text.hpp"
 #include "uff_window.hpp"
 #include "whirl/core/error.hpp"
@@ -16,47 +17,41 @@ namespace {
 
 bool is_delimiter(std::string_view line) { return trim(line) == "-1"; }
 
+// A line with the number of a dataset that is read here, and nothing else.
+bool names_dataset(std::string_view line) {
+  const std::string_view word = trim(line.substr(0, 6));
+  const std::string_view rest = line.size() > 6 ? line.substr(6) : std::string_view();
+  if (word == "58" && !rest.empty() && (rest[0] == 'b' || rest[0] == 'B')) return true;
+  if (!trim(rest).empty()) return false;
+  for (const char* known : {"15", "18", "55", "58", "82", "151", "164", "1858", "2411", "2412"})
+    if (word == known) return true;
+  return false;
+}
+
 struct BinaryForm {
   bool binary = false;
   bool little = true;
   std::size_t bytes = 0;
 };
 
-// Text may be latin-1 or UTF-8; it is kept as UTF-8.
-std::string text_of(std::string_view raw) {
-  raw = trim(raw);
-  bool utf8 = true;
-  for (std::size_t i = 0; i < raw.size() && utf8; ++i) {
-    const auto c = static_cast<unsigned char>(raw[i]);
-    if (c < 0x80) continue;
-    const std::size_t more = c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC2 ? 1 : 0;
-    utf8 = more > 0 && i + more < raw.size();
-    for (std::size_t k = 1; utf8 && k <= more; ++k) utf8 = (static_cast<unsigned char>(raw[i + k]) & 0xC0) == 0x80;
-    i += more;
-  }
-  if (utf8) return std::string(raw);
-  std::string converted;
-  for (const char byte : raw) {
-    const auto c = static_cast<unsigned char>(byte);
-    if (c < 0x80) {
-      converted += byte;
-    } else {
-      converted += static_cast<char>(0xC0 | (c >> 6));
-      converted += static_cast<char>(0x80 | (c & 0x3F));
-    }
-  }
-  return converted;
-}
-
 class Reader {
  public:
   Reader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) { file_.source = name; }
 
   UffFile read() {
+    bool follows_block = false;
     while (!lines_.done()) {
-      if (!is_delimiter(lines_.next())) continue;  // text between blocks
+      // A block without the -1 before it: the one of the block before it serves both.
+      const bool bare = follows_block && names_dataset(lines_.peek());
+      follows_block = false;
+      if (bare) {
+        warn(fmt::format("line {}: dataset {} begins without -1 before it", lines_.line() + 1, trim(lines_.peek())));
+      } else if (!is_delimiter(lines_.next())) {
+        continue;  // text between blocks
+      }
       if (lines_.done()) break;
       read_block();
+      follows_block = true;
     }
     if (file_.units.size() > 1)
       warn("more than one unit system (dataset 164): the units of each value are not certain");
@@ -197,7 +192,7 @@ class Reader {
       numbers.reserve(std::min(wanted, lines_.remaining() / 2 + 8));
       bool ended = false;
       while (numbers.size() < wanted && !(ended = block_ends())) append_numbers(lines_, lines_.next(), numbers);
-      if (!ended) skip_block();
+      if (!ended) leave_function(f);
       if (numbers.size() > wanted) numbers.resize(wanted);
     }
     const auto count = static_cast<Eigen::Index>(numbers.size() / per_value);
@@ -216,6 +211,20 @@ class Reader {
     file_.functions.push_back(std::move(f));
   }
 
+  // To the end of a block whose values are all read. What else stands there is told, and a dataset whose block begins
+  // without any -1 is left to be read.
+  void leave_function(const UffFunction& f) {
+    long more = 0;
+    while (!lines_.done() && !names_dataset(lines_.peek())) {
+      if (block_ends()) break;
+      more += trim(lines_.next()).empty() ? 0 : 1;
+    }
+    if (more > 0) {
+      warn(fmt::format("line {}: function '{}' declares {} values; {} more lines of its block are left out",
+                       lines_.line(), f.id[0], f.declared, more));
+    }
+  }
+
   // True when the block ends after so many bytes of data: CR LF or nothing, then the line -1.
   bool ends_after(std::size_t bytes) const {
     std::string_view rest = lines_.rest();
@@ -229,6 +238,10 @@ class Reader {
   std::vector<double> binary_numbers(const BinaryForm& form, const UffFunction& f, std::size_t per_value) {
     const std::size_t width = f.single ? 4 : 8;
     const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
+    // Uneven abscissae may be single beside double ordinates, as the text form has them.
+    if (!f.even && !f.single && form.bytes == wanted * width - 4 * static_cast<std::size_t>(f.declared) &&
+        lines_.rest().size() >= form.bytes)
+      return mixed_numbers(lines_.take(form.bytes), form.little, per_value);
     // Some writers count values instead of bytes, or a complex value once: where the block ends decides.
     const bool miscounted = form.bytes != wanted * width && !ends_after(form.bytes) && ends_after(wanted * width);
     if (miscounted) {
@@ -242,20 +255,23 @@ class Reader {
           fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
     }
     std::vector<double> numbers(count);
-    const bool swap = form.little != (std::endian::native == std::endian::little);
-    for (std::size_t i = 0; i < count; ++i) {
-      char value[8];
-      std::memcpy(value, raw.data() + i * width, width);
-      if (swap) std::reverse(value, value + width);
-      if (f.single) {
-        float number = 0;
-        std::memcpy(&number, value, 4);
-        numbers[i] = number;
-      } else {
-        std::memcpy(&numbers[i], value, 8);
-      }
-      if (!std::isfinite(numbers[i]))
-        lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", i + 1));
+    for (std::size_t i = 0; i < count; ++i) numbers[i] = binary_number(raw, i * width, f.single, form.little, i);
+    return numbers;
+  }
+
+  double binary_number(std::string_view raw, std::size_t at, bool single, bool little, std::size_t index) const {
+    const double number = single ? number_at<float>(raw, at, !little) : number_at<double>(raw, at, !little);
+    if (!std::isfinite(number))
+      lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", index + 1));
+    return number;
+  }
+
+  std::vector<double> mixed_numbers(std::string_view raw, bool little, std::size_t per_value) const {
+    std::vector<double> numbers;
+    for (std::size_t at = 0; at < raw.size();) {
+      const bool abscissa = numbers.size() % per_value == 0;
+      numbers.push_back(binary_number(raw, at, abscissa, little, numbers.size()));
+      at += abscissa ? 4 : 8;
     }
     return numbers;
   }

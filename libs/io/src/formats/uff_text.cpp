@@ -118,4 +118,29 @@ void append_numbers(const TextLines& lines, std::string_view line, std::vector<d
   }
 }
 
+std::string text_of(std::string_view raw) {
+  raw = trim(raw);
+  bool utf8 = true;
+  for (std::size_t i = 0; i < raw.size() && utf8; ++i) {
+    const auto c = static_cast<unsigned char>(raw[i]);
+    if (c < 0x80) continue;
+    const std::size_t more = c >= 0xF0 ? 3 : c >= 0xE0 ? 2 : c >= 0xC2 ? 1 : 0;
+    utf8 = more > 0 && i + more < raw.size();
+    for (std::size_t k = 1; utf8 && k <= more; ++k) utf8 = (static_cast<unsigned char>(raw[i + k]) & 0xC0) == 0x80;
+    i += more;
+  }
+  if (utf8) return std::string(raw);
+  std::string converted;
+  for (const char byte : raw) {
+    const auto c = static_cast<unsigned char>(byte);
+    if (c < 0x80) {
+      converted += byte;
+    } else {
+      converted += static_cast<char>(0xC0 | (c >> 6));
+      converted += static_cast<char>(0x80 | (c & 0x3F));
+    }
+  }
+  return converted;
+}
+
 }  // namespace whirl::io

@@ -30,6 +30,8 @@ class TextLines {
 };
 
 std::string_view trim(std::string_view text);
+/// Trimmed text in UTF-8; what is no UTF-8 is taken for latin-1.
+std::string text_of(std::string_view raw);
 /// Columns [first, first + width), blanks trimmed; empty beyond the end.
 std::string_view columns(std::string_view line, std::size_t first, std::size_t width);
 /// An integer in columns; 0 when blank.

@@ -19,10 +19,22 @@ Recording read(const std::filesystem::path& path);
 /// the endings that can be written.
 void write_recording(const std::filesystem::path& path, const Recording& recording);
 
+/// What a file of frequency responses may leave open.
+struct ResponseOptions {
+  std::optional<FrfKind> kind = {};  ///< what was measured, in SI where the file states no unit
+  std::string frequency_unit = {};   ///< of an axis without unit in a MAT, HDF5 or NumPy file: hz, kHz, rad_s, rpm
+  int lines_dimension = 0;           ///< of arrays in these: the one along the frequencies, from 1; 0: by its length
+
+  ResponseOptions() = default;
+  ResponseOptions(std::optional<FrfKind> what) : kind(what) {}
+  ResponseOptions(FrfKind what) : kind(what) {}
+};
+
 /// Frequency responses of a file of any format; nothing when it holds a record or something else.
 ///
-/// A CSV table does not say what was measured: `kind` does. Throws Error where it is needed and missing.
-std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, std::optional<FrfKind> kind = {});
+/// Throws Error where the file leaves something open that `options` do not state, and where they state what the file
+/// says itself.
+std::optional<FrequencyResponse> read_responses(const std::filesystem::path& path, const ResponseOptions& options = {});
 
 /// The kind named "receptance", "mobility" or "accelerance"; nothing for an empty name.
 std::optional<FrfKind> frf_kind(std::string_view name);

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -113,7 +114,7 @@ std::string format_uff(const UffFile& file);
 SignalFile signals_from_uff(const UffFile& file);
 
 /// The frequency responses of a file in SI: motion per force by the axis types and units. Points are named "node:+X".
-FrequencyResponse frf_from_uff(const UffFile& file);
+FrequencyResponse frf_from_uff(const UffFile& file, std::optional<FrfKind> kind = {});
 UffFile uff_from_frf(const FrequencyResponse& frf);
 UffFile uff_from_recording(const Recording& recording);
 

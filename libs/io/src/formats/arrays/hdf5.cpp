@@ -12,12 +12,13 @@
 #include "whirl/io/apart.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/input.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::io {
 namespace {
 
 // What follows one another in the parcel of the process that reads (read_apart).
-enum class Piece : char { array, contents, end };
+enum class Piece : char { array, contents, finding, end };
 
 /// An identifier of the library, closed at the end.
 class Id {
@@ -85,13 +86,13 @@ void put(ParcelWriter& out, const NamedArray& a) {
   for (const std::string& text : {a.group, a.name, a.unit}) out.text(text);
   put(out, a.value);
   put(out, a.imaginary);
-  out.value(a.inner);
+  for (const Eigen::Index n : a.sizes) out.value(n);
   out.value(a.step);
   out.value(a.start);
 }
-void put(ParcelWriter& out, const std::string& contents) {
-  out.value(Piece::contents);
-  out.text(contents);
+void put(ParcelWriter& out, const std::string& text, Piece piece = Piece::contents) {
+  out.value(piece);
+  out.text(text);
 }
 
 Eigen::MatrixXd take_matrix(ParcelReader& in) {
@@ -108,7 +109,13 @@ NamedArray take_array(ParcelReader& in) {
   for (std::string* text : {&a.group, &a.name, &a.unit}) *text = in.text();
   a.value = take_matrix(in);
   a.imaginary = take_matrix(in);
-  a.inner = std::max<Eigen::Index>(in.value<Eigen::Index>(), 0);
+  for (Eigen::Index& n : a.sizes) n = in.value<Eigen::Index>();
+  const auto& n = a.sizes;
+  const bool whole = n[0] > 0 && n[1] > 0 && n[2] > 0 &&
+                     static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]) ==
+                         static_cast<double>(a.value.size());
+  if (!whole && (n[0] != 0 || n[1] != 0 || n[2] != 0))
+    throw Error("an array of an HDF5 file has other sizes than values");
   a.step = in.value<double>();
   a.start = in.value<double>();
   return a;
@@ -123,6 +130,8 @@ double step_attribute(hid_t object) {
   return 0;
 }
 
+bool matlab_logical(hid_t data) { return text_attribute(data, "MATLAB_class") == "logical"; }
+
 /// Name and attributes of a dataset, without its values.
 NamedArray array_head(hid_t data, const std::string& path) {
   NamedArray array;
@@ -131,6 +140,7 @@ NamedArray array_head(hid_t data, const std::string& path) {
   array.name = slash == std::string::npos ? path : path.substr(slash + 1);
   array.unit = text_attribute(data, "unit");
   if (array.unit.empty()) array.unit = text_attribute(data, "units");
+  if (matlab_logical(data)) array.unit = split_unit(array.name).unit == nullptr ? "1" : "";
   array.step = step_attribute(data);
   array.start = number_attribute(data, "t0");
   // Failing that, of the groups about it.
@@ -145,13 +155,35 @@ NamedArray array_head(hid_t data, const std::string& path) {
   return array;
 }
 
+/// The first filter that packs a dataset and is not there; empty: none.
+std::string missing_filter(hid_t created) {
+  for (int k = 0; k < H5Pget_nfilters(created); ++k) {
+    unsigned flags = 0, settings = 0;
+    char name[64] = {};
+    std::size_t values = 0;
+    const H5Z_filter_t id =
+        H5Pget_filter2(created, static_cast<unsigned>(k), &flags, &values, nullptr, sizeof name, name, &settings);
+    if (id >= 0 && H5Zfilter_avail(id) <= 0) return fmt::format("{} ({})", name[0] != 0 ? name : "without name", id);
+  }
+  return {};
+}
+
+/// Why the library did not read it.
+std::string unreadable(hid_t data, const char* path) {
+  const Id created(H5Dget_create_plist(data), H5Pclose);
+  const std::string filter = missing_filter(created);
+  if (filter.empty()) return fmt::format("dataset '{}' cannot be read: damaged", path);
+  return fmt::format(
+      "dataset '{}' is packed by the filter {}, which is not installed here: write it with gzip or unpacked", path,
+      filter);
+}
+
 /// Three dimensions, as frequency responses of several points to several references have. MATLAB's are reversed.
 void read_cube(Visit& visit, const char* path, hid_t data, hid_t type, bool complex, std::vector<std::size_t> shape,
                bool reversed) {
   const auto read = [&](hid_t memory) {
     Eigen::VectorXd flat(static_cast<Eigen::Index>(shape[0] * shape[1] * shape[2]));
-    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, flat.data()) < 0)
-      visit.problem = fmt::format("dataset '{}' cannot be read: damaged", path);
+    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, flat.data()) < 0) visit.problem = unreadable(data, path);
     return flat;
   };
   const auto member = [&](unsigned part) {
@@ -184,15 +216,57 @@ bool is_numeric(Visit& visit, const char* path, H5T_class_t kind, bool complex, 
   return true;
 }
 
-/// Two numbers that lie inside the compound (the library copies what a damaged one says).
+/// A number that lies inside the compound (the library copies what a damaged one says).
+bool is_number(hid_t type, unsigned part) {
+  const Id member(H5Tget_member_type(type, part), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(member);
+  return (kind == H5T_FLOAT || kind == H5T_INTEGER) &&
+         H5Tget_member_offset(type, part) + H5Tget_size(member) <= H5Tget_size(type);
+}
+
+std::string member_name(hid_t type, unsigned part) {
+  char* raw = H5Tget_member_name(type, part);
+  std::string name = raw == nullptr ? "" : raw;
+  H5free_memory(raw);
+  return name;
+}
+
+/// r and i, re and im, real and imag; other pairs are records of two fields.
 bool is_complex(hid_t type, H5T_class_t kind) {
   if (kind != H5T_COMPOUND || H5Tget_nmembers(type) != 2) return false;
+  const std::string first = member_name(type, 0), second = member_name(type, 1);
+  const auto begins = [](const std::string& s, char lower) {
+    return !s.empty() && (s[0] == lower || s[0] == lower - 'a' + 'A');
+  };
+  if (!begins(first, 'r') || !begins(second, 'i')) return false;
   for (const unsigned part : {0U, 1U}) {
     const Id member(H5Tget_member_type(type, part), H5Tclose);
-    if (H5Tget_class(member) != H5T_FLOAT || H5Tget_member_offset(type, part) + H5Tget_size(member) > H5Tget_size(type))
-      return false;
+    if (H5Tget_class(member) != H5T_FLOAT || !is_number(type, part)) return false;
   }
   return true;
+}
+
+/// A table of records, as PyTables and h5py write structured arrays: its fields are arrays of a group of its name.
+void read_records(Visit& visit, const char* path, hid_t data, hid_t type, hsize_t rows) {
+  for (int part = 0; part < H5Tget_nmembers(type); ++part) {
+    const std::string name = member_name(type, static_cast<unsigned>(part));
+    if (!is_number(type, static_cast<unsigned>(part))) {
+      put(visit.out, fmt::format("'{}', field '{}': not numeric (passed over)", path, name));
+      continue;
+    }
+    NamedArray array = array_head(data, path);
+    array.group = path;
+    array.name = name;
+    array.unit.clear();
+    const Id memory(H5Tcreate(H5T_COMPOUND, sizeof(double)), H5Tclose);
+    H5Tinsert(memory, name.c_str(), 0, H5T_NATIVE_DOUBLE);
+    array.value.resize(static_cast<Eigen::Index>(rows), 1);
+    if (H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, array.value.data()) < 0) {
+      visit.problem = unreadable(data, path);
+      return;
+    }
+    put(visit.out, array);
+  }
 }
 
 /// What is stored of the dataset can be as many values as it says; else `visit.problem` says so.
@@ -222,11 +296,17 @@ void read_dataset(Visit& visit, const char* path) {
   const H5T_class_t kind = H5Tget_class(type);
   const bool complex = is_complex(type, kind);
   const std::string matlab = text_attribute(data, "MATLAB_class");
+  if (kind == H5T_COMPOUND && !complex && visit.count == 0 && H5Sget_simple_extent_ndims(space) == 1) {
+    const hssize_t rows = H5Sget_simple_extent_npoints(space);
+    if (rows > 0 && holds(visit, path, data, type, space, static_cast<double>(rows), 1))
+      read_records(visit, path, data, type, static_cast<hsize_t>(rows));
+    return;
+  }
   if (!is_numeric(visit, path, kind, complex, matlab)) return;
   const int rank = H5Sget_simple_extent_ndims(space);
   hsize_t sizes[H5S_MAX_RANK] = {};
   if (rank < 0 || rank > 3 || H5Sget_simple_extent_dims(space, sizes, nullptr) < 0) {
-    put(visit.out, fmt::format("'{}': {} dimensions (passed over)", path, rank));
+    put(visit.out, fmt::format("'{}': {} dimensions (passed over)", path, rank), Piece::finding);
     return;
   }
   const double rows = rank > 0 ? static_cast<double>(sizes[0]) : 1,
@@ -264,7 +344,7 @@ void read_dataset(Visit& visit, const char* path) {
   const auto read = [&](hid_t memory, Eigen::MatrixXd& to) {
     Eigen::MatrixXd transposed(c, r);
     if (H5Dread(data, memory, into, from, H5P_DEFAULT, transposed.data()) < 0) {
-      visit.problem = fmt::format("dataset '{}' cannot be read: damaged", path);
+      visit.problem = unreadable(data, path);
       return;
     }
     to = transposed.transpose();
@@ -329,7 +409,8 @@ void collect_memory(std::string_view bytes, std::string_view name, ParcelWriter&
 }
 
 /// This process never opens the file with the library: another one does and hands the values over.
-SignalFile read_by(const std::string& name, std::size_t bytes, const std::function<void(ParcelWriter&)>& collected) {
+SignalFile read_by(const std::string& name, std::size_t bytes, const std::function<void(ParcelWriter&)>& collected,
+                   const ResponseOptions* wanted = nullptr) {
   SignalFile file;
   file.source = name;
   read_apart(name, bytes, collected, [&](ParcelReader& in) {
@@ -341,10 +422,10 @@ SignalFile read_by(const std::string& name, std::size_t bytes, const std::functi
       if (piece == Piece::array) {
         arrays.push_back(take_array(in));
       } else {
-        file.contents.push_back(in.text());
+        (piece == Piece::finding ? file.findings : file.contents).push_back(in.text());
       }
     }
-    add_arrays(file, arrays);
+    add_arrays(file, std::move(arrays), wanted);
   });
   return file;
 }
@@ -411,6 +492,18 @@ void write_hdf5(const std::filesystem::path& path, const Recording& recording) {
   sink.close();
 }
 
+namespace {
+
+SignalFile read_whole(const std::filesystem::path& path, const ResponseOptions* wanted) {
+  const std::filesystem::path kept = input_path(path);
+  const std::string name = path.string();
+  return read_by(
+      name, std::filesystem::file_size(kept), [&](ParcelWriter& out) { collect_memory(read_text(kept), name, out); },
+      wanted);
+}
+
+}  // namespace
+
 Format hdf5_format() {
   Format f{FileFormat::hdf5, "HDF5", {".h5", ".hdf5", ".mat"}, [](std::string_view head) {
              // Behind a user block of 512 bytes or a power of two times that.
@@ -420,15 +513,12 @@ Format hdf5_format() {
              return head.starts_with("MATLAB 7.3");
            }};
   f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    const std::filesystem::path kept = input_path(path);
-    const std::string name = path.string();
-    return read_by(name, std::filesystem::file_size(kept),
-                   [&](ParcelWriter& out) { collect_memory(read_text(kept), name, out); });
-  };
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return read_whole(path, nullptr); };
   f.write = write_hdf5;
   f.stream = stream_hdf5;
-  f.read_responses = responses_of_file<hdf5_format>;
+  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
+    return responses_of(read_whole(path, &options), options);
+  };
   return f;
 }
 

@@ -14,6 +14,7 @@
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::io {
 namespace {
@@ -80,7 +81,7 @@ class Reader {
     file_.format = "MAT v5";
   }
 
-  SignalFile read() {
+  SignalFile read(const ResponseOptions* wanted = nullptr) {
     if (bytes_.size() < 128) fail(bytes_.size(), "file ends inside the header of 128 bytes");
     const std::string_view order = bytes_.substr(126, 2);
     if (order != "IM" && order != "MI") fail(126, "byte order mark: must be 'IM' or 'MI'");
@@ -98,7 +99,7 @@ class Reader {
         file_.contents.push_back(fmt::format("element of type {} (passed over)", element.type));
       }
     }
-    add_arrays(file_, arrays_);
+    add_arrays(file_, std::move(arrays_), wanted);
     return std::move(file_);
   }
 
@@ -256,6 +257,7 @@ class Reader {
     NamedArray array;
     array.group = group;
     array.name = name;
+    if ((word & 0x200) != 0 && split_unit(name).unit == nullptr) array.unit = "1";  // logical
     while (shape.size() > 2 && shape.back() == 1) shape.pop_back();
     while (shape.size() > 3) {  // dimensions beyond the third are taken together
       shape[shape.size() - 2] *= shape.back();
@@ -358,7 +360,10 @@ Format mat_format() {
     return parse_mat(read_text(path), path.string());
   };
   f.write = write_mat;
-  f.read_responses = responses_of_file<mat_format>;
+  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
+    const std::string bytes = read_text(path), name = path.string();
+    return responses_of(Reader(bytes, name).read(&options), options);
+  };
   return f;
 }
 

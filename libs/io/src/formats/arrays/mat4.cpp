@@ -59,7 +59,7 @@ bool is_name(std::string_view text) {
   return !text.empty();
 }
 
-SignalFile parse(std::string_view bytes, std::string_view name) {
+SignalFile parse(std::string_view bytes, std::string_view name, const ResponseOptions* wanted) {
   const auto fail = [&](std::size_t at, const std::string& message) {
     return Error::in_file(name, 0, fmt::format("byte {}: {}", at, message));
   };
@@ -100,7 +100,7 @@ SignalFile parse(std::string_view bytes, std::string_view name) {
     }
     at += part * (h->complex ? 2 : 1);
   }
-  add_arrays(file, arrays);
+  add_arrays(file, std::move(arrays), wanted);
   return file;
 }
 
@@ -113,8 +113,12 @@ Format mat4_format() {
                     is_name(head.substr(kHeader, h->name_length));
            }};
   f.magic = true;
-  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return parse(read_text(path), path.string()); };
-  f.read_responses = responses_of_file<mat4_format>;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) {
+    return parse(read_text(path), path.string(), nullptr);
+  };
+  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
+    return responses_of(parse(read_text(path), path.string(), &options), options);
+  };
   return f;
 }
 

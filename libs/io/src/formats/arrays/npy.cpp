@@ -11,6 +11,7 @@
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::io {
 namespace {
@@ -21,7 +22,7 @@ constexpr double kMostInflation = 1040;  // of deflate
 struct Field {
   std::string name;
   NumberType type = NumberType::float64;
-  bool big = false, complex = false;
+  bool big = false, complex = false, truth = false;
   std::size_t offset = 0;
 };
 
@@ -40,12 +41,21 @@ class NpyReader {
     if (length > bytes_.size() - at) fail("file ends inside the header");
     const std::string_view header = bytes_.substr(at, length);
     data_ = bytes_.substr(at + length);
-    if (!read_type(value_of(header, "descr"))) {
-      file.contents.push_back(fmt::format("'{}': type {} (passed over)", name_, value_of(header, "descr")));
+    const std::string_view descr = value_of(header, "descr");
+    if (!read_type(descr)) {
+      const std::string what = fmt::format("'{}': type {} (passed over)", name_, descr);
+      // Text and objects are no samples; numbers that cannot be read are missed.
+      const bool numbers = descr.find("O'") == std::string_view::npos && descr.find("U") == std::string_view::npos &&
+                           descr.find("S") == std::string_view::npos;
+      (numbers ? file.findings : file.contents).push_back(what);
       return;
     }
     const bool columns_first = value_of(header, "fortran_order").starts_with("True");
     read_shape(value_of(header, "shape"));
+    if (shape_.size() > 3) {
+      file.findings.push_back(fmt::format("'{}': {} dimensions (passed over)", name_, shape_.size()));
+      return;
+    }
     double count = 1;
     for (const std::size_t size : shape_) count *= static_cast<double>(size);
     if (count * static_cast<double>(item_) > static_cast<double>(data_.size())) {
@@ -61,6 +71,14 @@ class NpyReader {
  private:
   [[noreturn]] void fail(const std::string& message) const {
     throw Error::in_file(file_, 0, fmt::format("array '{}': {}", name_, message));
+  }
+
+  // Arrays of an archive's folder are a group.
+  void name_array(NamedArray& array, const Field& field) const {
+    const std::size_t slash = field.name.rfind('/');
+    array.name = slash == std::string::npos ? field.name : field.name.substr(slash + 1);
+    array.group = slash == std::string::npos ? "" : field.name.substr(0, slash);
+    if (field.truth) array.unit = "1";
   }
 
   // The value of a key of the header, a dictionary of Python, as text.
@@ -92,6 +110,7 @@ class NpyReader {
       if (kind != text) continue;
       field.type = type;
       field.complex = text.front() == 'c';
+      field.truth = text.front() == 'b' && split_unit(field.name).unit == nullptr;
       width = width_of(type) * (field.complex ? 2 : 1);
       return true;
     }
@@ -117,13 +136,42 @@ class NpyReader {
     }
     while (text.find('(', at) != std::string_view::npos) {
       Field field{std::string(quoted(at))};
-      if (!read_code(quoted(at), field, width)) return false;
-      if (text.find(')', at) != text.find_first_not_of(' ', at)) return false;  // an array as field
-      field.offset = item_;
-      item_ += width;
-      fields_.push_back(field);
+      const std::string_view code = quoted(at);
+      if (code.starts_with("|V")) {  // padding
+        const auto [end, error] = std::from_chars(code.data() + 2, code.data() + code.size(), width);
+        if (error != std::errc() || end != code.data() + code.size() || width > (std::size_t{1} << 30)) return false;
+        item_ += width;
+        continue;
+      }
+      if (!read_code(code, field, width)) return false;
+      // An array as field: ('xy', '<f8', (2,)).
+      std::size_t parts = 1;
+      if (text.substr(std::min(text.size(), text.find_first_not_of(' ', at))).starts_with(',')) {
+        const std::size_t open = text.find('(', at), close = text.find(')', at);
+        if (open == std::string_view::npos || close == std::string_view::npos || close < open) return false;
+        const std::string_view sizes = text.substr(open + 1, close - open - 1);
+        const auto [end, error] = std::from_chars(sizes.data(), sizes.data() + sizes.size(), parts);
+        const std::string_view rest = sizes.substr(static_cast<std::size_t>(end - sizes.data()));
+        if (error != std::errc() || rest.find_first_not_of(", ") != std::string_view::npos || parts < 1 || parts > 4096)
+          return false;
+        at = text.find(')', close + 1) == std::string_view::npos ? text.size() : close + 1;
+      }
+      const std::string name = field.name;
+      for (std::size_t k = 0; k < parts; ++k) {
+        field.name = parts == 1 ? name : part_name(name, k + 1);
+        field.offset = item_;
+        item_ += width;
+        fields_.push_back(field);
+      }
     }
     return !fields_.empty();
+  }
+
+  // "xy_mm" of several parts: "xy(1)_mm", ...
+  static std::string part_name(const std::string& name, std::size_t part) {
+    const NameWithUnit split = split_unit(name);
+    return split.unit == nullptr ? fmt::format("{}({})", name, part)
+                                 : fmt::format("{}({})_{}", split.name, part, split.unit->suffix);
   }
 
   void read_shape(std::string_view text) {
@@ -138,7 +186,6 @@ class NpyReader {
       i = static_cast<std::size_t>(end - text.data());
       shape_.push_back(value);
     }
-    if (shape_.size() > 3) fail(fmt::format("{} dimensions: at most 3 can be read", shape_.size()));
   }
 
   void add(const Field& field, std::size_t count, bool columns_first, std::vector<NamedArray>& arrays) const {
@@ -151,7 +198,7 @@ class NpyReader {
       return numbers_of(packed, field.type, field.big);
     };
     NamedArray array;
-    array.name = field.name;
+    name_array(array, field);
     Eigen::VectorXd real = part(field.offset), imaginary;
     if (field.complex) imaginary = part(field.offset + width);
     set_values(array, real, imaginary, shape_, columns_first);
@@ -190,7 +237,7 @@ std::string inflate_member(std::string_view packed, std::size_t size, std::strin
 }
 
 // Members of a ZIP archive by its central directory.
-SignalFile parse_npz(std::string_view bytes, std::string_view file_name) {
+SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const ResponseOptions* wanted) {
   const auto fail = [&](const std::string& message) { return Error::in_file(file_name, 0, message); };
   SignalFile file;
   file.source = file_name;
@@ -230,19 +277,19 @@ SignalFile parse_npz(std::string_view bytes, std::string_view file_name) {
     const std::string unpacked = method == 8 ? inflate_member(data, size, file_name, member) : std::string(data);
     NpyReader(unpacked, file_name, without_npy(member)).read(file, arrays);
   }
-  add_arrays(file, arrays);
+  add_arrays(file, std::move(arrays), wanted);
   return file;
 }
 
-SignalFile read_numpy(const std::filesystem::path& path, const CsvOptions&) {
+SignalFile read_numpy(const std::filesystem::path& path, const ResponseOptions* wanted) {
   const std::string bytes = read_text(path), name = path.string();
-  if (!bytes.starts_with(kMagic)) return parse_npz(bytes, name);
+  if (!bytes.starts_with(kMagic)) return parse_npz(bytes, name, wanted);
   SignalFile file;
   file.source = name;
   file.format = "NPY";
   std::vector<NamedArray> arrays;
   NpyReader(bytes, name, path.stem().string()).read(file, arrays);
-  add_arrays(file, arrays);
+  add_arrays(file, std::move(arrays), wanted);
   return file;
 }
 
@@ -313,9 +360,11 @@ Format numpy_format() {
              return head.size() >= 30 + length && head.substr(30, length).ends_with(".npy");
            }};
   f.magic = true;
-  f.read = read_numpy;
+  f.read = [](const std::filesystem::path& path, const CsvOptions&) { return read_numpy(path, nullptr); };
   f.write = write_npz;
-  f.read_responses = responses_of_file<numpy_format>;
+  f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
+    return responses_of(read_numpy(path, &options), options);
+  };
   return f;
 }
 

@@ -50,7 +50,36 @@ std::pair<std::string, std::string> points_of(const std::string& name) {
 
 }  // namespace
 
-std::optional<FrequencyResponse> responses_of(const SignalFile& file, std::optional<FrfKind> kind) {
+namespace {
+
+// Arrays that look like frequency responses, in a file with neither these nor a record: what they lack.
+void refuse_halves(const SignalFile& file) {
+  std::string real, without_axis;
+  for (const SignalTable& table : file.tables) {
+    if (table.abscissa == Quantity::time) return;
+    for (const Signal& signal : table.signals) {
+      std::string& names = table.abscissa == Quantity::frequency && signal.imaginary.size() == 0 ? real : without_axis;
+      if (&names == &without_axis && signal.imaginary.size() == 0) continue;
+      if (names.size() < 80) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", signal.name);
+    }
+  }
+  if (!without_axis.empty()) {
+    throw Error::in_file(file.source, 0,
+                         fmt::format("{}: complex, but no frequencies of as many lines: a vector called freq (or f, or "
+                                     "w in rad/s) is needed",
+                                     without_axis));
+  }
+  if (!real.empty()) {
+    throw Error::in_file(file.source, 0,
+                         fmt::format("{}: real over a frequency: frequency responses are complex, or stand in two "
+                                     "arrays of one size called H_re and H_im (or H_mag and H_phase_deg)",
+                                     real));
+  }
+}
+
+}  // namespace
+
+std::optional<FrequencyResponse> responses_of(const SignalFile& file, const ResponseOptions& options) {
   FrequencyResponse frf;
   bool stated = false;
   for (const SignalTable& table : file.tables) {
@@ -61,7 +90,7 @@ std::optional<FrequencyResponse> responses_of(const SignalFile& file, std::optio
       };
       if (!(table.step > 0)) throw fail("has frequencies that are not uniform");
       std::optional<Meaning> meaning = meaning_of(signal.unit);
-      if (!meaning && kind) meaning = Meaning{*kind, 1};
+      if (!meaning && options.kind) meaning = Meaning{*options.kind, 1};
       if (!meaning) throw fail("does not say what was measured: state --kind");
       const Eigen::Index n = signal.value.size();
       if (frf.channels.empty()) {
@@ -80,7 +109,10 @@ std::optional<FrequencyResponse> responses_of(const SignalFile& file, std::optio
       frf.channels.push_back({std::move(response), std::move(reference), std::move(value), {}, {}});
     }
   }
-  if (frf.channels.empty()) return {};
+  if (frf.channels.empty()) {
+    refuse_halves(file);
+    return {};
+  }
   frf.averages = 0;
   for (const std::string& finding : file.findings) frf.summary.warn(finding);
   frf.provenance.inputs = {file.source};

@@ -9,6 +9,7 @@
 
 #include "formats/arrays/bytes.hpp"
 #include "formats/format.hpp"
+#include "formats/waveforms/tdms_scale.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -64,8 +65,8 @@ struct Channel {
   std::uint64_t bytes = 0;  ///< of a chunk
   std::string unit = {};
   double step = 0, start = 0;
-  double slope = 1, offset = 0;  ///< linear scaling
-  bool scaled = false;
+  std::string x_unit = {}, x_name = {};  ///< of the waveform's abscissa; empty: time in s
+  TdmsProperties scales = {};
   std::string data = {};  ///< raw values, all of one byte order
   bool big = false;
 };
@@ -80,6 +81,7 @@ class Reader {
   SignalFile read() {
     while (at_ < bytes_.size() && read_segment()) {
     }
+    find_times();
     for (const std::string& path : order_) add(path);
     return std::move(file_);
   }
@@ -186,9 +188,34 @@ class Reader {
     if (name == "wf_increment" && number > 0) channel.step = number;
     if (name == "wf_start_offset" && std::isfinite(number)) channel.start = number;
     if (name == "unit_string") channel.unit = text;
-    if (name == "NI_Scale[0]_Linear_Slope" && std::isfinite(number)) channel.slope = number, channel.scaled = true;
-    if (name == "NI_Scale[0]_Linear_Y_Intercept" && std::isfinite(number)) channel.offset = number;
-    if (name == "NI_Number_Of_Scales" && number > 1) several_scales_ = true;
+    if (name == "wf_xunit_string") channel.x_unit = text;
+    if (name == "wf_xname") channel.x_name = text;
+    if (name.starts_with("NI_") && std::isfinite(number)) channel.scales.numbers[name] = number;
+    if (name.starts_with("NI_") && !text.empty()) channel.scales.texts[name] = text;
+  }
+
+  // The last chunk of a writer that was killed: as many samples as all channels have, where they are equally long.
+  bool take_part(std::string_view raw) {
+    std::uint64_t offset = 0, rows = 0;
+    const std::uint64_t count = active_.empty() ? 0 : channels_[active_.front()].count;
+    for (const std::string& path : active_) {
+      const Channel& channel = channels_[path];
+      if (channel.count != count || count == 0 || channel.type == kString ||
+          (!channel.data.empty() && channel.big != big_))
+        return false;
+      rows = offset < raw.size() ? (raw.size() - offset) / (channel.bytes / count) : 0;
+      offset += channel.bytes;
+    }
+    offset = 0;
+    for (const std::string& path : active_) {
+      Channel& channel = channels_[path];
+      channel.big = big_;
+      if (rows > 0) channel.data += raw.substr(offset, rows * (channel.bytes / count));
+      offset += channel.bytes;
+    }
+    file_.findings.push_back(
+        fmt::format("its last chunk of {} samples is cut off: {} stand in all channels and are kept", count, rows));
+    return true;
   }
 
   void read_raw(std::string_view raw, bool interleaved) {
@@ -201,6 +228,7 @@ class Reader {
     }
     if (chunk == 0) return;
     while (!raw.empty()) {
+      if (raw.size() < chunk && !interleaved && take_part(raw)) return;
       std::uint64_t offset = 0;
       for (const std::string& path : active_) {
         Channel& channel = channels_[path];
@@ -238,6 +266,53 @@ class Reader {
     return {parts[0], parts[1]};
   }
 
+  // The object's own scales, or those of its group or of the file.
+  const TdmsProperties& scales_of(const std::string& path) const {
+    const std::string group = path.substr(0, path.find("'/'") + 1);
+    for (const std::string& owner : {path, group, std::string("/")}) {
+      const auto found = channels_.find(owner);
+      if (found != channels_.end() && !found->second.scales.numbers.empty()) return found->second.scales;
+    }
+    static const TdmsProperties none;
+    return none;
+  }
+
+  static Eigen::Index channel_rows(const Channel& channel) {
+    const std::optional<ValueType> value = value_type(channel.type);
+    if (!value) return 0;
+    return static_cast<Eigen::Index>(channel.data.size() / (width_of(value->type) * (value->complex ? 2 : 1)));
+  }
+
+  // Over time, unless the waveform states another unit of its abscissa.
+  void set_waveform(const Channel& channel, const std::string& name, SignalTable& table) {
+    const UnitSuffix* unit = unit_from_label(channel.x_unit);
+    const bool named = channel.x_name.find("requency") != std::string::npos;
+    Quantity over = unit != nullptr ? unit->quantity : named ? Quantity::frequency : Quantity::time;
+    if ((!channel.x_unit.empty() && unit == nullptr) || (over != Quantity::time && over != Quantity::frequency)) {
+      file_.findings.push_back(
+          fmt::format("channel '{}': abscissa in '{}', neither time nor frequency: left out", name, channel.x_unit));
+      return;
+    }
+    table.abscissa = over;
+    table.step = unit != nullptr ? unit->to_si(channel.step) : channel.step;
+    table.start = unit != nullptr ? unit->to_si(channel.start) : channel.start;
+  }
+
+  // Channels without a step have their times in a channel of their group, called time or in units of time.
+  void find_times() {
+    for (const std::string& path : order_) {
+      const Channel& channel = channels_[path];
+      const auto [group, name] = names_of(path);
+      const std::optional<ValueType> value = value_type(channel.type);
+      if (name.empty() || !value || value->complex || channel.data.empty() || channel.step > 0 ||
+          times_.contains(group))
+        continue;
+      const Signal s = make_signal(name, channel.unit, numbers_of(channel.data, value->type, channel.big));
+      if (s.quantity != Quantity::time) continue;
+      times_[group] = {name, s.value.size(), s.value};
+    }
+  }
+
   void add(const std::string& path) {
     const Channel& channel = channels_[path];
     const auto [group, name] = names_of(path);
@@ -250,14 +325,19 @@ class Reader {
     SignalTable table;
     table.name = group;
     if (channel.step > 0) {
-      table.abscissa = Quantity::time;
-      table.step = channel.step;
-      table.start = channel.start;
+      set_waveform(channel, name, table);
+    } else if (const auto times = times_.find(group);
+               times != times_.end() && times->second.rows == channel_rows(channel)) {
+      if (times->second.name == name) return;
+      set_abscissa(table, Quantity::time, times->second.values);
     }
     Eigen::VectorXd all = numbers_of(channel.data, value->type, channel.big);
-    if (channel.scaled) {
-      all = (channel.slope * all.array() + channel.offset).eval();
-      if (several_scales_) file_.findings.push_back(fmt::format("channel '{}': only its first scale is applied", name));
+    std::string scale, unit = channel.unit;
+    if (!scale_tdms(scales_of(path), all, scale)) {
+      file_.findings.push_back(fmt::format(
+          "channel '{}' has a scale of the kind '{}', which cannot be applied: raw values, without its unit {}", name,
+          scale, unit));
+      unit.clear();
     }
     const Eigen::Index n = all.size() / (value->complex ? 2 : 1);
     Eigen::VectorXd real(n), imaginary(value->complex ? n : 0);
@@ -265,7 +345,7 @@ class Reader {
       real[i] = all[value->complex ? 2 * i : i];
       if (value->complex) imaginary[i] = all[2 * i + 1];
     }
-    Signal signal = make_signal(name, channel.unit, std::move(real));
+    Signal signal = make_signal(name, unit, std::move(real));
     signal.imaginary = std::move(imaginary);
     add_signal(file_, table, std::move(signal));
   }
@@ -273,8 +353,14 @@ class Reader {
   std::string_view bytes_;
   SignalFile file_;
   std::size_t at_ = 0;
-  bool big_ = false, several_scales_ = false;
+  bool big_ = false;
   std::map<std::string, Channel> channels_;
+  struct Times {
+    std::string name;
+    Eigen::Index rows = 0;
+    Eigen::VectorXd values;
+  };
+  std::map<std::string, Times> times_;  ///< of the groups
   std::vector<std::string> order_, active_;
 };
 

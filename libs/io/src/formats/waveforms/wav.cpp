@@ -8,7 +8,8 @@
 #include <cstring>
 #include <memory>
 
-#include "format.hpp"
+#include "formats/arrays/bytes.hpp"
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
@@ -55,14 +56,42 @@ SF_VIRTUAL_IO virtual_io() {
 
 using Handle = std::unique_ptr<SNDFILE, int (*)(SNDFILE*)>;
 
+// Where the size of an empty `data` chunk stands that something follows which is no chunk: the samples of a writer that
+// did not come to its end. 0: no such place.
+std::size_t unfinished_data(std::string_view bytes, bool big) {
+  for (std::size_t at = 12; at + 8 <= bytes.size();) {
+    const std::size_t size = number_at<std::uint32_t>(bytes, at + 4, big);
+    if (bytes.substr(at, 4) == "data") {
+      const std::string_view rest = bytes.substr(at + 8);
+      if (size != 0 || rest.size() < 8) return 0;
+      const bool chunk = std::all_of(rest.begin(), rest.begin() + 4, [](char c) { return c >= ' ' && c <= 'z'; }) &&
+                         number_at<std::uint32_t>(rest, 4, big) <= rest.size() - 8;
+      return chunk ? 0 : at + 4;
+    }
+    if (size > bytes.size() - at - 8) return 0;
+    at += 8 + size + size % 2;
+  }
+  return 0;
+}
+
 }  // namespace
 
 SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   const auto fail = [&](const std::string& message) { return Error::in_file(name, 0, message); };
   if (bytes.size() < 44) throw fail(fmt::format("byte {}: file ends inside the WAV header", bytes.size()));
   const std::string_view riff = bytes.substr(0, 4);
-  if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64") || bytes.substr(8, 4) != "WAVE")
+  if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64" && riff != "BW64") || bytes.substr(8, 4) != "WAVE")
     throw fail("byte 0: not a WAV file");
+  const std::size_t unfinished = unfinished_data(bytes, riff == "RIFX");
+  std::string mended;
+  if (riff == "BW64" || unfinished > 0) {
+    mended = bytes;
+    if (riff == "BW64") mended.replace(0, 4, "RF64");  // the same layout by another name (ITU-R BS.2088)
+    const auto size = static_cast<std::uint32_t>(std::min<std::size_t>(bytes.size() - unfinished - 4, 0xFFFFFFFE));
+    for (std::size_t i = 0; i < 4 && unfinished > 0; ++i)
+      mended[unfinished + (riff == "RIFX" ? 3 - i : i)] = static_cast<char>(size >> (8 * i) & 0xFF);
+    bytes = mended;
+  }
   Memory memory{bytes, {}, 0};
   SF_VIRTUAL_IO io = virtual_io();
   SF_INFO info{};
@@ -85,6 +114,9 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   SignalFile result;
   result.source = name;
   result.format = "WAV";
+  if (unfinished > 0)
+    result.findings.push_back(
+        fmt::format("its header states no samples, as of a writer that did not come to its end: {} were read", rows));
   if (rows < info.frames)
     result.findings.push_back(fmt::format("header declares {} samples, {} are present", info.frames, rows));
   std::vector<std::string> names;
@@ -152,7 +184,8 @@ void write_wav(const std::filesystem::path& path, const Recording& recording) {
 Format wav_format() {
   Format f{FileFormat::wav, "WAV", {".wav"}, [](std::string_view head) {
              return head.size() >= 12 && head.substr(8, 4) == "WAVE" &&
-                    (head.starts_with("RIFF") || head.starts_with("RIFX") || head.starts_with("RF64"));
+                    (head.starts_with("RIFF") || head.starts_with("RIFX") || head.starts_with("RF64") ||
+                     head.starts_with("BW64"));
            }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {

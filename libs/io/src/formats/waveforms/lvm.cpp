@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "format.hpp"
-#include "uff_text.hpp"
+#include "formats/format.hpp"
+#include "formats/uff_text.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"
