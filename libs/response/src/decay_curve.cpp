@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "usable.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/least_squares.hpp"
 #include "whirl/response/decay.hpp"
@@ -28,6 +29,7 @@ struct Window {
 struct WindowFit {
   const VectorXd& x;
   double dt;
+  const Eigen::ArrayX<bool>& usable;
 
   void linearise(const Window& w, SquareSum& sum) const {
     const Index n = x.size(), m = w.p.size();
@@ -53,6 +55,9 @@ struct WindowFit {
       jacobian(i, 2) = by_fall * t;
       jacobian(i, 3) = by_fall * 0.5 * t * t;
       residual[i] = x[i] - value;
+      if (usable[i]) continue;
+      residual[i] = 0;
+      jacobian.row(i).setZero();
     }
     sum.cost = residual.squaredNorm();
     sum.normal = jacobian.transpose() * jacobian;
@@ -111,14 +116,16 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
   if (!(dt > 0)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "> 0");
   require_range("periods", o.periods, 3, 1000);
   const double length = static_cast<double>(x.size()) * dt;
-  double omega = dominant(x, dt);
+  const Eigen::ArrayX<bool> usable = usable_or_all(o.usable, x.size(), "decay");
+  const VectorXd whole = bridged(x, usable);
+  double omega = dominant(whole, dt);
   DecayCurve curve;
-  curve.from = o.from >= 0 ? o.from : fall_begins(x, dt, omega);
+  curve.from = o.from >= 0 ? o.from : fall_begins(whole, dt, omega);
   curve.to = o.to >= 0 ? std::min(o.to, length) : length;
   const auto first = static_cast<Index>(curve.from / dt), end = static_cast<Index>(curve.to / dt);
   if (first >= end - 64) throw Error(fmt::format("decay: nothing falls between {:g} and {:g} s", curve.from, curve.to));
-  omega =
-      dominant(x.segment(first, std::min<Index>(end - first, std::lround(40 * 2 * std::numbers::pi / omega / dt))), dt);
+  omega = dominant(
+      whole.segment(first, std::min<Index>(end - first, std::lround(40 * 2 * std::numbers::pi / omega / dt))), dt);
   Window window;
   window.p[0] = omega;
   double squares = 0, freedom = 0;
@@ -126,11 +133,17 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
   while (true) {
     const auto n = std::lround(o.periods * 2 * std::numbers::pi / window.p[0] / dt);
     if (n < 4 * window.p.size() || at + n > end) break;
-    const VectorXd part = x.segment(at, n);
+    const VectorXd part = whole.segment(at, n);
+    const Eigen::ArrayX<bool> counts = usable.segment(at, n);
+    const auto used = static_cast<double>(counts.count());
+    if (2 * counts.count() < n || counts.count() < 3 * window.p.size()) {
+      at += n;
+      continue;
+    }
     Window start;
     start.p.head(4) << window.p[0], 0, window.p[2], 0;
     start.p[4] = part.mean();
-    WindowFit problem{part, dt};
+    WindowFit problem{part, dt, counts};
     SquareSum sum;
     // The linear unknowns first: one Gauss-Newton step from zero amplitude moves only them.
     problem.linearise(start, sum);
@@ -138,17 +151,17 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
     start.p.tail(linear) += sum.normal.bottomRightCorner(linear, linear).ldlt().solve(sum.gradient.tail(linear));
     problem.linearise(start, sum);
     const DescentReport report = descend(problem, start, sum, 40);
-    const double variance = sum.cost / static_cast<double>(n - start.p.size());
+    const double variance = sum.cost / (used - static_cast<double>(start.p.size()));
     const InverseInformation inverse = invert_information(sum.normal);
     const double a = start.amplitude();
     const bool good = report.end != Descent::singular && inverse.covariance.size() > 0 && start.p[0] > 0.5 * omega &&
-                      start.p[0] < 2 * omega && a > kLost * std::sqrt(variance * 2 / static_cast<double>(n));
+                      start.p[0] < 2 * omega && a > kLost * std::sqrt(variance * 2 / used);
     if (!good) break;
     curve.points.push_back({(static_cast<double>(at) + 0.5 * static_cast<double>(n - 1)) * dt, a, start.p[0],
                             std::sqrt(variance * inverse.covariance(0, 0)), start.p[2],
                             std::sqrt(variance * inverse.covariance(2, 2))});
     squares += sum.cost;
-    freedom += static_cast<double>(n - start.p.size());
+    freedom += used - static_cast<double>(start.p.size());
     window = start;
     at += n;
   }

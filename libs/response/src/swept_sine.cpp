@@ -4,6 +4,7 @@
 #include <complex>
 #include <numbers>
 
+#include "usable.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/response/decay.hpp"
 #include "whirl/signal/envelope.hpp"
@@ -35,9 +36,16 @@ struct Tone {
   double rest = 0;
 };
 
-Tone tone(const Eigen::Ref<const VectorXd>& x, const VectorXd& t, const VectorXd& phase) {
+Tone tone(const Eigen::Ref<const VectorXd>& all, const VectorXd& t, const VectorXd& phase,
+          const Eigen::ArrayX<bool>& usable) {
+  VectorXd x = all;
   MatrixXd basis(x.size(), 7 + 2 * (kHarmonics - 1));
   for (Index i = 0; i < x.size(); ++i) {
+    if (!usable[i]) {  // a row of zeros weighs nothing
+      basis.row(i).setZero();
+      x[i] = 0;
+      continue;
+    }
     const double c = std::cos(phase[i]), s = std::sin(phase[i]);
     const double square = 0.5 * t[i] * t[i];
     basis.row(i).head(7) << c, s, t[i] * c, t[i] * s, square * c, square * s, 1;
@@ -47,8 +55,10 @@ Tone tone(const Eigen::Ref<const VectorXd>& x, const VectorXd& t, const VectorXd
     }
   }
   const VectorXd b = basis.colPivHouseholderQr().solve(x);
-  return {
-      {b[0], -b[1]}, {b[2], -b[3]}, {b[4], -b[5]}, (x - basis * b).norm() / std::sqrt(static_cast<double>(x.size()))};
+  return {{b[0], -b[1]},
+          {b[2], -b[3]},
+          {b[4], -b[5]},
+          (x - basis * b).norm() / std::sqrt(static_cast<double>(usable.count()))};
 }
 
 }  // namespace
@@ -62,7 +72,9 @@ std::vector<SteadyPoint> swept_sine_points(const Eigen::Ref<const VectorXd>& for
     throw Error("swept sine: the record has gaps (samples that are not finite)");
   if (!(dt > 0)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "> 0");
   require_range("periods", o.periods, 3, 1000);
-  const VectorXd phase = phase_of(force);
+  const Eigen::ArrayX<bool> force_counts = usable_or_all(o.force_usable, x.size(), "swept sine"),
+                            counts = usable_or_all(o.usable, x.size(), "swept sine");
+  const VectorXd phase = phase_of(bridged(force, force_counts));
   std::vector<SteadyPoint> points;
   std::vector<double> levels;
   int jumps = 0, weak = 0;
@@ -83,7 +95,13 @@ std::vector<SteadyPoint> swept_sine_points(const Eigen::Ref<const VectorXd>& for
     quadratic << VectorXd::Ones(n), t, 0.5 * t.cwiseAbs2();
     const Eigen::Vector3d p = quadratic.colPivHouseholderQr().solve(phase.segment(at, n));
     const VectorXd smooth = quadratic * p;
-    const Tone f = tone(force.segment(at, n), t, smooth), a = tone(x.segment(at, n), t, smooth);
+    if (2 * force_counts.segment(at, n).count() < n || 2 * counts.segment(at, n).count() < n) {
+      at += n;
+      ++weak;
+      continue;
+    }
+    const Tone f = tone(force.segment(at, n), t, smooth, force_counts.segment(at, n)),
+               a = tone(x.segment(at, n), t, smooth, counts.segment(at, n));
     at += n;
     if (f.rest > kForceRest * std::abs(f.value) || !(std::abs(f.value) > 0)) {
       ++weak;
@@ -102,7 +120,7 @@ std::vector<SteadyPoint> swept_sine_points(const Eigen::Ref<const VectorXd>& for
   if (points.size() < 8)
     throw Error(
         fmt::format("swept sine: {} windows of {:g} periods hold a steady tone, eight are needed ({} left out: no "
-                    "sine in the force; {}: jump or noise in the answer)",
+                    "sine in the force, or damaged; {}: jump or noise in the answer)",
                     points.size(), o.periods, weak, jumps));
   std::nth_element(levels.begin(), levels.begin() + static_cast<long>(levels.size() / 2), levels.end());
   for (SteadyPoint& point : points) point.level = levels[levels.size() / 2];

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -142,6 +143,35 @@ TEST(ResponseE2e, BadRequestsAreRefused) {
   EXPECT_EQ(folder.whirl("response model.json --from-rpm 300 --to-rpm 900 --input q --amplitude 1").exit_code, 2);
   EXPECT_EQ(folder.whirl("simulate model.json").exit_code, 2);
   EXPECT_EQ(folder.whirl("simulate model.json --from-rpm 1 --to-rpm 2 --seconds -3").exit_code, 2);
+}
+
+// A decay cut off at 0.7 of its first amplitude, one that stands still for a while, one with spikes, and a sound one.
+TEST(ResponseE2e, DamageOfADecayIsNamedAndLeftOut) {
+  const Folder folder;
+  for (const std::string kind : {"sound", "clipped", "frozen", "spikes"}) {
+    std::ostringstream table;
+    table << "t_s,x_mm\n";
+    double held = 0;
+    unsigned noise = 12345;
+    for (int i = 0; i < 6000; ++i) {
+      const double t = 0.001 * i;
+      noise = noise * 1664525u + 1013904223u;
+      double x = std::exp(-0.6 * t) * std::cos(2 * std::numbers::pi * 21 * t) + 1e-10 * static_cast<double>(noise >> 8);
+      if (kind == "clipped") x = std::clamp(x, -0.7, 0.7);
+      if (i == 700) held = x;
+      if (kind == "frozen" && i >= 700 && i < 900) x = held;
+      if (kind == "spikes" && i % 311 == 100 && i < 2000) x += i % 2 == 0 ? 2.5 : -2;
+      table << t << "," << x << "\n";
+    }
+    folder.write("ring.csv", table.str());
+    const Outcome outcome = folder.whirl("decay ring.csv --json");
+    ASSERT_EQ(outcome.exit_code, 0) << kind << outcome.err;
+    EXPECT_EQ(outcome.err.find("channel x: " + kind) != std::string::npos, kind != "sound") << outcome.err;
+    EXPECT_EQ(outcome.err.find("channel x") != std::string::npos, kind != "sound") << outcome.err;
+    const io::Json json = io::parse_json(outcome.out, "stdout");
+    const io::JsonReader document(json, "stdout");
+    EXPECT_NEAR(document.at("c").at("value").number(), 1.2, 0.01) << kind;
+  }
 }
 
 // Records of a sine swept through the resonance of x'' + 4 x' + 1e4 x = 0.1 F, by semi-implicit Euler in small steps.

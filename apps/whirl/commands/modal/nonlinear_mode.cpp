@@ -8,6 +8,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
+#include "whirl/records/check.hpp"
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
@@ -51,12 +52,50 @@ void finish(const Options& o, Session& session, const response::NonlinearMode& m
   session.finish(mode.summary);
 }
 
+/// What a record shows of damage in a channel: the samples that count, and what is wrong with the rest.
+struct Damage {
+  Eigen::ArrayX<bool> usable;  ///< empty: all
+  std::vector<records::Finding> findings;
+
+  /// Of what concerns the samples between two times from the record's begin, s. The onset of a decay is no spike in it.
+  std::vector<std::string> warnings(const Recording& record, double from, double to) const {
+    std::vector<std::string> out;
+    for (const records::Finding& f : findings)
+      if (f.end >= record.t0 + from && f.begin <= record.t0 + to)
+        out.push_back(fmt::format("{}: {}", record.source, f.text()));
+    return out;
+  }
+};
+
+Damage damage_of(const Recording& record, const Channel& channel) {
+  Recording alone;
+  alone.dt = record.dt;
+  alone.t0 = record.t0;
+  alone.source = record.source;
+  // Without a unit: the check of a force would look for gaps only.
+  alone.add(channel.name, Quantity::dimensionless, channel.samples);
+  const records::RecordReport report = records::check(alone);
+  Damage damage;
+  for (const records::Finding& f : report.findings) {
+    using enum records::FindingKind;
+    const bool left_out = f.kind == clipping || f.kind == frozen || f.kind == dropout || f.kind == spikes;
+    if (left_out || f.kind == splice) damage.findings.push_back(f);
+  }
+  if (const records::ChannelMask* mask = report.mask(channel.name); mask != nullptr && !damage.findings.empty())
+    damage.usable = mask->usable;
+  return damage;
+}
+
 void run_decay(const Options& o, Session& session) {
   const Recording record = o.record.read(o.input);
   const Channel* channel = o.channel.empty() ? &record.channels.front() : record.find(o.channel);
   if (channel == nullptr) throw Error::in_field("--channel", o.channel, "a channel of the record");
-  const response::DecayCurve curve = response::decay_curve(channel->samples, record.dt, o.decay);
-  const response::NonlinearMode mode = response::fit_decay(curve);
+  Damage damage = damage_of(record, *channel);
+  response::DecayOptions options = o.decay;
+  options.usable = std::move(damage.usable);
+  const response::DecayCurve curve = response::decay_curve(channel->samples, record.dt, options);
+  response::NonlinearMode mode = response::fit_decay(curve);
+  for (std::string& warning : damage.warnings(record, curve.from, curve.to)) mode.summary.warn(std::move(warning));
   session.say(fmt::format("decay              {} from {:.4g} to {:.4g} s, {} windows, {:.3g} left over (rms)",
                           channel->name, curve.from, curve.to, curve.points.size(), curve.noise));
   const bool length = channel->quantity == Quantity::displacement;
@@ -66,7 +105,7 @@ void run_decay(const Options& o, Session& session) {
 
 /// Points of a table of steady-state responses, or windows of a record with a swept sine.
 void add_points(const Options& o, const std::string& file, std::vector<response::SteadyPoint>& points,
-                Session& session) {
+                std::vector<std::string>& warnings, Session& session) {
   if (io::file_kind(file) == "table") {
     const io::Table table = io::read_table(file);
     for (Eigen::Index k = 0; k < table.rows(); ++k)
@@ -84,8 +123,16 @@ void add_points(const Options& o, const std::string& file, std::vector<response:
   for (const Channel& c : record.channels)
     if (answer == nullptr && &c != &force) answer = &c;
   if (answer == nullptr) throw Error(file + ": a channel with the answer is needed beside the force");
+  response::SweptSineOptions options = o.sweep;
+  Damage of_force = damage_of(record, force), of_answer = damage_of(record, *answer);
+  options.force_usable = std::move(of_force.usable);
+  options.usable = std::move(of_answer.usable);
+  for (const Damage* damage : {&of_force, &of_answer}) {
+    const auto told = damage->warnings(record, 0, record.dt * static_cast<double>(record.size()));
+    warnings.insert(warnings.end(), told.begin(), told.end());
+  }
   const std::vector<response::SteadyPoint> swept =
-      response::swept_sine_points(force.samples, answer->samples, record.dt, o.sweep);
+      response::swept_sine_points(force.samples, answer->samples, record.dt, options);
   const auto [low, high] =
       std::minmax_element(swept.begin(), swept.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
   session.say(fmt::format("swept sine         {}: {} windows of {} over {}, {:.4g} to {:.4g} Hz, force {:.4g} (peak)",
@@ -96,9 +143,11 @@ void add_points(const Options& o, const std::string& file, std::vector<response:
 
 void run_sine(const Options& o, Session& session) {
   std::vector<response::SteadyPoint> points;
-  for (const std::string& file : o.inputs) add_points(o, file, points, session);
+  std::vector<std::string> warnings;
+  for (const std::string& file : o.inputs) add_points(o, file, points, warnings, session);
   Estimate gain;
-  const response::NonlinearMode mode = response::fit_steady(points, gain);
+  response::NonlinearMode mode = response::fit_steady(points, gain);
+  for (std::string& warning : warnings) mode.summary.warn(std::move(warning));
   session.say(fmt::format("sine test          {} points; gain {:.4g} ± {:.2g} m/s^2 per newton: modal mass {:.4g} kg",
                           points.size(), gain.value, gain.sd, 1 / gain.value));
   finish(o, session, mode, {}, gain, pages::steady_figure(points, mode, gain.value));

@@ -44,6 +44,9 @@ struct DecayOptions {
   double from = -1;    ///< s; < 0: where the amplitude begins to fall
   double to = -1;      ///< s; < 0: where it is lost in the noise
   double periods = 8;  ///< in a window; windows do not overlap
+  /// Samples that count; empty: all. The others (cut off, frozen, spikes) are left out of the windows, and windows with
+  /// fewer than half of theirs are left out whole.
+  Eigen::ArrayX<bool> usable = {};
 };
 
 struct DecayCurve {
@@ -76,7 +79,8 @@ struct SteadyPoint {
 };
 
 struct SweptSineOptions {
-  double periods = 6;  ///< of the sine in a window; windows do not overlap
+  double periods = 6;                                  ///< of the sine in a window; windows do not overlap
+  Eigen::ArrayX<bool> force_usable = {}, usable = {};  ///< samples of force and answer that count; as in a decay
 };
 /// Points of a record with a sine that is swept through the resonance, slowly or fast: windows about which phase and
 /// frequency of the force are a quadratic, the complex amplitude of x too; slope, curvature and chirp correct the
