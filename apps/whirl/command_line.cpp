@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "command_texts.hpp"
+#include "usage.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/io/units.hpp"
@@ -22,6 +23,7 @@ struct Option::State {
   bool expert = false;
   std::string group;
   std::vector<std::string> choices;
+  std::string needed;
 };
 
 Option::Option(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -33,20 +35,20 @@ Option* Option::required() {
 }
 Option* Option::one_of(const std::vector<std::string>& values) {
   state_->choices = values;
-  state_->option->check(CLI::IsMember(values));
+  state_->option->check(member(values));
   return this;
 }
 Option* Option::one_of_numbers(const std::vector<int>& values) {
   for (const int value : values) state_->choices.push_back(fmt::to_string(value));
-  state_->option->check(CLI::IsMember(values));
+  state_->option->check(member(state_->choices));
   return this;
 }
 Option* Option::range(double low, double high) {
-  state_->option->check(CLI::Range(low, high));
+  state_->option->check(between(low, high));
   return this;
 }
 Option* Option::positive() {
-  state_->option->check(CLI::PositiveNumber);
+  state_->option->check(positive_number());
   return this;
 }
 Option* Option::show_default() {
@@ -55,12 +57,12 @@ Option* Option::show_default() {
 }
 Option* Option::group(const std::string& heading) {
   state_->group = heading;
-  if (!state_->expert) state_->option->group(heading);
+  state_->option->group(heading);
   return this;
 }
 Option* Option::expert() {
   state_->expert = true;
-  state_->option->group("");
+  if (state_->group.empty()) state_->option->group("Expert");
   return this;
 }
 Option* Option::delimiter(char character) {
@@ -80,7 +82,11 @@ Option* Option::excludes(const Option* other) {
   return this;
 }
 Option* Option::existing_file() {
-  state_->option->check(CLI::ExistingFile);
+  state_->option->check(file_that_exists());
+  return this;
+}
+Option* Option::needs(const std::string& flag) {
+  state_->needed = flag;
   return this;
 }
 Option* Option::input() {
@@ -138,9 +144,27 @@ struct CommandLine::State {
     return planned;
   }
 
-  void show_experts() {
+  /// A flag without its partner, a file without a name: each would do nothing.
+  void check_given() const {
     for (const auto& o : options) {
-      if (o->state_->expert) o->state_->option->group(o->state_->group.empty() ? "Expert" : o->state_->group);
+      const std::vector<std::string> values = o->state_->option->results();
+      if (o->state_->role && std::find(values.begin(), values.end(), "") != values.end())
+        throw Error::in_field(o->state_->option->get_name(), "''", "the name of a file or folder");
+      if (o->state_->role == FileRole::input && o->state_->option->get_positional()) {
+        for (auto a = values.begin(); a != values.end(); ++a)
+          for (auto b = values.begin(); b != a; ++b)
+            if (io::same_file(*a, *b)) throw Error(fmt::format("{}: given twice{}", *a, *a == *b ? "" : ", as " + *b));
+      }
+      const std::string& flag = o->state_->needed;
+      if (flag.empty() || o->state_->option->count() == 0 || app->get_option(flag)->count() > 0) continue;
+      throw Error(fmt::format("{} is for {}: give both, or none", o->state_->option->get_name(), flag));
+    }
+  }
+
+  /// From --help; an option in no group has no name in messages either, so only when help is printed.
+  void hide_experts() {
+    for (const auto& o : options) {
+      if (o->state_->expert) o->state_->option->group("");
     }
   }
 
@@ -184,7 +208,9 @@ CommandLine* CommandLine::add_subcommand(const std::string& name, const std::str
 
 template <class T>
 Option* CommandLine::add_option(const std::string& name, T& value, const std::string& help) {
-  return state_->keep(state_->app->add_option(name, value, help));
+  CLI::Option* option = state_->app->add_option(name, value, help);
+  check_number<T>(*option);
+  return state_->keep(option);
 }
 template Option* CommandLine::add_option(const std::string&, double&, const std::string&);
 template Option* CommandLine::add_option(const std::string&, std::optional<double>&, const std::string&);
@@ -210,6 +236,7 @@ CommandLine* CommandLine::footer(const std::string& text) {
 CommandLine* CommandLine::callback(std::function<void()> run) {
   state_->app->callback([this, run = std::move(run)] {
     io::check_outputs(state_->inputs(), state_->outputs(), state_->force);
+    state_->check_given();
     run();
   });
   return this;
@@ -217,6 +244,14 @@ CommandLine* CommandLine::callback(std::function<void()> run) {
 CommandLine* CommandLine::require_subcommand() {
   state_->app->require_subcommand(1);
   return this;
+}
+std::vector<std::string> CommandLine::given_flags() const {
+  std::vector<std::string> flags;
+  for (const auto& o : state_->options) {
+    const CLI::Option& option = *o->state_->option;
+    if (!option.get_positional() && option.count() > 0) flags.push_back("--" + option.get_lnames().back());
+  }
+  return flags;
 }
 void CommandLine::check_output(const std::filesystem::path& path, const std::string& kind) const {
   if (std::error_code ec; !std::filesystem::exists(path.parent_path().empty() ? "." : path.parent_path(), ec)) return;
@@ -243,16 +278,6 @@ OptionText text_of(const CLI::Option& option) {
   text.required = option.get_required();
   text.several = option.get_items_expected_max() > 1;
   return text;
-}
-
-int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
-                const CLI::App& app) {
-  const std::string near = io::nearest(word, names);
-  std::string call = app.get_name();
-  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent()) call = up->get_name() + " " + call;
-  fmt::print(stderr, "whirl: error: no {} '{}'{}; see {} --help\n", what, word,
-             near.empty() ? "" : ", did you mean '" + near + "'?", call);
-  return 2;
 }
 
 /// The first argument that looks like a flag and is none.
@@ -325,7 +350,6 @@ int CommandLine::parse(int argc, char** argv) {
   try {
     app.parse(std::move(words));
   } catch (const CLI::CallForAllHelp&) {
-    state_->given(this)->state_->show_experts();
     return app.exit(CLI::CallForHelp());
   } catch (const CLI::RequiredError& e) {
     const CLI::App& at = deepest();
@@ -333,13 +357,15 @@ int CommandLine::parse(int argc, char** argv) {
     if (!subcommands(at).empty() && !extra.empty() && !extra.front().starts_with("-"))
       return say_unknown("subcommand", extra.front(), subcommands(at), at);
     if (const auto flag = unknown_flag(at)) return say_unknown("flag", *flag, flags_of(at), at);
-    return app.exit(e) == 0 ? 0 : 2;
+    return say_misused(e, at);
   } catch (const CLI::ExtrasError& e) {
     const CLI::App& at = deepest();
     if (const auto flag = unknown_flag(at)) return say_unknown("flag", *flag, flags_of(at), at);
-    return app.exit(e) == 0 ? 0 : 2;
+    return say_misused(e, at);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    if (e.get_exit_code() != 0) return say_misused(e, deepest());
+    state_->given(this)->state_->hide_experts();
+    return app.exit(e);
   }
   return 0;
 }

@@ -36,6 +36,8 @@ class Option {
   Option* excludes(const std::string& flag);
   Option* excludes(const Option* other);
   Option* existing_file();
+  /// Given without this other flag it does nothing, and is refused.
+  Option* needs(const std::string& flag);
   /// The value is a file to read.
   Option* input();
   /// The value is a file to write: `kind` as `io::file_kind` names it, a schema such as "whirl.model" or a word such as
@@ -56,7 +58,8 @@ class Option {
   std::unique_ptr<State> state_;
 };
 
-/// A program or subcommand with its flags. The only door to CLI11: its header is compiled in command_line.cpp alone.
+/// A program or subcommand with its flags. The only door to CLI11: its header is compiled in command_line.cpp and
+/// usage.cpp alone.
 class CommandLine {
  public:
   /// The program.
@@ -75,6 +78,9 @@ class CommandLine {
   /// Called when this subcommand was given and its files have been checked.
   CommandLine* callback(std::function<void()> run);
   CommandLine* require_subcommand();
+
+  /// The flags that were given, by their last name.
+  std::vector<std::string> given_flags() const;
 
   /// Refuses `path` as an output like one that was given on the command line; for names that a command makes itself, in
   /// a folder that may not be there yet.

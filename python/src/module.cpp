@@ -1,3 +1,5 @@
+#include <filesystem>
+
 #include "bindings.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/summary.hpp"
@@ -12,6 +14,14 @@ void stop_when_interrupted() {
 PYBIND11_MODULE(_whirl, m) {
   m.doc() = "C++ core of the Python package whirl";
   py::register_exception<Error>(m, "Error", PyExc_ValueError);
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const std::filesystem::filesystem_error& e) {
+      PyErr_SetString(py::module_::import("whirl._whirl").attr("Error").ptr(),
+                      (e.path1().string() + ": cannot be written: " + e.code().message()).c_str());
+    }
+  });
   m.attr("__version__") = std::string(version());
   bind_values(m);
   bind_identification(m);

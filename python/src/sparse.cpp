@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "bindings.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -71,6 +73,15 @@ struct Compiled {
   }
 };
 
+void require_step(double dt) {
+  if (!(dt > 0) || !std::isfinite(dt)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "above 0");
+}
+
+void require_finite(const Eigen::Ref<const Eigen::VectorXd>& x) {
+  for (Eigen::Index i = 0; i < x.size(); ++i)
+    if (!std::isfinite(x[i])) throw Error(fmt::format("x, sample {}: {} is not a finite number", i, x[i]));
+}
+
 regression::SolveOptions solve_options(const py::kwargs& settings) {
   regression::SolveOptions o;
   for (const auto& [key, value] : settings) {
@@ -131,12 +142,20 @@ void bind_sparse(py::module_& m) {
   m.def(
       "smooth",
       [](const Eigen::Ref<const Eigen::VectorXd>& x, double dt) {
+        require_step(dt);
+        require_finite(x);
         const signal::SmoothedSignal s = signal::smoothing_spline_for_noise(x, dt, signal::noise_sd(x));
         return std::pair(s.value, s.first);
       },
       py::arg("x"), py::arg("dt"), "(value, rate) of the smoothing spline that leaves the noise of x.");
-  m.def("finite_difference", &signal::central_difference, py::arg("x"), py::arg("dt"), py::arg("order") = 4,
-        "Central difference; order/2 samples are lost at each end.");
+  m.def(
+      "finite_difference",
+      [](const Eigen::Ref<const Eigen::VectorXd>& x, double dt, int order) {
+        require_step(dt);
+        require_finite(x);
+        return signal::central_difference(x, dt, order);
+      },
+      py::arg("x"), py::arg("dt"), py::arg("order") = 4, "Central difference; order/2 samples are lost at each end.");
   m.def("_canonical", [](const std::string& term) { return expr::Expr::parse(term).str(); });
   m.def("_fit_sindy",
         [](const std::vector<Recording>& records, const std::vector<std::string>& states,

@@ -34,22 +34,51 @@ double uniform_step(const Eigen::VectorXd& t) {
   return dt;
 }
 
+/// One channel of real numbers, or the times of a record; Error for anything else that NumPy can hold.
+Eigen::VectorXd samples_from(const py::handle& values, const std::string& name) {
+  const py::array any = py::array::ensure(values);
+  if (!any) {
+    PyErr_Clear();
+    throw Error(name + ": must be an array of numbers");
+  }
+  if (any.ndim() != 1)
+    throw Error(
+        fmt::format("{} has shape {}: must be one-dimensional", name, py::str(any.attr("shape")).cast<std::string>()));
+  if (any.dtype().kind() == 'c')
+    throw Error(name + " has complex values: give its real and imaginary part as two channels");
+  if (py::hasattr(values, "mask") && py::module_::import("numpy").attr("any")(values.attr("mask")).cast<bool>())
+    throw Error(name + " has masked samples: cut the record there, or fill them");
+  const Array numbers = Array::ensure(any);
+  if (!numbers) {
+    PyErr_Clear();
+    throw Error(fmt::format("{} holds {}: must be numbers", name, py::str(any.dtype()).cast<std::string>()));
+  }
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), numbers.size());
+}
+
 Recording make_recording(const py::dict& channels, const py::object& t, double dt, double t0,
                          const std::map<std::string, std::string>& units, std::string source) {
   Recording r;
   r.source = std::move(source);
   r.t0 = t0;
   r.dt = dt;
+  require_range("t0", t0, -1e15, 1e15, "s");
+  if (channels.empty()) throw Error("channels: a record needs at least one");
+  Eigen::Index stamped = -1;
   if (!t.is_none()) {
-    const Eigen::VectorXd times = t.cast<Eigen::VectorXd>();
+    if (!std::isnan(dt)) throw Error("t and dt: give one of them");
+    const Eigen::VectorXd times = samples_from(t, "t");
     r.dt = uniform_step(times);
     r.t0 = times[0];
+    stamped = times.size();
   }
   for (const auto& [name, samples] : channels) {
     const std::string key = name.cast<std::string>();
     const auto unit = units.find(key);
     r.add(key, unit == units.end() ? Quantity::dimensionless : quantity_of(unit->second),
-          samples.cast<Eigen::VectorXd>());
+          samples_from(samples, "channel '" + key + "'"));
+    if (stamped >= 0 && r[key].size() != stamped)
+      throw Error(fmt::format("channel '{}' has {} samples, t has {}: must be equal", key, r[key].size(), stamped));
   }
   for (const auto& [name, unit] : units) {
     if (!r.has(name)) throw Error::in_field("units", name, "the name of a channel");
@@ -92,6 +121,14 @@ void bind_recording(py::module_& m) {
                              })
       .def("__getitem__", &samples_of, "samples of a channel: a view that cannot be written")
       .def("__contains__", [](const Recording& r, const std::string& name) { return r.has(name); })
+      .def(
+          "__iter__",
+          [](const Recording& r) {
+            py::list names;
+            for (const Channel& c : r.channels) names.append(c.name);
+            return py::iter(names);
+          },
+          "names of the channels")
       .def("__len__", &Recording::size)
       .def("__repr__",
            [](const Recording& r) {

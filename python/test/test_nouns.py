@@ -45,12 +45,29 @@ def test_a_record_from_arrays():
     (dict(channels={"x": np.zeros(9)}, dt=1, units={"x": "mm"}), "SI unit"),
     (dict(channels={"x": np.zeros(9)}, dt=1, units={"y": "m"}), "name of a channel"),
     (dict(channels={"x": np.full(9, np.nan)}, dt=1), "x"),
+    (dict(channels={"x": np.zeros((9, 2))}, dt=1), r"'x' has shape \(9, 2\): must be one-dimensional"),
+    (dict(channels={"x": np.zeros(9, complex)}, dt=1), "'x' has complex values"),
+    (dict(channels={"x": ["a", "b"]}, dt=1), "'x' holds <U1: must be numbers"),
+    (dict(channels={"x": np.ma.masked_array(np.zeros(3), [0, 1, 0])}, dt=1), "masked"),
+    (dict(channels={"x": np.zeros(9)}, t=np.arange(8.0)), "'x' has 9 samples, t has 8"),
+    (dict(channels={"x": np.zeros(9)}, t=np.arange(9.0), dt=1), "give one of them"),
+    (dict(channels={"x": np.zeros(9)}, dt=1, t0=np.nan), "t0 = nan s"),
+    (dict(channels={}, dt=1), "at least one"),
 ])
 def test_bad_records_are_refused_with_the_reason(arguments, message):
     channels = arguments.pop("channels")
     with pytest.raises(whirl.Error, match=message):
         whirl.Recording(channels, **arguments)
     assert issubclass(whirl.Error, ValueError)
+
+
+@pytest.mark.parametrize("samples", [
+    [0, 1, 2, 3], np.arange(4), np.arange(4, dtype=np.float32), np.arange(4, dtype=">f8"), np.arange(8.0)[::2] / 2,
+    np.arange(4.0)[::-1][::-1], np.asfortranarray(np.arange(8.0).reshape(4, 2))[:, 0] / 2, np.array([0, 1, 2, 3], object),
+])
+def test_arrays_of_every_layout_and_type_hold_the_same_numbers(samples):
+    r = whirl.Recording({"x": samples}, dt=1)
+    assert (r["x"] == [0, 1, 2, 3]).all() and list(r) == ["x"]
 
 
 def test_the_program_and_python_find_the_same(tmp_path, record, found):
@@ -98,6 +115,38 @@ def test_ctrl_c_ends_a_long_call(rig, found):
 
     with pytest.raises(KeyboardInterrupt):
         whirl.design(found.model, mass_kg=1.5, evaluations=20, progress=stop)
+
+    def stop_later(fraction):  # inside the optimiser, which hides what a callback throws
+        if fraction > 0.3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        whirl.design(found.model, mass_kg=1.5, evaluations=20, progress=stop_later)
+    with pytest.raises(ZeroDivisionError):
+        whirl.design(found.model, mass_kg=1.5, evaluations=20, progress=lambda fraction: 1 / int(fraction < 0.8))
+
+
+def test_what_is_no_record_or_no_number_is_refused(rig, found, tmp_path):
+    record = rig.record(seed=1)
+    for records in (None, "rundown.csv", 5, [record, "x"]):
+        with pytest.raises(TypeError, match="no whirl.Recording"):
+            whirl.identify(records)
+    with pytest.raises(whirl.Error, match="disp"):
+        whirl.identify(record, states="disp")
+    with pytest.raises(whirl.Error, match="hidden = -1"):
+        whirl.identify(record, states=["x"], hidden=-1)
+    for bad in (0, -1, np.nan, np.inf):
+        with pytest.raises(whirl.Error, match="dt"):
+            whirl.smooth(np.arange(50.0), bad)
+        with pytest.raises(whirl.Error, match="dt"):
+            whirl.finite_difference(np.arange(50.0), bad)
+    with pytest.raises(whirl.Error, match="sample 1"):
+        whirl.finite_difference(np.array([1, np.nan, 3, 4, 5, 6]), 1)
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(whirl.Error, match="file"):
+        whirl.export(found.model, "c", tmp_path / "file")
+    with pytest.raises(whirl.Error, match="band"):
+        whirl.modes(whirl.frf(rig.hammer_test(blows=2)), band_low=np.nan)
 
 
 def test_errors_name_field_and_allowed_values(found, tmp_path):

@@ -144,10 +144,37 @@ def test_results_travel_and_are_quick(attractor):
     (dict(x=np.random.rand(60, 2), t=-1), "positive"),
     (dict(x=[np.random.rand(60, 2), np.random.rand(60, 3)], t=0.1), "states"),
     (dict(x=np.random.rand(60, 2), t=0.1, u=np.zeros(50)), "u has shape"),
+    (dict(x=np.random.rand(60, 2), t=np.inf), "finite"),
+    (dict(x=[np.random.rand(60, 2)] * 2, t=[0.1]), "list of 2"),
+    (dict(x=[np.random.rand(60, 2)] * 2, t=0.1, u=[np.ones(60)]), "list of 2"),
+    (dict(x=[np.random.rand(60, 2)] * 2, t=0.1, u=[np.ones(60), None]), "every trajectory"),
+    (dict(x=np.random.rand(60, 2), t=0.1, x_dot=np.ones((59, 2))), "x_dot has shape"),
+    (dict(x=np.random.rand(60, 2), t=0.1, x_dot=np.ones((60, 1))), "x_dot has shape"),
 ])
 def test_bad_input_is_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         whirl.SINDy(optimizer=whirl.STLSQ()).fit(**arguments)
+
+
+@pytest.mark.parametrize("arguments, message", [
+    (dict(optimizer="stlsq"), "optimizer = 'stlsq': must be STLSQ"),
+    (dict(feature_library="poly"), "feature_library = 'poly': must be"),
+    (dict(differentiation_method="fd"), "differentiation_method = 'fd'"),
+    (dict(feature_names=["a", "a"]), "used once"),
+    (dict(feature_names=["t", "x"]), "none of"),
+    (dict(feature_names=["a b", "x"]), "letters"),
+    (dict(feature_names=["a", 5]), "text"),
+])
+def test_bad_settings_are_refused(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        whirl.SINDy(**arguments).fit(np.random.default_rng(1).normal(size=(60, 2)), t=0.1)
+
+
+def test_bad_starts_of_a_free_run_are_refused(attractor):
+    model = whirl.SINDy().fit(attractor, t=DT)
+    for x0, t in (([np.nan, 1, 1], np.arange(5.0)), ([1, 1], np.arange(5.0)), ([1, 1, 1], [0.0]), ([1, 1, 1], 0)):
+        with pytest.raises(ValueError):
+            model.simulate(x0, t)
 
 
 def test_search_over_settings_and_clones(attractor):

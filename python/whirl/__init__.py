@@ -86,6 +86,21 @@ Run.plot = _plot.run
 SteadyResponse.plot = _plot.steady_response
 
 
+def _recordings(records):
+    if isinstance(records, (str, bytes)) or not hasattr(records, "__iter__"):
+        raise TypeError(f"{records!r} is no whirl.Recording: read a file with whirl.read, or make one of arrays")
+    records = list(records)
+    for record in records:
+        if not isinstance(record, Recording):
+            raise TypeError(f"{record!r} is no whirl.Recording: read a file with whirl.read, or make one of arrays")
+    return records
+
+
+def _names(words):
+    """One name is a list of one, not of its letters."""
+    return [words] if isinstance(words, str) else list(words)
+
+
 def identify(records, method="automatic", *, states=(), inputs=(), order=1, library=(), discrete=False, holdout=0.3,
              bounds=(), least_decay=float("nan"), hold=None, dead_time=None, hidden=0, denominators=(), progress=None):
     """Equations of motion from one record or a list of records; returns an Identification.
@@ -100,7 +115,10 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
     is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
     Readings that the records cannot tell apart stand in `ambiguities`. Raises Error for missing channels.
     """
-    if isinstance(records, Recording):
-        records = [records]
-    return _identify(list(records), method, list(states), list(inputs), order, list(library), discrete, holdout,
-                     list(bounds), least_decay, dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)
+    records = [records] if isinstance(records, Recording) else _recordings(records)
+    if hidden < 0:
+        raise Error(f"hidden = {hidden}: must be between 0 and 4")
+    if progress is not None and not callable(progress):
+        raise TypeError("progress must be a function of (what, fraction)")
+    return _identify(records, method, _names(states), _names(inputs), order, _names(library), discrete, holdout,
+                     _names(bounds), least_decay, dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)

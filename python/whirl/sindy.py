@@ -8,6 +8,10 @@ from .libraries import PolynomialLibrary
 from .optimizers import STLSQ
 
 
+# Time, constants and functions of the terms (libs/expr).
+_TAKEN = {"t", "pi", "abs", "sgn", "exp", "log", "sqrt", "sin", "cos", "tan", "tanh", "min", "max"}
+
+
 class SINDy(BaseEstimator):
     """Sparse identification of x' = f(x, u), or of maps x[k+1] = f(x, u).
 
@@ -50,12 +54,21 @@ class SINDy(BaseEstimator):
         n, m = trajectories[0].shape[1], 0 if inputs[0] is None else inputs[0].shape[1]
         if min(map(len, trajectories)) < 5:
             raise ValueError(f"n_samples = {min(map(len, trajectories))}: a trajectory needs at least 5 samples")
-        for data, drive in zip(trajectories, inputs):
+        for data, drive, rate in zip(trajectories, inputs, rates):
             if data.shape[1] != n:
                 raise ValueError(f"trajectories have {n} and {data.shape[1]} states: must be the same")
+            if (drive is None) != (m == 0):
+                raise ValueError("u: every trajectory needs its inputs, or none")
             if drive is not None and (len(drive) != len(data) or drive.shape[1] != m):
                 raise ValueError(f"u has shape {drive.shape}: must be ({len(data)}, {m})")
+            if (rate is None) != (rates[0] is None):
+                raise ValueError("x_dot: every trajectory needs its rates, or none")
+            if rate is not None and rate.shape != data.shape:
+                raise ValueError(f"x_dot has shape {rate.shape}: must be {data.shape}")
         names = list(self.feature_names) if self.feature_names is not None else []
+        _check_has(self.optimizer, "optimizer", "solve", "STLSQ() or SparseRegression()")
+        _check_has(self.differentiation_method, "differentiation_method", "differentiate", "FiniteDifference() or SmoothingSpline()")
+        _check_has(self.feature_library, "feature_library", "evaluate", "PolynomialLibrary() or another library")
         if names and len(names) not in (n, n + m):
             raise ValueError(f"{len(names)} feature names: must be {n} (states) or {n + m} (states and inputs)")
         names = names or [f"x{i}" for i in range(n)]
@@ -64,6 +77,7 @@ class SINDy(BaseEstimator):
         self.input_names_ = names[n:] or [f"u{i}" for i in range(m)]
         self.feature_names_ = self.state_names_ + self.input_names_
         self.library_ = self.feature_library if self.feature_library is not None else PolynomialLibrary(2)
+        self._check_names()
         classical = (self.optimizer is not None or self.differentiation_method is not None or rates[0] is not None
                      or self.library_.terms(self.feature_names_) is None)
         if classical:
@@ -72,16 +86,27 @@ class SINDy(BaseEstimator):
             self._fit_weak(trajectories, steps, inputs)
         return self
 
+    def _check_names(self):
+        names = self.feature_names_
+        for name in names:
+            if not isinstance(name, str) or names.count(name) > 1:
+                raise ValueError(f"feature name {name!r}: must be text, used once")
+            if (name in _TAKEN or not name.isidentifier()) and self.library_.terms(names) is not None:
+                raise ValueError(f"feature name {name!r}: must be a word of letters, digits and underscores, and none of "
+                                 f"{', '.join(sorted(_TAKEN))}")
+
     def _step(self, t, samples):
         if t is None:
             return float(self.t_default)
         if np.ndim(t) == 0:
-            if not t > 0:
-                raise ValueError(f"t = {t}: the sample time must be positive")
+            if not 0 < t < np.inf:
+                raise ValueError(f"t = {t}: the sample time must be positive and finite")
             return float(t)
         t = np.asarray(t, dtype=float)
         if t.shape != (samples,):
             raise ValueError(f"t has shape {t.shape}: must be ({samples},), one time per sample")
+        if samples < 2:
+            raise ValueError("t: at least two times are needed")
         steps = np.diff(t)
         if not (steps > 0).all() or np.abs(steps - steps.mean()).max() > 0.05 * steps.mean():
             raise ValueError("t: times must rise in equal steps")
@@ -146,7 +171,11 @@ class SINDy(BaseEstimator):
         if callable(u):
             u = np.array([np.atleast_1d(u(time)) for time in times])
         drive = None if u is None else _states(u, "u")
+        if samples < 1:
+            raise ValueError(f"t = {t}: at least one sample is needed")
         start = np.asarray(x0, dtype=float).ravel()
+        if not np.isfinite(start).all():
+            raise ValueError("x0 contains NaN or infinity")
         if start.shape != (self.n_features_in_,):
             raise ValueError(f"x0 has {start.size} values: the model has {self.n_features_in_} states")
         if self._compiled is not None:
@@ -248,7 +277,17 @@ def _states(x, name="x"):
 
 
 def _each(value, several, count):
-    return list(value) if several and value is not None else [value] * count
+    """One value for each trajectory: of a list, or the same for all."""
+    if not several or value is None:
+        return [value] * count
+    if isinstance(value, np.ndarray) and value.ndim < 3 or len(value) != count:
+        raise ValueError(f"a list of {count} trajectories needs a list of {count} of each of t, u and x_dot, not {len(value)}")
+    return list(value)
+
+
+def _check_has(part, name, method, example):
+    if part is not None and not hasattr(part, method):
+        raise ValueError(f"{name} = {part!r}: must be {example}")
 
 
 def _canonical(term):

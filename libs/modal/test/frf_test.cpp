@@ -198,7 +198,10 @@ TEST(Frf, BadInputIsAnError) {
   auto record = simulate({{0.1, 200}}, 1, 0, 1);
   EXPECT_THROW(whirl::modal::estimate_frf({}), whirl::Error);
   EXPECT_THROW(whirl::modal::estimate_frf({record}, {.force = "none"}), whirl::Error);
+  EXPECT_THROW(whirl::modal::estimate_frf({record}, {.force = "disk:+X"}), whirl::Error);  // a displacement
   EXPECT_THROW(whirl::modal::estimate_frf({record}, {.window_end = 0}), whirl::Error);
+  for (const double shorter : {1e-300, 0.4 * record.dt, 15 * record.dt})
+    EXPECT_THROW(whirl::modal::estimate_frf({record}, {.duration = shorter}), whirl::Error) << shorter;
   auto volts = record;
   volts.channels[1].quantity = whirl::Quantity::voltage;
   EXPECT_THROW(whirl::modal::estimate_frf({volts}), whirl::Error);

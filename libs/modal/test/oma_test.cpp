@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
 #include "whirl/testing/ambient.hpp"
 #include "whirl/testing/damaged_channels.hpp"
@@ -104,6 +105,36 @@ TEST(OmaProperty, SpoiledChannelsAreNamedAndMakeNoMode) {
     EXPECT_GE(score.found, 23) << static_cast<int>(damage);
     EXPECT_GE(score.frequency, 20) << static_cast<int>(damage);
     EXPECT_GE(score.damping, 20) << static_cast<int>(damage);
+  }
+}
+
+// Stated tones and bands lie within what the sample rate shows; a short record says how long it must be.
+TEST(Oma, WhatTheRecordCannotShowIsRefused) {
+  const auto truth = make_ambient({.frequency = {4, 9, 17}, .channels = 4, .tones = {}, .structure = 3, .seed = 5});
+  const double nyquist = 0.5 / truth.recording.dt;
+  const auto refused = [&](const whirl::modal::OmaOptions& options, const char* name) {
+    try {
+      identify_operational(truth.recording, options);
+    } catch (const whirl::Error& e) {
+      EXPECT_NE(std::string(e.what()).find(name), std::string::npos) << e.what();
+      return;
+    }
+    ADD_FAILURE() << name;
+  };
+  for (const double tone : {0.0, -1.0, nyquist, 1e9, 1e300, static_cast<double>(INFINITY), static_cast<double>(NAN)})
+    refused({.tones = {tone}}, "tone");
+  for (const double f : {-1.0, 1e9, static_cast<double>(NAN)}) {
+    refused({.band_low = f, .tones = {}}, "band");
+    refused({.band_high = f, .tones = {}}, "band");
+  }
+  refused({.max_order = -1, .tones = {}}, "max_order");
+  auto cut = truth.recording;
+  for (auto& channel : cut.channels) channel.samples = channel.samples.head(300).eval();
+  try {
+    identify_operational(cut);
+    ADD_FAILURE();
+  } catch (const whirl::Error& e) {
+    EXPECT_NE(std::string(e.what()).find("too short: 300 samples, 3640 are needed"), std::string::npos) << e.what();
   }
 }
 

@@ -94,6 +94,9 @@ std::string SteadyResponse::amplitude_text(double amplitude) const {
 }
 
 SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions& o) {
+  require_range("unbalance", o.unbalance, 0, 1e9);
+  require_range("amplitude", o.amplitude, 0, 1e15);
+  require_range("peaks_to", o.peaks_to, 0, 1e6);
   const Forced forced = forced_model(model, o);
   SteadyResponse found;
   found.rotor = forced.rotor;

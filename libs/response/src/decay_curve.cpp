@@ -116,12 +116,14 @@ DecayCurve decay_curve(const Eigen::Ref<const VectorXd>& x, double dt, const Dec
   if (!(dt > 0)) throw Error::in_field("dt", fmt::format("{:g} s", dt), "> 0");
   require_range("periods", o.periods, 3, 1000);
   const double length = static_cast<double>(x.size()) * dt;
+  for (const auto& [name, time] : {std::pair{"from", o.from}, {"to", o.to}})
+    if (time >= 0) require_range(name, time, 0, length, "s");
   const Eigen::ArrayX<bool> usable = usable_or_all(o.usable, x.size(), "decay");
   const VectorXd whole = bridged(x, usable);
   double omega = dominant(whole, dt);
   DecayCurve curve;
   curve.from = o.from >= 0 ? o.from : fall_begins(whole, dt, omega);
-  curve.to = o.to >= 0 ? std::min(o.to, length) : length;
+  curve.to = o.to >= 0 ? o.to : length;
   const auto first = static_cast<Index>(curve.from / dt), end = static_cast<Index>(curve.to / dt);
   if (first >= end - 64) throw Error(fmt::format("decay: nothing falls between {:g} and {:g} s", curve.from, curve.to));
   omega = dominant(

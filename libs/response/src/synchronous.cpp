@@ -47,6 +47,7 @@ SynchronousPoint point(const RotorModel& r, double rho, double omega) {
 std::vector<double> roots(const RotorModel& r, double w) {
   const double d = r.k1 - w, c2w = r.c * r.c * w, e2w2 = std::norm(r.eps) * w * w;
   std::vector<double> found;
+  if (e2w2 == 0) return {0};  // no unbalance, or standstill
   if (r.k2 == 0) return {e2w2 / (d * d + c2w)};
   // k2^2 rho^3 + 2 d k2 rho^2 + (d^2 + c2w) rho - e2w2, scaled by rho = x * unit.
   const double unit = std::max(std::cbrt(e2w2 / (r.k2 * r.k2)), std::abs(d / r.k2));
@@ -62,7 +63,8 @@ std::vector<double> roots(const RotorModel& r, double w) {
     found.push_back(big + (big != 0 ? qq / big : 0) - p / 3);
   }
   for (double& rho : found) {
-    rho *= unit;
+    // Beside the others a small root drowns in rounding: Newton's steps begin at the linear answer.
+    rho = std::abs(rho) < 1e-6 && a1 > 0 ? e2w2 / a1 : rho * unit;
     for (int k = 0; k < 4; ++k) {
       const double g = slope(r, rho, w);
       const double change = g != 0 ? balance(r, rho, w) / g : 0;

@@ -267,5 +267,15 @@ TEST(Decay, BadRecordsAreRefused) {
   EXPECT_THROW(fit_steady({}, gain), Error);
 }
 
+// A part of the record that is not there is refused, however far away.
+TEST(Decay, APartOutsideTheRecordIsRefused) {
+  const Eigen::VectorXd x = Machine{}.run(1e-3, 0, 1e-4, 20000);
+  EXPECT_NO_THROW(decay_curve(x, 1e-4, {.from = 0.1, .to = 1.9}));
+  for (const double beyond : {2.01, 1e9, 1e300, static_cast<double>(INFINITY)}) {
+    EXPECT_THROW(decay_curve(x, 1e-4, {.from = beyond}), Error) << beyond;
+    EXPECT_THROW(decay_curve(x, 1e-4, {.to = beyond}), Error) << beyond;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::response

@@ -35,6 +35,27 @@ TEST(RunUpReference, SlowPassageOfALinearRotorIsItsSteadyPeak) {
   EXPECT_NEAR(passage(r, 40, 200, 0.1).peak, top, 2e-3 * top);
 }
 
+// Where nothing forces the rotor it stands still: at no speed, and without unbalance, however near to zero.
+TEST(RunUpProperty, StandstillAndAVanishingUnbalanceHaveTheAnswerZero) {
+  for (RotorModel r : {linear(), hardening()}) {
+    const auto still = synchronous_answers(r, 0);
+    ASSERT_EQ(still.size(), 1U);
+    EXPECT_EQ(still[0].radius, 0);
+    EXPECT_TRUE(still[0].stable);
+    for (const double e : {0.0, 1e-300, 1e-160, 1e-100, 1e-30}) {
+      r.eps = e;
+      for (const double omega : {1e-300, 1e-30, 1e-3, 94.0, 200.0}) {
+        const auto answers = synchronous_answers(r, omega);
+        ASSERT_FALSE(answers.empty()) << e << " " << omega;
+        EXPECT_GE(answers[0].radius, 0);
+        EXPECT_LE(answers[0].radius, 20 * e) << omega;
+      }
+    }
+  }
+  const RunUpPlan plan = plan_run_up(hardening(), {.from = 0, .to = 200, .rates = 3});
+  EXPECT_GT(plan.up.passages.front().peak, std::abs(hardening().eps));
+}
+
 // Lewis 1932: at high acceleration the peak of a run-up of an undamped rotor falls as 1 / sqrt(rate), and it lies above
 // the critical speed in a run-up, below it in a run-down.
 TEST(RunUpReference, FastPassagesFallWithTheRootOfTheRate) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <nlopt.hpp>
 #include <numbers>
 
@@ -75,6 +76,7 @@ struct Search {
   double best = 1e9;
   std::vector<double> best_u;
   std::vector<std::pair<double, std::vector<double>>> tried;  ///< cost and variables of every evaluation
+  std::exception_ptr thrown;                                  ///< by an evaluation inside NLopt
 
   double objective(const std::vector<double>& u) {
     ControllerDesign candidate = design;
@@ -99,8 +101,24 @@ struct Search {
   }
 };
 
+/// NLopt turns every exception into a failure of its own; what the user's progress report threw is kept.
 double nlopt_objective(const std::vector<double>& u, std::vector<double>&, void* data) {
-  return static_cast<Search*>(data)->objective(u);
+  auto& search = *static_cast<Search*>(data);
+  try {
+    return search.objective(u);
+  } catch (...) {
+    search.thrown = std::current_exception();
+    throw nlopt::forced_stop();
+  }
+}
+
+void optimize(nlopt::opt& method, std::vector<double>& u, double& value, const Search& search) {
+  try {
+    method.optimize(u, value);
+  } catch (...) {
+    if (search.thrown) std::rethrow_exception(search.thrown);
+    throw;
+  }
 }
 
 /// A start that does not hold on every scenario is tried with a half and a quarter of its gain on the velocity: with
@@ -142,7 +160,7 @@ void run_search(Search& search) {
   global.set_population(std::max<unsigned>(n + 2, std::min<unsigned>(10 * (n + 1), static_cast<unsigned>(wide) / 3)));
   global.set_maxeval(std::max(1, wide - 1 - steps));
   global.set_min_objective(nlopt_objective, &search);
-  global.optimize(u, value);
+  optimize(global, u, value, search);
 
   u = search.best_u;
   nlopt::opt local(nlopt::LN_SBPLX, n);
@@ -151,7 +169,7 @@ void run_search(Search& search) {
   local.set_initial_step(0.1);
   local.set_maxeval(budget / 3);
   local.set_min_objective(nlopt_objective, &search);
-  local.optimize(u, value);
+  optimize(local, u, value, search);
 }
 
 /// What the search found, best first: the best, and others that are something else and cost at most half as much again.

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "balance_job.hpp"
 #include "commands/control/plant_options.hpp"
@@ -107,20 +108,27 @@ void add_balance(CommandLine& app, Session& session) {
           throw Error("one of INPUT (runs.csv, runs.toml, model.json) and --session FILE is needed");
         if (!guided->file.empty())
           balance_session(*guided, *job, session);
-        else if (model->plant.model.ends_with(".json"))
+        else if (model->plant.model.ends_with(".json")) {
+          for (const std::string& flag : session.command->given_flags()) {
+            static const std::set<std::string> ours{"--mass-kg", "--stiffness", "--radius-mm", "--speed-rpm",
+                                                    "--grade"};
+            if (!ours.contains(flag) && flag != "--json" && flag != "--quiet" && flag != "--force")
+              throw Error(flag + " is for balancing runs; a model takes " + fmt::format("{}", fmt::join(ours, ", ")));
+          }
           balance_from_model(*model, session);
-        else
+        } else
           balance_runs(model->plant.model, *job, session);
       });
   sub->add_option("INPUT", model->plant.model, "runs.csv, runs.toml or model.json")->input();
   guided->add_to(sub);
   job->add_to(sub);
-  sub->add_option("--mass-kg", model->plant.mass_kg, "mass of the disk (model) or rotor (runs)");
+  sub->add_option("--mass-kg", model->plant.mass_kg, "mass of the disk (model) or rotor (runs)")->range(0, 1e9);
   sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")
-      ->input();
-  sub->add_option("--radius-mm", model->radius_mm, "where the mass is added");
-  sub->add_option("--speed-rpm", model->speed_rpm, "service speed; runs: the highest speed");
-  sub->add_option("--grade", model->grade, "balance quality asked for, mm/s [model: 6.3]");
+      ->input()
+      ->excludes("--mass-kg");
+  sub->add_option("--radius-mm", model->radius_mm, "where the mass is added")->range(0, 1e6);
+  sub->add_option("--speed-rpm", model->speed_rpm, "service speed; runs: the highest speed")->range(0, 1e6);
+  sub->add_option("--grade", model->grade, "balance quality asked for, mm/s [model: 6.3]")->range(0, 1e5);
 }
 
 }  // namespace whirl::app

@@ -66,15 +66,16 @@ void JobFlags::add_to(CommandLine* sub) {
       ->one_of({"with", "against"});
   sub->add_option("--criterion", criterion, "least-squares [default] or min-max (smallest largest reading)")
       ->one_of({"least-squares", "min-max"});
-  sub->add_option("--slow-roll-rpm", slow_roll_rpm, "readings at or below are runout, taken off the others");
+  sub->add_option("--slow-roll-rpm", slow_roll_rpm, "readings at or below are runout, taken off the others")
+      ->range(0, 1e6);
   sub->add_option("--drift", drift, "automatic [default], linear or none: warming up during the job")
       ->one_of({"automatic", "linear", "none"});
-  sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs");
-  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane");
+  sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs")->range(0, 1e6);
+  sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->range(0, 1e9);
   sub->add_option("--holes", plain.holes, "equally spaced holes of each plane")->range(1, 1000);
-  sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->show_default();
-  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this");
-  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole");
+  sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->range(-360, 360)->show_default();
+  sub->add_option("--piece-gram", piece_gram, "masses come in multiples of this")->range(0, 1e9);
+  sub->add_option("--hole-gram", hole_gram, "largest mass in one hole")->range(0, 1e9);
   sub->add_flag("--drop-dependent", plain.drop_dependent,
                 "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");
@@ -90,10 +91,12 @@ void JobFlags::add_to(CommandLine* sub) {
       ->show_default();
   sub->add_option("--zones-um", zones_um,
                   "upper limits of zones A, B, C in the kind of the readings; default ISO 20816-3")
+      ->range(0, 1e6)
       ->delimiter(',');
-  sub->add_option("--mass-error-gram", mass_error_gram, "a mass may differ by (95 %), for the error budget");
-  sub->add_option("--angle-error-deg", angle_error_deg, "its angle may differ by");
-  sub->add_option("--radius-error-mm", radius_error_mm, "its radius may differ by");
+  sub->add_option("--mass-error-gram", mass_error_gram, "a mass may differ by (95 %), for the error budget")
+      ->range(0, 1e9);
+  sub->add_option("--angle-error-deg", angle_error_deg, "its angle may differ by")->range(0, 360);
+  sub->add_option("--radius-error-mm", radius_error_mm, "its radius may differ by")->range(0, 1e6);
   sub->add_option("--out", out, "write the result as JSON")->output("whirl.balancing");
   sub->add_option("--html", html, "write the balancing sheet")->output();
 }
@@ -101,44 +104,73 @@ void JobFlags::add_to(CommandLine* sub) {
 void GuidedFlags::add_to(CommandLine* sub) {
   constexpr const char* kGroup = "Guided job";
   sub->add_option("--session", file, "job file (TOML): made, resumed, one run added; says the next run to make")
-      ->group(kGroup);
-  sub->add_option("--planes", planes, "new job: names of the planes, as A,B")->delimiter(',')->group(kGroup);
-  sub->add_option("--probes", probes, "new job: names of the probes, as DE,NDE")->delimiter(',')->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
+  sub->add_option("--planes", planes, "new job: names of the planes, as A,B")
+      ->delimiter(',')
+      ->group(kGroup)
+      ->needs("--session");
+  sub->add_option("--probes", probes, "new job: names of the probes, as DE,NDE")
+      ->delimiter(',')
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--speeds-rpm", speeds_rpm, "new job: speeds at which each run is read")
+      ->range(1e-3, 1e6)
       ->delimiter(',')
-      ->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--trial-gram", trial_gram, "new job: first trial mass; else from --mass-kg and --radius-mm")
-      ->group(kGroup);
+      ->range(0, 1e9)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--target-um", target_um, "new job: good when every reading is at or below (as --amplitude)")
-      ->group(kGroup);
+      ->range(0, 1e6)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--allowed-um", allowed_um, "new job: a run predicted above is warned of (as --amplitude)")
-      ->group(kGroup);
+      ->range(0, 1e6)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--probe-deg", probe_deg, "new job: angle of each probe, counted as the masses")
+      ->range(-360, 360)
       ->delimiter(',')
-      ->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--keyphasor-deg", keyphasor_deg, "new job: angle of the keyphasor's probe, counted alike")
-      ->group(kGroup);
+      ->range(-360, 360)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--edge", edge, "new job: edge of the mark that triggers")
       ->one_of({"leading", "trailing"})
       ->show_default()
-      ->group(kGroup);
-  sub->add_option("--notch-deg", notch_deg, "new job: width of the mark")->range(0, 360)->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
+  sub->add_option("--notch-deg", notch_deg, "new job: width of the mark")
+      ->range(0, 360)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--critical-rpm", critical_rpm, "new job: critical speed; tells on which side the heavy spot is")
-      ->group(kGroup);
+      ->range(0, 1e6)
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--readings", run.readings,
                   "the run just made: \"48.3@270 ...\", all probes at the first speed, then the next; - missing")
-      ->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--record", run.record, "the run just made, as a record with keyphasor; channels named as the probes")
       ->input()
-      ->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_flag("--steady", run.steady,
                 "with --record: vectors of a rotor that stays at each speed, from modes fitted to the run-up or "
                 "run-down, so that runs of differing rates belong together")
-      ->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
   sub->add_option("--masses", run.masses, "what was on the rotor, plane by plane: \"10@90 0\"; default: as proposed")
-      ->group(kGroup);
-  sub->add_option("--run", run.name, "name of the run just made")->group(kGroup);
-  sub->add_flag("--undo", undo, "take back the last run")->group(kGroup);
+      ->group(kGroup)
+      ->needs("--session");
+  sub->add_option("--run", run.name, "name of the run just made")->group(kGroup)->needs("--session");
+  sub->add_flag("--undo", undo, "take back the last run")->group(kGroup)->needs("--session");
 }
 
 }  // namespace whirl::app

@@ -59,7 +59,6 @@ void say_curve(const pages::SteadyResponse& found, Session& session) {
 }
 
 void run(Options o, Session& session) {
-  if (!o.peak_figure.empty() && !(o.steady.peaks_to > 0)) throw Error("--peak-figure needs --peaks-to");
   o.steady.curve.from = o.from_rpm * kRpm;
   o.steady.curve.to = o.to_rpm * kRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
@@ -97,11 +96,15 @@ void add_response(CommandLine& app, Session& session) {
       "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg",
       [o, &session] { run(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();
-  sub->add_option("--from-rpm", o->from_rpm, "where the curve starts (60 rpm is 1 Hz)")->required();
-  sub->add_option("--to-rpm", o->to_rpm, "where it ends")->required();
+  sub->add_option("--from-rpm", o->from_rpm, "where the curve starts (60 rpm is 1 Hz)")->range(1e-6, 1e9)->required();
+  sub->add_option("--to-rpm", o->to_rpm, "where it ends")->range(1e-6, 1e9)->required();
   sub->add_option("--input", o->steady.input, "name of the input that forces the model; default: the unbalance");
-  sub->add_option("--amplitude", o->steady.amplitude, "amplitude of the input, in its unit");
-  sub->add_option("--unbalance", o->steady.unbalance, "times the identified eccentricity")->show_default();
+  sub->add_option("--amplitude", o->steady.amplitude, "amplitude of the input, in its unit")
+      ->range(0, 1e15)
+      ->needs("--input");
+  sub->add_option("--unbalance", o->steady.unbalance, "times the identified eccentricity")
+      ->range(0, 1e9)
+      ->show_default();
   sub->add_option("--harmonics", o->steady.curve.harmonics, "to start with; more where the spectrum asks")
       ->range(1, 50)
       ->show_default();
@@ -111,7 +114,9 @@ void add_response(CommandLine& app, Session& session) {
   sub->add_option("--peaks-to", o->steady.peaks_to,
                   "peak of slow sweeps for forcings up to this many times the stated one")
       ->range(0, 1e6);
-  sub->add_option("--peak-figure", o->peak_figure, "the peaks over the forcing (.svg, .png, .pdf, .csv)")->output();
+  sub->add_option("--peak-figure", o->peak_figure, "the peaks over the forcing (.svg, .png, .pdf, .csv)")
+      ->output()
+      ->needs("--peaks-to");
   sub->add_option("--out", o->out, "write the curve as JSON")->output("whirl.response");
   sub->add_option("--figure", o->figure, "amplitude and phase over speed (.svg, .png, .pdf, .csv)")->output();
 }

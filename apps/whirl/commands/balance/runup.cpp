@@ -19,7 +19,11 @@ struct Options {
 };
 
 std::optional<pages::Drive> drive_of(const Options& o) {
-  if (o.torque == 0 && o.inertia == 0) return std::nullopt;
+  if (o.torque == 0 && o.inertia == 0) {
+    if (o.mass_kg + o.torque_slope + o.coulomb + o.viscous + o.drag > 0)
+      throw Error("mass and friction belong to a drive: give --torque-nm, --inertia-kgm2 and --mass-kg");
+    return std::nullopt;
+  }
   for (const auto& [flag, value] :
        {std::pair{"--torque-nm", o.torque}, {"--inertia-kgm2", o.inertia}, {"--mass-kg", o.mass_kg}})
     if (!(value > 0))
@@ -97,19 +101,21 @@ void add_runup(CommandLine& app, Session& session) {
                   "Example: whirl runup model.json --from-rpm 300 --to-rpm 1900 --limit-mm 1.5 --figure runup.svg",
                   [o, &session] { run(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();
-  sub->add_option("--from-rpm", o->from_rpm, "lower end of the range")->required();
-  sub->add_option("--to-rpm", o->to_rpm, "upper end")->required();
-  sub->add_option("--limit-mm", o->limit_mm, "largest radius allowed, peak");
-  sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->show_default();
-  sub->add_option("--slowest-rpm-s", o->slowest, "slowest acceleration looked at; default: almost steady");
-  sub->add_option("--fastest-rpm-s", o->fastest, "fastest; default: the range in two turns of the free whirl");
-  sub->add_option("--torque-nm", o->torque, "torque of the drive");
-  sub->add_option("--torque-slope-nms", o->torque_slope, "what the drive loses per rad/s");
-  sub->add_option("--inertia-kgm2", o->inertia, "of all that turns");
-  sub->add_option("--mass-kg", o->mass_kg, "of the disk");
-  sub->add_option("--coulomb-nm", o->coulomb, "dry friction");
-  sub->add_option("--viscous-nms", o->viscous, "friction per rad/s");
-  sub->add_option("--drag-nms2", o->drag, "air drag per (rad/s)^2");
+  sub->add_option("--from-rpm", o->from_rpm, "lower end of the range")->range(0, 9e6)->required();
+  sub->add_option("--to-rpm", o->to_rpm, "upper end")->range(0, 9e6)->required();
+  sub->add_option("--limit-mm", o->limit_mm, "largest radius allowed, peak")->range(0, 1000);
+  sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->range(1e-6, 1e6)->show_default();
+  sub->add_option("--slowest-rpm-s", o->slowest, "slowest acceleration looked at; default: almost steady")
+      ->range(0, 1e9);
+  sub->add_option("--fastest-rpm-s", o->fastest, "fastest; default: the range in two turns of the free whirl")
+      ->range(0, 1e9);
+  sub->add_option("--torque-nm", o->torque, "torque of the drive")->range(0, 1e9);
+  sub->add_option("--torque-slope-nms", o->torque_slope, "what the drive loses per rad/s")->range(0, 1e9);
+  sub->add_option("--inertia-kgm2", o->inertia, "of all that turns")->range(0, 1e9);
+  sub->add_option("--mass-kg", o->mass_kg, "of the disk")->range(0, 1e9);
+  sub->add_option("--coulomb-nm", o->coulomb, "dry friction")->range(0, 1e9);
+  sub->add_option("--viscous-nms", o->viscous, "friction per rad/s")->range(0, 1e9);
+  sub->add_option("--drag-nms2", o->drag, "air drag per (rad/s)^2")->range(0, 1e9);
   sub->add_option("--out", o->out, "write the plan as JSON")->output("whirl.run_up");
   sub->add_option("--figure", o->figure, "peak over acceleration, and the suggested runs (.svg, .png, .pdf, .csv)")
       ->output();

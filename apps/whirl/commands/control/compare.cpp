@@ -122,13 +122,15 @@ void add_compare(CommandLine& app, Session& session) {
       "LAW, LAW:ESTIMATOR or LAW:ESTIMATOR:no-feedforward, several; default: all laws and the estimators worth it");
   o->plant.add_to(sub);
   sub->add_option("--rig", o->rig, "TOML with rig parameters that differ from the default")->input();
-  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk")->show_default();
+  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk")->range(0, 1000)->show_default();
   sub->add_option("--balanced", o->balanced, "model.json identified on the balanced rotor")->input();
   sub->add_option("--evaluations", o->compare.design.evaluations, "tuning budget, the same for every law")
+      ->range(1, 1e6)
       ->show_default();
-  sub->add_option("--seeds", o->seeds, "runs with different sensor noise per method")->show_default();
+  sub->add_option("--seeds", o->seeds, "runs with different sensor noise per method")->range(1, 1000)->show_default();
   sub->add_option("--seed", o->compare.design.seed, "of the tuning; the runs take others")->show_default();
   sub->add_option("--threads", o->compare.design.threads, "0: all cores; the result does not depend on it")
+      ->range(0, 1024)
       ->show_default();
   sub->add_flag("--no-matrix", o->no_matrix, "leave the robustness matrix out");
 }

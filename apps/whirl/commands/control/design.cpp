@@ -102,7 +102,9 @@ void add_design(CommandLine& app, Session& session) {
   sub->add_option("--slow-roll", o->slow_roll,
                   "record x, y, beta turning far below the critical speed: its runout, 1x to 5x, is removed")
       ->input();
-  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")->show_default();
+  sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
+      ->range(1, 1e6)
+      ->show_default();
   sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->show_default();
   sub->add_flag("--list", o->list, "list the laws and estimators");
 }

@@ -195,8 +195,8 @@ void add_export(CommandLine& app, Session& session) {
   sub->add_option("--fmi", o->fmi, "version of the FMI standard, 2 or 3")->one_of_numbers({2, 3})->show_default();
   sub->add_option("--type", o->type, "of an FMU: cs (co-simulation), me (model exchange) or both; default all there is")
       ->one_of({"cs", "me", "both"});
-  sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation")
-      ->show_default();
+  sub->add_option("--inner-step-ms", o->inner_step_ms, "integration step of a model FMU in co-simulation (1)")
+      ->range(1e-3, 1e3);
   sub->add_option("--mass-kg", o->mass_kg, "mass of the disk, for a model without input gain")->positive();
 }
 

@@ -63,7 +63,9 @@ void add_margins(CommandLine& app, Session& session) {
   o->plant.add_to(sub);
   sub->add_option("--speeds", o->margins.speeds, "from standstill to the top of the profile")->show_default();
   sub->add_option("--seed", o->margins.seed, "of sensor noise and excitation")->show_default();
-  sub->add_option("--threads", o->margins.threads, "0: all cores; the result does not depend on it")->show_default();
+  sub->add_option("--threads", o->margins.threads, "0: all cores; the result does not depend on it")
+      ->range(0, 1024)
+      ->show_default();
   sub->add_option("--out", o->out, "folder for margins.json and report.html")->output_folder();
 }
 

@@ -160,16 +160,24 @@ void add_robustness(CommandLine& app, Session& session) {
   o->plant.add_to(sub);
   sub->add_option("--samples", o->study.samples, "machines drawn")->show_default();
   sub->add_option("--seed", o->study.seed, "of the draws")->show_default();
-  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")->show_default();
-  sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
+  sub->add_option("--limit-mm", o->limit_mm, "displacement not to be exceeded, zero-to-peak; 0: none")
+      ->range(0, 1000)
       ->show_default();
-  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")->show_default();
-  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->show_default();
-  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")->show_default();
+  sub->add_option("--covariance-scale", o->study.covariance_scale, "factor on the identified standard deviations")
+      ->range(0, 1e3)
+      ->show_default();
+  sub->add_option("--stiffness-sd", o->study.stiffness_sd, "further relative standard deviation of k1")
+      ->range(0, 1)
+      ->show_default();
+  sub->add_option("--damping-sd", o->study.damping_sd, "of c")->range(0, 10)->show_default();
+  sub->add_option("--unbalance-sd", o->study.unbalance_sd, "of the unbalance, size and angle")
+      ->range(0, 10)
+      ->show_default();
   sub->add_option("--checkpoint", o->study.checkpoint, "file of finished samples; an existing one is continued")
       ->output("text");
   sub->add_option("--lanes", o->study.lanes, "rigs side by side in vector registers: 8, 16 or 32")->show_default();
   sub->add_option("--threads", o->study.threads, "per process; 0: all cores, shared among the processes")
+      ->range(0, 1024)
       ->show_default();
   sub->add_option("--out", o->out, "folder for robustness.json and report.html")->output_folder();
 }

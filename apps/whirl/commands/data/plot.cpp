@@ -101,11 +101,13 @@ void add_plot(CommandLine& app, Session& session) {
   sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once")->output("figure");
   sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")
       ->delimiter(',');
-  sub->add_option("--from", o->view.begin, "begin, s");
-  sub->add_option("--to", o->view.end, "end, s");
-  sub->add_option("--highest-hz", o->view.highest_frequency, "of spectra; default half the rate, in maps 4X");
+  sub->add_option("--from", o->view.begin, "begin, s")->range(-1e9, 1e9);
+  sub->add_option("--to", o->view.end, "end, s")->range(-1e9, 1e9);
+  sub->add_option("--highest-hz", o->view.highest_frequency, "of spectra; default half the rate, in maps 4X")
+      ->range(0, 1e9);
   sub->add_option("--resolution-hz", o->view.resolution,
-                  "between lines; default one block for spectra, for maps what the sweep lets pass");
+                  "between lines; default one block for spectra, for maps what the sweep lets pass")
+      ->range(0, 1e9);
   sub->add_option("--window", o->window, "default hann; flat-top for maps without a rotor angle")
       ->one_of({"hann", "flat-top", "rectangular"});
   sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
@@ -115,15 +117,19 @@ void add_plot(CommandLine& app, Session& session) {
       ->one_of({"lag", "lead"})
       ->show_default();
   sub->add_option("--orders", o->view.orders, "for order tracks; bode and polar take the first")
+      ->range(0.01, 100)
       ->delimiter(',')
       ->show_default();
   sub->add_option("--bandwidth-hz", o->view.bandwidth,
-                  "of the Vold-Kalman filter; default a quarter of the mean speed, wider in a fast run");
+                  "of the Vold-Kalman filter; default a quarter of the mean speed, wider in a fast run")
+      ->range(0, 1e6);
   sub->add_option("--turns", o->view.turns, "revolutions per vector of bode and polar")
       ->range(1, 10000)
       ->show_default();
-  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
-  sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")->delimiter(',');
+  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed")->range(0, 1e6);
+  sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")
+      ->range(0, 1e9)
+      ->delimiter(',');
   o->record.add_to(sub);
 }
 

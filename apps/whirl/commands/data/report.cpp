@@ -149,8 +149,9 @@ void add_report(CommandLine& app, Session& session) {
       ->show_default();
   sub->add_option("--title", o->report.title, "of the page")->show_default();
   sub->add_option("--service-rpm", o->service_rpm,
-                  "largest continuous speed: margin, zones and grade are stated for it");
-  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed");
+                  "largest continuous speed: margin, zones and grade are stated for it")
+      ->range(0, 1e6);
+  sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed")->range(0, 1e6);
   sub->add_flag("--paper", o->report.with_paper, "the paper's Table 4 beside the segments");
 }
 

@@ -172,12 +172,12 @@ void add_simulate(CommandLine& app, Session& session) {
   sub->add_option("MODEL", o->model, "model.json")->input()->required();
   sub->add_option("--from-rpm", o->from_rpm, "speed at the start")->range(0.0, 1e6);
   sub->add_option("--to-rpm", o->to_rpm, "speed at the end of the ramp")->range(0.0, 1e6);
-  sub->add_option("--seconds", o->seconds, "length of the ramp");
-  sub->add_option("--dwell-s", o->dwell_s, "time at the last speed")->show_default();
-  sub->add_option("--rate-hz", o->rate_hz, "samples a second")->show_default();
-  sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->show_default();
-  sub->add_option("--eccentricity-um", o->eccentricity_um, "instead of the identified one");
-  sub->add_option("--phase-deg", o->phase_deg, "its angle")->show_default();
+  sub->add_option("--seconds", o->seconds, "length of the ramp")->range(0, 1e6);
+  sub->add_option("--dwell-s", o->dwell_s, "time at the last speed")->range(0, 1e6)->show_default();
+  sub->add_option("--rate-hz", o->rate_hz, "samples a second")->range(1, 1e7)->show_default();
+  sub->add_option("--unbalance", o->unbalance, "times the identified eccentricity")->range(-1e3, 1e3)->show_default();
+  sub->add_option("--eccentricity-um", o->eccentricity_um, "instead of the identified one")->range(0, 1e6);
+  sub->add_option("--phase-deg", o->phase_deg, "its angle")->range(-360, 360)->show_default();
   sub->add_option("--record", o->record, "CSV with the inputs of a model of other equations, or with the drive")
       ->input();
   sub->add_option("--drive", o->drive, "model of `identify --drive`: run from rest at this level of the drive");

@@ -86,6 +86,8 @@ void run_validate(const Options& o, Session& session) {
   if (!o.clean.empty() && o.clean.size() != o.files.size()) {
     throw Error(fmt::format("--clean names {} files for {} records: must be one each", o.clean.size(), o.files.size()));
   }
+  if (o.unbalance != "added" && (o.added_um != 0 || o.added_deg != 0))
+    throw Error("--added-um and --added-deg are for --unbalance added");
   std::vector<Recording> records, clean;
   RecordOptions reader = o.record;
   reader.gaps = true;
@@ -126,8 +128,8 @@ void add_validate(CommandLine& app, Session& session) {
   sub->add_option("--clean", o->clean, "noise-free x, y of each record")->input();
   sub->add_option("--unbalance", o->unbalance, "identified, refitted or added")
       ->one_of({"identified", "refitted", "added"});
-  sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass");
-  sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero");
+  sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass")->range(0, 1e6);
+  sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero")->range(-360, 360);
   sub->add_option("--pulses", o->pulses, "channel of once-per-turn pulses that gives the angle, as for identify");
   sub->add_option("--out", o->out, "write validation.json")->output("whirl.validation");
   o->record.add_to(sub);

@@ -127,8 +127,8 @@ void add_io(CommandLine& app, Session& session) {
   sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
   sub->add_option("--sensitivity", o->sensitivity, "controller.json: measure the sensitivity of the loop it closes")
       ->input();
-  sub->add_option("--seconds", o->seconds, "length of each part")->show_default();
-  sub->add_option("--excite-N", o->excite, "force of the excitation; 0: none")->show_default();
+  sub->add_option("--seconds", o->seconds, "length of each part")->range(0.1, 3600)->show_default();
+  sub->add_option("--excite-N", o->excite, "force of the excitation; 0: none")->range(0, 1e6)->show_default();
 }
 
 }  // namespace whirl::app

@@ -63,7 +63,8 @@ void add_record(CommandLine& app, Session& session) {
       });
   sub->add_option("--io", o->io, "settings of sensors, board and loop (TOML)")->input()->required();
   sub->add_option("--out", o->out, "recording to write (.h5)")->output("HDF5")->required();
-  sub->add_option("--seconds", o->seconds, "end after so long; 0: when the rig is done or a signal comes");
+  sub->add_option("--seconds", o->seconds, "end after so long; 0: when the rig is done or a signal comes")
+      ->range(0, 1e6);
 }
 
 void add_replay(CommandLine& app, Session& session) {

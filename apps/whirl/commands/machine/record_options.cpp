@@ -35,7 +35,7 @@ Recording RecordOptions::read(const std::string& file) const {
 void RecordOptions::add_to(CommandLine* sub, bool part) {
   sub->add_option("--columns", columns,
                   "columns to read, HEADER or HEADER:name_unit, with a calibration *FACTOR, e.g. V1:x_mm*0.125");
-  sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column");
+  sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column")->range(1e-9, 1e12);
   sub->add_option("--header-line", header_line, "CSV: line of the column names, where lines about the test come before")
       ->range(1, 10000);
   if (part) sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");

@@ -62,7 +62,7 @@ void add_parameters(CommandLine& rig, Session& session, const std::shared_ptr<Ri
       });
   add_common(parameters, o);
   parameters->add_option("--modes", o->modes, "modes.json of `whirl modes`: the measured structure")->input();
-  parameters->add_option("--channel", o->channel, "its drive-point channel, from 1");
+  parameters->add_option("--channel", o->channel, "its drive-point channel, from 1")->range(1, 1000);
 }
 
 void add_record(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
@@ -86,9 +86,12 @@ void add_record(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
   add_common(record, o);
   record->add_option("--out", o->out, "CSV file to write (.csv or .csv.gz)")->output("record")->required();
   record->add_option("--truth", o->truth, "write the clean motion too")->output("record");
-  record->add_option("--added-mass-g", o->added_mass_g,
-                     "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper");
-  record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's");
+  record
+      ->add_option("--added-mass-g", o->added_mass_g,
+                   "screw in the disk; 0 = balanced rotor, 2.5 and 5 as in the paper")
+      ->range(0, 1000);
+  record->add_option("--snr-db", o->snr_db, "white noise relative to each axis' clean rms, instead of the sensor's")
+      ->range(-60, 300);
   record->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
 }
 
@@ -112,7 +115,7 @@ void add_stiffness(CommandLine& rig, Session& session, const std::shared_ptr<Rig
                   });
   add_common(stiffness, o);
   stiffness->add_option("--out", o->out, "CSV file to write")->output("table")->required();
-  stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y");
+  stiffness->add_option("--angle-deg", o->angle_deg, "direction of the pull from x towards y")->range(-360, 360);
 }
 
 void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
@@ -132,7 +135,7 @@ void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
                   });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->required();
-  hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y");
+  hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y")->range(-360, 360);
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ void add_rig_campbell(CommandLine& rig, Session& session) {
                   "Example: whirl rig campbell --rig examples/07_gyroscopic/rig.toml --figure campbell.svg",
                   [o, &session] { campbell(*o, session); });
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`")->input()->required();
-  sub->add_option("--points", o->points, "speeds from 0 to the top");
+  sub->add_option("--points", o->points, "speeds from 0 to the top")->range(2, 100000);
   sub->add_option("--out", o->out, "CSV file to write")->output("table");
   sub->add_option("--figure", o->figure, "Campbell diagram (.svg, .png, .pdf, .csv)")->output();
 }

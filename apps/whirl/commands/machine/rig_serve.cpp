@@ -73,13 +73,15 @@ void add_rig_serve(CommandLine& rig, Session& session) {
       });
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
       ->input();
-  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
+  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced")->range(0, 1000);
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->serve.run.seed, "of the sensor noise");
   sub->add_option("--faults", o->faults, "scripted faults (TOML)")->input();
   sub->add_option("--io", o->io, "settings file to write")->output("settings")->show_default();
   sub->add_option("--address", o->serve.address, "of the board; port 0: any free one")->show_default();
-  sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")->show_default();
+  sub->add_option("--watchdog-ms", o->watchdog_ms, "silence after which the outputs go to zero")
+      ->range(1, 1e4)
+      ->show_default();
   sub->add_flag("--lockstep", o->serve.lockstep,
                 "every tick waits for its command: the result does not depend on the speed of the machine");
   sub->add_option("--log", o->log, "CSV of the true motion and the forces")->output("record");

@@ -103,7 +103,7 @@ void add_run(CommandLine& app, Session& session) {
   o->fmu.add_to(sub);
   sub->add_flag("--off-nominal", o->off_nominal,
                 "18 machines the controller was not made for, with supervision and without");
-  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced");
+  sub->add_option("--added-mass-g", o->added_mass_g, "screw in the disk; 0 = balanced")->range(0, 1000);
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->show_default();
   o->io.add_to(sub);

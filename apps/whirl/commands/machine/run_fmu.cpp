@@ -9,7 +9,8 @@ namespace whirl::app {
 
 void RunFmuOptions::add_to(CommandLine* sub) {
   sub->add_option("--fmu-name", names,
-                  "variable of the FMU for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha");
+                  "variable of the FMU for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha")
+      ->needs("--fmu");
 }
 
 void run_fmu(Session& session, const std::string& controller, const std::string& fmu,

@@ -61,9 +61,13 @@ void RunIoOptions::add_to(CommandLine* sub) {
                   "run on hardware, or on `whirl rig serve`: settings of sensors, board, loop and safety (TOML)")
       ->input();
   sub->add_option("--record", record, "with --io: HDF5 recording of every cycle; readable also after a kill")
-      ->output("HDF5");
-  sub->add_option("--seconds", seconds, "with --io: end after so long; 0: when the rig is done or a signal comes");
-  sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property");
+      ->output("HDF5")
+      ->needs("--io");
+  sub->add_option("--seconds", seconds, "with --io: end after so long; 0: when the rig is done or a signal comes")
+      ->range(0, 1e6)
+      ->needs("--io");
+  sub->add_flag("--require-rt", require_rt, "with --io: refuse to run when the system refuses a real-time property")
+      ->needs("--io");
 }
 
 void run_io(Session& session, const std::string& controller_file, const RunIoOptions& o,

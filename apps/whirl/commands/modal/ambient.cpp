@@ -190,15 +190,16 @@ void add_oma(CommandLine& app, Session& session) {
          "several set-ups: post (default), modes of each set-up joined by their shared channels, or pre, one "
          "model of all records (PreGER): sharper where modes lie close, but the structure must not have changed")
       ->one_of({"post", "pre"});
-  sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band");
-  sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band");
-  sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels");
+  sub->add_option("--band-low-hz", o->oma.band_low, "lower end of the band")->range(0, 1e9);
+  sub->add_option("--band-high-hz", o->oma.band_high, "upper end of the band")->range(0, 1e9);
+  sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels")->range(0, 1000);
   sub->add_option("--orders", o->orders,
                   "multiples of the running speed to subtract (with --method orders: to use), by the rotor's angle in "
                   "the record (beta_rad), however "
                   "the speed wanders")
       ->range(0.0, 20.0);
-  sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples");
+  sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples")
+      ->range(1e-6, 1e9);
   o->record.add_to(sub);
 }
 

@@ -76,11 +76,14 @@ void add_frf(CommandLine& app, Session& session) {
   sub->add_option("--force-channel", o->frf.force, "name of the force channel when there are several");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
-  sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force");
-  sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset");
-  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one");
+  sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force")
+      ->range(0.1, 99);
+  sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset")
+      ->range(0, 1e6);
+  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one")->range(0, 1e6);
   sub->add_option("--window-end-percent", o->window_end_percent,
-                  "exponential window: its value at the end; 100 = none. Modes are corrected for it");
+                  "exponential window: its value at the end; 100 = none. Modes are corrected for it")
+      ->range(1e-10, 100);
   o->record.add_to(sub);
   sub->add_option("--exclude", o->frf.exclude, "blows to leave out, counted from 1 over all files");
   sub->add_flag(

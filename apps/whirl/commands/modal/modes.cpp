@@ -229,7 +229,8 @@ void add_modes(CommandLine& app, Session& session) {
                   "write the modes as JSON, or (.uff) shapes and geometry as datasets 55, 15, 82, 2412")
       ->output("whirl.modes|universal file");
   sub->add_option("--select", o->modes.select,
-                  "frequencies in Hz of the modes to take from the stabilisation diagram, and no others");
+                  "frequencies in Hz of the modes to take from the stabilisation diagram, and no others")
+      ->range(1e-9, 1e9);
   sub->add_option("--geometry", o->geometry, "places of the points: universal file or TOML, for --page and --out x.uff")
       ->input();
   sub->add_option("--page", o->page,
@@ -254,8 +255,8 @@ void add_modes(CommandLine& app, Session& session) {
                   "stabilisation diagram; a file whose name holds 'frf' shows the fit, one with 'shape' the mode "
                   "shapes (.svg .png .pdf .csv)")
       ->output("figure");
-  sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line");
-  sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line");
+  sub->add_option("--band-low-hz", o->low, "lower end of the band; 0 = first line")->range(0, 1e9);
+  sub->add_option("--band-high-hz", o->high, "upper end of the band; 0 = last line")->range(0, 1e9);
 }
 
 }  // namespace whirl::app

@@ -174,9 +174,9 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
       [decay, &session] { run_decay(*decay, session); });
   sub->add_option("RECORD", decay->input, "CSV, MAT, HDF5, UFF, WAV, LVM, ...")->input()->required();
   sub->add_option("--channel", decay->channel, "which; default: the first");
-  sub->add_option("--from", decay->decay.from, "s; default: where the amplitude begins to fall");
-  sub->add_option("--to", decay->decay.to, "s; default: where it is lost in the noise");
-  sub->add_option("--periods", decay->decay.periods, "in a window")->show_default();
+  sub->add_option("--from", decay->decay.from, "s; default: where the amplitude begins to fall")->range(0, 1e9);
+  sub->add_option("--to", decay->decay.to, "s; default: where it is lost in the noise")->range(0, 1e9);
+  sub->add_option("--periods", decay->decay.periods, "in a window")->range(3, 1000)->show_default();
   decay->record.add_to(sub);
   add_outputs(sub, decay);
 
@@ -195,7 +195,7 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
   steady->add_option("INPUT", sine->inputs, "tables or records")->input()->required();
   steady->add_option("--force-channel", sine->force_channel, "records: channel of the force; default: force");
   steady->add_option("--channel", sine->channel, "records: channel of the displacement; default: the first other one");
-  steady->add_option("--periods", sine->sweep.periods, "records: in a window")->show_default();
+  steady->add_option("--periods", sine->sweep.periods, "records: in a window")->range(3, 1000)->show_default();
   sine->record.add_to(steady);
   add_outputs(steady, sine);
 }

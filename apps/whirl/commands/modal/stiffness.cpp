@@ -137,14 +137,15 @@ void add_stiffness(CommandLine& app, Session& session) {
         session.finish(stiffness.summary);
       });
   sub->add_option("FILES", o->files, "force-deflection tables")->input()->required();
-  sub->add_option("--angle-deg", o->angles, "direction of each pull, degrees from x towards y");
+  sub->add_option("--angle-deg", o->angles, "direction of each pull, degrees from x towards y")->range(-360, 360);
   sub->add_option("--columns", o->columns,
                   "columns to read, HEADER or HEADER:name_unit, e.g. V1:force_N V2:deflection_mm");
   sub->add_option("--out", o->out, "write the law as JSON")->output("whirl.stiffness|whirl.anisotropic_stiffness");
   sub->add_option("--figure", o->figure, "draw the readings of the first table with the law (.svg .png .pdf .csv)")
       ->output("figure");
   sub->add_option("--gauge-sd-um", o->gauge_um,
-                  "standard deviation of the deflection gauge, um; without it the force alone is taken as noisy");
+                  "standard deviation of the deflection gauge, um; without it the force alone is taken as noisy")
+      ->range(1e-6, 1e6);
   sub->add_flag("--keep-outliers", o->keep_all, "use every reading, also those far off the law of the others");
   sub->add_flag("--zero-known", o->zero_known, "the gauge is exactly zero at no force: do not fit an offset");
 }

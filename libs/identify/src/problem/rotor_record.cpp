@@ -100,7 +100,9 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   r.z.setZero(recording.size());
   if (r.axes != Axes::y) r.z.real() = recording[options.x];
   if (r.axes != Axes::x) r.z.imag() = recording[options.y];
-  if (r.size() < 16) throw Error::in_field("samples", fmt::format("{}", r.size()), "at least 16");
+  if (r.size() < 16)
+    throw Error(fmt::format("{}{} samples: at least 16 are needed",
+                            recording.source.empty() ? "" : recording.source + ": ", r.size()));
   if (options.known_angle) {
     r.angle = *options.known_angle;
     if (r.angle.samples() != r.size()) {

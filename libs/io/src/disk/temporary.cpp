@@ -64,6 +64,7 @@ void forget_temporary(int slot) {
 }
 
 void clean_up_on_signals() {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond `ulimit -f` is a failed write (EFBIG), not the end of the program
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     struct sigaction now {};
     if (sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN) continue;  // nohup stays nohup

@@ -54,6 +54,8 @@ double SubspacePole::damping() const { return -pole.real() / std::abs(pole); }
 
 SubspaceBand subspace_band(const OmaOptions& options, double dt) {
   const double nyquist = 0.5 / dt;
+  require_range("band_low", options.band_low, 0, nyquist, "Hz");
+  require_range("band_high", options.band_high, 0, nyquist, "Hz");
   const SubspaceBand band{options.band_low > 0 ? options.band_low : 0.005 * nyquist,
                           options.band_high > 0 ? options.band_high : 0.9 * nyquist};
   if (!(band.low < band.high) || band.high > nyquist)
@@ -64,7 +66,10 @@ SubspaceBand subspace_band(const OmaOptions& options, double dt) {
 
 SubspaceSizes subspace_sizes(const OmaOptions& options, Index l, Index n) {
   Index rows = options.block_rows > 0 ? options.block_rows : std::clamp<Index>(360 / l, 20, 120);
-  if (2 * rows + 2 > n / 20) throw Error(fmt::format("{} samples: too few for {} block rows", n, rows));
+  require_range("max_order", options.max_order, 0, 1000);
+  if (2 * rows + 2 > n / 20)
+    throw Error(
+        fmt::format("the record is too short: {} samples, {} are needed for {} channels", n, 20 * (2 * rows + 2), l));
   const int most = static_cast<int>(std::min<Index>(60, rows * l / 3));
   return {rows, options.max_order > 0 ? options.max_order : most};
 }
@@ -228,7 +233,13 @@ void take_off_tones(const Recording& recording, const OmaOptions& options, Subsp
   if (options.remove_harmonics) {
     for (Tone& tone : find_tones(y, dt, band.low, band.high)) tones.push_back(std::move(tone));
   }
-  for (const double f : options.tones) tones.push_back({f, {}, 0, "stated"});
+  for (const double f : options.tones) {
+    const double nyquist = 0.5 / dt;
+    if (!(f > 0) || !(f < nyquist))
+      throw Error::in_field("tone", fmt::format("{:g} Hz", f),
+                            fmt::format("above 0 and below {:g} Hz, half the sample rate", nyquist));
+    tones.push_back({f, {}, 0, "stated"});
+  }
   for (std::size_t i = measured; i < tones.size(); ++i) {
     Tone& tone = tones[i];
     tone.kurtosis = band_kurtosis(y, dt, tone.frequency, 5 / (dt * static_cast<double>(y.rows())));

@@ -17,7 +17,14 @@ namespace whirl::modal {
 namespace {
 
 const Channel& force_channel(const Recording& recording, const FrfOptions& options) {
-  if (!options.force.empty()) return recording.at(options.force);
+  if (!options.force.empty()) {
+    const Channel& named = recording.at(options.force);
+    if (named.quantity == Quantity::displacement || named.quantity == Quantity::velocity ||
+        named.quantity == Quantity::acceleration)
+      throw Error(fmt::format("{}: channel '{}' is a {}: must be a force", recording.source, named.name,
+                              to_string(named.quantity)));
+    return named;
+  }
   const Channel* found = nullptr;
   for (const auto& channel : recording.channels) {
     if (channel.quantity != Quantity::force) continue;
@@ -120,6 +127,11 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
   const double level = options.trigger * height.maxCoeff();
   if (!(level > 0)) return {};
   const auto samples = [&](double time) { return static_cast<Eigen::Index>(std::lround(time / recording.dt)); };
+  constexpr Eigen::Index kShortest = 16;
+  if (options.duration > 0 && samples(options.duration) < kShortest)
+    throw Error::in_field(
+        "duration", fmt::format("{:g} s", options.duration),
+        fmt::format("0 (to the next blow) or {:g} s at least, {} samples", kShortest * recording.dt, kShortest));
   const Eigen::Index separation = std::max<Eigen::Index>(1, samples(std::max(options.separation, options.duration)));
 
   std::vector<Eigen::Index> triggers;

@@ -127,7 +127,7 @@ void set_weights(const FrequencyResponse& frf, Eigen::Index first, LineWeighting
 Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting) {
   const double step = line_of(frf);
   const Eigen::Index all = frf.frequency.size();
-  if (low < 0 || high < 0 || (high > 0 && high <= low)) {
+  if (!(low >= 0) || !(high >= 0) || (high > 0 && high <= low)) {
     throw Error(fmt::format("band {:g} to {:g} Hz: must be positive and ascending", low, high));
   }
   Eigen::Index first = 0;

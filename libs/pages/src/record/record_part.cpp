@@ -27,9 +27,13 @@ Recording cut(const Recording& r, const ViewOptions& o) {
   const auto first = static_cast<Index>(std::clamp(std::ceil((o.begin - r.t0) / r.dt - 1e-6), 0.0, n));
   const auto end = static_cast<Index>(std::clamp(std::floor((o.end - r.t0) / r.dt + 1e-6) + 1, 0.0, n));
   if (end - first < 16) {
-    throw Error(
-        fmt::format("{}: {} samples between {:g} and {:g} s (the record has {:g} to {:g} s): must be 16 or more",
-                    r.source, std::max<Index>(0, end - first), o.begin, o.end, r.t0, r.t0 + r.dt * (n - 1)));
+    const double last = r.t0 + r.dt * (n - 1);
+    const std::string part = std::isfinite(o.begin) || std::isfinite(o.end)
+                                 ? fmt::format(" between {:g} and {:g} s", std::isfinite(o.begin) ? o.begin : r.t0,
+                                               std::isfinite(o.end) ? o.end : last)
+                                 : std::string();
+    throw Error(fmt::format("{}: {} samples{} (the record lasts from {:g} to {:g} s): must be 16 or more", r.source,
+                            std::max<Index>(0, end - first), part, r.t0, last));
   }
   Recording out;
   out.t0 = r.t0 + r.dt * static_cast<double>(first);

@@ -37,6 +37,7 @@ Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Qua
   for (const SpectrumCurve& c : curves) {
     for (const double a : c.amplitude) largest = std::isfinite(a) ? std::max(largest, a) : largest;
   }
+  if (!(largest > 0)) throw Error("figure: the signal is constant: its spectrum has nothing to draw");
   Figure figure;
   figure.title = std::move(title);
   Panel& panel = figure.panel("", {"frequency", kHertz},
@@ -64,7 +65,7 @@ HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
       if (std::isfinite(amplitude(i, j))) largest = std::max(largest, amplitude(i, j));
     }
   }
-  if (!(largest > 0)) throw Error("figure: amplitude map has no positive value");
+  if (!(largest > 0)) throw Error("figure: the signal is constant: its amplitude map has nothing to draw");
   HeatMap map;
   map.values =
       amplitude.unaryExpr([&](double a) { return std::isnan(a) ? a : std::max(-80.0, 20 * std::log10(a / largest)); });

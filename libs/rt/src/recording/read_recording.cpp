@@ -32,6 +32,8 @@ LoopRecord read_in_this_process(const std::filesystem::path& path) {
   // A file whose writer was killed still says that it is being written.
   Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose);
   if (!file) file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  if (std::error_code ec; !file && !std::filesystem::exists(path, ec))
+    throw Error::in_file(path.string(), 0, "cannot be opened: No such file or directory");
   if (!file || read_text(file.get(), "schema") != kSchema) {
     throw Error::in_file(path.string(), 0, "is no recording of a loop (schema whirl.loop/1)");
   }

@@ -1,0 +1,145 @@
+// What the program says to a command line that it cannot follow.
+#include "usage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+#include "whirl/io/units.hpp"
+
+namespace whirl::app {
+namespace {
+
+// CLI11 puts "NAME: " in front; `say_misused` takes the colon away again.
+std::string refused(const std::string& value, const std::string& allowed) {
+  return fmt::format("= {}: must be {}", value.empty() ? "''" : value, allowed);
+}
+
+/// The number that `text` is as a whole.
+std::optional<double> number_in(const std::string& text) {
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != 0) return std::nullopt;
+  return value;
+}
+
+/// What hides a number from the program: a unit behind it, or a decimal comma.
+std::string hint(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  const std::string rest = end;
+  if (rest == text || rest.empty()) return "";
+  if (rest[0] == ',') return ", with a point before its decimals";
+  if (std::isalpha(static_cast<unsigned char>(rest[0])) != 0 || rest[0] == ' ' || rest[0] == '%')
+    return ", without a unit: the flag's name or its help states it";
+  return "";
+}
+
+std::string call_of(const CLI::App& app) {
+  std::string call = app.get_name();
+  for (const CLI::App* up = app.get_parent(); up != nullptr; up = up->get_parent()) call = up->get_name() + " " + call;
+  return call;
+}
+
+int say(const std::string& what, const CLI::App& app, bool help) {
+  fmt::print(stderr, "whirl: error: {}{}\n", what, help ? "; see " + call_of(app) + " --help" : "");
+  return 2;
+}
+
+}  // namespace
+
+CLI::Validator finite_number() {
+  return {[](std::string& text) {
+            const auto value = number_in(text);
+            return value && std::isfinite(*value) ? "" : refused(text, "a finite number" + hint(text));
+          },
+          ""};
+}
+
+CLI::Validator whole_number(bool negative) {
+  return {[negative](std::string& text) -> std::string {
+            char* end = nullptr;
+            errno = 0;
+            const long long value = std::strtoll(text.c_str(), &end, 10);
+            if (text.empty() || *end != 0) return refused(text, "a whole number" + (number_in(text) ? "" : hint(text)));
+            if (!negative && value < 0) return refused(text, "a whole number, not below 0");
+            return errno == ERANGE ? refused(text, "a smaller number") : "";
+          },
+          ""};
+}
+
+CLI::Validator between(double low, double high) {
+  return {[low, high](std::string& text) {
+            const auto value = number_in(text);
+            return value && *value >= low && *value <= high
+                       ? ""
+                       : refused(text, fmt::format("between {:g} and {:g}", low, high));
+          },
+          high <= 1e5 ? fmt::format("{:g} to {:g}", low, high) : ""};  // wider ones only keep nonsense out
+}
+
+CLI::Validator positive_number() {
+  return {[](std::string& text) {
+            const auto value = number_in(text);
+            return value && *value > 0 ? "" : refused(text, "above 0");
+          },
+          "above 0"};
+}
+
+CLI::Validator member(const std::vector<std::string>& choices) {
+  return {[choices](std::string& text) {
+            if (std::find(choices.begin(), choices.end(), text) != choices.end()) return std::string();
+            const std::string near = io::nearest(text, choices);
+            return refused(text, fmt::format("one of {}{}", fmt::join(choices, ", "),
+                                             near.empty() ? "" : "; did you mean '" + near + "'?"));
+          },
+          fmt::format("{{{}}}", fmt::join(choices, ","))};
+}
+
+CLI::Validator file_that_exists() {
+  return {[](std::string& path) -> std::string {
+            std::error_code ec;
+            if (std::filesystem::is_directory(path, ec)) return refused(path, "a file: this is a folder");
+            return std::filesystem::exists(path, ec) ? "" : refused(path, "a file that is there");
+          },
+          ""};
+}
+
+int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
+                const CLI::App& app) {
+  const std::string near = io::nearest(word, names);
+  return near.empty() ? say(fmt::format("no {} '{}'", what, word), app, true)
+                      : say(fmt::format("no {} '{}', did you mean '{}'?", what, word, near), app, false);
+}
+
+int say_misused(const CLI::ParseError& error, const CLI::App& app) {
+  std::string text = error.what();
+  while (!text.empty() && (text.back() == '\n' || text.back() == '.')) text.pop_back();
+  const std::string name = text.substr(0, text.find_first_of(": "));
+  if (dynamic_cast<const CLI::ValidationError*>(&error) != nullptr) {
+    if (const std::size_t at = text.find(": = "); at != std::string::npos) text.erase(at, 1);
+    return say(text, app, false);
+  }
+  if (const auto* required = dynamic_cast<const CLI::RequiredError*>(&error); required != nullptr) {
+    const std::size_t at = text.find(" is required");
+    return say(at == std::string::npos ? text : text.substr(0, at) + " is missing", app, true);
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr && text.find("missing") != std::string::npos)
+    return say(name + ": its value is missing", app, true);
+  if (dynamic_cast<const CLI::ExcludesError*>(&error) != nullptr) {
+    const std::size_t at = text.find(" excludes ");
+    if (at != std::string::npos)
+      return say(fmt::format("{} and {}: give one of them", text.substr(0, at), text.substr(at + 10)), app, false);
+  }
+  if (const auto* extras = dynamic_cast<const CLI::ExtrasError*>(&error); extras != nullptr) {
+    const std::size_t at = text.find(": ");
+    if (at != std::string::npos) return say("not expected: " + text.substr(at + 2), app, true);
+  }
+  return say(text, app, true);
+}
+
+}  // namespace whirl::app

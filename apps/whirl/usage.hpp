@@ -1,0 +1,47 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace whirl::app {
+
+// What a value on the command line must be. A refusal reads "--flag = value: must be ...", like every error of the
+// program.
+CLI::Validator finite_number();
+CLI::Validator whole_number(bool negative);
+CLI::Validator between(double low, double high);
+CLI::Validator positive_number();
+CLI::Validator member(const std::vector<std::string>& choices);
+CLI::Validator file_that_exists();
+
+template <class T>
+struct NumberOf {
+  using type = T;
+};
+template <class T>
+struct NumberOf<std::vector<T>> {
+  using type = T;
+};
+template <class T>
+struct NumberOf<std::optional<T>> {
+  using type = T;
+};
+
+/// Numbers are finite, and whole where the variable is.
+template <class T>
+void check_number(CLI::Option& option) {
+  using Number = typename NumberOf<T>::type;
+  if constexpr (std::is_floating_point_v<Number>) option.check(finite_number());
+  if constexpr (std::is_integral_v<Number>) option.check(whole_number(std::is_signed_v<Number>));
+}
+
+/// Says that there is no such flag or subcommand, with the nearest name that there is. Returns the exit code.
+int say_unknown(const std::string& what, const std::string& word, const std::vector<std::string>& names,
+                const CLI::App& app);
+
+/// Says what is wrong with the words given to `app`, in one sentence. Returns the exit code.
+int say_misused(const CLI::ParseError& error, const CLI::App& app);
+
+}  // namespace whirl::app
