@@ -164,6 +164,37 @@ TEST(BlowDamageProperty, SoundBlowsAreNotAccused) {
   }
 }
 
+// Single wild samples of a response, or of the force far from its pulse (before it, after it, higher than it): named,
+// bridged, and the FRF is that of the sound blows. They were averaged without a word, and a spike of the force cut its
+// record short.
+TEST(BlowDamageProperty, SpikesAreNamedAndBridged) {
+  int named = 0, close = 0, all = 0;
+  for (unsigned seed = 500; seed < 540; ++seed) {
+    std::mt19937_64 random(seed);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const std::vector<Recording> sound = blows(seed);
+    std::vector<Recording> records = sound;
+    const bool force = seed % 2 == 1;
+    Eigen::VectorXd& hit = records[seed % 5].channels[force ? 0 : 1].samples;
+    const double top = hit.cwiseAbs().maxCoeff();
+    for (int k = 0; k < (force ? 1 : 3); ++k) {
+      const bool before = force && uniform(random) < 0.3;
+      const auto at = before ? static_cast<Eigen::Index>(5 + 30 * uniform(random))
+                             : static_cast<Eigen::Index>(200 + 1500 * uniform(random));
+      hit[at] += top * (uniform(random) < 0.5 ? 1 : -1) * (0.4 + 1.2 * uniform(random));
+    }
+    const whirl::FrequencyResponse want = whirl::modal::estimate_frf(sound), got = whirl::modal::estimate_frf(records);
+    ++all;
+    const bool told = !got.summary.warnings.empty() && got.summary.warnings[0].find("spike") != std::string::npos;
+    named += told;
+    const Eigen::Index lines = std::min(want.frequency.size(), got.frequency.size());
+    const Eigen::VectorXcd a = want.channels[0].value.head(lines), b = got.channels[0].value.head(lines);
+    close += got.averages == 5 && lines > 100 && (a - b).norm() < 0.02 * a.norm();
+  }
+  EXPECT_GE(named, all - 2);
+  EXPECT_GE(close, all - 2);
+}
+
 TEST(BlowDamage, OneBlowAloneIsRefusedByName) {
   std::vector<Recording> records = blows(3, 1);
   records[0].channels[1].samples.segment(100, 200).setZero();

@@ -25,7 +25,7 @@ button.on{background:var(--mark);color:#fff;border-color:var(--mark)}code{displa
 <h2>Shapes</h2><div id="modes"></div><div class="two"><div><svg id="shape" viewBox="0 0 480 360"></svg><p id="view"></p></div>
 <div><svg id="complexity" viewBox="0 0 480 360"></svg><p>Complexity: every arrow is one point; a real mode lies on one line.</p></div></div>
 <h2>MAC of the shapes</h2><svg id="mac" viewBox="0 0 480 480" style="max-width:520px"></svg>
-<h2>Frequency responses</h2><select id="channel"></select><p id="residual"></p><svg id="frf" viewBox="0 0 1000 360"></svg>
+<h2>Frequency responses</h2><select id="channel"></select><p id="residual"></p><svg id="frf" viewBox="0 0 1000 380"></svg>
 <p>Grey: measured; blue: fitted; orange: measured less fitted.</p>
 <script>const data = )page";
 

@@ -98,7 +98,8 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
       return VectorXd(Eigen::Map<const VectorXd>(v.data(), static_cast<Index>(v.size())));
     };
     const int color = static_cast<int>(k % 6);
-    top.scatter(fmt::format("force {:.4g}", levels[k]), of(w), of(a), {.color = color, .mark = report::Mark::circle});
+    top.scatter(fmt::format("force {:.4g} N (peak)", levels[k]), of(w), of(a),
+                {.color = color, .mark = report::Mark::circle});
     top.scatter(k == 0 ? "mode" : "", of(w), of(model), {.color = color, .mark = report::Mark::cross});
     phases.emplace_back(of(w), of(phase));
   }

@@ -30,7 +30,18 @@ void draw(const std::string& file, const FrequencyResponse& frf, const ModalMode
   if (name.find("shape") != std::string::npos) {
     const modal::ModeShapes shapes = modal::mode_shapes(modes);
     if (shapes.points.size() < 2) throw Error(file + ": shapes need two or more points that were measured or hit");
-    report::write_figure(report::mode_shapes(shapes.points, shapes.value, modes.modes), file);
+    // What stands outside the band is there for its tail only.
+    std::vector<Mode> inside;
+    Eigen::MatrixXcd value(shapes.value.rows(), shapes.value.cols());
+    for (std::size_t k = 0; k < modes.modes.size(); ++k) {
+      const double f = modes.modes[k].frequency.value;
+      if (f < modes.band_low || f > modes.band_high) continue;
+      value.col(static_cast<Eigen::Index>(inside.size())) = shapes.value.col(static_cast<Eigen::Index>(k));
+      inside.push_back(modes.modes[k]);
+    }
+    value.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(inside.size()));
+    if (inside.empty()) throw Error(file + ": no mode in the band whose shape could be drawn");
+    report::write_figure(report::mode_shapes(shapes.points, value, inside), file);
     return;
   }
   if (name.find("frf") != std::string::npos) {

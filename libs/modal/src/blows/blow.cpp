@@ -49,6 +49,31 @@ Pulse find_pulse(const Eigen::Ref<const Eigen::VectorXd>& force) {
   return pulse;
 }
 
+std::vector<Eigen::Index> force_spikes(const Eigen::Ref<const Eigen::VectorXd>& force) {
+  const Eigen::Index n = force.size();
+  if (n < 16 || !force.allFinite()) return {};
+  const auto median_of = [](Eigen::VectorXd v) {
+    std::nth_element(v.data(), v.data() + v.size() / 2, v.data() + v.size());
+    return v[v.size() / 2];
+  };
+  const double rest = median_of(force);
+  const Eigen::VectorXd height = (force.array() - rest).abs();
+  const double noise = median_of(height) / 0.6745;
+  const auto alone = [&](Eigen::Index i) { return height[i] > 4 * height[i - 1] && height[i] > 4 * height[i + 1]; };
+  // The highest excursion of three samples or more above half its height.
+  double pulse = 0;
+  for (Eigen::Index i = 1; i + 1 < n; ++i) {
+    if (height[i] > pulse && !alone(i) && std::min(height[i - 1], height[i + 1]) > 0.5 * height[i] &&
+        height[i] >= std::max(height[i - 1], height[i + 1]))
+      pulse = height[i];
+  }
+  std::vector<Eigen::Index> found;
+  if (!(pulse > 20 * noise)) return found;
+  for (Eigen::Index i = 1; i + 1 < n; ++i)
+    if (alone(i) && height[i] > std::max(0.05 * pulse, 12 * noise)) found.push_back(i);
+  return found;
+}
+
 bool is_overloaded(const Eigen::Ref<const Eigen::VectorXd>& x, double converter_range) {
   if (x.size() < 4) return false;
   if (converter_range > 0 && x.cwiseAbs().maxCoeff() >= 0.995 * converter_range) return true;

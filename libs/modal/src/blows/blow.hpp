@@ -11,4 +11,8 @@ struct Pulse {
 };
 Pulse find_pulse(const Eigen::Ref<const Eigen::VectorXd>& force);
 
+/// Single samples of a force far off its neighbours, where its pulses are three samples wide or more: lost bits or a
+/// loose contact, no blows. Empty where the sampling is too slow to tell.
+std::vector<Eigen::Index> force_spikes(const Eigen::Ref<const Eigen::VectorXd>& force);
+
 }  // namespace whirl::modal

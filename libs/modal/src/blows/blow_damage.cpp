@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "whirl/records/check.hpp"
 
@@ -18,12 +19,45 @@ std::string words(records::FindingKind kind) {
   return kind == records::FindingKind::dropout ? "reads 0" : "stands still";
 }
 
+// The cubic through two good neighbours on either side of [first, last].
+double across(const Eigen::VectorXd& x, Eigen::Index first, Eigen::Index last, Eigen::Index at) {
+  const Eigen::Index from[] = {first - 2, first - 1, last + 1, last + 2};
+  double sum = 0;
+  for (const Eigen::Index i : from) {
+    double weight = 1;
+    for (const Eigen::Index k : from)
+      if (k != i) weight *= static_cast<double>(at - k) / static_cast<double>(i - k);
+    sum += weight * x[i];
+  }
+  return sum;
+}
+
+// Runs of one or two samples that the check has masked, with good ones about them and well away from the pulse.
+Eigen::Index bridge(Eigen::VectorXd& x, const Eigen::ArrayX<bool>& usable, Eigen::Index offset, const Pulse& pulse) {
+  Eigen::Index count = 0;
+  const Eigen::Index n = x.size(), guard = std::max<Eigen::Index>(8, 2 * pulse.width());
+  const auto good = [&](Eigen::Index i) { return i < 0 || i >= n || usable[offset + i]; };
+  for (Eigen::Index i = 2; i + 2 < n; ++i) {
+    if (good(i)) continue;
+    Eigen::Index last = i;
+    while (!good(last + 1)) ++last;
+    const bool away = last < pulse.first - guard || i > pulse.last + guard;
+    if (last <= i + 1 && last + 2 < n && away && good(i - 1) && good(i - 2) && good(last + 2)) {
+      for (Eigen::Index k = i; k <= last; ++k) x[k] = across(x, i, last, k);
+      count += last - i + 1;
+    }
+    i = last;
+  }
+  return count;
+}
+
 }  // namespace
 
 std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& recordings,
-                                                  const std::vector<Recording>& blows,
+                                                  std::vector<Recording>& blows, const std::vector<Pulse>& pulses,
                                                   const std::vector<std::size_t>& owner,
-                                                  const std::vector<std::string>& responses) {
+                                                  const std::vector<std::string>& responses,
+                                                  std::vector<std::string>& bridged) {
   std::vector<std::vector<std::string>> result(blows.size());
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     Recording moving;
@@ -34,7 +68,23 @@ std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& 
       const Channel& c = recordings[r].at(name);
       moving.add(c.name, c.quantity, c.samples);
     }
-    for (const records::Finding& f : records::check(moving).findings) {
+    const records::RecordReport report = records::check(moving);
+    for (std::size_t b = 0; b < blows.size(); ++b) {
+      for (const std::string& name : responses) {
+        const records::ChannelMask* mask = report.mask(name);
+        if (owner[b] != r || mask == nullptr || report.find(records::FindingKind::spikes, name) == nullptr) continue;
+        const auto offset = static_cast<Eigen::Index>(std::llround((blows[b].t0 - moving.t0) / moving.dt));
+        Eigen::VectorXd samples = blows[b].at(name).samples;
+        const Eigen::Index count = bridge(samples, mask->usable, offset, pulses[b]);
+        if (count == 0) continue;
+        for (Channel& channel : blows[b].channels)
+          if (channel.name == name) channel.samples = samples;
+        bridged.push_back(fmt::format("blow {} at {:.4g} s: {} spike{} of {} bridged: look for loose contacts", b + 1,
+                                      blows[b].t0 + blows[b].dt * static_cast<double>(pulses[b].peak), count,
+                                      count == 1 ? "" : "s", name));
+      }
+    }
+    for (const records::Finding& f : report.findings) {
       if (!spoils(f.kind)) continue;
       for (std::size_t b = 0; b < blows.size(); ++b) {
         const double end = blows[b].t0 + blows[b].dt * static_cast<double>(blows[b].size() - 1);

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "blow.hpp"
 #include "whirl/core/recording.hpp"
 
 namespace whirl::modal {
@@ -9,9 +10,13 @@ namespace whirl::modal {
 /// What happened to the responses of each blow between sensor and file: stretches that stand still or read zero while
 /// the structure moves; one sentence each, none for a sound blow. The recordings are looked at whole, since a blow may
 /// begin or end inside such a stretch. `owner`: recording of each blow; `responses`: names of the channels looked at.
+///
+/// Spikes of a response (single samples far off the curve, away from the pulse) are bridged in `blows` by the cubic
+/// through their neighbours; `bridged` gets a sentence for each channel of each blow concerned.
 std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& recordings,
-                                                  const std::vector<Recording>& blows,
+                                                  std::vector<Recording>& blows, const std::vector<Pulse>& pulses,
                                                   const std::vector<std::size_t>& owner,
-                                                  const std::vector<std::string>& responses);
+                                                  const std::vector<std::string>& responses,
+                                                  std::vector<std::string>& bridged);
 
 }  // namespace whirl::modal

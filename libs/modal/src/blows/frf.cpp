@@ -263,10 +263,40 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
 
 }  // namespace
 
-FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options,
+namespace {
+
+/// The recordings without single-sample spikes of the force, which are no blows; nothing where there are none.
+std::vector<Recording> without_force_spikes(const std::vector<Recording>& recordings, const FrfOptions& options,
+                                            std::vector<std::string>& told) {
+  std::vector<Recording> mended;
+  for (std::size_t r = 0; r < recordings.size(); ++r) {
+    const Recording& recording = recordings[r];
+    const Channel& force = force_channel(recording, options);
+    const std::vector<Eigen::Index> spikes = force_spikes(force.samples);
+    if (spikes.empty()) continue;
+    if (mended.empty()) mended = recordings;
+    for (Channel& channel : mended[r].channels) {
+      if (channel.name != force.name) continue;
+      for (const Eigen::Index i : spikes) channel.samples[i] = 0.5 * (channel.samples[i - 1] + channel.samples[i + 1]);
+    }
+    told.push_back(
+        fmt::format("{}{}: {} spike{} of single samples, the first at {:.4g} s, bridged: no blow; look for "
+                    "loose contacts",
+                    recording.source.empty() ? "" : recording.source + ": ", force.name, spikes.size(),
+                    spikes.size() == 1 ? "" : "s", recording.t0 + recording.dt * static_cast<double>(spikes.front())));
+  }
+  return mended;
+}
+
+}  // namespace
+
+FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOptions& options,
                                std::vector<BlowReport>* reports) {
+  std::vector<std::string> bridged;
+  const std::vector<Recording> mended = without_force_spikes(given, options, bridged);
+  const std::vector<Recording>& recordings = mended.empty() ? given : mended;
   std::vector<std::size_t> owner;
-  const std::vector<Recording> blows = all_blows(recordings, options, owner);
+  std::vector<Recording> blows = all_blows(recordings, options, owner);
   const double dt = blows.front().dt;
   const std::string force_name = force_channel(blows.front(), options).name;
   // The transform starts just before the pulse: what is cut off at the end of a response that still rings then only
@@ -287,7 +317,8 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const F
   const double length = dt * static_cast<double>(n);
   result.window_decay = -std::log(options.window_end) / length;
   const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
-  const auto damage = blow_damage(recordings, blows, owner, names_of(result));
+  const auto damage = blow_damage(recordings, blows, pulses, owner, names_of(result), bridged);
+  for (const std::string& text : bridged) result.summary.warn(text);
   std::vector<BlowReport> found;
   std::vector<BlowSpectra> spectra;
   std::vector<std::size_t> measured;  // blow of each of `spectra`

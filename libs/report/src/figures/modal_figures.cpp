@@ -57,10 +57,13 @@ Figure frequency_response(const FrequencyResponse& response, Index channel, cons
   figure.shared_x = true;
   const Axis x{"frequency", kHertz};
 
+  // Of another program's file neither estimator nor averages are known.
+  const std::string force = c.reference.find("force") != std::string::npos ? c.reference : "force at " + c.reference;
+  const std::string made =
+      response.averages > 0 ? fmt::format(", {} of {} averages", to_string(response.estimator), response.averages) : "";
   Panel& top = figure.panel(
-      fmt::format("{} per force {}, {} of {} averages", c.response, c.reference, to_string(response.estimator),
-                  response.averages),
-      x, {std::string(to_string(response.kind)), {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
+      fmt::format("{} per {}{}", c.response, force, made), x,
+      {std::string(to_string(response.kind)), {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
   top.line("measured", f, magnitude(c.value), {.color = 7});
   if (reconstruction.size() > 0) {
     check_size(reconstruction.size(), f.size(), "reconstruction");
