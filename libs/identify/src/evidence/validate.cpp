@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "evidence/free_run_errors.hpp"
 #include "output_error/rotor/output_error_kernel.hpp"
 #include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
@@ -74,6 +75,16 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
   return usable.size() ? std::sqrt((v.array().square() * usable).sum() / std::max(1.0, usable.sum())) : rms(v);
 }
 
+void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
+  for (const std::string& w : fit.warnings) v.summary.warn(w);
+  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
+                                options.refit_offset ? " and sensor offset" : "");
+}
+
+}  // namespace
+
+namespace detail {
+
 void compare_with_clean(Validation& v, const ValidateOptions& options, const Eigen::VectorXcd& simulated) {
   if (options.clean->size() != simulated.size()) {
     throw Error::in_field("clean", fmt::format("{} samples", options.clean->size()),
@@ -83,7 +94,6 @@ void compare_with_clean(Validation& v, const ValidateOptions& options, const Eig
   if (options.clean->has(options.record.y)) v.clean_rmse_y = rms((*options.clean)[options.record.y] - simulated.imag());
 }
 
-/// rmse, nrmse and residual over the axes measured.
 void measure_errors(const RotorRecord& record, const Eigen::VectorXcd& measured, const Eigen::VectorXcd& error,
                     Validation& v) {
   v.rmse_x = rms(error.real(), record.usable_x);
@@ -98,19 +108,17 @@ void measure_errors(const RotorRecord& record, const Eigen::VectorXcd& measured,
   v.summary.residual = std::sqrt((record.one_axis() ? 1 : 0.5) * squares);
 }
 
-void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
-  if (v.fold_sensitive) {
-    v.summary.warn(
-        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
-                    "whether the rotor jumps; do not average it with other runs",
-                    100 * options.fold_change, 1e3 * v.fold_shift));
-  }
-  for (const std::string& w : fit.warnings) v.summary.warn(w);
-  v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
-                                options.refit_offset ? " and sensor offset" : "");
+void judge_fold(Validation& v, const ValidateOptions& options, double shift) {
+  v.fold_shift = shift;
+  v.fold_sensitive = !(shift < options.fold_limit);
+  if (!v.fold_sensitive) return;
+  v.summary.warn(
+      fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
+                  "whether the rotor jumps; do not average it with other runs",
+                  100 * options.fold_change, 1e3 * v.fold_shift));
 }
 
-}  // namespace
+}  // namespace detail
 
 std::string_view to_string(UnbalanceSource source) {
   switch (source) {
@@ -165,10 +173,10 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.eps = run.eps;
   const Eigen::VectorXcd simulated = fit.read_main(0) + run.beside + runout;
   const Eigen::VectorXcd error = measured - simulated;
-  measure_errors(record, measured, error, v);
+  detail::measure_errors(record, measured, error, v);
   v.peak_measured = (measured.array() - run.offset).abs().maxCoeff();
   v.peak_simulated = (simulated.array() - run.offset).abs().maxCoeff();
-  if (options.clean) compare_with_clean(v, options, simulated);
+  if (options.clean) detail::compare_with_clean(v, options, simulated);
   v.simulated.t0 = recording.t0;
   v.simulated.dt = recording.dt;
   v.simulated.source = "simulated: " + recording.source;
@@ -183,8 +191,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   const detail::TermForces forces{free.terms, fine.omega, record.t0};
   const Eigen::VectorXcd moved =
       detail::main_mode(harder, run.eps, rotor::unbalance_forcing(fine), forces, grid, run.z0, run.dz0).z;
-  v.fold_shift = std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size()));
-  v.fold_sensitive = !(v.fold_shift < options.fold_limit);
+  detail::judge_fold(v, options, std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size())));
   if (model.rotor_covariance.size() == 25) {
     const Eigen::Vector2d spread = parameter_spread(model, fit.model, run, forces, grid, free.unbalance);
     const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "evidence/verdict.hpp"
+#include "evidence/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
 
@@ -349,7 +349,6 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
   const RotorRecord record = rotor_record(recording, options.record);
   const double ox = number(model, "offset_x"), oy = number(model, "offset_y");
   const Recording run_data = run_record(record, 1);
-  std::vector<double> values;
   const Complex eps = std::polar(number(model, "e"), number(model, "e_phase"));
   const Complex eps_tilt = std::polar(number(model, "e_tilt"), number(model, "e_tilt_phase"));
   TrajectoryModel fixed =
@@ -374,45 +373,28 @@ Validation validate_tilt_rotor(const IdentifiedModel& model, const Recording& re
     v.summary.fail(fmt::format("{}: the free run of the model diverges", recording.source));
     return v;
   }
+  const Eigen::VectorXcd simulated = readings.col(0) + Complex(0, 1) * readings.col(1);
   // As for a plain rotor: another k2 within reason and the run jumps elsewhere.
   TrajectoryModel harder = fit.model;
   harder.parameters[k2].value *= 1 + options.fold_change;
   const Eigen::MatrixXd moved = follow(harder, run_data, fit.runs.front());
-  v.fold_shift =
-      moved.size() == 0 ? INFINITY : std::sqrt((moved - readings).squaredNorm() / static_cast<double>(moved.rows()));
-  v.fold_sensitive = v.fold_shift > options.fold_limit;
-  if (v.fold_sensitive)
-    v.summary.warn(
-        fmt::format("fold-sensitive: {:g} % of k2 moves this run by {:.3g} mm rms, so its error is decided by "
-                    "whether the rotor jumps; do not average it with other runs",
-                    100 * options.fold_change, 1e3 * v.fold_shift));
+  detail::judge_fold(
+      v, options,
+      moved.size() == 0 ? INFINITY : std::sqrt((moved - readings).squaredNorm() / static_cast<double>(moved.rows())));
   v.simulated.dt = record.dt;
   v.simulated.t0 = recording.t0;
   v.simulated.source = model.method;
   v.simulated.add("x", Quantity::displacement, readings.col(0));
   v.simulated.add("y", Quantity::displacement, readings.col(1));
-  const auto rms = [](const Eigen::ArrayXd& a) {
-    const Eigen::ArrayXd seen = a.isFinite().select(a, 0.0);
-    return std::sqrt(seen.square().sum() / std::max(1.0, static_cast<double>(a.isFinite().count())));
-  };
-  const Eigen::ArrayXd x = run_data["x"].array(), y = run_data["y"].array();
-  v.rmse_x = rms(x - readings.col(0).array());
-  v.rmse_y = rms(y - readings.col(1).array());
-  if (options.clean) {
-    v.clean_rmse_x = rms((*options.clean)["x"].array() - readings.col(0).array());
-    v.clean_rmse_y = rms((*options.clean)["y"].array() - readings.col(1).array());
-  }
-  v.nrmse =
-      std::hypot(v.rmse_x, v.rmse_y) / std::hypot(rms(x - readings.col(0).mean()), rms(y - readings.col(1).mean()));
-  v.peak_simulated =
-      ((readings.col(0).array() - ox).square() + (readings.col(1).array() - oy).square()).sqrt().maxCoeff();
+  detail::measure_errors(record, record.z, record.z - simulated, v);
+  if (options.clean) detail::compare_with_clean(v, options, simulated);
+  const Eigen::ArrayXcd about = simulated.array() - Complex(ox, oy);
+  v.peak_simulated = about.abs().maxCoeff();
   // Twice what the noise and the model's own residual account for, or 3 % of the motion, as for any system.
   const double excess = std::sqrt(std::max(1.0, model.summary.chi_square)),
-               motion =
-                   std::hypot(rms(readings.col(0).array() - ox), rms(readings.col(1).array() - oy)) / std::sqrt(2.0);
+               motion = std::sqrt(0.5 * about.abs2().mean());
   v.band_x = std::max(2 * excess * record.noise_x, std::hypot(excess * record.noise_x, 0.03 * motion));
   v.band_y = std::max(2 * excess * record.noise_y, std::hypot(excess * record.noise_y, 0.03 * motion));
-  v.summary.residual = std::sqrt((v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y) / 2);
   return v;
 }
 
