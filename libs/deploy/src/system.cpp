@@ -10,6 +10,7 @@
 #include "rotor_parameters.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
 
 namespace whirl::deploy {
@@ -218,8 +219,30 @@ expr::Expr with_frozen_signs(const expr::Expr& e, const std::vector<expr::Expr>&
   });
 }
 
+/// The forces that the records showed beyond RotorModel, each with its coefficient as a parameter.
+void add_further_forces(const IdentifiedModel& model, ModelSystem& s) {
+  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  if (terms.empty()) return;
+  const auto symbol = [](const char* name) { return expr::Expr::symbol(name); };
+  const std::map<std::string, expr::Expr, std::less<>> names{
+      {"X1", symbol("x")}, {"X2", symbol("vx")}, {"X3", symbol("y")}, {"X4", symbol("vy")}, {"X6", symbol("omega")}};
+  for (const identification::RotorTerm& term : terms) {
+    const identification::RotorTermName& name = name_of(term.kind);
+    const std::string parameter(name.parameter);
+    s.parameters.push_back({parameter, std::string(name.unit.empty() ? "1" : name.unit), std::string(name.label),
+                            term.value, -kInf, kInf});
+    for (const bool x : {true, false}) {
+      expr::Expr& rate = s.rates[x ? 1 : 3];
+      for (const auto& [function, sign] : identification::term_text(term, x))
+        rate = rate + expr::Expr(sign) * symbol(parameter.c_str()) * substitute(expr::Expr::parse(function), names);
+    }
+  }
+  s.title += ", with " + names_of(terms);
+}
+
 ModelSystem model_system(const IdentifiedModel& model) {
   ModelSystem s = model.rotor ? rotor_system(*model.rotor) : equation_system(model);
+  if (model.rotor) add_further_forces(model, s);
   s.sample_time = model.sample_time > 0 ? model.sample_time : 1e-3;
   s.events = find_events(s.rates);
   return s;

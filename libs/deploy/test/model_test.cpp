@@ -10,6 +10,7 @@
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/rotor/simulate.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/machines.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -107,6 +108,40 @@ TEST(ModelSourceExport, RotorEqualsTheLibraryAlongARunDown) {
   EXPECT_GT(size, 0.1);
   EXPECT_LE(error, 1e-12 * size);
   EXPECT_LE(output, 1e-18);
+}
+
+// Forces beyond RotorModel: against the machine that is integrated in testing/machines.hpp.
+TEST(ModelSourceExport, RatesHaveTheFurtherForcesOfTheModel) {
+  testing::Machine m;
+  m.k = 5700, m.cubic = 1e7, m.c = 1, m.e = 3e-4, m.e_phase = 0.4;
+  m.quintic = 8e12, m.quadratic = 20, m.dry = 0.15, m.gyroscopic = 0.05, m.c_rotating = 0.8, m.cross = 60;
+  IdentifiedModel model;
+  model.rotor = RotorModel{};
+  model.rotor->k1 = m.k, model.rotor->k2 = m.cubic, model.rotor->c = m.c;
+  model.rotor->eps = std::polar(m.e, m.e_phase);
+  for (const auto& [name, value] : {std::pair{"k3", m.quintic},
+                                    {"c2", m.quadratic},
+                                    {"friction", m.dry},
+                                    {"friction_speed", 1e-4},
+                                    {"gyroscopic", m.gyroscopic},
+                                    {"c_rotating", m.c_rotating},
+                                    {"k_cross", m.cross}})
+    model.parameters.emplace_back(name, Estimate::from_sd(value, 0));
+  const testing::TemporaryFolder folder;
+  const testing::SharedLibrary library(build(folder, model));
+  const CompiledC c(library);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 50; ++i) {
+    const double x[] = {3e-3 * unit(random), 0.3 * unit(random), 3e-3 * unit(random), 0.3 * unit(random)};
+    const double u[] = {6 * unit(random), 200 * unit(random), 20 * unit(random), 0, 0};
+    double found[4];
+    c.rates(c.params, 0.0, x, u, found);
+    const testing::machines_detail::State truth =
+        testing::machines_detail::slope(m, 0, u[0], u[1], u[2], {x[0], x[1], x[2], x[3]});
+    for (int k = 0; k < 4; ++k)
+      EXPECT_NEAR(found[k], truth[static_cast<std::size_t>(k)], 1e-9 * (1 + std::abs(truth[1]) + std::abs(truth[3])));
+  }
 }
 
 // The exported step follows the angle within the step: fourth order against the prescribed-angle simulation.

@@ -2,12 +2,14 @@
 
 #include <numbers>
 
+#include "whirl/identify/rotor_terms.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {
 namespace {
 
 using Eigen::Index;
+using identification::name_of;
 constexpr double kRpm = std::numbers::pi / 30;
 
 /// The model with the unbalance asked for, and its rotor where the unbalance forces one.
@@ -15,6 +17,22 @@ struct Forced {
   IdentifiedModel model;
   std::optional<RotorModel> rotor;
 };
+
+/// A drift as at its reference: a steady response knows no time.
+bool drifts(const identification::RotorTerm& term) {
+  return term.kind == identification::RotorTermKind::stiffness_drift ||
+         term.kind == identification::RotorTermKind::damping_drift;
+}
+
+void add_further_forces(const IdentifiedModel& model, IdentifiedModel& equations) {
+  for (const identification::RotorTerm& term : identification::terms_of(model)) {
+    if (drifts(term)) continue;
+    for (Equation& e : equations.equations) {
+      for (const auto& [function, sign] : identification::term_text(term, e.lhs == "X2'"))
+        e.terms.push_back({function, Estimate::from_sd(sign * term.value, 0), ""});
+    }
+  }
+}
 
 Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   if (!(o.curve.from > 0) || !(o.curve.to > 0)) throw Error("--from-rpm and --to-rpm are needed, both > 0");
@@ -24,7 +42,8 @@ Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   if (!f.model.rotor || !turning) return f;
   f.rotor = *f.model.rotor;
   f.rotor->eps *= o.unbalance;
-  const IdentifiedModel equations = response::rotor_equations(*f.rotor);
+  IdentifiedModel equations = response::rotor_equations(*f.rotor);
+  add_further_forces(f.model, equations);
   f.model.states = equations.states;
   f.model.inputs = equations.inputs;
   f.model.equations = equations.equations;
@@ -39,10 +58,11 @@ void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& sum
       high, critical / kRpm, 60 * low, 60 * high));
 }
 
-/// Over the covariance of an isotropic rotor, whose synchronous response is algebraic.
+/// Over the covariance of an isotropic rotor without further forces, whose synchronous response is algebraic.
 std::optional<response::SynchronousBand> band_of(const Forced& forced, const response::CurveOptions& options) {
   const bool isotropic = forced.rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0;
-  if (!isotropic || forced.model.rotor_covariance.size() != 25) return {};
+  if (!isotropic || forced.model.rotor_covariance.size() != 25 || !identification::terms_of(forced.model).empty())
+    return {};
   return response::synchronous_band(
       *forced.rotor, forced.model.rotor_covariance,
       Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
@@ -105,7 +125,14 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
   const response::PeriodicSystem system(forced.model, {o.input, o.amplitude, forced.rotor ? 1 : o.unbalance});
   found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
   found.summary = found.curve.summary;
-  if (forced.rotor) warn_of_hertz(o, *forced.rotor, found.summary);
+  if (forced.rotor) {
+    warn_of_hertz(o, *forced.rotor, found.summary);
+    for (const identification::RotorTerm& term : identification::terms_of(model)) {
+      if (drifts(term))
+        found.summary.warn(fmt::format("the model has {}: this response holds at {:g} s of its record",
+                                       name_of(term.kind).label, term.reference));
+    }
+  }
   found.radius = system.driven_by_angle() && system.size() == 2;
   found.coordinate = system.names().front();
   if (found.curve.points.empty()) return found;

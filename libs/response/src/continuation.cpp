@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -32,6 +33,12 @@ class Tracer {
     curve.names = system_.names();
     PeriodicSolution first;
     first.coefficients = Eigen::MatrixXd::Zero(2 * o_.harmonics + 1, system_.size());
+    // A little motion: sqrt(x'^2 + y'^2) and the like have no slope at rest.
+    for (Index i = 0; i < system_.size(); ++i) {
+      const double phase = 0.3 + 0.5 * std::numbers::pi * static_cast<double>(i);
+      first.coefficients(1, i) = 1e-9 * std::cos(phase);
+      first.coefficients(2, i) = 1e-9 * std::sin(phase);
+    }
     set_parameter(first, o_.from);
     if (!start(first)) {
       curve.summary.fail(fmt::format("no periodic answer was found at the begin of the range ({:.5g})", o_.from));

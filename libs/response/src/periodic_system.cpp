@@ -86,11 +86,12 @@ Expressions meanings(const std::vector<std::string>& used, const Forcing& forcin
   return given;
 }
 
-/// The part that the angle drives is the unbalance: scaled as a whole.
+/// The terms of the angle are the unbalance: scaled as a whole. Others may know the speed too (gyroscopic term).
 Expr with_unbalance(const Expr& e, const Expr& scale) {
-  const Expressions still = {{"X6", Expr(0.0)}};
-  const Expr rest = substitute(e, still);
-  return rest + scale * (e - rest);
+  const std::vector<Expr> terms = e.kind() == Expr::Kind::sum ? e.args() : std::vector<Expr>{e};
+  std::vector<Expr> scaled;
+  for (const Expr& t : terms) scaled.push_back(contains(expr::variables(t), "X5") ? scale * t : t);
+  return Expr::sum(scaled);
 }
 
 }  // namespace

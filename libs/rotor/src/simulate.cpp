@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "whirl/core/error.hpp"
 #include "whirl/core/integrate.hpp"
 #include "whirl/rotor/lateral_step.hpp"
@@ -156,7 +159,29 @@ Response simulate(const RotorModel& model, const AngleSignal& angle, const Whirl
 
 Response simulate(const RotorModel& model, const AngleSignal& angle) {
   check_grid(angle.beta.size(), angle.dt);
-  return simulate(model, angle, steady_whirl(model, angle.omega[0], angle.beta[0]));
+  if (angle.omega.size() != angle.beta.size()) return simulate(model, angle, WhirlState{});
+  const WhirlState start = steady_whirl(model, angle.omega[0], angle.beta[0]);
+  const double forced = angle.omega.cwiseAbs().maxCoeff();
+  int substeps = steps_per_sample(angle.dt, free_frequency(model, std::abs(start.z)), forced);
+  while (true) {
+    Response out = simulate(model, angle, start, substeps);
+    // A harder spring far out is a faster motion.
+    const double radius = (out.z.array() - model.offset).abs().maxCoeff();
+    const int needed = steps_per_sample(angle.dt, free_frequency(model, radius), forced);
+    if (!std::isfinite(radius) || needed <= substeps) return out;
+    substeps = needed;
+  }
+}
+
+int steps_per_sample(double dt, double free, double forced) {
+  constexpr double kFree = 0.1, kForced = 0.5;  // rad a step
+  constexpr double kMost = 1e4;
+  const double steps = std::max(dt * free / kFree, dt * forced / kForced);
+  return static_cast<int>(std::ceil(std::clamp(steps, 1.0, kMost)));
+}
+
+double free_frequency(const RotorModel& model, double radius) {
+  return std::sqrt(std::abs(model.k1) + std::abs(model.k1_conj) + 3 * std::abs(model.k2) * radius * radius);
 }
 
 DrivenResponse simulate_driven(const UnbalancedDisk& disk, const TorqueModel& torque, const DiskState& start, double dt,

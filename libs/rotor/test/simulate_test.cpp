@@ -48,6 +48,26 @@ TEST(SimulateReference, JeffcottSteadyState) {
   }
 }
 
+// Few samples a cycle: the motion at the samples does not depend on them.
+TEST(SimulateConvergence, TheSamplingRateMovesNoSample) {
+  RotorModel m = imperfect();
+  m.k2 = 2e8;
+  SpeedProfile profile;
+  profile.omega_start = 30;
+  profile.omega_end = 190;
+  profile.ramp_time = 8;
+  const Response fine = simulate(m, angle_signal(profile, 2.5e-4));
+  const double size = (fine.z.array() - m.offset).abs().maxCoeff();
+  EXPECT_GT(size, 1e-3);
+  for (const Eigen::Index every : {4, 20, 40, 80}) {
+    const Response coarse = simulate(m, angle_signal(profile, 2.5e-4 * static_cast<double>(every)));
+    double off = 0;
+    for (Eigen::Index i = 0; i < coarse.z.size() && i * every < fine.z.size(); ++i)
+      off = std::max(off, std::abs(coarse.z[i] - fine.z[i * every]));
+    EXPECT_LT(off, 2e-3 * size) << every;
+  }
+}
+
 TEST(SimulateReference, FreeDecay) {
   const double w = 60, zeta = 0.05, wd = w * std::sqrt(1 - zeta * zeta);
   const Response r = simulate(jeffcott(w, zeta), constant_speed(0, 1e-3, 501), 1e-3, 0.0);

@@ -13,6 +13,7 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::tuning {
 namespace {
@@ -230,6 +231,13 @@ std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
         "take part in that mode is not known: give its hammer test (modes.json) or [modes.N] in the data sheet",
         f);
   }
+  const double unstable = identification::unstable_from(*model.rotor, identification::terms_of(model), top);
+  if (std::isfinite(unstable)) {
+    return fmt::format(
+        "with its {} the rotor whirls by itself from {:.0f} rpm on, inside the speed range, and the plant that designs "
+        "are tuned on has no such force",
+        names_of(identification::terms_of(model)), unstable * 30 / std::numbers::pi);
+  }
   return {};
 }
 
@@ -250,6 +258,13 @@ void add_structure(ControllerDesign& d, std::vector<rig::RigMode> modes) {
 }
 
 }  // namespace
+
+void warn_of_further_forces(const IdentifiedModel& model, Summary& summary) {
+  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  if (!terms.empty())
+    summary.warn("the plant is the rotor without the model's " + names_of(terms) +
+                 ": what these forces change is not in these numbers");
+}
 
 control::Runout identified_runout(const IdentifiedModel& model) {
   control::Runout out;
@@ -331,6 +346,7 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
     if (certified || best.law.empty()) best = std::move(d);
     if (certified) break;
   }
+  warn_of_further_forces(model, best.summary);
   best.provenance.version = version();
   best.provenance.inputs = model.provenance.inputs;
   best.provenance.seed = options.seed;

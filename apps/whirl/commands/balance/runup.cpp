@@ -1,7 +1,10 @@
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "response.hpp"
+#include "whirl/identify/rotor_terms.hpp"
+#include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
@@ -51,6 +54,35 @@ void say_direction(Session& session, const char* name, const response::RateCurve
         fmt::format("  fastest useful   {:.4g} rpm/s: faster does not lower the peak", c.fastest_useful / kRpm));
 }
 
+/// The plan is that of the RotorModel; what the model has beside it is run once at the rates suggested.
+void say_further_forces(Session& session, IdentifiedModel model, const pages::RunUpSheet& sheet, Summary& summary) {
+  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  if (terms.empty()) return;
+  model.rotor = sheet.rotor;
+  const response::RunUpOptions& o = sheet.options;
+  const std::string names = names_of(terms);
+  summary.warn("the plan is that of a rotor without the model's " + names);
+  if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
+    summary.fail(
+        fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range", names, w / kRpm));
+  for (const auto& [rate, from, to] :
+       {std::tuple(sheet.up_rate, o.from, o.to), std::tuple(sheet.down_rate, o.to, o.from)}) {
+    if (!rate) continue;
+    rotor::SpeedProfile profile;
+    profile.omega_start = from;
+    profile.omega_end = to;
+    profile.ramp_time = std::abs(to - from) / *rate;
+    const double fastest = std::max(o.to, sheet.rotor.natural_frequency());
+    const rotor::Response run =
+        identification::simulate_rotor(model, rotor::angle_signal(profile, 2 * std::numbers::pi / 20 / fastest));
+    const double peak = (run.z.array() - sheet.rotor.offset).abs().maxCoeff();
+    session.say(
+        fmt::format("with {:<13} {} at {:.4g} rpm/s {}", names, mm(peak), *rate / kRpm, from < to ? "up" : "down"));
+    if (o.limit > 0 && !(peak <= o.limit))
+      summary.fail(fmt::format("with its {} the run at {:.4g} rpm/s exceeds the limit", names, *rate / kRpm));
+  }
+}
+
 void run(const Options& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (identification::has_tilt(model))
@@ -79,6 +111,7 @@ void run(const Options& o, Session& session) {
                                                                    sheet.drive->run.seconds, mm(sheet.drive->run.peak))
                                                      : "stalls"));
   }
+  say_further_forces(session, model, sheet, sheet.summary);
   const io::Json json = to_json(sheet);
   session.result(json);
   if (!o.out.empty()) io::save_json(o.out, json);

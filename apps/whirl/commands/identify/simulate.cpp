@@ -87,11 +87,12 @@ Recording run_tilt(const IdentifiedModel& model, const Options& o, double& peak,
   return out;
 }
 
-Recording run_rotor(RotorModel rotor, const Options& o, double& peak, double& at) {
+Recording run_rotor(IdentifiedModel model, const Options& o, double& peak, double& at) {
+  RotorModel& rotor = *model.rotor;
   rotor.eps *= o.unbalance;
   if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
   const AngleSignal angle = profile_of(o);
-  const rotor::Response response = rotor::simulate(rotor, angle);
+  const rotor::Response response = identification::simulate_rotor(model, angle);
   Index worst = 0;
   peak = response.z.size() > 0 ? (response.z.array() - rotor.offset).abs().maxCoeff(&worst) : 0;
   at = angle.omega[2 * worst];
@@ -140,7 +141,7 @@ void run(const Options& o, Session& session) {
   Recording result;
   const bool tilts = identification::has_tilt(model);
   if ((model.rotor || tilts) && o.record.empty()) {
-    result = tilts ? run_tilt(model, o, peak, at) : run_rotor(*model.rotor, o, peak, at);
+    result = tilts ? run_tilt(model, o, peak, at) : run_rotor(model, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
                             at / kRpm));
   } else {

@@ -6,6 +6,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/trajectory.hpp"
+#include "whirl/rotor/simulate.hpp"
 #include "whirl/signal/noise.hpp"
 
 namespace whirl::identification {
@@ -73,7 +74,8 @@ RunUp run_up(const IdentifiedModel& model, double drive, double seconds, double 
   const auto n = static_cast<Eigen::Index>(std::max(2.0, std::floor(seconds * rate)));
   Eigen::VectorXd x = Eigen::VectorXd::Zero(6), stage(7), k1(6), k2(6), k3(6), k4(6);
   stage[6] = drive;
-  const double h = 1 / rate;
+  // The six states have no name of their critical speed where the motion tells none.
+  const double free = model.rotor ? 1.5 * model.rotor->natural_frequency() : 0;
   const auto slope = [&](const Eigen::VectorXd& at, Eigen::VectorXd& out) {
     stage.head(6) = at;
     compiled.rate(stage.data(), out.data());
@@ -81,14 +83,18 @@ RunUp run_up(const IdentifiedModel& model, double drive, double seconds, double 
   RunUp run{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), 0};
   for (Eigen::Index i = 0; i < n; ++i) {
     if (!x.allFinite()) throw Error("the motion diverges: a higher rate is needed");
-    run.time[i] = h * static_cast<double>(i);
+    run.time[i] = static_cast<double>(i) / rate;
     run.speed[i] = x[5];
     run.radius[i] = std::hypot(x[0], x[2]);
-    slope(x, k1);
-    slope(x + 0.5 * h * k1, k2);
-    slope(x + 0.5 * h * k2, k3);
-    slope(x + h * k3, k4);
-    x += h / 6 * (k1 + 2 * (k2 + k3) + k4);
+    const int substeps = rotor::steps_per_sample(1 / rate, free, std::abs(x[5]));
+    const double h = 1 / (rate * substeps);
+    for (int s = 0; s < substeps; ++s) {
+      slope(x, k1);
+      slope(x + 0.5 * h * k1, k2);
+      slope(x + 0.5 * h * k2, k3);
+      slope(x + h * k3, k4);
+      x += h / 6 * (k1 + 2 * (k2 + k3) + k4);
+    }
   }
   run.reached = run.speed.tail(std::max<Eigen::Index>(1, n / 10)).mean();
   return run;

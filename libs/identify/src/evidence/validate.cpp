@@ -161,7 +161,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
   free.offset = options.refit_offset;
-  free.terms = detail::terms_of(model);
+  free.terms = terms_of(model);
   free.free_terms = false;
   free.sensor = detail::sensor_of(model);
   const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);

@@ -34,47 +34,6 @@ double ParameterView::covariance(const std::string& a, const std::string& b) con
 
 namespace {
 
-/// The force of a term in paper states, for the x or the y equation; the coefficient enters with `sign`.
-struct TermText {
-  std::string function;
-  double sign;
-};
-std::vector<TermText> term_text(const RotorTerm& term, bool x) {
-  const std::string own = x ? "X1" : "X3", v = x ? "X2" : "X4", other = x ? "X3" : "X1", other_v = x ? "X4" : "X2";
-  const double turn = x ? -1 : 1;  // of i z and i z'
-  const std::string since = term.reference == 0 ? "t" : fmt::format("(t - {:.17g})", term.reference);
-  switch (term.kind) {
-    case RotorTermKind::quintic_stiffness:
-      return {{own + "*(X1^2 + X3^2)^2", -1}};
-    case RotorTermKind::cubic_per_axis:
-      return {{own + "^3", -1}};
-    case RotorTermKind::quadratic_damping:
-      return {{v + "*sqrt(X2^2 + X4^2)", -1}};
-    case RotorTermKind::coulomb_friction:
-      return {{fmt::format("{}/sqrt(X2^2 + X4^2 + {:.17g})", v, term.reference * term.reference), -1}};
-    case RotorTermKind::gyroscopic:
-      return {{"X6*" + other_v, turn}};
-    case RotorTermKind::rotating_damping:
-      return {{v, -1}, {"X6*" + other, turn}};
-    case RotorTermKind::cross_coupled:
-      return {{other, turn}};
-    case RotorTermKind::stiffness_with_speed:
-      return {{"abs(X6)*" + own, -1}};
-    case RotorTermKind::damping_with_speed:
-      return {{"abs(X6)*" + v, -1}};
-    case RotorTermKind::stiffness_drift:
-      return {{since + "*" + own, -1}};
-    case RotorTermKind::damping_drift:
-      return {{since + "*" + v, -1}};
-  }
-  return {};
-}
-
-/// Where the reference of a term is kept among the parameters.
-std::string reference_name(const RotorTermName& name) {
-  return name.kind == RotorTermKind::coulomb_friction ? "friction_speed" : "drift_start";
-}
-
 /// The equation of X2' (x) or X4'.
 Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, bool x) {
   const bool k = view.has("k1_conj_re"), c = view.has("c_conj_re");
@@ -169,19 +128,6 @@ void add_beside(const ParameterView& view, const OutputErrorFit& fit, NamedEstim
 }
 
 }  // namespace
-
-std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
-  std::vector<RotorTerm> terms;
-  for (const RotorTermName& name : kRotorTermNames) {
-    const Estimate* value = model.parameter(std::string(name.parameter));
-    if (value == nullptr) continue;
-    const bool refers = name.kind == RotorTermKind::coulomb_friction || name.kind == RotorTermKind::stiffness_drift ||
-                        name.kind == RotorTermKind::damping_drift;
-    const Estimate* reference = refers ? model.parameter(reference_name(name)) : nullptr;
-    terms.push_back({name.kind, value->value, reference != nullptr ? reference->value : 0});
-  }
-  return terms;
-}
 
 SensorAxes sensor_of(const IdentifiedModel& model) {
   const auto value = [&](const char* name) {

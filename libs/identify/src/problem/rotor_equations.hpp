@@ -27,8 +27,7 @@ class ParameterView {
   double scale_;
 };
 
-/// Forces beyond RotorModel, and how the probes read, among the parameters of a model.
-std::vector<RotorTerm> terms_of(const IdentifiedModel& model);
+/// How the probes read, among the parameters of a model.
 SensorAxes sensor_of(const IdentifiedModel& model);
 
 /// states, inputs, equations, parameters and rotor_covariance of the model from the fit.

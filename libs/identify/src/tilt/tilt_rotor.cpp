@@ -11,6 +11,7 @@
 #include "evidence/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
+#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -327,15 +328,19 @@ Recording simulate_tilt_rotor(const IdentifiedModel& model, const AngleSignal& a
     const auto at = std::find(order.begin(), order.end(), compiled.states()[k]) - order.begin();
     start[static_cast<Eigen::Index>(k)] = by_axis[at];
   }
-  const ModelRun run = simulate(compiled, half_grid_inputs(compiled, angle, t0), start, angle.dt, angle.samples());
+  const double upper = number(model, "second_frequency");
+  const int substeps = rotor::steps_per_sample(angle.dt, upper, angle.omega.cwiseAbs().maxCoeff());
+  const AngleSignal fine = rotor::refine(angle, substeps);
+  const ModelRun run = simulate(compiled, half_grid_inputs(compiled, fine, t0), start, fine.dt, fine.samples());
   if (run.diverged)
     throw Error(fmt::format("the motion diverges after {:.4g} s", static_cast<double>(run.valid) * run.dt));
+  const auto each = Eigen::seq(0, Eigen::last, substeps);
   Recording out;
   out.dt = angle.dt;
   out.t0 = t0;
   out.source = model.method;
-  out.add("x", Quantity::displacement, run.state("X1").array() + number(model, "offset_x"));
-  out.add("y", Quantity::displacement, run.state("X3").array() + number(model, "offset_y"));
+  out.add("x", Quantity::displacement, run.state("X1")(each).array() + number(model, "offset_x"));
+  out.add("y", Quantity::displacement, run.state("X3")(each).array() + number(model, "offset_y"));
   out.add("beta", Quantity::angle, angle.beta(Eigen::seq(0, Eigen::last, Eigen::fix<2>)));
   return out;
 }

@@ -1,7 +1,11 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <string>
 #include <string_view>
+#include <vector>
+
+#include "whirl/core/identified_model.hpp"
 
 namespace whirl::identification {
 
@@ -46,6 +50,28 @@ inline constexpr std::array<RotorTermName, 11> kRotorTermNames{{
     {RotorTermKind::damping_drift, "damping drifting in time", "c_drift", "1/s^2"},
 }};
 constexpr const RotorTermName& name_of(RotorTermKind kind) { return kRotorTermNames[static_cast<std::size_t>(kind)]; }
+
+/// The parameter that keeps the reference of a Coulomb or drift term.
+std::string reference_name(const RotorTermName& name);
+
+/// Those among the parameters of a model.
+std::vector<RotorTerm> terms_of(const IdentifiedModel& model);
+
+/// What a term adds to the equation of x'' or y'', as a function of the paper's states; its coefficient enters with
+/// `sign`.
+struct TermText {
+  std::string function;
+  double sign;
+};
+std::vector<TermText> term_text(const RotorTerm& term, bool x);
+
+/// "Coulomb friction, gyroscopic term"; empty without terms.
+std::string names_of(const std::vector<RotorTerm>& terms);
+
+/// Lowest of 1000 equal steps of speed up to `most`, rad/s, from which on small motion about rest grows by rotating
+/// damping, cross-coupled stiffness or negative damping; infinite where it does not. Dry friction, which holds small
+/// motion, is left out.
+double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& terms, double most);
 
 /// Force of a term for coefficient 1, and its derivatives.
 struct TermForce {

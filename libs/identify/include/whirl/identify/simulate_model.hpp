@@ -8,6 +8,7 @@
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/expr/tape.hpp"
+#include "whirl/rotor/simulate.hpp"
 
 namespace whirl::identification {
 
@@ -62,6 +63,12 @@ struct ModelRun {
 ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
                   const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples,
                   double limit = std::numeric_limits<double>::infinity(), int substeps = 0);
+
+/// Motion of an identified rotor along an angle, as the probes would see it but for runout, delay and errors of the
+/// probes: RotorModel with its modes, and the forces of RotorTermKind, whose drifts count from the angle's first
+/// sample. From the steady whirl of the RotorModel at the first speed, with as many steps a sample as the motion needs.
+/// Throws Error for a model without `rotor`; a motion that diverges is not finite.
+rotor::Response simulate_rotor(const IdentifiedModel& model, const AngleSignal& angle);
 
 /// Inputs of a rotor model from the angle: X5 = beta, X6 = beta', X7 = beta'', t; midpoints are the angle's own.
 Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& angle, double t0 = 0);

@@ -52,8 +52,14 @@ inline Response simulate(const RotorModel& model, const AngleSignal& angle, std:
                          std::complex<double> dz0) {
   return simulate(model, angle, WhirlState{z0, dz0});
 }
-/// The same from steady whirl at the first speed.
+/// The same from steady whirl at the first speed, with as many steps a sample as the free and the forced motion need.
 Response simulate(const RotorModel& model, const AngleSignal& angle);
+
+/// Steps a sample at which RK4 turns a free motion of frequency `free` by 1e-6 of its angle too little, and follows a
+/// forcing of frequency `forced` to 2e-5; both rad/s, at least 1.
+int steps_per_sample(double dt, double free, double forced);
+/// Frequency of small motion about a whirl of this radius, rad/s: the fastest a RotorModel has.
+double free_frequency(const RotorModel& model, double radius);
 
 /// The inner kernel of simulate, for loops over many models with one angle: `forcing` from
 /// unbalance_forcing(angle), size 2 N - 1. One step per sample, no forced modes, no offset.

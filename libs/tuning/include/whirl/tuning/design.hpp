@@ -111,6 +111,9 @@ struct DesignOptions {
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
 
+/// Warns where the model has forces of RotorTermKind: no plant of this library has them.
+void warn_of_further_forces(const IdentifiedModel& model, Summary& summary);
+
 /// Sensor runout as far as the identification found it (parameters runout1+_re, ... of the model: amplitudes
 /// of e^{i k beta} and e^{-i k beta}); empty when it did not.
 control::Runout identified_runout(const IdentifiedModel& model);
