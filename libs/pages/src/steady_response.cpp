@@ -59,10 +59,10 @@ void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& sum
 }
 
 /// Over the covariance of an isotropic rotor without further forces, whose synchronous response is algebraic.
-std::optional<response::SynchronousBand> band_of(const Forced& forced, const response::CurveOptions& options) {
+std::optional<response::SynchronousBand> band_of(const Forced& forced, bool plain,
+                                                 const response::CurveOptions& options) {
   const bool isotropic = forced.rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0;
-  if (!isotropic || forced.model.rotor_covariance.size() != 25 || !identification::terms_of(forced.model).empty())
-    return {};
+  if (!isotropic || !plain || forced.model.rotor_covariance.size() != 25) return {};
   return response::synchronous_band(
       *forced.rotor, forced.model.rotor_covariance,
       Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
@@ -120,6 +120,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
   const Forced forced = forced_model(model, o);
   SteadyResponse found;
   found.rotor = forced.rotor;
+  found.plain_rotor = forced.rotor && identification::terms_of(model).empty();
   found.turning = o.input.empty();
   const double force = found.turning ? 0 : o.amplitude;
   const response::PeriodicSystem system(forced.model, {o.input, o.amplitude, forced.rotor ? 1 : o.unbalance});
@@ -141,7 +142,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
     const response::PeriodicSystem free(forced.model, {o.input, o.amplitude, 1, found.turning});
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
-  found.band = band_of(forced, o.curve);
+  found.band = band_of(forced, found.plain_rotor, o.curve);
   if (o.known) {
     found.known = *o.known;
     warn_of_extrapolation(found);

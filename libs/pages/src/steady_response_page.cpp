@@ -104,7 +104,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
     }
     add_lines(top, w, a, how, named);
   }
-  if (f.rotor) {
+  if (f.plain_rotor) {
     Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(60, 0, largest * 1.05), w(60);
     for (Index k = 0; k < 60; ++k) {
       w[k] = response::backbone(*f.rotor, a[k]);

@@ -40,6 +40,7 @@ struct SteadyResponse {
   std::optional<response::PeakCurve> peaks;       ///< over multiples of the stated forcing
   std::optional<response::SynchronousBand> band;  ///< over the covariance of an isotropic rotor
   std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where that forces it
+  bool plain_rotor = false;                       ///< it has no force beyond RotorModel: its backbone is known
   DataRange known;
   bool radius = false;   ///< amplitudes are sqrt(x^2 + y^2), m; else |q| of `coordinate`
   bool turning = false;  ///< forced by the unbalance, not by an input
