@@ -51,7 +51,8 @@ Steps neighbour_steps(const Eigen::VectorXd& x, double minimum, double maximum) 
   return out;
 }
 
-/// Samples that stand out from both neighbours, in the same direction, by more than 20 times the median jump.
+/// Samples that stand out from both neighbours, in the same direction, by more than 20 times the median jump and by
+/// four times what these differ from one another and from theirs: the top of a pulse is no spike.
 std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   if (x.size() < 16) return {0, 0};
   std::vector<double> jumps(static_cast<std::size_t>(x.size() - 1));
@@ -63,7 +64,10 @@ std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   Eigen::Index first = 0;
   for (Eigen::Index i = 1; i + 1 < x.size() && limit > 0; ++i) {
     const double a = x[i] - x[i - 1], b = x[i] - x[i + 1];
-    if (a * b > 0 && std::min(std::abs(a), std::abs(b)) > limit) {
+    const double before = i > 1 ? std::abs(x[i - 1] - x[i - 2]) : 0,
+                 after = i + 2 < x.size() ? std::abs(x[i + 1] - x[i + 2]) : 0;
+    const double about = 4 * std::max({before, after, std::abs(x[i - 1] - x[i + 1])});
+    if (a * b > 0 && std::min(std::abs(a), std::abs(b)) > std::max(limit, about)) {
       if (count++ == 0) first = i;
     }
   }

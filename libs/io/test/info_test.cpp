@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "whirl/io/csv.hpp"
 #include "whirl/testing/data.hpp"
@@ -47,6 +48,11 @@ TEST(Info, FindsWhatIsSuspicious) {
   Eigen::VectorXd spike = sine(1);
   spike[77] = 9;
   EXPECT_THAT(info_of(spike).findings, ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
+  // A hammer pulse of six samples in noise, and the corner that it makes in a response, are no spikes.
+  Eigen::VectorXd pulse = 1e-3 * sine(1);
+  for (int i = 0; i < 6; ++i) pulse[200 + i] += 50 * std::sin(std::numbers::pi * (i + 0.4) / 6);
+  for (const std::string& finding : info_of(pulse, Quantity::force).findings)
+    EXPECT_THAT(finding, Not(HasSubstr("spike")));
   const Eigen::VectorXd coarse = (sine(2) * 4).array().round();
   EXPECT_THAT(info_of(coarse).findings,
               ElementsAre(HasSubstr("coarse: about 17 levels"), HasSubstr("repeat their neighbour")));

@@ -251,6 +251,41 @@ TEST(OddFilesReference, BinaryFunctionsWithSingleAbscissaeBesideDoubleValues) {
   }
 }
 
+// Axes without a unit are in the one unit system that dataset 164 states.
+TEST(OddFilesReference, UniversalFilesInAnotherUnitSystem) {
+  for (const auto& [code, length, force] :
+       {std::tuple{5, 1e3, 1e3}, {7, 1 / 0.0254, 1 / 4.4482216152605}, {1, 1.0, 1.0}}) {
+    UffFile file = two_functions();
+    file.units = {{code, "system", length, force, 1, 273.15}};
+    for (UffFunction& f : file.functions) {
+      f.ordinate.unit = "NONE";
+      f.value *= length;
+    }
+    file.functions[1].ordinate.type = 13;
+    file.functions[1].value *= force / length;
+    const Recording record = recording_of(signals_from_uff(parse_uff(format_uff(file), "a.uff")));
+    EXPECT_EQ(record.at("1:+X").quantity, Quantity::acceleration);
+    EXPECT_EQ(record.at("2:-Y").quantity, Quantity::force);
+    EXPECT_NEAR(record["1:+X"][7], wave(7), 1e-9) << code;
+    EXPECT_NEAR(record["2:-Y"][7], 2 * wave(7), 1e-9) << code;
+
+    FrequencyResponse frf;
+    frf.kind = FrfKind::receptance;
+    frf.frequency = Eigen::VectorXd::LinSpaced(20, 1, 20);
+    frf.channels = {{"1:+X", "1:+X", Eigen::VectorXcd::Constant(20, {2e-6, 1e-6}), {}, {}}};
+    UffFile responses = uff_from_frf(frf);
+    responses.units = file.units;
+    responses.functions[0].ordinate.unit = responses.functions[0].denominator.unit = "";
+    responses.functions[0].value *= length / force;
+    const FrequencyResponse back = frf_from_uff(responses);
+    EXPECT_NEAR(back.channels[0].value[3].real(), 2e-6, 1e-15) << code;
+    EXPECT_EQ(back.kind, FrfKind::receptance);
+    EXPECT_THAT(error_of([&] { (void)frf_from_uff(responses, FrfKind::mobility); }), HasSubstr("--kind says velocity"));
+    responses.units.push_back(file.units[0]);  // two systems: which?
+    EXPECT_THAT(error_of([&] { (void)frf_from_uff(responses); }), HasSubstr("has no unit"));
+  }
+}
+
 // Points of universal files are the names of channels: a table of them can be written, and read back.
 TEST(OddFiles, PointsOfUniversalFilesAreHeadingsOfATable) {
   const auto folder = std::filesystem::path(::testing::TempDir());

@@ -37,6 +37,21 @@ bool is_blank(const std::string& unit) { return unit.empty() || unit == "NONE"; 
 // Dataset 164 with code 1 states that the file is in SI.
 bool states_si(const UffFile& file) { return file.units.size() == 1 && file.units[0].code == 1; }
 
+// The unit of the one unit system that dataset 164 states, of which a value divided by its factor is SI; nothing for
+// quantities that it does not say, or without a factor.
+std::optional<UnitSuffix> system_unit(const UffFile& file, Quantity quantity) {
+  if (file.units.size() != 1) return {};
+  const bool length =
+      quantity == Quantity::displacement || quantity == Quantity::velocity || quantity == Quantity::acceleration;
+  if (!length && quantity != Quantity::force) return {};
+  const UffUnits& units = file.units.front();
+  const double factor = units.code == 1 ? 1 : length ? units.length : units.force;
+  if (!(factor > 0) || !std::isfinite(factor)) return {};
+  UnitSuffix unit = si_suffix(quantity);
+  unit.divide = factor;
+  return unit;
+}
+
 // To Hz or s; 0 where the unit is none of these. A blank unit is SI, as the format says.
 double abscissa_scale(const UffAxis& axis, Quantity over) {
   if (is_blank(axis.unit)) return 1;
@@ -47,9 +62,13 @@ double abscissa_scale(const UffAxis& axis, Quantity over) {
   return angular ? unit->to_si(1) / (2 * std::numbers::pi) : 0;
 }
 
-const UnitSuffix& motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label,
-                              const std::string& what, const UnitSuffix* meant) {
+UnitSuffix motion_unit(const UffFile& file, const UffAxis& axis, const std::string& label, const std::string& what,
+                       const UnitSuffix* meant) {
   if (const UnitSuffix* unit = unit_from_label(label)) return *unit;
+  if (is_blank(label)) {
+    const auto unit = system_unit(file, quantity_of(axis.type));
+    if (unit && (meant == nullptr || meant->quantity == unit->quantity)) return *unit;
+  }
   if (is_blank(label) && meant != nullptr) {
     const Quantity stated = quantity_of(axis.type);
     if (stated == Quantity::dimensionless || stated == meant->quantity) return *meant;
@@ -146,6 +165,11 @@ SignalFile signals_from_uff(const UffFile& file) {
     Signal signal{name, label, {}, f.value.real(), {}};
     if (f.complex) signal.imaginary = f.value.imag();
     const UnitSuffix* ordinate = unit_from_label(label);
+    const std::optional<UnitSuffix> system = label.empty() ? system_unit(file, stated) : std::nullopt;
+    if (system) {
+      ordinate = &*system;
+      signal.unit = label = si_unit(stated);
+    }
     if (ordinate != nullptr && f.type <= 1 && !f.complex) {
       signal.quantity = ordinate->quantity;
       signal.value = signal.value.unaryExpr([&](double v) { return ordinate->to_si(v); }).eval();
@@ -218,10 +242,9 @@ FrequencyResponse frf_from_uff(const UffFile& file, std::optional<FrfKind> meant
         motion.resize(slash);
       }
     }
-    const UnitSuffix& numerator = motion_unit(file, f.ordinate, motion, what + " (response)", unit_of(meant));
-    const UnitSuffix& denominator =
-        motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}}, force, what + " (force)",
-                    meant ? &si_suffix(Quantity::force) : nullptr);
+    const UnitSuffix numerator = motion_unit(file, f.ordinate, motion, what + " (response)", unit_of(meant));
+    const UnitSuffix denominator = motion_unit(file, f.denominator.type == 13 ? f.denominator : UffAxis{13, {}, {}},
+                                               force, what + " (force)", meant ? &si_suffix(Quantity::force) : nullptr);
     if (denominator.quantity != Quantity::force) {
       throw Error::in_file(file.source, 0,
                            fmt::format("{} is per {}: must be per force", what, to_string(denominator.quantity)));
