@@ -36,7 +36,7 @@ void ForceCheck::reset() noexcept {
   readings_ = summed_ = at_ = 0;
   z1_ = z2_ = a1_ = forcing1_ = sum_ = now_ = fd_ = fx_ = fy_ = fl_ = 0;
   ring_.fill({});
-  y_ = u_ = late_ = unbalance_ = {};
+  filter_ = {};
   eps_ = settings_.eps;
   ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = 0;
   time_ = loud_ = gain_time_ = late_time_ = 0;
@@ -46,12 +46,12 @@ void ForceCheck::reset() noexcept {
   changed_ = false;
 }
 
-std::complex<double> ForceCheck::filtered(Filter& filter, Complex in) const noexcept {
-  for (Complex& state : filter) {
-    state += share_ * (in - state);
+// The same poles for all signals, side by side in vector registers.
+void ForceCheck::low_pass(Signals& in) noexcept {
+  for (Signals& state : filter_) {
+    for (std::size_t i = 0; i < in.size(); ++i) state[i] += share_ * (in[i] - state[i]);
     in = state;
   }
-  return in;
 }
 
 // u as it was about 8 ms ago, in blocks of about a millisecond.
@@ -95,6 +95,12 @@ ForceFault ForceCheck::judge() noexcept {
   const Complex e = starting ? Complex{} : eps_;
   const Complex fr = fd_ - ff_ * e;
   const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr);
+  const bool loud = rr > threshold_ * threshold_;
+  if (!loud && test_ <= 0) {
+    loud_ = gain_time_ = late_time_ = 0;
+    tested_ = std::min(tested_ + h, kAgain);
+    return ForceFault::none;
+  }
   const double changed = rr - (starting ? 0 : std::norm(fr) / ff);
   const double xr = xd_ - real_part(fx_, e) - per * real_part(fx_, fr);
   const double yr = yd_ - real_part(fy_, e) - per * real_part(fy_, fr);
@@ -111,7 +117,6 @@ ForceFault ForceCheck::judge() noexcept {
     return test_ended(rr, fr, by_gain, changed);
   }
 
-  const bool loud = rr > threshold_ * threshold_;
   loud_ = loud ? loud_ + h : 0;
   const bool gain = loud && by_gain < kLeft * rr && by_gain < (low < kReverse ? 1 : kBetter) * changed &&
                     by_gain < by_delay && low < kLow && low > kLeast && high < kHigh;
@@ -153,7 +158,8 @@ ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double 
 
 // The unbalance that acts, while nothing else is to be explained.
 void ForceCheck::follow() noexcept {
-  const double slow = kSlow * settings_.model.k1, size = std::norm(unbalance_[2]);
+  const Signals& f = filter_.back();
+  const double slow = kSlow * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
   const bool starting = time_<kStart, stuck = loud_> kStuck;
   if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
   const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;
@@ -176,7 +182,9 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) n
     // Exact for a force that is held: the mean of both intervals is the second difference.
     const Complex second = (1 / (h * h)) * (z - 2.0 * z1_ + z2_);
     const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
-    collect(filtered(y_, y), filtered(u_, u), filtered(late_, late), filtered(unbalance_, before));
+    Signals all{y.real(), y.imag(), u.real(), u.imag(), late.real(), late.imag(), before.real(), before.imag()};
+    low_pass(all);
+    collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]});
     out = judge();
     follow();
     time_ = std::min(time_ + h, 1.0);

@@ -174,11 +174,15 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
     above_ = 0;
   }
   // The steady whirl of the model without control, with the larger of the two unbalances.
-  const double k = settings_.model.k1 - in.omega * in.omega, c = settings_.model.c * in.omega;
-  const double open = std::sqrt(std::max(std::norm(eps_), std::norm(settings_.eps)) * std::norm(in.forcing) /
-                                std::max(k * k + c * c, 1e-12));
-  const bool fast = in.omega * in.omega > kTurning * settings_.model.k1;
-  worse_ = fast && std::abs(synchronous_) > kWorse * open + 0.25 * settings_.level ? worse_ + h : 0;
+  const double now = std::sqrt(std::norm(synchronous_)), least = 0.25 * settings_.level;
+  bool worse = in.omega * in.omega > kTurning * settings_.model.k1 && now > least;
+  if (worse) {
+    const double k = settings_.model.k1 - in.omega * in.omega, c = settings_.model.c * in.omega;
+    worse = now > kWorse * std::sqrt(std::max(std::norm(eps_), std::norm(settings_.eps)) * std::norm(in.forcing) /
+                                     std::max(k * k + c * c, 1e-12)) +
+                      least;
+  }
+  worse_ = worse ? worse_ + h : 0;
   if (worse_ > kConfirm) step_down(kWorseThanOpen);
 }
 

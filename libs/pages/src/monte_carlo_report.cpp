@@ -22,6 +22,20 @@ io::Json to_json(const tuning::Proportion& p) {
       .set("ci95", std::vector{p.low, p.high});
 }
 
+/// What no data sheet says, and by how much it widens the interval of `exceeds`.
+std::string common_note(const tuning::MonteCarloResult& r) {
+  std::string parts;
+  for (int u = 0; u < tuning::kCommonUnknowns; ++u) {
+    const double part = r.common[static_cast<std::size_t>(u)];
+    if (part < 5e-4) continue;
+    parts += fmt::format("{}{} {:.1f} %", parts.empty() ? "" : ", ", to_string(static_cast<tuning::CommonUnknown>(u)),
+                         100 * part);
+  }
+  if (parts.empty()) return "What all machines may have in common (distribution, runout, ringing) makes no difference.";
+  return "Of the last interval, to either side, by what no data sheet says and all machines may have in common: " +
+         parts + ".";
+}
+
 }  // namespace
 
 report::Table monte_carlo_table(const tuning::MonteCarloResult& r, const tuning::MonteCarloOptions& o) {
@@ -38,6 +52,7 @@ report::Table monte_carlo_table(const tuning::MonteCarloResult& r, const tuning:
   if (o.limit > 0) t.add({fmt::format("above {:g} mm or not stable", 1e3 * o.limit), percent(r.exceeds)});
   t.notes = {
       "In brackets the 95 % interval of Clopper and Pearson. It covers the draws, not what the model leaves out."};
+  if (o.limit > 0) t.notes.push_back(common_note(r));
   return t;
 }
 
@@ -47,6 +62,11 @@ io::Json to_json(const tuning::MonteCarloResult& r, const tuning::MonteCarloOpti
   document.set("peak_median", r.peak_median).set("peak_p95", r.peak_p95).set("peak_p99", r.peak_p99);
   document.set("peak_worst", r.peak_worst).set("stable", to_json(r.stable));
   document.set("limit", o.limit).set("exceeds", o.limit > 0 ? to_json(r.exceeds) : io::Json());
+  io::Json common = io::Json::object();
+  for (int u = 0; u < tuning::kCommonUnknowns; ++u) {
+    common.set(to_string(static_cast<tuning::CommonUnknown>(u)), r.common[static_cast<std::size_t>(u)]);
+  }
+  document.set("exceeds_common", o.limit > 0 ? common : io::Json());
   std::vector<double> k1, k2, c, re, im, open, peak, still, stable;
   for (const tuning::MonteCarloSample& s : r.samples) {
     k1.push_back(s.model.k1), k2.push_back(s.model.k2), c.push_back(s.model.c);

@@ -115,7 +115,12 @@ struct BatchRig<Lanes>::State {
     target_x = target_y = distance_x = distance_y = force0_x = force0_y = {};
     for (std::size_t i = 0; i < modes.size(); ++i) {
       modes[i] = {};
-      modes[i].x.v.fill(tables->parameters.modes[i].initial);
+      for (int lane = 0; lane < Lanes; ++lane) {
+        // What stands in the lanes is seen with the lane's share of the participation, which the deflection has not.
+        const double share = std::abs(seen[i][lane]);
+        const double initial = own[static_cast<std::size_t>(lane)]->parameters.modes[i].initial;
+        modes[i].x[lane] = share > 0 ? initial / share : initial;
+      }
       modes[i].y = modes[i].x;
     }
     commands.fill({});

@@ -70,6 +70,9 @@ TEST(BatchRigProperty, LanesOfDifferentRigsEqualTheScalarRigs) {
     p.laser.runout_phase_3x -= d;
     p.actuator.gain_error = 0.01 * d;
     p.actuator.axis_rotation = 0.002 * d;
+    p.modes.front().participation *= 1 + 0.1 * d;
+    p.modes.front().sensor_sign = i % 3 == 0 ? -1 : 1;
+    p.modes.front().initial = 4e-6 * d;
     tables[i] = make_rig_tables(p, tables[0]);
     seeds[i] = 7 + 3 * i;
     scalar.emplace_back(make_rig_tables(p), RigRun{.seed = seeds[i]});

@@ -61,10 +61,16 @@ class Random {
     const double radius = std::sqrt(-2 * std::log(1 - uniform()));
     return radius * std::cos(2 * std::numbers::pi * uniform());
   }
-  /// Student's distribution with four degrees of freedom, scaled to a standard deviation of 1.
-  double heavy() {
-    const double top = normal(), chi = -2 * std::log(1 - uniform()) - 2 * std::log(1 - uniform());
-    return top / std::sqrt(0.5 * chi);
+  /// A tolerance of standard deviation 1: evenly between its limits, or Student's distribution with four degrees of
+  /// freedom. Both take as many numbers.
+  double tolerance(bool limits) {
+    const double top = normal(), side = uniform(), chi = -2 * std::log(1 - side) - 2 * std::log(1 - uniform());
+    return limits ? std::sqrt(3.0) * (2 * side - 1) : top / std::sqrt(0.5 * chi);
+  }
+  /// The same, or normal: what an identification says has no limits.
+  double measured(bool limits) {
+    const double one = normal(), side = uniform();
+    return limits ? std::sqrt(3.0) * (2 * side - 1) : one;
   }
   double angle() { return 2 * std::numbers::pi * uniform(); }
 
@@ -80,6 +86,7 @@ RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const H
 
 DrawnRig RigDraw::operator()(int sample) const {
   Random random(options_.seed, sample);
+  const bool limits = common_case(CommonUnknown::distribution, sample);
   RotorModel m = centre_;
   std::array<double, 5> unit{}, shift{};
   for (double& u : unit) u = random.normal();
@@ -91,29 +98,37 @@ DrawnRig RigDraw::operator()(int sample) const {
   m.c += shift[2];
   m.eps += std::complex<double>(shift[3], shift[4]);
   // One after the other: the order of evaluation of function arguments is free, that of statements is not.
-  m.k1 *= std::max(0.1, 1 + options_.stiffness_sd * random.normal());
-  m.c *= std::max(0.05, 1 + options_.damping_sd * random.normal());
-  const double scale = options_.unbalance_sd * random.heavy(), turn = options_.unbalance_sd * random.heavy();
+  m.k1 *= std::max(0.1, 1 + options_.stiffness_sd * random.measured(limits));
+  m.c *= std::max(0.05, 1 + options_.damping_sd * random.measured(limits));
+  const double scale = options_.unbalance_sd * random.tolerance(limits),
+               turn = options_.unbalance_sd * random.tolerance(limits);
   m.eps *= std::complex<double>(1 + scale, turn);
   m.c = std::max(m.c, 0.0);
   Hardware h = hardware_;
-  h.actuator.gain_error = std::max(-0.9, options_.gain_sd * random.heavy());
-  h.actuator.axis_rotation = options_.rotation_sd * random.heavy();
+  h.actuator.gain_error = std::max(-0.9, options_.gain_sd * random.tolerance(limits));
+  h.actuator.axis_rotation = options_.rotation_sd * random.tolerance(limits);
   h.laser.runout_phase_1x = random.angle();
   h.laser.runout_phase_2x = random.angle();
   h.laser.runout_phase_3x = random.angle();
   const std::uint64_t noise_seed = random.bits();
+  const double all = common_case(CommonUnknown::runout, sample) ? options_.runout_common : -options_.runout_common;
   for (double* runout : {&h.laser.runout_1x, &h.laser.runout_2x, &h.laser.runout_3x}) {
-    *runout *= std::exp(options_.runout_sd * random.normal());
+    *runout *= std::exp(all + options_.runout_sd * random.normal());
   }
   const double split = 0.2 * options_.stiffness_sd * m.k1, along = random.normal(), across = random.normal();
   RotorModel uneven = m;
   uneven.k1_conj += split * std::complex<double>(along, across);
   rig::RigParameters rig = tuning_plant(uneven, h);
+  const rotor::SpeedProfile& run = hardware_.profile;
+  const double speed = options_.ringing * std::abs(centre_.eps) * std::max(run.omega_start, run.omega_end);
+  const bool rings = common_case(CommonUnknown::ringing, sample);
   for (std::size_t i = 0; i < rig.modes.size(); ++i) {
-    rig.modes[i].participation *= std::exp(options_.participation_sd * random.normal());
+    rig::RigMode& mode = rig.modes[i];
+    mode.participation *= std::exp(options_.participation_sd * random.normal());
     const bool minus = random.uniform() < 0.5;
-    if (hardware_.modes[i].sensor_sign == 0 && minus) rig.modes[i].sensor_sign = -rig.modes[i].sensor_sign;
+    if (hardware_.modes[i].sensor_sign == 0 && minus) mode.sensor_sign = -mode.sensor_sign;
+    const double ringing = speed / (2 * std::numbers::pi * mode.frequency) * random.normal();
+    if (rings && mode.initial == 0) mode.initial = ringing;
   }
   return {m, rig, noise_seed};
 }

@@ -123,6 +123,7 @@ TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
   // No tolerances: sample 0 is the tuning plant with other runout phases and noise, so that its open loop is that of
   // the scalar rig.
   o.stiffness_sd = o.damping_sd = o.unbalance_sd = o.gain_sd = o.rotation_sd = 0;
+  o.runout_sd = o.runout_common = o.participation_sd = o.ringing = 0;
   o.samples = 1;
   const MonteCarloResult exact = monte_carlo(d, model, data_sheet(rig), o);
   const ClosedLoopPlant plant(tuning_plant(*model.rotor, data_sheet(rig)));
@@ -133,6 +134,36 @@ TEST(MonteCarloProperty, LanesEqualTheScalarLoopAndEachOther) {
   EXPECT_EQ(eight.exceeds.count, exceeds);
   o.lanes = 4;
   EXPECT_THROW(monte_carlo(d, model, data_sheet(rig), o), Error);
+}
+
+// What no data sheet says widens the interval by the difference it makes, and only by that.
+TEST(MonteCarloProperty, WhatAllMachinesMayHaveInCommonWidensTheInterval) {
+  const rig::RigParameters rig;
+  const IdentifiedModel model = identified(rig);
+  const ControllerDesign d = good_design(rig, model);
+  MonteCarloOptions o;
+  o.samples = 48;
+  o.runout_sd = o.runout_common = 0;
+  Hardware h = data_sheet(rig);
+  o.limit = monte_carlo(d, model, h, o).peak_median;
+  const auto runout = static_cast<std::size_t>(CommonUnknown::runout);
+  const MonteCarloResult measured = monte_carlo(d, model, h, o);
+  o.runout_common = 0.5;
+  const MonteCarloResult unknown = monte_carlo(d, model, h, o);
+  EXPECT_LT(measured.common[runout], 0.2);
+  EXPECT_GT(unknown.common[runout], 0.3);  // the disk follows the runout: nearly none above with less, all with more
+  for (const MonteCarloResult* r : {&measured, &unknown}) {
+    const Proportion exact = proportion(r->exceeds.count, r->exceeds.n);
+    const double all = r->common[0] + r->common[1] + r->common[2];
+    EXPECT_DOUBLE_EQ(r->exceeds.low, std::max(exact.low - all, 0.0));
+    EXPECT_DOUBLE_EQ(r->exceeds.high, std::min(exact.high + all, 1.0));
+  }
+  // Half of the samples each way, whatever the other unknowns do.
+  for (const CommonUnknown u : {CommonUnknown::distribution, CommonUnknown::runout, CommonUnknown::ringing}) {
+    int count = 0;
+    for (int i = 0; i < 48; ++i) count += common_case(u, i);
+    EXPECT_EQ(count, 24);
+  }
 }
 
 TEST(RobustnessUnit, BadCovarianceIsRefused) {

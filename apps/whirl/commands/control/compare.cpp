@@ -37,6 +37,18 @@ struct Options {
   tuning::CompareOptions compare;
 };
 
+/// Share of the unbalance of a plant file that is left in the balanced case.
+constexpr double kBalanced = 0.1;
+
+/// The machine of a plant file to run on: most of its unbalance is a mass that the balanced case takes off.
+rig::RigParameters plant_rig(const RotorModel& rotor, const tuning::Hardware& hardware) {
+  rig::RigParameters rig = tuning::tuning_plant(rotor, hardware);
+  rig.rotor.residual_eccentricity = kBalanced * std::abs(rotor.eps);
+  rig.rotor.added_phase = std::arg(rotor.eps);
+  rig.rotor.added_mass = (1 - kBalanced) * std::abs(rotor.eps) * rig.rotor.mass / rig.rotor.added_radius;
+  return rig;
+}
+
 void run_comparison(Options* o, Session& session) {
   require_range("--added-mass-g", o->added_mass_g, 0, 1000, "g");
   require_range("--seeds", o->seeds, 1, 1000);
@@ -55,16 +67,22 @@ void run_comparison(Options* o, Session& session) {
   c.seeds.resize(static_cast<std::size_t>(o->seeds));
   for (std::size_t i = 0; i < c.seeds.size(); ++i) c.seeds[i] = 100 + c.design.seed + i;
   rig::RigParameters rig = rig::read_rig(o->rig);
-  rig.rotor.added_mass = 0;
-  IdentifiedModel balanced;
-  if (o->balanced.empty()) {
-    balanced = identification::identify_rotor(rig::record_open_loop(rig).measured);
+  if (o->plant.is_file() && o->rig.empty()) {
+    if (!o->balanced.empty()) throw Error("--balanced: a plant file is compared on itself; give --rig for another");
+    rig = plant_rig(*model.rotor, c.design.hardware);
+    c.balanced_eps = kBalanced * model.rotor->eps;
   } else {
-    balanced = io::load<IdentifiedModel>(o->balanced);
-    inputs.emplace_back(o->balanced);
+    rig.rotor.added_mass = 0;
+    IdentifiedModel balanced;
+    if (o->balanced.empty()) {
+      balanced = identification::identify_rotor(rig::record_open_loop(rig).measured);
+    } else {
+      balanced = io::load<IdentifiedModel>(o->balanced);
+      inputs.emplace_back(o->balanced);
+    }
+    if (balanced.rotor) c.balanced_eps = balanced.rotor->eps;
+    rig.rotor.added_mass = o->added_mass_g * 1e-3;
   }
-  if (balanced.rotor) c.balanced_eps = balanced.rotor->eps;
-  rig.rotor.added_mass = o->added_mass_g * 1e-3;
   c.progress = [&](const std::string& label, double fraction) { session.progress("compared " + label, fraction); };
 
   pages::Comparison comparison;
@@ -116,7 +134,7 @@ void add_compare(CommandLine& app, Session& session) {
       "Example: whirl compare model.json --stiffness stiffness.json --modes modes.json --out out/compare\n"
       "         whirl compare model.json --mass-kg 1.5 --laws tsmc pd:lpf:no-feedforward lsmc:kfe",
       [o, &session] { run_comparison(o.get(), session); });
-  sub->add_option("MODEL", o->plant.model, "model.json")->input()->required();
+  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")->input()->required();
   sub->add_option("--out", o->out, "folder for the report and the controllers")->output_folder();
   sub->add_option(
       "--laws", o->laws,

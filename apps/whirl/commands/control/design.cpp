@@ -92,7 +92,7 @@ void add_design(CommandLine& app, Session& session) {
         session.result(to_json(result));
         session.finish(result.summary);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json")->input();
+  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")->input();
   sub->add_option("--out", o->out, "write controller.json")->output("whirl.controller");
   sub->add_option("--law", o->design.law, "control law; --list names all")->show_default();
   sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->show_default();

@@ -2,8 +2,10 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
+#include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/rig/rig_file.hpp"
+#include "whirl/tuning/plant_file.hpp"
 
 namespace whirl::app {
 
@@ -19,7 +21,32 @@ void PlantOptions::add_to(CommandLine* sub) {
       ->input();
 }
 
+namespace {
+
+/// A plant that another program modelled (whirl.plant) has its gain and its structure in its file.
+IdentifiedModel of_plant(const PlantOptions& o, const io::Json& document, tuning::DesignOptions& design,
+                         std::vector<std::filesystem::path>& inputs) {
+  if (!o.stiffness.empty() || o.mass_kg > 0 || !o.modes.empty()) {
+    throw Error(o.model + ": a plant file says mass and modes itself; leave --stiffness, --mass-kg and --modes out");
+  }
+  const tuning::LinearPlant plant = tuning::read_plant(document, o.model);
+  IdentifiedModel out;
+  out.method = "plant file";
+  out.rotor = plant.rotor;
+  design.hardware = tuning::data_sheet(rig::read_rig(o.hardware));
+  design.hardware.modes = tuning::known_modes(plant.structure, rig::read_modes(o.hardware));
+  inputs.emplace_back(o.model);
+  return out;
+}
+
+}  // namespace
+
+bool PlantOptions::is_file() const { return tuning::is_plant(io::load_json(model)); }
+
 IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
+  if (const io::Json document = io::load_json(model); tuning::is_plant(document)) {
+    return of_plant(*this, document, design, inputs);
+  }
   const IdentifiedModel identified = whirl::io::load<IdentifiedModel>(model);
   if (identification::has_tilt(identified))
     throw Error(model +

@@ -16,7 +16,10 @@ struct PlantOptions {
 
   /// Adds --stiffness, --mass-kg, --modes and --hardware.
   void add_to(CommandLine* sub);
-  /// The model, the files read, and the hardware and gain put into `design`. Throws Error when the mass is not known.
+  /// MODEL is a plant that another program modelled (whirl.plant), no model.json.
+  bool is_file() const;
+  /// The model, the files read, and the hardware and gain put into `design`. A plant file has mass and structure
+  /// itself. Throws Error when the mass is not known.
   IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const;
 };
 

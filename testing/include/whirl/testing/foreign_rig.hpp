@@ -23,6 +23,7 @@ struct ForeignMode {
   double actuator = 0;      ///< shape at the actuator, relative to the disc's own motion
   double sensor = 0;        ///< shape at the sensor
   double inverse_mass = 0;  ///< 1/kg
+  double start = 0;         ///< deflection of both coordinates at t = 0, as the sensor sees it, m
   /// Share of the actuator's force that the loop sees, relative to the disc.
   double participation(double disc_mass) const { return actuator * sensor * inverse_mass * disc_mass; }
 };
@@ -188,6 +189,9 @@ class ForeignRig {
     const double size = m_.mass * m_.unbalance * w * w / std::hypot(re, im),
                  angle = m_.unbalance_angle - std::atan2(im, re);
     s_[0] = size * std::cos(angle), s_[1] = size * std::sin(angle), s_[2] = -w * s_[1], s_[3] = w * s_[0], s_[13] = w;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (m_.modes[i].start != 0) s_[4 + 4 * i] = s_[5 + 4 * i] = m_.modes[i].start / m_.modes[i].sensor;
+    }
     look();
   }
   double gauss() {

@@ -55,10 +55,10 @@ class ForceCheck {
   void interrupt() noexcept { readings_ = 0; }
 
  private:
-  using Filter = std::array<Complex, 3>;
+  using Signals = std::array<double, 8>;  // real and imaginary parts of y, u, u late, unbalance
   static constexpr int kBlocks = 16;
 
-  Complex filtered(Filter& filter, Complex in) const noexcept;
+  void low_pass(Signals& in) noexcept;
   Complex delayed(Complex u) noexcept;
   void collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept;
   void follow() noexcept;
@@ -75,7 +75,7 @@ class ForceCheck {
   std::array<Complex, kBlocks> ring_{};
   Complex sum_;
   int summed_ = 0, at_ = 0;
-  Filter y_{}, u_{}, late_{}, unbalance_{};
+  std::array<Signals, 3> filter_{};
   // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l its change by the delay.
   Complex eps_, now_, fd_, fx_, fy_, fl_;
   double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0;

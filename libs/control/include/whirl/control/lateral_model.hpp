@@ -31,8 +31,15 @@ struct LateralModel {
 inline std::complex<double> product(std::complex<double> a, std::complex<double> b) noexcept {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
-/// e^{i angle}.
-inline std::complex<double> unit_phasor(double angle) noexcept { return {std::cos(angle), std::sin(angle)}; }
+/// e^{i angle}. The small angles of a sample by their series, which stays inside the caller's vector registers: to
+/// rounding within a quarter of a radian.
+inline std::complex<double> unit_phasor(double angle) noexcept {
+  if (!(std::abs(angle) <= 0.25)) return {std::cos(angle), std::sin(angle)};
+  const double s = angle * angle;
+  const double cosine = 1 - s / 2 * (1 - s / 12 * (1 - s / 30 * (1 - s / 56 * (1 - s / 90 * (1 - s / 132)))));
+  const double sine = angle * (1 - s / 6 * (1 - s / 20 * (1 - s / 42 * (1 - s / 72 * (1 - s / 110)))));
+  return {cosine, sine};
+}
 /// e^{i beta} (omega^2 - i alpha): unbalance acceleration per metre of eccentricity; `turn` is e^{i beta}.
 inline std::complex<double> unbalance_per_metre(std::complex<double> turn, double omega, double alpha) noexcept {
   return product(turn, {omega * omega, -alpha});

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -20,21 +21,35 @@ struct MonteCarloOptions {
   int threads = 0;   ///< 0 = all cores; the result does not depend on it
   double limit = 0;  ///< displacement not to be exceeded, peak, m; 0: none
   double covariance_scale = 1;  ///< factor on the identified standard deviations
-  /// Gain, axes and unbalance follow Student's distribution with four degrees of freedom: data sheets state limits, and
-  /// machines beyond them exist. The axes of the shaft differ in stiffness by a fifth of `stiffness_sd`.
-  /// Relative standard deviations added to the identified ones: what a covariance of the noise alone does not
-  /// hold.
+  /// Relative standard deviations added to the identified ones: what a covariance of the noise alone does not hold. The
+  /// axes of the shaft differ in stiffness by a fifth of `stiffness_sd`.
   double stiffness_sd = 0.05, damping_sd = 0.2, unbalance_sd = 0.02;
-  double gain_sd = 0.03;        ///< of the actuator gain, relative
-  double rotation_sd = 0.02;    ///< of the actuator axes, rad
-  double runout_sd = 0;         ///< of the logarithm of each runout harmonic against the data sheet
-  double participation_sd = 0;  ///< of the logarithm of the participation of structural modes; a sign that is not
-                                ///< known is + or - with equal chance
+  double gain_sd = 0.03;          ///< of the actuator gain, relative
+  double rotation_sd = 0.02;      ///< of the actuator axes, rad
+  double runout_sd = 0.3;         ///< of the logarithm of each runout harmonic against the data sheet
+  double runout_common = 0.3;     ///< of the same, on all machines alike (CommonUnknown::runout)
+  double participation_sd = 0.3;  ///< of the logarithm of the participation of structural modes; a sign that is not
+                                  ///< known is + or - with equal chance
+  double ringing = 0.1;  ///< of the structure at the beginning: velocity (standard deviation) of each mode whose
+                         ///< deflection the data sheet does not say, relative to eccentricity times top speed
   /// Finished samples are appended here, and a study that finds its own file goes on where it was stopped; empty: none.
   std::filesystem::path checkpoint;
   std::string key;  ///< what the study depends on beside these options, e.g. hashes of the input files
   std::function<void(long done, long samples)> progress;  ///< first with what the checkpoint held
 };
+
+/// What no data sheet says and what all machines of one make have in common: half of the samples are drawn each way.
+/// What difference that makes is no scatter from machine to machine, and widens the interval of `exceeds`.
+enum class CommonUnknown : std::uint8_t {
+  distribution,  ///< tolerances with tails (Student, four degrees of freedom; k1 and c normal), or evenly spread
+                 ///< between limits, with the same standard deviation
+  runout,   ///< all sensors exp(-runout_common) or exp(runout_common) times the data sheet
+  ringing,  ///< the structure is still at the beginning, or rings
+};
+inline constexpr int kCommonUnknowns = 3;
+std::string to_string(CommonUnknown unknown);
+/// Which of the two ways sample i is drawn.
+constexpr bool common_case(CommonUnknown unknown, int sample) { return (sample >> static_cast<int>(unknown) & 1) != 0; }
 
 struct MonteCarloSample {
   RotorModel model;           ///< the rotor drawn
@@ -56,7 +71,12 @@ struct MonteCarloResult {
   std::vector<MonteCarloSample> samples;
   double peak_median = 0, peak_p95 = 0, peak_p99 = 0, peak_worst = 0;  ///< m
   Proportion stable;
-  Proportion exceeds;  ///< not stable, or peak above the limit; not computed without a limit
+  /// Not stable, or peak above the limit; not computed without a limit. The interval is that of Clopper and Pearson,
+  /// wider at both ends by the sum of `common`.
+  Proportion exceeds;
+  /// By how much the share moves to either side with each CommonUnknown: half the difference of its two cases, its
+  /// scatter taken off.
+  std::array<double, kCommonUnknowns> common{};
 };
 
 /// The processes that share a study (MPI ranks). Every call is made by all of them in the same order.
