@@ -16,7 +16,8 @@ constexpr const char* kPlant = R"({"schema": "whirl.plant/1",
 TEST(PlantFileE2e, DesignMarginsRobustnessAndCompareTakeAPlantOfAnotherProgram) {
   Folder folder;
   folder.write("plant.json", kPlant);
-  ASSERT_EQ(folder.whirl("design plant.json --law pd --estimator kfe --evaluations 12 --out c.json --quiet").exit_code, 0)
+  ASSERT_EQ(folder.whirl("design plant.json --law pd --estimator kfe --evaluations 12 --out c.json --quiet").exit_code,
+            0)
       << slurp(folder / "stderr.txt");
   EXPECT_EQ(folder.whirl("margins c.json plant.json --speeds 3 --quiet").exit_code, 0);
   const Outcome study = folder.whirl("robustness c.json plant.json --samples 16 --limit-mm 0.1 --quiet --out study");
@@ -25,8 +26,8 @@ TEST(PlantFileE2e, DesignMarginsRobustnessAndCompareTakeAPlantOfAnotherProgram) 
   const io::JsonReader in(json, "robustness.json");
   EXPECT_EQ(in.at("stable").at("count").integer(), 16);
   EXPECT_LT(in.at("peak_median").number(), 0.1e-3);
-  const Outcome compared = folder.whirl(
-      "compare plant.json --laws pd:kfe --evaluations 4 --seeds 1 --no-matrix --quiet --out all");
+  const Outcome compared =
+      folder.whirl("compare plant.json --laws pd:kfe --evaluations 4 --seeds 1 --no-matrix --quiet --out all");
   EXPECT_EQ(compared.exit_code, 0) << compared.err;
   EXPECT_NE(slurp(folder / "all/comparison.json").find("\"pd, kfe\""), std::string::npos);
 }

@@ -10,6 +10,7 @@ namespace {
 constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
 constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
 constexpr double kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
+constexpr double kUsual = 0.3, kRisen = 4;
 constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
 constexpr double kLateLeast = 0.6, kLateMost = 1.6;
 constexpr double kTest = 16e-3, kTestWindow = 3e-3, kAgain = 0.5, kClear = 0.25, kUnlike = 0.5, kRemains = 0.3;
@@ -39,11 +40,11 @@ void ForceCheck::reset() noexcept {
   filter_ = {};
   eps_ = settings_.eps;
   ff_ = dd_ = xx_ = yy_ = xd_ = yd_ = ll_ = ld_ = 0;
-  time_ = loud_ = gain_time_ = late_time_ = 0;
+  time_ = loud_ = gain_time_ = late_time_ = usual_ = 0;
   test_ = before_ = 0;
   tested_ = kAgain;
   suspected_ = ForceFault::none;
-  changed_ = false;
+  changed_ = risen_ = false;
 }
 
 // The same poles for all signals, side by side in vector registers.
@@ -96,6 +97,8 @@ ForceFault ForceCheck::judge() noexcept {
   const Complex fr = fd_ - ff_ * e;
   const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_ - per * std::norm(fr);
   const bool loud = rr > threshold_ * threshold_;
+  usual_ += std::min(h / kUsual, 1.0) * (rr - usual_);
+  risen_ = rr > kRisen * usual_;
   if (!loud && test_ <= 0) {
     loud_ = gain_time_ = late_time_ = 0;
     tested_ = std::min(tested_ + h, kAgain);
@@ -156,11 +159,12 @@ ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double 
   return ForceFault::none;
 }
 
-// The unbalance that acts, while nothing else is to be explained.
+// The unbalance that acts, while nothing else is to be explained, or while what is left stands: not what has just risen
+// out of it.
 void ForceCheck::follow() noexcept {
   const Signals& f = filter_.back();
   const double slow = kSlow * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
-  const bool starting = time_<kStart, stuck = loud_> kStuck;
+  const bool starting = kStart > time_, stuck = !risen_ && kStuck < loud_;
   if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
   const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;
   eps_ += std::min(settings_.sample_time / tau, 1.0) * ((1 / size) * now_ - eps_);

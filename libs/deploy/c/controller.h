@@ -129,6 +129,8 @@ typedef struct {
   whirl_real ld;
   whirl_real time;
   whirl_real loud;
+  whirl_real usual; /* r^2 of the last 0.3 s */
+  bool risen;
   whirl_real gain_time;
   whirl_real late_time;
   whirl_real test; /* s since the force was let go; 0: it acts */

@@ -50,6 +50,8 @@ static void whirl_check_reset(whirl_state *state) {
   c->before = R(0.0);
   c->suspected = 0U;
   c->changed = false;
+  c->usual = R(0.0);
+  c->risen = false;
 }
 
 static whirl_real whirl_along(whirl_complex a, whirl_complex b) { return (a.re * b.re) + (a.im * b.im); }
@@ -166,6 +168,8 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   const bool other = (changed < (R(0.25) * rr)) && (low > R(-0.4));
   const whirl_real confirm = starting ? R(5e-3) : (large ? R(2e-3) : (other ? R(17e-3) : R(8e-3)));
   uint32_t found = 0U;
+  c->usual += M(fmin)(h / R(0.3), R(1.0)) * (rr - c->usual);
+  c->risen = rr > (R(4.0) * c->usual);
   if (c->test > R(0.0)) {
     if (reversed) {
       c->suspected = WHIRL_WATCH_FORCE_REVERSED;
@@ -197,12 +201,13 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   return found;
 }
 
-/* The unbalance that acts, while nothing else is to be explained. */
+/* The unbalance that acts, while nothing else is to be explained, or while what is left stands: not what has just risen
+   out of it. */
 static void whirl_force_follow(whirl_force_check *c, const whirl_params *p) {
   const whirl_real slow = R(0.02) * p->k1;
   const whirl_real size = whirl_norm(c->unbalance[2]);
   const bool starting = c->time < R(0.15);
-  const bool stuck = c->loud > R(0.15);
+  const bool stuck = (c->loud > R(0.15)) && !c->risen;
   if ((c->test <= R(0.0)) && (size > (slow * slow)) && ((c->loud <= R(0.0)) || starting || stuck)) {
     const whirl_real tau = starting ? R(0.02) : (stuck ? R(0.03) : R(0.1));
     c->eps = whirl_mean(M(fmin)(p->sample_time / tau, R(1.0)), c->eps, whirl_scale(R(1.0) / size, c->now));

@@ -107,6 +107,28 @@ TEST(ForceCheckProperty, LossWrongSignAndDelayTripWithin50MillisecondsBelowAQuar
              1e3 * slowest, 1e3 * largest, 100 * largest / peak);
 }
 
+// With a small level of supervision the residual at top speed stands above its threshold before anything fails. What
+// then rises out of it is a fault, no unbalance to be learned.
+TEST(ForceCheckProperty, ALossIsFoundWhereTheResidualStoodAboveItsThreshold) {
+  using rig::RigAxis;
+  for (ControllerDesign d : {rig_design({}, "pd", "kfe"), designs()[1]}) {
+    d.parameters["watch_level"] = 85e-6;
+    for (const double t : {0.5123, 0.8371}) {
+      for (const RigAxis axis : {RigAxis::both, RigAxis::x, RigAxis::y}) {
+        for (const std::uint64_t seed : {11U, 12U}) {
+          const Found f = run(d, {}, {seed, {{rig::RigFault::actuator_loss, t, 1e9, axis}}}, t, 1, 1, t + 0.3);
+          const std::string where =
+              fmt::format("{}, {}, axis {} at {} s", d.law, d.estimator, static_cast<int>(axis), t);
+          EXPECT_GE(f.at, t) << where;
+          EXPECT_LE(f.at, t + 0.05) << where;
+          EXPECT_NE(f.word & control::kForceLost, 0u) << where << ": " << control::supervision_text(f.word);
+        }
+      }
+    }
+    EXPECT_LT(run(d, {}, {13, {}}).at, 0) << d.law << ": a sound run";
+  }
+}
+
 // A wrong sign at commissioning: from the first force on.
 TEST(ForceCheckProperty, AWrongSignFromTheStartTrips) {
   for (const ControllerDesign& d : designs()) {

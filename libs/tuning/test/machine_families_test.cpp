@@ -1,6 +1,6 @@
-// The stated probability against makes of machines drawn apart (testing/machine_families.hpp). WHIRL_FAMILIES=10
-// WHIRL_FAMILY_SAMPLES=400 print the table of docs/validation-control.md.
-#include "whirl/testing/machine_families.hpp"
+// The stated probability against makes of machines drawn apart (testing/control/machine_families.hpp).
+// WHIRL_FAMILIES=10 WHIRL_FAMILY_SAMPLES=400 print the table of docs/validation-control.md.
+#include "whirl/testing/control/machine_families.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

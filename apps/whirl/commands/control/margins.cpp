@@ -60,7 +60,9 @@ void add_margins(CommandLine& app, Session& session) {
         session.finish(summary);
       });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
-  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")->input()->required();
+  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")
+      ->input()
+      ->required();
   o->plant.add_to(sub);
   sub->add_option("--speeds", o->margins.speeds, "from standstill to the top of the profile")->show_default();
   sub->add_option("--seed", o->margins.seed, "of sensor noise and excitation")->show_default();

@@ -28,7 +28,8 @@ struct ForceCheckSettings {
 /// clearly less than (b) and (c) (of the wrong sign: less), with one gain below 0.35, for 8 ms; 2 ms are enough for a
 /// large residual of the wrong sign; 17 ms are taken while (c) leaves less
 /// than a quarter of r too: an unbalance that doubles under a force that cancels it looks like a loss at first. `late`:
-/// the same for (b) with a share of 0.6 to 1.6 of the 8 ms. e is followed while r is small. In the first 0.15 s it is
+/// the same for (b) with a share of 0.6 to 1.6 of the 8 ms. e is followed while r is small, or has been
+/// large for 0.15 s and did not rise since. In the first 0.15 s it is
 /// not known yet, and (a) and (b) are fitted together with it.
 ///
 /// A force that cancels the unbalance is proportional to it, so that (a) and (c) explain r nearly alike: an unbalance
@@ -81,8 +82,9 @@ class ForceCheck {
   double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0;
   double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
+  double usual_ = 0;                           // r^2 of the last 0.3 s
   ForceFault suspected_ = ForceFault::none;
-  bool changed_ = false;
+  bool changed_ = false, risen_ = false;
 };
 
 }  // namespace whirl::control

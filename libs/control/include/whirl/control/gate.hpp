@@ -19,7 +19,7 @@ struct SampleGate {
   /// True: the reading is used (it is in `good`); false: `good` is the held one.
   bool accept(const Measurement& m) noexcept {
     const std::complex<double> z{m.x, m.y};
-    const double change = std::abs(z - good);
+    const double change = std::sqrt(std::norm(z - good));
     // Written so that NaN fails.
     const bool ok = m.valid && std::abs(m.x) < range && std::abs(m.y) < range &&
                     (first_ || change <= jump * static_cast<double>(1 + held));

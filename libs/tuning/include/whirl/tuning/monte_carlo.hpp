@@ -26,9 +26,9 @@ struct MonteCarloOptions {
   double stiffness_sd = 0.05, damping_sd = 0.2, unbalance_sd = 0.02;
   double gain_sd = 0.03;          ///< of the actuator gain, relative
   double rotation_sd = 0.02;      ///< of the actuator axes, rad
-  double runout_sd = 0.3;         ///< of the logarithm of each runout harmonic against the data sheet
-  double runout_common = 0.3;     ///< of the same, on all machines alike (CommonUnknown::runout)
-  double participation_sd = 0.3;  ///< of the logarithm of the participation of structural modes; a sign that is not
+  double runout_sd = 0.3;         ///< of each runout harmonic against the data sheet, relative
+  double runout_common = 0.4;     ///< of its logarithm, on all machines alike (CommonUnknown::runout)
+  double participation_sd = 0.3;  ///< of the participation of structural modes, relative; a sign that is not
                                   ///< known is + or - with equal chance
   double ringing = 0.1;  ///< of the structure at the beginning: velocity (standard deviation) of each mode whose
                          ///< deflection the data sheet does not say, relative to eccentricity times top speed
@@ -43,8 +43,8 @@ struct MonteCarloOptions {
 enum class CommonUnknown : std::uint8_t {
   distribution,  ///< tolerances with tails (Student, four degrees of freedom; k1 and c normal), or evenly spread
                  ///< between limits, with the same standard deviation
-  runout,   ///< all sensors exp(-runout_common) or exp(runout_common) times the data sheet
-  ringing,  ///< the structure is still at the beginning, or rings
+  runout,        ///< all sensors exp(-runout_common) or exp(runout_common) times the data sheet
+  ringing,       ///< the structure is still at the beginning, or rings
 };
 inline constexpr int kCommonUnknowns = 3;
 std::string to_string(CommonUnknown unknown);

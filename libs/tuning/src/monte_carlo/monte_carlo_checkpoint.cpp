@@ -1,4 +1,4 @@
-#include "monte_carlo_checkpoint.hpp"
+#include "monte_carlo/monte_carlo_checkpoint.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-#include "monte_carlo_draw.hpp"
+#include "monte_carlo/monte_carlo_draw.hpp"
 
 #include <fmt/format.h>
 
@@ -72,6 +72,11 @@ class Random {
     const double one = normal(), side = uniform();
     return limits ? std::sqrt(3.0) * (2 * side - 1) : one;
   }
+  /// A factor about 1 that is not negative: log-normal, or evenly spread with the same standard deviation.
+  double factor(double sd, bool limits) {
+    const double one = measured(limits);
+    return limits ? std::max(1 + sd * one, 0.0) : std::exp(sd * one);
+  }
   double angle() { return 2 * std::numbers::pi * uniform(); }
 
  private:
@@ -113,7 +118,7 @@ DrawnRig RigDraw::operator()(int sample) const {
   const std::uint64_t noise_seed = random.bits();
   const double all = common_case(CommonUnknown::runout, sample) ? options_.runout_common : -options_.runout_common;
   for (double* runout : {&h.laser.runout_1x, &h.laser.runout_2x, &h.laser.runout_3x}) {
-    *runout *= std::exp(all + options_.runout_sd * random.normal());
+    *runout *= std::exp(all) * random.factor(options_.runout_sd, limits);
   }
   const double split = 0.2 * options_.stiffness_sd * m.k1, along = random.normal(), across = random.normal();
   RotorModel uneven = m;
@@ -124,7 +129,7 @@ DrawnRig RigDraw::operator()(int sample) const {
   const bool rings = common_case(CommonUnknown::ringing, sample);
   for (std::size_t i = 0; i < rig.modes.size(); ++i) {
     rig::RigMode& mode = rig.modes[i];
-    mode.participation *= std::exp(options_.participation_sd * random.normal());
+    mode.participation *= random.factor(options_.participation_sd, limits);
     const bool minus = random.uniform() < 0.5;
     if (hardware_.modes[i].sensor_sign == 0 && minus) mode.sensor_sign = -mode.sensor_sign;
     const double ringing = speed / (2 * std::numbers::pi * mode.frequency) * random.normal();

@@ -9,8 +9,8 @@
 #include <memory>
 
 #include "design_scenarios.hpp"
-#include "monte_carlo_checkpoint.hpp"
-#include "monte_carlo_draw.hpp"
+#include "monte_carlo/monte_carlo_checkpoint.hpp"
+#include "monte_carlo/monte_carlo_draw.hpp"
 #include "robustness_parallel.hpp"
 #include "run_judge.hpp"
 #include "whirl/control/controller.hpp"
