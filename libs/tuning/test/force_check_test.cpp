@@ -112,8 +112,8 @@ TEST(ForceCheckProperty, LossWrongSignAndDelayTripWithin50MillisecondsBelowAQuar
 TEST(ForceCheckProperty, ALossIsFoundWhereTheResidualStoodAboveItsThreshold) {
   using rig::RigAxis;
   for (ControllerDesign d : {rig_design({}, "pd", "kfe"), designs()[1]}) {
-    d.parameters["watch_level"] = 85e-6;
-    for (const double t : {0.5123, 0.8371}) {
+    d.parameters["watch_level"] = 60e-6;
+    for (const double t : {0.4123, 0.5123}) {
       for (const RigAxis axis : {RigAxis::both, RigAxis::x, RigAxis::y}) {
         for (const std::uint64_t seed : {11U, 12U}) {
           const Found f = run(d, {}, {seed, {{rig::RigFault::actuator_loss, t, 1e9, axis}}}, t, 1, 1, t + 0.3);

@@ -1,4 +1,6 @@
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -13,6 +15,7 @@ namespace whirl::testing {
 /// Standard deviations that the papers state. How the members are spread within them they do not say.
 struct StatedSpread {
   double stiffness = 0.05, damping = 0.2, unbalance = 0.02, gain = 0.03, axes = 0.02;
+  double runout = 0.3, participation = 0.3;
 };
 
 class MachineFamily {
@@ -59,11 +62,11 @@ class MachineFamily {
     m.gain = 1 + spread.gain * scatter();
     m.cross = -spread.axes * scatter();
     for (std::size_t k = 0; k < kRunout.size(); ++k) {
-      m.runout[k] = kRunout[k] * level_ * (1 + 0.3 * std::sqrt(3.0) * in(-1, 1));
+      m.runout[k] = kRunout[k] * level_ * std::max(1 + spread.runout * scatter(), 0.0);
       m.runout_phase[k] = in(-3.141, 3.141);
     }
     for (ForeignMode& mode : m.modes) {
-      mode.inverse_mass *= in(0.7, 1.4);
+      mode.inverse_mass *= std::max(1 + spread.participation * scatter(), 0.0);
       mode.start = ringing_ / (2 * std::numbers::pi * mode.hertz) * in(-1, 1);
     }
     return m;
