@@ -79,7 +79,7 @@ CLI::Validator between(double low, double high) {
                        ? ""
                        : refused(text, fmt::format("between {:g} and {:g}", low, high));
           },
-          high <= 1e5 ? fmt::format("{:g} to {:g}", low, high) : ""};  // wider ones only keep nonsense out
+          high <= 1e5 ? fmt::format("[{:g} to {:g}]", low, high) : ""};  // wider ones only keep nonsense out
 }
 
 CLI::Validator positive_number() {
@@ -87,7 +87,7 @@ CLI::Validator positive_number() {
             const auto value = number_in(text);
             return value && *value > 0 ? "" : refused(text, "above 0");
           },
-          "above 0"};
+          "[above 0]"};
 }
 
 CLI::Validator member(const std::vector<std::string>& choices) {

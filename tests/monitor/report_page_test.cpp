@@ -95,6 +95,44 @@ TEST(ReportPageE2e, ValuesZoomAndCursorsFollowThePointer) {
     EXPECT_THAT(address, AnyOf(StartsWith("file://"), StartsWith("data:")));
 }
 
+// In the dark every letter and every line stands out from the page (contrast as WCAG 2.1 defines it: text 4.5,
+// lines 2.2, the least of Okabe and Ito's colours on white), and paper stays white.
+TEST(ReportPageE2e, DarkIsReadableAndPaperStaysWhite) {
+  if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_NE(folder.whirl("identify down.csv --no-holdout --out model.json").exit_code, 2);
+  ASSERT_EQ(folder.whirl("report down.csv model.json --out report.html").exit_code, 0);
+  Browser browser(folder / "", 1440, 900);
+  browser.open("file://" + (folder / "report.html").string());
+  ASSERT_TRUE(browser.wait("document.readyState === 'complete'"));
+  browser.evaluate(R"js(
+    window.light = (c) => { const v = c.match(/[\d.]+/g).slice(0, 3).map((x) => x / 255)
+      .map((x) => x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+      return 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]; };
+    window.page = () => light([document.body, document.documentElement].map((e) => getComputedStyle(e).backgroundColor)
+      .find((c) => c.startsWith('rgb(')) || 'rgb(255, 255, 255)');
+    window.faint = (elements, property, least) => [...document.querySelectorAll(elements)].filter((e) => {
+      const c = getComputedStyle(e)[property]; if (!c.startsWith('rgb(') || !e.getClientRects().length) return false;
+      const a = light(c), b = page(); return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05) < least; })
+      .map((e) => e.tagName + ' ' + e.getAttribute('class') + ' ' + getComputedStyle(e)[property] + ' ' + e.textContent.slice(0, 40));
+    true)js");
+  EXPECT_GT(browser.evaluate("document.querySelectorAll('svg.wf path[class^=s]').length").get<int>(), 10);
+  for (const bool dark : {false, true}) {
+    browser.dark(dark);
+    EXPECT_EQ(browser.evaluate("page() < 0.05"), dark);
+    EXPECT_EQ(browser.evaluate("faint('h1, h2, h3, p, td, th, dd, li, a, figcaption', 'color', 4.5)"), json::array());
+    EXPECT_EQ(browser.evaluate("faint('svg.wf text', 'fill', 4.5)"), json::array());
+    EXPECT_EQ(browser.evaluate("faint('svg.wf path[class^=s]', 'stroke', 2.2)"), json::array()) << dark;
+  }
+  browser.screenshot(kPictures / "report-dark.png");
+  browser.evaluate("document.querySelector('p').style.color = '#30363d'");  // what is faint is found
+  EXPECT_NE(browser.evaluate("faint('p', 'color', 4.5)"), json::array());
+  browser.on_paper(688);
+  EXPECT_GT(browser.evaluate("page()").get<double>(), 0.95);
+  EXPECT_THAT(browser.complaints(), IsEmpty());
+}
+
 // No hidden column on a desktop, no letters below 9 px on a phone.
 TEST(ReportPageE2e, FitsDesktopAndPhone) {
   if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 #include <map>
 #include <sstream>
@@ -255,6 +256,36 @@ TEST_P(FmuConformanceExport, EveryFunctionInEveryStateIsDoneOrRefusedWithoutACha
     }
   }
   fmt::print("FMI {}.0: {} functions and states\n", GetParam(), cells);
+}
+
+// A state so large that its rates are no numbers is discarded, not handed on as if it were sound; then all goes on.
+TEST_P(FmuConformanceExport, RatesThatOverflowAreDiscarded) {
+  const testing::TemporaryFolder folder;
+  FmuOptions options;
+  options.version = GetParam();
+  options.code.prefix = "unit";
+  pack_fmu(fmu_files(rotor_model(), options), options, folder.path() / "unit.fmu");
+  const Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+  void* const c = fmu.instantiate(true, fmu.token);
+  go_to(fmu, c, 'C');
+  const auto set = fmu.function<int(void*, const double*, std::size_t)>("SetContinuousStates");
+  const auto rates =
+      fmu.function<int(void*, double*, std::size_t)>(fmu.three ? "GetContinuousStateDerivatives" : "GetDerivatives");
+  const auto get = fmu.function<int(void*, const unsigned*, std::size_t, double*, std::size_t)>(fmu.three ? "GetFloat64"
+                                                                                                          : "GetReal");
+  const std::array<unsigned, 2> asked{fmu.reference.at("der(vx)"), fmu.reference.at("x")};
+  std::array<double, 2> value{};
+  std::array<double, 4> state{}, rate{};
+  for (const double size : {1e-3, 1e150, 1e300, 1e-3}) {
+    state.fill(size);
+    ASSERT_LE(set(c, state.data(), 4), 1);
+    const int wanted = size > 1 ? 2 : 0;
+    EXPECT_EQ(rates(c, rate.data(), 4), wanted) << size;
+    EXPECT_EQ(get(c, asked.data(), 1, value.data(), 1), wanted) << size;
+    EXPECT_EQ(get(c, asked.data() + 1, 1, value.data(), 1), 0) << "a state is what was set";
+    EXPECT_EQ(value[0], size);
+  }
+  fmu.free(c);
 }
 
 TEST_P(FmuConformanceExport, PlacesThatAreNotThereAndAlteredBytesAreRefused) {

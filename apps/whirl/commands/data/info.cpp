@@ -78,7 +78,7 @@ void add_info(CommandLine& app, Session& session) {
       app, session, "info", "What a file holds: channels, units, rate, duration, and what looks suspicious",
       "Input: " + io::readable_formats() +
           ", found from the content; text may be .gz.\n"
-          "A recording of a loop is told as such, also when its writer was killed.\n"
+          "A recording of a loop is summed up, also when its writer was killed.\n"
           "CSV names its columns with units (x_mm, or x [mm]), a universal file datasets 58, 58b, 55, 15, 82, ...\n\n"
           "Example: whirl info rundown.csv",
       [o, &session] {

@@ -127,7 +127,8 @@ void add_validate(CommandLine& app, Session& session) {
   sub->add_option("RECORDS", o->files, "records (CSV)")->input()->required();
   sub->add_option("--clean", o->clean, "noise-free x, y of each record")->input();
   sub->add_option("--unbalance", o->unbalance, "identified, refitted or added")
-      ->one_of({"identified", "refitted", "added"});
+      ->one_of({"identified", "refitted", "added"})
+      ->show_default();
   sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass")->range(0, 1e6);
   sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero")->range(-360, 360);
   sub->add_option("--pulses", o->pulses, "channel of once-per-turn pulses that gives the angle, as for identify");

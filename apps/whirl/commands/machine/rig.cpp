@@ -37,7 +37,7 @@ struct RigOptions {
 void add_common(CommandLine* sub, const std::shared_ptr<RigOptions>& o) {
   sub->add_option("--rig", o->rig, "TOML file of `whirl rig parameters`; default: the rig of the paper's levels")
       ->input();
-  sub->add_option("--seed", o->seed, "of the sensor noise");
+  sub->add_option("--seed", o->seed, "of the sensor noise")->show_default();
 }
 
 void add_parameters(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {

@@ -184,7 +184,8 @@ void add_oma(CommandLine& app, Session& session) {
                   "ssi-data, ssi-cov, efdd, or orders: the 1X, 2X, ... of a run-up or run-down by the rotor's angle "
                   "(beta_rad), of "
                   "which --orders says how many")
-      ->one_of({"ssi-cov", "ssi-data", "efdd", "orders"});
+      ->one_of({"ssi-data", "ssi-cov", "efdd", "orders"})
+      ->show_default();
   sub->add_option(
          "--merge", o->merge,
          "several set-ups: post (default), modes of each set-up joined by their shared channels, or pre, one "

@@ -11,15 +11,20 @@
 
 namespace whirl::app {
 
+namespace {
+
+struct Options {
+  std::vector<std::string> files;
+  std::string out, figure, estimator = "h1";
+  modal::FrfOptions frf;
+  RecordOptions record;
+  bool keep_odd = false;
+  double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
+};
+
+}  // namespace
+
 void add_frf(CommandLine& app, Session& session) {
-  struct Options {
-    std::vector<std::string> files;
-    std::string out, figure, estimator = "h1";
-    modal::FrfOptions frf;
-    RecordOptions record;
-    bool keep_odd = false;
-    double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
-  };
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows",
@@ -72,18 +77,23 @@ void add_frf(CommandLine& app, Session& session) {
   sub->add_option("--out", o->out, "write the frequency responses as JSON")->output("whirl.frf");
   sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)")
       ->output("figure");
-  sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->one_of({"h1", "h2", "hv"});
+  sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->one_of({"h1", "h2", "hv"})->show_default();
   sub->add_option("--force-channel", o->frf.force, "name of the force channel when there are several");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force")
-      ->range(0.1, 99);
+      ->range(0.1, 99)
+      ->show_default();
   sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset")
-      ->range(0, 1e6);
-  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one")->range(0, 1e6);
+      ->range(0, 1e6)
+      ->show_default();
+  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one")
+      ->range(0, 1e6)
+      ->show_default();
   sub->add_option("--window-end-percent", o->window_end_percent,
                   "exponential window: its value at the end; 100 = none. Modes are corrected for it")
-      ->range(1e-10, 100);
+      ->range(1e-10, 100)
+      ->show_default();
   o->record.add_to(sub);
   sub->add_option("--exclude", o->frf.exclude, "blows to leave out, counted from 1 over all files");
   sub->add_flag(

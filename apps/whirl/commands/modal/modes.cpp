@@ -256,7 +256,8 @@ void add_modes(CommandLine& app, Session& session) {
   sub->add_option("--method", o->method,
                   "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "
                   "without the force")
-      ->one_of({"plscf", "lsce", "era", "rfp", "fdd"});
+      ->one_of({"plscf", "lsce", "era", "rfp", "fdd"})
+      ->show_default();
   sub->add_option("--compare", o->reference,
                   "modes.json of an earlier test over the same points: change of frequency and MAC")
       ->input();

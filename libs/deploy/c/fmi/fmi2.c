@@ -83,7 +83,7 @@ EXPORTED fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], 
   for (i = 0; i < n; i++) {
     value[i] = *real_variable(it, vr[i]);
   }
-  return fmi2OK;
+  return overflown(it, vr, n) ? fmi2Discard : fmi2OK;
 }
 
 EXPORTED fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {

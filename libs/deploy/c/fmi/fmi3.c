@@ -112,7 +112,7 @@ EXPORTED fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[]
   for (i = 0; i < n; i++) {
     value[i] = *real_variable(it, vr[i]);
   }
-  return fmi3OK;
+  return overflown(it, vr, n) ? fmi3Discard : fmi3OK;
 }
 
 EXPORTED fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[],

@@ -194,6 +194,7 @@ EXPORTED /*@fmi@*/Status /*@fmi@*/GetContinuousStates(void *c, double x[], size_
 }
 
 EXPORTED /*@fmi@*/Status /*@fmi@*//*@Derivatives@*/(void *c, double rates[], size_t n) {
+  size_t i;
   if ((c == NULL) || !between(c, TERMINATED)) {
     return refuse(c, "/*@fmi@*//*@Derivatives@*/ outside model exchange");
   }
@@ -202,6 +203,11 @@ EXPORTED /*@fmi@*/Status /*@fmi@*//*@Derivatives@*/(void *c, double rates[], siz
   }
   update(body_of(c));
   memcpy(rates, body_of(c)->rate, n * sizeof rates[0]);
+  for (i = 0; i < n; i++) {
+    if (!isfinite(rates[i])) {
+      return /*@fmi@*/Discard; /* a smaller step may do */
+    }
+  }
   return /*@fmi@*/OK;
 }
 

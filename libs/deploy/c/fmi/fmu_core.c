@@ -130,6 +130,17 @@ static bool are_reals(instance *c, const unsigned int *reference, size_t n) {
   return true;
 }
 
+/* A rate, output or event indicator that is too large for a number: such a point is not to be used. */
+static bool overflown(instance *c, const unsigned int *reference, size_t n) {
+  size_t i;
+  for (i = 0; i < n; i++) {
+    if ((reference[i] >= FIRST_INPUT + INPUTS) && !isfinite(*real_variable(c, reference[i]))) {
+      return true;
+    }
+  }
+  return false;
+}
+
 static void restart(instance *c) {
   const bool model_exchange = c->model_exchange;
   memset(c, 0, sizeof *c);
