@@ -108,7 +108,7 @@ TEST(RobustnessE2e, TheStatedProbabilityHoldsOnMakesOfMachinesDrawnApart) {
     inside += s.inside;
   }
   fmt::print("{} of {} inside\n", inside, families);
-  EXPECT_GE(inside, families * 9 / 10);
+  EXPECT_GE(10 * inside, 9 * families);
 }
 
 }  // namespace
