@@ -5,6 +5,7 @@
 
 #include "growth/score.hpp"
 #include "output_error/states_problem.hpp"
+#include "output_error/substeps.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/simulate_model.hpp"
 
@@ -92,38 +93,6 @@ std::vector<TermScore> score_absent(const std::vector<Equation>& candidates, con
   return scores;
 }
 
-/// Steps per sample with which the error of the steps moves no estimate by more than a quarter of its standard
-/// deviation: from the runs with one and with two, in units of the noise. Runs that diverge do not count.
-int substeps_needed(const CompiledModel& model, const std::vector<FreeRun>& runs, double dt,
-                    const std::vector<Eigen::Index>& outputs, const RefineOptions& options) {
-  constexpr double kShare = 0.25;
-  constexpr int kMost = 16;
-  if (!model.inputs().empty()) return 1;
-  const auto columns = static_cast<Eigen::Index>(outputs.size());
-  Eigen::ArrayXd moved = Eigen::ArrayXd::Zero(columns), left = moved, rows = moved;
-  for (const FreeRun& r : runs) {
-    const Eigen::Index n = r.measured.rows();
-    const ModelRun one = simulate(model, r.inputs, r.start, dt, n, 1e30, 1);
-    const ModelRun two = simulate(model, r.inputs, r.start, dt, n, 1e30, 2);
-    if (one.diverged || two.diverged) continue;
-    for (Eigen::Index o = 0; o < columns; ++o) {
-      const auto state = outputs[static_cast<std::size_t>(o)];
-      moved[o] += (one.values.col(state) - two.values.col(state)).squaredNorm();
-      for (Eigen::Index i = 0; i < n; ++i) {
-        const double error = r.measured(i, o) - two.values(i, state);
-        if (!std::isfinite(error)) continue;
-        left[o] += error * error;
-        rows[o] += 1;
-      }
-    }
-  }
-  const Eigen::ArrayXd variance =
-      options.output_sd.size() > 0 ? Eigen::ArrayXd(options.output_sd.array().square()) : left / rows.cwiseMax(1);
-  const double size = std::sqrt((moved / variance.cwiseMax(1e-300)).sum());
-  return std::isfinite(size) ? std::clamp(static_cast<int>(std::ceil(std::sqrt(std::sqrt(size / kShare)))), 1, kMost)
-                             : 1;
-}
-
 }  // namespace
 
 Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>& runs, double dt,
@@ -134,7 +103,8 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   if (options.ties.size() > 0 && !candidates.empty()) throw Error("with ties no candidates can be scored");
   std::vector<Eigen::Index> outputs;
   for (const std::string& name : options.outputs) outputs.push_back(state_index(compiled, name));
-  if (options.substeps == 0) options.substeps = substeps_needed(compiled, runs, dt, outputs, options);
+  if (options.substeps == 0)
+    options.substeps = compiled.inputs().empty() ? detail::substeps_needed(compiled, runs, runs, dt, options) : 1;
   const std::vector<detail::SensitiveTerm> terms = terms_of(model, compiled);
   detail::StatesProblem problem(detail::SensitivitySystem(terms, compiled.states(), compiled.inputs()), runs, dt,
                                 outputs, options);

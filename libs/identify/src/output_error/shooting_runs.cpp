@@ -8,19 +8,21 @@
 namespace whirl::identification::detail {
 
 std::vector<FreeRun> cut_runs(const CompiledModel& model, const std::vector<Stretch>& stretches,
-                              const SindyOptions& options, Eigen::Index length, Eigen::Index most) {
+                              const SindyOptions& options, Eigen::Index length, Eigen::Index most, int steps) {
   std::vector<FreeRun> runs;
   const std::size_t states = options.states.size();
   for (const Stretch& s : stretches) {
     const Eigen::Index n = s.samples();
-    Eigen::MatrixXd inputs(2 * n - 1, static_cast<Eigen::Index>(model.inputs().size()));
+    const Eigen::Index fine = 2 * steps * (n - 1) + 1;
+    Eigen::MatrixXd inputs(fine, static_cast<Eigen::Index>(model.inputs().size()));
     for (std::size_t k = 0; k < model.inputs().size(); ++k) {
       const Eigen::Index column = static_cast<Eigen::Index>(k);
       const auto at = std::find(options.inputs.begin(), options.inputs.end(), model.inputs()[k]);
       if (at == options.inputs.end()) {
-        inputs.col(column).setLinSpaced(2 * n - 1, s.t0, s.t0 + s.dt * static_cast<double>(n - 1));
+        inputs.col(column).setLinSpaced(fine, s.t0, s.t0 + s.dt * static_cast<double>(n - 1));
       } else {
-        inputs.col(column) = signal::upsample(s.inputs.col(static_cast<Eigen::Index>(at - options.inputs.begin())), 2);
+        inputs.col(column) =
+            signal::upsample(s.inputs.col(static_cast<Eigen::Index>(at - options.inputs.begin())), 2 * steps);
       }
     }
     const Eigen::Index pieces = std::max<Eigen::Index>(1, n / length);
@@ -33,7 +35,7 @@ std::vector<FreeRun> cut_runs(const CompiledModel& model, const std::vector<Stre
         const Eigen::Index column = static_cast<Eigen::Index>(k % states);
         run.start[static_cast<Eigen::Index>(k)] = k < states ? s.smooth(first, column) : s.rate(first, column);
       }
-      run.inputs = inputs.middleRows(2 * first, 2 * count - 1);
+      run.inputs = inputs.middleRows(2 * steps * first, 2 * steps * (count - 1) + 1);
       run.measured = s.raw.middleRows(first, count);
       runs.push_back(std::move(run));
     }

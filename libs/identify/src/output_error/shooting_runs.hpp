@@ -14,8 +14,9 @@ namespace whirl::identification::detail {
 using Candidates = std::map<std::string, std::vector<expr::Expr>>;
 
 /// Free runs of about `length` samples covering the stretches; at most about `most` samples in all, spread evenly.
+/// Inputs band-limited, for `steps` steps a sample.
 std::vector<FreeRun> cut_runs(const CompiledModel& model, const std::vector<Stretch>& stretches,
-                              const SindyOptions& options, Eigen::Index length, Eigen::Index most);
+                              const SindyOptions& options, Eigen::Index length, Eigen::Index most, int steps = 1);
 
 /// rms over the record of every candidate, and of right-hand sides, for shares.
 class Shares {

@@ -243,6 +243,12 @@ double step_error(const CompiledModel& model, const Rows& signals, double dt, co
 
 }  // namespace
 
+int input_steps(Eigen::Index rows, Eigen::Index samples) {
+  if (samples < 2) return rows == 1 ? 1 : 0;
+  const Eigen::Index pairs = 2 * (samples - 1);
+  return rows > 1 && (rows - 1) % pairs == 0 ? static_cast<int>((rows - 1) / pairs) : 0;
+}
+
 ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
                   const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit,
                   int substeps) {
@@ -252,15 +258,18 @@ ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::Matr
   const Eigen::Index m = static_cast<Eigen::Index>(model.inputs().size());
   if (start.size() != n) throw Error(fmt::format("start of {} values for {} states", start.size(), n));
   if (samples < 1) throw Error::in_field("samples", std::to_string(samples), "at least 1");
-  if (m > 0 && (inputs.cols() != m || inputs.rows() != 2 * samples - 1)) {
+  if (model.discrete() && substeps > 1) throw Error::in_field("substeps", std::to_string(substeps), "1 for a map");
+  const int given = m > 0 ? input_steps(inputs.rows(), samples) : 0;
+  if (m > 0 && (inputs.cols() != m || given == 0 || (model.discrete() && given > 1))) {
     throw Error(fmt::format("inputs of size {} x {}: must be {} x {} ({})", inputs.rows(), inputs.cols(),
                             2 * samples - 1, m, fmt::join(model.inputs(), ", ")));
   }
-  if (m > 0 || model.discrete()) {
-    if (substeps > 1) throw Error::in_field("substeps", std::to_string(substeps), "1 for a map or a run with inputs");
-    return run_with(model, m > 0 ? Rows(model.signals(inputs)) : Rows(2 * samples - 1, 0), start, dt, samples, limit,
-                    1);
+  if (m > 0) {
+    if (substeps > 0 && substeps != given)
+      throw Error::in_field("substeps", std::to_string(substeps), fmt::format("{} with these inputs", given));
+    return run_with(model, Rows(model.signals(inputs)), start, dt, samples, limit, given);
   }
+  if (model.discrete()) return run_with(model, Rows(2 * samples - 1, 0), start, dt, samples, limit, 1);
   const auto run_at = [&](int steps) {
     return run_with(model, Rows(2 * steps * (samples - 1) + 1, 0), start, dt, samples, limit, steps);
   };
@@ -290,16 +299,17 @@ Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& 
   return u;
 }
 
-Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& recording) {
-  const Eigen::Index rows = 2 * recording.size() - 1;
+Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& recording, int steps) {
+  const Eigen::Index rows = 2 * steps * (recording.size() - 1) + 1;
   Eigen::MatrixXd u(rows, static_cast<Eigen::Index>(model.inputs().size()));
   for (std::size_t k = 0; k < model.inputs().size(); ++k) {
     const std::string& name = model.inputs()[k];
     const Eigen::Index column = static_cast<Eigen::Index>(k);
     if (name == "t" && !recording.has("t")) {
-      u.col(column).setLinSpaced(rows, recording.t0, recording.t0 + 0.5 * recording.dt * static_cast<double>(rows - 1));
+      u.col(column).setLinSpaced(rows, recording.t0,
+                                 recording.t0 + recording.dt * static_cast<double>(recording.size() - 1));
     } else {
-      u.col(column) = signal::upsample(recording[name], 2);
+      u.col(column) = signal::upsample(recording[name], 2 * steps);
     }
   }
   return u;

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "output_error/substeps.hpp"
 #include "whirl/identify/refine.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/regression/regression.hpp"
@@ -91,10 +92,28 @@ class Selector {
     refine_.max_iterations = 20;
     refine_.tolerance = 1e-5;
     length_ = std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / characteristic_rate / dt_));
-    runs_ = cut_runs(compiled_, stretches, options, length_, kMostSamples);
+    runs_ = cut(steps_);
   }
 
   enum class Outcome { settled, diverged, stopped };
+
+  /// Driven systems: more steps a sample where the records ask for them. True when there are.
+  bool take_finer_steps(IdentifiedModel& model) {
+    if (options_.inputs.empty() || steps_ >= kMostSteps || coarse_suits_) return false;
+    const auto cut_at = [&](int steps) {
+      std::vector<FreeRun> runs = cut(steps);
+      for (std::size_t k = 0; k < runs.size(); ++k) runs[k].start = runs_[k].start;
+      return runs;
+    };
+    const FinerSteps found = finer_steps(model, cut_at, steps_, dt_, refine_);
+    passes_ += found.passes;
+    coarse_suits_ = found.against;
+    if (found.steps == steps_) return false;
+    steps_ = found.steps;
+    runs_ = cut(steps_);
+    take(model, found.fit);
+    return true;
+  }
 
   /// Drops and adds terms until neither changes. `diverged`: free runs of the model do; `stopped`: no passes are left.
   Outcome settle(IdentifiedModel& model) {
@@ -115,10 +134,13 @@ class Selector {
       drop(model, weak);
       return true;
     };
+    bool begun = false;
     while (!spent()) {
       const Refined quick = refined(model, coarse);
       if (quick.starts.empty()) return Outcome::diverged;
       take(model, quick);
+      if (!begun) take_finer_steps(model);
+      begun = true;
       if (drop_weak()) continue;
       const Refined full = refined(model, refine_, absent_terms(model, candidates_));
       if (full.starts.empty()) return Outcome::diverged;
@@ -126,7 +148,8 @@ class Selector {
       if (drop_weak()) continue;
       added = add_best(model, full, rejected);
       if (!added.empty()) continue;
-      if (!drop_jointly(model, full.covariance, rejected)) return Outcome::settled;
+      if (drop_jointly(model, full.covariance, rejected) || take_finer_steps(model)) continue;
+      return Outcome::settled;
     }
     return Outcome::stopped;
   }
@@ -190,11 +213,13 @@ class Selector {
   double rmse() const { return followed_.rmse; }
   bool converged() const { return followed_.converged; }
   Followed followed() const {
-    return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance, followed_.blocked};
+    return {dt_ * static_cast<double>(length_), followed_.output_rmse, followed_.covariance, followed_.blocked,
+            steps_ > 1};
   }
 
  private:
   static constexpr Eigen::Index kMostSamples = 20000;
+  static constexpr int kMostSteps = 16;
 
   struct Fit {
     Eigen::VectorXd output_rmse;
@@ -216,9 +241,12 @@ class Selector {
     followed_ = {refined.output_rmse, refined.covariance, refined.rmse, refined.converged, {}};
     for (std::size_t k = 0; k < runs_.size(); ++k) runs_[k].start = refined.starts[k];
   }
+  std::vector<FreeRun> cut(int steps) const {
+    return cut_runs(compiled_, stretches_, options_, length_, kMostSamples, steps);
+  }
   void set_length(Eigen::Index length) {
     length_ = length;
-    runs_ = cut_runs(compiled_, stretches_, options_, length_, kMostSamples);
+    runs_ = cut(steps_);
   }
   /// Applies `change` to a copy; all is as before when it returns false.
   bool attempt(IdentifiedModel& model, const std::function<bool(IdentifiedModel&)>& change) {
@@ -226,6 +254,7 @@ class Selector {
     const Fit fit = followed_;
     const Eigen::Index length = length_;
     const std::vector<FreeRun> runs = runs_;
+    const int steps = steps_;
     const bool kept = change(trial);
     if (kept) {
       model = std::move(trial);
@@ -233,6 +262,7 @@ class Selector {
       followed_ = fit;
       length_ = length;
       runs_ = runs;
+      steps_ = steps;
     }
     return kept;
   }
@@ -318,6 +348,8 @@ class Selector {
   double dt_;
   RefineOptions refine_;
   Eigen::Index length_ = 0;
+  int steps_ = 1;              // a sample, of driven systems
+  bool coarse_suits_ = false;  // the records speak for the steps there are
   std::vector<FreeRun> runs_;
   Fit followed_;
   int passes_ = 0;

@@ -13,6 +13,7 @@ struct Followed {
   Eigen::VectorXd output_rmse;          ///< of each state in units of `sd`; empty with horizon 0
   Eigen::MatrixXd covariance;           ///< of the estimated coefficients, in the order of equations and terms
   std::vector<TermScore> blocked = {};  ///< terms that only their sign bound keeps out
+  bool between_samples = false;  ///< inputs act as band-limited signals between samples, in steps finer than these
 };
 
 /// Multiple-shooting refinement with pruning, score test and exchange of supports (step 3 of fit_sindy). `sd`: noise

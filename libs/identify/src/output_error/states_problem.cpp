@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/simulate_model.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -68,7 +69,7 @@ StatesProblem::StatesProblem(SensitivitySystem system, const std::vector<FreeRun
     const Eigen::Index rows = r.measured.rows();
     const bool driven = system_.inputs() > 0;
     if (rows < 2 || r.measured.cols() != n_out || r.start.size() != system_.states() ||
-        (driven && (r.inputs.rows() != 2 * rows - 1 || r.inputs.cols() != system_.inputs()))) {
+        (driven && (input_steps(r.inputs.rows(), rows) == 0 || r.inputs.cols() != system_.inputs()))) {
       throw Error("a run for refinement has sizes that do not fit the model");
     }
     inputs_.emplace_back(r.inputs.transpose());
@@ -118,6 +119,7 @@ void StatesProblem::linearise(StatesPoint& p, SquareSum& sum) {
 bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
   const Eigen::MatrixXd& measured = runs_[r].measured;
   RowBatch batch(run, run.gradient.size());
+  const int steps = system_.inputs() > 0 ? input_steps(inputs_[r].cols(), measured.rows()) : options_.substeps;
   Eigen::VectorXd x = p.starts[r];
   Eigen::MatrixXd s = Eigen::MatrixXd::Zero(run.gradient.size(), system_.states());
   if (options_.free_start) s.bottomRows(system_.states()).setIdentity();
@@ -132,11 +134,14 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
       batch.add(weight_[column] * s.col(outputs_[o]), residual);
     }
     if (i + 1 == measured.rows()) break;
-    if (system_.inputs() > 0) {
-      system_.step(dt_, inputs_[r].col(2 * i).data(), inputs_[r].col(2 * i + 1).data(),
-                   inputs_[r].col(2 * i + 2).data(), x, s);
-    } else {
-      for (int k = 0; k < steps(); ++k) system_.step(dt_ / steps(), nullptr, nullptr, nullptr, x, s);
+    for (int k = 0; k < steps; ++k) {
+      if (system_.inputs() > 0) {
+        const Eigen::Index at = 2 * (i * steps + k);
+        const auto input = [&](Eigen::Index column) { return inputs_[r].col(column).data(); };
+        system_.step(dt_ / steps, input(at), input(at + 1), input(at + 2), x, s);
+      } else {
+        system_.step(dt_ / steps, nullptr, nullptr, nullptr, x, s);
+      }
     }
   }
   batch.flush();

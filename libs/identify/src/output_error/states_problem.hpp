@@ -38,11 +38,10 @@ class StatesProblem {
 
  private:
   bool follow(std::size_t r, StatesPoint& p, SquareSum& run);
-  int steps() const { return std::max(1, options_.substeps); }  // per sample
 
   SensitivitySystem system_;
   const std::vector<FreeRun>& runs_;
-  std::vector<Eigen::MatrixXd> inputs_;  // per run: one contiguous column per half sample
+  std::vector<Eigen::MatrixXd> inputs_;  // per run: one contiguous column per half step
   double dt_;
   std::vector<Eigen::Index> outputs_;
   Eigen::VectorXd weight_;  // per output

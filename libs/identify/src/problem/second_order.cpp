@@ -11,6 +11,7 @@
 #include "evidence/channel_units.hpp"
 #include "evidence/record_quality.hpp"
 #include "evidence/verdict.hpp"
+#include "output_error/substeps.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
@@ -31,7 +32,7 @@ constexpr double kFloor = 1e-6;      // of the motion: errors of integration and
 constexpr double kCalm = 1e-3;       // of the motion: noise that differences bear
 constexpr Eigen::Index kEnd = 20;    // samples at each end that carry the end effect of the resampling
 
-FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output) {
+FreeRun free_run(const CompiledModel& model, const Recording& r, const std::string& output, int steps) {
   const Eigen::VectorXd& y = r[output];
   FreeRun run;
   // y + (y[1] - y[-1]) / 2h needs the sample before: the run starts at sample 1.
@@ -42,7 +43,7 @@ FreeRun free_run(const CompiledModel& model, const Recording& r, const std::stri
     const signal::SmoothedSignal smooth = detail::without_noise(y, r.dt, noise);
     run.start << smooth.value[1], smooth.first[1];
   }
-  run.inputs = half_grid_inputs(model, r).bottomRows(2 * n - 1);
+  run.inputs = half_grid_inputs(model, r, steps).bottomRows(2 * steps * (n - 1) + 1);
   run.measured = y.tail(n);
   return run;
 }
@@ -82,14 +83,39 @@ double unexplained_share(const Eigen::VectorXd& y, double error) {
   return std::sqrt(std::max(0.0, error * error - noise) / std::max(spread - noise, 0.01 * spread));
 }
 
-Refined refine_on(const IdentifiedModel& model, const Recording& record, const std::string& output,
-                  const SecondOrderOptions& options, const std::vector<Equation>& candidates) {
-  const CompiledModel compiled(model);
-  RefineOptions r;
-  r.outputs = {output};
-  r.skip = options.skip;
-  return refine_free_run(model, {free_run(compiled, record, output)}, record.dt, r, candidates);
-}
+/// Refinement on free runs over records.
+struct Refinement {
+  std::string output;
+  Eigen::Index skip = 0;
+  int steps = 1;  ///< a sample
+
+  RefineOptions options() const {
+    RefineOptions r;
+    r.outputs = {output};
+    r.skip = skip;
+    return r;
+  }
+  Refined operator()(const IdentifiedModel& model, const Recording& record,
+                     const std::vector<Equation>& candidates) const {
+    return refine_free_run(model, {free_run(CompiledModel(model), record, output, steps)}, record.dt, options(),
+                           candidates);
+  }
+  /// More steps a sample where the record asks for them; the model then says that its input acts between the samples.
+  void choose_steps(IdentifiedModel& model, const Recording& record) {
+    const Refined coarse = (*this)(model, record, {});
+    if (coarse.starts.empty()) return;
+    const auto run_at = [&](int s) {
+      std::vector<FreeRun> runs{free_run(CompiledModel(model), record, output, s)};
+      runs.front().start = coarse.starts.front();
+      return runs;
+    };
+    const detail::FinerSteps found = detail::finer_steps(coarse.model, run_at, steps, record.dt, options());
+    if (found.steps == steps) return;
+    steps = found.steps;
+    model.equations = found.fit.model.equations;
+    model.timing = {{model.inputs.front(), Hold::band_limited, {0, 0, 0, 0}}};
+  }
+};
 
 /// Regression of the oversampled, filtered second derivative on the library: start of the refinement.
 regression::SparseFit regress(const Recording& recording, const std::string& output, const std::string& input,
@@ -169,10 +195,11 @@ std::vector<Equation> absent_terms(const IdentifiedModel& model, const std::vect
 /// Refines on the first part of the record and takes up candidates that lower the free-run error on the rest; `error`:
 /// that on the rest.
 IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, const std::string& output,
-                     const std::vector<std::string>& candidates, const SecondOrderOptions& options, double& error) {
+                     const std::vector<std::string>& candidates, const SecondOrderOptions& options,
+                     const Refinement& refine, double& error) {
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
   const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
-  Refined best = refine_on(model, train, output, options, absent_terms(model, candidates));
+  Refined best = refine(model, train, absent_terms(model, candidates));
   error = error_on(best.model, held, output);
   const Eigen::VectorXd& y = recording[output];
   const double floor = kFloor * std::sqrt((y.array() - y.mean()).square().mean());
@@ -187,7 +214,7 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
       Estimate start;
       start.value = s.coefficient;
       larger.equations[1].terms.push_back({s.function, start, ""});
-      Refined trial = refine_on(larger, train, output, options, absent_terms(larger, candidates));
+      Refined trial = refine(larger, train, absent_terms(larger, candidates));
       const double trial_error =
           trial.converged ? error_on(trial.model, held, output) : std::numeric_limits<double>::infinity();
       if (trial_error < next_error) {
@@ -199,7 +226,7 @@ IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, c
     best = std::move(next);
     error = next_error;
   }
-  return refine_on(best.model, recording, output, options, {}).model;
+  return refine(best.model, recording, {}).model;
 }
 
 /// The verdict by the free run over the record.
@@ -243,7 +270,9 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
     keep_constants(terms, start.equations[1]);
   }
   double error = 0;
-  IdentifiedModel model = grow(start, recording, y, candidates, options, error);
+  Refinement refine{y, options.skip};
+  refine.choose_steps(start, recording);
+  IdentifiedModel model = grow(start, recording, y, candidates, options, refine, error);
   model.summary.condition_number = regressed.summary.condition_number;
   model.summary.trust = fmt::format("rms free-run error on the held-out {:.0f} % of the record: {:.3g} (unit of {})",
                                     100 * options.holdout, error, y);
@@ -252,6 +281,7 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
     return model;
   }
   model.equations[1].terms = shot->equations[1].terms;
+  model.timing = shot->timing;
   model.summary = shot->summary;
   return model;
 }
@@ -261,7 +291,8 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
 double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
                       Eigen::Index skip) {
   const CompiledModel compiled(model);
-  const FreeRun run = free_run(compiled, recording, output);
+  constexpr int kFine = 8;
+  const FreeRun run = free_run(compiled, recording, output, model.timing.empty() ? 1 : kFine);
   const Eigen::Index n = run.measured.rows();
   if (n <= skip) throw Error::in_field("samples", std::to_string(n), fmt::format("more than the {} skipped", skip));
   const ModelRun result = simulate(compiled, run.inputs, run.start, recording.dt, n);

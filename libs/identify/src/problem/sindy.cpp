@@ -72,6 +72,9 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
                                 weights.sd, data.rate(), options);
   detail::set_coefficient_units(model, like);
   detail::judge_refined(data, weights, followed, regression.least, model);
+  if (followed.between_samples) {
+    for (const std::string& u : options.inputs) model.timing.push_back({u, Hold::band_limited, {0, 0, 0, 0}});
+  }
   conclude(followed.blocked);
   set_parameters(model, followed.covariance);
   return model;

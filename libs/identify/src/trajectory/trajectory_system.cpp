@@ -134,11 +134,10 @@ void TrajectorySystem::load_inputs(const TrajectoryRecord& record, double at) {
   if (time_) in_[n_ + m_ - 1] = record.t0 + at * record.dt;
 }
 
-void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs) {
-  // A step of 0.35 rad changes the damping of an oscillation by 1e-5 of its frequency.
-  constexpr double kStep = 0.35;
+void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs,
+                                 double step) {
   constexpr std::size_t kMostRuns = 32;
-  constexpr int kMostSteps = 8;
+  constexpr int kMostSteps = 16;
   substeps_ = 1;
   for (std::size_t k = 0; k < std::min(kMostRuns, runs.size()); ++k) {
     const TrajectoryRun& run = runs[k * runs.size() / std::min(kMostRuns, runs.size())];
@@ -147,7 +146,7 @@ void TrajectorySystem::set_steps(const std::vector<TrajectoryRecord>& records, c
     rate(run.start, true);
     if (!jacobian_.allFinite()) continue;
     const double fastest = jacobian_.eigenvalues().cwiseAbs().maxCoeff() * record.dt;
-    substeps_ = std::clamp(static_cast<int>(std::ceil(fastest / kStep)), substeps_, kMostSteps);
+    substeps_ = std::clamp(static_cast<int>(std::ceil(fastest / step)), substeps_, kMostSteps);
   }
 }
 

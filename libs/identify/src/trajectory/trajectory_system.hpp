@@ -50,8 +50,11 @@ class TrajectorySystem {
   Eigen::MatrixXd follow(const TrajectoryRecord& record, const TrajectoryRun& run, Eigen::MatrixXd* states);
   /// The model with the present values.
   TrajectoryModel model() const;
-  /// Steps per sample from now on: as many as the fastest rate of the model linearised at the starts of runs asks for.
-  void set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs);
+  /// Steps per sample from now on: none turns the fastest mode of the model, linearised at the starts of runs, by more
+  /// than `step` rad.
+  void set_steps(const std::vector<TrajectoryRecord>& records, const std::vector<TrajectoryRun>& runs, double step);
+  void set_steps(int a_sample) { substeps_ = a_sample; }
+  int steps() const { return substeps_; }
 
  private:
   struct Entry {

@@ -9,8 +9,10 @@ namespace whirl::identification {
 
 /// A stretch of measurement to be reproduced by a free run.
 struct FreeRun {
-  Eigen::VectorXd start;     ///< states at the first sample, in the order of CompiledModel::states()
-  Eigen::MatrixXd inputs;    ///< 2 samples - 1 rows, one column per CompiledModel::inputs()
+  Eigen::VectorXd start;  ///< states at the first sample, in the order of CompiledModel::states()
+  /// One column per CompiledModel::inputs(), 2 k (samples - 1) + 1 rows for k Runge-Kutta steps a sample: their values
+  /// at the ends and the middle of each.
+  Eigen::MatrixXd inputs;
   Eigen::MatrixXd measured;  ///< samples x outputs; NaN: not measured
 };
 
@@ -22,7 +24,7 @@ struct RefineOptions {
   /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
   Eigen::MatrixXd ties = {};
   /// Runge-Kutta steps per sample; 0: as many, up to 16, as keep the error of the free runs below a quarter of the
-  /// standard deviation of any estimate; runs with inputs take one.
+  /// standard deviation of any estimate; runs with inputs take as many as these are given for.
   int substeps = 0;
   int max_iterations = 30;
   double tolerance = 1e-7;  ///< stop when an iteration lowers the error by less than this share

@@ -56,10 +56,10 @@ struct ModelRun {
 
 /// Free run from `start` by classical Runge-Kutta of order 4 (order: Hairer, Norsett, Wanner I, table II.1.2),
 /// `substeps` steps a sample; 0: as many as keep the error of a sample's steps below 1e-7 of each state's range, at
-/// most 16. With inputs it is one step: what they do between the samples is not known better. `inputs` has one column
-/// per model.inputs() and 2 samples - 1 rows: sample i in row 2 i, the midpoint between samples in row 2 i + 1 (maps
-/// use the even rows). A state beyond `limit` in magnitude or not finite ends the run as diverged: data, not an
-/// exception. Throws Error when sizes do not fit.
+/// most 16. With inputs there are as many as these are given for: `inputs` has one column per model.inputs() and
+/// 2 k (samples - 1) + 1 rows for k steps a sample: with one, sample i in row 2 i and the midpoint between samples in
+/// row 2 i + 1 (maps use the even rows). A state beyond `limit` in magnitude or not finite ends the run as diverged:
+/// data, not an exception. Throws Error when sizes do not fit.
 ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
                   const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples,
                   double limit = std::numeric_limits<double>::infinity(), int substeps = 0);
@@ -70,9 +70,13 @@ ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::Matr
 /// Throws Error for a model without `rotor`; a motion that diverges is not finite.
 rotor::Response simulate_rotor(const IdentifiedModel& model, const AngleSignal& angle);
 
+/// Steps a sample that so many rows of inputs are for; 0: for no whole number of them.
+int input_steps(Eigen::Index rows, Eigen::Index samples);
+
 /// Inputs of a rotor model from the angle: X5 = beta, X6 = beta', X7 = beta'', t; midpoints are the angle's own.
 Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const AngleSignal& angle, double t0 = 0);
-/// Inputs by channel name, midpoints by band-limited interpolation; t from the record.
-Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& recording);
+/// Inputs by channel name, for `steps` steps a sample, between samples by band-limited interpolation; t from the
+/// record.
+Eigen::MatrixXd half_grid_inputs(const CompiledModel& model, const Recording& recording, int steps = 1);
 
 }  // namespace whirl::identification

@@ -49,7 +49,9 @@ struct TrajectoryOptions {
   std::vector<std::string> free_dead_time = {};  ///< inputs whose dead time is estimated, from that in `timing`
   double most_dead_time = 0;                     ///< s; 0: 50 samples
   std::vector<std::string> scored = {};          ///< parameters that stay; what each would be worth is told
-  int substeps = 0;  ///< Runge-Kutta steps per sample; 0: as many as the fastest rate of the model asks for, up to 8
+  /// Runge-Kutta steps per sample; 0: as many, up to 16, as the fastest rate of the model asks for and as keep their
+  /// error below a quarter of the standard deviation of any estimate.
+  int substeps = 0;
   int max_iterations = 30;
   double tolerance = 1e-6;  ///< stop when an iteration lowers the error by less than this share
 };
