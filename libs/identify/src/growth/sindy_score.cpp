@@ -74,7 +74,7 @@ void append(Recording& record, const Recording& part) {
 
 /// Starts that let the first `fitted` samples of every run fit best: a spline is least sure at the end of a record.
 void fit_starts(const IdentifiedModel& model, const Recording& record, const Eigen::MatrixXd& inputs,
-                const std::vector<Eigen::Index>& firsts, Eigen::Index fitted, Eigen::MatrixXd& starts) {
+                const std::vector<Eigen::Index>& firsts, Eigen::Index fitted, int steps, Eigen::MatrixXd& starts) {
   RefineOptions options;
   const CompiledModel compiled(model);
   for (const std::string& s : compiled.states()) {
@@ -91,7 +91,7 @@ void fit_starts(const IdentifiedModel& model, const Recording& record, const Eig
     if (count * outputs <= 2 * starts.cols()) continue;
     FreeRun run;
     run.start = starts.row(first);
-    run.inputs = inputs.middleRows(2 * first, 2 * count - 1);
+    run.inputs = inputs.middleRows(2 * steps * first, 2 * steps * (count - 1) + 1);
     run.measured.resize(count, outputs);
     for (Eigen::Index k = 0; k < outputs; ++k) {
       const Eigen::VectorXd& y = record[options.outputs[static_cast<std::size_t>(k)]];
@@ -106,7 +106,7 @@ void fit_starts(const IdentifiedModel& model, const Recording& record, const Eig
 }  // namespace
 
 PartwiseScore::PartwiseScore(const IdentifiedModel& model, double horizon, double period)
-    : model_(model), compiled_(model), horizon_(horizon), period_(period) {}
+    : model_(model), compiled_(model), horizon_(horizon), period_(period), steps_(input_steps_of(model)) {}
 
 void PartwiseScore::add(const Recording& part) {
   if (part.size() == 0) return;
@@ -151,10 +151,10 @@ void PartwiseScore::follow(bool last) {
 void PartwiseScore::follow_on(Eigen::Index ready, bool last) {
   const Eigen::Index fitted = period_samples(), count = ready - next_;
   if (!last && count < (next_ == 0 ? fitted : 2)) return;
-  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_);
+  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_, steps_);
   if (state_.size() == 0) {
     Eigen::MatrixXd starts = smoothed_states(compiled_, waiting_);
-    if (!compiled_.discrete()) fit_starts(model_, waiting_, inputs, {0}, fitted, starts);
+    if (!compiled_.discrete()) fit_starts(model_, waiting_, inputs, {0}, fitted, steps_, starts);
     state_ = starts.row(0);
   }
   // The last sample is the start of what follows.
@@ -167,9 +167,10 @@ void PartwiseScore::follow_restarted(Eigen::Index ready, bool last) {
   for (Eigen::Index first = next_; last ? first < ready : first + piece <= ready; first += piece)
     firsts.push_back(first);
   if (firsts.empty()) return;
-  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_);
+  const Eigen::MatrixXd inputs = half_grid_inputs(compiled_, waiting_, steps_);
   Eigen::MatrixXd starts = smoothed_states(compiled_, waiting_);
-  if (!compiled_.discrete()) fit_starts(model_, waiting_, inputs, firsts, std::min(piece, period_samples()), starts);
+  if (!compiled_.discrete())
+    fit_starts(model_, waiting_, inputs, firsts, std::min(piece, period_samples()), steps_, starts);
   for (const Eigen::Index first : firsts) {
     const Eigen::Index count = std::min(piece, ready - first);
     compare(inputs, starts.row(first), count, count);
@@ -178,7 +179,8 @@ void PartwiseScore::follow_restarted(Eigen::Index ready, bool last) {
 
 void PartwiseScore::compare(const Eigen::MatrixXd& inputs, const Eigen::VectorXd& start, Eigen::Index count,
                             Eigen::Index counted) {
-  const ModelRun run = simulate(compiled_, inputs.middleRows(2 * next_, 2 * count - 1), start, waiting_.dt, count);
+  const ModelRun run = simulate(compiled_, inputs.middleRows(2 * steps_ * next_, 2 * steps_ * (count - 1) + 1), start,
+                                waiting_.dt, count);
   for (StateScore& s : scores_) {
     s.rmse += run.diverged ? std::numeric_limits<double>::infinity()
                            : (run.state(s.state) - waiting_[s.state].segment(next_, count)).head(counted).squaredNorm();

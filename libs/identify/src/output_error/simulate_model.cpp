@@ -249,6 +249,8 @@ int input_steps(Eigen::Index rows, Eigen::Index samples) {
   return rows > 1 && (rows - 1) % pairs == 0 ? static_cast<int>((rows - 1) / pairs) : 0;
 }
 
+int input_steps_of(const IdentifiedModel& model) { return model.timing.empty() ? 1 : 8; }
+
 ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
                   const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit,
                   int substeps) {

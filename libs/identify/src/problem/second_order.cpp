@@ -291,8 +291,7 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
 double free_run_error(const IdentifiedModel& model, const Recording& recording, const std::string& output,
                       Eigen::Index skip) {
   const CompiledModel compiled(model);
-  constexpr int kFine = 8;
-  const FreeRun run = free_run(compiled, recording, output, model.timing.empty() ? 1 : kFine);
+  const FreeRun run = free_run(compiled, recording, output, input_steps_of(model));
   const Eigen::Index n = run.measured.rows();
   if (n <= skip) throw Error::in_field("samples", std::to_string(n), fmt::format("more than the {} skipped", skip));
   const ModelRun result = simulate(compiled, run.inputs, run.start, recording.dt, n);

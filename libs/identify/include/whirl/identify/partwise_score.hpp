@@ -32,6 +32,7 @@ class PartwiseScore {
   IdentifiedModel model_;
   CompiledModel compiled_;
   double horizon_, period_;
+  int steps_;              // a sample, of runs with inputs
   Recording waiting_;      // the samples from a little before next_
   Eigen::Index next_ = 0;  // the sample in waiting_ that is due
   Eigen::Index samples_ = 0;
