@@ -1,6 +1,6 @@
 // Driven systems of few samples a cycle whose inputs are neither held nor late: a measured force, known at the samples.
 // One Runge-Kutta step a sample changes damping and frequency by so much that the search takes it for terms.
-#include "whirl/testing/coarse_drives.hpp"
+#include "whirl/testing/driven/coarse_drives.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
