@@ -5,38 +5,13 @@
 #include <cstdlib>
 
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/control/step_wrapper.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace {
 
 using namespace whirl;
 using namespace whirl::testing;
-
-const char* const kWrapper = R"(#include "drive.h"
-static drive_state state;
-int start(void);
-int go(const double *in, double *out);
-int start(void) {
-  drive_params p;
-  drive_default_params(&p);
-  return (int)drive_init(&state, &p);
-}
-int go(const double *in, double *out) {
-  drive_input i;
-  drive_output o;
-  int status;
-  i.x = in[0];
-  i.y = in[1];
-  i.beta = in[2];
-  i.omega = in[3];
-  i.omega_dot = in[4];
-  i.valid = 1;
-  status = (int)drive_step(&state, &i, &o);
-  out[0] = o.ux;
-  out[1] = o.uy;
-  return status;
-}
-)";
 
 /// Peaks of the disc, m, above 1.5, from 1.5 to 1.1, from 1.1 to 0.8 and below 0.8 times the critical speed, after
 /// 0.3 s.
@@ -65,11 +40,11 @@ Played play(const ForeignMachine& m, std::uint64_t seed, Step&& step) {
 Played play_exported(const ForeignMachine& m, std::uint64_t seed, const std::filesystem::path& library) {
   const SharedLibrary drive(library);
   drive.get<int()>("start")();
-  auto* const go = drive.get<int(const double*, double*)>("go");
+  auto* const go = drive.get<int(const double*, int, double*)>("go");
   return play(m, seed, [&](const Measurement& r, Command& u) {
     const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
-    double out[2];
-    const int status = go(in, out);
+    double out[3];
+    const int status = go(in, 1, out);
     u = {out[0], out[1]};
     return status;
   });
@@ -89,7 +64,7 @@ int main(int argc, char** argv) {
     const ForeignMachine m = ForeignMachine::draw(static_cast<std::uint64_t>(seed), participation);
     const TemporaryFolder folder;
     write_laboratory(m, folder.path(), static_cast<std::uint64_t>(seed));
-    folder.write("wrapper.c", kWrapper);
+    folder.write("wrapper.c", kStepWrapper);
     const auto run = [&](const std::string& command) { return shell(folder.path(), command).exit_code; };
     const auto program = [&](const std::string& arguments) { return run(whirl + arguments + " --quiet"); };
     program("identify rundown.csv --out model.json");

@@ -6,36 +6,11 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/deploy/code.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/control/step_wrapper.hpp"
 #include "whirl/testing/designs.hpp"
 
 namespace whirl::deploy {
 namespace {
-
-const char* const kWrapper = R"(#include "drive.h"
-static drive_state state;
-int start(void);
-int go(const double *in, double *out);
-int start(void) {
-  drive_params p;
-  drive_default_params(&p);
-  return (int)drive_init(&state, &p);
-}
-int go(const double *in, double *out) {
-  drive_input i;
-  drive_output o;
-  int status;
-  i.x = in[0];
-  i.y = in[1];
-  i.beta = in[2];
-  i.omega = in[3];
-  i.omega_dot = in[4];
-  i.valid = true;
-  status = (int)drive_step(&state, &i, &o);
-  out[0] = o.ux;
-  out[1] = o.uy;
-  return status;
-}
-)";
 
 // Structural modes taken out of the readings: the exported step gives the forces of the library.
 TEST(StructureExport, TheExportedStepTakesTheSameModesOut) {
@@ -56,13 +31,13 @@ TEST(StructureExport, TheExportedStepTakesTheSameModesOut) {
     EXPECT_EQ(parameters, 9);  // up to the last mode that takes part
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", kWrapper);
+    folder.write("wrapper.c", testing::kStepWrapper);
     const auto built = testing::shell(
         folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     ASSERT_EQ(built.exit_code, 0) << built.text;
     const testing::SharedLibrary library(folder.path() / "drive.so");
     ASSERT_EQ(library.get<int()>("start")(), 0);
-    auto* go = library.get<int(const double*, double*)>("go");
+    auto* go = library.get<int(const double*, int, double*)>("go");
     control::Controller mine = control::make_controller(d);
     double worst = 0, largest = 0, without = 0;
     ControllerDesign bare = d;
@@ -70,8 +45,8 @@ TEST(StructureExport, TheExportedStepTakesTheSameModesOut) {
     control::Controller blind = control::make_controller(bare);
     for (const Measurement& m : testing::run_down_readings()) {
       const double in[] = {m.x, m.y, m.beta, m.omega, m.omega_dot};
-      double out[2] = {};
-      ASSERT_EQ(go(in, out), 0);
+      double out[3] = {};
+      ASSERT_EQ(go(in, 1, out), 0);
       const auto u = mine.step(m), other = blind.step(m);
       ASSERT_TRUE(u && other);
       worst = std::max({worst, std::abs(out[0] - u->ux), std::abs(out[1] - u->uy)});

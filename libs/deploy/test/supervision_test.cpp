@@ -7,38 +7,11 @@
 #include "whirl/control/controller.hpp"
 #include "whirl/deploy/code.hpp"
 #include "whirl/testing/compiled.hpp"
+#include "whirl/testing/control/step_wrapper.hpp"
 #include "whirl/testing/foreign_rig.hpp"
 
 namespace whirl::deploy {
 namespace {
-
-/// The exported step as numbers.
-const char* const kWrapper = R"(#include "drive.h"
-static drive_state state;
-int start(void);
-int go(const double *in, int valid, double *out);
-int start(void) {
-  drive_params p;
-  drive_default_params(&p);
-  return (int)drive_init(&state, &p);
-}
-int go(const double *in, int valid, double *out) {
-  drive_input i;
-  drive_output o;
-  int status;
-  i.x = in[0];
-  i.y = in[1];
-  i.beta = in[2];
-  i.omega = in[3];
-  i.omega_dot = in[4];
-  i.valid = (valid != 0);
-  status = (int)drive_step(&state, &i, &o);
-  out[0] = o.ux;
-  out[1] = o.uy;
-  out[2] = (double)o.supervision;
-  return status;
-}
-)";
 
 ControllerDesign design_for(const testing::ForeignMachine& m, const char* law, const char* estimator) {
   ControllerDesign d;
@@ -64,7 +37,7 @@ struct Exported {
     const ControllerCode code = controller_code(d, {"drive", false, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", kWrapper);
+    folder.write("wrapper.c", testing::kStepWrapper);
     const auto built = testing::shell(
         folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;
