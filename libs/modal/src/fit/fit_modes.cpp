@@ -266,23 +266,27 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
   state = with_weak_poles(band, state, terms, options);
   // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
   // stiffness leaves would decide between the two by chance.
+  bool damping_open = false;
   const bool model_error = band.noise_floor > 0 && state.residual.norm() > 1.5 * band.noise_floor * band.h.norm();
-  if (options.damping == DampingChoice::automatic && !state.poles.empty() && state.ties.empty() && band.decay == 0 &&
+  if (options.damping != DampingChoice::hysteretic && !state.poles.empty() && state.ties.empty() && band.decay == 0 &&
       !model_error) {
     ResidualTerms other = terms;
     other.hysteretic = true;
     Refined hysteretic = refine(band, state.poles, state.started, other, options.max_iterations);
     // Both have as many parameters. They differ by the tails alone, as modes far outside the band do: only a difference
     // that those do not reach decides.
-    constexpr double kDecisive = 20;
-    if (description_length(band, hysteretic, other, state.correlated) <
-        description_length(band, state, terms, state.correlated) - kDecisive) {
+    constexpr double kDecisive = 20, kWorse = 6;
+    const double gain = description_length(band, state, terms, state.correlated) -
+                        description_length(band, hysteretic, other, state.correlated);
+    damping_open = gain > -kWorse;
+    if (gain > kDecisive && options.damping == DampingChoice::automatic) {
       state = std::move(hysteretic);
       terms = other;
     }
   }
   Solution solution = solution_of(band, state, terms, true);
   solution.length = description_length(band, state, terms, 1) + weight_length(band);
+  solution.damping_open = damping_open;
   return solution;
 }
 

@@ -91,6 +91,24 @@ void warn_of_modes(const Band& band, ModalModel& model) {
   }
 }
 
+// Under structural damping the natural frequency is sqrt(-Re p^2), lower by the square of the damping ratio: said where
+// the FRFs do not decide and it lies outside the interval.
+std::string other_damping(const Band& band, const ModalModel& model) {
+  double largest = 0, at = 0;
+  for (const Mode& mode : model.modes) {
+    const double f = mode.frequency.value, shift = mode.damping.value * mode.damping.value;
+    if (f < band.low || f > band.high || shift * f < 2 * mode.frequency.sd || shift < largest) continue;
+    largest = shift;
+    at = f;
+  }
+  if (largest == 0) return {};
+  return fmt::format(
+      "; taken as viscous: structural damping explains the responses as well or better and lowers the frequencies, by "
+      "up "
+      "to {:.2g} % (at {:.5g} Hz), beyond the intervals",
+      100 * largest, at);
+}
+
 // The tied poles are no modes: the residues of those that share a mode's frequency are its own at small motion.
 void add_amplitude(const Solution& solution, const ResidueFit& residues, const std::vector<std::size_t>& order,
                    ModalModel& model) {
@@ -188,6 +206,7 @@ ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Soluti
           : "");
   if (model.damping_model == DampingModel::hysteretic)
     model.summary.trust += "; the damping is structural (hysteretic), the ratio shown half the loss factor";
+  if (solution.damping_open) model.summary.trust += other_damping(band, model);
   model.provenance.version = version();
   return model;
 }

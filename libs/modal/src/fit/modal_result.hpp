@@ -17,7 +17,8 @@ struct Solution {
   std::vector<Poles> local;  ///< poles of each channel, where they differ
   Eigen::MatrixXd spread;    ///< as in ScatterFit
   double frequency_scatter = 0, damping_scatter = 0;
-  double length = 0;  ///< description length with the weights: compares fits under other weights
+  double length = 0;          ///< description length with the weights: compares fits under other weights
+  bool damping_open = false;  ///< viscous, but structural damping explains the FRFs as well or better
 };
 
 /// The model of a solution, with its warnings.
