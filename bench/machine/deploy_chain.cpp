@@ -64,7 +64,7 @@ int main(int argc, char** argv) {
     const ForeignMachine m = ForeignMachine::draw(static_cast<std::uint64_t>(seed), participation);
     const TemporaryFolder folder;
     write_laboratory(m, folder.path(), static_cast<std::uint64_t>(seed));
-    folder.write("wrapper.c", kStepWrapper);
+    folder.write("wrapper.c", step_wrapper());
     const auto run = [&](const std::string& command) { return shell(folder.path(), command).exit_code; };
     const auto program = [&](const std::string& arguments) { return run(whirl + arguments + " --quiet"); };
     program("identify rundown.csv --out model.json");

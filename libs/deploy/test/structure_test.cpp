@@ -31,7 +31,7 @@ TEST(StructureExport, TheExportedStepTakesTheSameModesOut) {
     EXPECT_EQ(parameters, 9);  // up to the last mode that takes part
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", testing::kStepWrapper);
+    folder.write("wrapper.c", testing::step_wrapper(false));
     const auto built = testing::shell(
         folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     ASSERT_EQ(built.exit_code, 0) << built.text;

@@ -37,7 +37,7 @@ struct Exported {
     const ControllerCode code = controller_code(d, {"drive", false, ""});
     folder.write(code.header.name, code.header.text);
     folder.write(code.source.name, code.source.text);
-    folder.write("wrapper.c", testing::kStepWrapper);
+    folder.write("wrapper.c", testing::step_wrapper());
     const auto built = testing::shell(
         folder.path(), "cc " + std::string(testing::kStrictC99) + " -fPIC -shared drive.c wrapper.c -lm -o drive.so");
     EXPECT_EQ(built.exit_code, 0) << d.law << " " << d.estimator << built.text;

@@ -1,10 +1,12 @@
 #pragma once
+#include <string>
 
 namespace whirl::testing {
 
 /// C around a controller exported with the prefix `drive`: start(), and go(x y beta omega omega_dot, valid, out) with
-/// ux, uy and the supervision's word in `out`; returns the status of the step.
-inline constexpr const char* kStepWrapper = R"(#include "drive.h"
+/// ux, uy and, of a supervised one, the supervision's word in `out`; returns the status of the step.
+inline std::string step_wrapper(bool supervised = true) {
+  std::string text = R"(#include "drive.h"
 static drive_state state;
 int start(void);
 int go(const double *in, int valid, double *out);
@@ -26,9 +28,9 @@ int go(const double *in, int valid, double *out) {
   status = (int)drive_step(&state, &i, &o);
   out[0] = o.ux;
   out[1] = o.uy;
-  out[2] = (double)o.supervision;
-  return status;
-}
 )";
+  if (supervised) text += "  out[2] = (double)o.supervision;\n";
+  return text + "  return status;\n}\n";
+}
 
 }  // namespace whirl::testing
