@@ -13,6 +13,10 @@ namespace whirl::identification::detail {
 int substeps_needed(const CompiledModel& model, const std::vector<FreeRun>& one, const std::vector<FreeRun>& two,
                     double dt, const RefineOptions& options);
 
+/// The same from the size of the change between the runs, root of its sum of squares by the noise, when `steps` are
+/// doubled.
+int substeps_for(double change, int steps, int most);
+
 /// A driven model refined with more steps a sample.
 struct FinerSteps {
   int steps = 1;
@@ -25,9 +29,5 @@ struct FinerSteps {
 /// better. `runs`: cut for so many steps, begun where `model` begins. `steps` is that of before where it stays.
 FinerSteps finer_steps(const IdentifiedModel& model, const std::function<std::vector<FreeRun>(int)>& runs, int steps,
                        double dt, RefineOptions options);
-
-/// The same from the size of the change between the runs, root of its sum of squares by the noise, when `steps` are
-/// doubled.
-int substeps_for(double change, int steps, int most);
 
 }  // namespace whirl::identification::detail
