@@ -37,7 +37,7 @@ InverseInformation invert_information(const Eigen::MatrixXd& normal, double leas
 
 Eigen::MatrixXd marginal_information(const Eigen::MatrixXd& normal, Eigen::Index kept) {
   const Eigen::Index others = normal.rows() - kept;
-  if (others == 0) return normal;
+  if (others == 0 || kept == 0) return normal.topLeftCorner(kept, kept);  // nothing left to eliminate, or to keep
   const auto diagonal = normal.diagonal().tail(others).array();
   const Eigen::VectorXd scale = (diagonal > 0).select(diagonal.sqrt().inverse(), 1.0);
   Eigen::MatrixXd own = scale.asDiagonal() * normal.bottomRightCorner(others, others) * scale.asDiagonal();
