@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "formats/uff_text.hpp"
+#include "formats/text_lines.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/signals.hpp"
 

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "formats/format.hpp"
-#include "formats/uff_text.hpp"
+#include "formats/text_lines.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/signals.hpp"

@@ -1,4 +1,4 @@
-#include "uff_text.hpp"
+#include "formats/text_lines.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "formats/arrays/hdf5_chunks.hpp"
+#include "formats/hdf5/hdf5_chunks.hpp"
 
 #include <zlib.h>
 

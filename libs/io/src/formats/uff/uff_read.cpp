@@ -1,21 +1,17 @@
 #include <fmt/format.h>
 
-#include <bit>
 #include <cmath>
 #include <cstdio>
-#include <cstring>
 
-#include "formats/arrays/bytes.hpp"
-#include "uff_text.hpp"
-#include "uff_window.hpp"
+#include "formats/text_lines.hpp"
+#include "formats/uff/uff_binary.hpp"
+#include "formats/uff/uff_window.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/uff.hpp"
 
 namespace whirl::io {
 namespace {
-
-bool is_delimiter(std::string_view line) { return trim(line) == "-1"; }
 
 // A line with the number of a dataset that is read here, and nothing else.
 bool names_dataset(std::string_view line) {
@@ -27,12 +23,6 @@ bool names_dataset(std::string_view line) {
     if (word == known) return true;
   return false;
 }
-
-struct BinaryForm {
-  bool binary = false;
-  bool little = true;
-  std::size_t bytes = 0;
-};
 
 class Reader {
  public:
@@ -90,7 +80,7 @@ class Reader {
     const std::string_view line = lines_.next();
     std::string_view number = columns(line, 0, 6);
     const bool binary = line.size() > 6 && (line[6] == 'b' || line[6] == 'B');
-    BinaryForm form;
+    UffBinary form;
     if (binary) {
       form.binary = true;
       const long order = integer(lines_, line, 7, 6);
@@ -148,7 +138,7 @@ class Reader {
     return {small(integer(lines_, line, 0, 10)), text_of(columns(line, 26, 20)), text_of(columns(line, 47, 20))};
   }
 
-  void read_function(const BinaryForm& form) {
+  void read_function(const UffBinary& form) {
     UffFunction f;
     for (auto& id : f.id) id = text_of(header_line("ID lines of a function"));
     std::string_view line = header_line("header of a function");
@@ -184,7 +174,7 @@ class Reader {
     const std::size_t per_value = (f.complex ? 2 : 1) + (f.even ? 0 : 1);
     std::vector<double> numbers;
     if (form.binary) {
-      numbers = binary_numbers(form, f, per_value);
+      numbers = binary_numbers(lines_, form, f, per_value, file_.warnings);
       // CR LF or nothing may stand before the closing -1; a wrong byte count leaves more.
       while (!block_ends()) lines_.next();
     } else {
@@ -223,57 +213,6 @@ class Reader {
       warn(fmt::format("line {}: function '{}' declares {} values; {} more lines of its block are left out",
                        lines_.line(), f.id[0], f.declared, more));
     }
-  }
-
-  // True when the block ends after so many bytes of data: CR LF or nothing, then the line -1.
-  bool ends_after(std::size_t bytes) const {
-    std::string_view rest = lines_.rest();
-    if (rest.size() < bytes) return false;
-    rest.remove_prefix(bytes);
-    for (int i = 0; i < 2 && !rest.empty() && (rest.front() == '\r' || rest.front() == '\n'); ++i)
-      rest.remove_prefix(1);
-    return is_delimiter(rest.substr(0, rest.find_first_of("\r\n")));
-  }
-
-  std::vector<double> binary_numbers(const BinaryForm& form, const UffFunction& f, std::size_t per_value) {
-    const std::size_t width = f.single ? 4 : 8;
-    const std::size_t wanted = static_cast<std::size_t>(f.declared) * per_value;
-    // Uneven abscissae may be single beside double ordinates, as the text form has them.
-    if (!f.even && !f.single && form.bytes == wanted * width - 4 * static_cast<std::size_t>(f.declared) &&
-        lines_.rest().size() >= form.bytes)
-      return mixed_numbers(lines_.take(form.bytes), form.little, per_value);
-    // Some writers count values instead of bytes, or a complex value once: where the block ends decides.
-    const bool miscounted = form.bytes != wanted * width && !ends_after(form.bytes) && ends_after(wanted * width);
-    if (miscounted) {
-      warn(fmt::format("line {}: the header states {} bytes of data, {} values of {} bytes follow: all were read",
-                       lines_.line(), form.bytes, wanted, width));
-    }
-    const std::string_view raw = lines_.take(miscounted ? wanted * width : form.bytes);
-    const std::size_t count = std::min(wanted, raw.size() / width);
-    if (!miscounted && form.bytes != wanted * width && raw.size() == form.bytes) {
-      warn(
-          fmt::format("line {}: {} bytes of data for {} values of {} bytes", lines_.line(), form.bytes, wanted, width));
-    }
-    std::vector<double> numbers(count);
-    for (std::size_t i = 0; i < count; ++i) numbers[i] = binary_number(raw, i * width, f.single, form.little, i);
-    return numbers;
-  }
-
-  double binary_number(std::string_view raw, std::size_t at, bool single, bool little, std::size_t index) const {
-    const double number = single ? number_at<float>(raw, at, !little) : number_at<double>(raw, at, !little);
-    if (!std::isfinite(number))
-      lines_.fail(fmt::format("binary value {} is not finite: wrong byte order or damaged data", index + 1));
-    return number;
-  }
-
-  std::vector<double> mixed_numbers(std::string_view raw, bool little, std::size_t per_value) const {
-    std::vector<double> numbers;
-    for (std::size_t at = 0; at < raw.size();) {
-      const bool abscissa = numbers.size() % per_value == 0;
-      numbers.push_back(binary_number(raw, at, abscissa, little, numbers.size()));
-      at += abscissa ? 4 : 8;
-    }
-    return numbers;
   }
 
   void read_shape() {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "format.hpp"
+#include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/uff.hpp"
 #include "whirl/io/units.hpp"
