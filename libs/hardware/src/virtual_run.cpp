@@ -22,6 +22,17 @@ struct Shared {
   rt::LoopTiming timing;
 };
 
+/// The virtual machine takes one tick a cycle and stands still while the computer is late: no tick of it is left out,
+/// whatever the grid of the wall clock lost (LoopTiming::missed). The loop that was told otherwise would trip on a gap,
+/// or divide a motion of one tick by the time of many.
+struct MachineClock : rt::PacedClock<rt::WallTime> {
+  using PacedClock::PacedClock;
+  long wait() noexcept {
+    PacedClock::wait();
+    return 0;
+  }
+};
+
 void cycles(const std::shared_ptr<const rig::RigTables>& tables, control::Controller& controller, double rate,
             const VirtualRunOptions& options, rt::LoopControl& control, Shared& shared) {
   std::uint64_t seed = options.seed;
@@ -29,7 +40,7 @@ void cycles(const std::shared_ptr<const rig::RigTables>& tables, control::Contro
   rt::WallTime time;
   rt::PaceOptions pace;
   pace.period = std::llround(1e9 / rate);
-  rt::ControlledClock<rt::PacedClock<rt::WallTime>> clock(control, time, pace);
+  rt::ControlledClock<MachineClock> clock(control, time, pace);
   rt::ControlledLaw law(controller, control);
   rt::Loop loop(rig, law, clock);
   for (long tick = 0; !options.stop() && !shared.abandon; ++tick) {

@@ -8,7 +8,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
-#include "whirl/records/check.hpp"
+#include "whirl/records/channel_damage.hpp"
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
@@ -52,45 +52,11 @@ void finish(const Options& o, Session& session, const response::NonlinearMode& m
   session.finish(mode.summary);
 }
 
-/// What a record shows of damage in a channel: the samples that count, and what is wrong with the rest.
-struct Damage {
-  Eigen::ArrayX<bool> usable;  ///< empty: all
-  std::vector<records::Finding> findings;
-
-  /// Of what concerns the samples between two times from the record's begin, s. The onset of a decay is no spike in it.
-  std::vector<std::string> warnings(const Recording& record, double from, double to) const {
-    std::vector<std::string> out;
-    for (const records::Finding& f : findings)
-      if (f.end >= record.t0 + from && f.begin <= record.t0 + to)
-        out.push_back(fmt::format("{}: {}", record.source, f.text()));
-    return out;
-  }
-};
-
-Damage damage_of(const Recording& record, const Channel& channel) {
-  Recording alone;
-  alone.dt = record.dt;
-  alone.t0 = record.t0;
-  alone.source = record.source;
-  // Without a unit: the check of a force would look for gaps only.
-  alone.add(channel.name, Quantity::dimensionless, channel.samples);
-  const records::RecordReport report = records::check(alone);
-  Damage damage;
-  for (const records::Finding& f : report.findings) {
-    using enum records::FindingKind;
-    const bool left_out = f.kind == clipping || f.kind == frozen || f.kind == dropout || f.kind == spikes;
-    if (left_out || f.kind == splice) damage.findings.push_back(f);
-  }
-  if (const records::ChannelMask* mask = report.mask(channel.name); mask != nullptr && !damage.findings.empty())
-    damage.usable = mask->usable;
-  return damage;
-}
-
 void run_decay(const Options& o, Session& session) {
   const Recording record = o.record.read(o.input);
   const Channel* channel = o.channel.empty() ? &record.channels.front() : record.find(o.channel);
   if (channel == nullptr) throw Error::in_field("--channel", o.channel, "a channel of the record");
-  Damage damage = damage_of(record, *channel);
+  records::ChannelDamage damage = records::channel_damage(record, channel->name);
   response::DecayOptions options = o.decay;
   options.usable = std::move(damage.usable);
   const response::DecayCurve curve = response::decay_curve(channel->samples, record.dt, options);
@@ -124,10 +90,11 @@ void add_points(const Options& o, const std::string& file, std::vector<response:
     if (answer == nullptr && &c != &force) answer = &c;
   if (answer == nullptr) throw Error(file + ": a channel with the answer is needed beside the force");
   response::SweptSineOptions options = o.sweep;
-  Damage of_force = damage_of(record, force), of_answer = damage_of(record, *answer);
+  records::ChannelDamage of_force = records::channel_damage(record, force.name),
+                         of_answer = records::channel_damage(record, answer->name);
   options.force_usable = std::move(of_force.usable);
   options.usable = std::move(of_answer.usable);
-  for (const Damage* damage : {&of_force, &of_answer}) {
+  for (const records::ChannelDamage* damage : {&of_force, &of_answer}) {
     const auto told = damage->warnings(record, 0, record.dt * static_cast<double>(record.size()));
     warnings.insert(warnings.end(), told.begin(), told.end());
   }
