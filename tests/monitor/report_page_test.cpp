@@ -95,14 +95,19 @@ TEST(ReportPageE2e, ValuesZoomAndCursorsFollowThePointer) {
     EXPECT_THAT(address, AnyOf(StartsWith("file://"), StartsWith("data:")));
 }
 
+/// report.html of a run-down and the model found in it.
+void report_with_model(const Folder& folder) {
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_NE(folder.whirl("identify down.csv --no-holdout --out model.json").exit_code, 2);
+  ASSERT_EQ(folder.whirl("report down.csv model.json --out report.html").exit_code, 0);
+}
+
 // In the dark every letter and every line stands out from the page (contrast as WCAG 2.1 defines it: text 4.5,
 // lines 2.2, the least of Okabe and Ito's colours on white), and paper stays white.
 TEST(ReportPageE2e, DarkIsReadableAndPaperStaysWhite) {
   if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_NE(folder.whirl("identify down.csv --no-holdout --out model.json").exit_code, 2);
-  ASSERT_EQ(folder.whirl("report down.csv model.json --out report.html").exit_code, 0);
+  ASSERT_NO_FATAL_FAILURE(report_with_model(folder));
   Browser browser(folder / "", 1440, 900);
   browser.open("file://" + (folder / "report.html").string());
   ASSERT_TRUE(browser.wait("document.readyState === 'complete'"));
@@ -137,9 +142,7 @@ TEST(ReportPageE2e, DarkIsReadableAndPaperStaysWhite) {
 TEST(ReportPageE2e, FitsDesktopAndPhone) {
   if (Browser::program().empty()) GTEST_SKIP() << "no Chromium here";
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_NE(folder.whirl("identify down.csv --no-holdout --out model.json").exit_code, 2);
-  ASSERT_EQ(folder.whirl("report down.csv model.json --out report.html").exit_code, 0);
+  ASSERT_NO_FATAL_FAILURE(report_with_model(folder));
   Browser browser(folder / "", 1440, 900);
   browser.open("file://" + (folder / "report.html").string());
   ASSERT_TRUE(browser.wait("document.readyState === 'complete'"));

@@ -234,8 +234,7 @@ TEST_P(FmuConformanceExport, EveryFunctionInEveryStateIsDoneOrRefusedWithoutACha
     options.code.prefix = "unit";
     const auto files = kind == Kind::controller ? fmu_files(testing::design_of("tsmc", "kfe"), options)
                                                 : fmu_files(rotor_model(), options);
-    pack_fmu(files, options, folder.path() / "unit.fmu");
-    const Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+    const Importer fmu = testing::packed(folder, files, options);
     const bool exchange = kind == Kind::plant_exchange;
     for (const auto& [name, row] : table_of(fmu.three, kind)) {
       for (const char state : std::string(exchange ? "INECT" : "INST")) {
@@ -258,14 +257,17 @@ TEST_P(FmuConformanceExport, EveryFunctionInEveryStateIsDoneOrRefusedWithoutACha
   fmt::print("FMI {}.0: {} functions and states\n", GetParam(), cells);
 }
 
+Importer import_rotor(const testing::TemporaryFolder& folder, int version) {
+  FmuOptions options;
+  options.version = version;
+  options.code.prefix = "unit";
+  return testing::packed(folder, fmu_files(rotor_model(), options), options);
+}
+
 // A state so large that its rates are no numbers is discarded, not handed on as if it were sound; then all goes on.
 TEST_P(FmuConformanceExport, RatesThatOverflowAreDiscarded) {
   const testing::TemporaryFolder folder;
-  FmuOptions options;
-  options.version = GetParam();
-  options.code.prefix = "unit";
-  pack_fmu(fmu_files(rotor_model(), options), options, folder.path() / "unit.fmu");
-  const Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+  const Importer fmu = import_rotor(folder, GetParam());
   void* const c = fmu.instantiate(true, fmu.token);
   go_to(fmu, c, 'C');
   const auto set = fmu.function<int(void*, const double*, std::size_t)>("SetContinuousStates");
@@ -290,11 +292,7 @@ TEST_P(FmuConformanceExport, RatesThatOverflowAreDiscarded) {
 
 TEST_P(FmuConformanceExport, PlacesThatAreNotThereAndAlteredBytesAreRefused) {
   const testing::TemporaryFolder folder;
-  FmuOptions options;
-  options.version = GetParam();
-  options.code.prefix = "unit";
-  pack_fmu(fmu_files(rotor_model(), options), options, folder.path() / "unit.fmu");
-  const Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+  const Importer fmu = import_rotor(folder, GetParam());
   void* const c = fmu.instantiate(false, fmu.token);
   go_to(fmu, c, 'S');
   for (const char* what : {"Get", "Set"}) {

@@ -185,8 +185,8 @@ TEST(GapExport, FmuForceAfterALongStepOrAJumpOfTimeStaysNearTheSteadyOne) {
       FmuOptions options;
       options.version = version;
       options.code.prefix = "unit";
-      pack_fmu(fmu_files(testing::design_of("tsmc", estimator), options), options, folder.path() / "unit.fmu");
-      const testing::Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+      const testing::Importer fmu =
+          testing::packed(folder, fmu_files(testing::design_of("tsmc", estimator), options), options);
       for (const long gap : {1L, 5L, 20L, 45L}) {
         for (const bool jump : {false, true}) {
           void* const c = fmu.instantiate(false, fmu.token);

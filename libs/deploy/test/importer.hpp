@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/deploy/fmu.hpp"
 #include "whirl/testing/compiled.hpp"
 
 namespace whirl::testing {
@@ -170,5 +171,12 @@ class Importer {
   std::vector<pugi::xml_node> variables;
   std::unique_ptr<SharedLibrary> library;
 };
+
+/// The sources of an FMU built, packed as unit.fmu, unpacked and loaded.
+inline Importer packed(const TemporaryFolder& folder, const std::vector<deploy::SourceFile>& files,
+                       const deploy::FmuOptions& options) {
+  deploy::pack_fmu(files, options, folder.path() / "unit.fmu");
+  return {folder.path() / "unit.fmu", folder.path() / "unpacked"};
+}
 
 }  // namespace whirl::testing

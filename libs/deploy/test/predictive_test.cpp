@@ -97,8 +97,7 @@ TEST(PredictiveExport, FmuAtTheForceLimitEqualsTheLibraryStepByStep) {
     FmuOptions options;
     options.version = version;
     options.code.prefix = "unit";
-    pack_fmu(fmu_files(design, options), options, folder.path() / "unit.fmu");
-    const testing::Importer fmu(folder.path() / "unit.fmu", folder.path() / "unpacked");
+    const testing::Importer fmu = testing::packed(folder, fmu_files(design, options), options);
     void* const c = fmu.instantiate(false, fmu.token);
     ASSERT_NE(c, nullptr);
     ASSERT_EQ(fmu.enter_initialization(c, 0), 0);

@@ -7,6 +7,8 @@
 #include <thread>
 #include <vector>
 
+#include "whirl/testing/designs.hpp"
+
 namespace whirl::hardware {
 namespace {
 
@@ -22,14 +24,8 @@ bool stall_once() noexcept {
 // A computer that stands still for a quarter of a second makes the virtual machine late: no tick is left out, the loop
 // has no reason to trip, and not a force of the run differs.
 TEST(VirtualRunRealtime, ALateComputerNeitherTripsTheLoopNorChangesIt) {
-  ControllerDesign design;
-  design.law = "pd";
-  design.estimator = "lpf";
-  design.sample_time = 1e-3;
-  design.model.k1 = 5600;
-  design.model.c = 0.9;
-  design.model.gain = 1 / 1.5;
-  rig::RigParameters rig;
+  const ControllerDesign design = testing::design_of("pd", "lpf");
+  const rig::RigParameters rig;
   const auto run = [&](long at) {
     stall_at = at;
     ticks = 0;
