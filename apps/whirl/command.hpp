@@ -13,6 +13,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/io/json.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::app {
 
@@ -40,12 +41,18 @@ struct Session {
   void check_output(const std::filesystem::path& path, const std::string& kind = "") const {
     command->check_output(path, kind);
   }
+  /// What is written from here on gets its name at the end of the command: all of it or, after an error, none.
+  void write_together() { outputs_.emplace(); }
+  void commit_outputs() {
+    if (outputs_) outputs_->commit();
+  }
   /// One progress line on stderr, rewritten in place on a terminal; silent under --quiet.
   void progress(const std::string& what, double fraction);
 
  private:
   std::chrono::steady_clock::time_point last_progress_ = std::chrono::steady_clock::now();
   bool progress_shown_ = false;
+  std::optional<io::OutputGroup> outputs_;
 };
 
 /// Adds a subcommand with its help: one line what it does, then the inputs with columns and units, then an example.

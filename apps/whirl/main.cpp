@@ -76,6 +76,7 @@ CommandLine* add_command(CommandLine& app, Session& session, const std::string& 
   sub->callback([sub, &session, run = std::move(run)] {
     session.command = sub;
     run();
+    session.commit_outputs();
   });
   return sub;
 }

@@ -2,6 +2,8 @@
 #pragma once
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "program.hpp"
 
 namespace whirl::testing {
@@ -21,6 +23,11 @@ inline const Folder& made() {
     std::filesystem::copy_file(folder / "stdout.txt", folder / "unused.txt");
     folder.write("rig.toml", "[rotor]\nmass_kg = 1.5\n");
     folder.write("bode.csv", "rpm,amp_um,phase_deg\n600,10,5\n900,20,40\n1200,50,90\n1500,20,140\n1800,12,160\n");
+    std::string decay = "t_s,x_mm\n";
+    for (int k = 0; k < 8000; ++k)
+      decay += std::to_string(1e-3 * k) + "," + std::to_string(std::exp(-6e-4 * k) * std::cos(0.075 * k)) + "\n";
+    folder.write("decay.csv", decay);
+    std::filesystem::copy_file(source_dir() + "/examples/09_balance/runs.csv", folder / "runs.csv");
     folder.write(
         "system.toml",
         "coordinates = [\"x\"]\nkinetic = \"m*x'^2/2\"\npotential = \"k*x^2/2\"\nparameters = {m = \"kg\", k = "

@@ -34,6 +34,13 @@ const Writer kWriters[] = {
     {"export c controller.json --prefix o --out out", "out/o.h"},
     {"export python controller.json --prefix o --out out", "out/o.py"},
     {"rig stiffness --out o.csv", "o.csv"},
+    {"oma record.csv --out o.json", "o.json"},
+    {"decay decay.csv --out o.json", "o.json"},
+    {"decay decay.csv --points o.json", "o.json"},
+    {"balance runs.csv --phase lag --amplitude pp --angles against --slow-roll-rpm 400 --out o.json", "o.json"},
+    {"balance runs.csv --phase lag --amplitude pp --angles against --slow-roll-rpm 400 --html o.html", "o.html"},
+    {"robustness controller.json model.json --mass-kg 1.5 --samples 2 --out out", "out/robustness.json"},
+    {"manual --out out", "out/whirl-identify.1"},
 };
 
 void try_faults(const Writer& w) {
@@ -82,6 +89,33 @@ TEST(OutputCommandsE2e, AFaultIsToldAndTheOldFileStays) {
     SCOPED_TRACE(w.arguments);
     try_faults(w);
   }
+}
+
+// The job file of a balancing session is read and written by every step: after a fault it is the one before or the one
+// with the new run, and the job goes on.
+TEST(OutputCommandsE2e, ABalancingSessionSurvivesEveryFault) {
+  const Folder folder;
+  ASSERT_EQ(folder
+                .whirl("balance --session job.toml --planes A,B --probes DE,NDE --speeds-rpm 1500 --phase lag "
+                       "--amplitude pp --angles against --trial-gram 10 --target-um 8 --probe-deg 45,45")
+                .exit_code,
+            0);
+  const std::string before = slurp(folder / "job.toml"),
+                    step = "balance --session job.toml --readings '48.43@7.2 46.28@60.2'";
+  ASSERT_EQ(folder.whirl(step).exit_code, 0);
+  const std::string after = slurp(folder / "job.toml");
+  ASSERT_NE(after, before);
+  int refused = 0;
+  for (const char* fault : {"enospc:1", "eio:1", "fsync:1", "rename:1", "short:1", "eintr:1", "kill:1"}) {
+    folder.write("job.toml", before);
+    const Outcome o = folder.whirl("--version >/dev/null; WHIRL_FAULT=" + std::string(fault) + " LD_PRELOAD='" +
+                                   binary_dir() + "/tests/libwhirl_fault_shim.so' '" + program() + "' " + step);
+    refused += o.exit_code == 2;
+    EXPECT_EQ(slurp(folder / "job.toml"), o.exit_code == 0 ? after : before) << fault << "\n" << o.err;
+    folder.write("job.toml", before);
+    EXPECT_EQ(folder.whirl(step).exit_code, 0) << "after " << fault;
+  }
+  EXPECT_GE(refused, 4);
 }
 
 // A compiler at work when the signal comes: neither its folder nor half an FMU stays.

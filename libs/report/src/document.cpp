@@ -258,8 +258,10 @@ void write_html(const Document& document, const std::filesystem::path& file, boo
     files.push_back({name + ".svg", to_svg(figure->figure)});
     files.push_back({name + ".csv", to_csv(figure->figure)});
   }
+  io::OutputGroup together;
   io::write_files(folder, files);
   io::write_text(file, to_html(document));
+  together.commit();
 }
 
 }  // namespace whirl::report

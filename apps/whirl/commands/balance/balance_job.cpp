@@ -10,7 +10,8 @@
 namespace whirl::app {
 namespace {
 
-void write(const balancing::SolvedJob& solved, const JobFlags& flags) {
+void write(Session& session, const balancing::SolvedJob& solved, const JobFlags& flags) {
+  session.write_together();
   if (!flags.out.empty()) io::save_json(flags.out, solved.json);
   if (!flags.html.empty()) report::write_html(balancing::balancing_sheet(solved.sheet), flags.html);
 }
@@ -70,7 +71,7 @@ void balance_runs(const std::string& path, const JobFlags& flags, Session& sessi
   const balancing::SolvedJob solved = balancing::solve_job(path, file, flags.options());
   session.say(report::to_text(balancing::balancing_sheet(solved.sheet)));
   session.result(solved.json);
-  write(solved, flags);
+  write(session, solved, flags);
   session.finish(solved.sheet.summary);
 }
 
@@ -88,7 +89,7 @@ void balance_session(const GuidedFlags& g, const JobFlags& flags, Session& sessi
   }
   if (step.solved) {
     if (done) session.say(report::to_text(balancing::balancing_sheet(step.solved->sheet)));
-    write(*step.solved, flags);
+    write(session, *step.solved, flags);
   } else if (!flags.html.empty() || !flags.out.empty()) {
     throw Error(g.file + ": there is no sheet yet: the runs do not tell every plane's influence");
   }

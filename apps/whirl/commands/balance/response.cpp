@@ -76,6 +76,7 @@ void run(Options o, Session& session) {
   say_curve(found, session);
   const io::Json json = to_json(found);
   session.result(json);
+  session.write_together();
   if (!o.out.empty()) io::save_json(o.out, json);
   if (!o.peak_figure.empty()) report::write_figure(pages::steady_peak_figure(found), o.peak_figure);
   if (!o.figure.empty()) report::write_figure(pages::steady_figure(found), o.figure);

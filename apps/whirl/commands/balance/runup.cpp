@@ -114,6 +114,7 @@ void run(const Options& o, Session& session) {
   say_further_forces(session, model, sheet, sheet.summary);
   const io::Json json = to_json(sheet);
   session.result(json);
+  session.write_together();
   if (!o.out.empty()) io::save_json(o.out, json);
   if (!o.figure.empty()) report::write_figure(pages::run_up_figure(sheet), o.figure);
   session.finish(sheet.summary);

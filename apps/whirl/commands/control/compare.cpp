@@ -101,6 +101,7 @@ void run_comparison(Options* o, Session& session) {
     io::make_folder(o->out);
     for (const tuning::ComparedResult& r : comparison.results)
       session.check_output(o->out / fmt::format("controller_{}.json", file_name(r.label)), "whirl.controller");
+    session.write_together();
     for (const tuning::ComparedResult& r : comparison.results) {
       io::save(o->out / fmt::format("controller_{}.json", file_name(r.label)), r.design);
     }

@@ -44,7 +44,8 @@ void add_margins(CommandLine& app, Session& session) {
         const Provenance from = io::provenance(inputs, session.command_line, o->margins.seed);
         const io::Json json = pages::to_json(studies).set("provenance", to_json(from));
         if (!o->out.empty()) {
-          std::filesystem::create_directories(o->out);
+          io::make_folder(o->out);
+          session.write_together();
           io::save_json(o->out / "margins.json", json);
           report::write_html(pages::margins_report(studies, design, from), o->out / "report.html", true);
           session.say("report: " + (o->out / "report.html").string());

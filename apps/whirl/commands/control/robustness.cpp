@@ -103,6 +103,7 @@ void run_study(Options* o, Session& session) {
     const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
     if (!o->out.empty()) {
       io::make_folder(o->out);
+      session.write_together();
       io::save_json(o->out / "robustness.json", json);
       report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
       session.say("report: " + (o->out / "report.html").string());

@@ -67,6 +67,7 @@ void draw(Options* o, Session& session) {
     }
     figure = pages::view(o->what, runs, view_options);
   }
+  session.write_together();
   for (const std::string& file : o->out) report::write_figure(figure, file);
   if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
   for (const std::string& file : o->out) session.say("figure: " + file);

@@ -45,12 +45,11 @@ bool complete_pdf(const std::string& bytes) {
          bytes.find("%%EOF", bytes.size() - std::min<std::size_t>(bytes.size(), 32)) != std::string::npos;
 }
 
-/// Prints the page to PDF by a browser in its sandbox; without one, and said so, where the system lets none start.
-void print_pdf(const std::filesystem::path& page, const std::filesystem::path& pdf) {
-  io::ByteSink sink(pdf);
+/// The page as PDF, printed by a browser in its sandbox; without one, and said so, where the system lets none start.
+std::string printed_page(const std::string& page, const std::filesystem::path& pdf) {
   const io::TemporaryFolder temporary("print");
   const std::filesystem::path& folder = temporary.path();
-  std::filesystem::copy_file(page, folder / "page.html");
+  io::write_text(folder / "page.html", page);
   if (::geteuid() == 0) {
     (void)!::chown(folder.c_str(), kNobody, kNobody);
     (void)!::chown((folder / "page.html").c_str(), kNobody, kNobody);
@@ -71,13 +70,13 @@ void print_pdf(const std::filesystem::path& page, const std::filesystem::path& p
                  "nothing, is printed without it\n");
   }
   if (code == 127) {
-    throw Error("--pdf needs the browser chromium (Debian: apt install chromium); without it open " + page.string() +
-                " in any browser and print it: the page is made for paper");
+    throw Error(
+        "--pdf needs the browser chromium (Debian: apt install chromium); without it write the page alone, open it "
+        "in any browser and print it: the page is made for paper");
   }
   if (code != 0 || !complete_pdf(bytes))
     throw Error::in_file(pdf.string(), 0, fmt::format("the browser made no complete PDF (exit code {})", code));
-  sink.write(bytes);
-  sink.close();
+  return bytes;
 }
 
 }  // namespace
@@ -111,7 +110,11 @@ void add_report(CommandLine& app, Session& session) {
         const pages::ReportInputs inputs = pages::read_report_inputs(o->files);
         session.progress("report: drawing", 0.3);
         const report::Document document = pages::run_report(inputs, o->report);
-        report::write_html(document, o->out);
+        const std::string page = report::to_html(document),
+                          pdf = o->pdf.empty() ? std::string() : printed_page(page, o->pdf);
+        session.write_together();
+        io::write_text(o->out, page);
+        if (!o->pdf.empty()) io::write_text(o->pdf, pdf);
         const auto figure_file = [&](long number, const std::string& format) {
           return o->figures / fmt::format("figure_{:02}.{}", number, format);
         };
@@ -128,10 +131,8 @@ void add_report(CommandLine& app, Session& session) {
             }
           }
         }
-        if (!o->pdf.empty()) print_pdf(o->out, o->pdf);
         session.progress("report", 1);
-        session.say(fmt::format("report: {} ({:.2f} MB)", o->out.string(),
-                                1e-6 * static_cast<double>(std::filesystem::file_size(o->out))));
+        session.say(fmt::format("report: {} ({:.2f} MB)", o->out.string(), 1e-6 * static_cast<double>(page.size())));
         if (figures > 0) session.say(fmt::format("{} figures in {}", figures, o->figures.string()));
         if (!o->pdf.empty()) session.say("PDF: " + o->pdf.string());
         session.result(io::start_document("whirl.report", 1)

@@ -77,6 +77,7 @@ void add_record(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
         const rig::OpenLoopRecord run_record = rig::record_open_loop(o->parameters(), run, o->snr_db);
         io::CsvWriteOptions csv;
         csv.units = {"x_mm", "y_mm"};
+        session.write_together();
         io::write_csv(o->out, run_record.measured, csv);
         if (!o->truth.empty()) io::write_csv(o->truth, run_record.truth, csv);
         session.say(fmt::format("{}: {} samples at {:g} Hz, largest |x| {:.4g} mm peak", o->out,
@@ -130,6 +131,7 @@ void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
                     const std::vector<Recording> blows = rig::simulate_hammer_test(o->parameters(), test);
                     const auto name = [&](std::size_t i) { return fmt::format("{}{}.csv", o->out, i + 1); };
                     for (std::size_t i = 0; i < blows.size(); ++i) session.check_output(name(i), "record");
+                    session.write_together();
                     for (std::size_t i = 0; i < blows.size(); ++i) io::write_csv(name(i), blows[i]);
                     session.say(fmt::format("{} blows written", blows.size()));
                   });

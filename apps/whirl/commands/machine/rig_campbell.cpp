@@ -85,6 +85,7 @@ void campbell(const CampbellOptions& o, Session& session) {
   }
   session.say("critical speeds of the unbalance: " + text);
   session.result(io::Json::object().set("critical_speeds_rad_s", std::move(critical)));
+  session.write_together();
   if (!o.out.empty()) {
     io::CsvWriteOptions csv;
     csv.units = {"speed_rpm"};

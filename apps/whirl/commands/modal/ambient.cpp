@@ -123,6 +123,7 @@ void run_oma(const Options& o, Session& session) {
   io::Json document = to_document(found);
   document.set("summary", io::to_json(found.summary));
   document.set("provenance", io::to_json(io::provenance({o.files.begin(), o.files.end()}, session.command_line)));
+  session.write_together();
   if (!o.out.empty()) io::save_json(o.out, document);
   for (const std::string& file : o.figures) report::write_figure(shape_figure(found), file);
   session.say(report::to_text(table));
@@ -157,6 +158,7 @@ void show_fdd(const Recording& record, const modal::FddOptions& options, const s
     modes.push_back(std::move(entry));
   }
   json.set("channels", found.channels).set("modes", std::move(modes));
+  session.write_together();
   if (!out.empty()) io::save_json(out, json);
   for (const std::string& file : figures) report::write_figure(singular_values(found), file);
   session.say(report::to_text(table));

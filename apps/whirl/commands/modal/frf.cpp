@@ -48,6 +48,7 @@ void add_frf(CommandLine& app, Session& session) {
         std::vector<modal::BlowReport> blows;
         FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
         frf.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
+        session.write_together();
         if (!o->out.empty()) io::save(o->out, frf);
         report::Table table;
         table.caption = "Blows";

@@ -190,6 +190,7 @@ void find_modes(Options* o, Session& session) {
   modal::warn_of_contradictions(frf, modes);
   modes.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
   const modal::ModeShapes shapes = modal::mode_shapes(modes);
+  session.write_together();
   if (universal) {
     io::write_uff(o->out, io::uff_from_modes(modes, shapes.points, shapes.value, geometry));
   } else if (!o->out.empty()) {

@@ -46,6 +46,7 @@ void finish(const Options& o, Session& session, const response::NonlinearMode& m
   say_mode(session, mode);
   const io::Json json = pages::to_json(mode, curve, gain);
   session.result(json);
+  session.write_together();
   if (!o.json.empty()) io::save_json(o.json, json);
   if (!o.out.empty()) io::save(o.out, mode.model());
   if (!o.figure.empty()) report::write_figure(figure, o.figure);

@@ -107,6 +107,7 @@ void add_stiffness(CommandLine& app, Session& session) {
           tables.push_back(read_pull(o->files[i], o->columns, o->angles.empty() ? 0 : o->angles[i] * kDegree));
         }
         const Provenance source = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
+        session.write_together();
         const auto draw = [&](std::size_t i, const StiffnessLaw& law) {
           if (!o->figure.empty() && i == 0)
             report::write_figure(report::force_deflection(tables[i].deflection, tables[i].force, law), o->figure);

@@ -89,7 +89,7 @@ class OutputFile {
   z_stream z{};
   std::string buffer;
 
-  ~OutputFile() {
+  virtual ~OutputFile() {
     if (compressed) deflateEnd(&z);
     discard();
   }
@@ -234,10 +234,41 @@ struct ByteSink::State : OutputFile {
   using OutputFile::OutputFile;
 };
 
+struct OutputGroup::State {
+  std::vector<std::unique_ptr<OutputFile>> files;
+  State* outer;
+};
+
+namespace {
+
+thread_local OutputGroup::State* innermost = nullptr;
+
+}  // namespace
+
+OutputGroup::OutputGroup() : state_(std::make_unique<State>()) {
+  state_->outer = std::exchange(innermost, state_.get());
+}
+OutputGroup::~OutputGroup() { innermost = state_->outer; }
+void OutputGroup::commit() {
+  auto files = std::exchange(state_->files, {});
+  for (auto& file : files) {
+    if (state_->outer == nullptr) {
+      file->close();
+    } else {
+      state_->outer->files.push_back(std::move(file));
+    }
+  }
+}
+
 ByteSink::ByteSink(const fs::path& path) : state_(std::make_unique<State>(path)) {}
 ByteSink::~ByteSink() = default;
 void ByteSink::write(std::string_view bytes) { state_->write(bytes); }
-void ByteSink::close() { state_->close(); }
+void ByteSink::close() {
+  if (!state_) return;  // a group has it
+  if (innermost == nullptr || state_->temporary.empty()) return state_->close();
+  state_->prepare();
+  innermost->files.push_back(std::move(state_));
+}
 
 void write_text(const fs::path& path, std::string_view text) {
   ByteSink sink(path);
@@ -274,16 +305,14 @@ std::vector<fs::path> write_files(const fs::path& folder, const std::vector<File
   };
   try {
     make(folder);
-    std::vector<std::unique_ptr<OutputFile>> sinks;
+    OutputGroup together;
     std::vector<fs::path> paths;
     for (const FileText& f : files) {
       paths.push_back(folder / f.name);
       make(paths.back().parent_path());
-      sinks.push_back(std::make_unique<OutputFile>(paths.back()));
-      sinks.back()->write(f.text);
-      sinks.back()->prepare();
+      write_text(paths.back(), f.text);
     }
-    for (const auto& sink : sinks) sink->close();
+    together.commit();
     return paths;
   } catch (...) {
     std::error_code ignored;

@@ -22,7 +22,7 @@ struct Slot {
   std::atomic<int> state{kFree};
   std::array<char, 4096> path{};
 };
-std::array<Slot, 16> slots;
+std::array<Slot, 128> slots;  // an OutputGroup holds as many files as a report has figures
 static_assert(std::atomic<int>::is_always_lock_free);
 
 void remove_folder(const char* path) {

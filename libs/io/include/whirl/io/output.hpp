@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,26 @@ void make_folder(const std::filesystem::path& folder);
 struct FileText {
   std::string name, text;
 };
-/// Writes files that belong together: all are on the disk before the first one gets its name, so that a full disk
-/// changes none of them. Folders are made, and removed again when that fails. Returns the paths.
+/// Files that belong together, such as a result and its figures: all are on the disk before the first one gets its
+/// name, so that a full disk changes none of them. While it lives, what this thread writes through ByteSink and
+/// write_text() waits beside its name for commit(); without commit() all of it is removed. What is no regular file is
+/// written through as ever. A group within another hands its files to that one.
+class OutputGroup {
+ public:
+  OutputGroup();
+  ~OutputGroup();
+  OutputGroup(const OutputGroup&) = delete;
+  OutputGroup& operator=(const OutputGroup&) = delete;
+  /// Gives every file its name. Throws Error naming the first that cannot have it; those before it have theirs.
+  void commit();
+
+  struct State;
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
+/// Writes files as one OutputGroup. Folders are made, and removed again when that fails. Returns the paths.
 std::vector<std::filesystem::path> write_files(const std::filesystem::path& folder, const std::vector<FileText>& files);
 
 }  // namespace whirl::io
