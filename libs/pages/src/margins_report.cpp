@@ -23,7 +23,7 @@ std::vector<std::string> cells(std::string speed, const tuning::LoopMargins& m) 
           fmt::format("{:.0f}", m.phase * 360 / kTurn),
           finite(1e3 * m.delay, "{:.2f}", "none"),
           fmt::format("{:.3f}", m.modulus),
-          fmt::format("{:.2f} at {:.0f} Hz", m.peak_sensitivity, m.peak_frequency),
+          fmt::format("{:.2f} at {:.0f} Hz", m.peak_sensitivity, std::round(m.peak_frequency) + 0.0),
           std::string(1, m.zone())};
 }
 

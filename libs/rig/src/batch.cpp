@@ -57,6 +57,8 @@ struct BatchRig<Lanes>::State {
   bool one_plant = true;                                    // and one noise
   std::vector<Normal> normals;                              // one, or one per lane
   rotor::LateralCoefficients<Lane> coefficients;
+  rotor::FurtherForces<Lane> forces{};
+  bool further = false, dry = false;  // of any lane
   Lane eps_re, eps_im, actuator_gain, axis_cos, axis_sin;
   long ticks_done = 0, steps = 0, captured = 0;
   Lane x, y, vx, vy;            // rotor
@@ -83,6 +85,8 @@ struct BatchRig<Lanes>::State {
       coefficients.kx[lane] = c.kx, coefficients.ky[lane] = c.ky, coefficients.kxy[lane] = c.kxy;
       coefficients.k2[lane] = c.k2;
       coefficients.cx[lane] = c.cx, coefficients.cy[lane] = c.cy, coefficients.cxy[lane] = c.cxy;
+      further = further || r.further, dry = dry || r.dry;
+      rotor::each_force(forces, r.forces, [&](Lane& all, double force) { all[lane] = force; });
       eps_re[lane] = r.eps_re, eps_im[lane] = r.eps_im;
       const RigActuator& a = r.parameters.actuator;
       actuator_gain[lane] = 1 + a.gain_error;
@@ -235,6 +239,17 @@ struct BatchRig<Lanes>::State {
     }
   }
 
+  using Input = rotor::LateralInput<Vector>;
+  rotor::LateralState<Vector> further_step(int lane, const rotor::LateralCoefficients<Vector>& a,
+                                           const rotor::LateralState<Vector>& s, const Input& in0, const Input& in_mid,
+                                           const Input& in1) const noexcept {
+    const AngleTables& angle = *tables->angle;
+    rotor::FurtherForces<Vector> here;
+    rotor::each_force(here, forces, [&](Vector& v, const Lane& all) { v = load(&all.v[0] + lane); });
+    return rotor::lateral_step(a, here, dry, &angle.omega[static_cast<std::size_t>(2 * steps)],
+                               angle.step * static_cast<double>(steps), s, in0, in_mid, in1, angle.step);
+  }
+
   // One Runge-Kutta step of all lanes; f points at the forcing of its start.
   void step(const rotor::LateralInput<double>* f) noexcept {
     const RigTables& t = *tables;
@@ -258,7 +273,8 @@ struct BatchRig<Lanes>::State {
       const rotor::LateralInput<Vector> in1 = input(f[2]);
       const rotor::LateralState<Vector> s{load(&x.v[0] + lane), load(&y.v[0] + lane), load(&vx.v[0] + lane),
                                           load(&vy.v[0] + lane)};
-      const rotor::LateralState<Vector> next = rotor::lateral_step(a, s, in0, in_mid, in1, t.angle->step);
+      const rotor::LateralState<Vector> next = further ? further_step(lane, a, s, in0, in_mid, in1)
+                                                       : rotor::lateral_step(a, s, in0, in_mid, in1, t.angle->step);
       store(&x.v[0] + lane, next.x);
       store(&y.v[0] + lane, next.y);
       store(&vx.v[0] + lane, next.vx);

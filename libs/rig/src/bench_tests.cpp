@@ -34,6 +34,7 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
   require_range("max_deflection", o.max_deflection, 1e-9, 1, "m");
   require_range("points", o.points, 2, 1e6);
   const RotorModel model = parameters.true_model();
+  const rotor::FurtherForces<double> forces = parameters.forces.per_mass(parameters.rotor.mass);
   const double mass = parameters.rotor.mass;
   const std::complex<double> along = std::polar(1.0, o.direction);
   Normal normal(o.seed);
@@ -45,7 +46,10 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
     // table.
     const double d = o.max_deflection * step / (o.points - 1) + 0.5 * o.deflection_resolution * normal();
     const std::complex<double> z = d * along;
-    const std::complex<double> spring = mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z));
+    const rotor::LateralInput<double> more =
+        rotor::further_rate(forces, rotor::at_speed(forces, 0, 0), false, {z.real(), z.imag(), 0, 0});
+    const std::complex<double> spring = mass * ((model.k1 + model.k2 * d * d) * z + model.k1_conj * std::conj(z) -
+                                                std::complex<double>(more.x, more.y));
     const double force = (spring * std::conj(along)).real();
     table.force[i] = rounded(force + o.force_noise * normal(), o.force_resolution);
     table.deflection[i] = rounded(d + o.zero_offset, o.deflection_resolution);
@@ -66,6 +70,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
   constexpr int kSubsteps = 8;
   const double step = 1 / (o.rate * kSubsteps);
   const rotor::LateralCoefficients<double> coefficients = rotor::lateral_coefficients(parameters.true_model());
+  const rotor::FurtherForces<double> forces = parameters.forces.per_mass(parameters.rotor.mass);
   const rotor::TiltCoefficients tilt = tilt_coefficients(parameters);
   const double mass = parameters.rotor.mass;
   std::vector<rotor::ModeStep> steps;
@@ -97,7 +102,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
     Eigen::VectorXd force(samples), acc_x(samples), acc_y(samples);
     for (Eigen::Index i = 0; i < samples; ++i) {
       const double t = static_cast<double>(i) / o.rate;
-      const rotor::LateralState<double> rate = rotor::tilted_rate(coefficients, tilt, rotor, input(t)).disk;
+      const rotor::LateralState<double> rate = rotor::tilted_rate(coefficients, forces, tilt, rotor, input(t)).disk;
       std::complex<double> acceleration(rate.vx, rate.vy);
       for (std::size_t k = 0; k < modes.size(); ++k) {
         const RigMode& mode = parameters.modes[k];
@@ -116,7 +121,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
           steps[k].advance<std::complex<double>>(modes[k].q, modes[k].dq, gain * pulse(now), gain * pulse(mid),
                                                  gain * pulse(end));
         }
-        rotor = rotor::tilted_step(coefficients, tilt, rotor, input(now), input(mid), input(end), step);
+        rotor = rotor::tilted_step(coefficients, forces, tilt, rotor, input(now), input(mid), input(end), step);
       }
     }
     Recording r;

@@ -12,6 +12,7 @@ namespace whirl::rig {
 
 namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kMostFrictionPerStep = 1.5;
 
 void make_ideal(RigParameters& p) {
   p.modes.clear();
@@ -23,6 +24,32 @@ void make_ideal(RigParameters& p) {
   p.actuator.bandwidth = 0;
   p.actuator.delay_samples = 0;
   p.encoder.counts = 0;
+}
+
+void check_forces(const RigForces& f, const RigRotor& rotor, double step) {
+  require_range("forces.quintic", f.quintic, -1e24, 1e24, "N/m^5");
+  require_range("forces.cubic_per_axis", f.cubic_per_axis, -1e18, 1e18, "N/m^3");
+  require_range("forces.quadratic_damping", f.quadratic_damping, -1e9, 1e9, "N s^2/m^2");
+  require_range("forces.friction", f.friction, 0, 1e6, "N");
+  require_range("forces.friction_speed", f.friction_speed, 1e-9, 10, "m/s");
+  require_range("forces.gyroscopic", f.gyroscopic, -rotor.mass, rotor.mass, "kg");
+  require_range("forces.rotating_damping", f.rotating_damping, -1e9, 1e9, "N s/m");
+  require_range("forces.cross_coupling", f.cross_coupling, -1e12, 1e12, "N/m");
+  require_range("forces.stiffness_with_speed", f.stiffness_with_speed, -1e9, 1e9, "N s/(m rad)");
+  require_range("forces.damping_with_speed", f.damping_with_speed, -1e9, 1e9, "N s^2/(m rad)");
+  require_range("forces.stiffness_drift", f.stiffness_drift, -1e12, 1e12, "N/(m s)");
+  require_range("forces.damping_drift", f.damping_drift, -1e9, 1e9, "N/m");
+  require_range("forces.drift_start", f.drift_start, -1e9, 1e9, "s");
+  // At rest friction is a damper of friction / friction_speed, which the Runge-Kutta steps must follow: they are stable
+  // to 2.78 per step.
+  const double rate = f.friction / (rotor.mass * f.friction_speed);
+  if (rate * step > kMostFrictionPerStep) {
+    throw Error::in_field(
+        "forces.friction_speed", fmt::format("{:g} m/s", f.friction_speed),
+        fmt::format("at least {:.2g} m/s with {:g} N on {:g} kg and {:g} s from step to step, or "
+                    "more timing.substeps",
+                    f.friction * step / (kMostFrictionPerStep * rotor.mass), f.friction, rotor.mass, step));
+  }
 }
 
 bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9 * std::max(1.0, std::abs(x)); }
@@ -114,6 +141,38 @@ RotorModel RigParameters::true_model() const {
   return model;
 }
 
+rotor::FurtherForces<double> RigForces::per_mass(double mass) const {
+  return {quintic / mass,
+          cubic_per_axis / mass,
+          quadratic_damping / mass,
+          friction / mass,
+          friction_speed,
+          gyroscopic / mass,
+          rotating_damping / mass,
+          cross_coupling / mass,
+          stiffness_with_speed / mass,
+          damping_with_speed / mass,
+          stiffness_drift / mass,
+          damping_drift / mass,
+          drift_start};
+}
+
+RigForces RigForces::of(const rotor::FurtherForces<double>& f, double mass) {
+  return {f.k3 * mass,
+          f.k2_axis * mass,
+          f.c2 * mass,
+          f.friction * mass,
+          f.friction != 0 ? f.friction_speed : RigForces{}.friction_speed,
+          f.gyroscopic * mass,
+          f.c_rotating * mass,
+          f.k_cross * mass,
+          f.k1_speed * mass,
+          f.c_speed * mass,
+          f.k1_drift * mass,
+          f.c_drift * mass,
+          f.drift_start};
+}
+
 RigParameters RigParameters::run_up() const {
   RigParameters p = *this;
   std::swap(p.profile.omega_start, p.profile.omega_end);
@@ -165,6 +224,8 @@ void RigParameters::check() const {
     require_range("tilt.damping_ratio", tilt.damping_ratio, 0, 10);
     require_range("tilt.couple_unbalance", tilt.couple_unbalance, 0, 1, "rad");
   }
+
+  check_forces(forces, rotor, 1 / (timing.rate * timing.substeps));
 
   // Sensor instants must be ends of Runge-Kutta steps: interpolating between them would be a sensor nobody
   // sells.

@@ -152,6 +152,9 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   const RotorModel model = p.true_model();
   const double step = angle->step;
   coefficients = rotor::lateral_coefficients(model);
+  forces = p.forces.per_mass(p.rotor.mass);
+  further = rotor::acts(forces);
+  dry = forces.c2 != 0 || forces.friction != 0;
   eps_re = model.eps.real();
   eps_im = model.eps.imag();
   gain = model.gain;

@@ -40,9 +40,11 @@ class RigTables {
   RigParameters parameters;
   std::shared_ptr<const AngleTables> angle;
   rotor::LateralCoefficients<double> coefficients{};
-  double eps_re = 0, eps_im = 0;  ///< eccentricity, m
-  double gain = 0;                ///< 1/m, 1/kg
-  double lag_half_step = 0;       ///< exp(-step / (2 tau)); 0 without lag
+  rotor::FurtherForces<double> forces{};
+  bool further = false, dry = false;  ///< any of them; friction or quadratic damping
+  double eps_re = 0, eps_im = 0;      ///< eccentricity, m
+  double gain = 0;                    ///< 1/m, 1/kg
+  double lag_half_step = 0;           ///< exp(-step / (2 tau)); 0 without lag
   rotor::TiltedState start;
   rotor::TiltCoefficients tilt;
   std::vector<rotor::LateralInput<double>>

@@ -191,14 +191,17 @@ struct VirtualRig::State {
       const rotor::LateralInput<double> in_mid = input(f[1]);
       dx *= r, dy *= r;
       const rotor::LateralInput<double> in1 = input(f[2]);
+      const double h = t.angle->step, time = h * static_cast<double>(steps);
+      const double* omega = &t.angle->omega[static_cast<std::size_t>(2 * steps)];
       if (t.parameters.tilt.active()) {
-        const double* omega = &t.angle->omega[static_cast<std::size_t>(2 * steps)];
         const rotor::TiltedState next =
-            rotor::tilted_step(t.coefficients, t.tilt, {rotor, tilt}, {in0, f[0], omega[0]}, {in_mid, f[1], omega[1]},
-                               {in1, f[2], omega[2]}, t.angle->step);
+            rotor::tilted_step(t.coefficients, t.forces, t.tilt, {rotor, tilt}, {in0, f[0], omega[0], time},
+                               {in_mid, f[1], omega[1], time + 0.5 * h}, {in1, f[2], omega[2], time + h}, h);
         rotor = next.disk, tilt = next.tilt;
+      } else if (t.further) {
+        rotor = rotor::lateral_step(t.coefficients, t.forces, t.dry, omega, time, rotor, in0, in_mid, in1, h);
       } else {
-        rotor = rotor::lateral_step(t.coefficients, rotor, in0, in_mid, in1, t.angle->step);
+        rotor = rotor::lateral_step(t.coefficients, rotor, in0, in_mid, in1, h);
       }
       in0 = in1;
       ++steps;

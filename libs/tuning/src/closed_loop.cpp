@@ -60,8 +60,8 @@ ClosedLoopPlant::ClosedLoopPlant(const rig::RigParameters& rig, const ClosedLoop
   open_motion_.reserve(static_cast<std::size_t>(ticks));
   for (long k = 0; k < ticks; ++k) {
     omega(k) = truth.angle().omega;
-    x(k) = truth.z().real();
-    open_motion_.push_back(truth.z());
+    open_motion_.push_back(in_reach(truth.z(), rig.laser.range));
+    x(k) = open_motion_.back().real();
     const rotor::AngleState a = truth.angle();
     const double u = -control::product(unbalance, control::unbalance_per_metre(a.beta, a.omega, a.alpha)).real();
     smooth_variation_ += std::abs(u - last) * rig.timing.rate / static_cast<double>(ticks);

@@ -231,13 +231,6 @@ std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
         "take part in that mode is not known: give its hammer test (modes.json) or [modes.N] in the data sheet",
         f);
   }
-  const double unstable = identification::unstable_from(*model.rotor, identification::terms_of(model), top);
-  if (std::isfinite(unstable)) {
-    return fmt::format(
-        "with its {} the rotor whirls by itself from {:.0f} rpm on, inside the speed range, and the plant that designs "
-        "are tuned on has no such force",
-        names_of(identification::terms_of(model)), unstable * 30 / std::numbers::pi);
-  }
   return {};
 }
 
@@ -259,11 +252,21 @@ void add_structure(ControllerDesign& d, std::vector<rig::RigMode> modes) {
 
 }  // namespace
 
-void warn_of_further_forces(const IdentifiedModel& model, Summary& summary) {
-  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
-  if (!terms.empty())
-    summary.warn("the plant is the rotor without the model's " + names_of(terms) +
+void warn_of_further_forces(const IdentifiedModel& model, const Hardware& hardware, Summary& summary) {
+  if (!model.rotor) return;
+  if (const std::string left = forces_left_out(model, hardware); !left.empty()) {
+    summary.warn("the plant is the rotor without the model's " + left +
                  ": what these forces change is not in these numbers");
+  }
+  const double top = std::max(std::abs(hardware.profile.omega_start), std::abs(hardware.profile.omega_end));
+  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  const double unstable = identification::unstable_from(*model.rotor, terms, top);
+  if (std::isfinite(unstable)) {
+    summary.warn(
+        fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the speed range: nothing but "
+                    "the loop holds it there",
+                    names_of(terms), unstable * 30 / std::numbers::pi));
+  }
 }
 
 control::Runout identified_runout(const IdentifiedModel& model) {
@@ -319,8 +322,22 @@ ControllerDesign untuned_design(const IdentifiedModel& identified, const DesignO
   return d;
 }
 
-ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options) {
-  require_range("evaluations", options.evaluations, 1, 1e6);
+namespace {
+
+/// The further forces that the plants have, by name.
+std::string carried(const IdentifiedModel& model, const Hardware& hardware) {
+  std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  const std::string left = forces_left_out(model, hardware);
+  std::erase_if(terms, [&](const auto& t) { return name_of(t.kind).label == left; });
+  return names_of(terms);
+}
+
+}  // namespace
+
+ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given) {
+  require_range("evaluations", given.evaluations, 1, 1e6);
+  DesignOptions options = given;
+  options.hardware = with_forces(given.hardware, model);
   Search search;
   search.options = &options;
   search.design = untuned_design(model, options);
@@ -346,7 +363,10 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& optio
     if (certified || best.law.empty()) best = std::move(d);
     if (certified) break;
   }
-  warn_of_further_forces(model, best.summary);
+  if (rotor::acts(options.hardware.forces) && best.margins.at("certified") == 1) {
+    best.summary.trust += "; with the model's " + carried(model, given.hardware);
+  }
+  warn_of_further_forces(model, given.hardware, best.summary);
   best.provenance.version = version();
   best.provenance.inputs = model.provenance.inputs;
   best.provenance.seed = options.seed;

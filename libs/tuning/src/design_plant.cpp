@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
-#include "whirl/tuning/design.hpp"
+#include "design_scenarios.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::tuning {
 
@@ -115,6 +117,87 @@ std::string Hardware::signs_of(const Hardware& chosen) const {
   return out;
 }
 
+namespace {
+
+constexpr int kMostSubsteps = 256;
+/// Of friction at rest, per Runge-Kutta step: a third of what the rig accepts, so that rotors drawn about this one run.
+constexpr double kFrictionPerStep = 0.5;
+
+/// Steps per tick for friction that at rest is a damper of `rate`, 1/s; 0: more than there may be.
+int substeps_for(double rate, const rig::RigTiming& timing) {
+  for (int n = timing.substeps; n <= kMostSubsteps; n *= 2) {
+    if (rate <= kFrictionPerStep * timing.rate * n) return n;
+  }
+  return 0;
+}
+
+/// 1/s; 0 without friction, infinite for friction that pushes.
+double friction_rate(const identification::RotorTerm& term) {
+  if (term.kind != identification::RotorTermKind::coulomb_friction) return 0;
+  return term.value >= 0 && term.reference > 0 ? term.value / term.reference : std::numeric_limits<double>::infinity();
+}
+
+void add_force(rotor::FurtherForces<double>& f, const identification::RotorTerm& term) {
+  using Kind = identification::RotorTermKind;
+  switch (term.kind) {
+    case Kind::quintic_stiffness:
+      f.k3 = term.value;
+      break;
+    case Kind::cubic_per_axis:
+      f.k2_axis = term.value;
+      break;
+    case Kind::quadratic_damping:
+      f.c2 = term.value;
+      break;
+    case Kind::coulomb_friction:
+      f.friction = term.value, f.friction_speed = term.reference;
+      break;
+    case Kind::gyroscopic:
+      f.gyroscopic = term.value;
+      break;
+    case Kind::rotating_damping:
+      f.c_rotating = term.value;
+      break;
+    case Kind::cross_coupled:
+      f.k_cross = term.value;
+      break;
+    case Kind::stiffness_with_speed:
+      f.k1_speed = term.value;
+      break;
+    case Kind::damping_with_speed:
+      f.c_speed = term.value;
+      break;
+    case Kind::stiffness_drift:
+      f.k1_drift = term.value, f.drift_start = term.reference;
+      break;
+    case Kind::damping_drift:
+      f.c_drift = term.value, f.drift_start = term.reference;
+      break;
+  }
+}
+
+}  // namespace
+
+rotor::FurtherForces<double> further_forces(const std::vector<identification::RotorTerm>& terms) {
+  rotor::FurtherForces<double> out;
+  for (const identification::RotorTerm& term : terms) add_force(out, term);
+  return out;
+}
+
+Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
+  std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  std::erase_if(terms, [&](const auto& t) { return substeps_for(friction_rate(t), hardware.timing) == 0; });
+  for (const auto& term : terms) hardware.timing.substeps = substeps_for(friction_rate(term), hardware.timing);
+  hardware.forces = further_forces(terms);
+  return hardware;
+}
+
+std::string forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
+  std::vector<identification::RotorTerm> left = identification::terms_of(model);
+  std::erase_if(left, [&](const auto& t) { return substeps_for(friction_rate(t), hardware.timing) != 0; });
+  return names_of(left);
+}
+
 rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware) {
   rig::RigParameters p;
   const double mass = 1 / model.gain;
@@ -128,6 +211,7 @@ rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardwar
   p.rotor.residual_eccentricity = std::abs(model.eps);
   p.rotor.residual_phase = std::arg(model.eps);
   p.rotor.added_mass = 0;
+  p.forces = rig::RigForces::of(hardware.forces, mass);
   p.profile = hardware.profile;
   p.modes = hardware.sign_cases().front().modes;
   p.laser = hardware.laser;

@@ -37,7 +37,10 @@ ClosedLoopPlant scenario_plant(const TuningScenario& s, const RotorModel& model,
   m.k2 *= s.cubic;
   m.c *= s.damping;
   m.eps *= s.unbalance * s.told_unbalance;
-  rig::RigParameters p = tuning_plant(m, s.other_signs ? hardware.sign_cases().back() : hardware);
+  Hardware h = s.other_signs ? hardware.sign_cases().back() : hardware;
+  h.forces.k3 *= s.cubic;
+  h.forces.k2_axis *= s.cubic;
+  rig::RigParameters p = tuning_plant(m, h);
   p.actuator.extra_delay_samples = s.extra_delay;
   p.actuator.gain_error = (1 + p.actuator.gain_error) * s.gain - 1;
   p.actuator.axis_rotation += s.axis;

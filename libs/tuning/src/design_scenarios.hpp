@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/identify/rotor_terms.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace whirl::tuning {
@@ -37,6 +38,9 @@ Hardware tuning_hardware(const ControllerDesign& design, const Hardware& hardwar
 /// The design as it would run on that plant: told unbalance scaled; no offset and no runout table, because
 /// the plant's sensors have another runout than the machine's.
 ControllerDesign on_scenario(ControllerDesign design, const TuningScenario& scenario);
+
+/// The terms as the rig has them, per unit mass.
+rotor::FurtherForces<double> further_forces(const std::vector<identification::RotorTerm>& terms);
 
 /// Restoring acceleration per metre that the controller adds against a displacement held still, 1/s^2.
 double static_control_stiffness(const ControllerDesign& design);

@@ -134,8 +134,11 @@ LoopMargins margins_of(const LoopResponse& r) {
     if ((before.imag() > 0) != (l.imag() > 0)) {
       const double part = before.imag() / (before.imag() - l.imag());
       const double real = before.real() + part * (l.real() - before.real());
-      if (real >= 0) continue;
-      const double factor = -1 / real;
+      // Where L is large it is that of a resonance, an arc through zero: there 1/L is the straight stroke.
+      const Complex i0 = 1.0 / before, i1 = 1.0 / l;
+      const double inverse = -(i0 + i0.imag() / (i0.imag() - i1.imag()) * (i1 - i0)).real();
+      const double factor = inverse > 0 && inverse < 1 ? inverse : -1 / real;
+      if (!(factor > 0)) continue;
       if (factor >= 1) m.gain_up = std::min(m.gain_up, factor);
       if (factor < 1) m.gain_down = std::max(m.gain_down, factor);
       if (std::abs(std::log(factor)) < nearest) nearest = std::abs(std::log(factor)), m.gain_frequency = f;
@@ -188,7 +191,7 @@ std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const Id
   if (!(rotor.gain > 0)) throw Error("margins: the input gain of the model is not known");
   const ControllerDesign trial = on_scenario(design, {});
   std::vector<MarginStudy> out;
-  for (const Hardware& chosen : plant.hardware.sign_cases()) {
+  for (const Hardware& chosen : with_forces(plant.hardware, model).sign_cases()) {
     const Hardware hardware = tuning_hardware(design, chosen);
     out.push_back({plant.hardware.signs_of(chosen), loop_margins(trial, tuning_plant(rotor, hardware), options)});
   }

@@ -110,6 +110,14 @@ class RunJudge {
   bool turning_ = true;
 };
 
+/// Motion of a rotor that nothing holds, as far as it is followed: one that whirls by itself grows out of every bound,
+/// and a guard ends that. `most`: m.
+inline std::complex<double> in_reach(std::complex<double> z, double most) noexcept {
+  const double radius = std::abs(z);
+  if (radius <= most) return z;
+  return std::isfinite(radius) ? z * (most / radius) : std::complex<double>(most);
+}
+
 /// N/s above the smooth force in the nominal run of a design; none for a design that does not say.
 inline std::optional<double> nominal_excess(const ControllerDesign& design) {
   const auto found = design.margins.find("excess_variation");

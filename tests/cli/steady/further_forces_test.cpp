@@ -116,19 +116,26 @@ TEST(FurtherForcesE2e, TheSteadyResponseHasEveryForceOfTheModel) {
   }
 }
 
-// Rotating damping: small motion grows from sqrt(k1) (1 + c / c_rotating) on.
-TEST(FurtherForcesE2e, ARotorThatWhirlsByItselfIsRefusedAndAnotherForceIsSaid) {
+// Rotating damping: small motion grows from sqrt(k1) (1 + c / c_rotating) on. A design has that force and holds it.
+TEST(FurtherForcesE2e, ARotorThatWhirlsByItselfIsHeldByADesignAndRefusedByAPlan) {
   Machine m = machine();
   m.c_rotating = 5;
   const double onset = std::sqrt(m.k) * (1 + m.c / m.c_rotating) / kRpm;
   const Folder folder;
   write_model(folder, m);
-  const Outcome design = folder.whirl("design model.json --mass-kg 1.5 --evaluations 2 --out c.json");
-  EXPECT_EQ(design.exit_code, 1);
-  EXPECT_NE(design.err.find("rotating damping"), std::string::npos) << design.err;
+  const Outcome design =
+      folder.whirl("design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 40 --out c.json");
+  EXPECT_EQ(design.exit_code, 0) << design.err;
   const std::size_t at = design.err.find("by itself from ");
   ASSERT_NE(at, std::string::npos) << design.err;
   EXPECT_NEAR(std::stod(design.err.substr(at + 15)), onset, 3) << design.err;
+  for (const char* command : {"margins c.json model.json --mass-kg 1.5 --speeds 3",
+                              "robustness c.json model.json --mass-kg 1.5 --samples 16"}) {
+    const Outcome judged = folder.whirl(command);
+    EXPECT_EQ(judged.exit_code, 0) << command << judged.err;
+    EXPECT_NE(judged.err.find("rotating damping"), std::string::npos) << judged.err;
+    EXPECT_EQ(judged.err.find("without the model's"), std::string::npos) << judged.err;
+  }
   const Outcome plan = folder.whirl("runup model.json --from-rpm 300 --to-rpm 1800 --limit-mm 20");
   EXPECT_EQ(plan.exit_code, 1) << plan.err;
   EXPECT_EQ(folder.whirl("runup model.json --from-rpm 300 --to-rpm 1000 --limit-mm 20").exit_code, 0);

@@ -111,7 +111,7 @@ void run_comparison(Options* o, Session& session) {
   }
   session.result(to_json(comparison));
   Summary summary;
-  tuning::warn_of_further_forces(model, summary);
+  tuning::warn_of_further_forces(model, c.design.hardware, summary);
   if (!best.nominal.stable) {
     summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
   }

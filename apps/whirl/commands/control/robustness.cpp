@@ -110,7 +110,7 @@ void run_study(Options* o, Session& session) {
     }
     session.result(json);
     Summary summary;
-    tuning::warn_of_further_forces(model, summary);
+    tuning::warn_of_further_forces(model, d.hardware, summary);
     say_structure(session, left_unexplained(o->plant.model), summary);
     if (const std::string low = tuning::margin_shortfall(design); !low.empty()) {
       summary.fail("the margins of the design: " + low);

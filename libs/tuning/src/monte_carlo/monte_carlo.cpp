@@ -113,7 +113,7 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
   for (long k = 0; k < ticks; ++k) {
     for (std::size_t i = 0; i < open.size(); ++i) {
       const int lane = static_cast<int>(i);
-      open[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, 0);
+      open[i].motion(in_reach({batch.true_x()[lane], batch.true_y()[lane]}, shared.laser.range), 0);
       open[i].cycle({}, 0, false, Fault::none);
     }
     batch.advance();
@@ -265,7 +265,7 @@ MonteCarloResult monte_carlo(const ControllerDesign& design, const IdentifiedMod
   if (!(centre.gain > 0)) throw Error("Monte Carlo: the input gain of the model is not known");
   // The rotors drawn rest at zero, their runout is another one.
   const ControllerDesign trial = on_scenario(design, {});
-  const RigDraw draw(centre, model, tuning_hardware(design, hardware), options);
+  const RigDraw draw(centre, model, with_forces(tuning_hardware(design, hardware), model), options);
   const auto like = rig::make_rig_tables(draw(0).rig);
 
   const auto n = static_cast<std::size_t>(options.samples);

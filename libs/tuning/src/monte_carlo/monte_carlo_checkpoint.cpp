@@ -41,7 +41,7 @@ std::string study_key(const MonteCarloOptions& o, const ControllerDesign& design
                   o.stiffness_sd, o.damping_sd, o.unbalance_sd, o.gain_sd, o.rotation_sd, o.runout_sd, o.runout_common,
                   o.participation_sd, o.ringing, o.key) +
       to_json(design).dump();
-  return "whirl.robustness.checkpoint/4 " + io::sha256(text);
+  return "whirl.robustness.checkpoint/5 " + io::sha256(text);
 }
 
 MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, const std::string& key,

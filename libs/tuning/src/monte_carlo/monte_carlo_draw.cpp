@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "design_scenarios.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::tuning {
 namespace {
@@ -87,7 +89,14 @@ class Random {
 
 RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const Hardware& hardware,
                  const MonteCarloOptions& options)
-    : centre_(centre), hardware_(hardware), options_(options), root_(covariance_root(model)) {}
+    : centre_(centre), hardware_(hardware), options_(options), root_(covariance_root(model)) {
+  std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  for (identification::RotorTerm& term : terms) {
+    const Estimate* value = model.parameter(std::string(name_of(term.kind).parameter));
+    term = {term.kind, value->sd, 0};
+  }
+  forces_sd_ = further_forces(terms);
+}
 
 DrawnRig RigDraw::operator()(int sample) const {
   Random random(options_.seed, sample);
@@ -134,6 +143,16 @@ DrawnRig RigDraw::operator()(int sample) const {
     if (hardware_.modes[i].sensor_sign == 0 && minus) mode.sensor_sign = -mode.sensor_sign;
     const double ringing = speed / (2 * std::numbers::pi * mode.frequency) * random.normal();
     if (rings && mode.initial == 0) mode.initial = ringing;
+  }
+  if (rotor::acts(hardware_.forces)) {
+    rotor::FurtherForces<double> forces = hardware_.forces;
+    const double friction = forces.friction;
+    rotor::each_force(forces, forces_sd_, [&](double& value, const double& sd) {
+      if (value != 0 && sd > 0) value += options_.covariance_scale * sd * random.normal();
+    });
+    // The steps are made for this friction and somewhat more (with_forces).
+    forces.friction = std::clamp(forces.friction, 0.0, 2.5 * friction);
+    rig.forces = rig::RigForces::of(forces, rig.rotor.mass);
   }
   return {m, rig, noise_seed};
 }

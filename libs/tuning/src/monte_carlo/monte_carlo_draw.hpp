@@ -27,6 +27,7 @@ class RigDraw {
   Hardware hardware_;
   MonteCarloOptions options_;
   Root root_;
+  rotor::FurtherForces<double> forces_sd_;  ///< standard deviations, each drawn by itself
 };
 
 }  // namespace whirl::tuning

@@ -78,6 +78,19 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("tilt.damping_percent", p.tilt.damping_ratio, kPercent);
   visit("tilt.couple_unbalance_deg", p.tilt.couple_unbalance, kDeg);
   visit("tilt.couple_phase_rad", p.tilt.couple_phase, 1.0);
+  visit("forces.quintic_N_m5", p.forces.quintic, 1.0);
+  visit("forces.cubic_per_axis_N_m3", p.forces.cubic_per_axis, 1.0);
+  visit("forces.quadratic_damping_Ns2_m2", p.forces.quadratic_damping, 1.0);
+  visit("forces.friction_N", p.forces.friction, 1.0);
+  visit("forces.friction_speed_mm_s", p.forces.friction_speed, kMm);
+  visit("forces.gyroscopic_kg", p.forces.gyroscopic, 1.0);
+  visit("forces.rotating_damping_Ns_m", p.forces.rotating_damping, 1.0);
+  visit("forces.cross_coupling_N_m", p.forces.cross_coupling, 1.0);
+  visit("forces.stiffness_with_speed_Ns_m", p.forces.stiffness_with_speed, 1.0);
+  visit("forces.damping_with_speed_Ns2_m", p.forces.damping_with_speed, 1.0);
+  visit("forces.stiffness_drift_N_ms", p.forces.stiffness_drift, 1.0);
+  visit("forces.damping_drift_N_m", p.forces.damping_drift, 1.0);
+  visit("forces.drift_start_s", p.forces.drift_start, 1.0);
 }
 
 }  // namespace whirl::rig

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "whirl/core/rotor_model.hpp"
+#include "whirl/rotor/further_forces.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 
 namespace whirl::rig {
@@ -25,6 +26,27 @@ struct RigRotor {
   double added_mass = 5e-3;                ///< screw in the disk, kg
   double added_radius = 82.73e-3;          ///< m
   double added_phase = 0;                  ///< rad from the angle zero
+};
+
+/// Further forces on the disk (whirl/rotor/further_forces.hpp), as `whirl identify` may find them. Default: none.
+struct RigForces {
+  double quintic = 0;               ///< N/m^5, radial
+  double cubic_per_axis = 0;        ///< N/m^3
+  double quadratic_damping = 0;     ///< N s^2/m^2
+  double friction = 0;              ///< Coulomb, N
+  double friction_speed = 1e-3;     ///< below it the friction falls to zero, m/s
+  double gyroscopic = 0;            ///< force per speed and velocity, kg
+  double rotating_damping = 0;      ///< of the shaft itself, N s/m
+  double cross_coupling = 0;        ///< of seals and journal bearings, N/m
+  double stiffness_with_speed = 0;  ///< N/m per rad/s
+  double damping_with_speed = 0;    ///< N s/m per rad/s
+  double stiffness_drift = 0;       ///< N/m per s
+  double damping_drift = 0;         ///< N s/m per s
+  double drift_start = 0;           ///< time of the run at which stiffness and damping are those of RigRotor, s
+
+  /// Per unit mass.
+  rotor::FurtherForces<double> per_mass(double mass) const;
+  static RigForces of(const rotor::FurtherForces<double>& per_mass, double mass);
 };
 
 /// Tilt of the disk axis: the gyroscopic rotor with four lateral degrees of freedom (whirl/rotor/gyroscopic.hpp), for a
@@ -113,6 +135,7 @@ struct RigParameters {
   RigEncoder encoder;
   RigTiming timing;
   RigTilt tilt;
+  RigForces forces;
 
   /// 2.5 w1 -> 0 in 13 s with 0.4 % speed ripple, then 1 s at standstill.
   static rotor::SpeedProfile default_profile();
@@ -124,8 +147,8 @@ struct RigParameters {
 
   double natural_frequency() const;           ///< sqrt(K1 / m), with tilt the first forward critical speed, rad/s
   std::complex<double> eccentricity() const;  ///< residual + added, m, in the rotor frame
-  /// The true lateral equations without tilt, with the actuator gain 1/m, and the modes that the unbalance drives as
-  /// the sensors see them.
+  /// The true lateral equations without tilt and further forces, with the actuator gain 1/m, and the modes that the
+  /// unbalance drives as the sensors see them.
   RotorModel true_model() const;
   /// The same record in the other direction: profile reversed in time.
   RigParameters run_up() const;

@@ -11,6 +11,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
+#include "whirl/rotor/further_forces.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 
 namespace whirl::tuning {
@@ -28,6 +29,8 @@ struct Hardware {
   /// the shape at the sensor times that at the actuator; 0: not known, then tuning, margins and certificate take both.
   /// From a hammer test (structure_modes) or the data sheet (known_modes); none when not tested.
   std::vector<rig::RigMode> modes;
+  /// Forces of the rotor beyond RotorModel, per unit mass: what `whirl identify` found (with_forces).
+  rotor::FurtherForces<double> forces;
 
   /// The same hardware for every choice of the signs that are not known (all of up to three, else all + and all -);
   /// itself alone when all are known.
@@ -54,7 +57,14 @@ std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_
 /// `modes` with those of the data sheet: one within 5 % in frequency is replaced, the others are added.
 std::vector<rig::RigMode> known_modes(std::vector<rig::RigMode> modes, const std::vector<rig::RigMode>& data_sheet);
 
-/// The plant a design is tuned on: the identified rotor with the hardware's data sheets.
+/// The hardware with the model's further forces (RotorTermKind) and as many Runge-Kutta steps as its friction needs.
+Hardware with_forces(Hardware hardware, const IdentifiedModel& model);
+
+/// The further forces of the model that the plants of with_forces lack: friction that is too sudden for 256 steps per
+/// tick, or negative. "Coulomb friction"; empty: none.
+std::string forces_left_out(const IdentifiedModel& model, const Hardware& hardware);
+
+/// The plant a design is tuned on: the identified rotor with the hardware's data sheets and further forces.
 rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware);
 
 struct DesignProgress {
@@ -111,8 +121,9 @@ struct DesignOptions {
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
 
-/// Warns where the model has forces of RotorTermKind: no plant of this library has them.
-void warn_of_further_forces(const IdentifiedModel& model, Summary& summary);
+/// Warns where the model has forces that the plants lack (forces_left_out), and where the rotor whirls by itself inside
+/// the speed range when nothing holds it.
+void warn_of_further_forces(const IdentifiedModel& model, const Hardware& hardware, Summary& summary);
 
 /// Sensor runout as far as the identification found it (parameters runout1+_re, ... of the model: amplitudes
 /// of e^{i k beta} and e^{-i k beta}); empty when it did not.
@@ -121,7 +132,8 @@ control::Runout identified_runout(const IdentifiedModel& model);
 /// The design before tuning: names, model, hardware and fixed parameters with the catalogue's defaults.
 ControllerDesign untuned_design(const IdentifiedModel& model, const DesignOptions& options);
 
-/// Recomputes `margins` and `summary` for a design whose parameters were set by hand.
+/// Recomputes `margins` and `summary` for a design whose parameters were set by hand, on the plant of
+/// `options.hardware` (with_forces).
 void assess(ControllerDesign& design, const DesignOptions& options);
 
 }  // namespace whirl::tuning
