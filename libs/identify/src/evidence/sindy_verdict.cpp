@@ -26,6 +26,35 @@ std::string ranges(const SindyData& data) {
   return fmt::format("{}", fmt::join(text, ", "));
 }
 
+std::string text_of(const Equation& e) {
+  std::string text;
+  for (const EquationTerm& t : e.terms) {
+    const double value = t.coefficient.value;
+    const char* const sign = value < 0 ? "-" : "+";
+    text += text.empty() ? (value < 0 ? "-" : "") : fmt::format(" {} ", sign);
+    text += t.function == "1" ? fmt::format("{:.3g}", std::abs(value))
+                              : fmt::format("{:.3g} {}", std::abs(value), t.function);
+  }
+  return text;
+}
+
+/// Warns of equations whose terms the records cannot tell from others.
+void judge_rivals(const std::vector<Alike>& rivals, Summary& summary) {
+  std::vector<std::string> said;
+  for (const Alike& r : rivals) {
+    if (std::find(said.begin(), said.end(), r.equation.lhs) != said.end()) continue;
+    said.push_back(r.equation.lhs);
+    const auto more =
+        std::count_if(rivals.begin(), rivals.end(), [&](const Alike& o) { return o.equation.lhs == r.equation.lhs; }) -
+        1;
+    summary.warn(fmt::format(
+        "these records cannot tell the terms of {}: {} = {} explains them as well (chi-square {:.3g}, this model "
+        "{:.3g}){}; records from other starts, with other forces or with less noise would",
+        r.equation.lhs, r.equation.lhs, text_of(r.equation), r.chi_square, summary.chi_square,
+        more > 0 ? fmt::format(", and so do {} more", more) : ""));
+  }
+}
+
 }  // namespace
 
 OutputWeights output_weights(const SindyData& data) {
@@ -106,12 +135,13 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
     s.warn(fmt::format("the longest record holds {:.2g} characteristic periods: slow terms are weakly determined",
                        data.rate() * longest / (2 * std::numbers::pi)));
   }
+  judge_rivals(followed.rivals, s);
   if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
-  set_trust(
-      fmt::format("Trust free runs of up to {:.3g} s in the range of the records ({}); beyond it the terms are an "
-                  "extrapolation.",
-                  std::min(horizon, longest), ranges(data)),
-      s);
+  set_trust(fmt::format("Trust free runs of up to {:.3g} s {} ({}); beyond {} the terms are an extrapolation.",
+                        std::min(horizon, longest),
+                        followed.rivals.empty() ? "in the range of the records" : "along motions like those recorded",
+                        ranges(data), followed.rivals.empty() ? "it" : "them"),
+            s);
 }
 
 }  // namespace whirl::identification::detail

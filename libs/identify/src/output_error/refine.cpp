@@ -53,11 +53,11 @@ void take_coefficients(const Eigen::VectorXd& theta, const Eigen::MatrixXd& ties
 }
 
 /// Score test: sensitivities of the absent terms along the final trajectory, what the model explains projected out.
-std::vector<TermScore> score_absent(const std::vector<Equation>& candidates, const CompiledModel& compiled,
-                                    std::vector<detail::SensitiveTerm> terms, const std::vector<FreeRun>& runs,
-                                    double dt, const std::vector<Eigen::Index>& outputs, const RefineOptions& options,
-                                    detail::StatesPoint point, double variance) {
-  std::vector<TermScore> scores;
+void score_absent(const std::vector<Equation>& candidates, const CompiledModel& compiled,
+                  std::vector<detail::SensitiveTerm> terms, const std::vector<FreeRun>& runs, double dt,
+                  const std::vector<Eigen::Index>& outputs, const RefineOptions& options, detail::StatesPoint point,
+                  double variance, Refined& result) {
+  std::vector<TermScore>& scores = result.scores;
   const auto known = std::count_if(terms.begin(), terms.end(), [](const auto& t) { return t.free; });
   for (const Equation& e : candidates) {
     for (const EquationTerm& t : e.terms) {
@@ -65,16 +65,17 @@ std::vector<TermScore> score_absent(const std::vector<Equation>& candidates, con
       scores.push_back({e.lhs, t.function, 0, 0});
     }
   }
-  if (scores.empty()) return scores;
+  if (scores.empty()) return;
   const auto added = static_cast<Eigen::Index>(scores.size());
   detail::StatesProblem wide(detail::SensitivitySystem(std::move(terms), compiled.states(), compiled.inputs()), runs,
                              dt, outputs, options);
   point.theta.conservativeResizeLike(Eigen::VectorXd::Zero(known + added));
   SquareSum sum;
   wide.linearise(point, sum);
-  std::vector<int> active;
+  std::vector<int> active, starts, coefficients;
   std::vector<std::vector<int>> absent;
   for (int j = 0; j < static_cast<int>(sum.gradient.size()); ++j) {
+    (j < known + added ? coefficients : starts).push_back(j);
     if (j >= known && j < known + added) {
       absent.push_back({j});
     } else {
@@ -90,7 +91,9 @@ std::vector<TermScore> score_absent(const std::vector<Equation>& candidates, con
   }
   std::erase_if(scores, [](const TermScore& s) { return s.score == 0; });
   std::sort(scores.begin(), scores.end(), [](const TermScore& a, const TermScore& b) { return a.score > b.score; });
-  return scores;
+  detail::Remainder all = detail::remainders(sum.normal, sum.gradient, starts, {coefficients}).front();
+  result.information = std::move(all.information);
+  result.gradient = std::move(all.gradient);
 }
 
 }  // namespace
@@ -133,8 +136,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   if (!result.converged) result.model.summary.warn("the refinement on the free run did not converge");
   if (!candidates.empty()) {
     ++result.passes;
-    result.scores =
-        score_absent(candidates, compiled, terms, runs, dt, outputs, options, std::move(point), found.variance());
+    score_absent(candidates, compiled, terms, runs, dt, outputs, options, std::move(point), found.variance(), result);
   }
   return result;
 }

@@ -51,6 +51,10 @@ struct Refined {
   int passes = 0;                 ///< simulations of all runs with their sensitivities: the cost
   bool converged = false;         ///< false also when the starting model diverges
   std::vector<TermScore> scores;  ///< of the candidates asked for, largest first
+  /// With candidates: J'J and J'r of the weighted residuals r over the estimated coefficients, then the candidates in
+  /// the order given, at the solution and with the best starts for each.
+  Eigen::MatrixXd information;
+  Eigen::VectorXd gradient;
 };
 
 /// Output-error (simulation-error) refinement: minimises sum over runs and samples of (measured - free run)^2 over all

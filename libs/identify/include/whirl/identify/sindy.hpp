@@ -72,7 +72,9 @@ struct SindyOptions {
 ///    the columns of a regression, its residual is white when the model is right, so terms may be tested. Terms below
 ///    `t_value` or `least_share` are dropped, absent candidates with a score of at least t_value^2 are added, until
 ///    neither changes; then every other support on the regression's path that is no larger is tried in its place and
-///    kept when it lowers the criterion of the free runs.
+///    kept when it lowers the criterion of the free runs. So are the best supports that lack one of the model's terms,
+///    sought exactly in the information matrix of the score test; those within 10 of the criterion (odds of 150 to 1)
+///    are a warning: the records cannot tell the terms.
 ///
 /// The search takes some 30 to 100 passes over the free runs; where it has not come to an end after `max_passes` the
 /// model is unusable (terms still coming and going: a signal that something outside drives was taken for a state, or a
