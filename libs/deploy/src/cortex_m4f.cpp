@@ -10,6 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/io/run_program.hpp"
 #include "whirl/io/temporary.hpp"
 
 namespace whirl::deploy {
@@ -35,7 +36,7 @@ int main(void) {
 /// A command in the folder; what it printed. Throws Error when it does not end with 0.
 std::string run(const io::TemporaryFolder& folder, const std::string& command) {
   const std::string all = fmt::format("cd '{}' && {} >said.txt 2>&1 </dev/null", folder.path().string(), command);
-  const int status = std::system(all.c_str());
+  const int status = io::run_program({"sh", "-c", all});
   std::string said = io::read_text(folder.path() / "said.txt");
   if (status != 0) {
     throw Error(
@@ -52,7 +53,7 @@ void require_tools(const io::TemporaryFolder& folder) {
        {"command -v qemu-system-arm", "qemu-system-arm", "qemu-system-arm"}}};
   for (const auto& [test, tool, package] : tools) {
     const std::string command = fmt::format("cd '{}' && ({}) >/dev/null 2>&1", folder.path().string(), test);
-    if (std::system(command.c_str()) != 0) {
+    if (io::run_program({"sh", "-c", command}) != 0) {
       throw Error(
           fmt::format("cortex-m4f: {} is not installed, which counts the instructions (Debian: apt-get install {})",
                       tool, package));

@@ -17,6 +17,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/expr/unit.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/run_program.hpp"
 #include "whirl/io/temporary.hpp"
 
 namespace whirl::deploy {
@@ -345,13 +346,13 @@ std::vector<std::string> pack_fmu(const std::vector<SourceFile>& files, const Fm
   for (const Platform& p : kPlatforms) {
     const bool ours = &p == kPlatforms.data();
     if (!ours &&
-        (!options.all_platforms || std::system(fmt::format("command -v {} >/dev/null 2>&1", p.compiler).c_str()) != 0))
+        (!options.all_platforms || io::run_program({"sh", "-c", fmt::format("command -v {}", p.compiler)}) != 0))
       continue;
     const std::string name = std::string(options.version == 2 ? p.in_fmi2 : p.in_fmi3), binary = id + p.ending;
     const std::string command =
         fmt::format("cd '{}/sources' && {} {} -std=c99 -O2 -shared -o '../{}' {}.c {}_fmu.c -lm 2>../cc.log", folder,
                     p.compiler, p.flags, binary, id, id);
-    if (std::system(command.c_str()) != 0) {
+    if (io::run_program({"sh", "-c", command}) != 0) {
       std::ifstream log(std::filesystem::path(folder) / "cc.log");
       std::string first;
       std::getline(log, first);

@@ -7,6 +7,7 @@
 #include "command.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/io/run_program.hpp"
 #include "whirl/io/temporary.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -34,7 +35,7 @@ int print(const std::filesystem::path& folder, bool sandbox) {
                  "--no-pdf-header-footer", "--user-data-dir=" + (folder / "profile").string(),
                  "--print-to-pdf=" + (folder / "page.pdf").string(), "file://" + (folder / "page.html").string()});
     if (!sandbox) call.push_back("--no-sandbox");
-    const int code = report::run_program(call);
+    const int code = io::run_program(call);
     if (code != 127) return code;
   }
   return 127;

@@ -11,9 +11,4 @@ namespace whirl::report {
 /// missing.
 void write_figure(const Figure& figure, const std::filesystem::path& file);
 
-/// Runs a program found in PATH without a shell, its input from `input_text`; what it prints goes to `output`, or is
-/// discarded when that is null. Returns its exit code, 127 when it is not installed, 128 + n when signal n ended it.
-int run_program(const std::vector<std::string>& arguments, const std::string& input_text = "",
-                std::string* output = nullptr);
-
 }  // namespace whirl::report
