@@ -59,8 +59,13 @@ TEST_F(RobustnessE2e, KilledStudyGoesOnToTheSameBytes) {
   // Killed as soon as some samples are on disk.
   shell(std::string("'") + program() + "' " + study(40) +
         " --threads 1 --lanes 8 --checkpoint ck.txt --out killed & p=$!; "
-        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; kill -9 $p; "
-        "wait $p");
+        "for i in $(seq 2000); do [ -f ck.txt ] && [ $(wc -l < ck.txt) -gt 8 ] && break; sleep 0.01; done; '" +
+        program() + "' " + study(40) +
+        " --checkpoint ck.txt 2>second.txt; echo $? >second_code.txt; kill -9 $p; wait $p");
+  // Meanwhile nobody else writes it.
+  EXPECT_EQ(slurp(folder / "second_code.txt"), "2\n");
+  EXPECT_NE(slurp(folder / "second.txt").find("ck.txt: another program is writing it"), std::string::npos)
+      << slurp(folder / "second.txt");
   EXPECT_FALSE(std::filesystem::exists(folder / "killed/robustness.json"));
   std::string held = slurp(folder / "ck.txt");
   const auto lines = std::count(held.begin(), held.end(), '\n');

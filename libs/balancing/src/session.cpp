@@ -6,6 +6,7 @@
 
 #include "session_text.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/output.hpp"
 #include "whirl/io/settings.hpp"
 
 namespace whirl::balancing {
@@ -144,6 +145,7 @@ std::vector<BalancingSheet::Check> check_rows(const std::vector<diagnosis::Foret
 }  // namespace
 
 RunTaken add_run(const std::string& path, const RunMade& run, const JobOptions& options) {
+  const io::WriterLock lock(path);
   const JobFile file = read_job(path, {}, 0, true);
   const JobOptions o = with_plan(options, file);
   const diagnosis::NextRun next = diagnosis::next_run(file.job, plan_of(file, o), influence_options(o));
@@ -161,7 +163,10 @@ RunTaken add_run(const std::string& path, const RunMade& run, const JobOptions& 
   return {file.job.runs.size() + 1, name};
 }
 
-void undo_run(const std::string& path) { io::write_text(path, without_last_run(io::read_text(path), path)); }
+void undo_run(const std::string& path) {
+  const io::WriterLock lock(path);
+  io::write_text(path, without_last_run(io::read_text(path), path));
+}
 
 GuidedStep guided_step(const std::string& path, const JobOptions& options) {
   GuidedStep step;

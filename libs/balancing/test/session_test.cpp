@@ -12,6 +12,7 @@
 #include "whirl/balancing/solve.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/output.hpp"
 
 namespace whirl::balancing {
 namespace {
@@ -55,6 +56,19 @@ class SessionFile : public ::testing::Test {
   }
   std::string path_;
 };
+
+// Two programs that each add a run would lose one of them.
+TEST_F(SessionFile, AJobThatAnotherProgramWritesIsRefusedAndLeftAsItIs) {
+  const std::string before = io::read_text(path_);
+  {
+    const io::WriterLock other(path_);
+    EXPECT_THROW(follow(Machine()), Error);
+    EXPECT_THROW(undo_run(path_), Error);
+    EXPECT_EQ(io::read_text(path_), before);
+  }
+  EXPECT_TRUE(follow(Machine()));
+  EXPECT_NE(io::read_text(path_), before);
+}
 
 TEST_F(SessionFile, AFollowedJobEndsAtTheMassThatNullsTheReading) {
   const Machine machine;

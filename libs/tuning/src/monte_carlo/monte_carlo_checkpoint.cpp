@@ -47,7 +47,7 @@ std::string study_key(const MonteCarloOptions& o, const ControllerDesign& design
 MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, const std::string& key,
                                            const RotorModel& centre, std::vector<MonteCarloSample>& samples,
                                            std::vector<double>& done)
-    : path_(path.string()) {
+    : path_(path.string()), lock_(std::make_unique<io::WriterLock>(path)) {
   std::string kept = key + "\n";
   if (std::ifstream in(path, std::ios::binary); in) {
     std::string line;
@@ -81,7 +81,8 @@ MonteCarloCheckpoint::MonteCarloCheckpoint(const std::filesystem::path& path, co
       kept += line + "\n";
     }
   }
-  io::write_text(path, kept);  // a kill in here must not lose what the file holds
+  io::write_text(path, kept);                      // a kill in here must not lose what the file holds
+  lock_ = std::make_unique<io::WriterLock>(path);  // of the new file; the old one's ends
   file_ = open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (file_ < 0) throw Error(path_ + ": cannot be written: " + std::strerror(errno));
 }

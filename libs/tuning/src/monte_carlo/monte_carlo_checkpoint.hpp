@@ -1,8 +1,10 @@
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "whirl/io/output.hpp"
 #include "whirl/tuning/monte_carlo.hpp"
 
 namespace whirl::tuning {
@@ -21,7 +23,7 @@ std::string study_key(const MonteCarloOptions& options, const ControllerDesign& 
 class MonteCarloCheckpoint {
  public:
   /// Opens or makes the file and fills in the samples it holds (`done[i]` = 1). Throws Error when it is of another
-  /// study.
+  /// study, or another process writes it.
   MonteCarloCheckpoint(const std::filesystem::path& path, const std::string& key, const RotorModel& centre,
                        std::vector<MonteCarloSample>& samples, std::vector<double>& done);
   ~MonteCarloCheckpoint();
@@ -33,6 +35,7 @@ class MonteCarloCheckpoint {
  private:
   int file_ = -1;
   std::string path_;
+  std::unique_ptr<io::WriterLock> lock_;
 };
 
 }  // namespace whirl::tuning

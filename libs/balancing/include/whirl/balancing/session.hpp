@@ -54,11 +54,11 @@ struct RunTaken {
   std::size_t number = 0;  ///< from 1
   std::string name;
 };
-/// Adds a run to the job's file. Throws Error where the readings or masses do not fit the job;
-/// the file is then as it was.
+/// Adds a run to the job's file. Throws Error where the readings or masses do not fit the job, or
+/// another process writes the file; the file is then as it was.
 RunTaken add_run(const std::string& path, const RunMade& run, const JobOptions& options = {});
 
-/// Takes the last run back. Throws Error when there is none.
+/// Takes the last run back. Throws Error when there is none, or another process writes the file.
 void undo_run(const std::string& path);
 
 /// The next run to make, where the masses go and why. Warns of a run that is not as foretold, and of vectors that were

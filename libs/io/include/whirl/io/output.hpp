@@ -16,6 +16,20 @@ namespace whirl::io {
 /// folder stands there, or a file that may not be written.
 std::filesystem::path regular_target(const std::filesystem::path& path);
 
+/// One writer at a time of a file that a program reads, changes and writes again: two would each lose what the other
+/// added. Held until it is destroyed, or the process ends in whatever way. A file that is not there needs none.
+class WriterLock {
+ public:
+  /// Throws Error when another WriterLock, of any process, holds the file.
+  explicit WriterLock(const std::filesystem::path& path);
+  ~WriterLock();
+  WriterLock(const WriterLock&) = delete;
+  WriterLock& operator=(const WriterLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
 /// Makes a folder and those above it. Throws Error naming it.
 void make_folder(const std::filesystem::path& folder);
 
