@@ -10,6 +10,7 @@
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/testing/drifting_blows.hpp"
+#include "whirl/testing/modal/drawn_structure.hpp"
 #include "whirl/testing/nonlinear_blows.hpp"
 #include "whirl/testing/roving.hpp"
 
@@ -62,14 +63,15 @@ struct Total {
   }
 };
 
-void timed(const char* name, const whirl::FrequencyResponse& frf, const std::vector<std::complex<double>>& truth,
-           Total& total) {
+whirl::ModalModel timed(const char* name, const whirl::FrequencyResponse& frf,
+                        const std::vector<std::complex<double>>& truth, Total& total) {
   const std::clock_t start = std::clock();
   const whirl::ModalModel model = whirl::modal::fit_modes(frf);
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
   const whirl::testing::ModeScore score = whirl::testing::score(truth, model);
   print(name, score, model, truth.size(), seconds);
   total.add(score, model, truth.size(), seconds);
+  return model;
 }
 
 void roving(const char* name, whirl::testing::RovingOptions o, int seeds) {
@@ -103,6 +105,19 @@ int main(int argc, char** argv) {
   }
   if (wanted("common")) roving("common force noise 2 %", {.noise = 0.002, .common_noise = 0.02}, seeds);
   if (wanted("hysteretic")) roving("hysteretic", {.hysteretic = true}, seeds);
+  for (const bool structural : {false, true}) {
+    const std::string name = fmt::format("drawn, {}", structural ? "structural" : "viscous");
+    int taken = 0, told = 0;
+    Total total;
+    for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
+      const auto data = whirl::testing::draw_structure(structural, static_cast<unsigned>(100 + seed));
+      const whirl::ModalModel model = timed(name.c_str(), data.frf, poles_of(data.frequency, data.damping), total);
+      taken += model.damping_model == whirl::DampingModel::hysteretic;
+      told += model.summary.trust.find("taken as viscous") != std::string::npos;
+    }
+    total.print(name.c_str());
+    if (total.sets > 0) fmt::print("| taken as structural {}, said to look structural {} of {}\n", taken, told, seeds);
+  }
   Total drift;
   for (int seed = 1; seed <= seeds && wanted("drift"); ++seed) {
     whirl::testing::DriftOptions o;

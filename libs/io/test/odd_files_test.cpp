@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -47,14 +48,15 @@ struct Object {
   std::string name;
   std::vector<std::string> properties;
   int rows = kRows;
+  std::uint32_t type = 10;  // double
 };
-// One segment of channels of doubles; of `raw` the first `kept` bytes.
+// One segment of channels of 8-byte numbers; of `raw` the first `kept` bytes.
 std::string segment(const std::vector<Object>& objects, const std::string& raw, std::size_t kept = 1u << 30) {
   Bytes meta, lead;
   meta.put(static_cast<std::uint32_t>(objects.size()));
   for (const Object& o : objects) {
     meta.text(text_of("/'g'/'" + o.name + "'"));
-    meta.put<std::uint32_t>(20).put<std::uint32_t>(10).put<std::uint32_t>(1);
+    meta.put<std::uint32_t>(20).put(o.type).put<std::uint32_t>(1);
     meta.put(static_cast<std::uint64_t>(o.rows)).put(static_cast<std::uint32_t>(o.properties.size()));
     for (const std::string& p : o.properties) meta.text(p);
   }
@@ -358,12 +360,57 @@ TEST(OddFilesReference, Hdf5TablesOfRecords) {
   }
 }
 
+// Counters and times since an epoch: what a double does not hold was rounded without a word.
+TEST(OddFiles, IntegersBeyond53BitsAreTold) {
+  const auto told = [](const std::filesystem::path& path) {
+    const SignalFile file = read_signals(path);
+    return std::any_of(file.findings.begin(), file.findings.end(), [](const std::string& finding) {
+      return finding.find("60 of 60 integers are 2^53 or more: rounded to 53 bits") != std::string::npos;
+    });
+  };
+  const auto hdf5 = [](const std::string& name, hid_t type, const std::vector<std::int64_t>& values) {
+    const auto path = std::filesystem::path(::testing::TempDir()) / name;
+    const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    const hsize_t size = kRows;
+    const hid_t space = H5Screate_simple(1, &size, nullptr);
+    const hid_t data = H5Dcreate2(file, "n_1", type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    H5Dwrite(data, H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+    H5Dclose(data), H5Sclose(space), H5Fclose(file);
+    return path;
+  };
+  for (const std::int64_t sign : {1, -1}) {
+    const auto counter = [&](std::int64_t i) { return sign * ((std::int64_t{1} << 53) + i); };
+    std::vector<std::int64_t> counts;
+    Bytes raw, big(true);
+    for (int i = 0; i < kRows; ++i) {
+      counts.push_back(counter(i));
+      raw.put(counts.back());
+      big.put(counts.back());
+    }
+    EXPECT_TRUE(told(keep("count.npy", npy("'<i8'", "(60,)", raw.str()))));
+    EXPECT_TRUE(told(keep("count_big.npy", npy("'>i8'", "(60,)", big.str()))));
+    EXPECT_TRUE(told(keep("count.npz", zip({{"n_1.npy", npy("'<i8'", "(60,)", raw.str())}}, true))));
+    EXPECT_TRUE(told(keep("count.mat", mat5_file(mat5_array(14, "n_1", {kRows, 1}, mat5_element(12, raw.str()))))));
+    EXPECT_TRUE(told(keep("count.tdms", segment({{"n", kWaveform, kRows, 4}}, raw.str()))));
+    EXPECT_TRUE(told(hdf5("odd_count.h5", H5T_STD_I64LE, counts)));
+    // Floating-point numbers of that size are what they are, and smaller integers too.
+    EXPECT_FALSE(told(hdf5("odd_count_real.h5", H5T_IEEE_F64LE, counts)));
+    EXPECT_FALSE(told(keep("real.npy", npy("'<f8'", "(60,)", column([&](int i) { return double(counter(i)); })))));
+    EXPECT_FALSE(told(keep("small.npy", npy("'<i8'", "(60,)", column([](int i) { return std::int64_t{i} << 40; })))));
+  }
+}
+
 TEST(OddFiles, AFileWithoutARecordSaysWhatItHolds) {
   const auto file = keep("objects.npy", npy("'|O'", "(2,)", "whatever"));
   EXPECT_THAT(error_of([&] { (void)read_recording(file); }), HasSubstr("type '|O' (passed over)"));
 }
 
 // CSV ---------------------------------------------------------------------------------------------------------------
+
+TEST(OddFiles, LinesThatEndWithCarriageReturnsAloneAreNamed) {
+  const auto file = keep("cr.csv", "t_s,x_mm\r0,1\r0.001,2\r0.002,3\r");
+  EXPECT_THAT(error_of([&] { (void)read_recording(file); }), HasSubstr("lines end with CR alone"));
+}
 
 TEST(OddFilesReference, HeadingsInLatinOne) {
   std::string text = "Zeit [s];Weg [\xB5m];Winkel [\xB0];a [m/s\xB2]\r\n";

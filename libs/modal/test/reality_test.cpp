@@ -11,6 +11,7 @@
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/testing/drifting_blows.hpp"
 #include "whirl/testing/error_of.hpp"
+#include "whirl/testing/modal/drawn_structure.hpp"
 
 namespace {
 
@@ -230,6 +231,22 @@ TEST(ModesProperty, DampingModelThatTheDataLeaveOpenIsSaid) {
     EXPECT_EQ(b.damping_model, whirl::DampingModel::viscous) << seed;
   }
   EXPECT_GE(structural, 7);
+  EXPECT_LE(accused, 1);
+}
+
+// Tests of another kind than those above: everything drawn, exponential windows, one reference or several. By their
+// likelihood alone, 19 of 30 viscous ones were said to be explained as well by structural damping.
+TEST(ModesProperty, StructuralDampingIsToldFromViscousByTheTurnOfItsResidues) {
+  const auto told = [](const whirl::ModalModel& m) {
+    return m.damping_model == whirl::DampingModel::hysteretic ||
+           m.summary.trust.find("structural") != std::string::npos;
+  };
+  int said = 0, accused = 0;
+  for (unsigned seed = 500; seed < 520; ++seed) {
+    said += told(whirl::modal::fit_modes(whirl::testing::draw_structure(true, seed).frf));
+    accused += told(whirl::modal::fit_modes(whirl::testing::draw_structure(false, seed).frf));
+  }
+  EXPECT_GE(said, 15);
   EXPECT_LE(accused, 1);
 }
 

@@ -182,6 +182,7 @@ struct CsvStream::State {
       dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
     } while (line < options.header_line || trim(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
+    if (text.find('\r') != std::string_view::npos) fail("lines end with CR alone: save them with LF or CR LF");
 
     dialect.delimiter = text.find(';') != std::string_view::npos    ? ';'
                         : text.find('\t') != std::string_view::npos ? '\t'

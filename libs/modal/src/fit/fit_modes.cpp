@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "amplitude.hpp"
+#include "damping_evidence.hpp"
 #include "modal_result.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -230,9 +231,12 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
                const ModeOptions& options) {
   Refined state = fit_white(band, equal, start, terms, options);
   if (options.search) add_residual_modes(band, state, terms, options);
-  if (options.damping == DampingChoice::hysteretic) {
+  // Before all else: what structural damping leaves of a viscous fit passes for scatter and for further modes.
+  const DampingEvidence damping = damping_evidence(band, state, terms);
+  if (options.damping == DampingChoice::hysteretic ||
+      (options.damping == DampingChoice::automatic && damping == DampingEvidence::structural)) {
     terms.hysteretic = true;
-    state = refine(band, state.poles, state.started, terms, options.max_iterations);
+    state = fit_white(band, equal, state.poles, terms, options);
   }
   const Refined white = state;  // of equal poles and no amplitude: the start of all others
   if (options.amplitude) state = with_amplitude(band, white, terms, options);
@@ -264,29 +268,9 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     }
   }
   state = with_weak_poles(band, state, terms, options);
-  // Only where the FRFs agree and no more is left than the noise known from the blows: what scatter or a nonlinear
-  // stiffness leaves would decide between the two by chance.
-  bool damping_open = false;
-  const bool model_error = band.noise_floor > 0 && state.residual.norm() > 1.5 * band.noise_floor * band.h.norm();
-  if (options.damping != DampingChoice::hysteretic && !state.poles.empty() && state.ties.empty() && band.decay == 0 &&
-      !model_error) {
-    ResidualTerms other = terms;
-    other.hysteretic = true;
-    Refined hysteretic = refine(band, state.poles, state.started, other, options.max_iterations);
-    // Both have as many parameters. They differ by the tails alone, as modes far outside the band do: only a difference
-    // that those do not reach decides.
-    constexpr double kDecisive = 20, kWorse = 6;
-    const double gain = description_length(band, state, terms, state.correlated) -
-                        description_length(band, hysteretic, other, state.correlated);
-    damping_open = gain > -kWorse;
-    if (gain > kDecisive && options.damping == DampingChoice::automatic) {
-      state = std::move(hysteretic);
-      terms = other;
-    }
-  }
   Solution solution = solution_of(band, state, terms, true);
   solution.length = description_length(band, state, terms, 1) + weight_length(band);
-  solution.damping_open = damping_open;
+  solution.damping_open = damping != DampingEvidence::viscous && !terms.hysteretic;
   return solution;
 }
 

@@ -103,9 +103,8 @@ std::string other_damping(const Band& band, const ModalModel& model) {
   }
   if (largest == 0) return {};
   return fmt::format(
-      "; taken as viscous: structural damping explains the responses as well or better and lowers the frequencies, by "
-      "up "
-      "to {:.2g} % (at {:.5g} Hz), beyond the intervals",
+      "; taken as viscous: the residues are turned as by structural damping (or by responses that lag their force), "
+      "which would lower the frequencies by up to {:.2g} % (at {:.5g} Hz), beyond the intervals",
       100 * largest, at);
 }
 

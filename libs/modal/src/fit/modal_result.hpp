@@ -18,7 +18,7 @@ struct Solution {
   Eigen::MatrixXd spread;    ///< as in ScatterFit
   double frequency_scatter = 0, damping_scatter = 0;
   double length = 0;          ///< description length with the weights: compares fits under other weights
-  bool damping_open = false;  ///< viscous, but structural damping explains the FRFs as well or better
+  bool damping_open = false;  ///< viscous, but the residues are turned as by structural damping
 };
 
 /// The model of a solution, with its warnings.

@@ -1,5 +1,7 @@
 #include "formats/arrays/bytes.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdint>
 
@@ -79,6 +81,12 @@ Eigen::VectorXd numbers_of(std::string_view bytes, NumberType type, bool big) {
       break;
   }
   return v;
+}
+
+std::string rounding_of_integers(const std::string& name, const Eigen::Ref<const Eigen::MatrixXd>& values) {
+  const auto beyond = (values.array().abs() >= 9007199254740992.0).count();
+  if (beyond == 0) return {};
+  return fmt::format("'{}': {} of {} integers are 2^53 or more: rounded to 53 bits", name, beyond, values.size());
 }
 
 }  // namespace whirl::io

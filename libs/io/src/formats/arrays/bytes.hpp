@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstring>
+#include <string>
 #include <string_view>
 
 namespace whirl::io {
@@ -27,5 +28,9 @@ std::size_t width_of(NumberType type);
 
 /// All numbers of these bytes; what is left over behind the last whole one is not looked at.
 Eigen::VectorXd numbers_of(std::string_view bytes, NumberType type, bool big_endian);
+
+/// The finding where some of these 64-bit integers are 2^53 or more, whose last digits a double does not hold; else
+/// empty.
+std::string rounding_of_integers(const std::string& name, const Eigen::Ref<const Eigen::MatrixXd>& values);
 
 }  // namespace whirl::io

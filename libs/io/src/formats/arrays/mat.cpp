@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "formats/arrays/arrays.hpp"
+#include "formats/arrays/bytes.hpp"
 #include "formats/format.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
@@ -264,7 +265,12 @@ class Reader {
       shape.pop_back();
     }
     const auto total = static_cast<Eigen::Index>(elements);
-    const Eigen::VectorXd real = numbers(part(), total, 1, full);
+    const Element stored = part();
+    const Eigen::VectorXd real = numbers(stored, total, 1, full);
+    if (stored.type == kInt64 || stored.type == kUint64) {
+      if (std::string rounded = rounding_of_integers(full, real); !rounded.empty())
+        file_.findings.push_back(std::move(rounded));
+    }
     const Eigen::VectorXd imaginary = complex ? Eigen::VectorXd(numbers(part(), total, 1, full)) : Eigen::VectorXd();
     set_values(array, real, imaginary, shape, true);
     arrays_.push_back(std::move(array));

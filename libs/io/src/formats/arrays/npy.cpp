@@ -65,7 +65,12 @@ class NpyReader {
       file.contents.push_back(fmt::format("'{}': empty", name_));
       return;
     }
-    for (const Field& field : fields_) add(field, static_cast<std::size_t>(count), columns_first, arrays);
+    for (const Field& field : fields_) {
+      add(field, static_cast<std::size_t>(count), columns_first, arrays);
+      if (field.type != NumberType::int64 && field.type != NumberType::uint64) continue;
+      if (std::string rounded = rounding_of_integers(arrays.back().name, arrays.back().value); !rounded.empty())
+        file.findings.push_back(std::move(rounded));
+    }
   }
 
  private:

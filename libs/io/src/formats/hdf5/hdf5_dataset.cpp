@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "formats/arrays/bytes.hpp"
 #include "formats/hdf5/hdf5_chunks.hpp"
 #include "formats/hdf5/hdf5_library.hpp"
 #include "whirl/io/units.hpp"
@@ -46,6 +47,12 @@ NamedArray array_head(hid_t data, const std::string& path) {
   return array;
 }
 
+void put_rounding(Hdf5Visit& visit, const std::string& name, hid_t type, const Eigen::MatrixXd& values) {
+  if (H5Tget_class(type) != H5T_INTEGER || H5Tget_size(type) < 8) return;
+  if (const std::string rounded = rounding_of_integers(name, values); !rounded.empty())
+    put(visit.out, rounded, Piece::finding);
+}
+
 /// Three dimensions, as frequency responses of several points to several references have. MATLAB's are reversed.
 void read_cube(Hdf5Visit& visit, const char* path, hid_t data, hid_t type, bool complex, std::vector<std::size_t> shape,
                bool reversed) {
@@ -59,6 +66,7 @@ void read_cube(Hdf5Visit& visit, const char* path, hid_t data, hid_t type, bool 
   const Eigen::VectorXd real = complex ? member(0) : read(H5T_NATIVE_DOUBLE);
   const Eigen::VectorXd imaginary = complex ? member(1) : Eigen::VectorXd();
   if (reversed) std::reverse(shape.begin(), shape.end());
+  put_rounding(visit, path, type, real);
   set_values(array, real, imaginary, shape, reversed);
   if (visit.problem.empty()) put(visit.out, array);
 }
@@ -95,6 +103,8 @@ void read_records(Hdf5Visit& visit, const char* path, hid_t data, hid_t type, hs
       visit.problem = unreadable(data, path);
       return;
     }
+    const Hdf5Id field(H5Tget_member_type(type, static_cast<unsigned>(part)), H5Tclose);
+    put_rounding(visit, name, field, array.value);
     put(visit.out, array);
   }
 }
@@ -187,6 +197,7 @@ void read_dataset(Hdf5Visit& visit, const char* path) {
     }
   } else {
     read(H5T_NATIVE_DOUBLE, array.value);
+    put_rounding(visit, path, type, array.value);
   }
   if (visit.problem.empty()) put(visit.out, array);
 }

@@ -332,6 +332,10 @@ class Reader {
       set_abscissa(table, Quantity::time, times->second.values);
     }
     Eigen::VectorXd all = numbers_of(channel.data, value->type, channel.big);
+    if (value->type == NumberType::int64 || value->type == NumberType::uint64) {
+      if (std::string rounded = rounding_of_integers(name, all); !rounded.empty())
+        file_.findings.push_back(std::move(rounded));
+    }
     std::string scale, unit = channel.unit;
     if (!scale_tdms(scales_of(path), all, scale)) {
       file_.findings.push_back(fmt::format(

@@ -4,7 +4,8 @@
 
 namespace whirl::modal {
 
-/// Damping of the modes: viscous, hysteretic (structural), or the one with the larger likelihood.
+/// Damping of the modes: viscous, hysteretic (structural), or viscous unless the residues are turned as by structural
+/// damping, certainly (see `damping_evidence.hpp`).
 enum class DampingChoice { automatic, viscous, hysteretic };
 
 struct ModeOptions {
@@ -21,8 +22,8 @@ struct ModeOptions {
   std::vector<double> select = {};
   bool amplitude =
       true;  ///< let poles depend on the amplitude of the ringing after a blow where the evidence asks for it
-  bool scatter = true;                             ///< let the poles differ between FRFs where the evidence asks for it
-  DampingChoice damping = DampingChoice::viscous;  ///< `automatic` mistakes viscous sets of many modes at times
+  bool scatter = true;  ///< let the poles differ between FRFs where the evidence asks for it
+  DampingChoice damping = DampingChoice::automatic;
 };
 
 /// Modes of a set of FRFs, from the lines to poles, residues and residuals with their uncertainty.
