@@ -34,6 +34,15 @@ double uniform_step(const Eigen::VectorXd& t) {
   return dt;
 }
 
+/// Times as numbers in s: dates (NumPy's datetime64) from the first on, differences of dates as they are. A cast would
+/// take their nanoseconds for seconds.
+py::array seconds_from(py::array times) {
+  py::object t = std::move(times);
+  const py::module_ numpy = py::module_::import("numpy");
+  if (t.attr("dtype").attr("kind").cast<std::string>() == "M") t = t - t[py::int_(0)];
+  return t.attr("__truediv__")(numpy.attr("timedelta64")(1, "s"));
+}
+
 /// One channel of real numbers, or the times of a record; Error for anything else that NumPy can hold.
 Eigen::VectorXd samples_from(const py::handle& values, const std::string& name) {
   const py::array any = py::array::ensure(values);
@@ -46,9 +55,13 @@ Eigen::VectorXd samples_from(const py::handle& values, const std::string& name) 
         fmt::format("{} has shape {}: must be one-dimensional", name, py::str(any.attr("shape")).cast<std::string>()));
   if (any.dtype().kind() == 'c')
     throw Error(name + " has complex values: give its real and imaginary part as two channels");
-  if (py::hasattr(values, "mask") && py::module_::import("numpy").attr("any")(values.attr("mask")).cast<bool>())
+  const py::module_ masked = py::module_::import("numpy.ma");  // `mask` is also a method, of a pandas.Series
+  if (py::isinstance(values, masked.attr("MaskedArray")) && masked.attr("is_masked")(values).cast<bool>())
     throw Error(name + " has masked samples: cut the record there, or fill them");
-  const Array numbers = Array::ensure(any);
+  const bool dates = any.dtype().kind() == 'M' || any.dtype().kind() == 'm';
+  if (dates && name != "t")
+    throw Error(fmt::format("{} holds {}: must be numbers", name, py::str(any.dtype()).cast<std::string>()));
+  const Array numbers = Array::ensure(dates && any.size() > 0 ? seconds_from(any) : any);
   if (!numbers) {
     PyErr_Clear();
     throw Error(fmt::format("{} holds {}: must be numbers", name, py::str(any.dtype()).cast<std::string>()));

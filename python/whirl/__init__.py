@@ -9,7 +9,9 @@ All values are SI. A result carries `summary` (status, warnings, what it may be 
 `whirl.Error`, a ValueError whose message names the place, the value and what is allowed; they are also its attributes
 `file` and `line`, or `field`, `value` and `allowed` (None where the message names none).
 """
+import pathlib as _pathlib
 import re as _re
+import tempfile as _tempfile
 
 from ._whirl import (  # noqa: F401
     Controller,
@@ -42,7 +44,6 @@ from ._whirl import (  # noqa: F401
     load,
     modes,
     oma,
-    read,
     regression_methods,
     response,
     run,
@@ -55,6 +56,7 @@ from ._whirl import (  # noqa: F401
     write,
 )
 from ._whirl import _identify
+from ._whirl import read as _read
 from . import plot as _plot
 from .differentiation import FiniteDifference, SmoothingSpline  # noqa: F401
 from .libraries import CustomLibrary, FourierLibrary, PolynomialLibrary, TermLibrary  # noqa: F401
@@ -86,7 +88,22 @@ Run.plot = _plot.run
 SteadyResponse.plot = _plot.steady_response
 
 
+def read(path, *, rate=None, columns=()):
+    """A record from a file: CSV, UFF, ATFX, MAT, HDF5, WAV or LVM, found from its first bytes; or from a
+    pandas.DataFrame whose columns are named like those of a CSV file (t_s, x_mm, ...; the index may be the time, with its
+    name). `rate` in Hz for records without time; `columns` selects and names channels as --columns does.
+    """
+    if not hasattr(path, "to_csv"):
+        return _read(path, rate=rate, columns=_names(columns))
+    with _tempfile.TemporaryDirectory() as folder:
+        file = _pathlib.Path(folder) / "DataFrame.csv"
+        path.to_csv(file, index=isinstance(path.index.name, str))
+        return _read(file, rate=rate, columns=_names(columns))
+
+
 def _recordings(records):
+    if hasattr(records, "to_csv"):
+        raise TypeError("a DataFrame is no whirl.Recording: whirl.read(frame) makes one of columns such as t_s, x_mm, beta_rad")
     if isinstance(records, (str, bytes)) or not hasattr(records, "__iter__"):
         raise TypeError(f"{records!r} is no whirl.Recording: read a file with whirl.read, or make one of arrays")
     records = list(records)

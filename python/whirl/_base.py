@@ -1,4 +1,5 @@
 """What scikit-learn asks of an estimator, with or without scikit-learn."""
+import warnings
 
 try:  # scikit-learn is optional: with it the estimator can be cloned, searched over and put into pipelines
     from sklearn.base import BaseEstimator
@@ -16,3 +17,35 @@ except ImportError:  # pragma: no cover
             for name, value in params.items():
                 setattr(self, name, value)
             return self
+
+
+def frame_names(x):
+    """The column names of a pandas.DataFrame, as scikit-learn takes them: all text, or none; None without names."""
+    columns = getattr(x, "columns", None)
+    if columns is None:
+        return None
+    names = list(columns)
+    if all(isinstance(name, str) for name in names):
+        return names
+    if any(isinstance(name, str) for name in names):
+        raise TypeError(f"column names {names}: must be all text, or none of them")
+    return None
+
+
+def require_fitted_names(estimator, x):
+    """The columns of x are those of fit, in its order. scikit-learn's words."""
+    fitted, names = getattr(estimator, "feature_names_in_", None), frame_names(x)
+    kind = type(estimator).__name__
+    if fitted is None and names is not None:
+        warnings.warn(f"X has feature names, but {kind} was fitted without feature names")
+    elif fitted is not None and names is None:
+        warnings.warn(f"X does not have valid feature names, but {kind} was fitted with feature names")
+    elif fitted is not None and names != list(fitted):
+        unseen, missing = sorted(set(names) - set(fitted)), sorted(set(fitted) - set(names))
+        text = "The feature names should match those that were passed during fit.\n"
+        for title, some in (("Feature names unseen at fit time:", unseen), ("Feature names seen at fit time, yet now missing:", missing)):
+            if some:
+                text += title + "\n" + "".join(f"- {name}\n" for name in some)
+        if not unseen and not missing:
+            text += "Feature names must be in the same order as they were in fit.\n"
+        raise ValueError(text)

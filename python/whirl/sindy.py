@@ -2,7 +2,7 @@
 import numpy as np
 
 from . import _whirl
-from ._base import BaseEstimator
+from ._base import BaseEstimator, frame_names, require_fitted_names
 from .differentiation import SmoothingSpline
 from .libraries import PolynomialLibrary
 from .optimizers import STLSQ
@@ -24,12 +24,13 @@ class SINDy(BaseEstimator):
     optimizer : STLSQ or SparseRegression, or any object with solve(theta, y) -> coefficients
     feature_library : PolynomialLibrary, FourierLibrary, TermLibrary, CustomLibrary, their sums and products
     differentiation_method : FiniteDifference or SmoothingSpline
-    feature_names : names of the states (and inputs); default x0, x1, ..., u0, ...
+    feature_names : names of the states (and inputs); default: the columns of a pandas.DataFrame where they can be names
+        of variables, else x0, x1, ..., u0, ...
     t_default : sample time where fit is given none, s
     discrete_time : True for maps
 
     Attributes after fit: coefficients_ (states x features), model_ (a whirl.Model, where the terms are text),
-    n_features_in_, feature_names_.
+    n_features_in_, feature_names_, and feature_names_in_ (the columns, when fitted with a DataFrame).
     """
 
     def __init__(self, optimizer=None, feature_library=None, differentiation_method=None, feature_names=None,
@@ -44,8 +45,16 @@ class SINDy(BaseEstimator):
     # -- fitting
 
     def fit(self, x, t=None, x_dot=None, u=None):
-        """x: samples x states, or a list of such trajectories; t: sample time or times (one for all, or a list)."""
-        several = isinstance(x, (list, tuple)) and len(x) > 0 and np.ndim(x[0]) > 0 and not np.isscalar(x[0][0])
+        """x: samples x states (array or pandas.DataFrame), or a list of such trajectories; t: sample time or times (one
+        for all, or a list), in s or as dates."""
+        several = isinstance(x, (list, tuple)) and len(x) > 0 and (np.ndim(x[0]) > 1 or hasattr(x[0], "toarray"))
+        columns, input_columns = [frame_names(part) for part in (x if several else [x])], frame_names(u[0] if several and u is not None else u)
+        if any(names != columns[0] for names in columns):
+            raise ValueError(f"trajectories have the columns {columns}: must be the same")
+        if columns and columns[0] is not None:
+            self.feature_names_in_ = np.asarray(columns[0], dtype=object)
+        elif hasattr(self, "feature_names_in_"):
+            del self.feature_names_in_
         trajectories = [_states(part) for part in (x if several else [x])]
         k = len(trajectories)
         inputs = [None if part is None else _states(part, "u") for part in _each(u, several, k)]
@@ -65,7 +74,7 @@ class SINDy(BaseEstimator):
                 raise ValueError("x_dot: every trajectory needs its rates, or none")
             if rate is not None and rate.shape != data.shape:
                 raise ValueError(f"x_dot has shape {rate.shape}: must be {data.shape}")
-        names = list(self.feature_names) if self.feature_names is not None else []
+        names = list(self.feature_names) if self.feature_names is not None else _variables(columns[0], input_columns if m else [])
         _check_has(self.optimizer, "optimizer", "solve", "STLSQ() or SparseRegression()")
         _check_has(self.differentiation_method, "differentiation_method", "differentiate", "FiniteDifference() or SmoothingSpline()")
         _check_has(self.feature_library, "feature_library", "evaluate", "PolynomialLibrary() or another library")
@@ -99,10 +108,11 @@ class SINDy(BaseEstimator):
         if t is None:
             return float(self.t_default)
         if np.ndim(t) == 0:
+            t = float(_seconds(t))
             if not 0 < t < np.inf:
                 raise ValueError(f"t = {t}: the sample time must be positive and finite")
             return float(t)
-        t = np.asarray(t, dtype=float)
+        t = _seconds(t)
         if t.shape != (samples,):
             raise ValueError(f"t has shape {t.shape}: must be ({samples},), one time per sample")
         if samples < 2:
@@ -153,6 +163,11 @@ class SINDy(BaseEstimator):
 
     def predict(self, x, u=None):
         """Rates (maps: next values) at the rows of x."""
+        if hasattr(x, "columns") or "feature_names_in_" in self.__dict__:
+            require_fitted_names(self, x)
+        return self._rates(x, u)
+
+    def _rates(self, x, u=None):
         if self.__dict__.get("_compiled") is not None:
             return self._compiled.predict(x, u)
         self._check_fitted()
@@ -167,7 +182,7 @@ class SINDy(BaseEstimator):
         self._check_fitted()
         samples = int(t) if np.ndim(t) == 0 else len(t)
         dt = 1.0 if np.ndim(t) == 0 else self._step(t, samples)
-        times = np.arange(samples) * dt if np.ndim(t) == 0 else np.asarray(t, dtype=float)
+        times = np.arange(samples) * dt if np.ndim(t) == 0 else _seconds(t)
         if callable(u):
             u = np.array([np.atleast_1d(u(time)) for time in times])
         drive = None if u is None else _states(u, "u")
@@ -188,18 +203,19 @@ class SINDy(BaseEstimator):
             middle = None if drive is None else 0.5 * (a + b)
             state = out[k:k + 1]
             if self.discrete_time:
-                out[k + 1] = self.predict(state, a)[0]
+                out[k + 1] = self._rates(state, a)[0]
                 continue
-            r1 = self.predict(state, a)
-            r2 = self.predict(state + dt / 2 * r1, middle)
-            r3 = self.predict(state + dt / 2 * r2, middle)
-            r4 = self.predict(state + dt * r3, b)
+            r1 = self._rates(state, a)
+            r2 = self._rates(state + dt / 2 * r1, middle)
+            r3 = self._rates(state + dt / 2 * r2, middle)
+            r4 = self._rates(state + dt * r3, b)
             out[k + 1] = (state + dt / 6 * (r1 + 2 * r2 + 2 * r3 + r4))[0]
         return out
 
     def score(self, x, t=None, x_dot=None, u=None):
         """R^2 of the predicted rates (maps: next values), mean over states; 1 is perfect."""
         self._check_fitted()
+        require_fitted_names(self, x)
         data = _states(x)
         drive = None if u is None else _states(u, "u")
         if self.discrete_time:
@@ -209,7 +225,7 @@ class SINDy(BaseEstimator):
         else:
             method = self.differentiation_method if self.differentiation_method is not None else SmoothingSpline()
             data, target, rows = method.differentiate(data, self._step(t, len(data)))
-        error = target - self.predict(np.ascontiguousarray(data), None if drive is None else drive[rows])
+        error = target - self._rates(np.ascontiguousarray(data), None if drive is None else drive[rows])
         spread = ((target - target.mean(axis=0)) ** 2).sum(axis=0)
         return float(np.mean(1 - (error**2).sum(axis=0) / np.where(spread > 0, spread, 1)))
 
@@ -274,6 +290,23 @@ def _states(x, name="x"):
     if not np.isfinite(x).all():
         raise ValueError(f"{name} contains NaN or infinity")
     return x
+
+
+def _seconds(t):
+    """Times as numbers in s; dates count from the first one, which a cast would take for nanoseconds."""
+    t = np.asarray(t)
+    if t.dtype.kind == "M":
+        t = t - t.flat[0]
+    return t / np.timedelta64(1, "s") if t.dtype.kind == "m" else np.asarray(t, dtype=float)
+
+
+def _variables(columns, inputs):
+    """Names for the variables from the columns of frames; none where one cannot stand in a formula."""
+    if columns is None or inputs is None:
+        return []
+    names = columns + inputs
+    usable = all(name.isidentifier() and name not in _TAKEN for name in names) and len(set(names)) == len(names)
+    return names if usable else []
 
 
 def _each(value, several, count):
