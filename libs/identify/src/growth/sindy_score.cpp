@@ -58,8 +58,9 @@ Eigen::MatrixXd predict(const IdentifiedModel& model, const Recording& record) {
 ModelRun simulate(const IdentifiedModel& model, const Recording& record) {
   if (detail::needs_trajectory(model, record)) return detail::simulate_trajectory(model, record);
   const CompiledModel compiled(model);
-  return simulate(compiled, half_grid_inputs(compiled, record), smoothed_states(compiled, record).row(0), record.dt,
-                  record.size());
+  const int steps = compiled.discrete() ? 1 : input_steps_of(model);
+  return simulate(compiled, half_grid_inputs(compiled, record, steps), smoothed_states(compiled, record).row(0),
+                  record.dt, record.size());
 }
 
 namespace {
@@ -106,7 +107,11 @@ void fit_starts(const IdentifiedModel& model, const Recording& record, const Eig
 }  // namespace
 
 PartwiseScore::PartwiseScore(const IdentifiedModel& model, double horizon, double period)
-    : model_(model), compiled_(model), horizon_(horizon), period_(period), steps_(input_steps_of(model)) {}
+    : model_(model),
+      compiled_(model),
+      horizon_(horizon),
+      period_(period),
+      steps_(compiled_.discrete() ? 1 : input_steps_of(model)) {}
 
 void PartwiseScore::add(const Recording& part) {
   if (part.size() == 0) return;

@@ -249,7 +249,10 @@ int input_steps(Eigen::Index rows, Eigen::Index samples) {
   return rows > 1 && (rows - 1) % pairs == 0 ? static_cast<int>((rows - 1) / pairs) : 0;
 }
 
-int input_steps_of(const IdentifiedModel& model) { return model.timing.empty() ? 1 : 8; }
+int input_steps_of(const IdentifiedModel& model) {
+  const bool time_alone = model.inputs.size() == 1 && model.inputs.front() == "t";
+  return model.timing.empty() && !time_alone ? 1 : 8;
+}
 
 ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::MatrixXd>& inputs,
                   const Eigen::Ref<const Eigen::VectorXd>& start, double dt, Eigen::Index samples, double limit,

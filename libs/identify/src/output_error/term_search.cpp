@@ -30,7 +30,7 @@ TermSearch::TermSearch(const IdentifiedModel& model, const Candidates& candidate
 }
 
 bool TermSearch::take_finer_steps(IdentifiedModel& model) {
-  if (options_.inputs.empty() || steps_ >= kMostSteps || coarse_suits_) return false;
+  if (compiled_.inputs().empty() || steps_ >= kMostSteps || coarse_suits_) return false;
   const auto cut_at = [&](int steps) {
     std::vector<FreeRun> runs = cut(steps);
     for (std::size_t k = 0; k < runs.size(); ++k) runs[k].start = runs_[k].start;

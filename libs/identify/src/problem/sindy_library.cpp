@@ -13,6 +13,7 @@
 #include "evidence/compare_all.hpp"
 #include "evidence/record_quality.hpp"
 #include "evidence/sindy_verdict.hpp"
+#include "output_error/substeps.hpp"
 #include "problem/sindy_prepare.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/evidence.hpp"
@@ -250,10 +251,13 @@ class LibraryFit {
     for (const detail::Stretch& s : data_.stretches()) longest = std::max(longest, s.samples());
     Eigen::Index length =
         std::min(longest, std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / data_.rate() / dt)));
+    int steps = 1;  // a sample, of driven systems
+    const auto runs_at = [&](Eigen::Index at, int with) {
+      return detail::cut_runs(CompiledModel(model_), data_.stretches(), o, at, kMostSamples, with);
+    };
     const auto refined_at = [&](Eigen::Index at) {
-      const CompiledModel compiled(model_);
       options.ties = ties_;
-      return refine_free_run(model_, detail::cut_runs(compiled, data_.stretches(), o, at, kMostSamples), dt, options);
+      return refine_free_run(model_, runs_at(at, steps), dt, options);
     };
     Refined best = refined_at(length);
     while (best.starts.empty() && length > 20) best = refined_at(length /= 2);
@@ -262,6 +266,21 @@ class LibraryFit {
       return;
     }
     take(best);
+    const auto take_finer_steps = [&] {
+      if (model_.inputs.empty() || steps >= kMostSteps) return false;
+      options.ties = ties_;
+      const auto begun = [&](int with) {
+        std::vector<FreeRun> runs = runs_at(length, with);
+        for (std::size_t k = 0; k < runs.size(); ++k) runs[k].start = best.starts[k];
+        return runs;
+      };
+      detail::FinerSteps finer = detail::finer_steps(model_, begun, steps, dt, options);
+      if (finer.steps == steps) return false;
+      steps = finer.steps;
+      take(best = std::move(finer.fit));
+      return true;
+    };
+    take_finer_steps();
     for (;;) {
       if (length < longest) {  // longer runs hold more information, kept while the model follows
         Refined next = refined_at(std::min(4 * length, longest));
@@ -272,7 +291,10 @@ class LibraryFit {
           continue;
         }
       }
-      if (!drop_weakest(best.covariance)) break;
+      if (!drop_weakest(best.covariance)) {
+        if (take_finer_steps()) continue;
+        break;
+      }
       write_equations();
       best = refined_at(length);
       if (best.starts.empty()) {
@@ -285,6 +307,9 @@ class LibraryFit {
     model_.summary.chi_square = best.rmse * best.rmse;
     model_.summary.residual = best.rmse;
     if (!best.converged) model_.summary.warn("the refinement on free runs did not converge");
+    if (steps > 1) {
+      for (const std::string& u : o.inputs) model_.timing.push_back({u, Hold::band_limited, {0, 0, 0, 0}});
+    }
     detail::judge_refined(data_, weights, {static_cast<double>(length) * dt, best.output_rmse, {}}, least_, model_);
   }
 
@@ -320,6 +345,7 @@ class LibraryFit {
   }
 
   static constexpr Eigen::Index kMostSamples = 100000;
+  static constexpr int kMostSteps = 16;
 
   const detail::SindyData& data_;
   const expr::CandidateLibrary& library_;

@@ -73,7 +73,7 @@ rotor::Response simulate_rotor(const IdentifiedModel& model, const AngleSignal& 
 /// Steps a sample that so many rows of inputs are for; 0: for no whole number of them.
 int input_steps(Eigen::Index rows, Eigen::Index samples);
 /// Steps a sample for free runs of a model over inputs between their samples: one, or 8 where its inputs act there
-/// (`timing`).
+/// (`timing`) or time is the only one.
 int input_steps_of(const IdentifiedModel& model);
 
 /// Inputs of a rotor model from the angle: X5 = beta, X6 = beta', X7 = beta'', t; midpoints are the angle's own.
