@@ -63,11 +63,14 @@ void try_faults(const Writer& w) {
   ASSERT_GE(n[1], 1) << "nothing was flushed to the disk";
   const std::pair<const char*, long> faults[] = {{"enospc", n[0]}, {"eio", 1},       {"fsync", 1},
                                                  {"rename", 1},    {"memory", n[3]}, {"kill", n[0]}};
+  int tried = 0, refused = 0;
   for (const auto& [kind, at] : faults) {
     if (at == 0) continue;
+    ++tried;
     folder.write(w.file, "OLD");
     const Outcome o = with("WHIRL_FAULT=" + std::string(kind) + ":" + std::to_string(at));
     const std::string now = slurp(folder / w.file), what = std::string(kind) + "\n" + o.err;
+    refused += o.exit_code > 1;
     if (o.exit_code <= 1) {
       EXPECT_GT(now.size(), 20u) << what << ": success, but no file";
     } else if (std::string(kind) == "kill") {
@@ -83,6 +86,7 @@ void try_faults(const Writer& w) {
   }
   // What a kill left, the next run is not disturbed by.
   EXPECT_LE(with("").exit_code, 1);
+  fmt::print("{}: {} faults, {} refused\n", w.arguments, tried, refused);
 }
 
 TEST(OutputCommandsE2e, AFaultIsToldAndTheOldFileStays) {
