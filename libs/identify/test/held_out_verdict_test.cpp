@@ -6,6 +6,7 @@
 #include "whirl/expr/library.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/testing/oscillators.hpp"
+#include "whirl/testing/systems/short_decays.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -38,6 +39,20 @@ TEST_P(SecondOrderProperty, OscillatorsFromNoisyFinelySampledRecords) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Noise, SecondOrderProperty, ::testing::Values(0.0, 0.01, 0.05));
+
+// The last third of a decay that is over holds noise: what its scatter leaves is no error of the model.
+TEST(HeldOutVerdictProperty, PartWithoutMotionRefusesNoModel) {
+  const testing::ShortDecay d = testing::short_decays()[1];
+  int said = 0;
+  for (const std::uint64_t seed : {201u, 202u, 203u, 204u, 205u, 206u, 207u, 208u}) {
+    IdentifyOptions options;
+    options.method = Method::sindy;
+    const Identification found = identify(testing::short_decay_record(d, 0.02, seed), options);
+    EXPECT_NE(found.summary.status, Status::unusable) << found.summary.warnings.back();
+    said += found.summary.trust.find("holds hardly more than noise") != std::string::npos;
+  }
+  EXPECT_GE(said, 6);
+}
 
 /// Oscillator whose spring is another one in the last quarter of the record.
 Recording broken_record(unsigned seed, double last) {

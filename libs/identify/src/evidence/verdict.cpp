@@ -24,9 +24,12 @@ bool judge_chi_square(double chi_square, const std::string& consequence, Summary
 
 void judge_held_out(const HeldOut& held, Summary& summary) {
   constexpr double kUnusable = 0.5, kSeen = 0.02;
+  // What is left may exceed the noise by this only because both are estimates of few samples.
+  constexpr double kScatter = 1.3;
   if (summary.status == Status::unusable) return;
   if (!held.reason.empty()) summary.warn(fmt::format("no prediction of {}: {}", held.what, held.reason));
   double worst = 0;
+  bool moves = false;
   const StateScore* missed = nullptr;
   for (const StateScore& s : held.horizon > 0 ? held.near : held.scores) {
     if (!std::isfinite(s.rmse)) {
@@ -37,7 +40,8 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
     const double beyond = std::sqrt(std::max(0.0, s.rmse * s.rmse - s.noise * s.noise));
     const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : INFINITY;
     const double motion = std::sqrt(std::max(spread * spread - s.noise * s.noise, 1e-2 * spread * spread));
-    worst = std::max(worst, beyond / motion);
+    moves = moves || !(spread <= kScatter * s.noise);
+    if (!(s.noise > 0 && s.rmse <= kScatter * s.noise)) worst = std::max(worst, beyond / motion);
     if (missed == nullptr && s.noise > 0 && s.rmse > 2 * s.noise && beyond > kSeen * motion) missed = &s;
   }
   if (worst > kUnusable) {
@@ -50,6 +54,8 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
                     missed->state, held.what, missed->rmse, missed->rmse / missed->noise));
     set_trust("Do not trust this model beyond these records: it does not predict a part held out to the noise.",
               summary);
+  } else if (!held.scores.empty() && !moves) {
+    set_trust(fmt::format("{} Nothing tests it: {} holds hardly more than noise.", summary.trust, held.what), summary);
   }
 }
 
