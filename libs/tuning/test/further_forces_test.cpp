@@ -5,6 +5,7 @@
 
 #include "whirl/control/controller.hpp"
 #include "whirl/testing/control/controlled_machine.hpp"
+#include "whirl/testing/control/identified_machine.hpp"
 #include "whirl/tuning/design.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 #include "whirl/tuning/monte_carlo.hpp"
@@ -13,39 +14,10 @@ namespace whirl::tuning {
 namespace {
 
 using testing::Machine;
+using testing::machine;
 constexpr double kMass = 1.5, kSeconds = 8, kStartHz = 30;
 
-Machine machine() {
-  Machine m;
-  m.k = 5700, m.cubic = 1.5e8, m.c = 3, m.e = 1e-4, m.e_phase = 0.7;
-  return m;
-}
-
-/// The machine as `whirl identify` writes it.
-IdentifiedModel identified(const Machine& m) {
-  IdentifiedModel model;
-  model.method = "weak";
-  RotorModel r;
-  r.k1 = m.k, r.k2 = m.cubic, r.c = m.c, r.gain = 1 / kMass;
-  r.eps = std::polar(m.e, m.e_phase);
-  model.rotor = r;
-  const auto add = [&](const char* name, double value) {
-    if (value != 0) model.parameters.emplace_back(name, Estimate::from_sd(value, 0));
-  };
-  add("k3", m.quintic);
-  add("k2_axis", m.cubic_axis);
-  add("c2", m.quadratic);
-  add("friction", m.dry);
-  if (m.dry != 0) add("friction_speed", 1e-4);  // that of testing/machines.hpp
-  add("gyroscopic", m.gyroscopic);
-  add("c_rotating", m.c_rotating);
-  add("k_cross", m.cross);
-  add("k1_speed", m.k * m.k_with_speed / m.top_speed);
-  add("c_speed", m.c * m.c_with_speed / m.top_speed);
-  add("k1_drift", m.k * m.k_in_time / m.horizon);
-  add("c_drift", m.c * m.c_in_time / m.horizon);
-  return model;
-}
+IdentifiedModel model_of(const Machine& m) { return testing::identified(m, kMass); }
 
 /// Sensors and actuators without error, one tick of computation.
 DesignOptions exact(double kp, double kd) {
@@ -102,12 +74,12 @@ TEST(FurtherForcesReference, TheClosedLoopPeakOfEveryForceIsThatOfAMachineIntegr
   study.stiffness_sd = study.damping_sd = study.unbalance_sd = study.gain_sd = study.rotation_sd = 0;
   for (const Case& c : kCases) {
     Machine m = machine();
-    const ControllerDesign design = untuned_design(identified(m), o);
+    const ControllerDesign design = untuned_design(model_of(m), o);
     const double plain = apart(m, design, run).peak_x;
     c.add(m);
     const double peak = apart(m, design, run).peak_x;
     EXPECT_GT(std::abs(peak / plain - 1), c.least) << c.name;
-    const MonteCarloResult lanes = monte_carlo(design, identified(m), o.hardware, study);
+    const MonteCarloResult lanes = monte_carlo(design, model_of(m), o.hardware, study);
     EXPECT_NEAR(lanes.samples[3].peak, peak, 0.01 * peak) << c.name << " " << plain;
   }
 }
@@ -121,7 +93,7 @@ TEST(FurtherForcesReference, TheLeastGainThatHoldsAnUnstableRotorIsFound) {
   for (const auto& [gyroscopic, cross] : {std::pair{0.0, 0.0}, {0.1, 0.0}, {0.0, 150.0}}) {
     m.gyroscopic = gyroscopic, m.cross = cross;
     const DesignOptions o = exact(0, 30);
-    const ControllerDesign design = untuned_design(identified(m), o);
+    const ControllerDesign design = untuned_design(model_of(m), o);
     double low = 0, high = 1;
     while (high - low > 1e-3) {
       const double middle = 0.5 * (low + high);
@@ -132,12 +104,12 @@ TEST(FurtherForcesReference, TheLeastGainThatHoldsAnUnstableRotorIsFound) {
     ASSERT_GT(low, 0.1);
     MarginOptions margins;
     margins.speeds = 1;  // the top of the profile
-    const std::vector<MarginStudy> found = margin_studies(design, identified(m), o, margins);
+    const std::vector<MarginStudy> found = margin_studies(design, model_of(m), o, margins);
     EXPECT_TRUE(found[0].speeds[0].margins.stable);
     EXPECT_NEAR(found[0].speeds[0].margins.gain_down, low, 0.03 * low) << gyroscopic << " " << cross;
     // With less there is no margin to speak of: it is not stable.
-    const ControllerDesign weak = untuned_design(identified(m), exact(0, 0.8 * 30 * low));
-    EXPECT_FALSE(margin_studies(weak, identified(m), o, margins)[0].speeds[0].margins.stable);
+    const ControllerDesign weak = untuned_design(model_of(m), exact(0, 0.8 * 30 * low));
+    EXPECT_FALSE(margin_studies(weak, model_of(m), o, margins)[0].speeds[0].margins.stable);
   }
 }
 
@@ -150,7 +122,7 @@ TEST(FurtherForcesE2e, ADesignHoldsARotorThatWhirlsByItself) {
   o.fixed.clear();
   o.estimator = "lpf";
   o.evaluations = 30;
-  const ControllerDesign design = tuning::design(identified(m), o);
+  const ControllerDesign design = tuning::design(model_of(m), o);
   ASSERT_EQ(design.margins.at("certified"), 1) << design.summary.warnings.front();
   EXPECT_GT(design.margins.at("gain_margin_down"), 0);
   EXPECT_NE(design.summary.trust.find("rotating damping"), std::string::npos) << design.summary.trust;
@@ -166,7 +138,7 @@ TEST(FurtherForcesE2e, ADesignHoldsARotorThatWhirlsByItself) {
 TEST(FurtherForces, FrictionTooSuddenForTheStepsIsNamed) {
   Machine m = machine();
   m.dry = 0.2;
-  IdentifiedModel model = identified(m);
+  IdentifiedModel model = model_of(m);
   const Hardware h;
   EXPECT_EQ(forces_left_out(model, h), "");
   EXPECT_GT(with_forces(h, model).timing.substeps, 4 - 1);

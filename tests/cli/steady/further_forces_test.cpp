@@ -9,45 +9,14 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
-#include "whirl/testing/machines.hpp"
+#include "whirl/testing/control/identified_machine.hpp"
 
 namespace whirl::testing {
 namespace {
 
 constexpr double kRpm = std::numbers::pi / 30;
 
-/// The machine with these forces as `whirl identify` writes it, every number exact.
-void write_model(const Folder& folder, const Machine& m) {
-  IdentifiedModel model;
-  model.method = "weak";
-  RotorModel r;
-  r.k1 = m.k;
-  r.k2 = m.cubic;
-  r.c = m.c;
-  r.eps = std::polar(m.e, m.e_phase);
-  model.rotor = r;
-  const auto add = [&](const char* name, double value) {
-    if (value != 0) model.parameters.emplace_back(name, Estimate::from_sd(value, 0));
-  };
-  add("k3", m.quintic);
-  add("c2", m.quadratic);
-  add("friction", m.dry);
-  if (m.dry != 0) add("friction_speed", 1e-4);  // that of the machine
-  add("gyroscopic", m.gyroscopic);
-  add("c_rotating", m.c_rotating);
-  add("k_cross", m.cross);
-  io::save(folder / "model.json", model);
-}
-
-Machine machine() {
-  Machine m;
-  m.k = 5700;
-  m.cubic = 1.5e8;
-  m.c = 3;
-  m.e = 1e-4;
-  m.e_phase = 0.7;
-  return m;
-}
+void write_model(const Folder& folder, const Machine& m) { io::save(folder / "model.json", identified(m)); }
 
 double peak(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
   return (x.array().square() + y.array().square()).sqrt().maxCoeff();
