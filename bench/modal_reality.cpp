@@ -11,6 +11,7 @@
 #include "whirl/modal/frf.hpp"
 #include "whirl/testing/drifting_blows.hpp"
 #include "whirl/testing/modal/drawn_structure.hpp"
+#include "whirl/testing/modal/windowed_random.hpp"
 #include "whirl/testing/nonlinear_blows.hpp"
 #include "whirl/testing/roving.hpp"
 
@@ -117,6 +118,15 @@ int main(int argc, char** argv) {
     }
     total.print(name.c_str());
     if (total.sets > 0) fmt::print("| taken as structural {}, said to look structural {} of {}\n", taken, told, seeds);
+  }
+  for (const bool hann : {false, true}) {
+    const std::string name = hann ? "random force, Hann window" : "random force, whole periods";
+    Total total;
+    for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
+      const auto data = whirl::testing::make_random_test({.hann = hann, .seed = static_cast<unsigned>(seed)});
+      timed(name.c_str(), data.frf, poles_of(data.frequency, data.damping), total);
+    }
+    total.print(name.c_str());
   }
   Total drift;
   for (int seed = 1; seed <= seeds && wanted("drift"); ++seed) {

@@ -1,9 +1,11 @@
 // Modes from ambient records, against a structure of known modes.
 #include "whirl/modal/oma.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "whirl/core/error.hpp"
+#include "whirl/modal/fdd.hpp"
 #include "whirl/modal/poles.hpp"
 #include "whirl/testing/ambient.hpp"
 #include "whirl/testing/damaged_channels.hpp"
@@ -55,6 +57,24 @@ TEST(OmaProperty, FiveAmbientRecordsShowEveryModeAndBothTones) {
   // 40 intervals at 95 %.
   EXPECT_GE(score.frequency, 34);
   EXPECT_GE(score.damping, 34);
+}
+
+// Their peaks were modes of the enhanced frequency domain decomposition, one without a damping.
+TEST(OmaProperty, DecompositionInTheFrequencyDomainListsNoTone) {
+  for (unsigned seed = 31; seed <= 34; ++seed) {
+    const auto truth = make_ambient({.structure = 5, .seed = seed});
+    const whirl::modal::AmbientModes found = whirl::modal::decompose_ambient(truth.recording);
+    EXPECT_GE(found.modes.size(), 4u);
+    for (const whirl::modal::AmbientMode& mode : found.modes) {
+      EXPECT_GT(std::abs(mode.frequency - 14), 0.2) << seed;
+      EXPECT_GT(std::abs(mode.frequency - 28), 0.2) << seed;
+    }
+    EXPECT_THAT(found.summary.warnings, ::testing::Contains(::testing::HasSubstr("14 Hz is a tone, not a mode")));
+    EXPECT_THAT(found.summary.warnings, ::testing::Contains(::testing::HasSubstr("28 Hz is a tone, not a mode")));
+    const auto quiet = make_ambient({.tones = {}, .structure = 5, .seed = seed});
+    EXPECT_THAT(whirl::modal::decompose_ambient(quiet.recording).summary.warnings,
+                ::testing::Not(::testing::Contains(::testing::HasSubstr("is a tone"))));
+  }
 }
 
 // Few modes on few channels: poles that come back over the orders by chance, and modes that two poles share.

@@ -151,7 +151,7 @@ void show_fdd(const Recording& record, const modal::FddOptions& options, const s
   io::Json::Array modes;
   for (const modal::AmbientMode& mode : found.modes) {
     table.add({fmt::format("{}", table.rows.size() + 1), fmt::format("{:.4f}", mode.frequency),
-               fmt::format("{:.3f}", 100 * mode.damping),
+               std::isnan(mode.damping) ? "-" : fmt::format("{:.3f}", 100 * mode.damping),
                fmt::format("{:.3f}", modal::mode_complexity(mode.shape).mpc)});
     io::Json entry = io::Json::object();
     entry.set("frequency", mode.frequency).set("damping", mode.damping).set("shape", shape_json(mode.shape));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "tones.hpp"
 #include "usable_record.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -87,6 +88,22 @@ long sum_spectra(const Recording& recording, const Eigen::VectorXd& window, std:
   return averages;
 }
 
+/// The record without its tones, each a warning. A tone is a peak of one line, whose bell would be that of the window.
+Recording without_tones(Recording recording, double low, double high, Summary& summary) {
+  const auto channels = static_cast<Index>(recording.channels.size());
+  Eigen::MatrixXd y(recording.size(), channels);
+  for (Index c = 0; c < channels; ++c) {
+    const Eigen::VectorXd& samples = recording.channels[static_cast<std::size_t>(c)].samples;
+    y.col(c) = samples.array() - samples.mean();
+  }
+  for (Tone& tone : find_tones(y, recording.dt, low, high)) {
+    subtract_tone(y, recording.dt, tone);
+    summary.warn(fmt::format("{:.5g} Hz is a tone, not a mode: {}", tone.frequency, tone.evidence));
+  }
+  for (Index c = 0; c < channels; ++c) recording.channels[static_cast<std::size_t>(c)].samples = y.col(c);
+  return recording;
+}
+
 /// Share of the peak at line k over the walk down to either side before anything higher.
 double prominence(const Eigen::VectorXd& first, Index k) {
   double left = first[k], right = first[k];
@@ -100,9 +117,11 @@ double prominence(const Eigen::VectorXd& first, Index k) {
 AmbientModes decompose_ambient(const Recording& given, const FddOptions& options) {
   given.check();
   AmbientModes result;
-  const Recording recording = usable_record(given, result.summary);
-  const auto channels = static_cast<Index>(recording.channels.size());
+  Recording recording = usable_record(given, result.summary);
   const Index block = block_of(recording, options);
+  const double high = options.band_high > 0 ? options.band_high : 0.4 * recording.rate();
+  recording = without_tones(std::move(recording), options.band_low, high, result.summary);
+  const auto channels = static_cast<Index>(recording.channels.size());
   for (const Channel& c : recording.channels) result.channels.push_back(c.name);
   Eigen::VectorXd window(block), lag_window = Eigen::VectorXd::Zero(block);
   for (Index i = 0; i < block; ++i)
@@ -124,7 +143,6 @@ AmbientModes decompose_ambient(const Recording& given, const FddOptions& options
   }
 
   const Eigen::VectorXd first = result.singular_values.col(0);
-  const double high = options.band_high > 0 ? options.band_high : 0.4 * recording.rate();
   const Index low_line = std::max<Index>(3, static_cast<Index>(std::ceil(options.band_low / line)));
   const Index high_line = std::min(lines - 4, static_cast<Index>(high / line));
   const double factor = std::pow(10, options.prominence / 10);

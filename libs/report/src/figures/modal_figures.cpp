@@ -58,11 +58,14 @@ Figure frequency_response(const FrequencyResponse& response, Index channel, cons
   const Axis x{"frequency", kHertz};
 
   // Of another program's file neither estimator nor averages are known.
-  const std::string force = c.reference.find("force") != std::string::npos ? c.reference : "force at " + c.reference;
-  const std::string made =
-      response.averages > 0 ? fmt::format(", {} of {} averages", to_string(response.estimator), response.averages) : "";
+  const std::string force = c.reference.empty()                              ? ""
+                            : c.reference.find("force") != std::string::npos ? " per " + c.reference
+                                                                             : " per force at " + c.reference;
+  const std::string made = response.averages > 0 ? fmt::format(", {}, {} average{}", to_string(response.estimator),
+                                                               response.averages, response.averages == 1 ? "" : "s")
+                                                 : "";
   Panel& top = figure.panel(
-      fmt::format("{} per {}{}", c.response, force, made), x,
+      fmt::format("{}{}{}", c.response, force, made), x,
       {std::string(to_string(response.kind)), {std::string(frf_unit(response.kind)), 1}, Scale::logarithmic});
   top.line("measured", f, magnitude(c.value), {.color = 7});
   if (reconstruction.size() > 0) {

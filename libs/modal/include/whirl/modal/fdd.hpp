@@ -32,7 +32,9 @@ struct AmbientModes {
 /// Frequency domain decomposition (Brincker, Zhang, Andersen, 2001): singular values of the cross-spectral matrix of
 /// all channels, averaged over Hann blocks. Peaks of the first are modes, its vector there the shape. Frequency and
 /// damping come from the decay of the bell's autocorrelation (enhanced FDD), which is freed of the lag window of the
-/// Hann blocks. Damping assumes white excitation. Channels must be of one quantity. Throws Error for too short records.
+/// Hann blocks. Damping assumes white excitation.
+/// Tones are taken off the record first, each with a warning. Channels must be of one quantity. Throws Error for too
+/// short records.
 AmbientModes decompose_ambient(const Recording& recording, const FddOptions& options = {});
 
 }  // namespace whirl::modal
