@@ -71,10 +71,11 @@ DiskMotion Controller::at_effect(const DiskMotion& now, double omega) const noex
   }
   DiskMotion s = now;
   if (fraction_ > 0) s = predict_motion(settings_.model, s, past(whole_delay_ + 1), omega, fraction_ * h);
-  for (int i = whole_delay_; i >= 1; --i) s = predict_motion(settings_.model, s, past(i), omega, h);
+  const std::complex<double> quarter = unit_phasor(0.25 * omega * h), half = product(quarter, quarter);
+  for (int i = whole_delay_; i >= 1; --i) s = predict_motion(settings_.model, s, past(i), half, h);
   // The force of this very step is not known yet: over half the hold the last one stands for it, turned with
   // the rotor because most of it is synchronous.
-  return predict_motion(settings_.model, s, product(past(1), unit_phasor(omega * h)), omega, 0.5 * h);
+  return predict_motion(settings_.model, s, product(past(1), product(half, half)), quarter, 0.5 * h);
 }
 
 void Controller::watch(const EstimatorInput& in, std::complex<double> turn) noexcept {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace whirl::control {
 namespace {
@@ -49,10 +50,16 @@ void ForceCheck::reset() noexcept {
 
 // The same poles for all signals, side by side in vector registers.
 void ForceCheck::low_pass(Signals& in) noexcept {
+  typedef double Vector __attribute__((vector_size(sizeof(Signals))));
+  Vector now;
+  std::memcpy(&now, in.data(), sizeof now);
   for (Signals& state : filter_) {
-    for (std::size_t i = 0; i < in.size(); ++i) state[i] += share_ * (in[i] - state[i]);
-    in = state;
+    Vector kept;
+    std::memcpy(&kept, state.data(), sizeof kept);
+    now = kept + share_ * (now - kept);
+    std::memcpy(state.data(), &now, sizeof now);
   }
+  std::memcpy(in.data(), &now, sizeof now);
 }
 
 // u as it was about 8 ms ago, in blocks of about a millisecond.

@@ -284,6 +284,15 @@ struct BatchRig<Lanes>::State {
     }
   }
 
+  // One tick of a rotor that nothing holds and nobody reads: the structure answers the force alone.
+  void coast() noexcept {
+    const RigTables& t = *tables;
+    if (ticks_done >= t.angle->ticks) return;
+    const rotor::LateralInput<double>* f = &t.angle->forcing[static_cast<std::size_t>(2 * steps)];
+    for (int i = 0; i < t.parameters.timing.substeps; ++i, f += 2, ++steps) step(f);
+    ++ticks_done;
+  }
+
   void advance() noexcept {
     const RigTables& t = *tables;
     if (ticks_done >= t.angle->ticks) return;
@@ -332,6 +341,10 @@ void BatchRig<Lanes>::write(const Lane& ux, const Lane& uy) noexcept {
 template <int Lanes>
 void BatchRig<Lanes>::advance() noexcept {
   state_->advance();
+}
+template <int Lanes>
+void BatchRig<Lanes>::coast() noexcept {
+  state_->coast();
 }
 template <int Lanes>
 bool BatchRig<Lanes>::done() const noexcept {

@@ -34,14 +34,23 @@ ModeMap mode_map(const RigMode& mode, double mass, double bandwidth, double time
   return {e(0, 0), e(0, 1), e(0, 2), e(0, 3), e(1, 0), e(1, 1), e(1, 2), e(1, 3)};
 }
 
-// Surface error under the x sensor and, a quarter turn behind, under the y sensor; `turn` is e^{i beta}.
-rotor::LateralInput<double> surface_error(const RigLaser& laser, std::complex<double> turn) {
-  const std::complex<double> a1 = std::polar(laser.runout_1x, laser.runout_phase_1x) * turn;
-  const std::complex<double> a2 = std::polar(laser.runout_2x, laser.runout_phase_2x) * turn * turn;
-  const std::complex<double> a3 = std::polar(laser.runout_3x, laser.runout_phase_3x) * turn * turn * turn;
-  // e^{-i k pi/2}: -i, -1, i.
-  return {a1.real() + a2.real() + a3.real(), a1.imag() - a2.real() - a3.imag()};
-}
+// Surface error under the x sensor and, a quarter turn behind, under the y sensor.
+class Surface {
+ public:
+  explicit Surface(const RigLaser& laser)
+      : once_(std::polar(laser.runout_1x, laser.runout_phase_1x)),
+        twice_(std::polar(laser.runout_2x, laser.runout_phase_2x)),
+        thrice_(std::polar(laser.runout_3x, laser.runout_phase_3x)) {}
+  /// `turn` is e^{i beta}.
+  rotor::LateralInput<double> error(std::complex<double> turn) const {
+    const std::complex<double> a1 = once_ * turn, a2 = twice_ * turn * turn, a3 = thrice_ * turn * turn * turn;
+    // e^{-i k pi/2}: -i, -1, i.
+    return {a1.real() + a2.real() + a3.real(), a1.imag() - a2.real() - a3.imag()};
+  }
+
+ private:
+  std::complex<double> once_, twice_, thrice_;
+};
 
 // Encoder counts followed by a third-order tracking loop with three equal poles: no lag at constant
 // acceleration.
@@ -177,7 +186,8 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   }
 
   not_disk.reserve(angle->sensor_turn.size());
-  for (const std::complex<double>& turn : angle->sensor_turn) not_disk.push_back(surface_error(p.laser, turn));
+  const Surface surface(p.laser);
+  for (const std::complex<double>& turn : angle->sensor_turn) not_disk.push_back(surface.error(turn));
   for (const ForcedMode& mode : model.modes) add_forced_mode(mode, *angle, first.omega, not_disk);
   for (int i = 1; i <= p.timing.substeps; ++i) {
     std::vector<ModeMap>& maps = mode_maps.emplace_back();

@@ -104,6 +104,16 @@ TEST(BatchRigProperty, LanesOfDifferentRigsEqualTheScalarRigs) {
   EXPECT_THROW(BatchRig<16>(tables, seeds), Error);
 }
 
+TEST(BatchRigProperty, CoastingIsARunWithoutForceToTheLastBit) {
+  const auto tables = make_rig_tables({});
+  BatchRig<16> run(tables, 3), coast(tables, 3);
+  for (; !run.done(); run.advance(), coast.coast()) {
+    ASSERT_EQ(run.true_x().v, coast.true_x().v);
+    ASSERT_EQ(run.true_y().v, coast.true_y().v);
+  }
+  EXPECT_TRUE(coast.done());
+}
+
 TEST(BatchRig, RestartRepeatsAndLimitsHold) {
   BatchRig<8> batch(make_rig_tables({}), 3);
   LaneArray<8> u, zero;

@@ -121,6 +121,34 @@ std::vector<Pole> of_poles(const io::JsonReader& in) {
   return out;
 }
 
+/// A key that nobody reads would be a number that changes nothing.
+void require_keys(const io::JsonReader& in, bool matrices) {
+  for (const auto& [key, value] : in.members()) {
+    const bool free = key == "schema" || key == "comment" || key == "provenance" || key == "eccentricity_m" ||
+                      key == "eccentricity_phase_rad";
+    const bool form =
+        matrices ? key == "A" || key == "B" || key == "C" || key == "D" : key == "poles" || key == "residues";
+    if (free || form) continue;
+    throw in.error(fmt::format("key '{}': must be {}, eccentricity_m, eccentricity_phase_rad or comment", key,
+                               matrices ? "A, B, C, D" : "poles, residues"));
+  }
+}
+
+/// One pole for those that coincide: their residues add up.
+std::vector<Pole> merged(const std::vector<Pole>& poles) {
+  std::vector<Pole> out;
+  for (const Pole& p : poles) {
+    const auto same =
+        std::ranges::find_if(out, [&](const Pole& o) { return std::abs(o.pole - p.pole) < 1e-9 * std::abs(p.pole); });
+    if (same == out.end()) {
+      out.push_back(p);
+    } else {
+      same->residue += p.residue;
+    }
+  }
+  return out;
+}
+
 ModalModel modal_of(const std::vector<Pole>& poles, const io::JsonReader& in) {
   ModalModel modal;
   for (const Pole& p : poles) {
@@ -128,6 +156,7 @@ ModalModel modal_of(const std::vector<Pole>& poles, const io::JsonReader& in) {
     if (!(p.pole.real() < 0)) {
       throw in.error(fmt::format("{} is not stable: real part {:.4g} 1/s", name, p.pole.real()));
     }
+    if (!(std::abs(p.residue) > 0)) throw in.error(name + ": residue 0; the force moves nothing that the sensor sees");
     if (!(std::abs(p.residue.real()) <= 0.05 * std::abs(p.residue.imag()))) {
       throw in.error(fmt::format("{}: residue {:.3g}{:+.3g}i; that of a displacement by a force is imaginary", name,
                                  p.residue.real(), p.residue.imag()));
@@ -154,7 +183,8 @@ LinearPlant read_plant(const io::Json& document, const std::filesystem::path& fi
   const io::JsonReader in(document, file.string());
   in.require_schema("whirl.plant", 1);
   if (in.has("A") == in.has("poles")) throw in.error("must have either A, B, C or poles and residues");
-  const std::vector<Pole> poles = in.has("A") ? of_matrices(document, in) : of_poles(in);
+  require_keys(in, in.has("A"));
+  const std::vector<Pole> poles = in.has("A") ? of_matrices(document, in) : merged(of_poles(in));
   if (poles.empty()) throw in.error("the force moves nothing that the sensor sees");
   const io::JsonReader size = in.at("eccentricity_m");
   const double eccentricity = size.number();
@@ -164,7 +194,15 @@ LinearPlant read_plant(const io::Json& document, const std::filesystem::path& fi
   base.rotor.cubic = base.rotor.stiffness_split = base.rotor.damping_split = base.rotor.cross_stiffness = 0;
   base.rotor.added_mass = 0;
   base.rotor.residual_eccentricity = eccentricity;
-  base.rotor.residual_phase = in.has("eccentricity_phase_rad") ? in.at("eccentricity_phase_rad").number() : 0;
+  if (in.has("eccentricity_phase_rad")) {
+    const io::JsonReader phase = in.at("eccentricity_phase_rad");
+    base.rotor.residual_phase = phase.number();
+    if (!(std::abs(base.rotor.residual_phase) <= 2 * std::numbers::pi)) {
+      throw phase.error(fmt::format("{:g}: must be between -2 pi and 2 pi rad", base.rotor.residual_phase));
+    }
+  } else {
+    base.rotor.residual_phase = 0;
+  }
   try {
     const rig::RigParameters p = rig::rig_from_modal(modal_of(poles, in), 0, base);
     LinearPlant out{p.true_model(), p.modes};

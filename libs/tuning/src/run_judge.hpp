@@ -113,8 +113,8 @@ class RunJudge {
 /// Motion of a rotor that nothing holds, as far as it is followed: one that whirls by itself grows out of every bound,
 /// and a guard ends that. `most`: m.
 inline std::complex<double> in_reach(std::complex<double> z, double most) noexcept {
+  if (std::norm(z) <= most * most) return z;
   const double radius = std::abs(z);
-  if (radius <= most) return z;
   return std::isfinite(radius) ? z * (most / radius) : std::complex<double>(most);
 }
 

@@ -85,6 +85,16 @@ TEST(PlantFileProperty, MatricesInAnyStatesAndPolesGiveTheSameMachine) {
   }
 }
 
+TEST(PlantFileProperty, APoleGivenInTwoPartsIsOneMode) {
+  const auto with = [](const char* rest) {
+    return read(fmt::format(R"({{"schema": "whirl.plant/1", "eccentricity_m": 3e-4, {}}})", rest));
+  };
+  const LinearPlant whole = with(R"("poles": [[-1, 70]], "residues": [[0, -0.004]])"),
+                    parts = with(R"("poles": [[-1, 70], [-1, 70]], "residues": [[0, -0.001], [0, -0.003]])");
+  EXPECT_EQ(parts.structure.size(), 0u);
+  EXPECT_NEAR(parts.rotor.gain, whole.rotor.gain, 1e-12 * whole.rotor.gain);
+}
+
 TEST(PlantFileE2e, ADesignOnAPlantFileIsCertified) {
   const LinearPlant p = read(modal());
   IdentifiedModel model;
@@ -131,6 +141,13 @@ TEST(PlantFile, WhatIsNoPlantIsRefusedWithItsPlace) {
   refused(with(R"(, "poles": [[-1, -70]], "residues": [[0, -0.003]])"), "$.poles[0]");
   refused(with(R"(, "poles": [[-1, 70]], "residues": [[-0.003, 0]])"), "residue");
   refused(R"({"schema": "whirl.plant/1", "poles": [[-1, 70]], "residues": [[0, -0.003]]})", "eccentricity_m");
+  // A key that is not read would be lost: a phase in degrees, a matrix beside poles.
+  refused(with(R"(, "poles": [[-1, 70]], "residues": [[0, -0.003]], "eccentricity_phase_deg": 30)"),
+          "eccentricity_phase_deg");
+  refused(with(R"(, "poles": [[-1, 70]], "residues": [[0, -0.003]], "B": [0, 1])"), "key 'B'");
+  refused(with(R"(, "poles": [[-1, 70]], "residues": [[0, -0.003]], "eccentricity_phase_rad": 30)"),
+          "$.eccentricity_phase_rad");
+  refused(with(R"(, "poles": [[-1, 70]], "residues": [[0, 0]])"), "residue 0");
   refused(R"({"schema": "whirl.plant/1", "poles": [[-1, 70]], "residues": [[0, -0.003]], "eccentricity_m": -1})",
           "$.eccentricity_m");
 }

@@ -64,7 +64,9 @@ DiskMotion KalmanEstimator::step(const EstimatorInput& in) noexcept {
     state_.d = kind_ == DisturbanceState::none ? in.d : product(theta_, g_);
     return state_;
   }
-  phase_ = std::remainder(phase_ + in.omega * h_, 2 * std::numbers::pi);
+  if (kind_ == DisturbanceState::oscillator) {
+    phase_ = std::remainder(phase_ + in.omega * h_, 2 * std::numbers::pi);
+  }
   const std::complex<double> g_new = regressor(in);
   // The regressor half-way: the mean of the ends, exact to (omega h)^2 / 8 and used in the covariance only.
   predict_covariance(0.5 * (g_ + g_new));

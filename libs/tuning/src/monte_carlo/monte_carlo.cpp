@@ -116,7 +116,7 @@ std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const Ri
       open[i].motion(in_reach({batch.true_x()[lane], batch.true_y()[lane]}, shared.laser.range), 0);
       open[i].cycle({}, 0, false, Fault::none);
     }
-    batch.advance();
+    batch.coast();
   }
 
   batch = rig::BatchRig<Lanes>(tables, seeds);

@@ -66,15 +66,20 @@ struct DiskMotion {
   std::complex<double> d;  ///< m/s^2, synchronous: turns with the rotor
 };
 
-/// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns at
-/// omega.
-inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a, double omega,
-                                 double dt) noexcept {
-  const std::complex<double> half = unit_phasor(0.5 * omega * dt), d_mid = product(s.d, half);
+/// Explicit midpoint step of length dt under the held control acceleration `a`; the disturbance turns by `half` in each
+/// half of it.
+inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a,
+                                 std::complex<double> half, double dt) noexcept {
+  const std::complex<double> d_mid = product(s.d, half);
   const std::complex<double> a0 = model.acceleration(s.z, s.v) + s.d + a;
   const std::complex<double> z_mid = s.z + 0.5 * dt * s.v, v_mid = s.v + 0.5 * dt * a0;
   const std::complex<double> a_mid = model.acceleration(z_mid, v_mid) + d_mid + a;
   return {s.z + dt * v_mid, s.v + dt * a_mid, product(d_mid, half)};
+}
+/// The same; the disturbance turns at omega.
+inline DiskMotion predict_motion(const LateralModel& model, const DiskMotion& s, std::complex<double> a, double omega,
+                                 double dt) noexcept {
+  return predict_motion(model, s, a, unit_phasor(0.5 * omega * dt), dt);
 }
 
 }  // namespace whirl::control

@@ -46,6 +46,9 @@ class BatchRig {
   const Reading& read() const noexcept;
   void write(const Lane& ux, const Lane& uy) noexcept;  ///< N
   void advance() noexcept;
+  /// advance() of a run without force whose readings nobody takes: true_x and true_y alone move. From the start of a
+  /// run to its end, or restart().
+  void coast() noexcept;
   bool done() const noexcept;
   long tick() const noexcept;
   /// True displacement of the disk centre, m: for the objective, not for the law.

@@ -40,8 +40,8 @@ inline LateralInput<T> lateral_rate(const LateralCoefficients<T>& a, const Later
 /// its start, middle and end. The position weights are merged: x1 = x0 + h v0 + h^2 (a1 + a2 + a3) / 6, which is the
 /// same method for second-order equations and saves half of the work.
 template <class T, class First, class Middle, class Last>
-inline LateralState<T> second_order_step(const First& rate0, const Middle& rate_mid, const Last& rate1,
-                                         const LateralState<T>& s, double h) {
+[[gnu::always_inline]] inline LateralState<T> second_order_step(const First& rate0, const Middle& rate_mid,
+                                                                const Last& rate1, const LateralState<T>& s, double h) {
   const double half = 0.5 * h, quarter = 0.25 * h * h, sixth = h / 6, sixth2 = h * h / 6;
   const LateralInput<T> a1 = rate0(s);
   const T xh = s.x + half * s.vx, yh = s.y + half * s.vy;
