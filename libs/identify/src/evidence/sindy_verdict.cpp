@@ -39,7 +39,7 @@ std::string text_of(const Equation& e) {
 }
 
 /// Warns of equations whose terms the records cannot tell from others.
-void judge_rivals(const std::vector<Alike>& rivals, Summary& summary) {
+void judge_rivals(const std::vector<Alike>& rivals, bool noisy, Summary& summary) {
   std::vector<std::string> said;
   for (const Alike& r : rivals) {
     if (std::find(said.begin(), said.end(), r.equation.lhs) != said.end()) continue;
@@ -48,9 +48,11 @@ void judge_rivals(const std::vector<Alike>& rivals, Summary& summary) {
         std::count_if(rivals.begin(), rivals.end(), [&](const Alike& o) { return o.equation.lhs == r.equation.lhs; }) -
         1;
     summary.warn(fmt::format(
-        "these records cannot tell the terms of {}: {} = {} explains them as well (chi-square {:.3g}, this model "
-        "{:.3g}){}; records from other starts, with other forces or with less noise would",
-        r.equation.lhs, r.equation.lhs, text_of(r.equation), r.chi_square, summary.chi_square,
+        "these records cannot tell the terms of {}: {} = {} explains them as well ({}){}; records from other starts, "
+        "with other forces or with less noise would",
+        r.equation.lhs, r.equation.lhs, text_of(r.equation),
+        noisy ? fmt::format("chi-square {:.3g}, this model {:.3g}", r.chi_square, summary.chi_square)
+              : fmt::format("its error is {:.3g} times this model's", std::sqrt(r.chi_square / summary.chi_square)),
         more > 0 ? fmt::format(", and so do {} more", more) : ""));
   }
 }
@@ -90,6 +92,8 @@ void judge_regression(const SindyData& data, IdentifiedModel& model) {
 
 void judge_refined(const SindyData& data, const OutputWeights& weights, const Followed& followed,
                    const LeastExplained& least, IdentifiedModel& model) {
+  // Of records without noise: more than the steps may leave (substeps.cpp).
+  const double step_error = model.inputs.empty() ? 3e-5 : 3e-4;
   const auto& [weight, noisy] = weights;
   Summary& s = model.summary;
   double worst = 0;  // residual of a state over its noise, squared
@@ -123,8 +127,11 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
       // How far the residual of the worst state exceeds its noise; that is known to some percent only.
       judge_chi_square(std::max(s.chi_square, worst),
                        fmt::format(", {:.2g} % of the motion unexplained", 100 * unexplained), s);
-    } else if (unexplained > 0.01) {
-      s.warn(fmt::format("model error: {:.2g} % of the motion unexplained", 100 * unexplained));
+    } else if (unexplained > step_error) {
+      s.warn(
+          fmt::format("model error: {:.2g} % of the motion unexplained in records without noise: the terms stand in "
+                      "for others within the range of the records",
+                      100 * unexplained));
     }
   }
   double longest = 0;
@@ -135,7 +142,7 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
     s.warn(fmt::format("the longest record holds {:.2g} characteristic periods: slow terms are weakly determined",
                        data.rate() * longest / (2 * std::numbers::pi)));
   }
-  judge_rivals(followed.rivals, s);
+  judge_rivals(followed.rivals, noisy, s);
   if (!noisy) s.chi_square = std::numeric_limits<double>::quiet_NaN();
   set_trust(fmt::format("Trust free runs of up to {:.3g} s {} ({}); beyond {} the terms are an extrapolation.",
                         std::min(horizon, longest),
