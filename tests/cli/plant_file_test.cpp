@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "program.hpp"
-#include "whirl/io/json.hpp"
+#include "whirl/io/model_json.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -12,6 +12,16 @@ constexpr const char* kPlant = R"({"schema": "whirl.plant/1",
   "B": [[0], [0.6667], [0], [-0.02]],
   "C": [[1, 0, 1, 0]],
   "eccentricity_m": 3e-4})";
+
+/// The rotor of the plant file as a model, with a cubic spring.
+IdentifiedModel rotor_of_fmu() {
+  IdentifiedModel m;
+  m.method = "stand-in";
+  m.rotor.emplace();
+  m.rotor->k1 = 5685, m.rotor->k2 = 1e8, m.rotor->c = 1.5;
+  m.rotor->eps = 3e-4;
+  return m;
+}
 
 TEST(PlantFileE2e, DesignMarginsRobustnessAndCompareTakeAPlantOfAnotherProgram) {
   Folder folder;
@@ -43,6 +53,29 @@ TEST(PlantFileE2e, AWrongPlantGivesOneErrorThatSaysWhere) {
   folder.write("plant.json", kPlant);
   EXPECT_NE(folder.whirl("design plant.json --mass-kg 1.5 --law pd").err.find("leave --stiffness, --mass-kg"),
             std::string::npos);
+}
+
+// A plant that only answers: whirl runs, pulls and hits the FMU itself, and closes the loop on it in the end.
+TEST(PlantFileE2e, DesignAndRobustnessTakeAnFmu) {
+  Folder folder;
+  io::save(folder / "model.json", rotor_of_fmu());
+  ASSERT_EQ(folder.whirl("export fmu model.json --mass-kg 1.5 --out . --prefix plant --quiet").exit_code, 0);
+  const Outcome designed =
+      folder.whirl("design plant.fmu --law pd --estimator kfe --evaluations 12 --out c.json --quiet");
+  EXPECT_EQ(designed.exit_code, 0) << designed.err;
+  double open = 0, closed = 0;
+  const std::size_t line = designed.out.find("on the FMU");
+  ASSERT_NE(line, std::string::npos) << designed.out;
+  ASSERT_EQ(
+      std::sscanf(designed.out.c_str() + line,
+                  "on the FMU, forces 2 samples late: peak radius %lf mm without control, %lf mm", &open, &closed),
+      2);
+  EXPECT_LT(closed, 0.05 * open);
+  const Outcome study = folder.whirl("robustness c.json plant.fmu --samples 8 --limit-mm 0.1 --quiet --json");
+  EXPECT_EQ(study.exit_code, 0) << study.err;
+  EXPECT_NE(folder.whirl("design plant.fmu --mass-kg 1.5 --law pd").err.find("an FMU is pulled and hit by whirl"),
+            std::string::npos);
+  EXPECT_NE(folder.whirl("design plant.fmu --fmu-name x=no.such").err.find("no.such"), std::string::npos);
 }
 
 }  // namespace

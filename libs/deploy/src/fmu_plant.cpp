@@ -110,6 +110,7 @@ struct FmuPlant::State {
   std::vector<double> values;    ///< of the inputs
   std::vector<int> angle_of;     ///< 0 beta, 1 omega, 2 alpha for inputs[2...]
   double reading[2] = {0, 0};
+  std::vector<Command> late;  ///< commands on their way, the oldest at tick % size
 
   // Functions of the binary.
   decltype(fmi2OK) (*set2)(void*, const unsigned*, std::size_t, const double*) = nullptr;
@@ -180,7 +181,9 @@ FmuPlant::FmuPlant(const std::filesystem::path& fmu, const FmuPlantOptions& opti
   State& s = *state_;
   options.profile.check();
   require_range("sample_time", options.sample_time, 1e-6, 1, "s");
+  require_range("delay_samples", options.delay_samples, 0, 1000);
   s.options = options;
+  s.late.resize(static_cast<std::size_t>(options.delay_samples));
   s.angle = rotor::AngleFunction(options.profile);
   unpack(fmu, s.folder.path().string());
   const auto refuse = [&](const std::string& why) { return Error::in_file(fmu.string(), 0, why); };
@@ -238,8 +241,11 @@ Measurement FmuPlant::read() const noexcept {
 }
 
 void FmuPlant::write(const Command& command) noexcept {
-  state_->values[0] = command.ux;
-  state_->values[1] = command.uy;
+  State& s = *state_;
+  Command acting = command;
+  if (!s.late.empty()) std::swap(acting, s.late[static_cast<std::size_t>(s.tick) % s.late.size()]);
+  s.values[0] = acting.ux;
+  s.values[1] = acting.uy;
 }
 
 void FmuPlant::advance() noexcept {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -33,8 +34,27 @@ struct Builder : nlohmann::json_sax<nlohmann::json> {
   };
   std::vector<Level> stack;
   Json root;
+  std::string_view text;
   std::string problem;
   std::size_t position = 0;
+
+  /// Where the value to come stands, as JsonReader names it.
+  std::string path() const {
+    std::string out = "$";
+    for (const Level& level : stack) {
+      const auto* array = level.value.get<Json::Array>();
+      out += array != nullptr ? fmt::format("[{}]", array->size()) : "." + level.key;
+    }
+    return out;
+  }
+  /// The word of the text around its character `at` - 1.
+  std::string word(std::size_t at) const {
+    constexpr std::string_view kEnds = " \t\r\n,:[]{}\"";
+    if (at == 0 || at > text.size()) return {};
+    const std::size_t before = text.find_last_of(kEnds, at - 1), end = text.find_first_of(kEnds, at - 1);
+    const std::size_t start = before == std::string_view::npos ? 0 : before + 1;
+    return start < end ? std::string(text.substr(start, std::min(end - start, std::size_t{40}))) : std::string{};
+  }
 
   bool add(Json value) {
     if (stack.empty()) {
@@ -81,6 +101,15 @@ struct Builder : nlohmann::json_sax<nlohmann::json> {
   bool end_array() override { return close(); }
   bool parse_error(std::size_t at, const std::string& token, const nlohmann::json::exception&) override {
     position = at;
+    // strtod knows what other programs write for a number that is none: NaN, -Infinity, 1e999.
+    if (const std::string value = word(at); !value.empty()) {
+      char* end = nullptr;
+      const double number = std::strtod(value.c_str(), &end);
+      if (*end == '\0' && !std::isfinite(number)) {
+        problem = fmt::format("{} = {}: must be a finite number", path(), value);
+        return false;
+      }
+    }
     problem = token.empty() ? "unexpected end or character" : fmt::format("unexpected '{}'", token.substr(0, 40));
     return false;
   }
@@ -169,6 +198,7 @@ std::string Json::dump() const {
 
 Json parse_json(std::string_view text, std::string_view source) {
   Builder builder;
+  builder.text = text;
   if (!nlohmann::json::sax_parse(text, &builder) || !builder.problem.empty()) {
     const std::string_view head = text.substr(0, std::min(text.find('\n'), std::size_t{200}));
     if (!head.empty() && std::isalpha(static_cast<unsigned char>(head[0])) != 0 && head.find(',') != text.npos) {

@@ -173,6 +173,18 @@ TEST(ModelJson, EveryDefectNamesFilePathAndReason) {
   EXPECT_THAT(error_of([] { parse_json("{} {}", "x.json"); }), HasSubstr("damaged JSON"));
 }
 
+// Other programs write what JSON has not: the message names the field, not the text beside it.
+TEST(Json, NumbersThatAreNoneAreNamedWithTheirField) {
+  for (const char* value : {"NaN", "nan", "Infinity", "-Infinity", "inf", "1e999", "-1e999"}) {
+    const std::string text = fmt::format("{{\n\"A\": [[0, 1],\n [{}, -0.3]],\n\"B\": [0, 1]}}", value);
+    EXPECT_EQ(error_of([&] { parse_json(text, "plant.json"); }),
+              fmt::format("plant.json:3: damaged JSON: $.A[1][0] = {}: must be a finite number", value));
+    const std::string member = fmt::format("{{\"x\": {{\"eccentricity_m\":{}}}}}", value);
+    EXPECT_EQ(error_of([&] { parse_json(member, "plant.json"); }),
+              fmt::format("plant.json:1: damaged JSON: $.x.eccentricity_m = {}: must be a finite number", value));
+  }
+}
+
 TEST(JsonProperty, DoublesSurviveARoundTripExactly) {
   std::mt19937_64 random(7);
   for (int i = 0; i < 20000; ++i) {

@@ -221,6 +221,14 @@ report::Table comparison_table(const Comparison& c) {
       "of the robustness matrix. Margins: the worst of five speeds on the tuning plant; a gain margin below 1.1 or a "
       "delay margin below half a sample fails. Not certified: passes on this rig, but not on all that the tuning plant "
       "may be. Differences below about 10 % are within the scatter of the tuning."};
+  for (const tuning::ComparedResult& r : c.results) {
+    const auto& m = r.design.margins;
+    if (!m.contains("training_runs")) continue;
+    t.notes.push_back(
+        fmt::format("{}: beside the tuning its weights were trained in {:.0f} runs on random machines (objective on "
+                    "machines not trained on: {:.4f} before, {:.4f} after).",
+                    r.label, m.at("training_runs"), m.at("training_start"), m.at("training_cost")));
+  }
   return t;
 }
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "design_scenarios.hpp"
+#include "monte_carlo/training.hpp"
 #include "robustness_parallel.hpp"
 #include "whirl/control/controller.hpp"
 #include "whirl/control/method.hpp"
@@ -38,11 +39,14 @@ double switching_gain_of(const std::map<std::string, double>& values) {
   return it != values.end() ? it->second : values.at("gain_max");
 }
 
-std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOptions& options) {
+/// `weights`: those of a learned law too, which only its training varies.
+std::vector<Variable> variables_of(const ControllerDesign& start, const DesignOptions& options, bool weights = false) {
   const auto values = control::resolve_parameters(start);
+  const std::vector<std::string>& learned = control::law_entry(start.law).weights;
   std::vector<Variable> out;
   const auto add = [&](const control::ParameterInfo& info) {
     if (!(info.tune_low < info.tune_high) || options.fixed.count(info.name)) return;
+    if (!weights && std::ranges::find(learned, info.name) != learned.end()) return;
     Variable v{info.name, info.tune_low, info.tune_high, values.at(info.name), info.tune_low < 0, false};
     if (info.name == "boundary_layer") {
       v.low = 3, v.high = 150, v.gain_over_layer = true;
@@ -77,6 +81,7 @@ struct Search {
   double best = 1e9;
   std::vector<double> best_u;
   std::vector<std::pair<double, std::vector<double>>> tried;  ///< cost and variables of every evaluation
+  std::map<std::string, double> training;                     ///< what the margins say of it; empty: nothing learned
   std::exception_ptr thrown;                                  ///< by an evaluation inside NLopt
 
   double objective(const std::vector<double>& u) {
@@ -173,6 +178,39 @@ void run_search(Search& search) {
   optimize(local, u, value, search);
 }
 
+/// Numbers of the machine by which a learned law measures.
+void set_scales(ControllerDesign& d, const DesignOptions& options) {
+  const double omega = d.model.natural_frequency(), length = std::max(0.1 * std::abs(d.model.eps), 5e-6);
+  const auto put = [&](const char* name, double value) {
+    if (!options.fixed.count(name)) d.parameters[name] = value;
+  };
+  put("position_scale", length);
+  put("velocity_scale", length * omega);
+  put("control_scale", length * omega * omega);
+  put("speed_scale", omega);
+}
+
+/// Training of a law with weights on random machines of the model: the start of the search.
+void train_weights(Search& search, const IdentifiedModel& model) {
+  const DesignOptions& o = *search.options;
+  set_scales(search.design, o);
+  const std::vector<Variable> variables = variables_of(search.design, o, true);
+  std::vector<double> start;
+  for (const Variable& v : variables) start.push_back(v.unit(v.start));
+  const auto make = [&](const std::vector<double>& u) {
+    ControllerDesign d = search.design;
+    set_variables(d, variables, u);
+    return d;
+  };
+  constexpr long kPerEvaluation = 48;
+  const long runs = o.training_runs > 0 ? o.training_runs : kPerEvaluation * o.evaluations;
+  const Training found = train(make, start, model, o.hardware, runs, o.seed + 2000, o.threads, o.training);
+  search.design = make(found.best);
+  search.training = {{"training_runs", static_cast<double>(found.runs)},
+                     {"training_start", found.before},
+                     {"training_cost", found.after}};
+}
+
 /// What the search found, best first: the best, and others that are something else and cost at most half as much again.
 std::vector<std::vector<double>> candidates_of(const Search& search) {
   constexpr std::size_t kMost = 6;
@@ -201,6 +239,7 @@ ControllerDesign assessed_design(const Search& search, const std::vector<double>
     return (p.first.starts_with("runout_") || p.first.starts_with("mode_")) && p.second == 0;
   });
   assess(d, *search.options);
+  d.margins.insert(search.training.begin(), search.training.end());
   for (const auto& [cost, variables] : search.tried) {
     if (variables == u) d.margins["objective"] = cost;
   }
@@ -347,6 +386,7 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given
     search.design.summary.fail("refused: " + why);
     return search.design;
   }
+  if (!control::law_entry(options.law).weights.empty()) train_weights(search, model);
   search.variables = variables_of(search.design, options);
   search.scenarios = tuning_scenarios(options.hardware, options.stiffness_uncertainty);
   const Hardware hardware = tuning_hardware(search.design, options.hardware);

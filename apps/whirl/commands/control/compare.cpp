@@ -135,7 +135,7 @@ void add_compare(CommandLine& app, Session& session) {
       "Example: whirl compare model.json --stiffness stiffness.json --modes modes.json --out out/compare\n"
       "         whirl compare model.json --mass-kg 1.5 --laws tsmc pd:lpf:no-feedforward lsmc:kfe",
       [o, &session] { run_comparison(o.get(), session); });
-  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")
+  sub->add_option("MODEL", o->plant.model, "model.json, a plant file (whirl.plant, docs/formats.md) or an FMU")
       ->input()
       ->required();
   sub->add_option("--out", o->out, "folder for the report and the controllers")->output_folder();

@@ -80,8 +80,10 @@ void add_design(CommandLine& app, Session& session) {
                              static_cast<double>(p.evaluation) / static_cast<double>(p.budget));
           }
         };
+        d.training = [&](double done) { session.progress(fmt::format("training {}", d.law), done); };
         ControllerDesign result = tuning::design(model, d);
         result.provenance = io::provenance(inputs, session.command_line, d.seed);
+        if (o->plant.is_fmu()) say_on_fmu(session, o->plant, d.hardware, result, result.summary);
         if (!o->out.empty()) io::save(o->out, result);
         report::Table table;
         table.caption = fmt::format("{} with estimator {}", result.law, result.estimator);
@@ -92,7 +94,8 @@ void add_design(CommandLine& app, Session& session) {
         session.result(to_json(result));
         session.finish(result.summary);
       });
-  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")->input();
+  sub->add_option("MODEL", o->plant.model, "model.json, a plant file (whirl.plant, docs/formats.md) or an FMU")
+      ->input();
   sub->add_option("--out", o->out, "write controller.json")->output("whirl.controller");
   sub->add_option("--law", o->design.law, "control law; --list names all")->show_default();
   sub->add_option("--estimator", o->design.estimator, "state estimator; --list names all")->show_default();
@@ -104,6 +107,10 @@ void add_design(CommandLine& app, Session& session) {
       ->input();
   sub->add_option("--evaluations", o->design.evaluations, "tuning budget, the same for every law")
       ->range(1, 1e6)
+      ->show_default();
+  sub->add_option("--training-runs", o->design.training_runs,
+                  "runs on random machines for the weights of --law learned; 0: 48 for each evaluation")
+      ->range(0, 1e8)
       ->show_default();
   sub->add_option("--seed", o->design.seed, "of the search and of the sensor noise while tuning")->show_default();
   sub->add_flag("--list", o->list, "list the laws and estimators");

@@ -61,7 +61,7 @@ void add_margins(CommandLine& app, Session& session) {
         session.finish(summary);
       });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
-  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")
+  sub->add_option("MODEL", o->plant.model, "model.json, a plant file (whirl.plant, docs/formats.md) or an FMU")
       ->input()
       ->required();
   o->plant.add_to(sub);

@@ -1,9 +1,14 @@
 #include "plant_options.hpp"
 
+#include "commands/machine/run_fmu.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/deploy/fmu_loop.hpp"
+#include "whirl/deploy/fmu_survey.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/modal/fit_modes.hpp"
+#include "whirl/modal/frf.hpp"
 #include "whirl/rig/rig_file.hpp"
 #include "whirl/tuning/plant_file.hpp"
 
@@ -19,6 +24,8 @@ void PlantOptions::add_to(CommandLine* sub) {
                   "TOML with the data sheets; default: those of the virtual rig. [modes.N] frequency_hz, "
                   "damping_percent, participation and sensor_sign (0: not known): structural modes that are known")
       ->input();
+  sub->add_option("--fmu-name", fmu_names,
+                  "MODEL an FMU: its variable for a role, e.g. x=rotor.x; roles x, y, ux, uy, beta, omega, alpha");
 }
 
 namespace {
@@ -39,11 +46,46 @@ IdentifiedModel of_plant(const PlantOptions& o, const io::Json& document, tuning
   return out;
 }
 
+deploy::FmuPlantOptions fmu_options(const PlantOptions& o, const tuning::Hardware& hardware) {
+  return {hardware.profile.without_ripple(), 1 / hardware.timing.rate, fmu_names(o.fmu_names)};
+}
+
+/// A plant that only answers: measured as a laboratory would.
+IdentifiedModel of_fmu(const PlantOptions& o, tuning::DesignOptions& design,
+                       std::vector<std::filesystem::path>& inputs) {
+  if (!o.stiffness.empty() || o.mass_kg > 0 || !o.modes.empty()) {
+    throw Error(o.model + ": an FMU is pulled and hit by whirl itself; leave --stiffness, --mass-kg and --modes out");
+  }
+  design.hardware = tuning::data_sheet(rig::read_rig(o.hardware));
+  const deploy::FmuSurvey survey =
+      deploy::survey_fmu(o.model, fmu_options(o, design.hardware), std::max(design.hardware.laser.noise, 1e-9));
+  const ModalModel modes = modal::fit_modes(modal::estimate_frf({survey.blow}));
+  design.hardware.modes = tuning::known_modes(tuning::structure_modes(modes, survey.model.rotor->natural_frequency()),
+                                              rig::read_modes(o.hardware));
+  inputs.emplace_back(o.model);
+  return survey.model;
+}
+
 }  // namespace
 
-bool PlantOptions::is_file() const { return tuning::is_plant(io::load_json(model)); }
+bool PlantOptions::is_fmu() const { return std::filesystem::path(model).extension() == ".fmu"; }
+bool PlantOptions::is_file() const { return is_fmu() || tuning::is_plant(io::load_json(model)); }
+
+void say_on_fmu(const Session& session, const PlantOptions& plant, const tuning::Hardware& hardware,
+                const ControllerDesign& design, Summary& summary) {
+  deploy::FmuPlantOptions options = fmu_options(plant, hardware);
+  options.delay_samples = static_cast<int>(std::lround(hardware.loop_delay() * hardware.timing.rate));
+  const deploy::FmuLoop loop = deploy::run_fmu(design, plant.model, options);
+  session.say(
+      fmt::format("on the FMU, forces {} samples late: peak radius {:.4f} mm without control, {:.4f} mm with it",
+                  options.delay_samples, 1e3 * loop.open_peak, 1e3 * loop.closed_peak));
+  for (const std::string& warning : loop.summary.warnings) summary.fail("on the FMU: " + warning);
+  if (!(loop.closed_peak < loop.open_peak)) summary.fail("on the FMU: the motion is larger than without control");
+}
 
 IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
+  if (is_fmu()) return of_fmu(*this, design, inputs);
+  if (!fmu_names.empty()) throw Error("--fmu-name: " + model + " is no FMU (NAME.fmu)");
   if (const io::Json document = io::load_json(model); tuning::is_plant(document)) {
     return of_plant(*this, document, design, inputs);
   }

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "command_line.hpp"
+#include "command.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/tuning/design.hpp"
 
@@ -13,14 +13,21 @@ namespace whirl::app {
 struct PlantOptions {
   std::string model, stiffness, modes, hardware;
   double mass_kg = 0;
+  std::vector<std::string> fmu_names;
 
-  /// Adds --stiffness, --mass-kg, --modes and --hardware.
+  /// Adds --stiffness, --mass-kg, --modes, --hardware and --fmu-name.
   void add_to(CommandLine* sub);
-  /// MODEL is a plant that another program modelled (whirl.plant), no model.json.
+  /// MODEL is a plant that another program modelled (whirl.plant or an FMU), no model.json.
   bool is_file() const;
+  bool is_fmu() const;
   /// The model, the files read, and the hardware and gain put into `design`. A plant file has mass and structure
-  /// itself. Throws Error when the mass is not known.
+  /// itself; an FMU is measured (survey_fmu). Throws Error when the mass is not known.
   IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const;
 };
+
+/// A finished design on the FMU it was made for: says what it reaches there, and fails `summary` where it does not
+/// hold.
+void say_on_fmu(const Session& session, const PlantOptions& plant, const tuning::Hardware& hardware,
+                const ControllerDesign& design, Summary& summary);
 
 }  // namespace whirl::app

@@ -111,7 +111,7 @@ void run_study(Options* o, Session& session) {
     session.result(json);
     Summary summary;
     tuning::warn_of_further_forces(model, d.hardware, summary);
-    say_structure(session, left_unexplained(o->plant.model), summary);
+    say_structure(session, o->plant.is_fmu() ? std::nan("") : left_unexplained(o->plant.model), summary);
     if (const std::string low = tuning::margin_shortfall(design); !low.empty()) {
       summary.fail("the margins of the design: " + low);
     }
@@ -164,7 +164,7 @@ void add_robustness(CommandLine& app, Session& session) {
       "study.txt",
       [o, &session] { run_study(o.get(), session); });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();
-  sub->add_option("MODEL", o->plant.model, "model.json, or a plant file (whirl.plant, docs/formats.md)")
+  sub->add_option("MODEL", o->plant.model, "model.json, a plant file (whirl.plant, docs/formats.md) or an FMU")
       ->input()
       ->required();
   o->plant.add_to(sub);

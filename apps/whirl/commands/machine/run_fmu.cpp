@@ -13,15 +13,20 @@ void RunFmuOptions::add_to(CommandLine* sub) {
       ->needs("--fmu");
 }
 
+std::map<std::string, std::string> fmu_names(const std::vector<std::string>& roles) {
+  std::map<std::string, std::string> names;
+  for (const std::string& role : roles) {
+    const std::size_t equals = role.find('=');
+    if (equals == std::string::npos) throw Error::in_field("--fmu-name", role, "ROLE=VARIABLE, e.g. x=rotor.x");
+    names[role.substr(0, equals)] = role.substr(equals + 1);
+  }
+  return names;
+}
+
 void run_fmu(Session& session, const std::string& controller, const std::string& fmu,
              const rotor::SpeedProfile& profile, const std::string& log, const RunFmuOptions& options) {
   const ControllerDesign design = io::load<ControllerDesign>(controller);
-  deploy::FmuPlantOptions plant{profile.without_ripple(), design.sample_time, {}};
-  for (const std::string& name : options.names) {
-    const std::size_t equals = name.find('=');
-    if (equals == std::string::npos) throw Error::in_field("--fmu-name", name, "ROLE=VARIABLE, e.g. x=rotor.x");
-    plant.names[name.substr(0, equals)] = name.substr(equals + 1);
-  }
+  const deploy::FmuPlantOptions plant{profile.without_ripple(), design.sample_time, fmu_names(options.names)};
   const deploy::FmuLoop loop = deploy::run_fmu(design, fmu, plant);
   if (!log.empty()) io::write_csv(log, loop.closed);
   const bool moves = loop.open_peak > 0;

@@ -1,4 +1,5 @@
 #pragma once
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ struct RunFmuOptions {
 
   void add_to(CommandLine* sub);
 };
+/// ROLE=VARIABLE of --fmu-name, by role.
+std::map<std::string, std::string> fmu_names(const std::vector<std::string>& roles);
 void run_fmu(Session& session, const std::string& controller, const std::string& fmu,
              const rotor::SpeedProfile& profile, const std::string& log, const RunFmuOptions& options);
 

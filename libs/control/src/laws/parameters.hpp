@@ -49,6 +49,9 @@ inline const ParameterInfo kKp{"kp",  "1/s^2", "proportional gain; negative take
                                -6000, 12000};
 inline const ParameterInfo kKd{"kd", "1/s", "derivative gain", 60, 0, 1e5, 5, 1000};
 
+inline const ParameterInfo kSlow{"speed_min", "rad/s", "no adaptation below this speed", 10, 0, 1e6, 0, 0};
+inline const ParameterInfo kPerTime{"adaptation", "1/s", "mu of the update", 3, 0, 1e4, 0.3, 100};
+
 /// Weights of the linear-quadratic laws.
 std::vector<ParameterInfo> quadratic_weights();
 

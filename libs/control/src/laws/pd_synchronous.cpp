@@ -3,9 +3,7 @@
 namespace whirl::control {
 namespace {
 
-const ParameterInfo kSlow{"speed_min", "rad/s", "no adaptation below this speed", 10, 0, 1e6, 0, 0};
 const ParameterInfo kPerTurn{"adaptation", "1", "mu, part of the correction made per turn", 0.3, 0, 2, 0.02, 1};
-const ParameterInfo kPerTime{"adaptation", "1/s", "mu of the update", 3, 0, 1e4, 0.3, 100};
 
 template <SynchronousCanceller::Method kMethod>
 LawEntry synchronous(const char* name, const char* title, const char* source, const ParameterInfo& rate,

@@ -5,155 +5,29 @@
 #include <algorithm>
 #include <boost/math/distributions/binomial.hpp>
 #include <cmath>
-#include <deque>
 #include <memory>
 
 #include "design_scenarios.hpp"
+#include "monte_carlo/machine_lanes.hpp"
 #include "monte_carlo/monte_carlo_checkpoint.hpp"
 #include "monte_carlo/monte_carlo_draw.hpp"
 #include "robustness_parallel.hpp"
-#include "run_judge.hpp"
-#include "whirl/control/controller.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/rig/batch.hpp"
-#include "whirl/rt/clock.hpp"
-#include "whirl/rt/loop.hpp"
 
 namespace whirl::tuning {
 namespace {
 
-/// One lane of a batch as a rig of the loop.
-template <int Lanes>
-struct LaneRig {
-  const rig::BatchRig<Lanes>* batch;
-  rig::LaneArray<Lanes>*ux, *uy;
-  int lane;
-  double half_range;
-
-  Measurement read() const noexcept {
-    const auto& r = batch->read();
-    const double x = r.x[lane], y = r.y[lane];
-    // The converter clips at its range.
-    return {r.t, x, y, r.beta, r.omega, r.omega_dot, std::abs(x) < half_range && std::abs(y) < half_range};
-  }
-  void write(const Command& c) noexcept { (*ux)[lane] = c.ux, (*uy)[lane] = c.uy; }
-  void advance() noexcept {}
-};
-
-template <int Lanes>
-struct LaneLoop {
-  LaneLoop(const rig::BatchRig<Lanes>* batch, rig::LaneArray<Lanes>* ux, rig::LaneArray<Lanes>* uy, int lane,
-           const ControllerDesign& design, const rig::RigParameters& rig)
-      : view{batch, ux, uy, lane, 0.5 * rig.laser.range},
-        controller(control::make_controller(design)),
-        clock(1 / rig.timing.rate),
-        loop(view, controller, clock) {}
-  LaneRig<Lanes> view;
-  control::Controller controller;
-  rt::SimulatedClock clock;
-  rt::Loop<LaneRig<Lanes>, control::Controller, rt::SimulatedClock> loop;
-  bool running = true;
-  std::uint32_t supervision = 0;  // bits of the whole run
-};
-
-/// Speed of every machine over the run, and the variation of the force that holds an eccentricity of 1 m still.
-struct Course {
-  Eigen::VectorXd omega;
-  double smooth = 0;
-};
-
-Course course_of(const rotor::SpeedProfile& profile, double rate, long ticks) {
-  Course course;
-  course.omega.resize(ticks);
-  double last = 0;
-  for (long k = 0; k < ticks; ++k) {
-    const rotor::AngleState a = profile.at(static_cast<double>(k) / rate);
-    course.omega[k] = a.omega;
-    const double u = control::unbalance_per_metre(a.beta, a.omega, a.alpha).real();
-    course.smooth += std::abs(u - last) * rate / static_cast<double>(ticks);
-    last = u;
-  }
-  return course;
-}
-
-/// The samples `indices`, at most Lanes of them; the lanes left over repeat the last one.
+/// The samples `indices`, at most Lanes of them.
 template <int Lanes>
 std::vector<MonteCarloSample> run_lanes(const ControllerDesign& design, const RigDraw& draw,
-                                        const std::vector<int>& indices, std::shared_ptr<const rig::RigTables> like) {
-  constexpr auto kLanes = static_cast<std::size_t>(Lanes);
-  std::vector<DrawnRig> rigs;
-  std::array<std::shared_ptr<const rig::RigTables>, kLanes> tables;
-  std::array<std::uint64_t, kLanes> seeds{};
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    if (i < indices.size()) {
-      rigs.push_back(draw(indices[i]));
-      tables[i] = rig::make_rig_tables(rigs.back().rig, like);
-    } else {
-      tables[i] = tables[i - 1];
-    }
-    seeds[i] = rigs.back().noise_seed;
-  }
-  const rig::RigParameters& shared = rigs.front().rig;
-  const rotor::SpeedProfile& profile = shared.profile;
-  const double rate = shared.timing.rate;
-  const long ticks = std::lround(profile.duration() * rate);
-  const ClosedLoopOptions options;
-
-  const Course course = course_of(profile, rate, ticks);
-  const Eigen::VectorXd& omega = course.omega;
-  std::vector<std::vector<int>> segments;
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    segments.push_back(rig::segments(omega, rigs[i].rig.natural_frequency(), options.bounds));
-  }
-
-  const rig::SegmentPeaks far{.all = 1e3};
-  std::vector<RunJudge> open;
-  for (std::size_t i = 0; i < indices.size(); ++i) open.emplace_back(far, &segments[i], rate, options.skip, ticks);
-  rig::BatchRig<Lanes> batch(tables, seeds);
-  for (long k = 0; k < ticks; ++k) {
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const int lane = static_cast<int>(i);
-      open[i].motion(in_reach({batch.true_x()[lane], batch.true_y()[lane]}, shared.laser.range), 0);
-      open[i].cycle({}, 0, false, Fault::none);
-    }
-    batch.coast();
-  }
-
-  batch = rig::BatchRig<Lanes>(tables, seeds);
-  rig::LaneArray<Lanes> ux, uy;
-  std::deque<LaneLoop<Lanes>> loops;
-  std::vector<RunJudge> judges;
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    loops.emplace_back(&batch, &ux, &uy, static_cast<int>(i), design, rigs[i].rig);
-    judges.emplace_back(open[i].closed(), &segments[i], rate, options.skip, ticks);
-  }
-  for (long k = 0; k < ticks; ++k) {
-    for (std::size_t i = 0; i < loops.size(); ++i) {
-      LaneLoop<Lanes>& l = loops[i];
-      const int lane = static_cast<int>(i);
-      if (!l.running) continue;
-      if (!judges[i].motion({batch.true_x()[lane], batch.true_y()[lane]}, omega[k])) {
-        l.running = false;
-        l.view.write({});
-        continue;
-      }
-      const rt::CycleRecord cycle = l.loop.cycle();
-      const control::ControllerState& state = l.controller.state();
-      l.supervision |= state.supervision.word;
-      judges[i].cycle(cycle.measurement, ux[lane], state.saturated || cycle.limited, cycle.trip);
-    }
-    batch.write(ux, uy);
-    batch.advance();
-  }
+                                        const std::vector<int>& indices,
+                                        const std::shared_ptr<const rig::RigTables>& like) {
+  const MachineLanes<Lanes> machines(draw, indices, like);
   std::vector<MonteCarloSample> out;
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    const RunJudge& j = judges[i];
-    const double force = course.smooth * std::abs(rigs[i].rotor.eps) / rigs[i].rotor.gain;
-    const JudgedRun judged = j.collected(force, nominal_excess(design));
-    // What supervision had to take back is not held by the design.
-    const bool held = (loops[i].supervision & control::kUnheld) == 0;
-    out.push_back(
-        {rigs[i].rotor, judged.open.all, judged.closed.all, judged.standstill_rms, held && judge(judged).passed()});
+  for (const LaneRun& run : machines.run(design)) {
+    const RotorModel& rotor = machines.rigs()[out.size()].rotor;
+    out.push_back({rotor, run.judged.open.all, run.judged.closed.all, run.judged.standstill_rms,
+                   run.held && judge(run.judged).passed()});
   }
   return out;
 }

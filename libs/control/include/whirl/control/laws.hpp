@@ -4,6 +4,7 @@
 #include "whirl/control/laws/asmc.hpp"
 #include "whirl/control/laws/bsmc.hpp"
 #include "whirl/control/laws/ftsmc.hpp"
+#include "whirl/control/laws/learned.hpp"
 #include "whirl/control/laws/lsmc.hpp"
 #include "whirl/control/laws/mpc.hpp"
 #include "whirl/control/laws/nftsmc.hpp"
@@ -19,10 +20,10 @@
 namespace whirl::control {
 
 /// The laws a controller can hold; one line for a new one. What each is made of: src/laws.
-using AnyLaw =
-    std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, LateralLaw<NonsingularTerminalSmc>,
-                 LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>, LateralLaw<ImplicitSmc>,
-                 LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>, LateralLaw<AdaptiveSmc>,
-                 LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>, LateralLaw<ModelPredictive>, SynchronousPd>;
+using AnyLaw = std::variant<LateralLaw<TerminalSmc>, LateralLaw<LinearSmc>, LateralLaw<NonsingularTerminalSmc>,
+                            LateralLaw<FastTerminalSmc>, LateralLaw<NonsingularFastTerminalSmc>,
+                            LateralLaw<ImplicitSmc>, LateralLaw<ImplicitTerminalSmc>, LateralLaw<SuperTwistingSmc>,
+                            LateralLaw<AdaptiveSmc>, LateralLaw<BarrierSmc>, LateralLaw<Pd>, LateralLaw<Pid>,
+                            LateralLaw<ModelPredictive>, SynchronousPd, LearnedPolicy>;
 
 }  // namespace whirl::control

@@ -44,6 +44,7 @@ struct LawEntry {
   bool continuous_angle = false;     ///< counts whole turns
   Parameters design_values = {};     ///< what `design` takes instead of the defaults
   std::vector<Condition> conditions = {};
+  std::vector<std::string> weights = {};  ///< found by trial on random machines (`design`), not by the search
   /// Parameters of the exported C where they are not those of the law.
   std::vector<std::pair<ParameterInfo, double>> (*code_parameters)(const ControllerDesign&,
                                                                    const Parameters&) = nullptr;

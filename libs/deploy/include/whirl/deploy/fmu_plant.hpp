@@ -16,6 +16,7 @@ struct FmuPlantOptions {
   /// Variables of the FMU by role: x, y (m, outputs), ux, uy (N, inputs), beta, omega, alpha (rad, rad/s, rad/s^2,
   /// inputs). Not named: x_sensor or x, y_sensor or y, ux, uy, beta, omega, alpha; those of the angle may be missing.
   std::map<std::string, std::string> names;
+  int delay_samples = 0;  ///< by which commands act late: the delay of a loop that the FMU does not have
 };
 
 /// A plant made elsewhere as a rig of the control loop: an FMU for co-simulation, FMI 2.0 or 3.0, with a binary for

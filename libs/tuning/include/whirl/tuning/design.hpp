@@ -86,6 +86,10 @@ struct DesignOptions {
   int threads = 0;         ///< scenarios in parallel; 0 = all cores. The result does not depend on it
   double stiffness_uncertainty = 0.3;  ///< relative; the design is certified only when stable at -this
   std::function<void(const DesignProgress&)> progress;
+  /// Laws with weights: closed-loop runs on random machines that their training may take, before the search; 0: 48 for
+  /// each of `evaluations`.
+  long training_runs = 0;
+  std::function<void(double)> training;  ///< fraction of the training that is done
 };
 
 /// Tunes the numbers of a law and its estimator on a plant built from the identified model and the data
@@ -117,6 +121,9 @@ struct DesignOptions {
 /// its delay margin below half a sample; nor when the closed loop at K1 -30 % has negative static stiffness or is
 /// unstable: then the summary is unusable and says why. Structural modes whose sign is known go into the controller
 /// (mode_1_omega, ...), which takes their answer to the force out of the readings.
+///
+/// A law with weights (`learned`) is trained before the search, on random machines in lanes (training.hpp): margins
+/// training_runs, training_start and training_cost, the mean objective on 32 machines not trained on, before and after.
 ///
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
