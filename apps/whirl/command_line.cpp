@@ -102,6 +102,10 @@ Option* Option::output_folder() {
   state_->role = FileRole::output_folder;
   return this;
 }
+Option* Option::output_prefix() {
+  state_->role = FileRole::output_prefix;
+  return this;
+}
 
 struct CommandLine::State {
   CLI::App* app = nullptr;
@@ -131,7 +135,7 @@ struct CommandLine::State {
     std::vector<io::PlannedOutput> planned;
     for (const auto& o : options) {
       const auto& role = o->state_->role;
-      if (!role || role == FileRole::input) continue;
+      if (!role || role == FileRole::input || role == FileRole::output_prefix) continue;
       std::vector<std::string> values = o->state_->option->results();
       if (values.empty() && !o->state_->option->get_default_str().empty())
         values.push_back(o->state_->option->get_default_str());

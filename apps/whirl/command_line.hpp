@@ -11,7 +11,7 @@ struct CommandText;
 
 /// What a path on the command line is for. The program refuses, before it computes anything, to write over a file that
 /// it reads, to a place that cannot be written, and (without --force) over an existing file of another kind.
-enum class FileRole { input, output, output_folder };
+enum class FileRole { input, output, output_folder, output_prefix };
 
 /// One flag or positional argument. Every call returns the option itself, so that calls follow each other.
 class Option {
@@ -45,6 +45,8 @@ class Option {
   Option* output(const std::string& kind = "");
   /// The value is a folder to write files into.
   Option* output_folder();
+  /// The first part of the names of several files: the command checks each with `CommandLine::check_output`.
+  Option* output_prefix();
 
  private:
   friend class CommandLine;

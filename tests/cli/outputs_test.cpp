@@ -142,6 +142,13 @@ TEST(OutputsE2e, AnExistingFileOfAnotherKindNeedsForce) {
   EXPECT_EQ(folder.whirl("stiffness pull.csv --figure f.csv --out modes.json --force").exit_code, 0);
   EXPECT_NE(slurp(folder / "modes.json").find("whirl.stiffness/"), std::string::npos);
   EXPECT_EQ(folder.whirl("stiffness pull.csv --figure f.csv").exit_code, 0);
+
+  // Names that the command makes of a prefix.
+  fs::copy_file(folder / "pull.csv", folder / "hit_1.csv");
+  EXPECT_EQ(folder.whirl("rig hammer --out hit_").exit_code, 2);
+  EXPECT_EQ(slurp(folder / "hit_1.csv"), slurp(folder / "pull.csv"));
+  EXPECT_EQ(folder.whirl("rig hammer --out hit_ --force").exit_code, 0);
+  EXPECT_EQ(folder.whirl("rig hammer --out hit_ --seed 2").exit_code, 0);
 }
 
 TEST(OutputsE2e, TwoOutputsOfOneNameAreRefused) {

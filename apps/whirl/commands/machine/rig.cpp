@@ -136,7 +136,7 @@ void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
                     session.say(fmt::format("{} blows written", blows.size()));
                   });
   add_common(hammer, o);
-  hammer->add_option("--out", o->out, "prefix of the files to write")->required();
+  hammer->add_option("--out", o->out, "prefix of the files to write")->output_prefix()->required();
   hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y")->range(-360, 360);
 }
 
