@@ -34,8 +34,10 @@ check_pie_supported()
 check_cxx_compiler_flag(-fcf-protection WHIRL_HAS_CF_PROTECTION) # x86 only
 check_cxx_compiler_flag(-fstack-clash-protection WHIRL_HAS_STACK_CLASH)
 if(WHIRL_NATIVE)
+  set(whirl_arch native)
   set(whirl_harden OFF)
 else()
+  set(whirl_arch "${WHIRL_ARCH}")
   set(whirl_harden ON)
 endif()
 option(WHIRL_HARDEN "Compile with checks of the stack and of copies" ${whirl_harden})
@@ -66,8 +68,8 @@ target_compile_options(whirl_flags INTERFACE
   # g++ 12 reports false positives of these two inside Eigen and std::string at -O2.
   $<BUILD_INTERFACE:-Wno-maybe-uninitialized> $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>
   $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_WERROR}>:-Werror>>
-  # With AVX-512 also inside its own intrinsics; the dev preset builds without and keeps both warnings.
-  $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_NATIVE}>:-march=native$<SEMICOLON>-Wno-uninitialized$<SEMICOLON>-Wno-array-bounds>>)
+  # With AVX also inside its own intrinsics; the dev preset builds without and keeps both warnings.
+  $<BUILD_INTERFACE:$<$<BOOL:${whirl_arch}>:-march=${whirl_arch}$<SEMICOLON>-Wno-uninitialized$<SEMICOLON>-Wno-array-bounds>>)
 target_link_libraries(whirl_flags INTERFACE Eigen3::Eigen)
 target_compile_features(whirl_flags INTERFACE cxx_std_20)
 if(WHIRL_SANITIZE)

@@ -14,6 +14,7 @@
 #include "commands/modal/ambient.hpp"
 #include "commands/modal/nonlinear_mode.hpp"
 #include "defaults.hpp"
+#include "processor.hpp"
 #include "whirl/io/remarks.hpp"
 #include "whirl/io/temporary.hpp"
 
@@ -151,6 +152,7 @@ int run(int argc, char** argv) {
 }  // namespace whirl::app
 
 int main(int argc, char** argv) {
+  whirl::app::go_on_as_the_faster_build(argv);
   whirl::io::clean_up_on_signals();
   const int code = whirl::app::run(argc, argv);
   // What was printed counts as written only when all of it has arrived.

@@ -53,3 +53,16 @@ def test_the_source_distribution_holds_what_a_build_needs(tmp_path):
     with tarfile.open(tmp_path / name) as archive:
         files = {entry.split("/", 1)[1] for entry in archive.getnames()}
     assert {"CMakeLists.txt", "pyproject.toml", "python/build/wheel.py", "python/src/module.cpp", "PKG-INFO"} <= files
+
+
+def test_the_faster_module_is_taken_where_the_processor_has_its_instructions(tmp_path):
+    from whirl import _processor
+
+    new, old = tmp_path / "new", tmp_path / "old"
+    new.write_text("processor\t: 0\nflags\t\t: fpu sse2 abm avx avx2 bmi1 bmi2 f16c fma movbe\n")
+    old.write_text("processor\t: 0\nflags\t\t: fpu sse2 avx\n")
+    assert _processor.faster_modules(tmp_path, new) == []  # not installed
+    (tmp_path / _processor.LEVEL).mkdir()
+    assert _processor.faster_modules(tmp_path, new) == [str(tmp_path / _processor.LEVEL)]
+    assert _processor.faster_modules(tmp_path, old) == []
+    assert _processor.faster_modules(tmp_path, tmp_path / "missing") == []

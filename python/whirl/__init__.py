@@ -13,6 +13,10 @@ import pathlib as _pathlib
 import re as _re
 import tempfile as _tempfile
 
+from . import _processor
+
+__path__[:0] = _processor.faster_modules(__path__[0])
+
 from ._whirl import (  # noqa: F401
     Controller,
     Equation,
