@@ -180,6 +180,14 @@ def links(root, program):
     return wrong + ([] if seen > 30 else [f"only {seen} links found"])
 
 
+def snippets(root, program):
+    """README's C++ is that of the project which the suite builds against the installed package."""
+    shown = re.findall(r"^    ((?:auto|if \(|whirl::|#include).*?)(?:\s+//.*)?$", (root / "README.md").read_text(), re.M)
+    built = [line.strip() for line in (root / "tests/consumer/main.cpp").read_text().split("\n")]
+    wrong = [f"README.md: `{line}` is not in tests/consumer/main.cpp" for line in shown if line not in built]
+    return wrong + ([] if len(shown) > 5 else [f"only {len(shown)} lines of C++ found in README.md"])
+
+
 def version(root, program):
     stated = re.search(r"project\(whirl VERSION ([\d.]+)", (root / "CMakeLists.txt").read_text())[1]
     minor = stated.rsplit(".", 1)[0]
@@ -197,7 +205,7 @@ def version(root, program):
 
 
 if __name__ == "__main__":
-    deviations = {f.__name__: f for f in (manual, completion, commands, links, version)}[sys.argv[3]](
+    deviations = {f.__name__: f for f in (manual, completion, commands, links, snippets, version)}[sys.argv[3]](
         pathlib.Path(sys.argv[1]).resolve(), sys.argv[2])
     print("\n".join(deviations))
     sys.exit(1 if deviations else 0)

@@ -42,7 +42,9 @@ std::vector<std::string> pairs(const io::Table& table, const std::string& first,
 }
 
 RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
-  const io::Table table = io::read_table(path);
+  io::CsvOptions one_run;  // as found, beside a prior
+  one_run.min_samples = 1;
+  const io::Table table = io::read_table(path, one_run);
   RawJob raw;
   raw.probes = pairs(table, "_amp", "_phase");
   raw.planes = pairs(table, "_mass", "_angle");

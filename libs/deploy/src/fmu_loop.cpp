@@ -1,5 +1,7 @@
 #include "whirl/deploy/fmu_loop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -29,6 +31,22 @@ struct NoControl {
   void applied(const Command&) noexcept {}
 };
 
+/// The controller, switched on after `wait` ticks: an FMU starts from rest at full speed, which no machine does, and
+/// the supervision would take its first milliseconds for those of a lost actuator.
+struct LateControl {
+  control::Controller controller;
+  long wait;
+  bool on = false;
+
+  Expected<Command, Fault> step(const Measurement& m) noexcept {
+    on = on || wait-- <= 0;
+    return on ? controller.step(m) : Command{};
+  }
+  void applied(const Command& command) noexcept {
+    if (on) controller.applied(command);
+  }
+};
+
 template <class Control>
 FmuRun run(const std::string& fmu, const FmuPlantOptions& options, Control& control) {
   FmuPlant plant(fmu, options);
@@ -55,11 +73,12 @@ FmuRun run(const std::string& fmu, const FmuPlantOptions& options, Control& cont
 FmuLoop run_fmu(const ControllerDesign& design, const std::string& fmu, const FmuPlantOptions& plant) {
   NoControl none;
   const FmuRun open = run(fmu, plant, none);
-  control::Controller control = control::make_controller(design);
-  const FmuRun closed = run(fmu, plant, control);
   FmuLoop out;
-  const long skip = std::min(std::lround(out.settled / design.sample_time), closed.table.rows() / 2);
-  out.open_peak = open.peak(std::min<long>(skip, open.table.rows() - 1));
+  const long settled = std::min(std::lround(out.settled / design.sample_time), open.table.rows() / 4);
+  LateControl control{control::make_controller(design), settled};
+  const FmuRun closed = run(fmu, plant, control);
+  const long skip = 2 * settled;
+  out.open_peak = open.peak(skip);
   out.closed_peak = closed.peak(skip);
   out.force_peak = closed.table.middleCols(2, 2).cwiseAbs().maxCoeff();
   out.closed.dt = design.sample_time;
@@ -69,7 +88,10 @@ FmuLoop run_fmu(const ControllerDesign& design, const std::string& fmu, const Fm
       {"uy", Quantity::force},       {"beta", Quantity::angle},     {"omega", Quantity::angular_velocity}};
   for (Eigen::Index c = 0; c < 6; ++c) out.closed.add(columns[c].first, columns[c].second, closed.table.col(c));
   if (open.failed || closed.failed) out.summary.fail("the FMU refused a step");
-  if (closed.trip != Fault::none) out.summary.fail("the loop tripped: " + std::string(to_string(closed.trip)));
+  if (closed.trip != Fault::none) {
+    const std::string why = control::supervision_text(control.controller.state().supervision.word);
+    out.summary.fail(fmt::format("the loop tripped: {}{}", to_string(closed.trip), why.empty() ? "" : ": " + why));
+  }
   return out;
 }
 

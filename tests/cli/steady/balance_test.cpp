@@ -128,6 +128,10 @@ TEST(BalanceRunsE2e, AnIdentifiedModelSavesTheTrialRuns) {
   EXPECT_LT(mass[1].number() - mass[0].number(), 0.5 * std::abs(truth)) << o.out;
   const double angle = std::remainder(plane.at("angle").at("value").number() - std::arg(truth), 2 * std::numbers::pi);
   EXPECT_LT(std::abs(angle), 0.1) << o.out;
+  // A table of one row is one run as found at one speed.
+  folder.write("row.csv", runs.substr(0, runs.find('\n') + 1) + runs.substr(runs.find("1,1400")));
+  const Outcome row = folder.whirl(std::string(call).replace(call.find("runs.csv"), 8, "row.csv"));
+  EXPECT_LE(row.exit_code, 1) << row.err;
   // What the model cannot answer is said.
   folder.write("odd.csv", odd);
   const auto refused = [&](const std::string& file, const std::string& more) {
