@@ -24,6 +24,7 @@ struct RandomJob {
 
 struct RandomJobOptions {
   int planes = 2;
+  int modes = 0;        ///< of the rotor; 0: one more than planes, so that no masses on them can take all of it away
   double noise = 0.01;  ///< sd per component, of the rms reading of its speed
   double drift = 0.1;   ///< the largest drift over the job, of the rms reading
   bool wrong_run = false;
@@ -35,7 +36,7 @@ inline RandomJob random_job(const RandomJobOptions& o, unsigned seed) {
   std::uniform_real_distribution<double> uniform(0, 1);
   std::normal_distribution<double> normal;
   const auto angle = [&] { return 2 * std::numbers::pi * uniform(random); };
-  const int modes = o.planes + 1, probes = 3, speeds = 2, rows = probes * speeds;
+  const int modes = o.modes > 0 ? o.modes : o.planes + 1, probes = 3, speeds = 2, rows = probes * speeds;
   std::vector<double> frequency(static_cast<std::size_t>(modes)), damping(frequency.size());
   std::vector<std::array<double, 3>> shape(frequency.size());
   for (std::size_t k = 0; k < frequency.size(); ++k) {
