@@ -27,13 +27,14 @@ std::optional<double> number_in(const std::string& text) {
   return value;
 }
 
-/// What hides a number from the program: a unit behind it, or a decimal comma.
-std::string hint(const std::string& text) {
+/// What hides a number from the program: a unit behind it, or a comma (30,80 would be read in two ways).
+std::string hint(const std::string& text, bool several) {
   char* end = nullptr;
   std::strtod(text.c_str(), &end);
   const std::string rest = end;
   if (rest == text || rest.empty()) return "";
-  if (rest[0] == ',') return ", with a point before its decimals";
+  if (rest[0] == ',')
+    return fmt::format(", with a point before its decimals{}", several ? "; several are separated by spaces" : "");
   if (std::isalpha(static_cast<unsigned char>(rest[0])) != 0 || rest[0] == ' ' || rest[0] == '%')
     return ", without a unit: the flag's name or its help states it";
   return "";
@@ -52,20 +53,22 @@ int say(const std::string& what, const CLI::App& app, bool help) {
 
 }  // namespace
 
-CLI::Validator finite_number() {
-  return {[](std::string& text) {
+CLI::Validator finite_number(bool several) {
+  return {[several](std::string& text) {
             const auto value = number_in(text);
-            return value && std::isfinite(*value) ? "" : refused(text, "a finite number" + hint(text));
+            return value && std::isfinite(*value) ? "" : refused(text, "a finite number" + hint(text, several));
           },
           ""};
 }
 
-CLI::Validator whole_number(bool negative) {
-  return {[negative](std::string& text) -> std::string {
+CLI::Validator whole_number(bool negative, bool several) {
+  return {[negative, several](std::string& text) -> std::string {
             char* end = nullptr;
             errno = 0;
             const long long value = std::strtoll(text.c_str(), &end, 10);
-            if (text.empty() || *end != 0) return refused(text, "a whole number" + (number_in(text) ? "" : hint(text)));
+            if (several && *end == ',') return refused(text, "a whole number; several are separated by spaces");
+            if (text.empty() || *end != 0)
+              return refused(text, "a whole number" + (number_in(text) ? "" : hint(text, several)));
             if (!negative && value < 0) return refused(text, "a whole number, not below 0");
             return errno == ERANGE ? refused(text, "a smaller number") : "";
           },

@@ -9,8 +9,9 @@ namespace whirl::app {
 
 // What a value on the command line must be. A refusal reads "--flag = value: must be ...", like every error of the
 // program.
-CLI::Validator finite_number();
-CLI::Validator whole_number(bool negative);
+// `several`: the flag takes a list, whose values are separated by spaces.
+CLI::Validator finite_number(bool several);
+CLI::Validator whole_number(bool negative, bool several);
 CLI::Validator between(double low, double high);
 CLI::Validator positive_number();
 CLI::Validator member(const std::vector<std::string>& choices);
@@ -33,8 +34,9 @@ struct NumberOf<std::optional<T>> {
 template <class T>
 void check_number(CLI::Option& option) {
   using Number = typename NumberOf<T>::type;
-  if constexpr (std::is_floating_point_v<Number>) option.check(finite_number());
-  if constexpr (std::is_integral_v<Number>) option.check(whole_number(std::is_signed_v<Number>));
+  constexpr bool several = std::is_same_v<T, std::vector<Number>>;
+  if constexpr (std::is_floating_point_v<Number>) option.check(finite_number(several));
+  if constexpr (std::is_integral_v<Number>) option.check(whole_number(std::is_signed_v<Number>, several));
 }
 
 /// Says that there is no such flag or subcommand, with the nearest name that there is. Returns the exit code.

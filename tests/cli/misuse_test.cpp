@@ -74,6 +74,8 @@ TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
        "--from-rpm = 300rpm: must be a finite number, without a "},
       {"response model.json --from-rpm 300,5 --to-rpm 1900",
        "must be a finite number, with a point before its decimals"},
+      {"modes record.csv --select 30,80", "with a point before its decimals; several are separated by spaces"},
+      {"frf record.csv --exclude 1,2", "--exclude = 1,2: must be a whole number; several are separated by spaces"},
       {"run controller.json --seed -1", "--seed = -1: must be a whole number, not below 0"},
       {"margins controller.json model.json --speeds 2.5", "--speeds = 2.5: must be a whole number"},
       {"run controller.json --fmu none.fmu", "--fmu = none.fmu: must be a file that is there"},

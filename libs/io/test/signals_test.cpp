@@ -142,6 +142,18 @@ TEST(SignalsReference, WavNeedsACalibration) {
   EXPECT_NEAR(record.rate(), 2000, 1e-9);
 }
 
+TEST(Signals, WavWithoutARateOrChannelsIsNamedWithTheByte) {
+  const std::string whole = read_text(corpus("wav/pcm24.wav"));
+  ASSERT_EQ(whole.substr(12, 4), "fmt ");
+  std::string rate = whole, channels = whole;
+  for (std::size_t i = 24; i < 28; ++i) rate[i] = 0;
+  channels[22] = channels[23] = 0;
+  EXPECT_THAT(error_of([&] { parse_wav(rate, "a.wav"); }),
+              HasSubstr("a.wav: byte 24: sample rate = 0: must be 1 Hz or more"));
+  EXPECT_THAT(error_of([&] { parse_wav(channels, "a.wav"); }),
+              HasSubstr("a.wav: byte 22: channels = 0: must be 1 to 1024"));
+}
+
 TEST(Signals, FormatIsFoundFromTheContent) {
   const Folder folder;
   std::filesystem::copy_file(corpus("uff/all.uff"), folder / "wrong.csv");

@@ -1,5 +1,6 @@
 #include "whirl/pages/nonlinear_mode.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -62,7 +63,19 @@ report::Figure decay_figure(const response::DecayCurve& curve, const response::N
   report::Panel& top = figure.panel("", {"amplitude, peak", unit}, {"frequency", {"Hz", kHz}});
   top.error_bars("windows", a, f, fl, fh, {.color = 7});
   top.line("mode", grid, backbone, {.color = 0, .width = 1.8});
-  report::Panel& low = figure.panel("", {"amplitude, peak", unit}, {"damping ratio", {"%", 0.01}});
+  report::Axis damping{"damping ratio", {"%", 0.01}};
+  damping.low = std::min(0.0, ratio.minCoeff());
+  damping.high = ratio.maxCoeff();
+  for (Index k = 0; k < n; ++k) {
+    // The last windows, almost noise, would flatten the curve: the axis holds those known to half of the largest ratio.
+    if (zh[k] - z[k] > 0.5 * ratio.maxCoeff()) continue;
+    damping.low = std::min(damping.low, zl[k]);
+    damping.high = std::max(damping.high, zh[k]);
+  }
+  const double margin = 0.05 * (damping.high - damping.low);
+  damping.low -= damping.low < 0 ? margin : 0;
+  damping.high += margin;
+  report::Panel& low = figure.panel("", {"amplitude, peak", unit}, damping);
   low.error_bars("", a, z, zl, zh, {.color = 7});
   low.line("", grid, ratio, {.color = 0, .width = 1.8});
   return figure;

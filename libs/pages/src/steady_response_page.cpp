@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 
 #include "whirl/pages/steady_response.hpp"
@@ -29,6 +31,35 @@ void add_lines(report::Panel& panel, const std::vector<double>& x, const std::ve
     named[k] = true;
     i = j;
   }
+}
+
+/// What is drawn of one curve.
+struct Drawn {
+  std::vector<double> x, y, phase;  ///< rad/s, amplitude, rad
+  std::vector<int> kind;            ///< as `add_lines` names them
+};
+
+/// The phase goes on without jumps; that of another curve starts in the turn of `beside` at the nearest speed.
+Drawn drawn(const response::ResponseCurve& curve, const SteadyResponse& f, const Drawn* beside = nullptr) {
+  constexpr double turn = 2 * std::numbers::pi;
+  Drawn d;
+  for (const response::CurvePoint& p : curve.points) {
+    d.x.push_back(p.solution.omega);
+    d.y.push_back(f.amplitude(p.solution));
+    double phase = std::arg(p.solution.harmonic(0, 1)), before = phase;
+    if (!d.phase.empty())
+      before = d.phase.back();
+    else if (beside != nullptr) {
+      const auto far = [&](double x) { return std::abs(x - d.x[0]); };
+      const auto near =
+          std::min_element(beside->x.begin(), beside->x.end(), [&](double a, double b) { return far(a) < far(b); });
+      before = beside->phase[static_cast<std::size_t>(near - beside->x.begin())];
+    }
+    phase += turn * std::round((before - phase) / turn);
+    d.phase.push_back(phase);
+    d.kind.push_back((p.stable ? 0 : 1) + (f.known.holds(d.y.back(), d.x.back()) ? 0 : 2));
+  }
+  return d;
 }
 
 /// Points and events of one curve, into `out`.
@@ -68,24 +99,15 @@ io::Json peak_json(const response::PeakCurve& peaks) {
 report::Figure steady_figure(const SteadyResponse& f) {
   std::vector<response::ResponseCurve> others = f.branches;
   others.insert(others.end(), f.isolas.begin(), f.isolas.end());
+  const Drawn curve = drawn(f.curve, f);
+  std::vector<Drawn> others_drawn;
+  for (const response::ResponseCurve& other : others) others_drawn.push_back(drawn(other, f, &curve));
   report::Figure figure;
   figure.title = "Steady response";
   figure.description = "Amplitude and phase of the steady response over speed, with stability and folds.";
   figure.shared_x = true;
-  std::vector<double> x, y, phase;
-  std::vector<int> kind;
-  double largest = 0;
-  for (const response::CurvePoint& p : f.curve.points) {
-    x.push_back(p.solution.omega);
-    y.push_back(f.amplitude(p.solution));
-    phase.push_back(std::arg(p.solution.harmonic(0, 1)));
-    if (phase.size() > 1)
-      while (phase.back() - phase[phase.size() - 2] > std::numbers::pi) phase.back() -= 2 * std::numbers::pi;
-    if (phase.size() > 1)
-      while (phase.back() - phase[phase.size() - 2] < -std::numbers::pi) phase.back() += 2 * std::numbers::pi;
-    kind.push_back((p.stable ? 0 : 1) + (f.known.holds(y.back(), x.back()) ? 0 : 2));
-    largest = std::max(largest, y.back());
-  }
+  const std::vector<double>&x = curve.x, &y = curve.y;
+  const double largest = *std::max_element(y.begin(), y.end());
   const report::Axis speed{"speed", {"rpm", kRpm}};
   const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
@@ -93,17 +115,8 @@ report::Figure steady_figure(const SteadyResponse& f) {
   if (f.band)
     top.band("95 % band, largest response", f.band->omega, f.band->upper_low, f.band->upper_high, {.color = 5});
   std::array<bool, 4> named{};
-  add_lines(top, x, y, kind, named);
-  for (const response::ResponseCurve& isola : others) {
-    std::vector<double> w, a;
-    std::vector<int> how;
-    for (const response::CurvePoint& p : isola.points) {
-      w.push_back(p.solution.omega);
-      a.push_back(f.amplitude(p.solution));
-      how.push_back((p.stable ? 0 : 1) + (f.known.holds(a.back(), w.back()) ? 0 : 2));
-    }
-    add_lines(top, w, a, how, named);
-  }
+  add_lines(top, x, y, curve.kind, named);
+  for (const Drawn& other : others_drawn) add_lines(top, other.x, other.y, other.kind, named);
   if (f.plain_rotor) {
     Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(60, 0, largest * 1.05), w(60);
     for (Index k = 0; k < 60; ++k) {
@@ -122,7 +135,8 @@ report::Figure steady_figure(const SteadyResponse& f) {
   report::Panel& low = figure.panel("", speed, {"phase of " + f.coordinate, {"deg", std::numbers::pi / 180}});
   low.height = 160;
   std::array<bool, 4> named_low{};
-  add_lines(low, x, phase, kind, named_low);
+  add_lines(low, x, curve.phase, curve.kind, named_low);
+  for (const Drawn& other : others_drawn) add_lines(low, other.x, other.phase, other.kind, named_low);
   return figure;
 }
 

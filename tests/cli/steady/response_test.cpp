@@ -217,6 +217,10 @@ TEST(ResponseCommandsE2e, SecondBranchAndPeaksAreSaid) {
   const io::JsonReader document(json, "r.json");
   EXPECT_EQ(document.at("branches").items().size(), 1U);
   EXPECT_EQ(document.at("peaks").at("up").items().size(), 40U);
+  // The figure holds the phase of both: only the second branch has an unstable part here.
+  ASSERT_EQ(folder.whirl("response model.json --from-rpm 400 --to-rpm 1050 --figure c.csv").exit_code, 0);
+  const std::string figure = slurp(folder / "c.csv");
+  EXPECT_NE(figure.find("unstable: phase of X1"), std::string::npos) << figure.substr(0, figure.find('\n'));
   EXPECT_EQ(folder.whirl("response model.json --from-rpm 400 --to-rpm 1050 --peak-figure p.svg").exit_code, 2);
 }
 

@@ -74,6 +74,26 @@ std::size_t unfinished_data(std::string_view bytes, bool big) {
   return 0;
 }
 
+// Samples a second and channels that the chunk `fmt ` states: libsndfile refuses a 0 without a name.
+void check_stated(std::string_view bytes, bool big, std::string_view name) {
+  for (std::size_t at = 12; at + 8 <= bytes.size();) {
+    const std::size_t size = number_at<std::uint32_t>(bytes, at + 4, big);
+    if (bytes.substr(at, 4) == "fmt ") {
+      if (at + 16 > bytes.size()) return;
+      const auto channels = number_at<std::uint16_t>(bytes, at + 10, big);
+      const auto rate = number_at<std::uint32_t>(bytes, at + 12, big);
+      const auto refuse = [&](const char* field, std::size_t place, std::uint32_t value, const char* allowed) {
+        return Error::in_file(name, 0, fmt::format("byte {}: {} = {}: must be {}", place, field, value, allowed));
+      };
+      if (channels < 1 || channels > 1024) throw refuse("channels", at + 10, channels, "1 to 1024");
+      if (rate < 1) throw refuse("sample rate", at + 12, rate, "1 Hz or more");
+      return;
+    }
+    if (size > bytes.size() - at - 8) return;
+    at += 8 + size + size % 2;
+  }
+}
+
 }  // namespace
 
 SignalFile parse_wav(std::string_view bytes, std::string_view name) {
@@ -82,6 +102,7 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   const std::string_view riff = bytes.substr(0, 4);
   if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64" && riff != "BW64") || bytes.substr(8, 4) != "WAVE")
     throw fail("byte 0: not a WAV file");
+  check_stated(bytes, riff == "RIFX", name);
   const std::size_t unfinished = unfinished_data(bytes, riff == "RIFX");
   std::string mended;
   if (riff == "BW64" || unfinished > 0) {
