@@ -35,22 +35,6 @@ std::vector<std::string> states_of(const Recording& like, const std::vector<std:
   return states;
 }
 
-/// The longest stretch without a missing sample; the record itself where nothing is missing.
-Recording longest_whole_stretch(const Recording& record) {
-  Eigen::Index best = 0, at = 0, first = 0;
-  for (Eigen::Index i = 0; i <= record.size(); ++i) {
-    const bool whole = i < record.size() && std::all_of(record.channels.begin(), record.channels.end(),
-                                                        [&](const Channel& c) { return std::isfinite(c.samples[i]); });
-    if (whole) continue;
-    if (i - first > best) {
-      best = i - first;
-      at = first;
-    }
-    first = i + 1;
-  }
-  return best == record.size() ? record : part_of(record, at, best);
-}
-
 std::size_t index_of(const Recording& r, const std::string& name) {
   const auto at = std::find_if(r.channels.begin(), r.channels.end(), [&](const Channel& c) { return c.name == name; });
   return static_cast<std::size_t>(at - r.channels.begin());
@@ -61,9 +45,11 @@ std::vector<Recording> bridged(std::vector<Recording> records, const IdentifyOpt
   for (Recording& r : records) {
     if (!rotor(o.method) && o.method != Method::drive) {
       r = detail::with_single_gaps_bridged(r, said);
+      if (o.method == Method::sindy && !o.sindy.discrete)
+        r = detail::without_empty_ends(r, o.sindy.states, o.sindy.inputs);
       if (o.method != Method::second_order) continue;
       // It follows one run from end to end.
-      const Recording whole = longest_whole_stretch(r);
+      const Recording whole = detail::longest_whole_stretch(r);
       if (whole.size() == r.size()) continue;
       said.warn(fmt::format("{:.4g} s of {:.4g} s are used, from {:.4g} s on: the longest stretch without a gap",
                             whole.dt * static_cast<double>(whole.size()), r.dt * static_cast<double>(r.size()),
@@ -210,7 +196,7 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
             {options.record.y, v.rmse_y, v.rmse_y / finite_spread(record[options.record.y]), v.noise_y});
       return held;
     }
-    const Recording whole = longest_whole_stretch(record);
+    const Recording whole = detail::longest_whole_stretch(record);
     if (whole.size() < record.size())
       held.what += fmt::format(", {:.3g} s without a gap", whole.dt * static_cast<double>(whole.size()));
     const Recording test = with_derivatives(whole, model.inputs);
@@ -266,7 +252,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
   if (id.model.summary.status != Status::unusable && o.method != Method::drive) {
     if (!has_tilt(id.model))
       id.evidence.collinear =
-          collinear_groups(id.model, with_derivatives(longest_whole_stretch(records.front()), id.model.inputs));
+          collinear_groups(id.model, with_derivatives(detail::longest_whole_stretch(records.front()), id.model.inputs));
     if (o.holdout != 0) id.evidence.held_out = hold_out(evidence_options, records, id.model, rest);
   }
   progress(1);

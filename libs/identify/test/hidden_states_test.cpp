@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "whirl/identify/identify.hpp"
 #include "whirl/testing/hidden_systems.hpp"
 
 namespace whirl::identification {
@@ -53,6 +54,18 @@ TEST(HiddenStateProperty, LagOfAnActuatorIsFound) {
   const Recording other = testing::lagging_actuator_record(3000, rate, 0.005, 6);
   const StateScore s = score(model, other).front();
   EXPECT_LT(s.nrmse, 1.2 * 0.005);
+}
+
+// The whole identification, with its collinear terms and verdict, not the fit alone.
+TEST(HiddenStateProperty, AModelWithAHiddenStateIsJudgedLikeOthers) {
+  IdentifyOptions options;
+  options.method = Method::sindy;
+  options.holdout = 0;
+  options.sindy = second_order("x", {"x", "x'", "x^3"});
+  const Identification found = identify(testing::lagging_actuator_record(2500, 25, 0.002, 9), options);
+  ASSERT_TRUE(found.usable()) << found.summary.warnings.back();
+  ASSERT_EQ(found.model.states.size(), 3u) << found.summary.trust;
+  EXPECT_LT(score(found.model, testing::lagging_actuator_record(2500, 25, 0.002, 10)).front().nrmse, 0.004);
 }
 
 // Nothing hidden: none is found.

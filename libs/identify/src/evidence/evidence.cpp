@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "trajectory/trajectory_score.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_record.hpp"
@@ -27,10 +28,18 @@ Eigen::MatrixXd rotor_columns(const CompiledModel& model, const Recording& recor
   return all;
 }
 
-Eigen::MatrixXd general_columns(const CompiledModel& model, const Recording& record) {
-  Eigen::MatrixXd all(record.size(), static_cast<Eigen::Index>(model.states().size() + model.inputs().size()));
-  all << smoothed_states(model, record),
-      half_grid_inputs(model, record)(Eigen::seq(0, Eigen::last, Eigen::fix<2>), Eigen::all);
+/// States without a channel as the free run shows them; without rows when it diverges.
+Eigen::MatrixXd general_columns(const IdentifiedModel& model, const CompiledModel& compiled, const Recording& record) {
+  Eigen::MatrixXd states;
+  if (detail::hidden_states(model, record).empty()) {
+    states = smoothed_states(compiled, record);
+  } else {
+    const ModelRun run = simulate(model, record);
+    if (run.diverged) return {};
+    states = run.values;
+  }
+  Eigen::MatrixXd all(record.size(), states.cols() + static_cast<Eigen::Index>(compiled.inputs().size()));
+  all << states, half_grid_inputs(compiled, record)(Eigen::seq(0, Eigen::last, Eigen::fix<2>), Eigen::all);
   return all;
 }
 
@@ -69,7 +78,8 @@ std::vector<CollinearGroup> collinear_groups(const IdentifiedModel& model, const
   if (model.equations.empty()) return all;
   const CompiledModel compiled(model);
   const bool rotor = compiled.states() == std::vector<std::string>{"X1", "X2", "X3", "X4"} && !record.has("X1");
-  const Eigen::MatrixXd variables = rotor ? rotor_columns(compiled, record) : general_columns(compiled, record);
+  const Eigen::MatrixXd variables = rotor ? rotor_columns(compiled, record) : general_columns(model, compiled, record);
+  if (variables.rows() == 0) return all;
   std::vector<std::string> symbols = compiled.states();
   symbols.insert(symbols.end(), compiled.inputs().begin(), compiled.inputs().end());
   for (const Equation& e : model.equations) {

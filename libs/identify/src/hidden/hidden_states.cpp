@@ -13,6 +13,7 @@
 #include "evidence/sindy_verdict.hpp"
 #include "evidence/verdict.hpp"
 #include "hidden/hidden_kinds.hpp"
+#include "record/bridge_gaps.hpp"
 #include "trajectory/sindy_timing.hpp"
 #include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_score.hpp"
@@ -39,7 +40,7 @@ class Search {
  public:
   Search(const std::vector<Recording>& records, const SindyOptions& options) : options_(options) {
     const HoldoutSplit split = split_holdout(records, 0.3);
-    held_ = split.test;
+    held_ = detail::longest_whole_stretch(split.test);
     train_ = prepare(split.train);
     all_ = prepare(records);
     std::vector<Stretch> stretches = detail::finite_stretches(split.train, options);

@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/evidence.hpp"
 #include "whirl/signal/noise.hpp"
 
 namespace whirl::identification::detail {
@@ -143,6 +145,37 @@ Recording with_single_gaps_bridged(const Recording& record, Summary& summary) {
     }
   }
   return out;
+}
+
+Recording without_empty_ends(const Recording& record, const std::vector<std::string>& states,
+                             const std::vector<std::string>& inputs) {
+  const auto read = [&](const std::string& name, Eigen::Index i) {
+    const Channel* c = record.find(name);
+    return c == nullptr || std::isfinite(c->samples[i]);
+  };
+  const auto says = [&](Eigen::Index i) {
+    return std::all_of(inputs.begin(), inputs.end(), [&](const std::string& u) { return read(u, i); }) &&
+           std::any_of(states.begin(), states.end(), [&](const std::string& x) { return read(x, i); });
+  };
+  Eigen::Index first = 0, end = record.size();
+  while (first < end && !says(first)) ++first;
+  while (end > first && !says(end - 1)) --end;
+  return end == first || end - first == record.size() ? record : part_of(record, first, end - first);
+}
+
+Recording longest_whole_stretch(const Recording& record) {
+  Eigen::Index best = 0, at = 0, first = 0;
+  for (Eigen::Index i = 0; i <= record.size(); ++i) {
+    const bool whole = i < record.size() && std::all_of(record.channels.begin(), record.channels.end(),
+                                                        [&](const Channel& c) { return std::isfinite(c.samples[i]); });
+    if (whole) continue;
+    if (i - first > best) {
+      best = i - first;
+      at = first;
+    }
+    first = i + 1;
+  }
+  return best == record.size() ? record : part_of(record, at, best);
 }
 
 }  // namespace whirl::identification::detail

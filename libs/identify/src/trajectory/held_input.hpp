@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -21,6 +22,16 @@ class HeldInput {
   Hold hold_;
   Eigen::VectorXd samples_;  // band-limited: kFine times finer
 };
+
+/// Calls `f(first, count)` for every stretch without a missing sample.
+template <class F>
+void each_whole_stretch(const Eigen::Ref<const Eigen::VectorXd>& samples, const F& f) {
+  for (Eigen::Index first = 0, i = 0; i <= samples.size(); ++i) {
+    if (i < samples.size() && std::isfinite(samples[i])) continue;
+    if (i > first) f(first, i - first);
+    first = i + 1;
+  }
+}
 
 /// One Runge-Kutta step of a run, in samples from the record's first.
 struct HeldStep {

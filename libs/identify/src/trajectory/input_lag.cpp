@@ -17,18 +17,19 @@ std::string replaced(const std::string& function, const std::string& name, const
 
 Eigen::VectorXd acting(const Eigen::Ref<const Eigen::VectorXd>& samples, double dt, const InputLag& lag) {
   constexpr int kFine = 16;
-  Eigen::VectorXd out(samples.size());
-  if (!samples.allFinite()) return samples;  // a gap would spread over the whole channel
-  const HeldInput input(samples, lag.timing.hold);
+  Eigen::VectorXd out = samples;
   const double dead = lag.timing.dead_time.value / dt, stay = std::exp(-dt / lag.time / kFine);
-  double now = samples[0];
-  for (Eigen::Index i = 0; i < samples.size(); ++i) {
-    out[i] = now;
-    for (int k = 0; k < kFine; ++k) {
-      const double in = input.value(static_cast<double>(i) + (k + 0.5) / kFine - dead);
-      now = in + stay * (now - in);
+  each_whole_stretch(samples, [&](Eigen::Index first, Eigen::Index count) {
+    const HeldInput input(samples.segment(first, count), lag.timing.hold);
+    double now = samples[first];
+    for (Eigen::Index i = 0; i < count; ++i) {
+      out[first + i] = now;
+      for (int k = 0; k < kFine; ++k) {
+        const double in = input.value(static_cast<double>(i) + (k + 0.5) / kFine - dead);
+        now = in + stay * (now - in);
+      }
     }
-  }
+  });
   return out;
 }
 

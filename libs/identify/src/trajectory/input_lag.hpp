@@ -15,7 +15,7 @@ struct InputLag {
   std::string state() const { return timing.input + "_acting"; }
 };
 
-/// What acts on the system at every sample of an input; at rest with the first one.
+/// What acts on the system at every sample of an input; at rest with the first one of every stretch without a gap.
 Eigen::VectorXd acting(const Eigen::Ref<const Eigen::VectorXd>& samples, double dt, const InputLag& lag);
 /// The records with what acts on the system in place of the input.
 std::vector<Recording> with_input_acting(const std::vector<Recording>& records, const InputLag& lag);

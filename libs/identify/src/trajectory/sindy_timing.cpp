@@ -28,10 +28,13 @@ std::vector<Recording> with_inputs_late(const std::vector<Recording>& records, c
       const auto at = std::find(options.inputs.begin(), options.inputs.end(), c.name);
       if (at == options.inputs.end()) continue;
       const double d = lag[at - options.inputs.begin()];
+      if (d == 0) continue;
       // A gap would spread over the whole channel.
-      if (d == 0 || !c.samples.allFinite()) continue;
-      const HeldInput input(c.samples, Hold::band_limited);
-      for (Eigen::Index i = 0; i < c.samples.size(); ++i) c.samples[i] = input.value(static_cast<double>(i) - d);
+      const Eigen::VectorXd u = c.samples;
+      each_whole_stretch(u, [&](Eigen::Index first, Eigen::Index count) {
+        const HeldInput input(u.segment(first, count), Hold::band_limited);
+        for (Eigen::Index i = 0; i < count; ++i) c.samples[first + i] = input.value(static_cast<double>(i) - d);
+      });
     }
   }
   return out;

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/trajectory.hpp"
 #include "whirl/testing/held_input.hpp"
@@ -37,6 +39,26 @@ TEST_P(HeldInputProperty, FreeRunReachesNoiseFloor) {
     const double noise = 0.01 * std::sqrt((y.array() - y.mean()).square().mean());
     EXPECT_LT(s.rmse, 1.2 * noise) << system.name << " " << s.state;
   }
+}
+
+// A gap in all channels and an empty last line, as loggers leave them, hide neither the hold nor the dead time.
+TEST(InputTimingProperty, GapsHideNoDeadTime) {
+  const testing::HeldSystem system = testing::held_systems()[2];
+  const double d = 2.8 * system.dt;
+  Recording train = testing::held_record(system, d, 1500, 0.01, 41);
+  for (Channel& c : train.channels) {
+    c.samples.segment(620, 12).setConstant(std::numeric_limits<double>::quiet_NaN());
+    c.samples.tail(3).setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  IdentifyOptions options;
+  options.method = Method::sindy;
+  options.holdout = 0;
+  options.sindy = options_of(system);
+  const IdentifiedModel model = identify(train, options).model;
+  ASSERT_NE(model.summary.status, Status::unusable) << model.summary.warnings.back();
+  ASSERT_EQ(model.timing.size(), 1u);
+  EXPECT_EQ(model.timing[0].hold, Hold::zero);
+  EXPECT_NEAR(model.timing[0].dead_time.value, d, std::max(0.02 * system.dt, 4 * model.timing[0].dead_time.sd));
 }
 
 /// Largest error of a free run of another record by the noise that was added to it.
