@@ -129,7 +129,7 @@ void bind_response(py::module_& m) {
         o.amplitude = amplitude;
         o.unbalance = unbalance;
         o.isolas = isolas;
-        if (record != nullptr) o.known = pages::data_range(*record);
+        if (record != nullptr) o.known = identification::data_range({*record});
         const py::gil_scoped_release unlocked;
         return pages::steady_response(model, o);
       },

@@ -299,7 +299,11 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   const IdentifyOptions o = completed(options, records.front());
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   detail::check_bounds(o);
-  return without_damage(identify_once(records, o), records, o);
+  Identification found = without_damage(identify_once(records, o), records, o);
+  const auto both_probes = [](const Recording& r) { return r.has("x") && r.has("y") && r.has("beta"); };
+  if (rotor(o.method) && std::all_of(records.begin(), records.end(), both_probes))
+    found.evidence.range = data_range(records);
+  return found;
 }
 
 MethodComparison compare_methods(const std::vector<Recording>& as_read, const IdentifyOptions& options) {

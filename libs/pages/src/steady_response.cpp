@@ -93,22 +93,6 @@ void warn_of_extrapolation(SteadyResponse& found) {
 
 }  // namespace
 
-DataRange data_range(const Recording& record) {
-  DataRange k;
-  const Eigen::VectorXd &x = record["x"], &y = record["y"], &beta = record["beta"];
-  k.amplitude = ((x.array() - x.mean()).square() + (y.array() - y.mean()).square()).sqrt().maxCoeff();
-  // Mean speed over fiftieths of the record: an encoder's steps do not count.
-  const Index block = std::max<Index>(1, beta.size() / 50);
-  k.low = INFINITY;
-  k.high = 0;
-  for (Index i = 0; i + block < beta.size(); i += block) {
-    const double speed = std::abs(beta[i + block] - beta[i]) / (static_cast<double>(block) * record.dt);
-    k.low = std::min(k.low, speed);
-    k.high = std::max(k.high, speed);
-  }
-  return k;
-}
-
 std::string SteadyResponse::amplitude_text(double amplitude) const {
   return radius ? report::format_amplitude(amplitude, AmplitudeKind::peak) : report::format_number(amplitude);
 }
@@ -147,7 +131,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
     found.known = *o.known;
     warn_of_extrapolation(found);
   } else {
-    found.summary.trust = "the range of the data is not known: give --data RECORD to see what is extrapolation";
+    found.summary.trust = "the range of the data is not known: give the record (--data) to see what is extrapolation";
   }
   if (o.peaks_to > 0) {
     found.peaks = peaks_of(forced.model, o, found);

@@ -224,5 +224,23 @@ TEST(ResponseCommandsE2e, SecondBranchAndPeaksAreSaid) {
   EXPECT_EQ(folder.whirl("response model.json --from-rpm 400 --to-rpm 1050 --peak-figure p.svg").exit_code, 2);
 }
 
+// What the records of a model covered stands in its file; what lies beyond it is said by every command that predicts.
+TEST(ResponseCommandsE2e, WhatLiesBeyondTheRecordsOfTheModelIsSaid) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
+  ASSERT_EQ(folder.whirl("identify down.csv --no-holdout --out model.json --quiet").exit_code, 0);
+  const io::Json model = io::load_json(folder / "model.json");
+  const io::JsonReader range = io::JsonReader(model, "model").at("evidence").at("range");
+  EXPECT_NEAR(range.at("amplitude_m").number(), 8.3e-3, 0.2e-3);
+  EXPECT_NEAR(range.at("speed_high_rad_s").number(), 188, 4);
+  const std::string slow = " model.json --from-rpm 300 --to-rpm 1750";
+  for (const std::string& call : {"response" + slow, "runup" + slow, "simulate" + slow + " --seconds 60"}) {
+    const Outcome far = folder.whirl(call);
+    EXPECT_NE(far.err.find("extrapolation"), std::string::npos) << call << far.err;
+  }
+  const Outcome fast = folder.whirl("simulate model.json --from-rpm 300 --to-rpm 1750 --seconds 3");
+  EXPECT_EQ(fast.err.find("extrapolation"), std::string::npos) << fast.err;
+}
+
 }  // namespace
 }  // namespace whirl::testing

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/pages/steady_response.hpp"
@@ -62,7 +63,11 @@ void run(Options o, Session& session) {
   o.steady.curve.from = o.from_rpm * kRpm;
   o.steady.curve.to = o.to_rpm * kRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
-  if (!o.data.empty()) o.steady.known = pages::data_range(io::read_recording(o.data));
+  if (!o.data.empty()) {
+    o.steady.known = identification::data_range({io::read_recording(o.data)});
+  } else if (o.steady.input.empty()) {
+    o.steady.known = identification::load_data_range(o.model);
+  }
   const pages::SteadyResponse found = pages::steady_response(model, o.steady);
   if (found.curve.points.empty()) {
     session.finish(found.summary);
@@ -93,7 +98,8 @@ void add_response(CommandLine& app, Session& session) {
       "not,\n"
       "folds and branch points. Without --input the rotor turns and its unbalance is the forcing; with --input the "
       "named\n"
-      "input is amplitude * cos(Omega t). Dotted: beyond the amplitude and speed of the record given by --data.\n\n"
+      "input is amplitude * cos(Omega t). Dotted: beyond the amplitude and speed of the records of the model, or of "
+      "--data.\n\n"
       "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg",
       [o, &session] { run(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();

@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <tuple>
 
 #include "response.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
@@ -83,6 +85,15 @@ void say_further_forces(Session& session, IdentifiedModel model, const pages::Ru
   }
 }
 
+/// What of the plan lies beyond the records of the model.
+void say_extrapolation(const identification::DataRange& range, const pages::RunUpSheet& sheet, Summary& summary) {
+  double largest = 0;
+  for (const response::RateCurve* c : {&sheet.plan.up, &sheet.plan.down})
+    for (const auto& passage : c->passages) largest = std::max(largest, passage.peak);
+  if (const std::string text = range.beyond(largest, sheet.options.from, sheet.options.to); !text.empty())
+    summary.warn(text);
+}
+
 void run(const Options& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (identification::has_tilt(model))
@@ -112,6 +123,7 @@ void run(const Options& o, Session& session) {
                                                      : "stalls"));
   }
   say_further_forces(session, model, sheet, sheet.summary);
+  if (const auto range = identification::load_data_range(o.model)) say_extrapolation(*range, sheet, sheet.summary);
   const io::Json json = to_json(sheet);
   session.result(json);
   session.write_together();

@@ -5,6 +5,7 @@
 
 #include "commands/balance/response.hpp"
 #include "whirl/identify/drive.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
@@ -156,7 +157,12 @@ void run(const Options& o, Session& session) {
   session.result(json);
   session.say(fmt::format("samples            {} at {:g} Hz{}", result.size(), 1 / result.dt,
                           o.out.empty() ? "" : ", written to " + o.out));
-  session.finish(model.summary);
+  Summary summary = model.summary;
+  if (const auto range = identification::load_data_range(o.model); range && o.record.empty() && peak > 0) {
+    if (const std::string text = range->beyond(peak, o.from_rpm * kRpm, o.to_rpm * kRpm); !text.empty())
+      summary.warn(text);
+  }
+  session.finish(summary);
 }
 
 }  // namespace

@@ -69,7 +69,22 @@ io::Json to_json(const Evidence& evidence) {
   io::Json out = io::Json::object();
   out.set("held_out", to_json(evidence.held_out)).set("collinear", std::move(groups)).set("bounds", std::move(bounds));
   out.set("ambiguities", std::move(ambiguities)).set("assumptions", evidence.assumptions);
+  if (evidence.range) {
+    io::Json range = io::Json::object();
+    range.set("amplitude_m", evidence.range->amplitude);
+    range.set("speed_low_rad_s", evidence.range->low).set("speed_high_rad_s", evidence.range->high);
+    out.set("range", std::move(range));
+  }
   return out;
+}
+
+std::optional<DataRange> load_data_range(const std::filesystem::path& model) {
+  const io::Json document = io::load_json(model);
+  const io::JsonReader reader(document, model.string());
+  if (!reader.has("evidence") || !reader.at("evidence").has("range")) return std::nullopt;
+  const io::JsonReader range = reader.at("evidence").at("range");
+  return DataRange{range.at("amplitude_m").number(), range.at("speed_low_rad_s").number(),
+                   range.at("speed_high_rad_s").number()};
 }
 
 io::Json to_json(const Identification& id) {

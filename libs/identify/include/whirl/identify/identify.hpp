@@ -65,6 +65,19 @@ struct IdentifyOptions {
   Method chosen(const Recording& like) const;
 };
 
+/// Amplitudes and speeds that records of a rotor covered: beyond them a model extrapolates.
+struct DataRange {
+  double amplitude = std::numeric_limits<double>::infinity();      ///< m peak, radius about the mean
+  double low = 0, high = std::numeric_limits<double>::infinity();  ///< rotor speed, rad/s
+  bool holds(double a, double omega) const { return a <= amplitude && omega >= low && omega <= high; }
+  /// What of a motion up to the radius `a` (m) between the speeds `from` and `to` (rad/s) is extrapolation; empty:
+  /// nothing.
+  std::string beyond(double a, double from, double to) const;
+};
+/// Of records with x, y and beta. A single reading apart from both its neighbours counts as they do; the speeds are
+/// means over fiftieths of a record, so that an encoder's steps do not count.
+DataRange data_range(const std::vector<Recording>& records);
+
 /// What speaks for a model beside its own summary.
 struct Evidence {
   HeldOut held_out;
@@ -72,6 +85,7 @@ struct Evidence {
   std::vector<BoundOutcome> bounds;      ///< one per sign bound and term
   std::vector<std::string> assumptions;  ///< what is taken for granted where a channel is missing; of a rotor
   std::vector<Ambiguity> ambiguities;    ///< of Method::weak
+  std::optional<DataRange> range;        ///< of a rotor seen by two probes
 };
 
 /// A model and what speaks for and against it.

@@ -1,4 +1,6 @@
 #pragma once
+#include <filesystem>
+#include <optional>
 #include <string>
 
 #include "whirl/identify/identify.hpp"
@@ -10,6 +12,8 @@ namespace whirl::identification {
 io::Json to_json(const Identification& identification);
 io::Json to_json(const Evidence& evidence);
 io::Json to_json(const HeldOut& held_out);
+/// `evidence.range` of a model.json; empty where the file has none.
+std::optional<DataRange> load_data_range(const std::filesystem::path& model);
 /// One entry of validation.json (`runs[]`): file, rmse_x, rmse_y (m), nrmse, clean_rmse_*, noise_*, peaks, status.
 io::Json to_json(const Validation& validation, const std::string& file);
 /// Document of `whirl validate`, whirl.validation/1.

@@ -6,6 +6,7 @@
 
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/recording.hpp"
+#include "whirl/identify/identify.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/report/figure.hpp"
 #include "whirl/response/continuation.hpp"
@@ -14,13 +15,7 @@
 
 namespace whirl::pages {
 
-/// What a record covers: beyond it a curve is extrapolation.
-struct DataRange {
-  double amplitude = INFINITY, low = 0, high = INFINITY;  ///< m peak (radius); rad/s
-  bool holds(double a, double omega) const { return a <= amplitude && omega >= low && omega <= high; }
-};
-/// Of a record with x, y and beta; the speeds as means over fiftieths of it, so that an encoder's steps do not count.
-DataRange data_range(const Recording& record);
+using identification::DataRange;
 
 struct SteadyOptions {
   response::CurveOptions curve;  ///< range in rad/s

@@ -1,0 +1,56 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "whirl/identify/identify.hpp"
+
+namespace whirl::identification {
+namespace {
+
+double middle(double a, double b, double c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+
+/// NaN readings do not count.
+double amplitude_of(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
+  const auto mean = [](const Eigen::VectorXd& v) {
+    const Eigen::Array<bool, Eigen::Dynamic, 1> there = v.array().isFinite();
+    return there.select(v.array(), 0.0).sum() / std::max<double>(1, static_cast<double>(there.count()));
+  };
+  Eigen::ArrayXd radius = ((x.array() - mean(x)).square() + (y.array() - mean(y)).square()).sqrt();
+  radius = radius.isFinite().select(radius, 0.0).eval();
+  double largest = 0;
+  for (Eigen::Index i = 1; i + 1 < radius.size(); ++i)
+    largest = std::max(largest, middle(radius[i - 1], radius[i], radius[i + 1]));
+  return largest;
+}
+
+}  // namespace
+
+std::string DataRange::beyond(double a, double from, double to) const {
+  constexpr double kRpm = std::numbers::pi / 30;
+  std::string text;
+  if (a > amplitude) text = fmt::format("radii above {:.3g} mm peak (here up to {:.3g} mm)", 1e3 * amplitude, 1e3 * a);
+  // A run begins and ends a little inside what was asked for: its speeds are means.
+  if (std::min(from, to) < 0.95 * low || std::max(from, to) > 1.05 * high)
+    text += fmt::format("{}speeds outside {:.0f} to {:.0f} rpm", text.empty() ? "" : " and ", low / kRpm, high / kRpm);
+  return text.empty() ? text : text + " are extrapolation: the records of the model went no further";
+}
+
+DataRange data_range(const std::vector<Recording>& records) {
+  DataRange range{0, std::numeric_limits<double>::infinity(), 0};
+  for (const Recording& r : records) {
+    range.amplitude = std::max(range.amplitude, amplitude_of(r["x"], r["y"]));
+    const Eigen::VectorXd& beta = r["beta"];
+    const Eigen::Index block = std::max<Eigen::Index>(1, beta.size() / 50);
+    for (Eigen::Index i = 0; i + block < beta.size(); i += block) {
+      const double speed = std::abs(beta[i + block] - beta[i]) / (static_cast<double>(block) * r.dt);
+      if (!std::isfinite(speed)) continue;
+      range.low = std::min(range.low, speed);
+      range.high = std::max(range.high, speed);
+    }
+  }
+  return range;
+}
+
+}  // namespace whirl::identification

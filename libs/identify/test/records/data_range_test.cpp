@@ -1,0 +1,43 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "whirl/identify/identify.hpp"
+
+namespace whirl::identification {
+namespace {
+
+/// An orbit of 2 mm about an offset, run down from 100 to 20 rad/s in 4 s.
+Recording spiral() {
+  const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(4001, 0, 4);
+  const Eigen::ArrayXd beta = 100 * t - 10 * t.square();
+  Recording r;
+  r.dt = 1e-3;
+  r.add("x", Quantity::displacement, (5e-3 + 2e-3 * beta.cos()).matrix());
+  r.add("y", Quantity::displacement, (-1e-3 + 2e-3 * beta.sin()).matrix());
+  r.add("beta", Quantity::angle, beta.matrix());
+  return r;
+}
+
+TEST(DataRange, HoldsRadiusAndSpeedsAndNoSingleReadingCounts) {
+  Recording r = spiral();
+  r.channels[0].samples[1000] = 0.5;                                       // a spike
+  r.channels[1].samples[2000] = std::numeric_limits<double>::quiet_NaN();  // a reading that is missing
+  const DataRange range = data_range({r});
+  EXPECT_NEAR(range.amplitude, 2e-3, 2e-4);
+  EXPECT_NEAR(range.low, 20, 1);
+  EXPECT_NEAR(range.high, 100, 1);
+}
+
+TEST(DataRange, NamesWhatLiesBeyond) {
+  const DataRange range = data_range({spiral()});
+  EXPECT_EQ(range.beyond(1.9e-3, 30, 90), "");
+  EXPECT_NE(range.beyond(3e-3, 30, 90).find("radii above 2"), std::string::npos) << range.beyond(3e-3, 30, 90);
+  EXPECT_EQ(range.beyond(3e-3, 30, 90).find("speeds"), std::string::npos);
+  EXPECT_NE(range.beyond(1e-3, 90, 10).find("speeds outside 19"), std::string::npos) << range.beyond(1e-3, 90, 10);
+}
+
+}  // namespace
+}  // namespace whirl::identification
