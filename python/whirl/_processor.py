@@ -1,4 +1,4 @@
-"""Packages hold the compiled module twice: for every processor of its kind, and for x86-64-v3 (AVX2, FMA)."""
+"""Packages may hold the compiled module twice: for every processor of its kind, and for x86-64-v3 (AVX2, FMA)."""
 import pathlib
 
 LEVEL = "x86-64-v3"
