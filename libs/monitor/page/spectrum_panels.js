@@ -7,10 +7,11 @@ const byId = (id) => document.getElementById(id);
 const spacing = () => store.stream.spectrum.spacing_hz;
 /** Lines of a spectrum up to the chosen part of its range. */
 const shownLines = (n) => Math.max(8, Math.min(n, Math.ceil(n * Number(byId("range").value))));
-/** Frequency of a peak between lines: vertex of the parabola through three logarithms. */
-function between(data, k, df) {
+/** Line and height of a peak between lines: vertex of the parabola through three logarithms. A line of the Hann window reads a
+    sine between two lines up to 15 % low. */
+function between(data, k) {
   const [a, b, c] = [k - 1, k, k + 1].map((i) => Math.log(Math.max(data[i], 1e-30))), bend = a - 2 * b + c;
-  return (k + (bend < 0 ? 0.5 * (a - c) / bend : 0)) * df;
+  return bend < 0 ? [k + 0.5 * (a - c) / bend, Math.exp(b - (a - c) ** 2 / (8 * bend))] : [k, data[k]];
 }
 const runningHz = () => (store.turns.length ? store.turns[store.turns.length - 1].rpm / 60 : 0);
 
@@ -55,7 +56,8 @@ function drawSpectrum() {
     drawLines(g, box, (bin) => fx(bin * df), fy, 1, lines, (bin) => data[i][bin] / factor, top * 1e-7, seriesColor(k));
     let peak = 2;
     for (let bin = 2; bin < lines - 1; ++bin) if (data[i][bin] > data[i][peak]) peak = bin;
-    readings.push(`${store.stream.channels[i].name}: ${digits(data[i][peak] / factor)} ${unit} peak at ${between(data[i], peak, df).toFixed(2)} Hz`);
+    const [at, height] = between(data[i], peak);
+    readings.push(`${store.stream.channels[i].name}: ${digits(height / factor)} ${unit} peak at ${(at * df).toFixed(2)} Hz`);
     label(g, readings[k], box.x + box.w - 6, box.y + 14 + 15 * k, seriesColor(k));
   });
   byId("spectrum-peak").textContent = readings.join("; ");
@@ -75,7 +77,8 @@ function drawFull() {
     { low: top * 1e-5, high: top, label: `amplitude, peak [${unit}]`, log: true });
   orderLines(g, box, fx, [-2, -1, 1, 2]);
   drawLines(g, box, (i) => fx((i - middle) * df), fy, middle - lines, middle + lines + 1, (i) => data[i] / factor, top * 1e-7, colors.c3);
-  label(g, `${digits(size / factor)} ${unit} peak, ${peak > middle ? "forward" : "backward"}, ${digits(Math.abs(peak - middle) * df, 4)} Hz`,
+  const [at, height] = between(data, peak);
+  label(g, `${digits(height / factor)} ${unit} peak, ${peak > middle ? "forward" : "backward"}, ${digits(Math.abs(at - middle) * df, 4)} Hz`,
     box.x + box.w - 6, box.y + 14, colors.c3);
 }
 
