@@ -71,8 +71,9 @@ TEST_F(MonitorPageE2e, ShowsARunningLoopWithNothingFromOutside) {
   const std::string first = browser.evaluate(picture);
   EXPECT_TRUE(browser.wait(picture + " !== '" + first + "'")) << "the traces stand still";
   // 15 turns per second; the lines of the spectrum are a hertz apart; Bode reads 0.158 mm.
-  ASSERT_TRUE(browser.wait(
-      "/x: 0\\.1(5[5-9]|6[01])[0-9]* mm peak at 1(4\\.[89]|5\\.[012])[0-9] Hz/.test(document.getElementById('spectrum-peak').textContent)"))
+  ASSERT_TRUE(
+      browser.wait("/x: 0\\.1(5[5-9]|6[01])[0-9]* mm peak at 1(4\\.[89]|5\\.[012])[0-9] "
+                   "Hz/.test(document.getElementById('spectrum-peak').textContent)"))
       << browser.text("spectrum-peak");
   EXPECT_TRUE(browser.wait("Math.abs(parseFloat(document.getElementById('speed').textContent) - 900) < 5"))
       << browser.text("speed");
