@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "design_scenarios.hpp"
+#include "monte_carlo/random_numbers.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 
@@ -48,7 +49,7 @@ Root covariance_root(const IdentifiedModel& model) {
   return root;
 }
 
-/// Random numbers that are the same with every standard library.
+/// The numbers of one rig of a study.
 class Random {
  public:
   Random(std::uint64_t seed, int sample) {
@@ -57,12 +58,8 @@ class Random {
     engine_.seed(sequence);
   }
   std::uint64_t bits() { return engine_(); }
-  double uniform() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }  ///< in [0, 1)
-  /// Box and Muller.
-  double normal() {
-    const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-    return radius * std::cos(2 * std::numbers::pi * uniform());
-  }
+  double uniform() { return tuning::uniform(engine_); }
+  double normal() { return tuning::normal(engine_); }
   /// A tolerance of standard deviation 1: evenly between its limits, or Student's distribution with four degrees of
   /// freedom. Both take as many numbers.
   double tolerance(bool limits) {

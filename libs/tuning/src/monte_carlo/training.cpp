@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <random>
 
 #include "design_scenarios.hpp"
 #include "monte_carlo/machine_lanes.hpp"
+#include "monte_carlo/random_numbers.hpp"
 #include "robustness_parallel.hpp"
 
 namespace whirl::tuning {
@@ -26,14 +26,8 @@ double cost_of(const LaneRun& run) {
   return tuning_cost(m);
 }
 
-/// The same with every standard library: Box and Muller.
-double normal(std::mt19937_64& random) {
-  const auto uniform = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
-  const double radius = std::sqrt(-2 * std::log(1 - uniform()));
-  return radius * std::cos(2 * std::numbers::pi * uniform());
-}
-
-/// Distribution of the search, after Ros and Hansen: mean, step, variances, their two paths.
+/// Distribution of the search, after Ros and Hansen: mean, step, variances, their two paths. By hand: NLopt adapts no
+/// covariance.
 class Evolution {
  public:
   Evolution(std::vector<double> start, int population)
