@@ -1,9 +1,11 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "solve.hpp"
 #include "whirl/diagnosis/influence_prior.hpp"
+#include "whirl/diagnosis/modal_influence.hpp"
 #include "whirl/diagnosis/rotor_influence.hpp"
 #include "whirl/diagnosis/standards.hpp"
 #include "whirl/io/model_json.hpp"
@@ -57,12 +59,65 @@ double probe_angle(const JobFile& file, std::size_t row) {
                   name));
 }
 
+/// The middle of the mark when its edge triggers, rad.
+double mark_of(const JobFile& file) {
+  return file.plan.keyphasor + (file.plan.edge == "leading" ? -0.5 : 0.5) * file.plan.notch;
+}
+
+/// Name of the probe of each reading.
+std::string probe_of(const JobFile& file, std::size_t row) {
+  const std::string& name = file.job.rows[row];
+  for (const std::string& probe : file.probes)
+    if (name == probe || name.starts_with(probe + " ")) return probe;
+  return name;
+}
+
+/// Angle of a probe named as a point of the modes: as stated, else by the direction in its name or in that of the
+/// point.
+double modal_probe_angle(const JobFile& file, const ModalModel& modes, std::size_t row) {
+  const std::string probe = probe_of(file, row);
+  for (std::size_t p = 0; p < file.probes.size() && p < file.plan.probe_angles.size(); ++p)
+    if (file.probes[p] == probe) return file.plan.probe_angles[p];
+  for (const auto* names : {&modes.responses, &modes.references})
+    for (const std::string& name : *names) {
+      if (name != probe && !name.starts_with(probe + ":")) continue;
+      const double turned = name.find(":-") != std::string::npos ? std::numbers::pi : 0;
+      if (name.ends_with("X")) return turned;
+      if (name.ends_with("Y")) return turned + std::numbers::pi / 2;
+    }
+  return probe_angle(file, row);
+}
+
+diagnosis::InfluencePrior modes_prior(const std::string& path, const JobFile& file, const JobOptions& o,
+                                      Summary& warnings) {
+  const auto modes = io::load<ModalModel>(path);
+  if (!(o.radius > 0)) throw Error("--prior: modes need --radius-mm, where the masses are added");
+  diagnosis::ModalReadings r;
+  r.planes = file.job.planes;
+  r.radius = o.radius;
+  r.mark = mark_of(file);
+  for (std::size_t m = 0; m < file.job.rows.size(); ++m) {
+    r.probes.push_back(probe_of(file, m));
+    r.speed.push_back(file.speeds[static_cast<std::size_t>(file.job.speed[m])]);
+    r.angle.push_back(modal_probe_angle(file, modes, m));
+  }
+  const auto [low, high] = std::ranges::minmax(r.speed);
+  constexpr double hz = 2 * std::numbers::pi;
+  if (low < hz * modes.band_low || high > hz * modes.band_high)
+    warnings.warn(fmt::format("the modes hold from {:g} to {:g} Hz, the runs turn at {:.4g} to {:.4g} Hz",
+                              modes.band_low, modes.band_high, low / hz, high / hz));
+  return diagnosis::modal_prior(modes, r, o.prior_common, o.prior_each);
+}
+
 diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& file, const JobOptions& o,
                                       Summary& warnings) {
   const IdentifiedModel model = io::load<IdentifiedModel>(path);
   if (!model.rotor) throw Error(path + ": the model has no rotor parameters; identify with --method weak");
   if (file.job.planes.size() != 1)
-    throw Error(fmt::format("{}: a model of one disk knows one plane, the job has {}", path, file.job.planes.size()));
+    throw Error(
+        fmt::format("{}: a model of one disk knows one plane, the job has {}; the modes of blows on the planes "
+                    "(modes.json of whirl modes) know all of them",
+                    path, file.job.planes.size()));
   if (!(o.radius > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
   diagnosis::RotorReadings r;
   r.mass = o.mass > 0 ? o.mass : model.rotor->gain > 0 ? 1 / model.rotor->gain : 0;
@@ -72,8 +127,7 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
     r.speed.push_back(file.speeds[static_cast<std::size_t>(file.job.speed[m])]);
     r.probe.push_back(probe_angle(file, m));
   }
-  // The middle of the mark when its edge triggers.
-  r.mark = file.plan.keyphasor + (file.plan.edge == "leading" ? -0.5 : 0.5) * file.plan.notch;
+  r.mark = mark_of(file);
   for (const diagnosis::BalancingRun& run : file.job.runs)
     for (const std::complex<double> z : run.vibration)
       if (std::isfinite(std::abs(z))) r.amplitude = std::max(r.amplitude, std::abs(z));
@@ -86,6 +140,8 @@ diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, S
   const io::JsonReader document(json, path);
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.model/"))
     return model_prior(path, file, o, warnings);
+  if (document.has("schema") && document.at("schema").text().starts_with("whirl.modes/"))
+    return modes_prior(path, file, o, warnings);
   return diagnosis::relative_prior(read_influence(path, file), o.prior_common, o.prior_each, file.job.speed);
 }
 

@@ -340,7 +340,7 @@ void Tape::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& variables, Eigen::R
                             variables.rows(), variables.cols(), out.rows(), out.cols()));
   }
   const auto n_const = static_cast<Eigen::Index>(constants_.size());
-  Eigen::MatrixXd scratch(kBlock, n_const + registers_);
+  Eigen::MatrixXd scratch(std::min(kBlock, variables.rows()), n_const + registers_);
   std::vector<double*> slot(static_cast<std::size_t>(n_vars + scratch.cols() + n_out));
   for (Eigen::Index k = 0; k < n_const; ++k) scratch.col(k).setConstant(constants_[static_cast<std::size_t>(k)]);
   for (Eigen::Index k = 0; k < scratch.cols(); ++k) slot[static_cast<std::size_t>(n_vars + k)] = scratch.col(k).data();

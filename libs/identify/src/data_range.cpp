@@ -31,8 +31,7 @@ std::string DataRange::beyond(double a, double from, double to) const {
   constexpr double kRpm = std::numbers::pi / 30;
   std::string text;
   if (a > amplitude) text = fmt::format("radii above {:.3g} mm peak (here up to {:.3g} mm)", 1e3 * amplitude, 1e3 * a);
-  // A run begins and ends a little inside what was asked for: its speeds are means.
-  if (std::min(from, to) < 0.95 * low || std::max(from, to) > 1.05 * high)
+  if (!holds(0, from) || !holds(0, to))
     text += fmt::format("{}speeds outside {:.0f} to {:.0f} rpm", text.empty() ? "" : " and ", low / kRpm, high / kRpm);
   return text.empty() ? text : text + " are extrapolation: the records of the model went no further";
 }

@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "model_draws.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/report/format.hpp"
 
@@ -50,6 +51,10 @@ Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   return f;
 }
 
+response::Forcing forcing_of(const SteadyOptions& o, bool rotor) {
+  return {o.input, o.amplitude, rotor ? 1 : o.unbalance};
+}
+
 void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& summary) {
   const double critical = rotor.natural_frequency(), low = o.curve.from / kRpm, high = o.curve.to / kRpm;
   if (std::max(o.curve.from, o.curve.to) >= critical / 12) return;
@@ -58,14 +63,34 @@ void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& sum
       high, critical / kRpm, 60 * low, 60 * high));
 }
 
-/// Over the covariance of an isotropic rotor without further forces, whose synchronous response is algebraic.
-std::optional<response::SynchronousBand> band_of(const Forced& forced, bool plain,
-                                                 const response::CurveOptions& options) {
-  const bool isotropic = forced.rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0;
-  if (!isotropic || !plain || forced.model.rotor_covariance.size() != 25) return {};
-  return response::synchronous_band(
-      *forced.rotor, forced.model.rotor_covariance,
-      Eigen::VectorXd::LinSpaced(200, std::min(options.from, options.to), std::max(options.from, options.to)));
+/// Of an isotropic rotor without further forces the synchronous response is algebraic: a thousand draws. That of any
+/// other model from the curve itself.
+void add_band(const IdentifiedModel& model, const Forced& forced, const response::PeriodicSystem& system, double force,
+              const SteadyOptions& o, SteadyResponse& found) {
+  const bool rotor = forced.rotor.has_value();
+  if (rotor && model.rotor_covariance.size() != 25) return;
+  if (found.plain_rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0) {
+    std::vector<double> covariance = model.rotor_covariance;
+    for (std::size_t k = 0; k < 25; ++k) covariance[k] *= (k / 5 > 2 ? o.unbalance : 1) * (k % 5 > 2 ? o.unbalance : 1);
+    const response::SynchronousBand plain = response::synchronous_band(
+        *forced.rotor, covariance,
+        Eigen::VectorXd::LinSpaced(200, std::min(o.curve.from, o.curve.to), std::max(o.curve.from, o.curve.to)));
+    found.band = {plain.omega, plain.upper_low, plain.upper_high, plain.peak_low, plain.peak_high, 1000, 0};
+    return;
+  }
+  ModelDraws draws(model, 1);
+  if (!draws.any()) return;
+  std::vector<response::ResponseCurve> curves{found.curve};
+  curves.insert(curves.end(), found.branches.begin(), found.branches.end());
+  const auto draw = [&]() -> std::optional<response::PeriodicSystem> {
+    return response::PeriodicSystem(forced_model(draws(), o).model, forcing_of(o, rotor));
+  };
+  found.band = response::curve_band(
+      system, curves, force, o.curve, [&](const response::PeriodicSolution& s) { return found.amplitude(s); }, draw);
+  if (found.band->lost > 0)
+    found.summary.warn(fmt::format(
+        "for {} of {} models drawn from the covariance no response was found: they are not in the 95 % interval",
+        found.band->lost, found.band->lost + found.band->draws));
 }
 
 response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& o, const SteadyResponse& found) {
@@ -107,7 +132,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
   found.plain_rotor = forced.rotor && identification::terms_of(model).empty();
   found.turning = o.input.empty();
   const double force = found.turning ? 0 : o.amplitude;
-  const response::PeriodicSystem system(forced.model, {o.input, o.amplitude, forced.rotor ? 1 : o.unbalance});
+  const response::PeriodicSystem system(forced.model, forcing_of(o, forced.rotor.has_value()));
   found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
   found.summary = found.curve.summary;
   if (forced.rotor) {
@@ -126,7 +151,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
     const response::PeriodicSystem free(forced.model, {o.input, o.amplitude, 1, found.turning});
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
-  found.band = band_of(forced, found.plain_rotor, o.curve);
+  add_band(model, forced, system, force, o, found);
   if (o.known) {
     found.known = *o.known;
     warn_of_extrapolation(found);

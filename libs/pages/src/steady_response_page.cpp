@@ -112,8 +112,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
   const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
   top.height = 280;
-  if (f.band)
-    top.band("95 % band, largest response", f.band->omega, f.band->upper_low, f.band->upper_high, {.color = 5});
+  if (f.band) top.band("95 % band, largest response", f.band->omega, f.band->low, f.band->high, {.color = 5});
   std::array<bool, 4> named{};
   add_lines(top, x, y, curve.kind, named);
   for (const Drawn& other : others_drawn) add_lines(top, other.x, other.y, other.kind, named);
@@ -164,8 +163,8 @@ io::Json to_json(const SteadyResponse& f) {
     out.set("peak_interval", io::Json::array().push(f.band->peak_low).push(f.band->peak_high))
         .set("band", io::Json::object()
                          .set("omega", io::Json(f.band->omega))
-                         .set("low", io::Json(f.band->upper_low))
-                         .set("high", io::Json(f.band->upper_high)));
+                         .set("low", io::Json(f.band->low))
+                         .set("high", io::Json(f.band->high)));
   io::Json list = io::Json::array();
   for (const auto* others : {&f.branches, &f.isolas})
     for (const response::ResponseCurve& other : *others) {

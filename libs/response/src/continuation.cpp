@@ -199,35 +199,42 @@ class Tracer {
     for (Index i = 0; i < system_.size(); ++i) residual.segment(i * m, m) /= scale_[i];
   }
 
+  using Lu = Eigen::PartialPivLU<Eigen::MatrixXd>;
   void find_tangent(Scaled& p, const Eigen::VectorXd& along) const {
     Eigen::MatrixXd matrix;
-    Eigen::VectorXd residual, unit = Eigen::VectorXd::Zero(p.y.size());
+    Eigen::VectorXd residual;
     assemble(p, along, matrix, residual);
-    unit[unit.size() - 1] = 1;
-    const Eigen::PartialPivLU<Eigen::MatrixXd> lu(matrix);
-    p.tangent = lu.solve(unit).normalized();
+    take_tangent(p, Lu(matrix));
+  }
+  static void take_tangent(Scaled& p, const Lu& lu) {
+    const Index n = p.y.size();
+    p.tangent = lu.solve(Eigen::VectorXd::Unit(n, n - 1)).normalized();
     double sign = lu.permutationP().determinant();
-    for (Index k = 0; k < matrix.rows(); ++k) sign *= lu.matrixLU()(k, k) < 0 ? -1 : 1;
+    for (Index k = 0; k < n; ++k) sign *= lu.matrixLU()(k, k) < 0 ? -1 : 1;
     p.determinant_sign = sign;
   }
 
-  /// Predictor along the tangent, Newton in the plane across it.
+  /// Predictor along the tangent, Newton in the plane across it. Steps square their error: after one below 1e-5 the
+  /// next is the last, and its matrix gives the tangent too.
   bool advance(const Scaled& from, double step, Scaled& to, int& iterations) const {
     to = from;
     to.y = from.y + step * from.tangent;
     Eigen::MatrixXd matrix;
     Eigen::VectorXd residual, right(to.y.size());
+    bool last = false;
     for (iterations = 1; iterations <= 8; ++iterations) {
       assemble(to, from.tangent, matrix, residual);
       right << residual, from.tangent.dot(to.y - from.y) - step;
       if (!matrix.allFinite() || !right.allFinite()) return false;
-      const Eigen::VectorXd change = matrix.partialPivLu().solve(right);
+      const Lu lu(matrix);
+      const Eigen::VectorXd change = lu.solve(right);
       if (!change.allFinite() || change.norm() > 10) return false;
       to.y -= change;
-      if (change.norm() < 1e-10) {
-        find_tangent(to, from.tangent);
+      if (last && change.norm() < 1e-7) {
+        take_tangent(to, lu);
         return to.tangent.allFinite();
       }
+      last = change.norm() < 1e-5;
     }
     return false;
   }

@@ -126,50 +126,50 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
     e = substitute(e, given);
   }
   variables.insert(variables.end(), {"_tau", "_omega", "_force"});
-  std::vector<Expr> outputs;
-  const auto add = [&](const Expr& e) {
-    if (e.is_number(0)) {
-      column_.push_back(-1);
-      return;
+  std::vector<Expr> entries = f;
+  for (const Expr& e : f)
+    for (const std::string& q : names_) entries.push_back(differentiate(e, q));
+  for (const Expr& e : f)
+    for (const std::string& v : velocity_names) entries.push_back(differentiate(e, v));
+  for (const char* parameter : {"_omega", "_force"})
+    for (const Expr& e : f) entries.push_back(differentiate(e, parameter));
+  if (std::ranges::all_of(entries, [](const Expr& e) { return e.is_number(0); }))
+    throw Error("every equation of the model is zero");
+  const std::size_t n = f.size();
+  const auto compiled = [&](std::size_t from, std::size_t to) {
+    Compiled part;
+    part.places.resize(entries.size());
+    std::vector<Expr> outputs;
+    for (std::size_t k = from; k < to; ++k) {
+      if (entries[k].is_number()) {
+        part.places[k].constant = entries[k].value();
+      } else {
+        part.places[k].column = static_cast<int>(outputs.size());
+        outputs.push_back(entries[k]);
+      }
     }
-    column_.push_back(static_cast<int>(outputs.size()));
-    outputs.push_back(e);
+    part.tape = expr::compile(outputs, variables);
+    return part;
   };
-  for (const Expr& e : f) add(e);
-  for (const Expr& e : f)
-    for (const std::string& q : names_) add(differentiate(e, q));
-  for (const Expr& e : f)
-    for (const std::string& v : velocity_names) add(differentiate(e, v));
-  for (const Expr& e : f) add(differentiate(e, "_omega"));
-  for (const Expr& e : f) add(differentiate(e, "_force"));
-  if (outputs.empty()) throw Error("every equation of the model is zero");
-  tape_ = expr::compile(outputs, variables);
+  parts_ = {compiled(0, n), compiled(n, n + 2 * n * n), compiled(0, entries.size())};
 }
 
-PeriodicSystem::Values PeriodicSystem::evaluate(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
+PeriodicSystem::Values PeriodicSystem::evaluate(Part part, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v,
                                                 const Eigen::VectorXd& tau, double omega, double force) const {
   const Index n = size(), points = tau.size();
-  Eigen::MatrixXd in(points, 2 * n + 3);
-  in << q, v, tau, Eigen::VectorXd::Constant(points, omega), Eigen::VectorXd::Constant(points, force);
-  const Eigen::MatrixXd out = tape_.evaluate(in);
-  std::size_t next = 0;
-  const auto take = [&](Index columns) {
-    Eigen::MatrixXd m(points, columns);
-    for (Index k = 0; k < columns; ++k) {
-      const int c = column_[next++];
-      if (c < 0)
-        m.col(k).setZero();
-      else
-        m.col(k) = out.col(c);
-    }
-    return m;
-  };
+  const Compiled& compiled = parts_[static_cast<std::size_t>(part)];
   Values values;
-  values.f = take(n);
-  values.by_q = take(n * n);
-  values.by_v = take(n * n);
-  values.by_speed = take(n);
-  values.by_force = take(n);
+  values.places_ = &compiled.places;
+  values.size_ = n;
+  values.samples_.resize(points, static_cast<Index>(compiled.tape.n_outputs()));
+  if (values.samples_.cols() == 0) return values;
+  Eigen::MatrixXd in(points, 2 * n + 3);
+  in.leftCols(n) = q;
+  in.middleCols(n, n) = v;
+  in.col(2 * n) = tau;
+  in.col(2 * n + 1).setConstant(omega);
+  in.col(2 * n + 2).setConstant(force);
+  compiled.tape.evaluate(in, values.samples_);
   return values;
 }
 

@@ -10,6 +10,7 @@
 #include "../program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
+#include "whirl/io/model_json.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -142,6 +143,76 @@ TEST(BalanceRunsE2e, AnIdentifiedModelSavesTheTrialRuns) {
   EXPECT_NE(refused("odd.csv", "--mass-kg 1.5 --radius-mm 82").find("name the probes x and y"), std::string::npos);
   EXPECT_NE(refused("runs.csv", "--mass-kg 1.5").find("--radius-mm"), std::string::npos);
   EXPECT_NE(refused("runs.csv", "--radius-mm 82").find("--mass-kg"), std::string::npos);
+}
+
+/// x1, x2 of a symmetric two-disc shaft (1 kg each, k to ground 4e4, between 3e4 N/m; modal damping 2 %): modes (1, 1)
+/// and (1, -1) over sqrt(2), of 200 and sqrt(1e5) rad/s.
+std::complex<double> two_disc_receptance(double w, int a, int b) {
+  const std::complex<double> i(0, 1);
+  const auto mode = [&](double own) { return 0.5 / (own * own - w * w + 2.0 * i * 0.02 * own * w); };
+  return mode(200) + (a == b ? 1.0 : -1.0) * mode(std::sqrt(1e5));
+}
+
+// Modes of hammer blows on both discs stand in for the trial runs of a job of two planes: one run as found at two
+// speeds.
+TEST(BalanceRunsE2e, ModesOfBlowsSaveTheTrialRunsOfTwoPlanes) {
+  const Folder folder;
+  ModalModel modes;
+  modes.responses = {"disk1:+X", "disk2:+X"};
+  modes.references = {"disk1:+X", "disk1:+X"};
+  modes.lower = modes.upper = modes.upper_slope = Eigen::VectorXcd::Zero(2);
+  modes.band_low = 5, modes.band_high = 100;
+  for (const double own : {200.0, std::sqrt(1e5)}) {
+    Mode mode;
+    mode.pole = own * std::complex<double>(-0.02, std::sqrt(1 - 4e-4));
+    mode.frequency = Estimate::from_sd(own / (2 * std::numbers::pi), 0.02);
+    mode.damping = Estimate::from_sd(0.02, 5e-4);
+    const std::complex<double> residue = 0.5 / (std::complex<double>(0, 2) * mode.pole.imag());
+    mode.residues = Eigen::Vector2cd(residue, own == 200.0 ? residue : -residue);
+    modes.modes.push_back(mode);
+  }
+  io::save(folder / "modes.json", modes);
+  const std::complex<double> unbalance[] = {std::polar(3e-3, 0.7), std::polar(2e-3, -1.9)};  // kg at 80 mm
+  std::string text =
+      "run_1,speed_rpm,disk1_amp_um,disk1_phase_deg,disk2_amp_um,disk2_phase_deg,disk1_mass_gram,"
+      "disk1_angle_deg,disk2_mass_gram,disk2_angle_deg\n";
+  for (const double rpm : {1300.0, 1700.0}) {
+    const double w = rpm * std::numbers::pi / 30;
+    text += fmt::format("1,{}", rpm);
+    for (int probe = 0; probe < 2; ++probe) {
+      const std::complex<double> z =
+          0.08 * w * w *
+          (two_disc_receptance(w, probe, 0) * unbalance[0] + two_disc_receptance(w, probe, 1) * unbalance[1]);
+      text += fmt::format(",{:.4f},{:.4f}", 1e6 * std::abs(z), -std::arg(z) * 180 / std::numbers::pi);
+    }
+    text += ",0,0,0,0\n";
+  }
+  folder.write("asfound.csv", text);
+  const std::string call =
+      "balance asfound.csv --phase lag --amplitude 0p --angles with --radius-mm 80 --noise-um 1 --prior modes.json "
+      "--prior-common 0.06 --prior-each 0.03";
+  const Outcome o = folder.whirl(call + " --json");
+  ASSERT_LE(o.exit_code, 1) << o.err;
+  const io::Json json = io::parse_json(o.out, "stdout");
+  const auto planes = io::JsonReader(json, "stdout").at("planes").items();
+  for (std::size_t p = 0; p < 2; ++p) {
+    const std::complex<double> found =
+        std::polar(planes[p].at("mass").at("value").number(), planes[p].at("angle").at("value").number());
+    EXPECT_LT(std::abs(found + unbalance[p]), 0.05 * std::abs(unbalance[p])) << p << o.out;
+    const auto ends = planes[p].at("mass").at("ci95").items();
+    EXPECT_LT(ends[0].number(), std::abs(unbalance[p]));
+    EXPECT_GT(ends[1].number(), std::abs(unbalance[p]));
+  }
+  folder.write("other.csv", [&] {
+    std::string other = text;
+    for (std::size_t at;
+         (at = other.find("disk2_mass")) != std::string::npos || (at = other.find("disk2_angle")) != std::string::npos;)
+      other.replace(at, 5, "fan");
+    return other;
+  }());
+  const Outcome refused = folder.whirl("balance other" + call.substr(call.find(".csv")));
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_NE(refused.err.find("do not connect plane 'fan'"), std::string::npos) << refused.err;
 }
 
 // The same vectors written in another convention are the same job; mixed conventions are said.

@@ -160,6 +160,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     detail::state_one_axis(records, result);
     detail::widen_for_omitted(grown, scale, result);
     detail::widen_equations(before, model);
+    detail::join_covariance(view, model);
   }
   return result;
 }

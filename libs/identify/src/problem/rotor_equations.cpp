@@ -7,17 +7,24 @@
 
 namespace whirl::identification::detail {
 
-Estimate ParameterView::sum(const std::vector<std::pair<double, std::string>>& terms) const {
-  double value = 0, variance = 0;
-  for (const auto& [fa, a] : terms) {
-    const Eigen::Index i = fit_.index(a);
+Estimate ParameterView::sum(const Combination& terms) const {
+  double value = 0;
+  for (const auto& [factor, name] : terms) {
+    if (const Eigen::Index i = fit_.index(name); i >= 0) value += factor * fit_.values[i];
+  }
+  return Estimate::from_sd(value, std::sqrt(std::max(0.0, covariance(terms, terms))));
+}
+
+double ParameterView::covariance(const Combination& a, const Combination& b) const {
+  double sum = 0;
+  for (const auto& [fa, name_a] : a) {
+    const Eigen::Index i = fit_.index(name_a);
     if (i < 0) continue;
-    value += fa * fit_.values[i];
-    for (const auto& [fb, b] : terms) {
-      if (const Eigen::Index j = fit_.index(b); j >= 0) variance += fa * fb * fit_.covariance(i, j);
+    for (const auto& [fb, name_b] : b) {
+      if (const Eigen::Index j = fit_.index(name_b); j >= 0) sum += fa * fb * fit_.covariance(i, j);
     }
   }
-  return Estimate::from_sd(value, std::sqrt(std::max(0.0, variance) * scale_));
+  return scale_ * sum;
 }
 
 std::pair<Estimate, Estimate> ParameterView::polar(const std::string& re, const std::string& im) const {
@@ -33,6 +40,26 @@ double ParameterView::covariance(const std::string& a, const std::string& b) con
 }
 
 namespace {
+
+/// How far a parameter of the model moves with those of the fit; empty: it was not estimated.
+ParameterView::Combination combination(const ParameterView& view, const IdentifiedModel& model,
+                                       const std::string& name) {
+  for (const bool phase : {false, true}) {
+    const std::string stem = phase ? "e_phase" : "e";
+    const std::string record = name == stem ? "" : name.starts_with(stem + "_") ? name.substr(stem.size()) : "-";
+    const std::string re = "eps_re" + record, im = "eps_im" + record;
+    if (!view.has(re)) continue;
+    const double a = view[re].value, b = view[im].value, size = std::hypot(a, b);
+    if (phase) return {{-b / (size * size), re}, {a / (size * size), im}};
+    return {{a / size, re}, {b / size, im}};
+  }
+  const double k1 = model.parameter("k1")->value, root = std::sqrt(k1);
+  if (name == "natural_frequency") return {{1 / (2 * root), "k1"}};
+  if (name == "damping_ratio") return {{1 / (2 * root), "c"}, {-model.parameter("c")->value / (4 * k1 * root), "k1"}};
+  if (name == "offset_x" || name == "offset_y") return {{1, name == "offset_x" ? "offset_re" : "offset_im"}};
+  if (view.has(name)) return {{1, name}};
+  return {};
+}
 
 /// The equation of X2' (x) or X4'.
 Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, bool x) {
@@ -154,6 +181,37 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
     for (const char* b : five) model.rotor_covariance.push_back(view.covariance(a, b));
   }
   model.rotor = fit.model;
+}
+
+void join_covariance(const ParameterView& view, IdentifiedModel& model) {
+  const auto n = static_cast<Eigen::Index>(model.parameters.size());
+  std::vector<ParameterView::Combination> of;
+  for (const auto& [name, estimate] : model.parameters)
+    of.push_back(std::isfinite(estimate.sd) ? combination(view, model, name) : ParameterView::Combination{});
+  Eigen::MatrixXd joint(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j)
+      joint(i, j) = view.covariance(of[static_cast<std::size_t>(i)], of[static_cast<std::size_t>(j)]);
+  }
+  // What was added to the five parameters of the rotor since the fit, as it was added: together.
+  const char* five[] = {"k1", "k2", "c", "eps_re", "eps_im"};
+  Eigen::MatrixXd more(5, 5), moves = Eigen::MatrixXd::Zero(n, 5);
+  for (Eigen::Index a = 0; a < 5; ++a) {
+    for (Eigen::Index b = 0; b < 5; ++b)
+      more(a, b) = model.rotor_covariance[static_cast<std::size_t>(5 * a + b)] - view.covariance(five[a], five[b]);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const std::string& name = model.parameters[static_cast<std::size_t>(i)].first;
+      if (name != "k1" && name != "k2" && name != "c" && name != "e" && name != "e_phase") continue;
+      for (const auto& [factor, part] : of[static_cast<std::size_t>(i)])
+        if (part == five[a]) moves(i, a) += factor;
+    }
+  }
+  joint += moves * more * moves.transpose();
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double sd = model.parameters[static_cast<std::size_t>(i)].second.sd;
+    if (std::isfinite(sd)) joint(i, i) = std::max(joint(i, i), sd * sd);
+  }
+  model.parameter_covariance.assign(joint.data(), joint.data() + joint.size());
 }
 
 void widen_equations(const NamedEstimates& before, IdentifiedModel& model) {

@@ -36,6 +36,20 @@ Estimate* find(IdentifiedModel& model, const std::string& name) {
   return nullptr;
 }
 
+/// A parameter beside the others; their joint covariance goes on.
+void add_independent(IdentifiedModel& model, const std::string& name, const Estimate& e) {
+  const std::size_t n = model.parameters.size(), more = n + 1;
+  if (model.parameter_covariance.size() == n * n) {
+    std::vector<double> joint(more * more, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+      std::copy_n(model.parameter_covariance.begin() + static_cast<std::ptrdiff_t>(i * n), n,
+                  joint.begin() + static_cast<std::ptrdiff_t>(i * more));
+    joint.back() = e.sd * e.sd;
+    model.parameter_covariance = std::move(joint);
+  }
+  model.parameters.emplace_back(name, e);
+}
+
 /// Writes the vectors into the parameters and carries the meaning of the one at order 1 into e.
 void state(const SlowRoll& roll, SlowRollMeaning meaning, Identification& id) {
   IdentifiedModel& model = id.model;
@@ -45,7 +59,7 @@ void state(const SlowRoll& roll, SlowRollMeaning meaning, Identification& id) {
       if (Estimate* left = find(model, name + part); left != nullptr) {
         *left = Estimate::from_sd(left->value + value, std::hypot(left->sd, roll.sd));
       } else {
-        model.parameters.emplace_back(name + part, Estimate::from_sd(value, roll.sd));
+        add_independent(model, name + part, Estimate::from_sd(value, roll.sd));
       }
     }
   }

@@ -39,5 +39,14 @@ TEST(DataRange, NamesWhatLiesBeyond) {
   EXPECT_NE(range.beyond(1e-3, 90, 10).find("speeds outside 19"), std::string::npos) << range.beyond(1e-3, 90, 10);
 }
 
+// `whirl response` marks its points by `holds`, `whirl runup` and `simulate` ask `beyond`: one rule.
+TEST(DataRange, BothQuestionsHaveOneRule) {
+  const DataRange range{2e-3, 20, 100};
+  for (const double omega : {18.9, 19.1, 60.0, 104.9, 105.1}) {
+    for (const double radius : {1e-3, 2.1e-3})
+      EXPECT_EQ(range.holds(radius, omega), range.beyond(radius, omega, 60).empty()) << omega << ' ' << radius;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::identification

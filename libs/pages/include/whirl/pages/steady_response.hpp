@@ -10,6 +10,7 @@
 #include "whirl/io/json.hpp"
 #include "whirl/report/figure.hpp"
 #include "whirl/response/continuation.hpp"
+#include "whirl/response/curve_band.hpp"
 #include "whirl/response/sweep_peaks.hpp"
 #include "whirl/response/synchronous.hpp"
 
@@ -33,7 +34,7 @@ struct SteadyResponse {
   std::vector<response::ResponseCurve> branches;  ///< where a sweep from the far end begins: joined beyond the range
   std::vector<response::ResponseCurve> isolas;    ///< closed, apart from the curve
   std::optional<response::PeakCurve> peaks;       ///< over multiples of the stated forcing
-  std::optional<response::SynchronousBand> band;  ///< over the covariance of an isotropic rotor
+  std::optional<response::CurveBand> band;        ///< over the covariance of the model; none where it states none
   std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where that forces it
   bool plain_rotor = false;                       ///< it has no force beyond RotorModel: its backbone is known
   DataRange known;

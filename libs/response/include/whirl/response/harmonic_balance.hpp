@@ -29,6 +29,8 @@ struct Balance {
   Eigen::VectorXd by_parameter;
 };
 Balance balance(const PeriodicSystem& system, const PeriodicSolution& solution, Parameter parameter);
+/// The residual alone, at less than half the cost.
+Eigen::VectorXd balance_residual(const PeriodicSystem& system, const PeriodicSolution& solution);
 
 /// Spectrum of what the kept harmonics leave over: largest missed forcing at harmonics H + 1 .. 2 H over the largest
 /// kept one, 0 when the truncation is exact.

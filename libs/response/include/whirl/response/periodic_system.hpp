@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -30,22 +31,51 @@ class PeriodicSystem {
   double forcing_amplitude() const { return amplitude_; }
   bool driven_by_angle() const { return angle_; }
 
-  /// f and its derivatives at points in rows. `q`, `v`: points x size (v of order-1 coordinates is not read).
-  struct Values {
-    Eigen::MatrixXd f;         ///< points x size
-    Eigen::MatrixXd by_q;      ///< points x size^2, column i * size + j: df_i/dq_j
-    Eigen::MatrixXd by_v;      ///< the same by velocity
-    Eigen::MatrixXd by_speed;  ///< points x size
-    Eigen::MatrixXd by_force;  ///< points x size
+  /// Where an entry comes from: a column of the tape, or a constant (column < 0).
+  struct Place {
+    int column = -1;
+    double constant = 0;
   };
-  Values evaluate(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v, const Eigen::VectorXd& tau, double omega,
-                  double force) const;
+  /// What is evaluated: the less, the faster.
+  enum class Part { f, slopes, all };
+  /// One number of the system over a period: the same at every point (`samples` null), or one value a point.
+  struct Entry {
+    double constant = 0;
+    const double* samples = nullptr;
+    double operator[](Eigen::Index point) const { return samples != nullptr ? samples[point] : constant; }
+    bool zero() const { return samples == nullptr && constant == 0; }
+  };
+  /// f and its derivatives at points of a period.
+  class Values {
+   public:
+    Entry f(Eigen::Index i) const { return entry(i); }
+    Entry by_q(Eigen::Index i, Eigen::Index j) const { return entry(size_ + i * size_ + j); }  ///< df_i / dq_j
+    Entry by_v(Eigen::Index i, Eigen::Index j) const { return entry(size_ + (size_ + i) * size_ + j); }
+    Entry by_speed(Eigen::Index i) const { return entry(size_ + 2 * size_ * size_ + i); }
+    Entry by_force(Eigen::Index i) const { return entry(2 * size_ + 2 * size_ * size_ + i); }
+
+   private:
+    friend class PeriodicSystem;
+    Entry entry(Eigen::Index k) const {
+      const Place& place = (*places_)[static_cast<std::size_t>(k)];
+      return {place.constant, place.column < 0 ? nullptr : samples_.col(place.column).data()};
+    }
+    Eigen::MatrixXd samples_;
+    const std::vector<Place>* places_ = nullptr;
+    Eigen::Index size_ = 0;
+  };
+  /// `q`, `v`: points x size (v of order-1 coordinates is not read). Entries outside `part` are 0.
+  Values evaluate(Part part, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v, const Eigen::VectorXd& tau,
+                  double omega, double force) const;
 
  private:
+  struct Compiled {
+    expr::Tape tape;
+    std::vector<Place> places;  ///< of f, by_q, by_v, by_speed, by_force, one after the other
+  };
   std::vector<std::string> names_;
   std::vector<int> order_;
-  expr::Tape tape_;
-  std::vector<int> column_;  ///< tape output -> column of Values, all in a row; -1 never
+  std::array<Compiled, 3> parts_;  ///< by Part
   double amplitude_ = 0;
   bool angle_ = false;
 };
