@@ -80,7 +80,8 @@ void JobFlags::add_to(CommandLine* sub) {
                 "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");
   sub->add_option("--prior", prior,
-                  "balance.json of an earlier job (this machine or its sister), model.json, or modes.json of blows on the planes")
+                  "balance.json of an earlier job (this machine or its sister), model.json, or modes.json of blows on "
+                  "the planes")
       ->input();
   sub->add_option("--prior-common", plain.prior_common,
                   "sd of the error that its coefficients share at a speed (complex part)")

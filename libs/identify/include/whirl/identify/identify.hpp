@@ -69,7 +69,8 @@ struct IdentifyOptions {
 struct DataRange {
   double amplitude = std::numeric_limits<double>::infinity();      ///< m peak, radius about the mean
   double low = 0, high = std::numeric_limits<double>::infinity();  ///< rotor speed, rad/s
-  /// 5 % beyond the speeds count as held: those of the records are means, a run ends a little inside what was asked for.
+  /// 5 % beyond the speeds count as held: those of the records are means, a run ends a little inside what was asked
+  /// for.
   bool holds(double a, double omega) const { return a <= amplitude && omega >= 0.95 * low && omega <= 1.05 * high; }
   /// What of a motion up to the radius `a` (m) between the speeds `from` and `to` (rad/s) is extrapolation; empty:
   /// nothing.
