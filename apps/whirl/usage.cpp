@@ -66,7 +66,9 @@ CLI::Validator whole_number(bool negative, bool several) {
             char* end = nullptr;
             errno = 0;
             const long long value = std::strtoll(text.c_str(), &end, 10);
-            if (several && *end == ',') return refused(text, "a whole number; several are separated by spaces");
+            if (*end == ',')
+              return refused(text, several ? "a whole number; several are separated by spaces"
+                                           : "a whole number, without a comma (1,000 is 1000)");
             if (text.empty() || *end != 0)
               return refused(text, "a whole number" + (number_in(text) ? "" : hint(text, several)));
             if (!negative && value < 0) return refused(text, "a whole number, not below 0");

@@ -76,6 +76,7 @@ TEST(MisuseE2e, EveryWrongWordIsNamedWithWhatIsAllowed) {
        "must be a finite number, with a point before its decimals"},
       {"modes record.csv --select 30,80", "with a point before its decimals; several are separated by spaces"},
       {"frf record.csv --exclude 1,2", "--exclude = 1,2: must be a whole number; several are separated by spaces"},
+      {"robustness controller.json --samples 1,000", "--samples = 1,000: must be a whole number, without a comma"},
       {"run controller.json --seed -1", "--seed = -1: must be a whole number, not below 0"},
       {"margins controller.json model.json --speeds 2.5", "--speeds = 2.5: must be a whole number"},
       {"run controller.json --fmu none.fmu", "--fmu = none.fmu: must be a file that is there"},

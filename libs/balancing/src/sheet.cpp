@@ -146,19 +146,23 @@ report::Figure polar(const BalancingSheet& s) {
   figure.title = "Readings before and after";
   figure.description = "Polar plots of every reading in all runs, before and predicted after the correction.";
   figure.columns = 2;
+  const double sign = s.lag ? -1 : 1;
   for (Index m = 0; m < s.before.size(); ++m) {
-    report::Panel& panel = figure.panel(s.rows[static_cast<std::size_t>(m)].name, {"phase lead", {"deg", kDegree}},
-                                        {"amplitude 0-p", {"µm", 1e-6}});
+    report::Panel& panel =
+        figure.panel(s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", {"deg", kDegree}},
+                     {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), {"µm", 1e-6}});
     panel.kind = report::Panel::Kind::polar;
+    panel.clockwise = s.lag;  // vectors stand as they are, rotation counter-clockwise
     Eigen::VectorXd angle(static_cast<Index>(s.runs.size())), radius(angle.size());
     Index n = 0;
     for (const auto& [name, v] : s.runs) {
       if (std::isnan(std::abs(v[m]))) continue;
-      angle[n] = std::arg(v[m]);
-      radius[n++] = std::abs(v[m]);
+      angle[n] = sign * std::arg(v[m]);
+      radius[n++] = s.kind * std::abs(v[m]);
     }
-    const auto point = [](std::complex<double> z) {
-      return std::pair(Eigen::VectorXd::Constant(1, std::arg(z)), Eigen::VectorXd::Constant(1, std::abs(z)));
+    const auto point = [&](std::complex<double> z) {
+      return std::pair(Eigen::VectorXd::Constant(1, sign * std::arg(z)),
+                       Eigen::VectorXd::Constant(1, s.kind * std::abs(z)));
     };
     panel.scatter("runs", angle.head(n), radius.head(n), {.color = 7, .mark = report::Mark::circle});
     panel.scatter("as found", point(s.before[m]).first, point(s.before[m]).second,

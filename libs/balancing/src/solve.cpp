@@ -216,6 +216,8 @@ BalancingSheet empty_sheet(const std::string& title, const VectorConvention& con
   sheet.amplitude = convention.amplitude == "pp" ? "p-p" : convention.amplitude == "rms" ? "rms" : "0-p";
   sheet.convention = fmt::format("phase {}, amplitudes {}, mass angles {} rotation", convention.phase, sheet.amplitude,
                                  convention.angles);
+  sheet.lag = convention.phase == "lag";
+  sheet.kind = 1 / convention.amplitude_factor();
   sheet.criterion = criterion_name(o);
   return sheet;
 }

