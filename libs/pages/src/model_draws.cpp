@@ -19,6 +19,11 @@ bool is_further(const std::string& name) {
          std::ranges::any_of(identification::kRotorTermNames, [&](const auto& t) { return t.parameter == name; });
 }
 
+bool same_size(const Estimate& a, const Estimate& b) {
+  return std::abs(std::abs(a.value) - std::abs(b.value)) <= 1e-12 * std::abs(b.value) &&
+         std::abs(a.sd - b.sd) <= 1e-9 * b.sd;
+}
+
 double square(double sd) { return std::isfinite(sd) ? sd * sd : 0; }
 
 }  // namespace
@@ -91,20 +96,23 @@ void ModelDraws::join_coefficients() {
       const auto named = [&](const auto& p) {
         return p.first == equation.lhs + ": " + equation.terms[t].function || p.first == equation.terms[t].function;
       };
-      const auto at = std::ranges::find_if(model_.parameters, named);
+      auto at = std::ranges::find_if(model_.parameters, named);
+      // k1 of "-k1 x": a parameter of the coefficient's size and deviation.
+      if (at == model_.parameters.end() && stated)
+        at = std::ranges::find_if(model_.parameters, [&](const auto& p) { return same_size(p.second, c); });
       const std::ptrdiff_t index = at == model_.parameters.end() ? -1 : at - model_.parameters.begin();
       std::size_t same = places_.size();
       for (std::size_t k = 0; index < 0 && k < places_.size(); ++k)
-        if (std::abs(std::abs(values[k]) - std::abs(c.value)) <= 1e-12 * std::abs(c.value) &&
-            std::abs(sds[k] - c.sd) <= 1e-9 * c.sd)
-          same = k;
+        if (same_size({values[k], sds[k], 0, 0}, c)) same = k;
+      for (std::size_t k = 0; index >= 0 && k < places_.size(); ++k)
+        if (parameter[k] == index) same = k;
       if (same == places_.size()) {
         places_.emplace_back();
         parameter.push_back(index);
         sds.push_back(c.sd);
-        values.push_back(c.value);
+        values.push_back(index >= 0 ? at->second.value : c.value);
       }
-      const double sign = index >= 0 || values[same] * c.value >= 0 ? 1 : -1;
+      const double sign = values[same] * c.value >= 0 ? 1 : -1;
       places_[same].push_back({e, t, sign});
       joint = joint && index >= 0;
     }

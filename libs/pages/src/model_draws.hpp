@@ -12,8 +12,8 @@ namespace whirl::pages {
 ///
 /// A rotor's k1, k2, c and eps come from `rotor_covariance`, its anisotropy and further forces from
 /// `parameter_covariance`, both jointly (a model without the latter: from their own intervals). Coefficients of other
-/// equations come from `parameter_covariance` where each is a parameter of its own, else from their own intervals;
-/// those of the same size and deviation are one number (a tied library).
+/// equations come from `parameter_covariance` where each is a parameter, by name or by size and deviation, else from
+/// their own intervals; those of the same size and deviation are one number (a tied library).
 class ModelDraws {
  public:
   ModelDraws(const IdentifiedModel& model, unsigned seed);

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
+#include "whirl/response/decay.hpp"
 #include "whirl/testing/control/identified_machine.hpp"
 #include "whirl/testing/systems/response_coverage.hpp"
 
@@ -95,6 +97,36 @@ TEST(ResponseBandReference, AGeneralModelHasTheBandOfItsJointCovariance) {
     const double width = (r.band->high[0] - r.band->low[0]) * k / (2 * 1.96);
     EXPECT_NEAR(width, together > 0 ? 0 : std::sqrt(2) * 0.01, 0.0015);
   }
+}
+
+// k1 and k3 of a decay are known together far better than each alone: the band at the amplitudes of the decay is
+// narrow.
+TEST(ResponseBandProperty, AModeOfADecayHasTheBandOfItsParametersTogether) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  response::DecayCurve curve;
+  const double k1 = 3600, k3 = 4e8, c = 0.8;
+  for (int i = 0; i < 20; ++i) {
+    const double a = 1.2e-3 * std::exp(-0.01 * i), w = std::sqrt(k1 + 0.75 * k3 * a * a);
+    const double fall = (k1 + 0.75 * k3 * a * a) / (k1 + k3 * a * a);
+    curve.points.push_back(
+        {0.4 * i, a, w + 0.01 * normal(random), 0.01, 0.5 * c * fall + 0.005 * normal(random), 0.005});
+  }
+  const response::NonlinearMode mode = response::fit_decay(curve);
+  ASSERT_NE(mode.k3.value, 0);
+  IdentifiedModel apart = mode.model();
+  ASSERT_EQ(apart.parameter_covariance.size(), 9U);
+  SteadyOptions o;
+  o.curve.from = 55;
+  o.curve.to = 66;
+  o.input = "u";
+  o.amplitude = 0.045;  // up to 1 mm
+  const SteadyResponse together = steady_response(mode.model(), o);
+  apart.parameter_covariance.clear();
+  const SteadyResponse alone = steady_response(apart, o);
+  ASSERT_TRUE(together.band && alone.band);
+  const auto width = [](const SteadyResponse& r) { return r.band->high[120] - r.band->low[120]; };  // at 0.85 mm
+  EXPECT_LT(width(together), 0.6 * width(alone));
 }
 
 // An anisotropic hardening rotor has unstable responses above the stable ones: they are none that a rotor shows.

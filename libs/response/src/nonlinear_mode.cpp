@@ -1,5 +1,6 @@
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -19,8 +20,9 @@ constexpr double kPoor = 2, kWrong = 100;
 
 /// Weighted least squares y = X b in the columns that the data ask for.
 struct Regression {
-  VectorXd value, sd;  ///< by column; 0 and NaN for columns left out
-  double square = 0;   ///< weighted sum of squares
+  VectorXd value, sd;   ///< by column; 0 and NaN for columns left out
+  MatrixXd covariance;  ///< of the columns for a scatter of 1; 0 for columns left out
+  double square = 0;    ///< weighted sum of squares
   double freedom = 0;
 };
 
@@ -34,6 +36,13 @@ Regression solve(const MatrixXd& x, const VectorXd& y, const std::vector<Index>&
   Regression r;
   r.value = VectorXd::Zero(x.cols());
   r.sd = VectorXd::Constant(x.cols(), std::nan(""));
+  r.covariance = MatrixXd::Zero(x.cols(), x.cols());
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    for (std::size_t j = 0; j < used.size(); ++j) {
+      const auto a = static_cast<Index>(i), c = static_cast<Index>(j);
+      r.covariance(used[i], used[j]) = inverse(a, c) / (scale[a] * scale[c]);
+    }
+  }
   r.square = (y - z * b).squaredNorm();
   r.freedom = static_cast<double>(x.rows()) - static_cast<double>(used.size());
   for (std::size_t k = 0; k < used.size(); ++k) {
@@ -138,8 +147,16 @@ IdentifiedModel NonlinearMode::model() const {
     if (e->value != 0) force.terms.push_back({term, minus(*e), unit});
   force.terms.push_back({"u", {1, 0, 1, 1}, "1"});
   m.equations = {{"x'", {{"v", {1, 0, 1, 1}, "1"}}}, force};
-  for (const auto& [name, e] : {std::pair{"k1", &k1}, {"k3", &k3}, {"k5", &k5}, {"c", &c}, {"q", &q}, {"f", &f}})
-    if (e->value != 0) m.parameters.emplace_back(name, *e);
+  std::vector<Index> kept;
+  const std::array<std::pair<const char*, const Estimate*>, 6> all{
+      {{"k1", &k1}, {"k3", &k3}, {"k5", &k5}, {"c", &c}, {"q", &q}, {"f", &f}}};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].second->value == 0) continue;
+    m.parameters.emplace_back(all[i].first, *all[i].second);
+    kept.push_back(static_cast<Index>(i));
+  }
+  for (const Index i : kept)
+    for (const Index j : kept) m.parameter_covariance.push_back(covariance(i, j));
   m.summary = summary;
   return m;
 }
@@ -176,6 +193,8 @@ NonlinearMode fit_decay(const DecayCurve& curve) {
   mode.c = estimate(d, 0, of_d);
   mode.q = estimate(d, 1, of_d);
   mode.f = estimate(d, 2, of_d);
+  mode.covariance.topLeftCorner<3, 3>() = of_s * of_s * s.covariance;
+  mode.covariance.bottomRightCorner<3, 3>() = of_d * of_d * d.covariance;
   judge(mode);
   return mode;
 }
@@ -221,6 +240,11 @@ NonlinearMode fit_steady(const std::vector<SteadyPoint>& points, Estimate& gain)
   mode.k5 = estimate(r, 4, sd);
   mode.q = estimate(r, 5, sd);
   mode.f = estimate(r, 6, sd);
+  const std::array<Index, 6> columns{0, 3, 4, 1, 5, 6};  // of k1, k3, k5, c, q, f
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (std::size_t j = 0; j < 6; ++j)
+      mode.covariance(static_cast<Index>(i), static_cast<Index>(j)) = sd * sd * r.covariance(columns[i], columns[j]);
+  }
   mode.chi_square = std::nan("");  // the scatter of the points is their noise: nothing else tells it
   judge(mode);
   mode.summary.residual = sd;

@@ -19,9 +19,10 @@ namespace whirl::response {
 ///
 /// delta = - a' / a is the rate of decay; the last factor is the energy that the loss has to take from the spring.
 struct NonlinearMode {
-  Estimate k1, c;                  ///< 1/s^2, 1/s
-  Estimate k3, k5;                 ///< 1/(m^2 s^2), 1/(m^4 s^2); value 0 when the data do not ask for them
-  Estimate q, f;                   ///< 1/m, m/s^2; value 0 when not asked for
+  Estimate k1, c;   ///< 1/s^2, 1/s
+  Estimate k3, k5;  ///< 1/(m^2 s^2), 1/(m^4 s^2); value 0 when the data do not ask for them
+  Estimate q, f;    ///< 1/m, m/s^2; value 0 when not asked for
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  ///< of k1, k3, k5, c, q, f
   double chi_square = 0;           ///< of the points about both curves; intervals carry its root where above 1
   double highest = 0, lowest = 0;  ///< amplitudes that the data covered, m
   Summary summary;
