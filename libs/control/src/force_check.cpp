@@ -10,13 +10,13 @@ namespace {
 // Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/force_check.c).
 constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
 constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
-constexpr double kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
+constexpr double kEdge = 20e-3, kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
 constexpr double kUsual = 0.3, kRisen = 4;
 constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
 constexpr double kLateLeast = 0.6, kLateMost = 1.6;
 constexpr double kTest = 16e-3, kTestWindow = 3e-3, kAgain = 0.5, kClear = 0.25, kUnlike = 0.5, kRemains = 0.3;
 constexpr double kTold = 6e-3, kSure = 0.3, kEarlyLeft = 0.3, kEarlyLow = 0.1;
-constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 5e-3, kLarge = 2;
+constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 10e-3, kLarge = 2;
 
 double real_part(std::complex<double> a, std::complex<double> b) noexcept {
   return a.real() * b.real() + a.imag() * b.imag();
@@ -195,10 +195,13 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) n
     const Complex y = second - settings_.model.acceleration(z1_, (0.5 / h) * (z - z2_));
     Signals all{y.real(), y.imag(), u.real(), u.imag(), late.real(), late.imag(), before.real(), before.imag()};
     low_pass(all);
-    collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]});
-    out = judge();
-    follow();
-    time_ = std::min(time_ + h, 1.0);
+    // When the first force begins to act is known to some ms only: its edge is no evidence, what follows is.
+    if (time_ > 0 || std::norm(u) > 0) time_ = std::min(time_ + h, 1.0);
+    if (time_ > kEdge) {
+      collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]});
+      out = judge();
+      follow();
+    }
   }
   z2_ = z1_;
   z1_ = z;

@@ -166,7 +166,7 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   const bool large = reversed && (rr > (R(4.0) * threshold * threshold));
   /* an unbalance that doubles under a force that cancels it looks like a lost actuator at first */
   const bool other = (changed < (R(0.25) * rr)) && (low > R(-0.4));
-  const whirl_real confirm = starting ? R(5e-3) : (large ? R(2e-3) : (other ? R(17e-3) : R(8e-3)));
+  const whirl_real confirm = starting ? R(10e-3) : (large ? R(2e-3) : (other ? R(17e-3) : R(8e-3)));
   uint32_t found = 0U;
   c->usual += M(fmin)(h / R(0.3), R(1.0)) * (rr - c->usual);
   c->risen = rr > (R(4.0) * c->usual);
@@ -240,10 +240,16 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
       const whirl_complex ys = whirl_filtered(c->y, y, h);
       const whirl_complex us = whirl_filtered(c->u, u, h);
       const whirl_complex ls = whirl_filtered(c->late, late, h);
-      whirl_collect(c, h, ys, us, ls, whirl_filtered(c->unbalance, before, h));
-      found = whirl_force_judge(c, h, R(0.7) * p->watch_level * p->k1);
-      whirl_force_follow(c, p);
-      c->time = M(fmin)(c->time + h, R(1.0));
+      const whirl_complex unbalance = whirl_filtered(c->unbalance, before, h);
+      /* When the first force begins to act is known to some ms only: its edge is no evidence, what follows is. */
+      if ((c->time > R(0.0)) || (whirl_norm(u) > R(0.0))) {
+        c->time = M(fmin)(c->time + h, R(1.0));
+      }
+      if (c->time > R(20e-3)) {
+        whirl_collect(c, h, ys, us, ls, unbalance);
+        found = whirl_force_judge(c, h, R(0.7) * p->watch_level * p->k1);
+        whirl_force_follow(c, p);
+      }
     }
     c->z2 = c->z1;
     c->z1 = z;

@@ -31,22 +31,6 @@ struct NoControl {
   void applied(const Command&) noexcept {}
 };
 
-/// The controller, switched on after `wait` ticks: an FMU starts from rest at full speed, which no machine does, and
-/// the supervision would take its first milliseconds for those of a lost actuator.
-struct LateControl {
-  control::Controller controller;
-  long wait;
-  bool on = false;
-
-  Expected<Command, Fault> step(const Measurement& m) noexcept {
-    on = on || wait-- <= 0;
-    return on ? controller.step(m) : Command{};
-  }
-  void applied(const Command& command) noexcept {
-    if (on) controller.applied(command);
-  }
-};
-
 template <class Control>
 FmuRun run(const std::string& fmu, const FmuPlantOptions& options, Control& control) {
   FmuPlant plant(fmu, options);
@@ -74,10 +58,9 @@ FmuLoop run_fmu(const ControllerDesign& design, const std::string& fmu, const Fm
   NoControl none;
   const FmuRun open = run(fmu, plant, none);
   FmuLoop out;
-  const long settled = std::min(std::lround(out.settled / design.sample_time), open.table.rows() / 4);
-  LateControl control{control::make_controller(design), settled};
+  control::Controller control = control::make_controller(design);
   const FmuRun closed = run(fmu, plant, control);
-  const long skip = 2 * settled;
+  const long skip = std::min(std::lround(out.settled / design.sample_time), open.table.rows() / 2);
   out.open_peak = open.peak(skip);
   out.closed_peak = closed.peak(skip);
   out.force_peak = closed.table.middleCols(2, 2).cwiseAbs().maxCoeff();
@@ -89,7 +72,7 @@ FmuLoop run_fmu(const ControllerDesign& design, const std::string& fmu, const Fm
   for (Eigen::Index c = 0; c < 6; ++c) out.closed.add(columns[c].first, columns[c].second, closed.table.col(c));
   if (open.failed || closed.failed) out.summary.fail("the FMU refused a step");
   if (closed.trip != Fault::none) {
-    const std::string why = control::supervision_text(control.controller.state().supervision.word);
+    const std::string why = control::supervision_text(control.state().supervision.word);
     out.summary.fail(fmt::format("the loop tripped: {}{}", to_string(closed.trip), why.empty() ? "" : ": " + why));
   }
   return out;

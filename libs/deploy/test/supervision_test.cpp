@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <numbers>
 
@@ -177,6 +179,60 @@ TEST(SupervisionExport, AnUnbalanceThatTreblesIsToldFromAWrongForceAtTheTickOfTh
     EXPECT_NE(words & control::kForceTested, 0u) << law << ": " << control::supervision_text(words);
     EXPECT_NE(words & control::kUnbalanceChanged, 0u) << law << ": " << control::supervision_text(words);
   }
+}
+
+// At rest at full speed, as simulators begin, with a force that acts up to 2.5 ms earlier or later than designed for:
+// nothing is found; an actuator that is lost soon after is; the same ticks in C.
+TEST(SupervisionExport, AStartFromRestAtFullSpeedIsNoFaultOfTheForce) {
+  constexpr std::uint32_t kFault = control::kForceLost | control::kForceReversed | control::kForceLate;
+  int runs = 0, trips = 0, losses = 0;
+  long slowest = 0;
+  for (const auto& [law, estimator] :
+       {std::pair{"pd", "lpf"}, {"pd", "kfe"}, {"lsmc", "kfe"}, {"tsmc", "eso"}, {"pd_notch", "lpf"}}) {
+    for (std::uint64_t number = 51; number < 63; ++number) {
+      testing::ForeignMachine m = testing::ForeignMachine::draw(number, 0.05);
+      m.down = 6;
+      m.from_rest = true;
+      for (const double shift : {-2.5e-3, -1.5e-3, 0.0, 1.5e-3, 2.5e-3}) {
+        ControllerDesign d = design_for(m, law, estimator);
+        d.delay = std::max(d.delay + shift, m.age);
+        std::unique_ptr<Exported> exported;
+        if (number == 51 && shift == 1.5e-3) exported = std::make_unique<Exported>(d);
+        for (const long lost : {100000L, 40L}) {
+          if (lost < 1000 && (shift != 0 || !d.feedforward)) continue;  // without feedforward the force grows from zero
+          control::Controller controller = control::make_controller(d);
+          testing::ForeignRig rig(m, number);
+          long trip = -1;
+          for (long k = 0; k < 400 && trip < 0; ++k) {
+            if (k == lost) rig.machine().gain = 0;
+            const Measurement r = rig.read();
+            const auto answer = controller.step(r);
+            const std::uint32_t word = controller.state().supervision.word;
+            if (exported) {
+              const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+              double out[3];
+              ASSERT_EQ(exported->go(in, 1, out), answer ? 0 : 4) << law << " " << k;
+              ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << law << " " << k;
+            }
+            if ((word & kFault) != 0 || !answer) trip = k;
+            rig.write(answer ? *answer : Command{});
+            rig.advance();
+          }
+          if (lost > 1000) {
+            ++runs, trips += trip >= 0;
+            EXPECT_LT(trip, 0) << law << " " << estimator << " machine " << number << ", " << 1e3 * shift
+                               << " ms: " << control::supervision_text(controller.state().supervision.word);
+          } else {
+            ++losses;
+            EXPECT_GE(trip, lost) << law << " " << estimator << " machine " << number << ", lost at " << lost;
+            EXPECT_LE(trip, lost + 100) << law << " " << estimator << " machine " << number << ", lost at " << lost;
+            slowest = std::max(slowest, trip - lost);
+          }
+        }
+      }
+    }
+  }
+  std::printf("%d trips in %d starts; %d losses found after %ld ms at most\n", trips, runs, losses, slowest);
 }
 
 // A design without supervision is exported without a line of it.

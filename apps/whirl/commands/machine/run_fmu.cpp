@@ -33,7 +33,7 @@ void run_fmu(Session& session, const std::string& controller, const std::string&
   session.say(fmt::format(
       "{} on {}: peak radius {:.4f} mm without control, {:.4f} mm with it (zero-to-peak, after {:.1f} s): suppression "
       "{}; largest force {:.2f} N",
-      design.law, fmu, 1e3 * loop.open_peak, 1e3 * loop.closed_peak, 2 * loop.settled,
+      design.law, fmu, 1e3 * loop.open_peak, 1e3 * loop.closed_peak, loop.settled,
       moves ? fmt::format("{:.1f} %", 100 * loop.suppression()) : "not defined, it does not move without control",
       loop.force_peak));
   io::Json json = io::start_document("whirl.fmu_run", 1);

@@ -42,6 +42,7 @@ struct ForeignMachine {
   std::array<double, 3> runout{}, runout_phase{};        ///< m, rad
   double noise = 0.7e-6, age = 0.25e-3;                  ///< m rms; age of a reading, s
   int counts = 1024;                                     ///< encoder lines per turn
+  bool from_rest = false;                                ///< the disc is at rest when the run begins, at top speed
 
   double critical() const { return std::sqrt(stiffness / mass); }
 
@@ -188,7 +189,9 @@ class ForeignRig {
     const double w = m_.top, re = m_.stiffness - m_.mass * w * w, im = m_.damping * w;
     const double size = m_.mass * m_.unbalance * w * w / std::hypot(re, im),
                  angle = m_.unbalance_angle - std::atan2(im, re);
-    s_[0] = size * std::cos(angle), s_[1] = size * std::sin(angle), s_[2] = -w * s_[1], s_[3] = w * s_[0], s_[13] = w;
+    s_[13] = w;
+    if (!m_.from_rest)
+      s_[0] = size * std::cos(angle), s_[1] = size * std::sin(angle), s_[2] = -w * s_[1], s_[3] = w * s_[0];
     for (std::size_t i = 0; i < 2; ++i) {
       if (m_.modes[i].start != 0) s_[4 + 4 * i] = s_[5 + 4 * i] = m_.modes[i].start / m_.modes[i].sensor;
     }

@@ -29,8 +29,10 @@ struct ForceCheckSettings {
 /// large residual of the wrong sign; 17 ms are taken while (c) leaves less
 /// than a quarter of r too: an unbalance that doubles under a force that cancels it looks like a loss at first. `late`:
 /// the same for (b) with a share of 0.6 to 1.6 of the 8 ms. e is followed while r is small, or has been
-/// large for 0.15 s and did not rise since. In the first 0.15 s it is
-/// not known yet, and (a) and (b) are fitted together with it.
+/// large for 0.15 s and did not rise since. In the first 0.15 s after the first force it is
+/// not known yet, (a) and (b) are fitted together with it, and (a) must hold for 10 ms. The first 20 ms tell nothing: a
+/// force that cancels the unbalance differs from it by its beginning only, and one that begins some ms earlier than
+/// designed for would look like one that does nothing on a rotor without unbalance.
 ///
 /// A force that cancels the unbalance is proportional to it, so that (a) and (c) explain r nearly alike: an unbalance
 /// that trebles looks like a force of the wrong sign. Where (a) is not four times as good as (c), and (c) leaves less
@@ -80,7 +82,7 @@ class ForceCheck {
   // Weighted means of products: f unbalance per metre, d = y - u, x and y the axes of u, l its change by the delay.
   Complex eps_, now_, fd_, fx_, fy_, fl_;
   double ff_ = 0, dd_ = 0, xx_ = 0, yy_ = 0, xd_ = 0, yd_ = 0, ll_ = 0, ld_ = 0;
-  double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s
+  double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s; time_ since the first force
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
   double usual_ = 0;                           // r^2 of the last 0.3 s
   ForceFault suspected_ = ForceFault::none;
