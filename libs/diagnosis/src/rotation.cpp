@@ -96,17 +96,15 @@ double Rotation::sweep_rate(double dt) const {
 
 std::optional<Rotation> rotation_of(const Recording& record) {
   if (record.has("beta")) return from_encoder(record, record["beta"]);
-  for (const char* name : {"key", "keyphasor", "tacho"}) {
-    if (!record.has(name)) continue;
-    const signal::AngleFit fit =
-        signal::angle_from_pulses(signal::pulse_times(record[name], record.dt), record.dt, record.size());
-    Rotation out;
-    out.angle = at_samples(fit.angle.beta);
-    out.speed = at_samples(fit.angle.omega);
-    if (!rises(out.angle)) return std::nullopt;
-    return out;
-  }
-  return std::nullopt;
+  const Channel* pulses = signal::pulse_channel(record);
+  if (pulses == nullptr) return std::nullopt;
+  const signal::AngleFit fit =
+      signal::angle_from_pulses(signal::pulse_times(pulses->samples, record.dt), record.dt, record.size());
+  Rotation out;
+  out.angle = at_samples(fit.angle.beta);
+  out.speed = at_samples(fit.angle.omega);
+  if (!rises(out.angle)) return std::nullopt;
+  return out;
 }
 
 signal::SynchronousCurve order_curve(const Recording& record, const Rotation& rotation, const std::string& channel,

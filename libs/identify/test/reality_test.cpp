@@ -226,6 +226,10 @@ TEST(RotorAngleProperty, PulsesOncePerTurnGiveTheRotor) {
   EXPECT_NEAR(model.parameter("e")->value, d.machine.e, 2e-2 * d.machine.e);
   EXPECT_NEAR(std::remainder(model.parameter("e_phase")->value - d.machine.e_phase - 1, 2 * std::numbers::pi), 0, 0.1);
   EXPECT_THROW(with_angle_from_pulses(r, "none"), Error);
+  EXPECT_EQ(with_angle_from_pulses(r, "")["beta"], with["beta"]);  // found by its name
+  Recording measured = r;
+  measured.add("beta", Quantity::angle, beta);
+  EXPECT_EQ(with_angle_from_pulses(measured, "")["beta"], beta);
 }
 
 }  // namespace

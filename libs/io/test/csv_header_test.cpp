@@ -68,6 +68,20 @@ TEST(CsvHeader, ForeignColumnsAreNamedAndCalibrated) {
   EXPECT_THAT(error_of(text, options), HasSubstr("furlong"));
 }
 
+// Whoever names the probes wants the file's own time with them.
+TEST(CsvHeader, TheTimeNeedNotBeNamed) {
+  for (const std::string header : {"t_s,left_um,right_um\n", "Time [s],left [um],right [um]\n"}) {
+    const std::string text = header + "0,1500,2\n0.1,1501,4\n0.2,1502,6\n";
+    CsvOptions options;
+    options.columns = {"3:x_um"};
+    const Recording record = parse_csv(text, "a.csv", options);
+    EXPECT_DOUBLE_EQ(record.dt, 0.1) << header;
+    ASSERT_EQ(record.channels.size(), 1U) << header;
+    options.rate = 50;  // says more than the column
+    EXPECT_DOUBLE_EQ(parse_csv(text, "a.csv", options).dt, 0.02) << header;
+  }
+}
+
 TEST(CsvHeader, LinesBeforeTheHeader) {
   const std::string text = "Test 5; spring\nRate: 100 Hz\n\nt [s];x [mm]\n0,0;1,5\n0,01;1,6\n";
   CsvOptions options;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "whirl/signal/angle.hpp"
+
 namespace whirl::records::detail {
 
 double median(std::vector<double> v) {
@@ -83,6 +85,19 @@ bool is_held(const Eigen::VectorXd& v) {
   Eigen::Index equal = 0, rest = v.size();
   for (std::size_t k = 0; k < runs.size(); ++k) (k < 3 ? rest -= runs[k] : equal += runs[k]);
   return 10 * equal > 6 * rest;
+}
+
+bool is_pulse_train(const Eigen::VectorXd& v, double dt) {
+  const double low = v.minCoeff(), range = v.maxCoeff() - low;
+  const auto levels = ((v.array() - low - 0.5 * range).abs() > 0.35 * range).count();
+  if (static_cast<double>(levels) < 0.97 * static_cast<double>(v.size())) return false;
+  const std::vector<double> times = signal::pulse_times(v, dt);
+  std::size_t even = 0;
+  for (std::size_t k = 2; k < times.size(); ++k) {
+    const double ratio = (times[k] - times[k - 1]) / (times[k - 1] - times[k - 2]);
+    even += ratio > 0.75 && ratio < 1 / 0.75;
+  }
+  return times.size() >= 10 && static_cast<double>(even) > 0.8 * static_cast<double>(times.size() - 2);
 }
 
 void find_gaps(ChannelCheck& c) {

@@ -35,6 +35,9 @@ void find_lines(ChannelCheck& c, const std::vector<double>& mains, double lowest
 /// A channel that is held between rare changes (a command, a square wave, a coarse counter).
 bool is_held(const Eigen::VectorXd& samples);
 
+/// A channel of pulses once per turn (keyphasor, tacho): two levels, and periods that change evenly.
+bool is_pulse_train(const Eigen::VectorXd& samples, double dt);
+
 /// Checks of x, y and angle together, the channels after their own checks; one of the two may be null (one axis).
 void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Eigen::VectorXd& angle,
                  std::string_view angle_name, RecordReport& report);

@@ -165,7 +165,8 @@ RecordReport check(const Recording& r, const CheckOptions& options) {
   std::vector<detail::ChannelCheck> checked;
   for (const Channel& channel : r.channels) {
     detail::ChannelCheck c = begin(channel, r);
-    if (is_motion(channel.quantity) && c.spread > 0 && !detail::is_held(c.samples)) {
+    const bool pulses = channel.quantity != Quantity::displacement && detail::is_pulse_train(c.samples, r.dt);
+    if (is_motion(channel.quantity) && c.spread > 0 && !pulses && !detail::is_held(c.samples)) {
       detail::find_flat(c);
       c.measure();
       detail::find_spikes(c);

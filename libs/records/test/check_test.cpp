@@ -266,6 +266,27 @@ TEST(RecordCheck, FastSignalsAreCutOffForSingleSamples) {
   EXPECT_EQ(f->samples, (cut.array() == cut.maxCoeff()).count());
 }
 
+// A mark that passes a probe ever faster: at the end one sample wide, which is no spike.
+TEST(RecordCheck, PulsesOnceATurnAreNoSpikes) {
+  Recording r;
+  r.dt = 1.0 / 2000;
+  std::mt19937 random(9);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXd pulse(40000);
+  double turns = 0.3;
+  for (Eigen::Index i = 0; i < pulse.size(); ++i) {
+    turns += r.dt * (2 + 40 * static_cast<double>(i) / 40000);
+    pulse[i] = (turns - std::floor(turns) < 0.03 ? 5 : 0) + 0.03 * normal(random);
+  }
+  r.add("probe", Quantity::voltage, pulse);
+  EXPECT_TRUE(check(r).findings.empty()) << all(check(r));
+  // Needles at any time on a quiet channel of the same size are.
+  for (Eigen::Index i = 0; i < pulse.size(); ++i) pulse[i] = 0.03 * normal(random);
+  for (int k = 0; k < 60; ++k) pulse[std::uniform_int_distribution<Eigen::Index>(10, 39990)(random)] += 5;
+  r.channels.front().samples = pulse;
+  EXPECT_FALSE(check(r).findings.empty());
+}
+
 TEST(RecordCheckProperty, SoundRecordsRaiseNoAlarm) {
   std::map<std::string, int> alarms;
   int total = 0, records = 400;

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "angle_spline.hpp"
+#include "pulse_turns.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
 
@@ -131,45 +132,30 @@ std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal,
   return times;
 }
 
-AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples, const AngleFitOptions& options) {
+const Channel* pulse_channel(const Recording& record) {
+  for (const char* name : {"key", "keyphasor", "tacho"}) {
+    if (const Channel* found = record.find(name)) return found;
+  }
+  return nullptr;
+}
+
+AngleFit angle_from_pulses(const std::vector<double>& times, double dt, Eigen::Index samples,
+                           const AngleFitOptions& options) {
   require_range("dt", dt, 1e-9, 1e3, "s");
   if (times.size() < 6) {
     throw Error::in_field("once-per-turn pulses", fmt::format("{}", times.size()), "at least 6");
   }
   if (!std::is_sorted(times.begin(), times.end())) throw Error("once-per-turn pulses: times are not ascending");
-  std::vector<double> first;
-  for (std::size_t k = 1; k < 6; ++k) first.push_back(times[k] - times[k - 1]);
-  std::nth_element(first.begin(), first.begin() + 2, first.end());
-
-  // Next period from constant acceleration: the squared speed is linear in the turn count.
-  std::vector<double> kept{times[0]}, turns{0};
-  double v1 = 1 / first[2], v2 = v1;  // turns per second, last and last but one
-  long missing = 0, extra = 0;
-  for (std::size_t k = 1; k < times.size(); ++k) {
-    const double period = times[k] - kept.back();
-    const double next2 = 2 * v1 * v1 - v2 * v2;
-    const double predicted = 1 / std::sqrt(std::max(next2, 0.25 * v1 * v1));
-    if (period < 0.7 * predicted) {
-      ++extra;
-      continue;
-    }
-    const double count = next2 > 0.5 * v1 * v1 ? std::max(1.0, std::round(period / predicted)) : 1.0;
-    missing += static_cast<long>(count) - 1;
-    turns.push_back(turns.back() + count);
-    kept.push_back(times[k]);
-    v2 = v1;
-    v1 = count / period;
-  }
-  const Eigen::Index n = static_cast<Eigen::Index>(kept.size());
-  if (n < 6) throw Error("once-per-turn pulses: fewer than 6 are left after removing extra ones");
-  const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(kept.data(), n);
-  const Eigen::VectorXd y = kTurn * Eigen::Map<const Eigen::VectorXd>(turns.data(), n);
+  const detail::CountedPulses pulses = detail::count_turns(times);
+  const auto n = static_cast<Eigen::Index>(pulses.times.size());
+  const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(pulses.times.data(), n);
+  const Eigen::VectorXd y = kTurn * Eigen::Map<const Eigen::VectorXd>(pulses.turns.data(), n);
   AngleFit fit = evaluate(choose_curve(t, y, options, 0), dt, samples);
-  fit.missing = missing;
-  fit.extra = extra;
+  fit.missing = pulses.missing;
+  fit.extra = pulses.extra;
   fit.summary.residual = fit.residual;
-  if (missing + extra > 0) {
-    fit.summary.warn(fmt::format("once-per-turn pulses: {} missing, {} extra repaired", missing, extra));
+  if (fit.missing + fit.extra > 0) {
+    fit.summary.warn(fmt::format("once-per-turn pulses: {} missing, {} extra repaired", fit.missing, fit.extra));
   }
   return fit;
 }

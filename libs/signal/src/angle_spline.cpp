@@ -64,9 +64,16 @@ SmoothCurve SmoothCurve::spline(const Eigen::VectorXd& t, const Eigen::VectorXd&
       for (int d = 0; j + d <= kDegree; ++d) normal.band(d, i + j) += bj * b[static_cast<std::size_t>(kDegree - j - d)];
     }
   }
-  // A spline interval without readings (pulses near standstill) leaves a gap; this keeps it at the smallest
-  // coefficients.
-  normal.band.row(0).array() += 1e-12 * normal.band.row(0).mean();
+  // Intervals without readings (pulses near standstill) are bridged at constant acceleration: third differences of the
+  // coefficients count a little.
+  const double weight = 5e-9 * normal.band.row(0).mean();
+  constexpr std::array<double, 4> kThird{-1, 3, -3, 1};
+  for (Eigen::Index k = 0; k + 3 < size; ++k) {
+    for (int j = 0; j < 4; ++j) {
+      for (int d = 0; j + d < 4; ++d)
+        normal.band(d, k + j) += weight * kThird[static_cast<std::size_t>(j)] * kThird[static_cast<std::size_t>(j + d)];
+    }
+  }
   normal.factorize();
   normal.solve_lower(right);
   normal.solve_upper(right);

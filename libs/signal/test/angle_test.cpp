@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -113,6 +114,75 @@ TEST(AngleReference, MissingAndExtraPulsesAreRepaired) {
   EXPECT_EQ(fit.extra, 1);
   const AngleSignal truth = angle_from_profile(0, 30 * kTurn, -30 * kTurn / 12, kDt, 12000);
   EXPECT_LT(rms(fit.angle.beta - truth.beta), 2e-3);
+}
+
+/// A rotor whose speed follows a random course, integrated in steps of 20 us: its true angle at the samples and the
+/// instants at which a mark on the shaft passes the probe.
+struct MarkedShaft {
+  double dt = 0;
+  Eigen::VectorXd beta;        // rad, 0 at the first pulse
+  std::vector<double> pulses;  // s
+
+  explicit MarkedShaft(std::mt19937_64& random) {
+    const auto between = [&](double low, double high) {
+      return std::uniform_real_distribution<double>(low, high)(random);
+    };
+    dt = 1 / between(800, 4000);
+    const double slow = between(0, 4), fast = between(15, 60), seconds = between(4, 20);
+    const double bend = between(0.5, 2), ripple = between(0, 0.003), ripple_hz = between(1, 6);
+    const bool down = random() % 2 == 0;
+    const auto hz = [&](double t) {
+      const double share = std::clamp(down ? 1 - t / seconds : t / seconds, 0.0, 1.0);
+      return (slow + (fast - slow) * std::pow(share, bend)) * (1 + ripple * std::sin(ripple_hz * kTurn * t));
+    };
+    beta.resize(static_cast<Eigen::Index>(seconds / dt));
+    constexpr double kStep = 2e-5;
+    double turn = between(-1, 0), t = 0;
+    double first = 0;
+    for (Eigen::Index i = 0; i < beta.size(); ++i) {
+      const double at = dt * static_cast<double>(i);
+      for (; t < at; t += kStep) {
+        const double next = turn + kStep * hz(t + 0.5 * kStep);
+        if (std::floor(next) > std::floor(turn)) {
+          pulses.push_back(t + kStep * (std::floor(next) - turn) / (next - turn));
+          if (pulses.size() == 1) first = std::floor(next);
+        }
+        turn = next;
+      }
+      beta[i] = turn;
+    }
+    beta = kTurn * (beta.array() - first);
+  }
+};
+
+TEST(AngleProperty, PulsesOfAnyRunUpOrRunDownAreCounted) {
+  std::mt19937_64 random(4711);
+  const auto chance = [&] { return std::uniform_real_distribution<double>(0, 1)(random); };
+  for (int k = 0; k < 60; ++k) {
+    const MarkedShaft shaft(random);
+    const bool damaged = k % 2 == 1;
+    std::vector<double> seen;
+    long missing = 0, extra = 0;
+    for (std::size_t p = 0; p < shaft.pulses.size(); ++p) {
+      const bool inside = p > 8 && p + 8 < shaft.pulses.size();
+      if (damaged && inside && chance() < 0.02) {
+        ++missing;
+        continue;
+      }
+      seen.push_back(shaft.pulses[p] + 2e-5 * (chance() - 0.5));
+      if (!damaged || !inside || chance() >= 0.01) continue;
+      seen.push_back(shaft.pulses[p] + (0.2 + 0.3 * chance()) * (shaft.pulses[p + 1] - shaft.pulses[p]));
+      ++extra;
+    }
+    const AngleFit fit = angle_from_pulses(seen, shaft.dt, shaft.beta.size());
+    EXPECT_EQ(fit.missing, missing) << k;
+    EXPECT_EQ(fit.extra, extra) << k;
+    // Between the pulses; the ends are the fit's own.
+    const auto first = static_cast<Eigen::Index>(seen[2] / shaft.dt);
+    const auto last = static_cast<Eigen::Index>(seen[seen.size() - 3] / shaft.dt);
+    const Eigen::VectorXd error = at_samples(fit.angle.beta) - shaft.beta;
+    EXPECT_LT(rms(error.segment(first, last - first)), 0.03) << k;
+  }
 }
 
 TEST(AngleReference, EdgesAreInterpolatedBetweenSamples) {

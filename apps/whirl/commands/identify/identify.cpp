@@ -5,7 +5,6 @@
 #include "identify_evidence.hpp"
 #include "identify_options.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/slow_roll.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
@@ -29,8 +28,10 @@ Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::
       return reader.read(file);
     } catch (const Error& other) {
       if (std::string(other.what()).find("no column 'y'") == std::string::npos) throw;
-      throw Error(what +
-                  ". Any other system than a rotor: name its states, and its inputs, e.g. --states a,b --inputs u");
+      throw Error(
+          what +
+          ". Probes of other names: --columns \"Probe 1:x\" \"Probe 2:y\". Any other system than a rotor: name its "
+          "states, and its inputs, e.g. --states a,b --inputs u");
     }
   }
 }
@@ -93,9 +94,9 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     reader.gaps = true;
     std::vector<Recording> records;
     const auto read = [&](const std::string& file) {
-      const Recording record = read_for(flags, reader, file);
+      const Recording record = flags.with_angle(read_for(flags, reader, file));
       flags.require_rotor_channels(record);
-      return flags.pulses.empty() ? record : identification::with_angle_from_pulses(record, flags.pulses);
+      return record;
     };
     for (const std::string& file : flags.files) records.push_back(read(file));
     const identification::IdentifyOptions o = options(records.front());

@@ -7,6 +7,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
+#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
 
@@ -192,10 +193,21 @@ std::vector<std::string> IdentifyFlags::required() const {
   return names;
 }
 
-void IdentifyFlags::require_rotor_channels(const Recording& like) const {
+bool IdentifyFlags::of_a_rotor() const {
   using identification::Method;
   const Method m = method_chosen();
-  if (m != Method::weak && m != Method::drive && m != Method::paper && m != Method::consistent) return;
+  return m == Method::weak || m == Method::drive || m == Method::paper || m == Method::consistent;
+}
+
+Recording IdentifyFlags::with_angle(const Recording& read) const {
+  if (pulses.empty() && (!of_a_rotor() || angle != "measured")) return read;
+  return identification::with_angle_from_pulses(read, pulses);
+}
+
+void IdentifyFlags::require_rotor_channels(const Recording& like) const {
+  using identification::Method;
+  if (!of_a_rotor()) return;
+  const Method m = method_chosen();
   std::string present;
   for (const Channel& c : like.channels) present += (present.empty() ? "" : ", ") + c.name;
   // The default method takes one direction for a rotor whose axes are alike.
@@ -209,15 +221,14 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
                                 : "This method needs two directions of a rotor's motion; the default one takes one"));
   }
   if (angle == "vibration") return;
-  const std::string wanted = pulses.empty() ? "beta" : pulses;
-  if (!like.has(wanted)) {
+  if (!like.has("beta")) {
     throw Error(fmt::format(
-        "{}: no column '{}' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "
+        "{}: no column 'beta' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "
         "motion lags it by an angle that changes through the critical speed, so that the motion alone does not tell "
         "it: give the angle (beta_rad, beta_deg), a channel of once-per-turn pulses (--pulses CHANNEL), an assumed "
         "speed profile as beta with --angle profile, or with --angle vibration let a steady run-up or run-down tell "
         "its own speed",
-        like.source, wanted, present));
+        like.source, present));
   }
 }
 

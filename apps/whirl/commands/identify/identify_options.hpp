@@ -52,6 +52,9 @@ struct IdentifyFlags {
   void check() const;
   /// Channels that the record must have.
   std::vector<std::string> required() const;
+  bool of_a_rotor() const;  ///< does the method chosen take a rotor's record?
+  /// The record with its angle, from pulses where it has none of its own.
+  Recording with_angle(const Recording& read) const;
   /// Throws Error, with what may be given instead, where a rotor method lacks the second direction or the angle.
   void require_rotor_channels(const Recording& like) const;
   /// What `identify` is to do with records like this one.

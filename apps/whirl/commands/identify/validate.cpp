@@ -92,8 +92,9 @@ void run_validate(const Options& o, Session& session) {
   RecordOptions reader = o.record;
   reader.gaps = true;
   for (const std::string& file : o.files) {
-    records.push_back(reader.read(file));
-    if (!o.pulses.empty()) records.back() = identification::with_angle_from_pulses(records.back(), o.pulses);
+    const Recording record = reader.read(file);
+    records.push_back(model.rotor || !o.pulses.empty() ? identification::with_angle_from_pulses(record, o.pulses)
+                                                       : record);
     records.back().source = file;
   }
   for (const std::string& file : o.clean) clean.push_back(o.record.read(file));

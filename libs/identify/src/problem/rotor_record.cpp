@@ -92,9 +92,12 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   r.t0 = recording.t0;
   for (const std::string& name : {options.x, options.y}) {
     if (r.one_axis() && !recording.has(name)) continue;
-    if (recording.at(name).quantity != Quantity::displacement) {
-      throw Error::in_field(fmt::format("channel {}", name), to_string(recording.at(name).quantity),
-                            fmt::format("displacement: name the column {0}_mm or {0}_um", name));
+    const Quantity quantity = recording.at(name).quantity;
+    if (quantity != Quantity::displacement) {
+      const bool rate = quantity == Quantity::velocity || quantity == Quantity::acceleration;
+      throw Error::in_field(fmt::format("channel {}", name), to_string(quantity),
+                            rate ? std::string("displacement of the shaft: integrate the reading first")
+                                 : fmt::format("displacement: name the column {0}_mm or {0}_um", name));
     }
   }
   r.z.setZero(recording.size());

@@ -250,11 +250,21 @@ struct CsvStream::State {
       add_column(choice, spec.substr(spec.rfind(':') + 1));
     }
     if (columns.empty()) fail("no columns");
+    for (std::size_t i = 0; time < 0 && !options.rate && i < header.size(); ++i) {  // the time need not be named
+      if (target[i] < 0 && header[i].unit && header[i].unit->quantity == Quantity::time && names_time(header[i]))
+        add_column({i, header[i].name, header[i].unit}, header[i].text);
+    }
     for (const std::string& wanted : options.required) require_column(split_unit(wanted));
     // An instrument calls the time as it likes, but writes it first.
     if (time < 0 && !options.rate && target[0] >= 0 && header[0].foreign &&
         columns[static_cast<std::size_t>(target[0])].unit->quantity == Quantity::time)
       time = target[0];
+  }
+
+  static bool names_time(const detail::Heading& h) {
+    std::string name = h.name;
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+    return h.name == "t" || h.name == "time" || (h.foreign && name == "time");
   }
 
   void require_column(const NameWithUnit& wanted) const {
@@ -284,11 +294,9 @@ struct CsvStream::State {
     }
     const int at = static_cast<int>(columns.size());
     target[choice.heading] = at;
-    std::string name = choice.name;
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-    const bool timed =
-        choice.name == "t" || choice.name == "time" || (header[choice.heading].foreign && name == "time");
-    if (timed && choice.unit->quantity == Quantity::time) time = at;
+    detail::Heading named = header[choice.heading];
+    named.name = choice.name;
+    if (names_time(named) && choice.unit->quantity == Quantity::time) time = at;
     const std::string& text = header[choice.heading].text;
     columns.push_back({text.empty() ? written : text, choice.name, choice.unit, choice.factor});
   }

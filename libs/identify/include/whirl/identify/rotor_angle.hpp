@@ -7,8 +7,9 @@
 namespace whirl::identification {
 
 /// The record with a channel beta (rad) from the once-per-turn pulses of channel `pulses`, replacing one of that name;
-/// the angle is 0 at the rising edge of a pulse. Throws Error for a missing channel, samples that are not finite or
-/// fewer than 6 pulses.
+/// the angle is 0 at the rising edge of a pulse. `pulses` empty: a record that has beta stays as it is, else its
+/// channel key, keyphasor or tacho is taken, if it has one, with a remark. Pulses that were missing or extra are a
+/// remark too. Throws Error for a missing channel, samples that are not finite or fewer than 6 pulses.
 Recording with_angle_from_pulses(const Recording& record, const std::string& pulses);
 
 /// The record with an angle that its own vibration at one times the speed shows, for records without a tacho: the

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "whirl/core/angle_signal.hpp"
+#include "whirl/core/recording.hpp"
 #include "whirl/core/summary.hpp"
 
 namespace whirl::signal {
@@ -40,10 +41,14 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
 std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low = 0.3,
                                 double middle = 0.5);
 
+/// The channel of once-per-turn pulses by its name: key, keyphasor or tacho; null where there is none.
+const Channel* pulse_channel(const Recording& record);
+
 /// Angle from once-per-turn pulses at the times given (s, ascending), on `samples` samples from t = 0; the angle is 0
-/// at the first pulse. A period 30 % off the running one is read as missing or extra pulses and repaired. Before the
-/// first and after the last pulse the fit is continued. Throws Error for fewer than 6 pulses.
-AngleFit angle_from_pulses(std::vector<double> times, double dt, Eigen::Index samples,
+/// at the first pulse. Turns are counted outwards from the longest stretch of even periods; pulses that the speed up to
+/// there does not expect are extra, turns without one missing. Before the first and after the last pulse the fit is
+/// continued. Throws Error for fewer than 6 pulses or none that are even.
+AngleFit angle_from_pulses(const std::vector<double>& times, double dt, Eigen::Index samples,
                            const AngleFitOptions& options = {});
 
 /// Known profile: beta = beta0 + omega0 t + alpha t^2 / 2.
