@@ -119,7 +119,15 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
 std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low, double middle) {
   std::vector<double> times;
   if (signal.size() < 2) return times;
-  const double bottom = signal.minCoeff(), range = signal.maxCoeff() - bottom;
+  // Levels of the signal but for three samples at either end, which may be disturbances; six pulses are needed anyway.
+  constexpr Eigen::Index kWild = 3;
+  std::vector<double> sorted(signal.begin(), signal.end());
+  const auto nth = [&](Eigen::Index k) {
+    std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
+    return sorted[static_cast<std::size_t>(k)];
+  };
+  const Eigen::Index last = signal.size() - 1, wild = std::min(kWild, last / 2);
+  const double bottom = nth(wild), range = nth(last - wild) - bottom;
   const double arm = bottom + low * range, level = bottom + middle * range;
   bool armed = signal[0] < arm;
   for (Eigen::Index i = 1; i < signal.size() && range > 0; ++i) {

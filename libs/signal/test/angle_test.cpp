@@ -197,6 +197,18 @@ TEST(AngleReference, EdgesAreInterpolatedBetweenSamples) {
   for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(times[k], 0.1006 + 0.1 * static_cast<double>(k), 1e-9);
 }
 
+TEST(AngleReference, ASparkIsNoPulse) {
+  Eigen::VectorXd signal = Eigen::VectorXd::Zero(1000);
+  for (Eigen::Index k = 0; k < 9; ++k) signal.segment(100 * (k + 1), 3).setConstant(5);
+  signal[40] = -60;
+  signal[733] = 80;
+  const std::vector<double> times = pulse_times(signal, kDt);  // the spark is one more edge, which the count leaves out
+  ASSERT_EQ(times.size(), 10U);
+  const AngleFit fit = angle_from_pulses(times, kDt, 1000);
+  EXPECT_EQ(fit.extra, 1);
+  EXPECT_NEAR(fit.angle.omega[1000], kTurn / 0.1, 1e-3);
+}
+
 TEST(Angle, RefusesWhatCannotBeAnAngle) {
   EXPECT_THROW(angle_from_encoder(Eigen::VectorXd::Zero(10), kDt), Error);
   EXPECT_THROW(angle_from_encoder(Eigen::VectorXd::Constant(100, NAN), kDt), Error);

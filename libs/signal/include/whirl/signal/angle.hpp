@@ -37,7 +37,8 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
                             const AngleFitOptions& options = {});
 
 /// Rising edges of a keyphasor signal: times (s, sample 0 at t = 0) of the crossings of the middle level, interpolated
-/// linearly. An edge counts only after the signal was below `low` of its range (hysteresis).
+/// linearly. An edge counts only after the signal was below `low` of its range (hysteresis); its range leaves out the
+/// three largest and smallest samples.
 std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low = 0.3,
                                 double middle = 0.5);
 
