@@ -34,6 +34,20 @@ TEST(BalanceRunsE2e, TheWrongRunIsNamedAndTheRotorBalanced) {
   EXPECT_NE(text.find("Influence coefficients"), std::string::npos);
 }
 
+TEST(BalanceRunsE2e, TheSheetIsPrintedWhereABrowserIsInstalled) {
+  if (std::system("command -v chromium >/dev/null") != 0)
+    GTEST_SKIP() << "chromium is not installed (apt install chromium)";
+  const Folder folder;
+  const Outcome outcome = folder.whirl("balance " + runs() + kConvention + " --pdf sheet.pdf");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(slurp(folder / "sheet.pdf").substr(0, 5), "%PDF-");
+  const Outcome none = folder.whirl("--version >/dev/null; PATH=/nowhere '" + program() + "' balance " + runs() +
+                                    kConvention + " --pdf none.pdf --html none.html");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("needs the browser chromium"), std::string::npos) << none.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "none.html"));
+}
+
 TEST(BalanceRunsE2e, TheSheetJudgesTheResidualWithItsErrors) {
   const Folder folder;
   const auto verdict = [&](const std::string& more) {

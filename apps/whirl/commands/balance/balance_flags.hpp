@@ -10,7 +10,7 @@ namespace whirl::app {
 /// Flags of `whirl balance` for a job of runs.
 struct JobFlags {
   std::string phase, amplitude, angles;  ///< empty: not stated
-  std::string criterion, drift, prior, out, html;
+  std::string criterion, drift, prior, out, html, pdf;
   double slow_roll_rpm = 0, noise_um = 0, limit_gram = 0, piece_gram = 0, hole_gram = 0, first_hole_deg = 0;
   double mass_kg = 0, radius_mm = 0, grade = 0, speed_rpm = 0;
   double mass_error_gram = 0, angle_error_deg = 0, radius_error_mm = 0;
@@ -18,6 +18,7 @@ struct JobFlags {
   balancing::JobOptions plain;  ///< flags that need no unit
 
   void add_to(CommandLine* sub);
+  bool wants_sheet() const { return !html.empty() || !pdf.empty(); }
   balancing::JobOptions options() const;
   balancing::VectorConvention convention() const;  ///< as stated
 };

@@ -5,15 +5,19 @@
 #include <numbers>
 
 #include "whirl/io/file.hpp"
+#include "whirl/pages/printed_page.hpp"
 #include "whirl/report/document.hpp"
 
 namespace whirl::app {
 namespace {
 
 void write(Session& session, const balancing::SolvedJob& solved, const JobFlags& flags) {
+  const std::string page = flags.wants_sheet() ? report::to_html(balancing::balancing_sheet(solved.sheet)) : "";
+  const std::string pdf = flags.pdf.empty() ? "" : pages::printed_page(page, flags.pdf);
   session.write_together();
   if (!flags.out.empty()) io::save_json(flags.out, solved.json);
-  if (!flags.html.empty()) report::write_html(balancing::balancing_sheet(solved.sheet), flags.html);
+  if (!flags.html.empty()) io::write_text(flags.html, page);
+  if (!flags.pdf.empty()) io::write_text(flags.pdf, pdf);
 }
 
 void refuse_new_statements(const GuidedFlags& g, const JobFlags& o) {
@@ -90,7 +94,7 @@ void balance_session(const GuidedFlags& g, const JobFlags& flags, Session& sessi
   if (step.solved) {
     if (done) session.say(report::to_text(balancing::balancing_sheet(step.solved->sheet)));
     write(session, *step.solved, flags);
-  } else if (!flags.html.empty() || !flags.out.empty()) {
+  } else if (flags.wants_sheet() || !flags.out.empty()) {
     throw Error(g.file + ": there is no sheet yet: the runs do not tell every plane's influence");
   }
   session.result(step.json);

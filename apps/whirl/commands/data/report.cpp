@@ -1,14 +1,10 @@
-#include <unistd.h>
-
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
 #include "command.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
-#include "whirl/io/run_program.hpp"
-#include "whirl/io/temporary.hpp"
+#include "whirl/pages/printed_page.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/write_figure.hpp"
 
@@ -16,69 +12,6 @@ namespace whirl::app {
 namespace {
 
 constexpr double kRpm = 2 * std::numbers::pi / 60;
-
-constexpr unsigned kNobody = 65534;
-
-/// Exit code of the first browser found, 127 when there is none. Nothing is loaded from anywhere: the page is one file.
-int print(const std::filesystem::path& folder, bool sandbox) {
-  std::vector<std::string> prefix;
-  // A browser refuses to be root in its sandbox: it runs as nobody, who owns the folder and nothing else.
-  if (sandbox && ::geteuid() == 0) {
-    prefix = {"setpriv", fmt::format("--reuid={}", kNobody), fmt::format("--regid={}", kNobody), "--clear-groups",
-              "env",     "HOME=" + folder.string()};
-  }
-  for (const char* browser : {"chromium", "chromium-browser", "google-chrome"}) {
-    std::vector<std::string> call = prefix;
-    call.insert(call.end(),
-                {browser, "--headless", "--disable-gpu", "--disable-quic", "--no-first-run",
-                 "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                 "--no-pdf-header-footer", "--user-data-dir=" + (folder / "profile").string(),
-                 "--print-to-pdf=" + (folder / "page.pdf").string(), "file://" + (folder / "page.html").string()});
-    if (!sandbox) call.push_back("--no-sandbox");
-    const int code = io::run_program(call);
-    if (code != 127) return code;
-  }
-  return 127;
-}
-
-bool complete_pdf(const std::string& bytes) {
-  return bytes.starts_with("%PDF-") &&
-         bytes.find("%%EOF", bytes.size() - std::min<std::size_t>(bytes.size(), 32)) != std::string::npos;
-}
-
-/// The page as PDF, printed by a browser in its sandbox; without one, and said so, where the system lets none start.
-std::string printed_page(const std::string& page, const std::filesystem::path& pdf) {
-  const io::TemporaryFolder temporary("print");
-  const std::filesystem::path& folder = temporary.path();
-  io::write_text(folder / "page.html", page);
-  if (::geteuid() == 0) {
-    (void)!::chown(folder.c_str(), kNobody, kNobody);
-    (void)!::chown((folder / "page.html").c_str(), kNobody, kNobody);
-  }
-  const auto printed = [&] {
-    return std::filesystem::exists(folder / "page.pdf") ? io::read_text(folder / "page.pdf") : std::string();
-  };
-  int code = print(folder, true);
-  std::string bytes = printed();
-  if (code != 0 || !complete_pdf(bytes)) {
-    std::filesystem::remove_all(folder / "profile");
-    std::filesystem::remove(folder / "page.pdf");
-    code = print(folder, false);
-    bytes = printed();
-    if (code == 0)
-      fmt::print(stderr,
-                 "whirl: the browser's sandbox does not start here (it needs user namespaces); the page, which loads "
-                 "nothing, is printed without it\n");
-  }
-  if (code == 127) {
-    throw Error(
-        "--pdf needs the browser chromium (Debian: apt install chromium); without it write the page alone, open it "
-        "in any browser and print it: the page is made for paper");
-  }
-  if (code != 0 || !complete_pdf(bytes))
-    throw Error::in_file(pdf.string(), 0, fmt::format("the browser made no complete PDF (exit code {})", code));
-  return bytes;
-}
 
 }  // namespace
 
@@ -112,7 +45,7 @@ void add_report(CommandLine& app, Session& session) {
         session.progress("report: drawing", 0.3);
         const report::Document document = pages::run_report(inputs, o->report);
         const std::string page = report::to_html(document),
-                          pdf = o->pdf.empty() ? std::string() : printed_page(page, o->pdf);
+                          pdf = o->pdf.empty() ? std::string() : pages::printed_page(page, o->pdf);
         session.write_together();
         io::write_text(o->out, page);
         if (!o->pdf.empty()) io::write_text(o->pdf, pdf);
