@@ -37,10 +37,11 @@ void add_further_forces(const IdentifiedModel& model, IdentifiedModel& equations
 
 Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   if (!(o.curve.from > 0) || !(o.curve.to > 0)) throw Error("--from-rpm and --to-rpm are needed, both > 0");
-  const bool turning = o.input.empty();
-  if (!turning && o.amplitude == 0) throw Error("--amplitude is needed: the input's amplitude, in its unit");
+  const bool turning = o.input.empty() && o.base.empty();
+  if (!o.input.empty() && !o.base.empty()) throw Error("either an input or the support forces the model, not both");
+  if (!turning && o.amplitude == 0) throw Error("--amplitude is needed: of the input or the support, in its unit");
   Forced f{std::move(model), {}};
-  if (!f.model.rotor || !turning) return f;
+  if (!f.model.rotor || !o.input.empty()) return f;
   f.rotor = *f.model.rotor;
   f.rotor->eps *= o.unbalance;
   IdentifiedModel equations = response::rotor_equations(*f.rotor);
@@ -51,8 +52,19 @@ Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   return f;
 }
 
+/// A rotor's coordinates are X1 and X3; engineers say x and y.
+std::string coordinate_name(const std::string& name, bool rotor) {
+  if (rotor && name == "x") return "X1";
+  return rotor && name == "y" ? "X3" : name;
+}
+
 response::Forcing forcing_of(const SteadyOptions& o, bool rotor) {
-  return {o.input, o.amplitude, rotor ? 1 : o.unbalance};
+  return {o.input, o.amplitude, rotor ? 1 : o.unbalance, false, o.base};
+}
+
+/// The size of the forcing is then a parameter of the curve.
+response::Forcing free_forcing(const SteadyOptions& o, bool turning) {
+  return {o.input, o.amplitude, 1, turning, o.base};
 }
 
 void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& summary) {
@@ -95,13 +107,20 @@ void add_band(const IdentifiedModel& model, const Forced& forced, const response
 
 response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& o, const SteadyResponse& found) {
   const double unit = found.turning ? 1 : std::abs(o.amplitude);
-  const response::PeriodicSystem system(model, {o.input, o.amplitude, 1, found.turning});
+  const response::PeriodicSystem system(model, free_forcing(o, found.turning));
   response::PeakCurve peaks =
       response::peak_over_force(system, unit * Eigen::VectorXd::LinSpaced(40, o.peaks_to / 40, o.peaks_to), o.curve,
                                 [&](const response::PeriodicSolution& s) { return found.amplitude(s); });
   peaks.force /= unit;
   peaks.jump_from /= unit;
   return peaks;
+}
+
+void choose_coordinate(const std::string& name, const std::vector<std::string>& names, SteadyResponse& found) {
+  const auto at = name.empty() ? names.begin() : std::find(names.begin(), names.end(), name);
+  if (at == names.end()) throw Error::in_field("coordinate", name, fmt::format("one of: {}", fmt::join(names, ", ")));
+  found.index = at - names.begin();
+  found.coordinate = *at;
 }
 
 void warn_of_extrapolation(SteadyResponse& found) {
@@ -119,18 +138,22 @@ void warn_of_extrapolation(SteadyResponse& found) {
 }  // namespace
 
 std::string SteadyResponse::amplitude_text(double amplitude) const {
-  return radius ? report::format_amplitude(amplitude, AmplitudeKind::peak) : report::format_number(amplitude);
+  return radius || rotor ? report::format_amplitude(amplitude, AmplitudeKind::peak) : report::format_number(amplitude);
 }
 
-SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions& o) {
+SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
   require_range("unbalance", o.unbalance, 0, 1e9);
   require_range("amplitude", o.amplitude, 0, 1e15);
   require_range("peaks_to", o.peaks_to, 0, 1e6);
+  if (o.amplitude != 0 && o.input.empty() && o.base.empty())
+    throw Error("the amplitude is of an input or of the support: which one? (--input or --base)");
+  o.base = coordinate_name(o.base, model.rotor.has_value());
+  o.coordinate = coordinate_name(o.coordinate.empty() ? o.base : o.coordinate, model.rotor.has_value());
   const Forced forced = forced_model(model, o);
   SteadyResponse found;
   found.rotor = forced.rotor;
-  found.plain_rotor = forced.rotor && identification::terms_of(model).empty();
-  found.turning = o.input.empty();
+  found.turning = o.input.empty() && o.base.empty();
+  found.plain_rotor = found.turning && forced.rotor && identification::terms_of(model).empty();
   const double force = found.turning ? 0 : o.amplitude;
   const response::PeriodicSystem system(forced.model, forcing_of(o, forced.rotor.has_value()));
   found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
@@ -143,12 +166,12 @@ SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions
                                        name_of(term.kind).label, term.reference));
     }
   }
-  found.radius = system.driven_by_angle() && system.size() == 2;
-  found.coordinate = system.names().front();
+  found.radius = o.coordinate.empty() && system.driven_by_angle() && system.size() == 2;
+  choose_coordinate(o.coordinate, system.names(), found);
   if (found.curve.points.empty()) return found;
   found.branches = response::other_branches(system, found.curve, force, o.curve);
   if (o.isolas) {
-    const response::PeriodicSystem free(forced.model, {o.input, o.amplitude, 1, found.turning});
+    const response::PeriodicSystem free(forced.model, free_forcing(o, found.turning));
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
   add_band(model, forced, system, force, o, found);

@@ -46,7 +46,7 @@ Drawn drawn(const response::ResponseCurve& curve, const SteadyResponse& f, const
   for (const response::CurvePoint& p : curve.points) {
     d.x.push_back(p.solution.omega);
     d.y.push_back(f.amplitude(p.solution));
-    double phase = std::arg(p.solution.harmonic(0, 1)), before = phase;
+    double phase = std::arg(p.solution.harmonic(f.index, 1)), before = phase;
     if (!d.phase.empty())
       before = d.phase.back();
     else if (beside != nullptr) {
@@ -70,7 +70,7 @@ void add_curve(io::Json& out, const response::ResponseCurve& curve, const Steady
     points.push(io::Json::object()
                     .set("omega", p.solution.omega)
                     .set("amplitude", a)
-                    .set("phase", std::arg(p.solution.harmonic(0, 1)))
+                    .set("phase", std::arg(p.solution.harmonic(f.index, 1)))
                     .set("stable", p.stable)
                     .set("multiplier", p.multiplier)
                     .set("harmonics", p.solution.harmonics())
@@ -109,7 +109,8 @@ report::Figure steady_figure(const SteadyResponse& f) {
   const std::vector<double>&x = curve.x, &y = curve.y;
   const double largest = *std::max_element(y.begin(), y.end());
   const report::Axis speed{"speed", {"rpm", kRpm}};
-  const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
+  const report::Unit unit =
+      f.radius || f.rotor ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
   top.height = 280;
   if (f.band) top.band("95 % band, largest stable response", f.band->omega, f.band->low, f.band->high, {.color = 5});
@@ -146,9 +147,10 @@ report::Figure steady_peak_figure(const SteadyResponse& f) {
   figure.title = "Peak of slow sweeps";
   figure.description = "Largest amplitude met by a slow run-up and run-down over the size of the forcing.";
   const double most = peaks.largest.array().isFinite().select(peaks.largest.array(), 0).maxCoeff();
-  const report::Unit unit = f.radius ? report::engineering_unit(Quantity::displacement, most) : report::Unit{};
+  const report::Unit unit =
+      f.radius || f.rotor ? report::engineering_unit(Quantity::displacement, most) : report::Unit{};
   report::Panel& panel =
-      figure.panel("", {f.turning ? "times the identified unbalance" : "times the amplitude of the input", {}},
+      figure.panel("", {f.turning ? "times the identified unbalance" : "times the stated amplitude", {}},
                    {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
   panel.height = 280;
   panel.line("speed rising", peaks.force, peaks.up, {.color = 0, .width = 1.6});

@@ -368,13 +368,27 @@ const char* to_string(EventKind kind) {
   }
 }
 
+namespace {
+
+/// Largest value between the samples of a square over a period: a parabola through the largest and its neighbours.
+double largest_root(const Eigen::VectorXd& square) {
+  Index at = 0;
+  const double most = square.maxCoeff(&at);
+  const Index n = square.size();
+  const double before = square[(at + n - 1) % n], after = square[(at + 1) % n], bend = 2 * most - before - after;
+  const double rise = after - before;
+  return std::sqrt(bend > 0 ? most + rise * rise / (8 * bend) : most);
+}
+
+}  // namespace
+
 double ResponseCurve::peak(const PeriodicSolution& s, Index i) {
-  return s.orbit(std::max(64, 8 * s.harmonics())).col(i).cwiseAbs().maxCoeff();
+  return largest_root(s.orbit(std::max(64, 8 * s.harmonics())).col(i).cwiseAbs2());
 }
 
 double ResponseCurve::radius(const PeriodicSolution& s) {
   const Eigen::MatrixXd q = s.orbit(std::max(64, 8 * s.harmonics()));
-  return q.leftCols(std::min<Index>(2, q.cols())).rowwise().norm().maxCoeff();
+  return largest_root(q.leftCols(std::min<Index>(2, q.cols())).rowwise().squaredNorm());
 }
 
 ResponseCurve response_curve(const PeriodicSystem& system, Parameter parameter, double fixed,

@@ -62,7 +62,7 @@ std::vector<std::string> free_names(const std::vector<Expr>& f, const std::vecto
 /// What each free name stands for: force, angle, speed; other inputs rest.
 Expressions meanings(const std::vector<std::string>& used, const Forcing& forcing) {
   const Expr tau = Expr::symbol("_tau"), omega = Expr::symbol("_omega"), force = Expr::symbol("_force");
-  const bool turning = forcing.input.empty();
+  const bool turning = forcing.turning();
   Expressions given;
   for (const std::string& name : used) {
     if (name == forcing.input) {
@@ -77,13 +77,25 @@ Expressions meanings(const std::vector<std::string>& used, const Forcing& forcin
       given.insert_or_assign(name, Expr(0.0));
     }
   }
-  if (!turning && !contains(used, forcing.input)) {
+  if (!forcing.input.empty() && !contains(used, forcing.input)) {
     std::string names;
     for (const std::string& name : used) names += (names.empty() ? "" : ", ") + name;
     throw Error::in_field("input", forcing.input,
                           "one of those the equations use: " + (names.empty() ? "none" : names));
   }
   return given;
+}
+
+/// Index of the coordinate along which the support moves: one with an acceleration.
+std::size_t moved_by_support(const std::string& base, const std::vector<std::string>& names,
+                             const std::vector<int>& order) {
+  std::string allowed;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (order[i] != 2) continue;
+    if (names[i] == base) return i;
+    allowed += (allowed.empty() ? "" : ", ") + names[i];
+  }
+  throw Error::in_field("base", base, allowed.empty() ? "none: no equation is an acceleration" : "one of: " + allowed);
 }
 
 /// The terms of the angle are the unbalance: scaled as a whole. Others may know the speed too (gyroscopic term).
@@ -115,7 +127,7 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
   std::vector<std::string> variables = names_;
   variables.insert(variables.end(), velocity_names.begin(), velocity_names.end());
   const std::vector<std::string> used = free_names(f, variables);
-  const bool turning = forcing.input.empty();
+  const bool turning = forcing.turning();
   angle_ = turning && contains(used, "X5");
   const Expressions given = meanings(used, forcing);
   for (Expr& e : f) {
@@ -124,6 +136,10 @@ PeriodicSystem::PeriodicSystem(const IdentifiedModel& model, const Forcing& forc
       e = with_unbalance(e, forcing.free_unbalance ? scale * Expr::symbol("_force") : scale);
     }
     e = substitute(e, given);
+  }
+  if (!forcing.base.empty()) {
+    Expr& moved = f[moved_by_support(forcing.base, names_, order_)];
+    moved = moved + Expr::symbol("_force") * pow(Expr::symbol("_omega"), 2.0) * cos(Expr::symbol("_tau"));
   }
   variables.insert(variables.end(), {"_tau", "_omega", "_force"});
   std::vector<Expr> entries = f;

@@ -85,6 +85,25 @@ TEST(ResponseReference, DuffingOfOneHarmonicIsTheClosedForm) {
   for (int k = 0; k < 2; ++k) EXPECT_NEAR(found[k], expected[k], 1e-8);
 }
 
+// The support moves A cos(Omega t): one-harmonic balance with the force Omega^2 A, the displacement against the
+// support.
+TEST(ResponseReference, ASupportThatMovesIsTheClosedForm) {
+  const Duffing d;
+  const double support = 0.5;
+  const PeriodicSystem system(d.model(), {"", support, 1, false, "x"});
+  CurveOptions o = range(0.3, 3);
+  o.harmonics = 1;
+  o.truncation = 0;
+  const ResponseCurve curve = response_curve(system, Parameter::speed, support, o);
+  ASSERT_GT(curve.points.size(), 30U);
+  for (const CurvePoint& p : curve.points) {
+    const double a = std::abs(p.solution.harmonic(0, 1)), w = p.solution.omega * p.solution.omega;
+    const double left = (std::pow(d.k + 0.75 * d.k3 * a * a - w, 2) + d.c * d.c * w) * a * a;
+    EXPECT_NEAR(left / (w * w * support * support), 1, 1e-8) << p.solution.omega;
+  }
+  EXPECT_THROW(PeriodicSystem(d.model(), {"", 1, 1, false, "v"}), Error);
+}
+
 RotorModel rotor() {
   RotorModel m;
   m.k1 = 8882.6;

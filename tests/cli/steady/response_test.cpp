@@ -125,13 +125,27 @@ TEST(SineE2e, LinearModeIsFoundFromItsTable) {
     }
   }
   folder.write("t.csv", table);
-  const Outcome outcome = folder.whirl("sine t.csv --json --figure s.svg");
+  const Outcome outcome = folder.whirl("sine t.csv --json --figure s.svg --out mode.json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const io::Json json = io::parse_json(outcome.out, "stdout");
   const io::JsonReader mode(json, "stdout");
   EXPECT_NEAR(mode.at("gain").at("value").number(), 0.25, 1e-6);
   EXPECT_NEAR(mode.at("c").at("value").number(), 2, 1e-5);
   EXPECT_EQ(folder.whirl("decay t.csv --channel q").exit_code, 2);
+  // On a support that moves 0.1 mm: Omega^2 A / |w0^2 - Omega^2 + i c Omega|, against the support.
+  const Outcome moved =
+      folder.whirl("response mode.json --base x --amplitude 1e-4 --from-rpm 300 --to-rpm 1200 --out r.json");
+  ASSERT_LE(moved.exit_code, 1) << moved.err;
+  const io::Json curve = io::load_json(folder / "r.json");
+  for (const io::JsonReader& p : io::JsonReader(curve, "r.json").at("points").items()) {
+    const double w = p.at("omega").number(), w0 = 2 * std::numbers::pi * 10;
+    const double expected = w * w * 1e-4 / std::abs(std::complex<double>(w0 * w0 - w * w, 2.0 * w));
+    EXPECT_NEAR(p.at("amplitude").number() / expected, 1, 1e-5) << w;
+  }
+  const Outcome nowhere = folder.whirl("response mode.json --base q --amplitude 1 --from-rpm 300 --to-rpm 1200");
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_NE(nowhere.err.find("one of: x"), std::string::npos) << nowhere.err;
+  EXPECT_EQ(folder.whirl("response mode.json --amplitude 1 --from-rpm 300 --to-rpm 1200").exit_code, 2);
   EXPECT_EQ(folder.whirl("sine absent.csv").exit_code, 2);
 }
 

@@ -98,17 +98,21 @@ void add_response(CommandLine& app, Session& session) {
       "not,\n"
       "folds and branch points. Without --input the rotor turns and its unbalance is the forcing; with --input the "
       "named\n"
-      "input is amplitude * cos(Omega t). Dotted: beyond the amplitude and speed of the records of the model, or of "
-      "--data.\n\n"
+      "input is amplitude * cos(Omega t), with --base the support moves so and the rotor stands. Dotted: beyond the\n"
+      "amplitude and speed of the records of the model, or of --data.\n\n"
       "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg",
       [o, &session] { run(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();
   sub->add_option("--from-rpm", o->from_rpm, "where the curve starts (60 rpm is 1 Hz)")->range(1e-6, 1e9)->required();
   sub->add_option("--to-rpm", o->to_rpm, "where it ends")->range(1e-6, 1e9)->required();
   sub->add_option("--input", o->steady.input, "name of the input that forces the model; default: the unbalance");
-  sub->add_option("--amplitude", o->steady.amplitude, "amplitude of the input, in its unit")
-      ->range(0, 1e15)
-      ->needs("--input");
+  sub->add_option("--base", o->steady.base,
+                  "coordinate (x, y of a rotor) along which the support moves; amplitudes are read against the support")
+      ->excludes("--input");
+  sub->add_option("--amplitude", o->steady.amplitude, "of the input or the support, 0 to peak, in its unit (m)")
+      ->range(0, 1e15);
+  sub->add_option("--coordinate", o->steady.coordinate,
+                  "whose amplitude is stated; default: the radius of a rotor, --base, or the first");
   sub->add_option("--unbalance", o->steady.unbalance, "times the identified eccentricity")
       ->range(0, 1e9)
       ->show_default();

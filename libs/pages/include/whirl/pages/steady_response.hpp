@@ -21,10 +21,12 @@ using identification::DataRange;
 struct SteadyOptions {
   response::CurveOptions curve;  ///< range in rad/s
   std::string input;             ///< that forces the model as amplitude * cos(Omega t); empty: the unbalance
-  double amplitude = 0;          ///< of the input, in its unit
-  double unbalance = 1;          ///< times the identified eccentricity
-  bool isolas = false;           ///< look for closed curves apart from this one
-  double peaks_to = 0;           ///< peaks of slow sweeps for 40 forcings up to this many times the stated one; 0: none
+  std::string base;        ///< coordinate along which the support moves as amplitude * cos(Omega t); no input then
+  double amplitude = 0;    ///< of the input or the support, in its unit, 0 to peak
+  std::string coordinate;  ///< whose amplitude is stated; empty: `base`, else the first, or the radius of a rotor
+  double unbalance = 1;    ///< times the identified eccentricity
+  bool isolas = false;     ///< look for closed curves apart from this one
+  double peaks_to = 0;     ///< peaks of slow sweeps for 40 forcings up to this many times the stated one; 0: none
   std::optional<DataRange> known;  ///< of the record that the model was found from
 };
 
@@ -35,24 +37,26 @@ struct SteadyResponse {
   std::vector<response::ResponseCurve> isolas;    ///< closed, apart from the curve
   std::optional<response::PeakCurve> peaks;       ///< over multiples of the stated forcing
   std::optional<response::CurveBand> band;        ///< over the covariance of the model; none where it states none
-  std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where that forces it
+  std::optional<RotorModel> rotor;                ///< with the unbalance asked for, where it is one
   bool plain_rotor = false;                       ///< it has no force beyond RotorModel: its backbone is known
   DataRange known;
   bool radius = false;   ///< amplitudes are sqrt(x^2 + y^2), m; else |q| of `coordinate`
-  bool turning = false;  ///< forced by the unbalance, not by an input
+  bool turning = false;  ///< forced by the unbalance, not by an input or the support
   std::string coordinate;
+  Eigen::Index index = 0;  ///< of `coordinate` in the solutions
   Summary summary;
 
   double amplitude(const response::PeriodicSolution& s) const {
-    return radius ? response::ResponseCurve::radius(s) : response::ResponseCurve::peak(s, 0);
+    return radius ? response::ResponseCurve::radius(s) : response::ResponseCurve::peak(s, index);
   }
   /// With its unit, where it has one.
   std::string amplitude_text(double amplitude) const;
 };
 
 /// Harmonic balance with arclength continuation. Warns of a range that looks like Hz, and of points beyond
-/// `options.known`. Throws Error for a range that is not positive, and an input that the model does not have.
-SteadyResponse steady_response(const IdentifiedModel& model, const SteadyOptions& options);
+/// `options.known`. Throws Error for a range that is not positive, and an input or a
+/// coordinate that the model does not have.
+SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions options);
 
 /// Amplitude and phase over speed with stability, folds, backbone and band.
 report::Figure steady_figure(const SteadyResponse& found);

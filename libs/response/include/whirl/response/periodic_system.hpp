@@ -9,20 +9,24 @@
 
 namespace whirl::response {
 
-/// What forces the system. Empty input: the rotor turns, X5 = Omega t, X6 = Omega, X7 = 0, other inputs 0. Otherwise
-/// the input is amplitude * cos(Omega t), the others 0 and the rotor at rest.
+/// What forces the system. Neither input nor base: the rotor turns, X5 = Omega t, X6 = Omega, X7 = 0, other inputs 0.
+/// Otherwise the rotor is at rest, the other inputs 0, and either the input is amplitude * cos(Omega t), or the support
+/// moves amplitude * cos(Omega t) along the coordinate `base`: its velocity's equation gains Omega^2 amplitude
+/// cos(Omega t), the coordinates being read against the support (Harris' Shock and Vibration Handbook, ch. 2).
 struct Forcing {
   std::string input;
-  double amplitude = 0;         ///< unit of the input
+  double amplitude = 0;         ///< unit of the input, or of the coordinate `base`; 0 to peak
   double unbalance_scale = 1;   ///< rotor models: multiplies every term of the angle (eccentricity at the same angle)
   bool free_unbalance = false;  ///< rotor models: the force of a curve multiplies the unbalance too, and must be given
+  std::string base{};           ///< coordinate of order 2 along which the support moves
+  bool turning() const { return input.empty() && base.empty(); }
 };
 
 /// A model as q^(order) = f(q, q', tau, Omega, F) with tau = Omega t in 0..2 pi. A state whose equation is another
 /// state alone (X1' = X2) is a coordinate of order 2 and the other its velocity; the rest are of order 1.
 class PeriodicSystem {
  public:
-  /// Throws Error for maps, states without equation, an unknown input, or terms of other names.
+  /// Throws Error for maps, states without equation, an unknown input or base, or terms of other names.
   PeriodicSystem(const IdentifiedModel& model, const Forcing& forcing);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(names_.size()); }  ///< coordinates
