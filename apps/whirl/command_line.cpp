@@ -23,7 +23,7 @@ struct Option::State {
   bool expert = false;
   std::string group;
   std::vector<std::string> choices;
-  std::string needed;
+  std::vector<std::string> needed;  // one of them
 };
 
 Option::Option(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -85,8 +85,9 @@ Option* Option::existing_file() {
   state_->option->check(file_that_exists());
   return this;
 }
-Option* Option::needs(const std::string& flag) {
-  state_->needed = flag;
+Option* Option::needs(const std::string& flag, const std::string& or_flag) {
+  state_->needed = {flag};
+  if (!or_flag.empty()) state_->needed.push_back(or_flag);
   return this;
 }
 Option* Option::input() {
@@ -159,9 +160,12 @@ struct CommandLine::State {
           for (auto b = values.begin(); b != a; ++b)
             if (io::same_file(*a, *b)) throw Error(fmt::format("{}: given twice{}", *a, *a == *b ? "" : ", as " + *b));
       }
-      const std::string& flag = o->state_->needed;
-      if (flag.empty() || o->state_->option->count() == 0 || app->get_option(flag)->count() > 0) continue;
-      throw Error(fmt::format("{} is for {}: give both, or none", o->state_->option->get_name(), flag));
+      const std::vector<std::string>& needed = o->state_->needed;
+      const auto given = [&](const std::string& flag) { return app->get_option(flag)->count() > 0; };
+      if (needed.empty() || o->state_->option->count() == 0 || std::any_of(needed.begin(), needed.end(), given))
+        continue;
+      throw Error(
+          fmt::format("{} is for {}: give both, or none", o->state_->option->get_name(), fmt::join(needed, " or ")));
     }
   }
 

@@ -36,8 +36,8 @@ class Option {
   Option* excludes(const std::string& flag);
   Option* excludes(const Option* other);
   Option* existing_file();
-  /// Given without this other flag it does nothing, and is refused.
-  Option* needs(const std::string& flag);
+  /// Given without this other flag (or the second one) it does nothing, and is refused.
+  Option* needs(const std::string& flag, const std::string& or_flag = "");
   /// The value is a file to read.
   Option* input();
   /// The value is a file to write: `kind` as `io::file_kind` names it, a schema such as "whirl.model" or a word such as

@@ -96,7 +96,7 @@ TEST(MisuseE2e, FlagsThatWouldDoNothingAreRefused) {
       {"run controller.json --require-rt", "--require-rt is for --io"},
       {"run controller.json --fmu-name x=a", "--fmu-name is for --fmu"},
       {"validate model.json record.csv --added-um 5", "--unbalance added"},
-      {"response model.json --from-rpm 300 --to-rpm 1900 --amplitude 2", "--amplitude is for --input"},
+      {"response model.json --from-rpm 300 --to-rpm 1900 --amplitude 2", "--amplitude is for --input or --base"},
       {"response model.json --from-rpm 300 --to-rpm 1900 --peak-figure p.svg", "--peak-figure is for --peaks-to"},
       {"runup model.json --from-rpm 300 --to-rpm 1900 --coulomb-nm 2", "belong to a drive"},
       {"balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800 --limit-gram 5", "--limit-gram is for"},

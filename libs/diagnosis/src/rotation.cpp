@@ -18,15 +18,6 @@ using Eigen::VectorXd;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kStandstill = 0.02;  // of the highest speed
 
-VectorXd unwrapped(const VectorXd& readings) {
-  VectorXd out = readings;
-  for (Index i = 1; i < out.size(); ++i) {
-    const double step = readings[i] - readings[i - 1];
-    out[i] = out[i - 1] + (std::abs(step) > std::numbers::pi ? step - kTurn * std::round(step / kTurn) : step);
-  }
-  return out;
-}
-
 // Speed from differences over about a hundredth of the record, coarse enough for an encoder's steps.
 VectorXd coarse_speed(const VectorXd& angle, double dt) {
   const Index n = angle.size(), half = std::max<Index>(1, n / 200);
@@ -51,7 +42,7 @@ VectorXd at_samples(const VectorXd& half_grid) {
 }
 
 std::optional<Rotation> from_encoder(const Recording& record, const VectorXd& readings) {
-  const VectorXd raw = unwrapped(readings);
+  const VectorXd raw = signal::unwrapped(readings);
   const VectorXd speed = coarse_speed(raw, record.dt);
   if (std::abs(raw[raw.size() - 1] - raw[0]) < 2 * kTurn) return std::nullopt;
   if (raw[raw.size() - 1] < raw[0]) {

@@ -6,19 +6,13 @@
 
 #include "channel.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "whirl/signal/angle.hpp"
 
 namespace whirl::records::detail {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
 using Complex = std::complex<double>;
-
-/// Angle without wraps: every step is the one nearest to the median step.
-Eigen::VectorXd unwrapped(const Eigen::VectorXd& a) {
-  Eigen::VectorXd out = a;
-  for (Eigen::Index i = 1; i < a.size(); ++i) out[i] = out[i - 1] + std::remainder(a[i] - a[i - 1], kTurn);
-  return out;
-}
 
 /// Energy of z that turns along with `scale` times the angle, in windows of some turns.
 /// One axis alone (both the same) turns both ways alike.
@@ -77,7 +71,7 @@ void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0,
   const Eigen::Index n = angle.size();
   if (n < 64 || !angle.allFinite()) return;
   // Second differences of the unwrapped angle: noise, counts, and the jump of a splice (one step up and one back).
-  const Eigen::VectorXd a = unwrapped(angle);
+  const Eigen::VectorXd a = signal::unwrapped(angle);
   std::vector<double> second;
   for (Eigen::Index i = 1; i + 1 < n; ++i) second.push_back(std::abs(a[i + 1] - 2 * a[i] + a[i - 1]));
   std::vector<double> steps;
@@ -110,7 +104,7 @@ void find_splice(const Eigen::VectorXd& angle, std::string_view name, double t0,
 void find_drift(ChannelCheck& c, const Eigen::VectorXd& angle) {
   // Means over whole turns, in 24 stretches; a straight line through them.
   const Eigen::Index n = c.samples.size(), stretches = 24, width = n / stretches;
-  const Eigen::VectorXd a = unwrapped(angle);
+  const Eigen::VectorXd a = signal::unwrapped(angle);
   std::vector<double> times, means;
   for (Eigen::Index k = 0; k < stretches; ++k) {
     Eigen::Index first = k * width, last = first + width;
@@ -213,7 +207,7 @@ void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Ei
       whole(FindingKind::size, c->name, peak, "no rotor moves that far: is the unit mm or um, not m (or um, not mm)?");
   }
   if (angle.allFinite() && angle.size() > 64 && x.spread > 0 && y.spread > 0) {
-    const Eigen::VectorXd a = unwrapped(angle);
+    const Eigen::VectorXd a = signal::unwrapped(angle);
     const double forward = synchronous(x, y, a, 1), backward = synchronous(x, y, a, -1);
     const double degrees = std::max(synchronous(x, y, angle, kTurn / 360), synchronous(x, y, angle, -kTurn / 360));
     const double turns = std::max(synchronous(x, y, angle, kTurn), synchronous(x, y, angle, -kTurn));

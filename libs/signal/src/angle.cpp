@@ -14,6 +14,7 @@ namespace {
 
 using detail::SmoothCurve;
 constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kSmeared = 0.05;  // rad beyond the rotor's own step: a reading in the middle of a wrap
 
 double bic(const SmoothCurve& c, Eigen::Index readings) {
   const double n = static_cast<double>(readings);
@@ -88,19 +89,32 @@ double step_size(const Eigen::VectorXd& y) {
 
 }  // namespace
 
+Eigen::VectorXd unwrapped(const Eigen::Ref<const Eigen::VectorXd>& readings) {
+  const Eigen::Index n = readings.size();
+  Eigen::VectorXd out = readings;
+  for (Eigen::Index i = 1; i < n; ++i) {
+    out[i] = out[i - 1] + std::remainder(readings[i] - readings[i - 1], kTurn);
+    if (i + 1 == n || std::abs(readings[i + 1] - readings[i - 1]) < 0.5 * kTurn) continue;
+    // A wrap lies between the neighbours. On the way from one to the other this reading should be half of it.
+    const double both = std::remainder(readings[i + 1] - readings[i - 1], kTurn);
+    const double off = std::abs(std::remainder(readings[i] - readings[i - 1] - 0.5 * both, kTurn));
+    if (off > std::abs(both) + kSmeared) {
+      out[i] = out[i - 1] + 0.5 * both;
+      out[i + 1] = out[i] + 0.5 * both;
+      ++i;
+    }
+  }
+  return out;
+}
+
 AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, double dt,
                             const AngleFitOptions& options) {
   require_range("dt", dt, 1e-9, 1e3, "s");
   const Eigen::Index n = readings.size();
   if (n < 16) throw Error::in_field("angle readings", fmt::format("{}", n), "at least 16");
   if (!readings.allFinite()) throw Error("angle readings: contain values that are not finite");
-  Eigen::VectorXd y(n), t(n);
-  double turns = 0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (i > 0) turns -= kTurn * std::round((readings[i] - readings[i - 1]) / kTurn);
-    y[i] = readings[i] + turns;
-    t[i] = dt * static_cast<double>(i);
-  }
+  Eigen::VectorXd y = unwrapped(readings), t(n);
+  for (Eigen::Index i = 0; i < n; ++i) t[i] = dt * static_cast<double>(i);
   const double resolution = step_size(y);
   y.array() += options.count_offset * resolution;
   const double floor = resolution > 0 ? resolution / std::sqrt(12.0) : noise_sd(y);

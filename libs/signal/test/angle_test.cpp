@@ -24,6 +24,28 @@ Eigen::VectorXd at_samples(const Eigen::VectorXd& half_grid) {
 
 double rms(const Eigen::VectorXd& v) { return std::sqrt(v.squaredNorm() / static_cast<double>(v.size())); }
 
+// A filter or a resampling puts a reading in the middle of a wrap: anywhere between a full turn and zero.
+TEST(AngleProperty, AReadingInTheMiddleOfAWrapIsNone) {
+  const AngleSignal truth = run_down();
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> share(0, 1);
+  Eigen::VectorXd readings = at_samples(truth.beta);
+  for (double& v : readings) v -= kTurn * std::floor(v / kTurn);
+  int smeared = 0;
+  for (Eigen::Index i = 1; i + 1 < readings.size(); ++i) {
+    if (readings[i] - readings[i - 1] > -std::numbers::pi) continue;
+    const double part = share(random);
+    readings[i] = part * readings[i - 1] + (1 - part) * readings[i];
+    ++smeared, ++i;
+  }
+  ASSERT_GT(smeared, 100);
+  const Eigen::VectorXd out = unwrapped(readings);
+  Eigen::VectorXd error = out - at_samples(truth.beta);
+  error.array() -= error[0];
+  EXPECT_LT(error.cwiseAbs().maxCoeff(), 0.35) << "one and a half steps of 0.19 rad, and 0.05";
+  EXPECT_LT(rms(angle_from_encoder(readings, kDt).angle.beta - truth.beta), 0.01);
+}
+
 TEST(AngleReference, QuantisedAndWrappedEncoderOfARunDown) {
   const AngleSignal truth = run_down();
   for (const int counts : {256, 1024, 4096}) {

@@ -110,7 +110,8 @@ void add_response(CommandLine& app, Session& session) {
                   "coordinate (x, y of a rotor) along which the support moves; amplitudes are read against the support")
       ->excludes("--input");
   sub->add_option("--amplitude", o->steady.amplitude, "of the input or the support, 0 to peak, in its unit (m)")
-      ->range(0, 1e15);
+      ->range(0, 1e15)
+      ->needs("--input", "--base");
   sub->add_option("--coordinate", o->steady.coordinate,
                   "whose amplitude is stated; default: the radius of a rotor, --base, or the first");
   sub->add_option("--unbalance", o->steady.unbalance, "times the identified eccentricity")

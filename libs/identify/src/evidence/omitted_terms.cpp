@@ -52,6 +52,7 @@ Motion motion_of(const OutputErrorFit& fit) {
 double usual_size(const std::string& term, const RotorModel& rotor, const Motion& m) {
   const double w = std::sqrt(rotor.k1), c = std::abs(rotor.c), v = w * m.peak;
   if (term == "sensor gain" || term == "sensor angle") return 0.03;
+  if (term == "sampling skew") return 0;  // converters differ: microseconds to a sample
   const auto name = std::find_if(kRotorTermNames.begin(), kRotorTermNames.end(),
                                  [&](const RotorTermName& n) { return n.label == term; });
   if (name == kRotorTermNames.end()) return 0;

@@ -23,12 +23,14 @@ OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active
   }
   active.sensor_gain |= sensor;
   active.sensor_angle |= sensor;
+  active.sensor_skew |= sensor;
   return active;
 }
 
 std::string term_of(const Parameter& q, const OutputErrorOptions& all) {
   if (q.kind == Kind::sensor_gain) return "sensor gain";
   if (q.kind == Kind::sensor_angle) return "sensor angle";
+  if (q.kind == Kind::sensor_skew) return "sampling skew";
   return std::string(name_of(all.terms[static_cast<std::size_t>(q.index)].kind).label);
 }
 

@@ -59,6 +59,8 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
     g.active.sensor_gain = true;
   } else if (term == "sensor angle") {
     g.active.sensor_angle = true;
+  } else if (term == "sampling skew") {
+    g.active.sensor_skew = true;
   } else if (term == "conj z") {
     g.active.conj_stiffness = true;
   } else if (term == "conj z'") {
@@ -68,14 +70,15 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
   } else if (term == "delay") {
     g.active.delay = true;
   } else {
-    const auto k = static_cast<std::ptrdiff_t>(std::stoul(term.substr(term.find(' ') + 1)) - 1);
+    const std::size_t k = std::stoul(term.substr(term.find(' ') + 1)) - 1;
     if (term.starts_with("mode")) {
-      const ForcedMode mode = g.modes[static_cast<std::size_t>(k)].mode;
+      const ForcedMode mode = g.modes[k].mode;
       g.start.modes.push_back(mode);
-      std::erase_if(g.modes, [&](const CandidateMode& c) { return std::abs(c.mode.omega / mode.omega - 1) < 0.1; });
+      for (CandidateMode& c : g.modes) c.open = c.open && std::abs(c.mode.omega / mode.omega - 1) >= 0.1;
     } else {
-      g.active.decays.push_back(g.decays[static_cast<std::size_t>(k)]);
-      g.decays.erase(g.decays.begin() + k);
+      CandidateDecay& decay = g.decays[k];
+      g.active.decays.push_back(decay.mode);
+      decay.open = false;
     }
     g.active.poles = options.refine_poles;
   }
@@ -93,6 +96,9 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
   } else if (term == "sensor angle") {
     g.active.sensor_angle = false;
     g.active.sensor.angle = 0;
+  } else if (term == "sampling skew") {
+    g.active.sensor_skew = false;
+    g.active.sensor.skew = 0;
   } else if (term == "conj z") {
     g.active.conj_stiffness = false;
     g.start.k1_conj = 0;
@@ -116,7 +122,7 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
 std::string label(const std::string& term, const Growth& g) {
   if (!term.starts_with("mode ") && !term.starts_with("decay ")) return term;
   const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
-  const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].omega;
+  const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].mode.omega;
   return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
 }
 
@@ -125,7 +131,7 @@ bool is_special(const std::string& term) {
          term.starts_with("runout") || term == "delay";
 }
 double threshold_of(const std::string& term, double threshold) {
-  constexpr double kMoreChances = 13;  // forces and sensor axes
+  constexpr double kMoreChances = 14;  // forces and sensor axes
   return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
 }
 

@@ -14,7 +14,12 @@ inline const std::string kBow = "bow of the shaft";
 
 struct CandidateMode {
   ForcedMode mode;
-  bool searched;  // not from the hammer test
+  bool searched;     // not from the hammer test
+  bool open = true;  // not yet in the model, nor too near to one that is
+};
+struct CandidateDecay {
+  DecayingMode mode;
+  bool open = true;
 };
 
 /// The state of the growing model.
@@ -22,8 +27,8 @@ struct Growth {
   OutputErrorOptions active;
   RotorModel start;
   double delay = 0;
-  std::vector<CandidateMode> modes;  ///< not yet in the model
-  std::vector<DecayingMode> decays;
+  std::vector<CandidateMode> modes;  ///< terms "mode 1", ...: a term names one place of the list for good
+  std::vector<CandidateDecay> decays;
   std::vector<RotorTerm> terms;  ///< all candidate forces
   bool bow = false;              ///< the runout at order 1 is a bow
   KnownForces forces = {};       ///< of the bow

@@ -34,6 +34,25 @@ KnownForces bow_forces(const OutputErrorFit& fit) {
   return forces;
 }
 
+/// The candidates still open, and their places in the list.
+template <typename Candidate, typename Mode>
+std::vector<std::size_t> open_of(const std::vector<Candidate>& candidates, std::vector<Mode>& modes) {
+  std::vector<std::size_t> places;
+  modes.clear();
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (!candidates[k].open) continue;
+    modes.push_back(candidates[k].mode);
+    places.push_back(k);
+  }
+  return places;
+}
+
+/// The score test counts the open candidates; a term names a place of the whole list, which stays when others are
+/// taken.
+void rename_by_place(std::string& term, const std::string& kind, const std::vector<std::size_t>& places) {
+  if (term.starts_with(kind)) term = fmt::format("{}{}", kind, places[std::stoul(term.substr(kind.size())) - 1] + 1);
+}
+
 /// The search of one model.
 class Grower {
  public:
@@ -117,11 +136,14 @@ class Grower {
     for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
   }
   ScoreTest test() {
-    score_.decays = growth_.decays;
     score_.forces = growth_.forces;
-    score_.modes.clear();
-    for (const CandidateMode& c : growth_.modes) score_.modes.push_back(c.mode);
+    const std::vector<std::size_t> modes = open_of(growth_.modes, score_.modes);
+    const std::vector<std::size_t> decays = open_of(growth_.decays, score_.decays);
     ScoreTest test = score_rotor_terms(records_, fit_, growth_.active, score_);
+    for (ScoreCandidate& c : test.candidates) {
+      rename_by_place(c.term, "mode ", modes);
+      rename_by_place(c.term, "decay ", decays);
+    }
     grown_.chi_square = test.chi_square;
     grown_.condition_number = test.condition_number;
     grown_.test = test;
@@ -130,6 +152,7 @@ class Grower {
   bool step();
   void try_bow();
   bool beyond_doubt(const Growth& less) const;
+  bool explains_enough(const OutputErrorFit& larger) const;
   void prune();
   void find_others();
   void warn_of_missing(const ScoreTest& test);
@@ -181,7 +204,7 @@ bool Grower::step() {
     chosen = term;
   }
   // The trajectory must confirm the weak equations.
-  if (best && gain(fit_, *best) >= threshold_of(chosen, options_.score_threshold)) {
+  if (best && gain(fit_, *best) >= threshold_of(chosen, options_.score_threshold) && explains_enough(*best)) {
     for (Tried& t : tried) {
       if (t.term != chosen && values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
         near_.push_back({chosen, t.term, std::move(t.found)});
@@ -198,7 +221,7 @@ bool Grower::step() {
     fit_ = std::move(*best);
     growth_ = std::move(with);
     if (growth_.start.modes.size() >= kMostSearched)
-      std::erase_if(growth_.modes, [](const auto& c) { return c.searched; });
+      for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
     refused_.clear();
     if (chosen.starts_with("runout") && !growth_.bow) try_bow();
     return true;
@@ -220,6 +243,14 @@ void Grower::try_bow() {
   growth_ = bowed;
   taken_.push_back({kBow, kBow, before});
   grown_.added.push_back(kBow);
+}
+
+/// Where much stays unexplained, any term of many takes up a little of it, at one long fit each: what the model lacks
+/// is then something else.
+bool Grower::explains_enough(const OutputErrorFit& larger) const {
+  constexpr double kMuch = 4, kLeast = 0.01;
+  const double before = fit_.summary.chi_square, after = larger.summary.chi_square;
+  return after < kMuch || before - after >= kLeast * (before - 1);
 }
 
 /// The parameters that `less` lacks are so many deviations from 0 that no fit without them needs to be tried. A term
@@ -304,7 +335,7 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
   const double main_frequency = std::sqrt(start.k1);
   Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}, {}};
   if (options.terms) growth.terms = candidate_terms(records, main_frequency);
-  for (const CandidateMode& c : growth.modes) growth.decays.push_back({c.mode.omega, c.mode.zeta});
+  for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
   if (search_modes) {
     double top = 0;
     for (const RotorRecord& r : records) top = std::max(top, r.speed_high());

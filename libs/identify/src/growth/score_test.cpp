@@ -7,6 +7,7 @@
 
 #include "growth/score.hpp"
 #include "output_error/rotor/output_error_parameters.hpp"
+#include "output_error/rotor/reading_shift.hpp"
 #include "weak/weak_rows.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/modal_response.hpp"
@@ -112,6 +113,7 @@ class RecordRows {
         forcing_(detail::sample_forcing(own_.angle)),
         gain_error_(Complex(0, 1) * own_.main.imag()),
         angle_error_(Complex(0, 1) * own_.main.real()),
+        skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
         linear_(linearised(fit, own_, record)),
         whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
@@ -156,7 +158,7 @@ class RecordRows {
 
   void active() {
     const Eigen::VectorXcd measured =
-        detail::unread_by(fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside);
+        detail::unread_by(fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside, record_.dt);
     const detail::WeakSystem noisy = detail::weak_system(w_, measured, record_.noise_variance(), forcing_);
     place(s_.active, noisy);
     place(s_.instruments, detail::weak_system(w_, own_.main, 0, forcing_));
@@ -175,6 +177,7 @@ class RecordRows {
     for (const RotorTerm& term : active_.terms) simulated_column(force_rows(term));
     if (active_.sensor_gain) simulated_column(own_rows(gain_error_));
     if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
+    if (active_.sensor_skew) simulated_column(own_rows(skew_error_));
   }
 
   void candidate(const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
@@ -242,6 +245,8 @@ class RecordRows {
     if (both_ && options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
     if (both_ && options_.sensor && !active_.sensor_angle)
       candidate("sensor angle", true, {own_rows(angle_error_)}, true);
+    if (both_ && options_.sensor && !active_.sensor_skew)
+      candidate("sampling skew", true, {own_rows(skew_error_)}, true);
   }
 
   /// Terms that no model here holds: they name what is missing.
@@ -276,7 +281,7 @@ class RecordRows {
   const detail::WeakRows& w_;
   const OutputErrorRecord& own_;
   Eigen::VectorXcd forcing_;
-  Eigen::VectorXcd gain_error_, angle_error_;
+  Eigen::VectorXcd gain_error_, angle_error_, skew_error_;
   Linearised linear_;
   BandedCholesky<Complex> whiten_;
   std::size_t next_ = 0;
@@ -341,7 +346,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   }
   Stacked s;
   s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle;
+             active.sensor_angle + active.sensor_skew;
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);

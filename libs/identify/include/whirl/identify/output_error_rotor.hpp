@@ -18,10 +18,12 @@ struct DecayingMode {
   double zeta = 0;   ///< damping ratio, below 1
 };
 
-/// What the y probe reads of the motion: (1 + gain) y + angle x. Beside it, readings have offset, modes, runout.
+/// What the y probe reads of the motion: (1 + gain) y + angle x, later than x is read by `skew` (converters that take
+/// one channel after the other). Beside it, readings have offset, modes, runout.
 struct SensorAxes {
   double gain = 0;   ///< y reads too much by this share
   double angle = 0;  ///< the y probe leans towards x by this angle, rad (small)
+  double skew = 0;   ///< s
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -40,7 +42,7 @@ struct OutputErrorOptions {
   std::vector<RotorTerm> terms;
   bool free_terms = true;  ///< their coefficients are estimated
   SensorAxes sensor;       ///< starting value
-  bool sensor_gain = false, sensor_angle = false;
+  bool sensor_gain = false, sensor_angle = false, sensor_skew = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;

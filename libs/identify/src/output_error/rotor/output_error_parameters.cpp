@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "output_error/rotor/reading_shift.hpp"
+
 namespace whirl::identification::detail {
 namespace {
 
@@ -81,6 +83,8 @@ Slot slot(Point& p, const Parameter& q) {
       return {&p.sensor.gain};
     case Kind::sensor_angle:
       return {&p.sensor.angle};
+    case Kind::sensor_skew:
+      return {&p.sensor.skew};
     case Kind::offset:
       return {nullptr, &r->offset, q.imaginary};
     case Kind::participation:
@@ -103,17 +107,18 @@ Slot slot(Point& p, const Parameter& q) {
 
 }  // namespace
 
-Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion) {
-  if (sensor.gain == 0 && sensor.angle == 0) return motion;
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
+  if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return motion;
   Eigen::VectorXcd out = motion;
-  out.imag() = (1 + sensor.gain) * motion.imag() + sensor.angle * motion.real();
+  out.imag() = later((1 + sensor.gain) * motion.imag() + sensor.angle * motion.real(), sensor.skew / dt);
   return out;
 }
 
-Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings) {
-  if (sensor.gain == 0 && sensor.angle == 0) return readings;
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings, double dt) {
+  if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return readings;
   Eigen::VectorXcd out = readings;
-  out.imag() = (readings.imag() - sensor.angle * readings.real()) / (1 + sensor.gain);
+  const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
+  out.imag() = (y - sensor.angle * readings.real()) / (1 + sensor.gain);
   return out;
 }
 
@@ -131,6 +136,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   }
   if (options.sensor_gain) list.push_back({"sensor_gain", Kind::sensor_gain, -1});
   if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
+  if (options.sensor_skew) list.push_back({"sensor_skew", Kind::sensor_skew, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});

@@ -15,6 +15,7 @@ enum class Kind {
   term,
   sensor_gain,
   sensor_angle,
+  sensor_skew,
   offset,
   participation,
   pole_w,
@@ -45,9 +46,9 @@ struct Point {
 };
 
 /// The motion as the probes read it.
-Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion);
+Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
 /// The motion that gives these readings.
-Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings);
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings, double dt);
 
 /// Parameters that the options ask for, shared ones first, then those of each record.
 std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,

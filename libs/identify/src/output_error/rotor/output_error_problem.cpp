@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "output_error/rotor/reading_shift.hpp"
 #include "problem/one_axis.hpp"
 
 namespace whirl::identification::detail {
@@ -139,7 +140,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
   const Eigen::Index n = m.size();
   Eigen::VectorXd residual(2 * n);
-  const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main) - record.beside;
+  const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main, m.dt) - record.beside;
   residual.head(n) = error.real();
   residual.tail(n) = error.imag();
   const ResidualFilter& filter = filters_[r];
@@ -200,6 +201,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   const Signals& s = signals_[r];
   const Eigen::VectorXcd& z = p.records[r].main;
   const Eigen::Index n = z.size();
+  const double dt = measured_[r].dt;
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
   slopes_.resize(2 * n, static_cast<Eigen::Index>(unknowns.size()));
   std::vector<std::pair<Eigen::Index, Eigen::Index>> integrated;  // column, lane
@@ -211,11 +213,11 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       integrated.emplace_back(column, q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index);
     } else if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
       x.setZero();
-      if (q.kind == Kind::sensor_gain) {
-        y = z.imag();
-      } else {
-        y = z.real();
-      }
+      const Eigen::VectorXd read = q.kind == Kind::sensor_gain ? Eigen::VectorXd(z.imag()) : Eigen::VectorXd(z.real());
+      y = later(read, p.sensor.skew / dt);
+    } else if (q.kind == Kind::sensor_skew) {
+      x.setZero();
+      y = later_rate((1 + p.sensor.gain) * z.imag() + p.sensor.angle * z.real(), p.sensor.skew / dt) / dt;
     } else {
       const Eigen::VectorXcd& g = beside(s, q, ones);
       if (q.imaginary) {
@@ -236,6 +238,11 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       const auto dx = motion_.dx.col(lane).segment(at, rows), dy = motion_.dy.col(lane).segment(at, rows);
       slopes_.col(column).segment(at, rows) = dx;
       slopes_.col(column).segment(n + at, rows) = gain * dy + angle * dx;
+    }
+  }
+  if (p.sensor.skew != 0) {
+    for (const auto& [column, lane] : integrated) {
+      slopes_.col(column).tail(n) = later(slopes_.col(column).tail(n), p.sensor.skew / dt);
     }
   }
   filters_[r].apply(slopes_);

@@ -72,7 +72,9 @@ void take_over(const std::vector<detail::Parameter>& parameters, detail::Point&&
 
 }  // namespace
 
-Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const { return detail::read_by(sensor, records[r].main); }
+Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const {
+  return detail::read_by(sensor, records[r].main, records[r].angle.dt);
+}
 
 Eigen::Index OutputErrorFit::index(const std::string& name) const {
   const auto at = std::find(names.begin(), names.end(), name);

@@ -30,6 +30,10 @@ struct AngleFit {
   Summary summary;              ///< warnings, e.g. a residual much above the resolution
 };
 
+/// Angle readings without wraps: every step the one nearest to none, modulo a turn. A reading taken in the middle of a
+/// wrap (a filter or a resampling smears the jump over a sample) becomes the mean of its neighbours.
+Eigen::VectorXd unwrapped(const Eigen::Ref<const Eigen::VectorXd>& readings);
+
 /// Angle with rate and acceleration from an encoder channel, rad, one reading per sample, wrapped to any period of 2 pi
 /// or continuous, quantised or not. Jumps beyond half a turn between samples are taken as wraps, so the speed must stay
 /// below half a turn per sample. Throws Error for fewer than 16 readings or non-finite ones.
