@@ -224,8 +224,9 @@ void add_further_forces(const IdentifiedModel& model, ModelSystem& s) {
   const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   if (terms.empty()) return;
   const auto symbol = [](const char* name) { return expr::Expr::symbol(name); };
-  const std::map<std::string, expr::Expr, std::less<>> names{
-      {"X1", symbol("x")}, {"X2", symbol("vx")}, {"X3", symbol("y")}, {"X4", symbol("vy")}, {"X6", symbol("omega")}};
+  const std::map<std::string, expr::Expr, std::less<>> names{{"X1", symbol("x")},    {"X2", symbol("vx")},
+                                                             {"X3", symbol("y")},    {"X4", symbol("vy")},
+                                                             {"X5", symbol("beta")}, {"X6", symbol("omega")}};
   for (const identification::RotorTerm& term : terms) {
     const identification::RotorTermName& name = name_of(term.kind);
     const std::string parameter(name.parameter);

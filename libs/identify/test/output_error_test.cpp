@@ -26,18 +26,18 @@ TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivat
   const AngleSignal angle = sweep.angle();
   const Eigen::VectorXcd f = half_forcing(angle);
   const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
-  const std::array<double, 11> sizes{1e16, 1e8, 5, 0.01, 0.02, 0.5, 50, 1, 0.01, 20, 0.5};
+  const std::array<double, 15> sizes{1e16, 1e8, 5, 0.01, 0.02, 0.5, 50, 1, 0.01, 20, 0.5, 1e-4, 5e-5, 3e-5, 2e-5};
   std::vector<RotorTerm> terms;
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    terms.push_back({kRotorTermNames[k].kind, sizes[k], k == 3 ? 1e-3 : k >= 9 ? 0.7 : 0.0});
+    terms.push_back({kRotorTermNames[k].kind, sizes[k], k == 3 ? 1e-3 : k == 9 || k == 10 ? 0.7 : 0.0});
   }
-  const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0),
-                                                                  {terms, angle.omega, 0.2}, {1e-3}, z0, v0);
+  const detail::Sensitivities s =
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), {terms, angle, 0.2}, {1e-3}, z0, v0);
   ASSERT_TRUE(s.finite);
   const auto run = [&](std::size_t k, double by) {
     std::vector<RotorTerm> moved = terms;
     moved[k].value += by;
-    return detail::main_mode(m, m.eps, f, {moved, angle.omega, 0.2}, {1e-3}, z0, v0).z;
+    return detail::main_mode(m, m.eps, f, {moved, angle, 0.2}, {1e-3}, z0, v0).z;
   };
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const double step = 1e-3 * sizes[k];
@@ -57,9 +57,9 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const Sweep sweep{20, 5, 2, 0.3, 1e-3};
   const Eigen::VectorXcd f = half_forcing(sweep.angle());
   const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
-  const Eigen::VectorXd omega = sweep.angle().omega;
+  const AngleSignal angle = sweep.angle();
   const std::vector<RotorTerm> none;
-  const detail::TermForces plain{none, omega, 0};
+  const detail::TermForces plain{none, angle, 0};
   const detail::Sensitivities s =
       detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, {1e-3}, z0, v0);
   const auto check = [&](int lane, auto&& changed, double step) {
@@ -91,7 +91,6 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   check(
       detail::kX0, [&](double d) { return run(m, d); }, 1e-8);
   // The derivative of F by a quadratic change of the angle.
-  const AngleSignal angle = sweep.angle();
   const double horizon = 0.5 * angle.dt * static_cast<double>(angle.beta.size() - 1);
   const auto turned = [&](double d) {
     AngleSignal a = angle;

@@ -367,7 +367,7 @@ namespace {
 std::string carried(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   const std::string left = forces_left_out(model, hardware);
-  std::erase_if(terms, [&](const auto& t) { return name_of(t.kind).label == left; });
+  std::erase_if(terms, [&](const auto& t) { return left.find(name_of(t.kind).label) != std::string::npos; });
   return names_of(terms);
 }
 

@@ -173,6 +173,11 @@ void add_force(rotor::FurtherForces<double>& f, const identification::RotorTerm&
     case Kind::damping_drift:
       f.c_drift = term.value, f.drift_start = term.reference;
       break;
+    case Kind::twice_forward_re:  // the plants have none: forces_left_out
+    case Kind::twice_forward_im:
+    case Kind::twice_backward_re:
+    case Kind::twice_backward_im:
+      break;
   }
 }
 
@@ -194,7 +199,9 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
 
 std::string forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> left = identification::terms_of(model);
-  std::erase_if(left, [&](const auto& t) { return substeps_for(friction_rate(t), hardware.timing) != 0; });
+  std::erase_if(left, [&](const auto& t) {
+    return !identification::is_twice(t.kind) && substeps_for(friction_rate(t), hardware.timing) != 0;
+  });
   return names_of(left);
 }
 

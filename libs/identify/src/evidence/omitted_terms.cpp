@@ -79,6 +79,11 @@ double usual_size(const std::string& term, const RotorModel& rotor, const Motion
       return 0.01 * rotor.k1 / m.seconds;
     case RotorTermKind::damping_drift:
       return 0.5 * c / m.seconds;
+    case RotorTermKind::twice_forward_re:
+    case RotorTermKind::twice_forward_im:
+    case RotorTermKind::twice_backward_re:
+    case RotorTermKind::twice_backward_im:
+      return 0;  // couplings differ
   }
   return 0;
 }

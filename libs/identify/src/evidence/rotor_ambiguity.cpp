@@ -151,7 +151,7 @@ double damping_of_terms(const std::vector<RotorRecord>& records, const OutputErr
       for (Eigen::Index i = 0; i < own.main.size(); ++i) {
         const std::complex<double> z = own.main[i], v = own.main_rate[i];
         const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                       records[r].t0 + records[r].dt * static_cast<double>(i));
+                                       own.angle.beta[2 * i], records[r].t0 + records[r].dt * static_cast<double>(i));
         power += term.value * (f.x * v.real() + f.y * v.imag());
         squares += std::norm(v);
       }
@@ -159,6 +159,16 @@ double damping_of_terms(const std::vector<RotorRecord>& records, const OutputErr
     sum += std::abs(power) / squares;
   }
   return sum;
+}
+
+/// Deviation of the phase added to rotor_covariance: along the circle of radius e about zero.
+void spread_phase(IdentifiedModel& model, double sd) {
+  if (model.rotor_covariance.size() != 25) return;
+  const std::complex<double> across = std::complex<double>(0, sd) * model.rotor->eps;
+  const std::array<double, 2> part{across.real(), across.imag()};
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t j = 0; j < 2; ++j) model.rotor_covariance[5 * (3 + i) + 3 + j] += part[i] * part[j];
+  }
 }
 
 }  // namespace
@@ -169,13 +179,7 @@ void forget_phase(RotorIdentification& result) {
   for (auto& [name, e] : model.parameters) {
     if (name.starts_with("e_phase")) e = {e.value, kAny / std::sqrt(3.0), e.value - kAny, e.value + kAny};
   }
-  if (model.rotor_covariance.size() == 25) {  // on a circle of radius e about zero
-    const std::complex<double> across = std::complex<double>(0, kAny) * model.rotor->eps;
-    const std::array<double, 2> part{across.real(), across.imag()};
-    for (std::size_t i = 0; i < 2; ++i) {
-      for (std::size_t j = 0; j < 2; ++j) model.rotor_covariance[5 * (3 + i) + 3 + j] += part[i] * part[j];
-    }
-  }
+  spread_phase(model, kAny);
   result.assumptions.push_back(
       fmt::format("the angle is not measured: the speed is taken from the vibration as a polynomial of degree {} in "
                   "time, and the phase of e means nothing",
@@ -191,6 +195,23 @@ void forget_phase(RotorIdentification& result) {
         model.summary.chi_square));
     model.summary.trust = "Do not use this model.";
   }
+}
+
+void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentification& result) {
+  constexpr double kCoarse = 0.01, kDegree = std::numbers::pi / 180;  // rad
+  constexpr double kFit = 1.02;  // a smooth angle through such steps is itself some per cent of one off
+  double half = 0;
+  for (const RotorRecord& r : records) half = std::max(half, kFit * 0.5 * r.angle_step);
+  if (half == 0) return;
+  for (auto& [name, e] : result.model.parameters) {
+    if (name.starts_with("e_phase")) e = Estimate::from_sd(e.value, e.sd + half / k95);
+  }
+  spread_phase(result.model, half / k95);
+  if (half < kCoarse) return;
+  result.model.summary.warn(fmt::format(
+      "the angle comes in steps of {:.3g} deg and nothing says how it is rounded: the phase of e is known to "
+      "{:.2g} deg; a once-per-turn pulse (--pulses) or a finer encoder tells more",
+      2 * half / kDegree, half / kDegree));
 }
 
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result) {

@@ -15,6 +15,9 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
 
 /// Without a measured angle the phase of e is any; intervals, covariance and assumptions say so.
 void forget_phase(RotorIdentification& result);
+/// The phase of e is known to half a step of the angle readings: a counter that rounds down reads half a step less than
+/// one that rounds to the nearest.
+void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentification& result);
 /// What records of one axis leave open, as a reading beside the isotropic rotor and as assumptions of the model.
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result);
 

@@ -188,7 +188,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   harder.k2 *= 1 + options.fold_change;
   const detail::StepGrid grid{record.dt, fit.substeps};
   const AngleSignal fine = rotor::refine(run.angle, fit.substeps);
-  const detail::TermForces forces{free.terms, fine.omega, record.t0};
+  const detail::TermForces forces{free.terms, fine, record.t0};
   const Eigen::VectorXcd moved =
       detail::main_mode(harder, run.eps, rotor::unbalance_forcing(fine), forces, grid, run.z0, run.dz0).z;
   detail::judge_fold(v, options, std::sqrt((moved - run.main).squaredNorm() / static_cast<double>(moved.size())));

@@ -17,6 +17,7 @@ OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active
   active.terms = fit.terms;
   active.sensor = fit.sensor;
   for (RotorTerm t : terms) {
+    if (is_twice(t.kind)) continue;  // none is usual
     if (std::any_of(fit.terms.begin(), fit.terms.end(), [&](const RotorTerm& f) { return f.kind == t.kind; })) continue;
     t.value = 0;
     active.terms.push_back(t);

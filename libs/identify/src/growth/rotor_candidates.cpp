@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace whirl::identification::detail {
@@ -37,7 +38,10 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
   double peak = 0;
   for (const RotorRecord& r : records) peak = std::max(peak, (r.z.array() - r.z.mean()).abs().maxCoeff());
   std::vector<RotorTerm> terms;
+  const bool both = std::ranges::any_of(records, [](const RotorRecord& r) { return !r.one_axis(); });
   for (const RotorTermName& name : kRotorTermNames) {
+    // One axis reads forward and backward alike.
+    if (!both && name.kind >= RotorTermKind::twice_backward_re) continue;
     RotorTerm term{name.kind};
     if (name.kind == RotorTermKind::coulomb_friction) term.reference = 1e-3 * peak * main_frequency;
     if (name.kind == RotorTermKind::stiffness_drift || name.kind == RotorTermKind::damping_drift) {
@@ -49,12 +53,11 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 }
 
 Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& options) {
-  const auto force =
-      std::find_if(g.terms.begin(), g.terms.end(), [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
+  const auto named = [&](const RotorTerm& t) { return name_of(t.kind).label == term; };
   if (term == kBow) {
     g.bow = true;
-  } else if (force != g.terms.end()) {
-    g.active.terms.push_back(*force);
+  } else if (std::ranges::any_of(g.terms, named)) {
+    std::ranges::copy_if(g.terms, std::back_inserter(g.active.terms), named);
   } else if (term == "sensor gain") {
     g.active.sensor_gain = true;
   } else if (term == "sensor angle") {
@@ -86,11 +89,8 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
 }
 
 std::optional<Growth> without_term(Growth g, const std::string& term) {
-  const auto force = std::find_if(g.active.terms.begin(), g.active.terms.end(),
-                                  [&](const RotorTerm& t) { return name_of(t.kind).label == term; });
-  if (force != g.active.terms.end()) {
-    g.active.terms.erase(force);
-  } else if (term == "sensor gain") {
+  if (std::erase_if(g.active.terms, [&](const RotorTerm& t) { return name_of(t.kind).label == term; }) > 0) return g;
+  if (term == "sensor gain") {
     g.active.sensor_gain = false;
     g.active.sensor.gain = 0;
   } else if (term == "sensor angle") {
@@ -128,7 +128,7 @@ std::string label(const std::string& term, const Growth& g) {
 
 bool is_special(const std::string& term) {
   return term.starts_with("conj") || term.starts_with("mode") || term.starts_with("decay") ||
-         term.starts_with("runout") || term == "delay";
+         term.starts_with("runout") || term == "delay" || term == name_of(RotorTermKind::twice_forward_re).label;
 }
 double threshold_of(const std::string& term, double threshold) {
   constexpr double kMoreChances = 14;  // forces and sensor axes

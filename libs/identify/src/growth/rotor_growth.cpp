@@ -18,7 +18,7 @@ using Complex = std::complex<double>;
 
 // Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
-constexpr std::size_t kMostTerms = 6;     // forces beyond RotorModel
+constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
 
 /// Acceleration of the motion about the bow by the damping of the bow's own turning: -i c omega b e^{i beta}.
@@ -194,7 +194,8 @@ bool Grower::step() {
   std::vector<Tried> tried;
   for (const std::string& term : terms) {
     const Growth trial = with_term(growth_, term, options_);
-    if (trial.active.terms.size() > kMostTerms) continue;
+    if (std::ranges::count_if(trial.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms)
+      continue;
     OutputErrorFit trial_fit = fit(trial);
     if (trial_fit.summary.status == Status::unusable) continue;
     tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});

@@ -29,7 +29,7 @@ Eigen::VectorXcd force_along(RotorTerm term, const OutputErrorRecord& own, doubl
   for (Eigen::Index i = 0; i < force.size(); ++i) {
     const Complex z = own.main[i], v = own.main_rate[i];
     const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                   t0 + dt * static_cast<double>(i));
+                                   own.angle.beta[2 * i], t0 + dt * static_cast<double>(i));
     force[i] = {f.x, f.y};
   }
   return force;
@@ -49,7 +49,7 @@ Linearised linearised(const OutputErrorFit& fit, const OutputErrorRecord& own, c
     for (Eigen::Index i = 0; i < own.main.size(); ++i) {
       const Complex z = own.main[i], v = own.main_rate[i];
       const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                     record.t0 + record.dt * static_cast<double>(i));
+                                     own.angle.beta[2 * i], record.t0 + record.dt * static_cast<double>(i));
       l.stiffness[i] -= 0.5 * term.value * (f.x_x + f.y_y);
       l.turned[i] -= 0.5 * term.value * Complex(f.x_x - f.y_y, f.y_x + f.x_y);
     }
@@ -238,9 +238,12 @@ class RecordRows {
   }
 
   void force_candidates() {
-    for (const RotorTerm& term : options_.terms) {
-      if (has_term(active_, term.kind)) continue;
-      candidate(std::string(name_of(term.kind).label), true, {force_rows(term)}, true);
+    for (auto term = options_.terms.begin(); term != options_.terms.end();) {
+      const RotorTermKind kind = term->kind;
+      std::vector<Eigen::VectorXcd> columns;
+      for (; term != options_.terms.end() && name_of(term->kind).label == name_of(kind).label; ++term)
+        if (!has_term(active_, kind)) columns.push_back(force_rows(*term));
+      if (!columns.empty()) candidate(std::string(name_of(kind).label), true, columns, true);
     }
     if (both_ && options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
     if (both_ && options_.sensor && !active_.sensor_angle)

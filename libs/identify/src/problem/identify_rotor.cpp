@@ -156,6 +156,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   if (model.summary.status != Status::unusable) {
     const detail::NamedEstimates before = model.parameters;
     detail::carry_ambiguities(grown, scale, result);
+    if (options.angle_source == AngleSource::measured) detail::state_angle_step(records, result);
     if (options.angle_source == AngleSource::vibration) detail::forget_phase(result);
     detail::state_one_axis(records, result);
     detail::widen_for_omitted(grown, scale, result);

@@ -40,6 +40,14 @@ std::vector<TermText> term_text(const RotorTerm& term, bool x) {
       return {{since + "*" + own, -1}};
     case RotorTermKind::damping_drift:
       return {{since + "*" + v, -1}};
+    case RotorTermKind::twice_forward_re:
+      return {{x ? "X6^2*cos(2*X5)" : "X6^2*sin(2*X5)", 1}};
+    case RotorTermKind::twice_forward_im:
+      return {{x ? "X6^2*sin(2*X5)" : "X6^2*cos(2*X5)", turn}};
+    case RotorTermKind::twice_backward_re:
+      return {{x ? "X6^2*cos(2*X5)" : "X6^2*sin(2*X5)", -turn}};
+    case RotorTermKind::twice_backward_im:
+      return {{x ? "X6^2*sin(2*X5)" : "X6^2*cos(2*X5)", 1}};
   }
   return {};
 }
@@ -59,7 +67,11 @@ std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
 
 std::string names_of(const std::vector<RotorTerm>& terms) {
   std::string names;
-  for (const RotorTerm& term : terms) names += (names.empty() ? "" : ", ") + std::string(name_of(term.kind).label);
+  for (auto term = terms.begin(); term != terms.end(); ++term) {
+    const std::string_view label = name_of(term->kind).label;
+    if (std::any_of(terms.begin(), term, [&](const RotorTerm& t) { return name_of(t.kind).label == label; })) continue;
+    names += (names.empty() ? "" : ", ") + std::string(label);
+  }
   return names;
 }
 
@@ -74,7 +86,7 @@ double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& term
     a.bottomRows<2>() << -rotor.k1 - kr, -ki, -rotor.c - cr, -ci, -ki, -rotor.k1 + kr, -ci, -rotor.c + cr;
     for (const RotorTerm& term : terms) {
       if (term.kind == RotorTermKind::coulomb_friction) continue;
-      const TermForce f = term_force(term, 0, 0, 0, 0, w, term.reference);
+      const TermForce f = term_force(term, 0, 0, 0, 0, w, 0, term.reference);
       Eigen::Matrix<double, 2, 4> more;
       more << f.x_x, f.x_y, f.x_vx, f.x_vy, f.y_x, f.y_y, f.y_vx, f.y_vy;
       a.bottomRows<2>() += term.value * more;

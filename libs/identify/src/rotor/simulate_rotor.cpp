@@ -55,8 +55,8 @@ rotor::Response simulate_rotor(const IdentifiedModel& model, const AngleSignal& 
   int substeps = needed(std::abs(start.z));
   while (true) {
     const AngleSignal fine = rotor::refine(angle, substeps);
-    detail::MainMotion motion = detail::main_mode(rotor, rotor.eps, rotor::unbalance_forcing(fine),
-                                                  {terms, fine.omega, 0.0}, {angle.dt, substeps}, start.z, start.dz);
+    detail::MainMotion motion = detail::main_mode(rotor, rotor.eps, rotor::unbalance_forcing(fine), {terms, fine, 0.0},
+                                                  {angle.dt, substeps}, start.z, start.dz);
     out.z = std::move(motion.z);
     out.dz = std::move(motion.v);
     // A harder spring far out is a faster motion.

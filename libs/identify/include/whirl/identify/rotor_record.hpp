@@ -33,10 +33,13 @@ struct RotorRecordOptions {
 /// One run-up or run-down as identification needs it: z = x + i y with the rotor angle and the noise.
 struct RotorRecord {
   std::string source;
-  double dt = 0;                    ///< s
-  double t0 = 0;                    ///< time of the first sample, s
-  Eigen::VectorXcd z;               ///< x + i y, m
-  AngleSignal angle;                ///< when the displacement was taken
+  double dt = 0;       ///< s
+  double t0 = 0;       ///< time of the first sample, s
+  Eigen::VectorXcd z;  ///< x + i y, m
+  AngleSignal angle;   ///< when the displacement was taken
+  /// Step of the angle readings, rad, where nothing says how they are rounded (angle_fit.count_offset 0): the phase of
+  /// e is known to half a step.
+  double angle_step = 0;
   double noise_x = 0, noise_y = 0;  ///< sd of the noise per axis, m; of an axis that is not measured that of the other
   /// Autoregression of the noise, n_i = sum_k colour_k n_{i-1-k} + e_i, the same for both axes; empty: white.
   Eigen::VectorXd colour = {};

@@ -10,7 +10,7 @@
 namespace whirl::identification {
 
 /// Forces that a rotor may have beyond RotorModel, per unit mass, with one real coefficient each. w: rotor speed,
-/// rad/s; t: time since the drift reference, s.
+/// rad/s; b: its angle, rad; t: time since the drift reference, s.
 enum class RotorTermKind {
   quintic_stiffness,     ///< -k3 |z|^4 z
   cubic_per_axis,        ///< -k2_axis (x^3 + i y^3): springs along the axes
@@ -23,6 +23,10 @@ enum class RotorTermKind {
   damping_with_speed,    ///< -c_speed |w| z'
   stiffness_drift,       ///< -k1_drift t z: warming
   damping_drift,         ///< -c_drift t z'
+  twice_forward_re,      ///< +e2_forward_re w^2 exp(2 i b): misalignment, shafts of unequal stiffness under weight
+  twice_forward_im,      ///< +e2_forward_im i w^2 exp(2 i b)
+  twice_backward_re,     ///< +e2_backward_re w^2 exp(-2 i b): with the forward ones a force along a fixed direction
+  twice_backward_im,     ///< +e2_backward_im i w^2 exp(-2 i b)
 };
 
 struct RotorTerm {
@@ -31,12 +35,12 @@ struct RotorTerm {
   double reference = 0;  ///< v0 of Coulomb friction, m/s; the time at which k1 and c hold, s, of a drift
 };
 
-/// How an engineer calls a term, its parameter and the unit of it.
+/// How an engineer calls a term, its parameter and the unit of it. Terms of one label are one candidate.
 struct RotorTermName {
   RotorTermKind kind;
   std::string_view label, parameter, unit;
 };
-inline constexpr std::array<RotorTermName, 11> kRotorTermNames{{
+inline constexpr std::array<RotorTermName, 15> kRotorTermNames{{
     {RotorTermKind::quintic_stiffness, "quintic stiffness", "k3", "1/(m^4 s^2)"},
     {RotorTermKind::cubic_per_axis, "cubic stiffness per axis", "k2_axis", "1/(m^2 s^2)"},
     {RotorTermKind::quadratic_damping, "quadratic damping", "c2", "1/m"},
@@ -48,6 +52,10 @@ inline constexpr std::array<RotorTermName, 11> kRotorTermNames{{
     {RotorTermKind::damping_with_speed, "damping changing with speed", "c_speed", "1/rad"},
     {RotorTermKind::stiffness_drift, "stiffness drifting in time", "k1_drift", "1/s^3"},
     {RotorTermKind::damping_drift, "damping drifting in time", "c_drift", "1/s^2"},
+    {RotorTermKind::twice_forward_re, "force at twice the speed", "e2_forward_re", "m"},
+    {RotorTermKind::twice_forward_im, "force at twice the speed", "e2_forward_im", "m"},
+    {RotorTermKind::twice_backward_re, "force at twice the speed", "e2_backward_re", "m"},
+    {RotorTermKind::twice_backward_im, "force at twice the speed", "e2_backward_im", "m"},
 }};
 constexpr const RotorTermName& name_of(RotorTermKind kind) { return kRotorTermNames[static_cast<std::size_t>(kind)]; }
 
@@ -65,6 +73,9 @@ struct TermText {
 };
 std::vector<TermText> term_text(const RotorTerm& term, bool x);
 
+/// Of a force that acts whatever the motion is.
+constexpr bool is_twice(RotorTermKind kind) { return kind >= RotorTermKind::twice_forward_re; }
+
 /// "Coulomb friction, gyroscopic term"; empty without terms.
 std::string names_of(const std::vector<RotorTerm>& terms);
 
@@ -80,7 +91,8 @@ struct TermForce {
   double x_vx = 0, x_vy = 0, y_vx = 0, y_vy = 0;  ///< by the velocity
 };
 
-inline TermForce term_force(const RotorTerm& term, double x, double y, double vx, double vy, double w, double time) {
+inline TermForce term_force(const RotorTerm& term, double x, double y, double vx, double vy, double w, double beta,
+                            double time) {
   TermForce f;
   const auto displaced = [&](double g) { f.x = -g * x, f.y = -g * y, f.x_x = f.y_y = -g; };
   const auto damped = [&](double g) { f.x = -g * vx, f.y = -g * vy, f.x_vx = f.y_vy = -g; };
@@ -127,6 +139,18 @@ inline TermForce term_force(const RotorTerm& term, double x, double y, double vx
       break;
     case RotorTermKind::damping_drift:
       damped(time - term.reference);
+      break;
+    case RotorTermKind::twice_forward_re:
+      f.x = w * w * std::cos(2 * beta), f.y = w * w * std::sin(2 * beta);
+      break;
+    case RotorTermKind::twice_forward_im:
+      f.x = -w * w * std::sin(2 * beta), f.y = w * w * std::cos(2 * beta);
+      break;
+    case RotorTermKind::twice_backward_re:
+      f.x = w * w * std::cos(2 * beta), f.y = -w * w * std::sin(2 * beta);
+      break;
+    case RotorTermKind::twice_backward_im:
+      f.x = w * w * std::sin(2 * beta), f.y = w * w * std::cos(2 * beta);
       break;
   }
   return f;

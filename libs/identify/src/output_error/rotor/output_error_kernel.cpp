@@ -96,7 +96,8 @@ struct Stepper {
       }
       Eigen::Index lane = kProfile + profile.cols();
       for (const RotorTerm& term : extra.terms) {
-        const TermForce f = term_force(term, s.x, s.y, s.vx, s.vy, extra.omega[half], time);
+        const TermForce f =
+            term_force(term, s.x, s.y, s.vx, s.vy, extra.angle.omega[half], extra.angle.beta[half], time);
         add_term(term, f, l);
         gx[lane] = f.x;
         gy[lane++] = f.y;
@@ -213,7 +214,9 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
       l.ay += (*terms.known)[half].imag();
     }
     for (const RotorTerm& term : terms.terms) {
-      add_term(term, term_force(term, px, py, pvx, pvy, terms.omega[half], terms.t0 + q * static_cast<double>(half)),
+      add_term(term,
+               term_force(term, px, py, pvx, pvy, terms.angle.omega[half], terms.angle.beta[half],
+                          terms.t0 + q * static_cast<double>(half)),
                l);
     }
     return l;

@@ -3,6 +3,7 @@
 #include <complex>
 #include <vector>
 
+#include "whirl/core/angle_signal.hpp"
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 
@@ -33,11 +34,11 @@ struct MainMotion {
   Eigen::VectorXcd z, v;  ///< m, m/s
 };
 
-/// Forces beyond RotorModel, with the speed on the grid of the forcing and the time of sample 0 that they may depend
+/// Forces beyond RotorModel, with the angle on the grid of the forcing and the time of sample 0 that they may depend
 /// on.
 struct TermForces {
   const std::vector<RotorTerm>& terms;
-  const Eigen::VectorXd& omega;
+  const AngleSignal& angle;
   double t0;
   const Eigen::VectorXcd* known = nullptr;  ///< acceleration on that grid, m/s^2; may be null
   bool any() const { return !terms.empty() || known != nullptr; }
