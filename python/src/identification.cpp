@@ -14,7 +14,7 @@ using namespace identification;
 Identification identify_any(const std::vector<Recording>& records, const std::string& method,
                             std::vector<std::string> states, std::vector<std::string> inputs, int order,
                             std::vector<std::string> library, bool discrete, double holdout,
-                            const std::vector<std::string>& bounds, double least_decay,
+                            const std::vector<std::string>& bounds, double least_decay, bool trapping,
                             const std::map<std::string, std::string>& hold,
                             const std::map<std::string, double>& dead_time, int hidden,
                             std::vector<std::string> denominators,
@@ -32,6 +32,7 @@ Identification identify_any(const std::vector<Recording>& records, const std::st
   for (const auto& [input, name] : hold) options.sindy.hold[input] = hold_of(name);
   for (const std::string& text : bounds) options.bounds.push_back(linear_bound(text));
   options.least_decay = least_decay;
+  options.trapping = trapping;
   options.holdout = holdout;
   options.progress = [&](const std::string& what, double fraction) {
     stop_when_interrupted();
@@ -87,8 +88,8 @@ void bind_identification(py::module_& m) {
       });
   m.def("_identify", &identify_any, py::arg("records"), py::arg("method"), py::arg("states"), py::arg("inputs"),
         py::arg("order"), py::arg("library"), py::arg("discrete"), py::arg("holdout"), py::arg("bounds"),
-        py::arg("least_decay"), py::arg("hold"), py::arg("dead_time"), py::arg("hidden"), py::arg("denominators"),
-        py::arg("progress"));
+        py::arg("least_decay"), py::arg("trapping"), py::arg("hold"), py::arg("dead_time"), py::arg("hidden"),
+        py::arg("denominators"), py::arg("progress"));
   py::class_<Validation>(m, "Validation", "Free-run prediction of a record that was not used for the fit")
       .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, m rms (contains the sensor noise)")
       .def_readonly("rmse_y", &Validation::rmse_y, "m rms")

@@ -244,5 +244,7 @@ def test_bounds_and_timing_reach_the_identification():
     record = whirl.Recording({"x": x, "v": np.exp(-0.2 * t) * (-0.2 * np.cos(2 * t) - 2 * np.sin(2 * t))}, dt=0.01)
     kept = whirl.identify(record, "sindy", states=["x", "v"], library=["x", "v"], bounds=["[v': v] <= -0.6"])
     assert kept.parameters["v': v"].value == pytest.approx(-0.6, abs=1e-6)
+    with pytest.raises(whirl.Error, match="exclude"):
+        whirl.identify(record, "sindy", states=["x", "v"], least_decay=0.1, trapping=True)
     with pytest.raises(whirl.Error, match="hold"):
         whirl.identify(record, "sindy", states=["x"], inputs=["v"], hold={"v": "sticky"})

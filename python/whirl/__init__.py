@@ -123,14 +123,15 @@ def _names(words):
 
 
 def identify(records, method="automatic", *, states=(), inputs=(), order=1, library=(), discrete=False, holdout=0.3,
-             bounds=(), least_decay=float("nan"), hold=None, dead_time=None, hidden=0, denominators=(), progress=None):
+             bounds=(), least_decay=float("nan"), trapping=False, hold=None, dead_time=None, hidden=0, denominators=(), progress=None):
     """Equations of motion from one record or a list of records; returns an Identification.
 
     Rotor records (channels x, y in m and beta in rad) need no more. Any other system: name its `states` and `inputs`
     (channels); `order=2` for displacements whose rates are not measured, `library` for candidate terms as text
     (default: monomials), `discrete=True` for maps. `holdout`: share of the record that a second fit does not see and
     is judged on (0: no second fit). `bounds`: inequalities between coefficients as text ("[v': x] + 2*[v': v] <= -1");
-    `least_decay`: least rate, 1/s, at which every mode of the linear part decays; `hold`: what an input does between its
+    `least_decay`: least rate, 1/s, at which every mode of the linear part decays; `trapping=True`: a quadratic
+    system whose motion stays bounded from any start; `hold`: what an input does between its
     samples ({"u": "zero"}, "first" or "band-limited"; else by evidence), `dead_time` in s ({"u": 0.02}); `hidden`: states
     without a channel, at most; `denominators`: candidate terms of rational right-hand sides. `progress(what, fraction)`
     is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
@@ -142,4 +143,4 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
     if progress is not None and not callable(progress):
         raise TypeError("progress must be a function of (what, fraction)")
     return _identify(records, method, _names(states), _names(inputs), order, _names(library), discrete, holdout,
-                     _names(bounds), least_decay, dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)
+                     _names(bounds), least_decay, bool(trapping), dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)

@@ -11,6 +11,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/testing/systems/quadratic_flows.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -147,6 +148,24 @@ TEST(IdentifyGeneralE2e, BoundsBetweenCoefficientsAndAStableLinearPart) {
   const Outcome typing = folder.whirl("identify run.csv --states x,v --inputs u --bound \"[v': q] <= 0\"");
   EXPECT_EQ(typing.exit_code, 2);
   EXPECT_NE(typing.err.find("v': x^3"), std::string::npos) << typing.err;
+}
+
+TEST(IdentifyGeneralE2e, ATrappingModelCarriesItsCertificate) {
+  const Folder folder;
+  io::write_csv(folder / "flow.csv",
+                whirl::testing::flow_record(whirl::testing::convection(541), {-8, 7, 27}, 0.005, 4000, 0.01, 541));
+  const Outcome o = folder.whirl("identify flow.csv --states x,y,z --trapping --out model.json");
+  ASSERT_EQ(o.exit_code, 0) << o.err;
+  EXPECT_NE(o.out.find("every motion ends within"), std::string::npos) << o.out;
+  const io::Json file = io::load_json(folder / "model.json");
+  const io::Json* trapping = file.find("evidence")->find("trapping");
+  ASSERT_NE(trapping, nullptr);
+  EXPECT_LT(*trapping->find("eigenvalue_1_s")->get<double>(), 0);
+  const auto m = io::load<IdentifiedModel>(folder / "model.json");
+  EXPECT_NEAR(coefficient(m, "y'", "x*z") + coefficient(m, "z'", "x*y"), 0, 1e-9);
+  const Outcome cubic = folder.whirl("identify flow.csv --states x,y,z --trapping --degree 3");
+  EXPECT_EQ(cubic.exit_code, 2);
+  EXPECT_NE(cubic.err.find("--degree 2"), std::string::npos) << cubic.err;
 }
 
 TEST(IdentifyGeneralE2e, ALibraryFileGivesTermsTiesAndKnownParts) {

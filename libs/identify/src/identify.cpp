@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bounds/linear_bounds.hpp"
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
-#include "problem/linear_bounds.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/expr/library.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
 namespace whirl::identification {
@@ -80,19 +81,22 @@ bool shows(const Recording& like, const std::string& name, Quantity quantity) {
 IdentifyOptions completed(IdentifyOptions o, const Recording& like) {
   o.method = o.chosen(like);
   if (o.sindy.states.empty()) o.sindy.states = states_of(like, o.sindy.inputs);
+  if (o.trapping && !o.library && o.sindy.library.empty()) {
+    for (const expr::Expr& term : expr::polynomial_library(o.sindy.states, 2)) o.sindy.library.push_back(term.str());
+  }
   return o;
 }
 
 /// One fit of the records by the chosen method.
-IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& records,
-                    std::vector<BoundOutcome>* bounds = nullptr) {
+IdentifiedModel fit(const IdentifyOptions& o, const std::vector<Recording>& records, Evidence* evidence = nullptr) {
   switch (o.method) {
     case Method::weak:
       return detail::rotor_or_tilt(records, o.rotor).model;
     case Method::sindy: {
-      IdentifiedModel model =
-          o.library ? fit_library(records, *o.library, o.sindy) : fit_sindy(records, o.sindy, bounds);
-      detail::hold_bounds(o, records.front(), model);
+      IdentifiedModel model = o.library ? fit_library(records, *o.library, o.sindy)
+                                        : fit_sindy(records, o.sindy, evidence ? &evidence->bounds : nullptr);
+      const std::optional<Trapping> trapping = detail::hold_bounds(o, records.front(), model);
+      if (evidence) evidence->trapping = trapping;
       return model;
     }
     case Method::drive:
@@ -246,7 +250,7 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     id.evidence.ambiguities = std::move(found.ambiguities);
     id.evidence.assumptions = std::move(found.assumptions);
   } else {
-    id.model = fit(o, records, &id.evidence.bounds);
+    id.model = fit(o, records, &id.evidence);
   }
   progress(0.6);
   if (id.model.summary.status != Status::unusable && o.method != Method::drive) {

@@ -150,6 +150,7 @@ void add_identify(CommandLine& app, Session& session) {
       "         whirl identify a.csv --states x,v --inputs u --sign \"v':v=-\"   (damping takes energy)\n"
       "         whirl identify a.csv --states x,v --bound \"[v': x] <= 3*[v': v]\" --stable-1s 0   (a linear part that "
       "does not grow)\n"
+      "         whirl identify wake.csv --states a1,a2,a3 --trapping   (degree 2, bounded from any start)\n"
       "         whirl identify rundown.csv --library rotor.toml\n"
       "         whirl identify rundown.csv --compare",
       [o, &session] { run_identify(*o, session); });

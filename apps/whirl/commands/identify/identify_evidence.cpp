@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace whirl::app {
@@ -38,6 +39,16 @@ std::string describe(const identification::Evidence& evidence, const Summary& su
                                b.unbounded, b.t)
         : b.kept ? "is not active: the term is in the model"
                  : "is not active: the term is not needed");
+  }
+  if (evidence.trapping) {
+    const identification::Trapping& t = *evidence.trapping;
+    text += fmt::format(
+        "trapping          every motion ends within {:.4g} of {} = {:.4g}{}; largest eigenvalue there {:.4g} 1/s\n",
+        t.radius, fmt::join(t.states, ", "), fmt::join(t.shift, ", "),
+        std::all_of(t.weights.begin(), t.weights.end(), [](double w) { return w == 1; })
+            ? ""
+            : fmt::format(" (squares weighted {:.4g})", fmt::join(t.weights, ", ")),
+        t.eigenvalue);
   }
   if (evidence.collinear.empty()) {
     text += "collinear         no group of terms (all condition indices below 30)\n";

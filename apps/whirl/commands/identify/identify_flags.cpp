@@ -145,6 +145,11 @@ void IdentifyFlags::add_regression_to(CommandLine* sub) {
                   "grow")
       ->range(0, 1e9)
       ->group(general);
+  sub->add_flag(
+         "--trapping", trapping,
+         "a quadratic system whose motion stays bounded from any start, with a certificate; candidate terms up to "
+         "degree 2")
+      ->group(general);
   const char* regression = "Regression (paper, second-order, sindy; parameters also under --compare)";
   sub->add_option("--regressor", regressor, fmt::format("{}", fmt::join(regression::regression_methods(), ", ")))
       ->one_of(regression::regression_methods())

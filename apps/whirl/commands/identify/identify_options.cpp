@@ -99,7 +99,7 @@ identification::Method IdentifyFlags::method_chosen() const {
   if (!drive.empty()) return identification::Method::drive;
   const bool general = hidden > 0 || !denominators.empty() || !states.empty() || !inputs.empty() ||
                        !term_list.empty() || !known.empty() || !library.empty() || !signs.empty() || !bounds.empty() ||
-                       least_decay >= 0 || degree > 0 || fourier > 0 || discrete || time || stream;
+                       least_decay >= 0 || trapping || degree > 0 || fourier > 0 || discrete || time || stream;
   return general ? identification::Method::sindy : identification::Method::weak;
 }
 
@@ -150,7 +150,10 @@ void IdentifyFlags::check() const {
   only("--sign", !signs.empty(), {"sindy"});
   only("--bound", !bounds.empty(), {"sindy"});
   only("--stable-1s", least_decay >= 0, {"sindy"});
-  if (stream && (!bounds.empty() || least_decay >= 0)) throw Error("--stream takes neither --bound nor --stable-1s");
+  only("--trapping", trapping, {"sindy"});
+  if (trapping && least_decay >= 0) throw Error("--trapping and --stable-1s exclude each other");
+  if (stream && (!bounds.empty() || least_decay >= 0 || trapping))
+    throw Error("--stream takes none of --bound, --stable-1s, --trapping");
   only("--window", window > 0, {"sindy"});
   only("--hidden", hidden > 0, {"sindy"});
   only("--denominator", !denominators.empty(), {"sindy"});
@@ -260,6 +263,7 @@ identification::IdentifyOptions IdentifyFlags::options(const Recording& like) co
     if (!library.empty()) o.library = candidate_library(like);
     for (const std::string& text : bounds) o.bounds.push_back(identification::linear_bound(text));
     if (least_decay >= 0) o.least_decay = least_decay;
+    o.trapping = trapping;
   }
   o.holdout = no_holdout ? 0 : holdout;
   return o;
@@ -341,7 +345,8 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
   std::vector<std::vector<expr::Expr>> parts;
   const std::vector<std::string> terms = split_terms(term_list);
   const bool only_terms = !terms.empty() && degree == 0 && fourier == 0;
-  if (!only_terms) parts.push_back(expr::polynomial_library(names, degree > 0 ? degree : names.size() > 3 ? 2 : 3));
+  if (!only_terms)
+    parts.push_back(expr::polynomial_library(names, degree > 0 ? degree : trapping || names.size() > 3 ? 2 : 3));
   if (fourier > 0) parts.push_back(expr::fourier_library(names, fourier));
   parts.push_back(expr::parse_library(terms));
   for (const expr::Expr& e : expr::union_library(parts)) o.library.push_back(e.str());

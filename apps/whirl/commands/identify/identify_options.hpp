@@ -24,6 +24,7 @@ struct IdentifyFlags {
   RecordOptions record;
 
   // sindy
+  bool trapping = false;
   double least_decay = -1;  ///< of the linear part, 1/s; negative: free
   std::vector<std::string> states, inputs, known, signs, bounds, holds, dead_times;
   std::string library, term_list;

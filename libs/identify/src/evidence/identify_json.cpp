@@ -75,6 +75,13 @@ io::Json to_json(const Evidence& evidence) {
     range.set("speed_low_rad_s", evidence.range->low).set("speed_high_rad_s", evidence.range->high);
     out.set("range", std::move(range));
   }
+  if (evidence.trapping) {
+    const Trapping& t = *evidence.trapping;
+    io::Json trapping = io::Json::object();
+    trapping.set("states", t.states).set("shift", t.shift).set("weights", t.weights);
+    trapping.set("eigenvalue_1_s", t.eigenvalue).set("radius", t.radius);
+    out.set("trapping", std::move(trapping));
+  }
   return out;
 }
 

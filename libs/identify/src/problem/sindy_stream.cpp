@@ -4,8 +4,8 @@
 #include <limits>
 #include <memory>
 
+#include "bounds/linear_bounds.hpp"
 #include "evidence/model_verdict.hpp"
-#include "problem/linear_bounds.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/identify/partwise_score.hpp"

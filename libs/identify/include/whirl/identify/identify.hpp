@@ -58,6 +58,10 @@ struct IdentifyOptions {
   /// sign bounds and unrefined models: Error.
   std::vector<LinearBound> bounds;
   double least_decay = std::numeric_limits<double>::quiet_NaN();
+  /// Method::sindy: the model is one whose motion stays bounded from any start, with a certificate (`Trapping`). For
+  /// terms up to degree 2 in the states (the default library then), without inputs; `bounds` are kept too. Not together
+  /// with `least_decay`. Terms and intervals as for `bounds`. Error where no such model lies near the records.
+  bool trapping = false;
   /// Told what is done and how far it is, 0 to 1. May be empty.
   std::function<void(const std::string&, double)> progress;
 
@@ -80,6 +84,16 @@ struct DataRange {
 /// means over fiftieths of a record, so that an encoder's steps do not count.
 DataRange data_range(const std::vector<Recording>& records);
 
+/// Certificate that every motion of a quadratic model ends within a ball (Schlegel and Noack 2015, J. Fluid Mech. 765):
+/// the energy E = sum weights_i (x_i - shift_i)^2 / 2 falls wherever sqrt(2 E) > radius.
+struct Trapping {
+  std::vector<std::string> states;
+  std::vector<double> shift;    ///< units of the states
+  std::vector<double> weights;  ///< > 0; 1 unless the records ask for others
+  double eigenvalue = 0;        ///< < 0, 1/s: largest of the symmetric part of the slope about the shift
+  double radius = 0;            ///< in the norm of the weights
+};
+
 /// What speaks for a model beside its own summary.
 struct Evidence {
   HeldOut held_out;
@@ -88,6 +102,7 @@ struct Evidence {
   std::vector<std::string> assumptions;  ///< what is taken for granted where a channel is missing; of a rotor
   std::vector<Ambiguity> ambiguities;    ///< of Method::weak
   std::optional<DataRange> range;        ///< of a rotor seen by two probes
+  std::optional<Trapping> trapping;      ///< where it was asked for; of the model as it is, by evaluating it
 };
 
 /// A model and what speaks for and against it.

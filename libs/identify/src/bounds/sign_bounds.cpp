@@ -1,4 +1,4 @@
-#include "problem/sign_bounds.hpp"
+#include "bounds/sign_bounds.hpp"
 
 #include <fmt/ranges.h>
 

@@ -1,4 +1,4 @@
-#include "problem/linear_bounds.hpp"
+#include "bounds/linear_bounds.hpp"
 
 #include <fmt/ranges.h>
 
@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "bounds/trapping.hpp"
 #include "problem/sindy_prepare.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/expr.hpp"
@@ -16,6 +17,8 @@
 
 namespace whirl::identification {
 namespace {
+
+using detail::BoundRow;
 
 std::string trimmed(const std::string& s) {
   const auto first = s.find_first_not_of(" \t"), last = s.find_last_not_of(" \t");
@@ -82,54 +85,6 @@ void add_side(const std::string& text, double sign, LinearBound& bound, double& 
   if (!any) throw refuse();
 }
 
-/// One row a . p <= b with what it stands for.
-struct Row {
-  Eigen::VectorXd a;
-  double b;
-  std::string text;
-};
-
-/// The point nearest to `p0` in the metric of the covariance within all rows (Hildreth's method on the dual);
-/// multipliers by row. False when the rows contradict each other.
-bool nearest(const Eigen::VectorXd& p0, const Eigen::MatrixXd& covariance, const std::vector<Row>& rows,
-             Eigen::VectorXd& p, Eigen::VectorXd& multipliers) {
-  constexpr int kPasses = 20000;
-  const auto m = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd a(m, p0.size());
-  Eigen::VectorXd excess(m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    const Row& row = rows[static_cast<std::size_t>(i)];
-    const double unit = std::sqrt(row.a.dot(covariance * row.a));
-    if (!(unit > 0)) {  // nothing that is estimated moves it
-      if (row.a.dot(p0) > row.b + 1e-12 * std::max(1.0, std::abs(row.b))) return false;
-      a.row(i).setZero();
-      excess[i] = 0;
-      continue;
-    }
-    a.row(i) = row.a.transpose() / unit;
-    excess[i] = (row.a.dot(p0) - row.b) / unit;
-  }
-  const Eigen::MatrixXd g = a * covariance * a.transpose();
-  multipliers = Eigen::VectorXd::Zero(m);
-  // In standard deviations, of which a clean record lies very many away from a bound that it breaks.
-  const double scale = std::max(1.0, excess.cwiseAbs().maxCoeff());
-  for (int pass = 0; pass < kPasses; ++pass) {
-    double change = 0;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      if (!(g(i, i) > 0)) continue;
-      const double next = std::max(0.0, multipliers[i] + (excess[i] - g.row(i).dot(multipliers)) / g(i, i));
-      change = std::max(change, std::abs(next - multipliers[i]));
-      multipliers[i] = next;
-    }
-    if (change < 1e-10 * scale) {
-      p = p0 - covariance * (a.transpose() * multipliers);
-      return true;
-    }
-    if (multipliers.maxCoeff() > 1e9 * scale) break;
-  }
-  return false;
-}
-
 /// The part linear about the origin as a sum of parameters: J = fixed + sum p_k slope_k.
 struct LinearPart {
   Eigen::MatrixXd fixed;
@@ -168,12 +123,12 @@ LinearPart linear_part(const IdentifiedModel& model, const Eigen::MatrixXd& ties
 }
 
 /// Eigenvalues that decay too slowly, as rows: Re(lambda) to first order in the parameters.
-std::vector<Row> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, double least_decay) {
+std::vector<BoundRow> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, double least_decay) {
   Eigen::MatrixXd j = part.fixed;
   for (std::size_t k = 0; k < part.slope.size(); ++k) j += p[static_cast<Eigen::Index>(k)] * part.slope[k];
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(j), transposed(j.transpose());
   constexpr double kClose = 0.2;
-  std::vector<Row> rows, oscillating;
+  std::vector<BoundRow> rows, oscillating;
   for (Eigen::Index i = 0; i < j.rows(); ++i) {
     const std::complex<double> value = solver.eigenvalues()[i];
     if (value.imag() < 0) continue;  // of a pair one
@@ -183,7 +138,7 @@ std::vector<Row> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, do
     const Eigen::VectorXcd left = transposed.eigenvectors().col(same);
     const std::complex<double> norm = left.transpose() * right;
     if (std::abs(norm) < 1e-12) continue;  // coalescing: no first order
-    Row row{Eigen::VectorXd(p.size()), 0, ""};
+    BoundRow row{Eigen::VectorXd(p.size()), 0, ""};
     for (Eigen::Index k = 0; k < p.size(); ++k) {
       const std::complex<double> moved = left.transpose() * part.slope[static_cast<std::size_t>(k)] * right;
       row.a[k] = (moved / norm).real();
@@ -196,7 +151,7 @@ std::vector<Row> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, do
       rows.push_back(std::move(row));
   }
   // Real ones that come close part steeply in either direction; their mean does not.
-  std::sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.b > b.b; });
+  std::sort(rows.begin(), rows.end(), [](const BoundRow& a, const BoundRow& b) { return a.b > b.b; });
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
     if (rows[i].b - rows[i + 1].b > kClose * std::max(std::abs(rows[i].b), std::abs(rows[i + 1].b))) continue;
     rows[i].a = 0.5 * (rows[i].a + rows[i + 1].a);
@@ -204,7 +159,7 @@ std::vector<Row> decay_rows(const LinearPart& part, const Eigen::VectorXd& p, do
     rows.erase(rows.begin() + static_cast<std::ptrdiff_t>(i) + 1);
   }
   rows.insert(rows.end(), oscillating.begin(), oscillating.end());
-  for (Row& row : rows) row.b = row.a.dot(p) - row.b - least_decay;
+  for (BoundRow& row : rows) row.b = row.a.dot(p) - row.b - least_decay;
   return rows;
 }
 
@@ -212,47 +167,6 @@ double slowest(const LinearPart& part, const Eigen::VectorXd& p) {
   Eigen::MatrixXd j = part.fixed;
   for (std::size_t k = 0; k < part.slope.size(); ++k) j += p[static_cast<Eigen::Index>(k)] * part.slope[k];
   return -Eigen::EigenSolver<Eigen::MatrixXd>(j, false).eigenvalues().real().maxCoeff();
-}
-
-/// What may be called, and how the estimated terms follow from the parameters: one row for every term in the order of
-/// the equations, one column for every parameter.
-struct Unknowns {
-  std::set<std::string> names;
-  Eigen::MatrixXd ties;
-};
-
-Unknowns unknowns_of(const IdentifyOptions& options, const Recording& like, const IdentifiedModel& model) {
-  Unknowns u;
-  const auto n = static_cast<Eigen::Index>(model.parameters.size());
-  std::vector<Eigen::RowVectorXd> rows;
-  if (!options.library) {
-    const detail::SindyData data(options.sindy);
-    for (const auto& [lhs, terms] : data.candidates()) {
-      for (const expr::Expr& term : terms) u.names.insert(lhs + ": " + term.str());
-    }
-    u.ties = Eigen::MatrixXd::Identity(n, n);  // set term by term in this order
-    return u;
-  }
-  const expr::CandidateLibrary library = like.has("X1") ? *options.library : in_channel_names(*options.library);
-  const auto name_of = [&](const expr::TiedGroup& group) {
-    const auto same = [&](const expr::TiedGroup& g) { return g.name == group.name; };
-    const bool alone = std::count_if(library.groups.begin(), library.groups.end(), same) == 1;
-    return alone ? group.name : library.lhs[group.entries.front().equation] + ": " + group.name;
-  };
-  for (const expr::TiedGroup& g : library.groups) u.names.insert(name_of(g));
-  for (std::size_t i = 0; i < library.lhs.size(); ++i) {
-    for (const expr::TiedGroup& g : library.groups) {
-      const auto at = std::find_if(model.parameters.begin(), model.parameters.end(),
-                                   [&](const auto& p) { return p.first == name_of(g); });
-      if (at == model.parameters.end()) continue;
-      for (const expr::TiedEntry& e : g.entries) {
-        if (e.equation == i) rows.emplace_back(Eigen::RowVectorXd::Unit(n, at - model.parameters.begin()) * e.factor);
-      }
-    }
-  }
-  u.ties.resize(static_cast<Eigen::Index>(rows.size()), n);
-  for (std::size_t r = 0; r < rows.size(); ++r) u.ties.row(static_cast<Eigen::Index>(r)) = rows[r];
-  return u;
 }
 
 /// "v': x^2*v" as it is written in models; the name itself when it is none of an equation and a term.
@@ -266,11 +180,11 @@ std::string canonical(const std::string& name) {
   }
 }
 
-std::vector<Row> linear_rows(const IdentifyOptions& options, const std::set<std::string>& names,
-                             const IdentifiedModel& model) {
-  std::vector<Row> rows;
+std::vector<BoundRow> linear_rows(const IdentifyOptions& options, const std::set<std::string>& names,
+                                  const IdentifiedModel& model) {
+  std::vector<BoundRow> rows;
   for (const LinearBound& bound : options.bounds) {
-    Row row{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.parameters.size())), bound.limit, bound.text};
+    BoundRow row{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.parameters.size())), bound.limit, bound.text};
     for (const auto& [given, weight] : bound.weights) {
       const std::string name = names.contains(given) ? given : canonical(given);
       if (!names.contains(name))
@@ -283,28 +197,6 @@ std::vector<Row> linear_rows(const IdentifyOptions& options, const std::set<std:
     rows.push_back(std::move(row));
   }
   return rows;
-}
-
-void write(const Eigen::VectorXd& p, const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& ties,
-           IdentifiedModel& model) {
-  const auto estimate = [](double value, double variance) {
-    const double sd = std::sqrt(std::max(variance, 0.0));
-    // A sd of 0 would mark a coefficient that is given.
-    return Estimate::from_sd(value, std::max(sd, 1e-12 * std::max(std::abs(value), 1e-300)));
-  };
-  for (std::size_t k = 0; k < model.parameters.size(); ++k) {
-    const auto at = static_cast<Eigen::Index>(k);
-    model.parameters[k].second = estimate(p[at], covariance(at, at));
-  }
-  model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
-  Eigen::Index row = 0;
-  for (Equation& e : model.equations) {
-    for (EquationTerm& t : e.terms) {
-      if (t.coefficient.sd == 0) continue;
-      const Eigen::VectorXd tie = ties.row(row++).transpose();
-      t.coefficient = estimate(tie.dot(p), tie.dot(covariance * tie));
-    }
-  }
 }
 
 }  // namespace
@@ -329,22 +221,26 @@ void detail::check_bounds(const IdentifyOptions& o) {
   if (o.method != Method::sindy || o.sindy.discrete || !o.sindy.refine || o.sindy.hidden > 0 ||
       !o.sindy.denominators.empty()) {
     throw Error(
-        "bounds between coefficients and the decay of the linear part need differential equations refined on free "
+        "bounds between coefficients, the decay of the linear part and trapping need differential equations refined on "
+        "free "
         "runs (--method sindy), without hidden states or denominators");
   }
   if (!o.sindy.signs.empty())
     throw Error(
         "sign bounds and bounds between coefficients exclude each other: write a sign as a bound, [v': x] <= 0");
+  check_trapping(o);
 }
 
-void detail::hold_bounds(const IdentifyOptions& options, const Recording& like, IdentifiedModel& model) {
+std::optional<Trapping> detail::hold_bounds(const IdentifyOptions& options, const Recording& like,
+                                            IdentifiedModel& model) {
   constexpr int kSteps = 60;
-  if (!bounded(options) || model.summary.status == Status::unusable) return;
+  if (!bounded(options) || model.summary.status == Status::unusable) return {};
   const auto [names, ties] = unknowns_of(options, like, model);
   const auto n = static_cast<Eigen::Index>(model.parameters.size());
-  std::vector<Row> rows = linear_rows(options, names, model);
+  std::vector<BoundRow> rows = linear_rows(options, names, model);
   if (static_cast<Eigen::Index>(model.parameter_covariance.size()) != n * n || n == 0)
     throw Error("bounds between coefficients need the refinement on free runs, which did not end");
+  if (options.trapping) return hold_trapping({names, ties}, rows, like, model);
   const Eigen::MatrixXd covariance = Eigen::Map<const Eigen::MatrixXd>(model.parameter_covariance.data(), n, n);
   Eigen::VectorXd p0(n);
   for (Eigen::Index k = 0; k < n; ++k) p0[k] = model.parameters[static_cast<std::size_t>(k)].second.value;
@@ -367,14 +263,14 @@ void detail::hold_bounds(const IdentifyOptions& options, const Recording& like, 
                                 options.least_decay));
       rows.resize(linear);
       // A tenth of the tolerance inside, so that the last step ends within it.
-      for (Row& r : decay_rows(part, p, options.least_decay + 0.1 * enough)) rows.push_back(std::move(r));
+      for (BoundRow& r : decay_rows(part, p, options.least_decay + 0.1 * enough)) rows.push_back(std::move(r));
       solve();
     }
   }
   Eigen::MatrixXd free = covariance;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!(multipliers[static_cast<Eigen::Index>(i)] > 1e-9)) continue;
-    const Row& row = rows[i];
+    const BoundRow& row = rows[i];
     const Eigen::VectorXd c = free * row.a;
     const double variance = row.a.dot(c), asked = row.a.dot(p0) - row.b;
     model.summary.warn(
@@ -384,6 +280,7 @@ void detail::hold_bounds(const IdentifyOptions& options, const Recording& like, 
     if (variance > 1e-12 * row.a.dot(covariance * row.a)) free -= c * c.transpose() / variance;
   }
   if (p != p0) write(p, free, ties, model);
+  return {};
 }
 
 }  // namespace whirl::identification
