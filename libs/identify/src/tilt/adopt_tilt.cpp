@@ -48,6 +48,14 @@ void judge(const RotorRecord& record, double peak, IdentifiedModel& model) {
   if (ratio.covers(0))
     trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
+  constexpr double kFar = 3;  // standard deviations
+  if (ratio.value + kFar * ratio.sd < 0 || ratio.value - kFar * ratio.sd > 2) {
+    s.warn(
+        fmt::format("polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something that "
+                    "the model lacks, and takes other parameters with it",
+                    ratio.value));
+    trust = "Do not trust this model beyond these records: no disc has its moments of inertia.";
+  }
   set_trust(trust, s);
 }
 

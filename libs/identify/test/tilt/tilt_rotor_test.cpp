@@ -1,5 +1,6 @@
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 #include "whirl/identify/identify.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/machines.hpp"
+#include "whirl/testing/systems/odd_rotors.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -111,6 +113,20 @@ TEST(TiltRotor, AddedMassesAreRefused) {
   ValidateOptions options;
   options.unbalance = UnbalanceSource::added;
   EXPECT_THROW(validate_model(*found, r, options), Error);
+}
+
+// Without its force at twice the speed this record is followed best by a disc of negative polar moment.
+TEST(TiltRotor, MomentsOfInertiaThatNoDiscHasAreNotTrusted) {
+  IdentifyOptions options;
+  options.method = Method::weak;
+  options.rotor.terms = false;
+  const IdentifiedModel m =
+      identify({testing::odd_record(testing::OddKind::misalignment, 20, 9006).record}, options).model;
+  const Estimate* ratio = m.parameter("polar_ratio");
+  ASSERT_NE(ratio, nullptr);
+  EXPECT_LT(ratio->value, 0);
+  EXPECT_EQ(m.summary.status, Status::warning);
+  EXPECT_THAT(m.summary.trust, ::testing::HasSubstr("Do not trust"));
 }
 
 }  // namespace
