@@ -200,9 +200,10 @@ void forget_phase(RotorIdentification& result) {
 void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentification& result) {
   constexpr double kCoarse = 0.01, kDegree = std::numbers::pi / 180;  // rad
   constexpr double kFit = 1.02;  // a smooth angle through such steps is itself some per cent of one off
-  double half = 0;
-  for (const RotorRecord& r : records) half = std::max(half, kFit * 0.5 * r.angle_step);
-  if (half == 0) return;
+  double step = 0;
+  for (const RotorRecord& r : records) step = std::max(step, r.angle_step);
+  if (step == 0) return;
+  const double half = kFit * 0.5 * step;
   for (auto& [name, e] : result.model.parameters) {
     if (name.starts_with("e_phase")) e = Estimate::from_sd(e.value, e.sd + half / k95);
   }
@@ -211,7 +212,7 @@ void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentificati
   result.model.summary.warn(fmt::format(
       "the angle comes in steps of {:.3g} deg and nothing says how it is rounded: the phase of e is known to "
       "{:.2g} deg; a once-per-turn pulse (--pulses) or a finer encoder tells more",
-      2 * half / kDegree, half / kDegree));
+      step / kDegree, half / kDegree));
 }
 
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result) {

@@ -30,7 +30,9 @@ bool clearly_better(const IdentifiedModel& tilting, const RotorIdentification& f
          values * (found.fit.summary.chi_square - chi_square) / std::max(1.0, chi_square) > 3 * options.score_threshold;
 }
 
-void judge(const RotorRecord& record, double peak, IdentifiedModel& model) {
+}  // namespace
+
+void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) {
   Summary& s = model.summary;
   for (const std::string& w : record.summary.warnings) s.warn(w);
   judge_chi_square(s.chi_square, "", s);
@@ -59,8 +61,6 @@ void judge(const RotorRecord& record, double peak, IdentifiedModel& model) {
   set_trust(trust, s);
 }
 
-}  // namespace
-
 RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
   RotorIdentification found = identify_rotor_detailed(recordings, options);
   if (recordings.size() != 1 || options.angle_source != AngleSource::measured || !asks_for_more(found, options))
@@ -70,7 +70,7 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   const RotorRecord record = rotor_record(recordings.front(), options.record);
   std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, kGivenUp);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
-  judge(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
+  judge_tilt(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
   tilting->provenance = found.model.provenance;
   found.model = std::move(*tilting);
   found.ambiguities.clear();

@@ -11,6 +11,9 @@ namespace whirl::identification::detail {
 /// then.
 RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options);
 
+/// Warnings and trust of a rotor that tilts; `peak`: of the record, m.
+void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model);
+
 /// A rotor that tilts from another record, begun at `like`; unusable where the record does not give one.
 IdentifiedModel tilt_of(const Recording& recording, const IdentifiedModel& like, const RotorIdentifyOptions& options);
 
