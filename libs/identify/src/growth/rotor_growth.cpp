@@ -102,6 +102,22 @@ class Grower {
     }
     return found;
   }
+  /// A fit that ran out of steps goes on from where it stands: a better term must not lose by them.
+  OutputErrorFit fit_to_the_end(const Growth& g) const {
+    constexpr int kMore = 100;
+    OutputErrorFit found = fit(g);
+    if (found.summary.status == Status::unusable || found.iterations < g.active.max_iterations) return found;
+    const Start at = start_of(found);
+    Growth on = g;
+    on.start = at.model;
+    on.delay = at.delay;
+    on.active.terms = at.terms;
+    on.active.sensor = found.sensor;
+    on.active.decays = found.decays;
+    on.active.max_iterations = kMore;
+    OutputErrorFit further = fit(on, at.eps);
+    return further.summary.status == Status::unusable ? found : further;
+  }
   /// The better of two fits, from where the growing model stands and from `before`: without a large term the other
   /// values are far from their place.
   OutputErrorFit fit_from_either(const Growth& g, const Start& before) const {
@@ -196,7 +212,7 @@ bool Grower::step() {
     const Growth trial = with_term(growth_, term, options_);
     if (std::ranges::count_if(trial.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms)
       continue;
-    OutputErrorFit trial_fit = fit(trial);
+    OutputErrorFit trial_fit = fit_to_the_end(trial);
     if (trial_fit.summary.status == Status::unusable) continue;
     tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});
     if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "growth/score.hpp"
+#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/output_error_parameters.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 #include "weak/weak_rows.hpp"
@@ -114,6 +115,7 @@ class RecordRows {
         gain_error_(Complex(0, 1) * own_.main.imag()),
         angle_error_(Complex(0, 1) * own_.main.real()),
         skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
+        coupled_error_(record.dt * detail::high_passed_rate(own_.main, fit.sensor.high_pass * record.dt)),
         linear_(linearised(fit, own_, record)),
         whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
@@ -157,8 +159,8 @@ class RecordRows {
   }
 
   void active() {
-    const Eigen::VectorXcd measured =
-        detail::unread_by(fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside, record_.dt);
+    const Eigen::VectorXcd measured = detail::unread_by(
+        fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside, own_.main, record_.dt);
     const detail::WeakSystem noisy = detail::weak_system(w_, measured, record_.noise_variance(), forcing_);
     place(s_.active, noisy);
     place(s_.instruments, detail::weak_system(w_, own_.main, 0, forcing_));
@@ -178,6 +180,7 @@ class RecordRows {
     if (active_.sensor_gain) simulated_column(own_rows(gain_error_));
     if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
     if (active_.sensor_skew) simulated_column(own_rows(skew_error_));
+    if (active_.sensor_high_pass) simulated_column(own_rows(coupled_error_));
   }
 
   void candidate(const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
@@ -250,6 +253,7 @@ class RecordRows {
       candidate("sensor angle", true, {own_rows(angle_error_)}, true);
     if (both_ && options_.sensor && !active_.sensor_skew)
       candidate("sampling skew", true, {own_rows(skew_error_)}, true);
+    if (options_.sensor && !active_.sensor_high_pass) candidate("AC coupling", true, {own_rows(coupled_error_)}, true);
   }
 
   /// Terms that no model here holds: they name what is missing.
@@ -284,7 +288,7 @@ class RecordRows {
   const detail::WeakRows& w_;
   const OutputErrorRecord& own_;
   Eigen::VectorXcd forcing_;
-  Eigen::VectorXcd gain_error_, angle_error_, skew_error_;
+  Eigen::VectorXcd gain_error_, angle_error_, skew_error_, coupled_error_;
   Linearised linear_;
   BandedCholesky<Complex> whiten_;
   std::size_t next_ = 0;
@@ -349,7 +353,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   }
   Stacked s;
   s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle + active.sensor_skew;
+             active.sensor_angle + active.sensor_skew + active.sensor_high_pass;
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);

@@ -19,11 +19,13 @@ struct DecayingMode {
 };
 
 /// What the y probe reads of the motion: (1 + gain) y + angle x, later than x is read by `skew` (converters that take
-/// one channel after the other). Beside it, readings have offset, modes, runout.
+/// one channel after the other). Before, both probes may be AC-coupled. Beside it, readings have offset, modes, runout.
 struct SensorAxes {
   double gain = 0;   ///< y reads too much by this share
   double angle = 0;  ///< the y probe leans towards x by this angle, rad (small)
   double skew = 0;   ///< s
+  /// First-order high-pass of both probes (AC coupling), rad/s, >= 0; 0: none.
+  double high_pass = 0;
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -42,7 +44,7 @@ struct OutputErrorOptions {
   std::vector<RotorTerm> terms;
   bool free_terms = true;  ///< their coefficients are estimated
   SensorAxes sensor;       ///< starting value
-  bool sensor_gain = false, sensor_angle = false, sensor_skew = false;
+  bool sensor_gain = false, sensor_angle = false, sensor_skew = false, sensor_high_pass = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;
@@ -60,13 +62,14 @@ struct OutputErrorOptions {
 struct OutputErrorRecord {
   std::complex<double> eps;                         ///< unbalance, m
   std::complex<double> offset;                      ///< sensor offset, m
+  std::complex<double> charge;                      ///< that a high-pass adds to the readings of sample 0, m
   std::complex<double> z0, dz0;                     ///< main mode at sample 0, m and m/s
   std::vector<std::complex<double>> participation;  ///< of each forced mode, m
   std::vector<std::complex<double>> decay;          ///< amplitudes of e^{p t} and e^{conj(p) t} of each decay, m
   std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
   AngleSignal angle;                                ///< with the fitted correction and delay
   Eigen::VectorXcd main, main_rate;                 ///< simulated main mode, m and m/s
-  Eigen::VectorXcd beside;                          ///< offset + modes + runout + hum + drift, m
+  Eigen::VectorXcd beside;                          ///< offset + charge + modes + runout + hum + drift, m
   /// Readings with the samples left out replaced by simulated ones, m; empty when all are used.
   Eigen::VectorXcd readings;
   double rmse_x = 0, rmse_y = 0;  ///< measured minus simulated, m rms

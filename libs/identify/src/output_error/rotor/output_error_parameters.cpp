@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 
 namespace whirl::identification::detail {
@@ -85,6 +86,10 @@ Slot slot(Point& p, const Parameter& q) {
       return {&p.sensor.angle};
     case Kind::sensor_skew:
       return {&p.sensor.skew};
+    case Kind::high_pass:
+      return {&p.sensor.high_pass};
+    case Kind::charge:
+      return {nullptr, &r->charge, q.imaginary};
     case Kind::offset:
       return {nullptr, &r->offset, q.imaginary};
     case Kind::participation:
@@ -108,17 +113,20 @@ Slot slot(Point& p, const Parameter& q) {
 }  // namespace
 
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
-  if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return motion;
-  Eigen::VectorXcd out = motion;
-  out.imag() = later((1 + sensor.gain) * motion.imag() + sensor.angle * motion.real(), sensor.skew / dt);
+  Eigen::VectorXcd out = sensor.high_pass > 0 ? high_passed(motion, sensor.high_pass * dt) : motion;
+  if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return out;
+  out.imag() = later((1 + sensor.gain) * out.imag() + sensor.angle * out.real(), sensor.skew / dt);
   return out;
 }
 
-Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings, double dt) {
-  if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return readings;
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings,
+                           const Eigen::VectorXcd& simulated, double dt) {
   Eigen::VectorXcd out = readings;
-  const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
-  out.imag() = (y - sensor.angle * readings.real()) / (1 + sensor.gain);
+  if (sensor.gain != 0 || sensor.angle != 0 || sensor.skew != 0) {
+    const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
+    out.imag() = (y - sensor.angle * readings.real()) / (1 + sensor.gain);
+  }
+  if (sensor.high_pass > 0) out += simulated - high_passed(simulated, sensor.high_pass * dt);
   return out;
 }
 
@@ -137,6 +145,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.sensor_gain) list.push_back({"sensor_gain", Kind::sensor_gain, -1});
   if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
   if (options.sensor_skew) list.push_back({"sensor_skew", Kind::sensor_skew, -1});
+  if (options.sensor_high_pass) list.push_back({"sensor_high_pass", Kind::high_pass, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
@@ -155,6 +164,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     for (int k = 0; k < options.profile_degree; ++k) {
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
+    if (options.sensor_high_pass || options.sensor.high_pass > 0) add_complex(list, "charge", Kind::charge, r, 0);
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
     for (int k = 0; options.participation && k < modes; ++k) {
@@ -172,7 +182,9 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
 
 void move(Point& p, const Parameter& q, double d) {
   const Slot at = slot(p, q);
-  if (q.kind == Kind::pole_w || q.kind == Kind::decay_w) {
+  if (q.kind == Kind::high_pass) {
+    *at.real = std::max(0.0, *at.real + d);
+  } else if (q.kind == Kind::pole_w || q.kind == Kind::decay_w) {
     *at.real = bounded(*at.real, d, INFINITY);
   } else if (q.kind == Kind::pole_zeta || q.kind == Kind::decay_zeta) {
     *at.real = bounded(*at.real, d, 0.9);

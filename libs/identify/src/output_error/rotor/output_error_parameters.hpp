@@ -16,6 +16,8 @@ enum class Kind {
   sensor_gain,
   sensor_angle,
   sensor_skew,
+  high_pass,
+  charge,
   offset,
   participation,
   pole_w,
@@ -47,8 +49,10 @@ struct Point {
 
 /// The motion as the probes read it.
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
-/// The motion that gives these readings.
-Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings, double dt);
+/// The motion that gives these readings. What a high-pass takes away is put back from the simulated motion: undone, it
+/// would carry the noise of all readings on.
+Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings,
+                           const Eigen::VectorXcd& simulated, double dt);
 
 /// Parameters that the options ask for, shared ones first, then those of each record.
 std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, const OutputErrorOptions& options,

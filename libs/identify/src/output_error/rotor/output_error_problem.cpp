@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 #include "problem/one_axis.hpp"
 
@@ -139,6 +140,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
   for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
   const Eigen::Index n = m.size();
+  if (record.charge != 0.0) record.beside += record.charge * discharge(n, p.sensor.high_pass * m.dt);
   Eigen::VectorXd residual(2 * n);
   const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main, m.dt) - record.beside;
   residual.head(n) = error.real();
@@ -199,9 +201,10 @@ void OutputErrorProblem::start_state(Point& p) {
 /// Whitened derivatives of the readings of record r, x above y, into slopes_.
 void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns) {
   const Signals& s = signals_[r];
-  const Eigen::VectorXcd& z = p.records[r].main;
+  const double dt = measured_[r].dt, corner = p.sensor.high_pass * dt;
+  const Eigen::VectorXcd& main = p.records[r].main;
+  const Eigen::VectorXcd z = corner > 0 ? high_passed(main, corner) : main;
   const Eigen::Index n = z.size();
-  const double dt = measured_[r].dt;
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
   slopes_.resize(2 * n, static_cast<Eigen::Index>(unknowns.size()));
   std::vector<std::pair<Eigen::Index, Eigen::Index>> integrated;  // column, lane
@@ -218,6 +221,14 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     } else if (q.kind == Kind::sensor_skew) {
       x.setZero();
       y = later_rate((1 + p.sensor.gain) * z.imag() + p.sensor.angle * z.real(), p.sensor.skew / dt) / dt;
+    } else if (q.kind == Kind::high_pass) {
+      const Eigen::VectorXcd g =
+          dt * (high_passed_rate(main, corner) + p.records[r].charge * discharge_rate(n, corner));
+      x = g.real();
+      y = later((1 + p.sensor.gain) * g.imag() + p.sensor.angle * g.real(), p.sensor.skew / dt);
+    } else if (q.kind == Kind::charge) {
+      (q.imaginary ? x : y).setZero();
+      (q.imaginary ? y : x) = discharge(n, corner);
     } else {
       const Eigen::VectorXcd& g = beside(s, q, ones);
       if (q.imaginary) {
@@ -231,6 +242,12 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   }
   // The lanes of a sample lie together: turned in blocks that fit the first cache.
   constexpr Eigen::Index kBlock = 128;
+  if (corner > 0) {
+    for (const auto& [column, lane] : integrated) {
+      motion_.dx.col(lane) = high_passed(motion_.dx.col(lane), corner);
+      motion_.dy.col(lane) = high_passed(motion_.dy.col(lane), corner);
+    }
+  }
   const double gain = 1 + p.sensor.gain, angle = p.sensor.angle;
   for (Eigen::Index at = 0; at < n; at += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - at);

@@ -35,34 +35,25 @@ enum class OddKind {
   low_pass,      ///< sensors with a low-pass of second order, 120 Hz
   cubic_probe,   ///< sensor gain falls by 3 % at 3 mm
   late_axis,     ///< y is read 0.5 ms after x
+  ac_coupled,    ///< high-pass of first order, 0.7 Hz, on both probes
   eight_bits,    ///< readings in 256 counts of 8 mm
   wrong_rate,    ///< sample rate stated 0.5 % too high
   lost_pulses,   ///< angle from pulses of which one in fifty is missed
   sag,           ///< horizontal shaft that sags by 0.4 mm
 };
-inline constexpr std::array kOddKinds = {std::pair{OddKind::clearance, "clearance"},
-                                         std::pair{OddKind::stop, "rub on a stop"},
-                                         std::pair{OddKind::magnetic, "magnetic pull"},
-                                         std::pair{OddKind::maxwell, "viscoelastic support"},
-                                         std::pair{OddKind::foundation, "foundation"},
-                                         std::pair{OddKind::crack, "breathing crack"},
-                                         std::pair{OddKind::misalignment, "misalignment"},
-                                         std::pair{OddKind::blades, "blades"},
-                                         std::pair{OddKind::drive_ripple, "drive ripple"},
-                                         std::pair{OddKind::belt, "belt"},
-                                         std::pair{OddKind::mass_lost, "mass lost"},
-                                         std::pair{OddKind::moving_fluid, "moving fluid"},
-                                         std::pair{OddKind::floor, "shaking floor"},
-                                         std::pair{OddKind::base_impact, "impact at the base"},
-                                         std::pair{OddKind::growing_bow, "growing bow"},
-                                         std::pair{OddKind::speed_steps, "speed in steps"},
-                                         std::pair{OddKind::low_pass, "slow sensors"},
-                                         std::pair{OddKind::cubic_probe, "bent probe curve"},
-                                         std::pair{OddKind::late_axis, "y read late"},
-                                         std::pair{OddKind::eight_bits, "8 bits"},
-                                         std::pair{OddKind::wrong_rate, "wrong rate"},
-                                         std::pair{OddKind::lost_pulses, "lost pulses"},
-                                         std::pair{OddKind::sag, "sag"}};
+inline constexpr std::array kOddKinds = {
+    std::pair{OddKind::clearance, "clearance"},       std::pair{OddKind::stop, "rub on a stop"},
+    std::pair{OddKind::magnetic, "magnetic pull"},    std::pair{OddKind::maxwell, "viscoelastic support"},
+    std::pair{OddKind::foundation, "foundation"},     std::pair{OddKind::crack, "breathing crack"},
+    std::pair{OddKind::misalignment, "misalignment"}, std::pair{OddKind::blades, "blades"},
+    std::pair{OddKind::drive_ripple, "drive ripple"}, std::pair{OddKind::belt, "belt"},
+    std::pair{OddKind::mass_lost, "mass lost"},       std::pair{OddKind::moving_fluid, "moving fluid"},
+    std::pair{OddKind::floor, "shaking floor"},       std::pair{OddKind::base_impact, "impact at the base"},
+    std::pair{OddKind::growing_bow, "growing bow"},   std::pair{OddKind::speed_steps, "speed in steps"},
+    std::pair{OddKind::low_pass, "slow sensors"},     std::pair{OddKind::cubic_probe, "bent probe curve"},
+    std::pair{OddKind::late_axis, "y read late"},     std::pair{OddKind::ac_coupled, "AC-coupled probes"},
+    std::pair{OddKind::eight_bits, "8 bits"},         std::pair{OddKind::wrong_rate, "wrong rate"},
+    std::pair{OddKind::lost_pulses, "lost pulses"},   std::pair{OddKind::sag, "sag"}};
 
 /// A record with what is true of its rotor; NaN: not defined for this kind.
 struct OddRecord {
@@ -257,6 +248,16 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
   }
   if (kind == OddKind::late_axis) {  // the half step before
     for (Eigen::Index i = 1; i < n; ++i) z(i, 1) = past_y[static_cast<std::size_t>(i - 1)];
+  }
+  if (kind == OddKind::ac_coupled) {  // the capacitor holds the mean over the past
+    const double keep = std::exp(-2 * std::numbers::pi * 0.7 * run.dt);
+    Eigen::RowVector2d last = z.row(0), charge = last;
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::RowVector2d now = z.row(i), middle = 0.5 * (now + last);
+      charge = middle + keep * (charge - middle);
+      z.row(i) = now - charge;
+      last = now;
+    }
   }
   if (kind == OddKind::cubic_probe) z = z.unaryExpr([](double v) { return v * (1 - 0.03 * v * v / 9e-6); });
   add_noise(z, snr, seed * 104729 + 11);
