@@ -19,6 +19,7 @@ using Complex = std::complex<double>;
 // Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
 constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel
+constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
 
 /// Acceleration of the motion about the bow by the damping of the bow's own turning: -i c omega b e^{i beta}.
@@ -102,7 +103,7 @@ class Grower {
     }
     return found;
   }
-  /// A fit that ran out of steps goes on from where it stands: a better term must not lose by them.
+  /// A fit that ran out of steps goes on from where it stands: the better term must not lose by them.
   OutputErrorFit fit_to_the_end(const Growth& g) const {
     constexpr int kMore = 100;
     OutputErrorFit found = fit(g);
@@ -212,7 +213,7 @@ bool Grower::step() {
     const Growth trial = with_term(growth_, term, options_);
     if (std::ranges::count_if(trial.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms)
       continue;
-    OutputErrorFit trial_fit = fit_to_the_end(trial);
+    OutputErrorFit trial_fit = tried.size() < kLikely ? fit_to_the_end(trial) : fit(trial);
     if (trial_fit.summary.status == Status::unusable) continue;
     tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});
     if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;
