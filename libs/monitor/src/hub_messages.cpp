@@ -183,7 +183,11 @@ void Hub::publish_status() {
   for (std::string& line : log_) history_.push_back(std::move(line));
   while (history_.size() > kHistory) history_.pop_front();
   log_.clear();
-  for (const auto& client : clients_) client->push(message);
+  for (const auto& client : clients_) {
+    client->push(message);
+    // Events that the client missed: the whole log takes the place of what it shows.
+    if (client->take_text_lost()) client->push(history());
+  }
 }
 
 MessagePtr Hub::history() const {

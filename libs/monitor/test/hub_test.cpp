@@ -149,6 +149,34 @@ TEST(MonitorHub, SlowClientLosesTheOldestFramesAndOnlyThose) {
   EXPECT_GT(delivered, 20U);
 }
 
+// A page that stands still for a moment keeps every event; one that stands still for long is told all of them
+// afterwards.
+TEST(MonitorHub, SlowClientLosesNoEvent) {
+  const auto heard = [](ClientQueue& client, const std::string& event) {
+    bool found = false;
+    while (const MessagePtr m = client.pop()) {
+      if (!m->text) continue;
+      for (const auto& line : json::parse(m->data).value("log", json::array()))
+        found = found || line.get<std::string>().find(event) != std::string::npos;
+    }
+    return found;
+  };
+  for (const int steps : {6, 200}) {
+    Bench bench;
+    auto slow = std::make_shared<ClientQueue>(4);
+    bench.hub.add(slow);
+    bench.hub.submit(R"({"command":"marker","text":"the pump stopped"})");
+    for (int i = 0; i < steps; ++i) bench.step(0.02);
+    EXPECT_GT(slow->dropped(), 0U) << steps;
+    bool found = heard(*slow, "the pump stopped");
+    for (int i = 0; i < 100 && !found; ++i) {
+      bench.step(0.02);
+      found = heard(*slow, "the pump stopped");
+    }
+    EXPECT_TRUE(found) << steps << " steps";
+  }
+}
+
 TEST(MonitorHub, CommandsChangeTheSpectrumAndAreLogged) {
   Bench bench;
   bench.step(0);
