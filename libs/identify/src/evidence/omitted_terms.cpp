@@ -52,7 +52,8 @@ Motion motion_of(const OutputErrorFit& fit) {
 double usual_size(const std::string& term, const RotorModel& rotor, const Motion& m) {
   const double w = std::sqrt(rotor.k1), c = std::abs(rotor.c), v = w * m.peak;
   if (term == "sensor gain" || term == "sensor angle") return 0.03;
-  if (term == "sampling skew") return 0;  // converters differ: microseconds to a sample
+  if (term == "probe curve") return 0.01 / (m.peak * m.peak);  // data sheets: about 1 % of the range
+  if (term == "sampling skew") return 0;                       // converters differ: microseconds to a sample
   const auto name = std::find_if(kRotorTermNames.begin(), kRotorTermNames.end(),
                                  [&](const RotorTermName& n) { return n.label == term; });
   if (name == kRotorTermNames.end()) return 0;
@@ -152,6 +153,7 @@ void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& 
   if (with.empty()) return;
   const bool swirl = is(o.term->term, RotorTermKind::cross_coupled);
   const bool cubic = is(o.term->term, RotorTermKind::quintic_stiffness);
+  const bool curve = o.term->term == "probe curve";
   result.ambiguities.push_back(
       {fmt::format("without or with {}: too small to be seen in these records, not small enough to be excluded",
                    o.term->term),
@@ -159,6 +161,7 @@ void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& 
                    swirl ? "; the damping ratio is that of the forward whirl, c - k_cross / speed" : ""),
        swirl   ? "a free decay (blow) at rest and at speed"
        : cubic ? "a run with more unbalance"
+       : curve ? "calibrate the probes over the whole orbit"
                : "a second run, or less noise"});
 }
 

@@ -25,6 +25,7 @@ OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active
   active.sensor_gain |= sensor;
   active.sensor_angle |= sensor;
   active.sensor_skew |= sensor;
+  active.sensor_cubic |= sensor;
   return active;
 }
 
@@ -32,6 +33,7 @@ std::string term_of(const Parameter& q, const OutputErrorOptions& all) {
   if (q.kind == Kind::sensor_gain) return "sensor gain";
   if (q.kind == Kind::sensor_angle) return "sensor angle";
   if (q.kind == Kind::sensor_skew) return "sampling skew";
+  if (q.kind == Kind::cubic) return "probe curve";
   return std::string(name_of(all.terms[static_cast<std::size_t>(q.index)].kind).label);
 }
 

@@ -66,6 +66,8 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
     g.active.sensor_skew = true;
   } else if (term == "AC coupling") {
     g.active.sensor_high_pass = true;
+  } else if (term == "probe curve") {
+    g.active.sensor_cubic = true;
   } else if (term == "conj z") {
     g.active.conj_stiffness = true;
   } else if (term == "conj z'") {
@@ -104,6 +106,9 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
   } else if (term == "AC coupling") {
     g.active.sensor_high_pass = false;
     g.active.sensor.high_pass = 0;
+  } else if (term == "probe curve") {
+    g.active.sensor_cubic = false;
+    g.active.sensor.cubic = 0;
   } else if (term == "conj z") {
     g.active.conj_stiffness = false;
     g.start.k1_conj = 0;
@@ -136,7 +141,7 @@ bool is_special(const std::string& term) {
          term.starts_with("runout") || term == "delay" || term == name_of(RotorTermKind::twice_forward_re).label;
 }
 double threshold_of(const std::string& term, double threshold) {
-  constexpr double kMoreChances = 15;  // forces and sensor axes
+  constexpr double kMoreChances = 16;  // forces and sensor axes
   return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
 }
 

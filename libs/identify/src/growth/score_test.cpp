@@ -116,6 +116,7 @@ class RecordRows {
         angle_error_(Complex(0, 1) * own_.main.real()),
         skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
         coupled_error_(record.dt * detail::high_passed_rate(own_.main, fit.sensor.high_pass * record.dt)),
+        curve_error_(detail::cubes(own_.main)),
         linear_(linearised(fit, own_, record)),
         whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
@@ -181,6 +182,7 @@ class RecordRows {
     if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
     if (active_.sensor_skew) simulated_column(own_rows(skew_error_));
     if (active_.sensor_high_pass) simulated_column(own_rows(coupled_error_));
+    if (active_.sensor_cubic) simulated_column(own_rows(curve_error_));
   }
 
   void candidate(const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
@@ -254,6 +256,7 @@ class RecordRows {
     if (both_ && options_.sensor && !active_.sensor_skew)
       candidate("sampling skew", true, {own_rows(skew_error_)}, true);
     if (options_.sensor && !active_.sensor_high_pass) candidate("AC coupling", true, {own_rows(coupled_error_)}, true);
+    if (options_.sensor && !active_.sensor_cubic) candidate("probe curve", true, {own_rows(curve_error_)}, true);
   }
 
   /// Terms that no model here holds: they name what is missing.
@@ -288,7 +291,7 @@ class RecordRows {
   const detail::WeakRows& w_;
   const OutputErrorRecord& own_;
   Eigen::VectorXcd forcing_;
-  Eigen::VectorXcd gain_error_, angle_error_, skew_error_, coupled_error_;
+  Eigen::VectorXcd gain_error_, angle_error_, skew_error_, coupled_error_, curve_error_;
   Linearised linear_;
   BandedCholesky<Complex> whiten_;
   std::size_t next_ = 0;
@@ -353,7 +356,7 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   }
   Stacked s;
   s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle + active.sensor_skew + active.sensor_high_pass;
+             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_cubic;
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);

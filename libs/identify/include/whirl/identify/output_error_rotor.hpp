@@ -19,13 +19,15 @@ struct DecayingMode {
 };
 
 /// What the y probe reads of the motion: (1 + gain) y + angle x, later than x is read by `skew` (converters that take
-/// one channel after the other). Before, both probes may be AC-coupled. Beside it, readings have offset, modes, runout.
+/// one channel after the other). Before, both probes may be bent and AC-coupled. Beside it, readings have offset,
+/// modes, runout.
 struct SensorAxes {
   double gain = 0;   ///< y reads too much by this share
   double angle = 0;  ///< the y probe leans towards x by this angle, rad (small)
   double skew = 0;   ///< s
   /// First-order high-pass of both probes (AC coupling), rad/s, >= 0; 0: none.
   double high_pass = 0;
+  double cubic = 0;  ///< curve of both probes: a displacement v is read as v + cubic v^3 (each axis), 1/m^2
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -44,7 +46,8 @@ struct OutputErrorOptions {
   std::vector<RotorTerm> terms;
   bool free_terms = true;  ///< their coefficients are estimated
   SensorAxes sensor;       ///< starting value
-  bool sensor_gain = false, sensor_angle = false, sensor_skew = false, sensor_high_pass = false;
+  bool sensor_gain = false, sensor_angle = false, sensor_skew = false;
+  bool sensor_high_pass = false, sensor_cubic = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;

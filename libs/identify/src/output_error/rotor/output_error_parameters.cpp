@@ -88,6 +88,8 @@ Slot slot(Point& p, const Parameter& q) {
       return {&p.sensor.skew};
     case Kind::high_pass:
       return {&p.sensor.high_pass};
+    case Kind::cubic:
+      return {&p.sensor.cubic};
     case Kind::charge:
       return {nullptr, &r->charge, q.imaginary};
     case Kind::offset:
@@ -112,8 +114,19 @@ Slot slot(Point& p, const Parameter& q) {
 
 }  // namespace
 
+Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion) {
+  return motion.unaryExpr(
+      [](const Complex& z) { return Complex(z.real() * z.real() * z.real(), z.imag() * z.imag() * z.imag()); });
+}
+
+Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
+  Eigen::VectorXcd out = motion;
+  if (sensor.cubic != 0) out += sensor.cubic * cubes(motion);
+  return sensor.high_pass > 0 ? high_passed(out, sensor.high_pass * dt) : out;
+}
+
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
-  Eigen::VectorXcd out = sensor.high_pass > 0 ? high_passed(motion, sensor.high_pass * dt) : motion;
+  Eigen::VectorXcd out = probe_signal(sensor, motion, dt);
   if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return out;
   out.imag() = later((1 + sensor.gain) * out.imag() + sensor.angle * out.real(), sensor.skew / dt);
   return out;
@@ -126,7 +139,7 @@ Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& rea
     const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
     out.imag() = (y - sensor.angle * readings.real()) / (1 + sensor.gain);
   }
-  if (sensor.high_pass > 0) out += simulated - high_passed(simulated, sensor.high_pass * dt);
+  if (sensor.high_pass > 0 || sensor.cubic != 0) out += simulated - probe_signal(sensor, simulated, dt);
   return out;
 }
 
@@ -146,6 +159,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
   if (options.sensor_skew) list.push_back({"sensor_skew", Kind::sensor_skew, -1});
   if (options.sensor_high_pass) list.push_back({"sensor_high_pass", Kind::high_pass, -1});
+  if (options.sensor_cubic) list.push_back({"sensor_cubic", Kind::cubic, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});

@@ -17,6 +17,7 @@ enum class Kind {
   sensor_angle,
   sensor_skew,
   high_pass,
+  cubic,
   charge,
   offset,
   participation,
@@ -47,10 +48,14 @@ struct Point {
   SensorAxes sensor;
 };
 
+/// v^3 of each axis.
+Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion);
+/// What the probes give to the converters: bent by their curve, then high-passed.
+Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
 /// The motion as the probes read it.
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt);
-/// The motion that gives these readings. What a high-pass takes away is put back from the simulated motion: undone, it
-/// would carry the noise of all readings on.
+/// The motion that gives these readings. What a high-pass takes away and a bent curve adds is put right by the
+/// simulated motion: a high-pass undone would carry the noise of all readings on.
 Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& readings,
                            const Eigen::VectorXcd& simulated, double dt);
 

@@ -35,6 +35,17 @@ const Eigen::VectorXcd& beside(const Signals& s, const Parameter& q, const Eigen
   }
 }
 
+/// Derivatives of what the probes give by the coefficient of their curve and by the corner of their high-pass.
+Eigen::VectorXcd by_cubic(const Eigen::VectorXcd& main, double corner) {
+  return corner > 0 ? high_passed(cubes(main), corner) : cubes(main);
+}
+Eigen::VectorXcd by_corner(const SensorAxes& sensor, const Eigen::VectorXcd& main, std::complex<double> charge,
+                           double dt) {
+  const double corner = sensor.high_pass * dt;
+  return dt *
+         (high_passed_rate(main + sensor.cubic * cubes(main), corner) + charge * discharge_rate(main.size(), corner));
+}
+
 }  // namespace
 
 void OutputErrorProblem::expect_unseen_starts() {
@@ -203,7 +214,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   const Signals& s = signals_[r];
   const double dt = measured_[r].dt, corner = p.sensor.high_pass * dt;
   const Eigen::VectorXcd& main = p.records[r].main;
-  const Eigen::VectorXcd z = corner > 0 ? high_passed(main, corner) : main;
+  const Eigen::VectorXcd z = probe_signal(p.sensor, main, dt);
   const Eigen::Index n = z.size();
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
   slopes_.resize(2 * n, static_cast<Eigen::Index>(unknowns.size()));
@@ -221,9 +232,9 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     } else if (q.kind == Kind::sensor_skew) {
       x.setZero();
       y = later_rate((1 + p.sensor.gain) * z.imag() + p.sensor.angle * z.real(), p.sensor.skew / dt) / dt;
-    } else if (q.kind == Kind::high_pass) {
+    } else if (q.kind == Kind::high_pass || q.kind == Kind::cubic) {
       const Eigen::VectorXcd g =
-          dt * (high_passed_rate(main, corner) + p.records[r].charge * discharge_rate(n, corner));
+          q.kind == Kind::cubic ? by_cubic(main, corner) : by_corner(p.sensor, main, p.records[r].charge, dt);
       x = g.real();
       y = later((1 + p.sensor.gain) * g.imag() + p.sensor.angle * g.real(), p.sensor.skew / dt);
     } else if (q.kind == Kind::charge) {
@@ -242,6 +253,14 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   }
   // The lanes of a sample lie together: turned in blocks that fit the first cache.
   constexpr Eigen::Index kBlock = 128;
+  if (p.sensor.cubic != 0) {
+    const Eigen::ArrayXd steep_x = 1 + 3 * p.sensor.cubic * main.real().array().square();
+    const Eigen::ArrayXd steep_y = 1 + 3 * p.sensor.cubic * main.imag().array().square();
+    for (const auto& [column, lane] : integrated) {
+      motion_.dx.col(lane).array() *= steep_x;
+      motion_.dy.col(lane).array() *= steep_y;
+    }
+  }
   if (corner > 0) {
     for (const auto& [column, lane] : integrated) {
       motion_.dx.col(lane) = high_passed(motion_.dx.col(lane), corner);

@@ -63,7 +63,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 34> units{{{"k1", "1/s^2"},
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 35> units{{{"k1", "1/s^2"},
                                                                                  {"k2", "1/(m^2 s^2)"},
                                                                                  {"c", "1/s"},
                                                                                  {"e", "m"},
@@ -93,6 +93,7 @@ std::string_view parameter_unit(std::string_view name) {
                                                                                  {"sensor_angle", "rad"},
                                                                                  {"sensor_skew", "s"},
                                                                                  {"sensor_high_pass", "rad/s"},
+                                                                                 {"sensor_cubic", "1/m^2"},
                                                                                  {"natural_frequency", "rad/s"},
                                                                                  {"damping_ratio", "1"},
                                                                                  {"delay", "s"},
