@@ -19,6 +19,7 @@ using Complex = std::complex<double>;
 // Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
 constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel
+constexpr int kMostSubsteps = 16;
 constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
 
@@ -67,7 +68,7 @@ class Grower {
     score_.terms = growth_.terms;
     score_.sensor = options.terms;
     fit_ = fit(growth_);
-    growth_.active.substeps = fit_.substeps;  // the search compares fits of one grid
+    keep_grid();
   }
 
   GrownRotor run() {
@@ -152,6 +153,21 @@ class Grower {
     if (growth_.bow) growth_.forces = bow_forces(fit_);
     for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
   }
+  /// The search compares fits of one grid.
+  void keep_grid() {
+    growth_.active.substeps = fit_.substeps;
+    grid_for_ = fit_.summary.chi_square;
+  }
+  /// A model that leaves less asks for a finer grid.
+  void refine_grid() {
+    constexpr double kLess = 0.5;
+    if (fit_.substeps == kMostSubsteps || !(fit_.summary.chi_square < kLess * grid_for_)) return;
+    settle();
+    growth_.active.substeps = 0;
+    OutputErrorFit finer = fit(growth_);
+    if (finer.summary.status != Status::unusable) fit_ = std::move(finer);
+    keep_grid();
+  }
   ScoreTest test() {
     score_.forces = growth_.forces;
     const std::vector<std::size_t> modes = open_of(growth_.modes, score_.modes);
@@ -179,7 +195,8 @@ class Grower {
   Growth growth_;
   std::vector<Complex> eps_;
   ScoreTestOptions score_;
-  double values_ = 0;  // real readings
+  double values_ = 0;    // real readings
+  double grid_for_ = 0;  // chi-square of the fit that chose the grid
   OutputErrorFit fit_;
   GrownRotor grown_;
   struct Taken {
@@ -241,6 +258,7 @@ bool Grower::step() {
     if (growth_.start.modes.size() >= kMostSearched)
       for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
     refused_.clear();
+    refine_grid();
     if (chosen.starts_with("runout") && !growth_.bow) try_bow();
     return true;
   }

@@ -113,11 +113,11 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
   }
 }
 
-int OutputErrorProblem::substeps_needed(Point p) const {
+int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
   constexpr double kShare = 0.25;
   constexpr int kMost = 16;
   OutputErrorOptions options = options_;
-  double squares = 0;
+  double squares = 0, values = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const OutputErrorRecord& record = p.records[r];
     std::array<Eigen::VectorXcd, 2> motion;
@@ -129,9 +129,12 @@ int OutputErrorProblem::substeps_needed(Point p) const {
                     record.dz0)
               .z;
     }
+    values += measured_[r].readings();
     squares += (motion[0] - motion[1]).squaredNorm() / (0.5 * measured_[r].noise_variance());
   }
   if (!std::isfinite(squares)) return 1;
+  // Where the model leaves more than the noise, its intervals are as much wider; the error of these steps is no such.
+  squares /= std::max(1.0, chi_square - 2 * squares / values);
   // The error of RK4 falls with the fourth power of the step.
   return std::clamp(static_cast<int>(std::ceil(std::sqrt(std::sqrt(std::sqrt(squares) / kShare)))), 1, kMost);
 }

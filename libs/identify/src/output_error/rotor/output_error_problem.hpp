@@ -55,8 +55,8 @@ class OutputErrorProblem {
   }
 
   /// Runge-Kutta steps per sample with which the error of the steps moves no parameter by more than a quarter of its
-  /// standard deviation, from the motion with one and with two; at most 16.
-  int substeps_needed(Point p) const;
+  /// standard deviation, from the motion with one and with two; at most 16. `chi_square`: of the fit at p.
+  int substeps_needed(Point p, double chi_square) const;
 
   /// Main mode at sample 0 from a fit of {1, cos beta, sin beta} to the first samples; at rest when it hardly turns.
   void start_state(Point& p);

@@ -101,7 +101,7 @@ OutputErrorFit detail::fit_with_forces(const std::vector<RotorRecord>& records, 
   problem.emplace(records, used, start.modes.size(), forces);
   problem->start_state(point);
   detail::OutputError found = detail::fit_output_error(*problem, point, options.max_iterations);
-  if (options.substeps == 0 && !found.diverged) used.substeps = problem->substeps_needed(point);
+  if (options.substeps == 0 && !found.diverged) used.substeps = problem->substeps_needed(point, found.variance());
   if (used.substeps > 1 && options.substeps == 0) {
     problem.emplace(records, used, start.modes.size(), forces);
     found = detail::fit_output_error(*problem, point, options.max_iterations);
