@@ -253,16 +253,21 @@ void take_findings(const records::RecordReport& report, const RotorRecordOptions
   const Eigen::VectorXd beta = r.angle.beta(Eigen::seqN(Eigen::Index{0}, r.size(), Eigen::Index{2}));
   const double speed = std::max(r.speed_high(), 1e-9);
   const auto per_turn = static_cast<Eigen::Index>(std::min(1e6, kTurn / (speed * r.dt)));
-  const auto fill = [&](const std::string& channel, Eigen::ArrayXd& used, Eigen::VectorXd v) {
+  const auto fill = [&](const std::string& channel, Eigen::ArrayXd& used, std::optional<Clipped>& clipped,
+                        Eigen::VectorXd v) {
     Limits limits;
+    Clipped cut{.readings = v, .sound = used};
     const double margin = 3 * sixth_difference_sd(v, used), middle = v.dot(used.matrix()) / std::max(1.0, used.sum());
     for (const records::Finding& f : report.findings) {
       if (f.kind != records::FindingKind::clipping || f.channel != channel) continue;
       (f.size > middle ? limits.high : limits.low) = f.size > middle ? f.size - margin : f.size + margin;
+      (f.size > middle ? cut.high : cut.low) = f.size;
+      cut.sound += (v.array() == f.size).cast<double>() * (1 - cut.sound);
     }
     const Eigen::VectorXd given = v;
     const Eigen::ArrayXd inside = bridge(beta, used, per_turn, limits, v);
     if (limits.any()) {
+      clipped = std::move(cut);
       used = inside;
       v = given;
       bridge(beta, used, per_turn, {}, v);
@@ -272,11 +277,11 @@ void take_findings(const records::RecordReport& report, const RotorRecordOptions
   // Values that are not numbers must not reach the sums, masked or not.
   const auto finite = [](Eigen::VectorXd v) { return Eigen::VectorXd(v.array().isFinite().select(v.array(), 0.0)); };
   if (r.axes != Axes::y) {
-    const Eigen::VectorXd x = fill(options.x, r.usable_x, finite(r.z.real()));
+    const Eigen::VectorXd x = fill(options.x, r.usable_x, r.clipped_x, finite(r.z.real()));
     r.z.real() = x;
   }
   if (r.axes != Axes::x) {
-    const Eigen::VectorXd y = fill(options.y, r.usable_y, finite(r.z.imag()));
+    const Eigen::VectorXd y = fill(options.y, r.usable_y, r.clipped_y, finite(r.z.imag()));
     r.z.imag() = y;
   }
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,13 @@ struct RotorRecordOptions {
   bool check = true;
 };
 
+/// An axis cut off by its measuring range. A reading at a limit says that the displacement lies there or beyond.
+struct Clipped {
+  double low = -std::numeric_limits<double>::infinity(), high = std::numeric_limits<double>::infinity();  ///< m
+  Eigen::VectorXd readings;  ///< as recorded, m
+  Eigen::ArrayXd sound;      ///< 1: a reading between the limits, or at one of them; 0: left out
+};
+
 /// One run-up or run-down as identification needs it: z = x + i y with the rotor angle and the noise.
 struct RotorRecord {
   std::string source;
@@ -45,6 +53,7 @@ struct RotorRecord {
   Eigen::VectorXd colour = {};
   /// 1, or 0 for a sample that is left out and bridged in z; both empty: all are usable.
   Eigen::ArrayXd usable_x = {}, usable_y = {};
+  std::optional<Clipped> clipped_x = {}, clipped_y = {};  ///< usable_ leaves out what lies near their limits too
   /// The axes measured. Of one that is not, usable_ is 0 and z holds what the analytic signal of the other gives.
   Axes axes = Axes::both;
   std::vector<double> hum = {};  ///< mains lines estimated beside the motion, Hz

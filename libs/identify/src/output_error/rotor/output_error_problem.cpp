@@ -146,7 +146,7 @@ Point OutputErrorProblem::moved(const Point& p, const Eigen::VectorXd& step) con
 }
 
 /// Whitened residual of a record whose motion is simulated; also what is beside it, readings filled in, and errors.
-Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, OutputErrorRecord& record) const {
+Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, OutputErrorRecord& record) {
   const RotorRecord& m = measured_[r];
   const Signals& s = signals_[r];
   record.beside = Eigen::VectorXcd::Constant(m.size(), record.offset);
@@ -156,7 +156,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   const Eigen::Index n = m.size();
   if (record.charge != 0.0) record.beside += record.charge * discharge(n, p.sensor.high_pass * m.dt);
   Eigen::VectorXd residual(2 * n);
-  const Eigen::VectorXcd error = m.z - read_by(p.sensor, record.main, m.dt) - record.beside;
+  const Eigen::VectorXcd model = read_by(p.sensor, record.main, m.dt) + record.beside, error = m.z - model;
   residual.head(n) = error.real();
   residual.tail(n) = error.imag();
   const ResidualFilter& filter = filters_[r];
@@ -179,6 +179,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   const double used_y = filter.masks() ? filter.used_y().sum() : static_cast<double>(n);
   record.rmse_x = std::sqrt(residual.head(n).squaredNorm() / std::max(used_x, 1.0));
   record.rmse_y = std::sqrt(residual.tail(n).squaredNorm() / std::max(used_y, 1.0));
+  if (filter.censors()) likelihood_slope_ = filter.censor(m, model, residual);
   filter.apply(residual);
   return residual;
 }
@@ -284,6 +285,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       slopes_.col(column).tail(n) = later(slopes_.col(column).tail(n), p.sensor.skew / dt);
     }
   }
+  if (filters_[r].censors()) slopes_.array().colwise() *= likelihood_slope_;
   filters_[r].apply(slopes_);
 }
 

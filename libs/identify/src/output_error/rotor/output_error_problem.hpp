@@ -78,7 +78,7 @@ class OutputErrorProblem {
   TermForces forces(const Point& p, std::size_t r, const Signals& s) const {
     return {p.terms, s.angle, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr};
   }
-  Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record) const;
+  Eigen::VectorXd residual(const Point& p, std::size_t r, OutputErrorRecord& record);
   void jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns);
 
   const std::vector<RotorRecord>& measured_;
@@ -91,6 +91,7 @@ class OutputErrorProblem {
   // Megabytes each; kept from one step to the next.
   Sensitivities motion_;
   Eigen::MatrixXd slopes_;
+  Eigen::ArrayXd likelihood_slope_;  // of the last residual of a clipped record
 };
 
 }  // namespace whirl::identification::detail

@@ -21,6 +21,11 @@ class ResidualFilter {
   /// Usable samples of x and y, 1 or 0; only when masks().
   const Eigen::ArrayXd& used_x() const { return used_x_; }
   const Eigen::ArrayXd& used_y() const { return used_y_; }
+  /// Of clipped axes a reading between the limits counts as it is, one at a limit by the probability of lying there or
+  /// beyond (Tobin 1958): its residual, sd sqrt(-2 log P), m. Not beside coloured noise, hum or drift.
+  bool censors() const { return censored_; }
+  /// Puts these into `residual` (x above y); returns by what the derivatives of the readings are to be multiplied.
+  Eigen::ArrayXd censor(const RotorRecord& record, const Eigen::VectorXcd& model, Eigen::VectorXd& residual) const;
   /// Independent numbers in a whitened residual.
   double values() const { return values_; }
 
@@ -28,6 +33,7 @@ class ResidualFilter {
   void whiten(Eigen::Ref<Eigen::VectorXd> v, double sd, const Eigen::ArrayXd& weight) const;
 
   Eigen::Index n_;
+  bool censored_;
   double sd_x_, sd_y_, values_;
   Eigen::VectorXd colour_;
   Eigen::ArrayXd used_x_, used_y_;         ///< empty: all samples
