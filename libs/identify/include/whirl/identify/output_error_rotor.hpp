@@ -18,12 +18,12 @@ struct DecayingMode {
   double zeta = 0;   ///< damping ratio, below 1
 };
 
-/// What the y probe reads of the motion: (1 + gain) y + angle x, later than x is read by `skew` (converters that take
-/// one channel after the other). Before, both probes may be bent and AC-coupled. Beside it, readings have offset,
-/// modes, runout.
+/// What the y probe reads of the motion: (1 + gain) (y cos angle + x sin angle), later than x is read by `skew`
+/// (converters that take one channel after the other). Before, both probes may be bent and AC-coupled. Beside it,
+/// readings have offset, modes, runout.
 struct SensorAxes {
   double gain = 0;   ///< y reads too much by this share
-  double angle = 0;  ///< the y probe leans towards x by this angle, rad (small)
+  double angle = 0;  ///< the y probe leans towards x by this angle, rad
   double skew = 0;   ///< s
   /// First-order high-pass of both probes (AC coupling), rad/s, >= 0; 0: none.
   double high_pass = 0;

@@ -114,6 +114,10 @@ Slot slot(Point& p, const Parameter& q) {
 
 }  // namespace
 
+Lean lean(const SensorAxes& sensor) {
+  return {(1 + sensor.gain) * std::sin(sensor.angle), (1 + sensor.gain) * std::cos(sensor.angle)};
+}
+
 Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion) {
   return motion.unaryExpr(
       [](const Complex& z) { return Complex(z.real() * z.real() * z.real(), z.imag() * z.imag() * z.imag()); });
@@ -128,7 +132,7 @@ Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& 
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
   Eigen::VectorXcd out = probe_signal(sensor, motion, dt);
   if (sensor.gain == 0 && sensor.angle == 0 && sensor.skew == 0) return out;
-  out.imag() = later((1 + sensor.gain) * out.imag() + sensor.angle * out.real(), sensor.skew / dt);
+  out.imag() = later(lean(sensor).y * out.imag() + lean(sensor).x * out.real(), sensor.skew / dt);
   return out;
 }
 
@@ -137,7 +141,7 @@ Eigen::VectorXcd unread_by(const SensorAxes& sensor, const Eigen::VectorXcd& rea
   Eigen::VectorXcd out = readings;
   if (sensor.gain != 0 || sensor.angle != 0 || sensor.skew != 0) {
     const Eigen::VectorXd y = later(readings.imag(), -sensor.skew / dt);
-    out.imag() = (y - sensor.angle * readings.real()) / (1 + sensor.gain);
+    out.imag() = (y - lean(sensor).x * readings.real()) / lean(sensor).y;
   }
   if (sensor.high_pass > 0 || sensor.cubic != 0) out += simulated - probe_signal(sensor, simulated, dt);
   return out;

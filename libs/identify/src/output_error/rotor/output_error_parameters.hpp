@@ -48,6 +48,11 @@ struct Point {
   SensorAxes sensor;
 };
 
+/// What the y probe reads of x and of y.
+struct Lean {
+  double x, y;
+};
+Lean lean(const SensorAxes& sensor);
 /// v^3 of each axis.
 Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion);
 /// What the probes give to the converters: bent by their curve, then high-passed.

@@ -219,6 +219,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   const double dt = measured_[r].dt, corner = p.sensor.high_pass * dt;
   const Eigen::VectorXcd& main = p.records[r].main;
   const Eigen::VectorXcd z = probe_signal(p.sensor, main, dt);
+  const Lean own = lean(p.sensor);
   const Eigen::Index n = z.size();
   const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(n);
   slopes_.resize(2 * n, static_cast<Eigen::Index>(unknowns.size()));
@@ -231,16 +232,18 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       integrated.emplace_back(column, q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index);
     } else if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
       x.setZero();
-      const Eigen::VectorXd read = q.kind == Kind::sensor_gain ? Eigen::VectorXd(z.imag()) : Eigen::VectorXd(z.real());
-      y = later(read, p.sensor.skew / dt);
+      const bool by_gain = q.kind == Kind::sensor_gain;
+      const double gain = 1 + p.sensor.gain;
+      const Lean by = by_gain ? Lean{own.x / gain, own.y / gain} : Lean{own.y, -own.x};
+      y = later(by.y * z.imag() + by.x * z.real(), p.sensor.skew / dt);
     } else if (q.kind == Kind::sensor_skew) {
       x.setZero();
-      y = later_rate((1 + p.sensor.gain) * z.imag() + p.sensor.angle * z.real(), p.sensor.skew / dt) / dt;
+      y = later_rate(own.y * z.imag() + own.x * z.real(), p.sensor.skew / dt) / dt;
     } else if (q.kind == Kind::high_pass || q.kind == Kind::cubic) {
       const Eigen::VectorXcd g =
           q.kind == Kind::cubic ? by_cubic(main, corner) : by_corner(p.sensor, main, p.records[r].charge, dt);
       x = g.real();
-      y = later((1 + p.sensor.gain) * g.imag() + p.sensor.angle * g.real(), p.sensor.skew / dt);
+      y = later(own.y * g.imag() + own.x * g.real(), p.sensor.skew / dt);
     } else if (q.kind == Kind::charge) {
       (q.imaginary ? x : y).setZero();
       (q.imaginary ? y : x) = discharge(n, corner);
@@ -271,13 +274,12 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       motion_.dy.col(lane) = high_passed(motion_.dy.col(lane), corner);
     }
   }
-  const double gain = 1 + p.sensor.gain, angle = p.sensor.angle;
   for (Eigen::Index at = 0; at < n; at += kBlock) {
     const Eigen::Index rows = std::min(kBlock, n - at);
     for (const auto& [column, lane] : integrated) {
       const auto dx = motion_.dx.col(lane).segment(at, rows), dy = motion_.dy.col(lane).segment(at, rows);
       slopes_.col(column).segment(at, rows) = dx;
-      slopes_.col(column).segment(n + at, rows) = gain * dy + angle * dx;
+      slopes_.col(column).segment(n + at, rows) = own.y * dy + own.x * dx;
     }
   }
   if (p.sensor.skew != 0) {
