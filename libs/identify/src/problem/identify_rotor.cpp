@@ -119,7 +119,13 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
 
   WeakRotorOptions weak;
   weak.half_width = options.half_width;
-  const WeakRotorFit first = fit_weak_rotor(records, weak);
+  WeakRotorFit first = fit_weak_rotor(records, weak);
+  if (first.summary.status == Status::unusable) {
+    // Runout or a bow as large as the motion hides the spring.
+    weak.runout = true;
+    if (WeakRotorFit turned = fit_weak_rotor(records, weak); turned.summary.status != Status::unusable)
+      first = std::move(turned);
+  }
   if (first.summary.status == Status::unusable) {
     model.summary.fail(first.summary.warnings.back());
     return result;

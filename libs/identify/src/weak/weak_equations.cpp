@@ -7,8 +7,8 @@
 
 namespace whirl::identification::detail {
 
-WeakUnknowns::WeakUnknowns(bool conj_stiffness, bool conj_damping, Eigen::Index more_shared, std::size_t records)
-    : columns_({{"k1", 0, false}, {"k2", 1, false}, {"c", 2, false}}), more_(more_shared), records_(records) {
+WeakUnknowns::WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::size_t records)
+    : columns_({{"k1", 0, false}, {"k2", 1, false}, {"c", 2, false}}), each_(runout ? 6 : 4), records_(records) {
   if (conj_stiffness) columns_.insert(columns_.end(), {{"k1_conj_re", 5, false}, {"k1_conj_im", 5, true}});
   if (conj_damping) columns_.insert(columns_.end(), {{"c_conj_re", 6, false}, {"c_conj_im", 6, true}});
 }
@@ -18,7 +18,8 @@ std::vector<std::string> WeakUnknowns::names() const {
   for (const Column& c : columns_) names.emplace_back(c.name);
   for (std::size_t r = 0; r < records_; ++r) {
     const std::string suffix = r == 0 ? "" : fmt::format("_{}", r + 1);
-    for (const char* n : {"eps_re", "eps_im", "d_re", "d_im"}) names.push_back(n + suffix);
+    const char* all[] = {"eps_re", "eps_im", "d_re", "d_im", "runout_force_re", "runout_force_im"};
+    for (Eigen::Index k = 0; k < each_; ++k) names.push_back(all[k] + suffix);
   }
   return names;
 }
@@ -28,18 +29,19 @@ void WeakUnknowns::place(const Eigen::MatrixXcd& terms, std::size_t r, Eigen::In
   const auto put = [&](Eigen::Index column, int term, bool imaginary) {
     into.col(column).segment(top, n) = stack((imaginary ? Complex(0, 1) : Complex(1, 0)) * terms.col(term));
   };
-  for (Eigen::Index k = 0; k < tied(); ++k) {
+  for (Eigen::Index k = 0; k < shared(); ++k) {
     const Column& c = columns_[static_cast<std::size_t>(k)];
     put(k, c.term, c.imaginary);
   }
-  for (int k = 0; k < 4; ++k) put(own(r) + k, 3 + k / 2, k % 2 == 1);
+  constexpr int kOwn[] = {3, 4, 7};
+  for (int k = 0; k < each_; ++k) put(own(r) + k, kOwn[k / 2], k % 2 == 1);
 }
 
 void WeakUnknowns::set_shared(const Eigen::VectorXd& values, RotorModel& m) const {
   m.k1 = values[0];
   m.k2 = values[1];
   m.c = values[2];
-  for (Eigen::Index k = 3; k < tied(); ++k) {
+  for (Eigen::Index k = 3; k < shared(); ++k) {
     const Column& c = columns_[static_cast<std::size_t>(k)];
     Complex& target = c.term == 5 ? m.k1_conj : m.c_conj;
     target = c.imaginary ? Complex(target.real(), values[k]) : Complex(values[k], target.imag());

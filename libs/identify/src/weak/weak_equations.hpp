@@ -8,21 +8,18 @@
 
 namespace whirl::identification::detail {
 
-/// Real unknowns of the rotor's weak equations over several records: first those that all records share, then eps and
-/// d (real, imaginary part) of each record.
+/// Real unknowns of the rotor's weak equations over several records: first those that all records share, then eps, d
+/// and if asked for the force of the runout (real, imaginary part) of each record.
 class WeakUnknowns {
  public:
-  /// `more_shared`: columns beside those of WeakSystem, after them.
-  WeakUnknowns(bool conj_stiffness, bool conj_damping, Eigen::Index more_shared, std::size_t records);
+  WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::size_t records);
 
-  Eigen::Index size() const { return shared() + 4 * static_cast<Eigen::Index>(records_); }
-  Eigen::Index shared() const { return tied() + more_; }
-  /// Of these, columns of WeakSystem.
-  Eigen::Index tied() const { return static_cast<Eigen::Index>(columns_.size()); }
-  /// First of the four of record r.
-  Eigen::Index own(std::size_t r) const { return shared() + 4 * static_cast<Eigen::Index>(r); }
+  Eigen::Index size() const { return own(records_); }
+  Eigen::Index shared() const { return static_cast<Eigen::Index>(columns_.size()); }
+  /// First of those of record r.
+  Eigen::Index own(std::size_t r) const { return shared() + each_ * static_cast<Eigen::Index>(r); }
   std::vector<std::string> names() const;
-  /// Real rows of WeakSystem::terms of record r into rows `top` and below.
+  /// Real rows of WeakSystem::terms of record r, with a further column for the runout, into rows `top` and below.
   void place(const Eigen::MatrixXcd& terms, std::size_t r, Eigen::Index top, Eigen::MatrixXd& into) const;
   /// k1, k2, c and the conjugate terms.
   void set_shared(const Eigen::VectorXd& values, RotorModel& model) const;
@@ -34,7 +31,7 @@ class WeakUnknowns {
     bool imaginary;  // the unknown multiplies i times the column
   };
   std::vector<Column> columns_;
-  Eigen::Index more_;
+  Eigen::Index each_;  // of a record
   std::size_t records_;
 };
 

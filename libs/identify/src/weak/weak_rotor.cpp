@@ -13,7 +13,7 @@ using detail::Complex;
 struct Prepared {
   const RotorRecord& record;
   detail::WeakRows rows;
-  Eigen::VectorXcd forcing;
+  Eigen::VectorXcd forcing, turning;  // e^{i beta}
 };
 
 std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const WeakRotorOptions& options,
@@ -26,19 +26,21 @@ std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const Wea
       throw Error::in_field("half_width", fmt::format("{} samples", half), "from 8 samples to a quarter of the record");
     }
     if (prepared.empty()) half_width = static_cast<double>(half) * r.dt;
-    prepared.push_back({r, detail::WeakRows(r, r.angle, half), detail::sample_forcing(r.angle)});
+    prepared.push_back({r, detail::WeakRows(r, r.angle, half), detail::sample_forcing(r.angle), {}});
+    const Eigen::VectorXd beta = r.angle.beta(Eigen::seqN(Eigen::Index{0}, r.size(), Eigen::Index{2}));
+    prepared.back().turning = beta.unaryExpr([](double b) { return std::polar(1.0, b); });
   }
   return prepared;
 }
 
-/// Rows of one record, right-hand side last: with `model` whitened by the noise
+/// Rows of one record, then those of its runout, right-hand side last: with `model` whitened by the noise
 /// that it lets through. False when that covariance is singular.
-bool rows_of(const Prepared& p, Complex offset, const RotorModel* model, Eigen::MatrixXcd& block) {
+bool rows_of(const Prepared& p, Complex offset, Complex runout, const RotorModel* model, Eigen::MatrixXcd& block) {
   const double s2 = p.record.noise_variance();
-  const Eigen::VectorXcd z = (p.record.z.array() - offset).matrix();
+  const Eigen::VectorXcd z = (p.record.z.array() - offset - runout * p.turning.array()).matrix();
   const detail::WeakSystem system = detail::weak_system(p.rows, z, s2, p.forcing);
-  block.resize(p.rows.size(), 8);
-  block << system.terms, system.right;
+  block.resize(p.rows.size(), 9);
+  block << system.terms, p.rows.apply(0, p.turning), system.right;
   if (model == nullptr) return true;
   const Eigen::VectorXd cubic = model->k2 * detail::smooth_square(z, p.record.dt, s2);
   BandedCholesky<Complex> whiten = p.rows.whitener((model->k1 + 2 * cubic.array()).matrix(), cubic, model->c);
@@ -59,11 +61,11 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
   Eigen::Index top = 0;
   for (std::size_t r = 0; r < prepared.size(); ++r) {
     Eigen::MatrixXcd block;
-    if (!rows_of(prepared[r], fit.offset[r], whitened ? &fit.model : nullptr, block)) {
+    if (!rows_of(prepared[r], fit.offset[r], fit.runout[r], whitened ? &fit.model : nullptr, block)) {
       return "the noise covariance of the weak equations is singular";
     }
     unknowns.place(block, r, top, a);
-    b.segment(top, 2 * block.rows()) = detail::stack(block.col(7));
+    b.segment(top, 2 * block.rows()) = detail::stack(block.col(8));
     top += 2 * block.rows();
   }
   detail::WeakSolution s = detail::solve_weak(a, b);
@@ -83,7 +85,9 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
   for (std::size_t r = 0; r < prepared.size(); ++r) {
     const Eigen::Index own = unknowns.own(r);
     fit.eps[r] = {fit.values[own], fit.values[own + 1]};
-    if (k1 > 0) fit.offset[r] += Complex(fit.values[own + 2], fit.values[own + 3]) / k1;
+    if (!(k1 > 0)) continue;
+    fit.offset[r] += Complex(fit.values[own + 2], fit.values[own + 3]) / k1;
+    if (unknowns.own(1) - unknowns.own(0) > 4) fit.runout[r] += Complex(fit.values[own + 4], fit.values[own + 5]) / k1;
   }
   if (k1 > 0) return "";
   return fmt::format(
@@ -107,10 +111,11 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
   if (fit.summary.status == Status::unusable) return fit;
 
   const std::vector<Prepared> prepared = prepare(records, options, fit.half_width);
-  const detail::WeakUnknowns unknowns(options.conj_stiffness, options.conj_damping, 0, records.size());
+  const detail::WeakUnknowns unknowns(options.conj_stiffness, options.conj_damping, options.runout, records.size());
   fit.names = unknowns.names();
   fit.eps.assign(records.size(), 0);
   fit.offset.assign(records.size(), 0);
+  fit.runout.assign(records.size(), 0);
   for (int k = 0; k < options.passes; ++k) {
     if (const std::string why = pass(prepared, unknowns, k > 0, fit); !why.empty()) {
       fit.summary.fail(why);

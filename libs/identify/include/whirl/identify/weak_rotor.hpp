@@ -16,6 +16,7 @@ struct WeakRotorOptions {
   int passes = 4;               ///< the first without, the others with generalised least squares, >= 1
   bool conj_stiffness = false;  ///< term -k1_conj conj(z): stiffness differs between two axes
   bool conj_damping = false;    ///< term -c_conj conj(z')
+  bool runout = false;          ///< beside the motion z turns runout e^{i beta}, per record
 };
 
 /// Result of the weak fit. Parameters in the order of `names`.
@@ -23,7 +24,9 @@ struct WeakRotorFit {
   RotorModel model;                          ///< eps and offset of the first record
   std::vector<std::complex<double>> eps;     ///< per record, m
   std::vector<std::complex<double>> offset;  ///< per record, m
-  std::vector<std::string> names;  ///< k1, k2, c, [k1_conj_re, ...], then per record eps_re, eps_im, d_re, d_im
+  std::vector<std::complex<double>> runout;  ///< per record, m; its force by the damping is left out
+  std::vector<std::string> names;  ///< k1, k2, c, [k1_conj_re, ...], then per record eps_re, eps_im, d_re, d_im,
+                                   ///< [runout_force_re, runout_force_im: of k1 runout]
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;  ///< from the noise alone, not scaled by chi_square
   Eigen::Index rows = 0;       ///< real equations used
