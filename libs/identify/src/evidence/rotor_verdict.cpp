@@ -118,6 +118,21 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
   }
 }
 
+/// Springs and dampers that differ from record to record.
+void state_own_springs(const std::vector<RotorRecord>& records, const IdentifiedModel& model, Summary& summary) {
+  for (std::size_t r = 1; r < records.size(); ++r) {
+    for (const char* name : {"k1", "c"}) {
+      const Estimate* change = model.parameter(fmt::format("{}_change_{}", name, r + 1));
+      if (change == nullptr || change->covers(0)) continue;
+      const double share = 100 / model.parameter(name)->value;
+      summary.warn(fmt::format(
+          "{} of {} is {:+.3g} +- {:.1g} % beyond that of {}: the machine changed between the records "
+          "(temperature, tension of a belt); the model has that of {}",
+          name, records[r].source, share * change->value, share * change->sd, records[0].source, records[0].source));
+    }
+  }
+}
+
 }  // namespace
 
 void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
@@ -128,6 +143,7 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
                     "wrong angle, wrong channels or not a rotor on a cubic spring", summary);
   judge_parameters(result.model, cover, summary);
   judge_reach(result, cover, summary);
+  state_own_springs(records, result.model, summary);
   set_trust(
       fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any "
                   "cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can "

@@ -29,7 +29,8 @@ KnownForces bow_forces(const OutputErrorFit& fit) {
   for (const OutputErrorRecord& r : fit.records) {
     Eigen::VectorXcd force(r.angle.beta.size());
     for (Eigen::Index i = 0; i < force.size(); ++i) {
-      force[i] = Complex(0, -fit.model.c * r.angle.omega[i]) * r.runout[0] * std::polar(1.0, r.angle.beta[i]);
+      force[i] =
+          Complex(0, -(fit.model.c + r.c_change) * r.angle.omega[i]) * r.runout[0] * std::polar(1.0, r.angle.beta[i]);
     }
     forces.push_back(std::move(force));
   }
@@ -149,6 +150,10 @@ class Grower {
     growth_.active.decays = fit_.decays;
     growth_.active.terms = fit_.terms;
     growth_.active.sensor = fit_.sensor;
+    for (std::size_t r = 0; r < eps_.size(); ++r) {
+      if (!growth_.active.record_k1.empty()) growth_.active.record_k1[r] = fit_.records[r].k1_change;
+      if (!growth_.active.record_c.empty()) growth_.active.record_c[r] = fit_.records[r].c_change;
+    }
     growth_.delay = fit_.delay;
     if (growth_.bow) growth_.forces = bow_forces(fit_);
     for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;

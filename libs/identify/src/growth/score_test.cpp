@@ -44,7 +44,7 @@ struct Linearised {
 
 Linearised linearised(const OutputErrorFit& fit, const OutputErrorRecord& own, const RotorRecord& record) {
   const RotorModel& m = fit.model;
-  Linearised l{(m.k1 + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix(),
+  Linearised l{(m.k1 + own.k1_change + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix(),
                (m.k2 * own.main.array().square() + m.k1_conj).matrix()};
   for (const RotorTerm& term : fit.terms) {
     for (Eigen::Index i = 0; i < own.main.size(); ++i) {
@@ -118,7 +118,7 @@ class RecordRows {
         coupled_error_(record.dt * detail::high_passed_rate(own_.main, fit.sensor.high_pass * record.dt)),
         curve_error_(detail::cubes(own_.main)),
         linear_(linearised(fit, own_, record)),
-        whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c)) {
+        whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c + own_.c_change)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
   }
 
@@ -177,6 +177,13 @@ class RecordRows {
       s_.active.col(simulated).segment(s_.top, rows()) = v;
       s_.instruments.col(simulated++).segment(s_.top, rows()) = v;
     };
+    for (std::size_t r = 1; r < fit_.records.size(); ++r) {
+      const auto of_record = [&](const Eigen::VectorXcd& motion) {
+        r == number_ ? simulated_column(w_.apply(0, motion)) : static_cast<void>(++simulated);
+      };
+      if (!active_.record_k1.empty()) of_record(own_.main);
+      if (!active_.record_c.empty()) of_record(own_.main_rate);
+    }
     for (const RotorTerm& term : active_.terms) simulated_column(force_rows(term));
     if (active_.sensor_gain) simulated_column(own_rows(gain_error_));
     if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
@@ -356,7 +363,8 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   }
   Stacked s;
   s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_cubic;
+             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_cubic +
+             static_cast<Eigen::Index>((records.size() - 1) * (!active.record_k1.empty() + !active.record_c.empty()));
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);

@@ -70,6 +70,43 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
   record.angle = with_rate_error(record.angle, 0.5 * (low + high));
 }
 
+constexpr double kMissing = 1.3;  // chi-square above which something is missing
+
+/// Of the weak equations or of the trajectory, the larger.
+double misfit(const detail::GrownRotor& grown) {
+  return grown.usable() ? std::max(grown.chi_square, grown.fit.summary.chi_square) : INFINITY;
+}
+
+/// Whether the records have springs or dampers of their own (a machine that warmed up between them): the weak equations
+/// of each alone against those of the first. `start`: what they give then.
+bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, OutputErrorOptions& active,
+                  WeakRotorFit& start) {
+  constexpr double kFar = 5, kLeast = 1e-4;  // standard deviations, share
+  std::vector<WeakRotorFit> alone;
+  for (const RotorRecord& r : records) {
+    alone.push_back(fit_weak_rotor({r}, weak));
+    if (alone.back().summary.status == Status::unusable) return false;
+  }
+  const auto changes = [&](Eigen::Index j) {
+    std::vector<double> out;
+    bool differ = false;
+    const auto variance = [&](const WeakRotorFit& f) {
+      return std::max(1.0, f.summary.chi_square) * f.covariance(j, j);
+    };
+    for (const WeakRotorFit& f : alone) {
+      out.push_back(f.values[j] - alone[0].values[j]);
+      differ |= std::abs(out.back()) > kFar * std::sqrt(variance(f) + variance(alone[0])) &&
+                std::abs(out.back()) > kLeast * std::abs(alone[0].values[j]);
+    }
+    return differ ? out : std::vector<double>{};
+  };
+  start = alone[0];
+  for (std::size_t r = 1; r < alone.size(); ++r) start.eps.push_back(alone[r].eps[0]);
+  active.record_k1 = changes(0);
+  active.record_c = changes(2);
+  return !active.record_k1.empty() || !active.record_c.empty();
+}
+
 void check(const RotorIdentifyOptions& o) {
   require_range("profile_search", o.profile_search, 0, 0.1);
   require_range("profile_degree", o.profile_degree, 2, 6);
@@ -135,11 +172,21 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
   detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, result.active, options, false);
-  if (options.search_modes && grown.usable() && grown.chi_square > 1.3) {
+  OutputErrorOptions active = result.active;
+  WeakRotorFit start = first;
+  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(records, weak, active, start)) {
+    detail::GrownRotor parted = detail::grow_rotor(records, start.model, start.eps, active, options, false);
+    if (misfit(parted) < kMissing || misfit(parted) < 0.5 * misfit(grown)) {
+      grown = std::move(parted);
+      first = std::move(start);
+      result.active = std::move(active);
+    }
+  }
+  if (options.search_modes && grown.usable() && grown.chi_square > kMissing) {
     // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
     // taken up so far stands in for a mode. Kept when that explains the records.
     detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, result.active, options, true);
-    if (with_modes.usable() && (with_modes.chi_square < 1.3 || with_modes.chi_square < 0.5 * grown.chi_square)) {
+    if (with_modes.usable() && (with_modes.chi_square < kMissing || with_modes.chi_square < 0.5 * grown.chi_square)) {
       grown = std::move(with_modes);
     }
   }

@@ -103,6 +103,10 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
     const auto [er, pr] = view.polar(fmt::format("eps_re_{}", r + 1), fmt::format("eps_im_{}", r + 1));
     p.emplace_back(fmt::format("e_{}", r + 1), er);
     p.emplace_back(fmt::format("e_phase_{}", r + 1), pr);
+    for (const char* change : {"k1_change", "c_change"}) {
+      const std::string name = fmt::format("{}_{}", change, r + 1);
+      if (view.has(name)) p.emplace_back(name, view[name]);
+    }
   }
   const double k1 = view["k1"].value, root = std::sqrt(k1), damping = view["c"].value;
   p.emplace_back("natural_frequency", Estimate::from_sd(root, view["k1"].sd / (2 * root)));

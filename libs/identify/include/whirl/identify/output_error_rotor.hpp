@@ -32,9 +32,12 @@ struct SensorAxes {
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
 struct OutputErrorOptions {
-  bool rotor = true;                 ///< k1, k2, c
-  bool conj_stiffness = false;       ///< k1_conj
-  bool conj_damping = false;         ///< c_conj
+  bool rotor = true;            ///< k1, k2, c
+  bool conj_stiffness = false;  ///< k1_conj
+  bool conj_damping = false;    ///< c_conj
+  /// Starting values of k1_change and c_change of each record (the first one's are 0), estimated for the others; empty:
+  /// all records have the same k1, c.
+  std::vector<double> record_k1, record_c;
   bool unbalance = true;             ///< eps, per record
   bool offset = true;                ///< sensor offset, per record
   bool participation = true;         ///< of the forced modes, per record, complex
@@ -64,6 +67,7 @@ struct OutputErrorOptions {
 /// What belongs to one record of an output-error fit.
 struct OutputErrorRecord {
   std::complex<double> eps;                         ///< unbalance, m
+  double k1_change = 0, c_change = 0;               ///< k1 and c of this record beyond those of the first, 1/s^2, 1/s
   std::complex<double> offset;                      ///< sensor offset, m
   std::complex<double> charge;                      ///< that a high-pass adds to the readings of sample 0, m
   std::complex<double> z0, dz0;                     ///< main mode at sample 0, m and m/s

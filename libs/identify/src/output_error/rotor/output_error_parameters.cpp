@@ -45,11 +45,11 @@ Slot lane_slot(Point& p, const Parameter& q) {
   OutputErrorRecord* r = q.record >= 0 ? &p.records[static_cast<std::size_t>(q.record)] : nullptr;
   switch (q.index) {
     case kK1:
-      return {&p.model.k1};
+      return {r != nullptr ? &r->k1_change : &p.model.k1};
     case kK2:
       return {&p.model.k2};
     case kC:
-      return {&p.model.c};
+      return {r != nullptr ? &r->c_change : &p.model.c};
     case kEpsRe:
     case kEpsIm:
       return {nullptr, &r->eps, q.index == kEpsIm};
@@ -177,6 +177,8 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     // One axis reads amplitudes of e^{i beta} and e^{-i beta} alike: the forward one stands for both.
     const Axes axes = records[static_cast<std::size_t>(r)].axes;
     const int senses = axes == Axes::both ? 1 : 2;
+    if (r > 0 && !options.record_k1.empty()) add_lanes(list, r, {{"k1_change", kK1}});
+    if (r > 0 && !options.record_c.empty()) add_lanes(list, r, {{"c_change", kC}});
     if (options.unbalance) add_lanes(list, r, {{"eps_re", kEpsRe}, {"eps_im", kEpsIm}});
     add_lanes(list, r, {{"x0", kX0}, {"y0", kY0}, {"vx0", kVx0}, {"vy0", kVy0}});
     for (int k = 0; k < options.profile_degree; ++k) {

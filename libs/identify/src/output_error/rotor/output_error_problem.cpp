@@ -35,6 +35,14 @@ const Eigen::VectorXcd& beside(const Signals& s, const Parameter& q, const Eigen
   }
 }
 
+/// The rotor as this record has it.
+RotorModel model_of(const Point& p, const OutputErrorRecord& record) {
+  RotorModel m = p.model;
+  m.k1 += record.k1_change;
+  m.c += record.c_change;
+  return m;
+}
+
 /// Derivatives of what the probes give by the coefficient of their curve and by the corner of their high-pass.
 Eigen::VectorXcd by_cubic(const Eigen::VectorXcd& main, double corner) {
   return corner > 0 ? high_passed(cubes(main), corner) : cubes(main);
@@ -67,8 +75,8 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
   sum.gradient.setZero(size());
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
-    main_mode_sensitivities(p.model, record.eps, signals_[r].forcing, signals_[r].profile, forces(p, r, signals_[r]),
-                            grid(r), record.z0, record.dz0, motion_);
+    main_mode_sensitivities(model_of(p, record), record.eps, signals_[r].forcing, signals_[r].profile,
+                            forces(p, r, signals_[r]), grid(r), record.z0, record.dz0, motion_);
     if (!motion_.finite) {
       sum.cost = INFINITY;
       return;
@@ -101,8 +109,8 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
   sum.cost = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
-    MainMotion motion =
-        main_mode(p.model, record.eps, signals_[r].forcing, forces(p, r, signals_[r]), grid(r), record.z0, record.dz0);
+    MainMotion motion = main_mode(model_of(p, record), record.eps, signals_[r].forcing, forces(p, r, signals_[r]),
+                                  grid(r), record.z0, record.dz0);
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();
@@ -125,8 +133,8 @@ int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
       Signals s;
       refresh(p, r, measured_[r], options, known_force(r), s);
       motion[static_cast<std::size_t>(options.substeps - 1)] =
-          main_mode(p.model, record.eps, s.forcing, forces(p, r, s), {measured_[r].dt, options.substeps}, record.z0,
-                    record.dz0)
+          main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s), {measured_[r].dt, options.substeps},
+                    record.z0, record.dz0)
               .z;
     }
     values += measured_[r].readings();

@@ -21,6 +21,11 @@ void check(const std::vector<RotorRecord>& records, const OutputErrorOptions& op
   require_range("substeps", options.substeps, 0, 16);
   require_range("max_iterations", options.max_iterations, 1, 1000);
   require_range("tolerance", options.tolerance, 1e-9, 10);
+  for (const auto* changes : {&options.record_k1, &options.record_c}) {
+    if (!changes->empty() && changes->size() != records.size())
+      throw Error::in_field("record_k1, record_c", fmt::format("{} values", changes->size()),
+                            "empty or one per record");
+  }
   if (!start_eps.empty() && start_eps.size() != records.size()) {
     throw Error::in_field("start_eps", fmt::format("{} values", start_eps.size()), "empty or one per record");
   }
@@ -38,6 +43,8 @@ detail::Point start_point(std::size_t records, const RotorModel& start, const Ou
     OutputErrorRecord o;
     o.eps = start_eps.empty() ? start.eps : start_eps[r];
     o.offset = start.offset;
+    if (!options.record_k1.empty()) o.k1_change = options.record_k1[r];
+    if (!options.record_c.empty()) o.c_change = options.record_c[r];
     for (const ForcedMode& m : start.modes) {
       // Participations belong to start.eps; with another unbalance they scale with it.
       o.participation.push_back(start.eps == 0.0 ? m.participation : m.participation * (o.eps / start.eps));
