@@ -13,7 +13,7 @@ using detail::Complex;
 struct Prepared {
   const RotorRecord& record;
   detail::WeakRows rows;
-  Eigen::VectorXcd forcing, turning;  // e^{i beta}
+  Eigen::VectorXcd forcing, turning;  // e^{i beta}, where its runout is sought
 };
 
 std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const WeakRotorOptions& options,
@@ -27,20 +27,24 @@ std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const Wea
     }
     if (prepared.empty()) half_width = static_cast<double>(half) * r.dt;
     prepared.push_back({r, detail::WeakRows(r, r.angle, half), detail::sample_forcing(r.angle), {}});
+    if (!options.runout) continue;
     const Eigen::VectorXd beta = r.angle.beta(Eigen::seqN(Eigen::Index{0}, r.size(), Eigen::Index{2}));
     prepared.back().turning = beta.unaryExpr([](double b) { return std::polar(1.0, b); });
   }
   return prepared;
 }
 
-/// Rows of one record, then those of its runout, right-hand side last: with `model` whitened by the noise
+/// Rows of one record, those of its runout if sought, right-hand side last: with `model` whitened by the noise
 /// that it lets through. False when that covariance is singular.
 bool rows_of(const Prepared& p, Complex offset, Complex runout, const RotorModel* model, Eigen::MatrixXcd& block) {
   const double s2 = p.record.noise_variance();
-  const Eigen::VectorXcd z = (p.record.z.array() - offset - runout * p.turning.array()).matrix();
+  Eigen::VectorXcd z = (p.record.z.array() - offset).matrix();
+  if (p.turning.size() > 0) z -= runout * p.turning;
   const detail::WeakSystem system = detail::weak_system(p.rows, z, s2, p.forcing);
-  block.resize(p.rows.size(), 9);
-  block << system.terms, p.rows.apply(0, p.turning), system.right;
+  block.resize(p.rows.size(), p.turning.size() > 0 ? 9 : 8);
+  block.leftCols(7) = system.terms;
+  if (p.turning.size() > 0) block.col(7) = p.rows.apply(0, p.turning);
+  block.rightCols(1) = system.right;
   if (model == nullptr) return true;
   const Eigen::VectorXd cubic = model->k2 * detail::smooth_square(z, p.record.dt, s2);
   BandedCholesky<Complex> whiten = p.rows.whitener((model->k1 + 2 * cubic.array()).matrix(), cubic, model->c);
@@ -65,7 +69,7 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
       return "the noise covariance of the weak equations is singular";
     }
     unknowns.place(block, r, top, a);
-    b.segment(top, 2 * block.rows()) = detail::stack(block.col(8));
+    b.segment(top, 2 * block.rows()) = detail::stack(block.rightCols(1).col(0));
     top += 2 * block.rows();
   }
   detail::WeakSolution s = detail::solve_weak(a, b);
@@ -87,7 +91,7 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
     fit.eps[r] = {fit.values[own], fit.values[own + 1]};
     if (!(k1 > 0)) continue;
     fit.offset[r] += Complex(fit.values[own + 2], fit.values[own + 3]) / k1;
-    if (unknowns.own(1) - unknowns.own(0) > 4) fit.runout[r] += Complex(fit.values[own + 4], fit.values[own + 5]) / k1;
+    if (prepared[r].turning.size() > 0) fit.runout[r] += Complex(fit.values[own + 4], fit.values[own + 5]) / k1;
   }
   if (k1 > 0) return "";
   return fmt::format(
