@@ -107,6 +107,32 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
   return !active.record_k1.empty() || !active.record_c.empty();
 }
 
+/// The model that the records ask for, from the weak equations `first`; where they ask for springs of their own
+/// `active` has them.
+detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, WeakRotorFit first,
+                        const RotorIdentifyOptions& options, OutputErrorOptions& active) {
+  detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, active, options, false);
+  OutputErrorOptions own = active;
+  WeakRotorFit start = first;
+  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(records, weak, own, start)) {
+    detail::GrownRotor parted = detail::grow_rotor(records, start.model, start.eps, own, options, false);
+    if (misfit(parted) < kMissing || misfit(parted) < 0.5 * misfit(grown)) {
+      grown = std::move(parted);
+      first = std::move(start);
+      active = std::move(own);
+    }
+  }
+  if (options.search_modes && grown.usable() && grown.chi_square > kMissing) {
+    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
+    // taken up so far stands in for a mode. Kept when that explains the records.
+    detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, active, options, true);
+    if (with_modes.usable() && (with_modes.chi_square < kMissing || with_modes.chi_square < 0.5 * grown.chi_square)) {
+      grown = std::move(with_modes);
+    }
+  }
+  return grown;
+}
+
 void check(const RotorIdentifyOptions& o) {
   require_range("profile_search", o.profile_search, 0, 0.1);
   require_range("profile_degree", o.profile_degree, 2, 6);
@@ -171,25 +197,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     const OutputErrorFit plain = fit_output_error_rotor(records, first.model, result.active, first.eps);
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
-  detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, result.active, options, false);
-  OutputErrorOptions active = result.active;
-  WeakRotorFit start = first;
-  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(records, weak, active, start)) {
-    detail::GrownRotor parted = detail::grow_rotor(records, start.model, start.eps, active, options, false);
-    if (misfit(parted) < kMissing || misfit(parted) < 0.5 * misfit(grown)) {
-      grown = std::move(parted);
-      first = std::move(start);
-      result.active = std::move(active);
-    }
-  }
-  if (options.search_modes && grown.usable() && grown.chi_square > kMissing) {
-    // Something is missing: begin again with modes of any frequency among the candidates, so that none of the terms
-    // taken up so far stands in for a mode. Kept when that explains the records.
-    detail::GrownRotor with_modes = detail::grow_rotor(records, first.model, first.eps, result.active, options, true);
-    if (with_modes.usable() && (with_modes.chi_square < kMissing || with_modes.chi_square < 0.5 * grown.chi_square)) {
-      grown = std::move(with_modes);
-    }
-  }
+  detail::GrownRotor grown = grow(records, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     model.summary.fail(grown.fit.summary.warnings.back());
     return result;
