@@ -144,7 +144,9 @@ bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms
   if (scatter.poles.empty()) return false;
   const std::size_t at = nearest(scatter.poles, pole);
   const double width = -scatter.poles[at].real(), spread = scatter.spread(static_cast<Index>(at), 1);
-  if (spread > 2.25 * width * width || !is_one_mode(band, scatter, at)) return false;
+  // Peaks further apart than they are wide may be two modes, each seen by its own FRFs; hardly three and more.
+  const bool two_modes = spread > 2.25 * width * width && white.poles.size() < 3;
+  if (two_modes || !is_one_mode(band, scatter, at)) return false;
   // Several windows are looked at, and what far poles leave in them is taken as known: only a clear gain counts.
   // More where the weights are guessed: their error also differs between FRFs.
   const double clear = band.guessed_weight && !band.common_weight ? 250 : 60;

@@ -29,50 +29,69 @@ double length_of(const Band& band, const ScatterState& state, const ResidualTerm
   return state.deviance() + penalty(band, state.poles.size(), terms, 2, state.correlated);
 }
 
-bool supported(const Band& band, const ScatterState& state, std::size_t r, const ScatterOptions& options) {
+// Evidence of a pole over what is asked of one; nothing for one that cannot be a mode.
+double support(const Band& band, const ScatterState& state, std::size_t r, const ScatterOptions& options) {
   const Complex p = state.poles[r];
   const double f = std::abs(p) / (2 * kPi), zeta = -p.real() / std::abs(p);
+  if (!(f > 0.2 * band.low && f < 5 * band.high && zeta < options.max_damping && zeta > 1e-7)) return 0;
   double rise = 0;
   for (const LocalPoles& local : state.local) rise += local.fit.rise[static_cast<Index>(r)] / local.variance();
-  rise /= 2 * static_cast<double>(band.channels());
-  return rise > options.search_gain * state.correlated && f > 0.2 * band.low && f < 5 * band.high &&
-         zeta < options.max_damping && zeta > 1e-7;
+  return rise / (2 * static_cast<double>(band.channels()) * options.search_gain * state.correlated);
 }
 
+// One after the other: two that do the same work are both idle, and one of them is needed.
 void drop_unsupported(const Band& band, ScatterState& state, const ResidualTerms& terms,
                       const ScatterOptions& options) {
-  bool dropped = false;
-  for (std::size_t r = state.poles.size(); r-- > 0;) {
-    if (supported(band, state, r, options)) continue;
-    state.erase(r);
-    dropped = true;
+  while (!state.poles.empty()) {
+    std::size_t weakest = 0;
+    double least = 1e300;
+    for (std::size_t r = 0; r < state.poles.size(); ++r) {
+      const double now = support(band, state, r, options);
+      if (!(now < least)) continue;
+      least = now;
+      weakest = r;
+    }
+    if (least > 1) return;
+    state.erase(weakest);
+    state.refit(terms);
+    state.sweep(terms, 2);
   }
-  if (!dropped) return;
-  state.refit(terms);
-  state.sweep(terms, 2);
 }
 
-// Close poles, of which one may only split the other's peak: kept when the evidence holds both.
-void merge_splits(const Band& band, ScatterState& state, const ResidualTerms& terms, const ScatterOptions& options) {
+// The pole that pole r may only split the peak of; r itself when none is so close.
+std::size_t close_to(const ScatterState& state, std::size_t r) {
+  std::size_t nearest = r;
+  double least = 3;
+  for (std::size_t other = 0; other < state.poles.size(); ++other) {
+    const Complex p = state.poles[r], q = state.poles[other];
+    const double distance = std::abs(p - q) / -(p.real() + q.real());
+    if (other == r || !(distance < least)) continue;
+    least = distance;
+    nearest = other;
+  }
+  return nearest;
+}
+
+// Close poles, of which one may only split the other's peak: kept when the evidence holds both. First all at once:
+// while one peak is split, the scatter of all modes looks smaller than it is.
+void merge_splits(const Band& band, ScatterState& state, const ResidualTerms& terms) {
+  const auto take_if_shorter = [&](ScatterState& trial) {
+    trial.settle(terms);
+    if (length_of(band, trial, terms) < length_of(band, state, terms)) state = std::move(trial);
+  };
+  ScatterState all = state;
+  int joined = 0;
+  for (std::size_t r = all.poles.size(); r-- > 0;) {
+    if (close_to(all, r) == r) continue;
+    all.join(r, close_to(all, r), terms);
+    ++joined;
+  }
+  if (joined > 1) take_if_shorter(all);
   for (std::size_t r = state.poles.size(); r-- > 0;) {
-    const Complex p = state.poles[r];
-    bool close = false;
-    for (std::size_t other = 0; other < state.poles.size(); ++other) {
-      close = close || (other != r && std::abs(state.poles[other] - p) < 3 * -(p.real() + state.poles[other].real()));
-    }
-    if (!close) continue;
+    if (r >= state.poles.size() || close_to(state, r) == r) continue;
     ScatterState trial = state;
-    trial.erase(r);
-    // What a second pole took leaves the FRFs apart: room to follow.
-    for (Index i = 0; i < trial.spread.rows(); ++i) {
-      const double width = trial.poles[static_cast<std::size_t>(i)].real();
-      if (std::abs(trial.poles[static_cast<std::size_t>(i)] - p) < -6 * (width + p.real()))
-        trial.spread.row(i).setConstant(0.1 * width * width);
-    }
-    trial.refit(terms);
-    const double target = length_of(band, state, terms);
-    trial.sweep(terms, options.sweeps);
-    if (length_of(band, trial, terms) < target) state = std::move(trial);
+    trial.join(r, close_to(state, r), terms);
+    take_if_shorter(trial);
   }
 }
 
@@ -114,9 +133,9 @@ double description_length(const Band& band, const PoleFit& fit, std::size_t pole
 ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms& terms,
                        const ScatterOptions& options) {
   ScatterState state(band, start, terms);
-  state.sweep(terms, options.sweeps);
+  state.settle(terms);
   if (length_of(band, state, terms) > options.give_up) return {};
-  merge_splits(band, state, terms, options);
+  merge_splits(band, state, terms);
   for (int round = 0; round < 10; ++round) {
     const Poles candidates = search_residual(band, state.residual(band, terms), options.search_gain);
     if (candidates.empty()) break;
@@ -126,7 +145,7 @@ ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms
         if (static_cast<int>(trial.poles.size()) < options.max_modes) trial.insert(p);
       }
       trial.refit(terms);
-      trial.sweep(terms, options.sweeps);
+      trial.settle(terms);
       drop_unsupported(band, trial, terms, options);
       if (!(length_of(band, trial, terms) < length_of(band, state, terms))) return false;
       state = std::move(trial);
@@ -134,10 +153,10 @@ ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms
     };
     if (!attempt(candidates) && !(candidates.size() > 1 && attempt({candidates.front()}))) break;
   }
-  merge_splits(band, state, terms, options);
+  merge_splits(band, state, terms);
   state.correlated = correlated_lines(band, state.residual(band, terms));
   drop_unsupported(band, state, terms, options);
-  state.sweep(terms, options.sweeps);
+  state.settle(terms);
   ScatterFit result;
   result.deviance = state.deviance();  // before the spread is widened for its own uncertainty
   state.chosen = true;

@@ -28,7 +28,6 @@ struct ScatterFit {
 struct ScatterOptions {
   double search_gain = 25;
   double max_damping = 0.1;
-  int sweeps = 5;
   int max_modes = 200;
   double give_up = 1e300;  ///< description length at the start's own poles from which on the fit is not carried on
 };

@@ -215,6 +215,31 @@ void ScatterState::erase(std::size_t r) {
   for (LocalPoles& own : local) own.poles.erase(own.poles.begin() + at);
 }
 
+void ScatterState::join(std::size_t r, std::size_t other, const ResidualTerms& terms) {
+  Complex sum = 0;
+  for (LocalPoles& own : local) {
+    if (own.fit.rise[static_cast<Index>(r)] > own.fit.rise[static_cast<Index>(other)]) own.poles[other] = own.poles[r];
+    sum += own.poles[other];
+  }
+  const Complex gone = poles[r];
+  poles[other] = sum / static_cast<double>(local.size());
+  for (std::size_t k = 0; k < poles.size(); ++k) {
+    // What the pole took leaves the FRFs apart: room to follow.
+    const double width = -poles[k].real();
+    if (std::abs(poles[k] - gone) < 6 * (width - gone.real()))
+      spread.row(static_cast<Index>(k)).setConstant(0.1 * width * width);
+  }
+  Eigen::Vector2d squares = Eigen::Vector2d::Zero();
+  for (const LocalPoles& own : local) {
+    const Complex b = own.poles[other] - poles[other];
+    squares += Eigen::Vector2d(b.real() * b.real(), b.imag() * b.imag()) / static_cast<double>(local.size());
+  }
+  const auto at = static_cast<Index>(other);
+  spread.row(at) = spread.row(at).cwiseMax(squares.transpose());
+  erase(r);
+  refit(terms);
+}
+
 void ScatterState::refit(const ResidualTerms& terms) {
   for (LocalPoles& own : local) {
     own.fit = fit_poles(own.band, own.poles, terms, true);
@@ -227,6 +252,22 @@ void ScatterState::sweep(const ResidualTerms& terms, int sweeps) {
     step_locals(*this, terms);
     step_common(*this);
   }
+}
+
+void ScatterState::settle(const ResidualTerms& terms) {
+  constexpr int kMost = 40, kPatience = 3;
+  constexpr double kGain = 0.5;  // of -2 log likelihood: less says nothing
+  ScatterState best = *this;
+  double least = deviance();
+  for (int i = 0, idle = 0; i < kMost && idle < kPatience && !poles.empty(); ++i) {
+    sweep(terms, 1);
+    const double now = deviance();
+    idle = now < least - kGain ? 0 : idle + 1;
+    if (now >= least) continue;
+    least = now;
+    best = *this;
+  }
+  *this = std::move(best);
 }
 
 MatrixXd ScatterState::information() const { return eliminate(*this).information; }

@@ -38,11 +38,15 @@ struct ScatterState {
 
   void insert(std::complex<double> pole);
   void erase(std::size_t r);
+  /// Takes out pole r; every FRF keeps of r and `other` the one that it shows, as its own pole of `other`.
+  void join(std::size_t r, std::size_t other, const ResidualTerms& terms);
   /// Fits of every FRF at its poles, after poles came or went.
   void refit(const ResidualTerms& terms);
   /// Rounds of a step of every FRF's own poles, then of the common ones and the spread. One damped step a round, no
   /// `descend` to the end: the prior moves in between.
   void sweep(const ResidualTerms& terms, int sweeps);
+  /// Sweeps until the likelihood grows no more; the best state on the way stays. A pole outside the band can run away.
+  void settle(const ResidualTerms& terms);
 
   /// Of the common poles once the offsets are eliminated.
   Eigen::MatrixXd information() const;

@@ -106,7 +106,8 @@ struct BeamOptions {
 };
 
 struct Beam {
-  std::vector<double> unloaded;  ///< Hz, inside the band
+  std::vector<double> unloaded;            ///< Hz, inside the band
+  std::vector<double> frequency, damping;  ///< Hz and ratio with the sensor on, mean of all points
   FrequencyResponse frf;
 };
 
@@ -133,6 +134,22 @@ inline Beam make_beam(const BeamOptions& o) {
   for (double v : w) {
     if (v < 2 * pi * o.high) result.unloaded.push_back(v / (2 * pi));
   }
+  result.frequency.assign(result.unloaded.size(), 0);
+  result.damping.assign(result.unloaded.size(), 0);
+  // The undamped loaded frequency below w[n]: where the sensor's inertia balances, by bisection.
+  const auto loaded = [&](double x, std::size_t n) {
+    double low = n == 0 ? 1e-3 * w[0] : w[n - 1] * (1 + 1e-9), high = w[n] * (1 - 1e-12);
+    for (int i = 0; i < 60; ++i) {
+      const double middle = (low + high) / 2;
+      double here = -(1 + 12 * (x - 0.5) * (x - 0.5)) / (middle * middle);
+      for (int k = 0; k < count; ++k) {
+        const double wk = w[static_cast<std::size_t>(k)];
+        here += shape(k, x) * shape(k, x) / (wk * wk - middle * middle);
+      }
+      (1 - o.mass * middle * middle * here > 0 ? low : high) = middle;
+    }
+    return high;
+  };
   const auto lines = static_cast<Eigen::Index>(std::lround(o.high / o.line));
   result.frf.frequency.resize(lines);
   for (Eigen::Index i = 0; i < lines; ++i) result.frf.frequency[i] = o.line * static_cast<double>(i + 1);
@@ -143,6 +160,11 @@ inline Beam make_beam(const BeamOptions& o) {
     channel.response = "b" + std::to_string(p);
     channel.reference = "end";
     channel.value.resize(lines);
+    for (std::size_t n = 0; n < result.unloaded.size(); ++n) {
+      const double seen = loaded(x, n);
+      result.frequency[n] += seen / (2 * pi) / o.points;
+      result.damping[n] += zeta[n] * seen / w[n] / o.points;  // the sensor adds mass, no damping
+    }
     for (Eigen::Index i = 0; i < lines; ++i) {
       const double omega = 2 * pi * result.frf.frequency[i];
       const std::complex<double> rigid(-1 / (omega * omega));
