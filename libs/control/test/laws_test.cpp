@@ -158,6 +158,33 @@ TEST(TerminalPowerUnit, BlendIsContinuousWithItsSlope) {
   EXPECT_NEAR(p.value(20e-6 * (1 - 1e-12)), p.value(20e-6 * (1 + 1e-12)), 1e-15);
 }
 
+TEST(TerminalPowerUnit, ValueAndSlopeOfOnePowerAreThoseOfTheFormula) {
+  const double r = 0.55, delta = 20e-6, unit = 1e-3;
+  const TerminalPower printed{r, 0, unit, Regularisation::none}, clamped{r, delta, unit, Regularisation::clamp},
+      blended{r, delta, unit, Regularisation::blend};
+  for (double x : {-2e-3, -31e-6, -5e-6, 1e-9, 19e-6, 21e-6, 0.4e-3}) {
+    const double a = std::abs(x), value = std::copysign(unit * std::pow(a / unit, r), x);
+    const auto slope = [&](double at) { return r * std::pow(at / unit, r - 1); };
+    EXPECT_NEAR(printed.value(x), value, 1e-14 * a * slope(a));
+    EXPECT_NEAR(printed.slope(x), slope(a), 1e-14 * slope(a));
+    EXPECT_NEAR(clamped.value(x), value, 1e-14 * a * slope(a));
+    EXPECT_NEAR(clamped.slope(x), slope(std::max(a, delta)), 1e-14 * slope(delta));
+    if (a < delta) continue;
+    EXPECT_NEAR(blended.value(x), value, 1e-14 * a * slope(a));
+    EXPECT_NEAR(blended.slope(x), slope(a), 1e-14 * slope(a));
+  }
+}
+
+TEST(TerminalPowerUnit, FieldsMayChangeAfterConstruction) {
+  TerminalPower p;
+  p.exponent = 0.55, p.delta = 5e-6, p.length = 2e-3;
+  const TerminalPower made{0.55, 5e-6, 2e-3, Regularisation::blend};
+  for (double x : {-4e-6, 1e-6, 30e-6}) {
+    EXPECT_EQ(p.value(x), made.value(x));
+    EXPECT_EQ(p.slope(x), made.slope(x));
+  }
+}
+
 TEST(TerminalPowerUnit, ZeroIsFiniteForEveryRegularisation) {
   for (auto kind : {Regularisation::none, Regularisation::clamp, Regularisation::blend}) {
     TerminalSmc law;

@@ -29,28 +29,26 @@ struct TerminalPower {
   double length = 1e-3;   ///< L, m
   Regularisation regularisation = Regularisation::blend;
 
-  double value(double x) const noexcept {
+  struct Point {
+    double value = 0;  ///< phi, m
+    double slope = 0;  ///< dphi/dx
+  };
+  /// phi and its slope from one power of the fields as they are now (two inside the clamp).
+  Point at(double x) const noexcept {
     const double a = std::abs(x);
     if (regularisation == Regularisation::blend && a < delta) {
-      return std::pow(delta / length, exponent - 1) * x * ((2 - exponent) + (exponent - 1) * a / delta);
+      const double bend = (exponent - 1) * a / delta, at_delta = std::pow(delta / length, exponent - 1);
+      return {at_delta * x * ((2 - exponent) + bend), at_delta * ((2 - exponent) + 2 * bend)};
     }
-    return length * sig(x / length, exponent);
+    if (regularisation == Regularisation::clamp && a < delta) {
+      return {length * sig(x / length, exponent), exponent * std::pow(delta / length, exponent - 1)};
+    }
+    if (a == 0) return {};
+    const double power = std::pow(a / length, exponent - 1);
+    return {power * x, exponent * power};
   }
-  double slope(double x) const noexcept {
-    const double a = std::abs(x);
-    switch (regularisation) {
-      case Regularisation::none:
-        return a == 0 ? 0.0 : exponent * std::pow(a / length, exponent - 1);
-      case Regularisation::clamp:
-        return exponent * std::pow(std::max(a, delta) / length, exponent - 1);
-      case Regularisation::blend:
-        break;
-    }
-    if (a < delta) {
-      return std::pow(delta / length, exponent - 1) * ((2 - exponent) + 2 * (exponent - 1) * a / delta);
-    }
-    return exponent * std::pow(a / length, exponent - 1);
-  }
+  double value(double x) const noexcept { return at(x).value; }
+  double slope(double x) const noexcept { return at(x).slope; }
 };
 
 /// Largest loop gain k = h rho/eps of s[i+1] = s[i] - k s[i-n] that is stable: 2 sin(pi / (2 (2n + 1))), n

@@ -13,9 +13,9 @@ struct FastTerminalSmc {
   TerminalPower power;
 
   AxisOutput step(const AxisInput& in) noexcept {
-    const double s = in.v + linear_gain * in.x + surface_gain * power.value(in.x);
-    return {-(in.f + (linear_gain + surface_gain * power.slope(in.x)) * in.v +
-              switching_gain * std::tanh(s / boundary_layer)),
+    const TerminalPower::Point phi = power.at(in.x);
+    const double s = in.v + linear_gain * in.x + surface_gain * phi.value;
+    return {-(in.f + (linear_gain + surface_gain * phi.slope) * in.v + switching_gain * std::tanh(s / boundary_layer)),
             s};
   }
   void reset() noexcept {}

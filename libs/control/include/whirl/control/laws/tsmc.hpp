@@ -14,8 +14,9 @@ struct TerminalSmc {
   TerminalPower power;
 
   AxisOutput step(const AxisInput& in) noexcept {
-    const double s = in.v + surface_gain * power.value(in.x);
-    return {-(in.f + surface_gain * power.slope(in.x) * in.v + switching_gain * std::tanh(s / boundary_layer)), s};
+    const TerminalPower::Point phi = power.at(in.x);
+    const double s = in.v + surface_gain * phi.value;
+    return {-(in.f + surface_gain * phi.slope * in.v + switching_gain * std::tanh(s / boundary_layer)), s};
   }
   void reset() noexcept {}
 };
