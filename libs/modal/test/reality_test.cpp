@@ -43,13 +43,17 @@ TEST(ModesProperty, FivePercentNoiseLeavesThirtyFourOfThirtyFiveModes) {
   struct Case {
     whirl::FrfKind kind;
     bool proportional;
+    unsigned seed;
   };
-  for (const Case& c : {Case{whirl::FrfKind::mobility, false}, Case{whirl::FrfKind::receptance, true}}) {
+  // The last: doublets of 2 % damping high in a receptance that falls by four decades.
+  for (const Case& c : {Case{whirl::FrfKind::mobility, false, 611},
+                        {whirl::FrfKind::receptance, true, 611},
+                        {whirl::FrfKind::receptance, true, 9003}}) {
     whirl::testing::SyntheticOptions o;
     o.kind = c.kind;
     o.noise = 0.05;
     o.proportional = c.proportional;
-    o.seed = 611;
+    o.seed = c.seed;
     const auto data = whirl::testing::make_synthetic(o);
     const auto s = score(data.poles, whirl::modal::fit_modes(data.frf));
     EXPECT_GE(s.frequency, 34) << to_string(c.kind) << c.proportional;

@@ -192,11 +192,10 @@ FrequencyResponse response_of(const OrderCurves& curves, const Run& run, double 
   frf.frequency = VectorXd::LinSpaced(count, static_cast<double>(first), static_cast<double>(last)) * df;
   for (std::size_t c = 0; c < names.size(); ++c) {
     const VectorXcd above = signal::real_fft(motion.col(static_cast<Index>(c)).eval());
-    frf.channels.push_back({names[c],
-                            fmt::format("{}X", order),
-                            above.segment(first, count).cwiseQuotient(below.segment(first, count)),
-                            {},
-                            {}});
+    const VectorXcd value = above.segment(first, count).cwiseQuotient(below.segment(first, count));
+    // What a sweep leaves grows with the response, and the largest resonance leaves some everywhere.
+    const VectorXd error = 0.01 * value.cwiseAbs().cwiseMax(0.02 * value.cwiseAbs().maxCoeff());
+    frf.channels.push_back({names[c], fmt::format("{}X", order), value, {}, error.cwiseAbs2()});
   }
   return frf;
 }

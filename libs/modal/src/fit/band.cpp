@@ -113,9 +113,13 @@ void set_weights(const FrequencyResponse& frf, Eigen::Index first, LineWeighting
                                  .cwiseInverse();
         break;
       }
-      case LineWeighting::proportional:
-        band.weight.col(c) = size.cwiseMax(0.02 * size.maxCoeff()).cwiseInverse();
+      case LineWeighting::proportional: {
+        // A receptance falls by decades over the band; its accelerance has peaks of like size.
+        const Eigen::VectorXd level = band.omega.array().pow(2 - band.power);
+        const double largest = size.cwiseProduct(level).maxCoeff();
+        band.weight.col(c) = size.cwiseMax(0.02 * largest * level.cwiseInverse()).cwiseInverse();
         break;
+      }
       default:
         band.weight.col(c).setConstant(std::sqrt(static_cast<double>(n)) / size.norm());
     }

@@ -191,10 +191,16 @@ void drop_splits(const Band& band, Refined& state, const ResidualTerms& terms, c
     if (k < state.started && !close) continue;
     Poles without = state.poles;
     without.erase(without.begin() + static_cast<std::ptrdiff_t>(k));
-    Refined trial = refine(band, without, state.started - (k < state.started ? 1 : 0), terms, 6);
-    const double variance = noise_variance(band, state.poles, terms, state.fit);
-    const double rise = (trial.fit.total() - state.fit.total()) / (2 * static_cast<double>(band.channels()) * variance);
-    if (rise < options.search_gain * state.correlated) state = std::move(trial);
+    const std::size_t started = state.started - (k < state.started ? 1 : 0);
+    const auto rise_of = [&](const Refined& trial) {
+      const double variance = noise_variance(band, state.poles, terms, state.fit);
+      return (trial.fit.total() - state.fit.total()) / (2 * static_cast<double>(band.channels()) * variance);
+    };
+    const double chance = options.search_gain * state.correlated;
+    Refined trial = refine(band, without, started, terms, 2);
+    if (rise_of(trial) > 10 * chance) continue;  // no few more steps make up for that
+    trial = refine(band, trial.poles, started, terms, 6);
+    if (rise_of(trial) < chance) state = std::move(trial);
   }
 }
 
