@@ -13,6 +13,7 @@ constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloo
 constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
                  kSaturationTime = 0.05;
 constexpr double kGrowing = 1.1, kLoud = 2, kOwnWait = 0.2, kFullStart = 0.09;
+constexpr double kOften = 0.15, kLoudStart = 1.4;
 constexpr double kSudden = 0.4, kKnown = 0.5;
 constexpr double kCalm = 1, kTestFade = 2e-3, kTestReturn = 5e-3;
 constexpr int kQuarter = 3;
@@ -147,12 +148,19 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   settle_ = std::max(0.0, settle_ - h);
   wait_ = std::max({0.0, wait_ - h, settle_});
   // At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
-  // Without a feedforward the feedback has to catch the rotor first.
-  const double start = settings_.fixed ? kObserved : kFullStart;
-  if (saturated_ > 0.5 && settle_ <= 0 && time_ > start && level > kLoud * settings_.level && steps_ <= kQuarter) {
+  // Without a feedforward the feedback has to catch the rotor first; with one no start is at its limit again and again.
+  const bool full = saturated_ > 0.5 && level > kLoud * settings_.level;
+  const bool starting = settings_.fixed && steps_ == 0 && time_ > kFullStart && time_ < kStart + kConfirm &&
+                        wait_ <= 0 && saturated_ > kOften && level > kLoudStart * settings_.level;
+  if (((full && time_ > (settings_.fixed ? kObserved : kFullStart)) || starting) && settle_ <= 0 &&
+      steps_ <= kQuarter) {
     step_down(kGrowth);
     steps_ = kOwnStep;
     wait_ = kOwnWait;
+  }
+  // A gain that came back to a quiet rotor and brings the motion back.
+  if (returned_ && steps_ == 0 && wait_ > 0 && settle_ <= 0 && !check_.let_go() && level > settings_.level) {
+    step_down(kGrowth);
   }
   // What the law finds itself is on its way: no step for the transient of another unbalance.
   const double largest = std::max(std::norm(eps_), std::norm(quiet_));

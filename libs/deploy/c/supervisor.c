@@ -180,11 +180,26 @@ static void whirl_watch_motion(whirl_state *state, whirl_complex forcing, whirl_
 #endif
   w->settle = M(fmax)(R(0.0), w->settle - h);
   w->wait = M(fmax)(M(fmax)(R(0.0), w->wait - h), w->settle);
-  /* At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed. */
-  if ((w->at_limit > R(0.5)) && (w->settle <= R(0.0)) && (w->time > start) && (level > (R(2.0) * p->watch_level)) && (w->steps <= 3)) {
+  /* At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
+     Without a feedforward the feedback has to catch the rotor first; with one no start is at its limit again and again. */
+  {
+    const bool full = (w->at_limit > R(0.5)) && (level > (R(2.0) * p->watch_level)) && (w->time > start);
+#if HAS_FIXED
+    const bool starting = (w->steps == 0) && (w->time > R(0.09)) && (w->time < (R(0.12) + R(0.06))) &&
+                          (w->wait <= R(0.0)) && (w->at_limit > R(0.15)) && (level > (R(1.4) * p->watch_level));
+#else
+    const bool starting = false;
+#endif
+    if ((full || starting) && (w->settle <= R(0.0)) && (w->steps <= 3)) {
+      whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
+      w->steps = 4;
+      w->wait = R(0.2);
+    }
+  }
+  /* A gain that came back to a quiet rotor and brings the motion back. */
+  if (w->returned && (w->steps == 0) && (w->wait > R(0.0)) && (w->settle <= R(0.0)) && (state->check.test <= R(0.0)) &&
+      (level > p->watch_level)) {
     whirl_watch_step_down(w, p->watch_level, WHIRL_WATCH_GROWTH);
-    w->steps = 4;
-    w->wait = R(0.2);
   }
 #if HAS_FIXED
 #else

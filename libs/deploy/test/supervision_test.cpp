@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <vector>
 
 #include "whirl/control/controller.hpp"
 #include "whirl/deploy/code.hpp"
@@ -103,6 +104,55 @@ TEST(SupervisionExport, TheExportedStepTakesTheStepsOfTheLibrary) {
       EXPECT_NE(words & control::kFeedforwardPhase, 0u) << what << " " << control::supervision_text(words);
     }
   }
+}
+
+// Commands that arrive samples too late under a law of high gain: a start that is at its limit again and again, a gain
+// that comes back and brings the motion back, answered at the tick of the library.
+TEST(SupervisionExport, LateCommandsAreAnsweredAtTheTickOfTheLibrary) {
+  testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
+  m.down = 6;
+  int starts = 0, relapses = 0;
+  for (const auto& [kd, limit] : {std::pair{100.0, 1.0}, std::pair{100.0, 20.0}}) {
+    ControllerDesign d = design_for(m, "pd", "lpf");
+    d.parameters["cutoff"] = 190, d.parameters["kd"] = kd;
+    d.force_limit *= limit;
+    const Exported exported(d);
+    for (const std::size_t late : {4, 5}) {
+      exported.library->get<int()>("start")();
+      control::Controller controller = control::make_controller(d);
+      testing::ForeignRig rig(m, 7);
+      std::vector<Command> sent(late);
+      std::uint32_t last = 0;
+      double first = 0, largest = 0, off = 0;
+      int lowered = 0;
+      for (long k = 0; k < 4000; ++k) {
+        const Measurement r = rig.read();
+        const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+        double out[3];
+        exported.go(in, 1, out);
+        const auto answer = controller.step(r);
+        const Command u = answer ? *answer : Command{};
+        const std::uint32_t word = controller.state().supervision.word;
+        ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << kd << ", " << late << ": " << k;
+        if ((word & control::kGrowth) != 0 && first == 0) first = r.t;
+        const std::uint32_t less = control::kGainLowered | control::kFeedbackOff;
+        lowered += (word & less) != 0 && (last & less) == 0;
+        last = word;
+        largest = std::max({largest, std::abs(u.ux), std::abs(u.uy)});
+        off = std::max({off, std::abs(out[0] - u.ux), std::abs(out[1] - u.uy)});
+        sent.push_back(u);
+        if (k == 1000) sent.insert(sent.end(), 3, u);  // later still while the gain is low
+        rig.write(sent.front());
+        sent.erase(sent.begin());
+        rig.advance();
+      }
+      EXPECT_LE(off, 1e-12 * largest) << kd << ", " << late;
+      starts += first > 0.08 && first < 0.12;
+      relapses += lowered > 1;
+    }
+  }
+  EXPECT_GT(starts, 0);
+  EXPECT_GT(relapses, 0);
 }
 
 // An actuator lost, of the wrong sign, 8 ms late: found at the same tick, with the same reason.
