@@ -15,6 +15,7 @@ constexpr double kUsual = 0.3, kRisen = 4;
 constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
 constexpr double kLateLeast = 0.6, kLateMost = 1.6;
 constexpr double kTest = 16e-3, kTestWindow = 3e-3, kAgain = 0.5, kClear = 0.25, kUnlike = 0.5, kRemains = 0.3;
+constexpr double kProof = 1, kIdle = 0.25;
 constexpr double kTold = 6e-3, kSure = 0.3, kEarlyLeft = 0.3, kEarlyLow = 0.1;
 constexpr double kConfirm = 8e-3, kQuick = 2e-3, kUnclear = 17e-3, kEarly = 10e-3, kLarge = 2;
 
@@ -45,6 +46,7 @@ void ForceCheck::reset() noexcept {
   test_ = before_ = 0;
   tested_ = kAgain;
   suspected_ = ForceFault::none;
+  proven_ = idle_ = 0;
   changed_ = risen_ = false;
 }
 
@@ -166,6 +168,26 @@ ForceFault ForceCheck::test_ended(double rr, Complex fr, double by_gain, double 
   return ForceFault::none;
 }
 
+/// Until the force has been seen to act: if the rotor moves as the unbalance designed with does without it, it is let
+/// go, to see whether anything changes.
+void ForceCheck::prove() noexcept {
+  const double loud = threshold_ * threshold_, least = 1e-9;
+  if (time_ < kStart || test_ > 0 || proven_ > kProof || xx_ + yy_ <= loud) return;
+  const Complex e = settings_.eps;
+  const double rr = dd_ - 2 * real_part(e, fd_) + std::norm(e) * ff_;
+  if (rr < 0.5 * (xx_ + yy_)) proven_ += settings_.sample_time;
+  const double xr = xd_ - real_part(fx_, e), yr = yd_ - real_part(fy_, e);
+  const double px = xr / (xx_ + least), py = yr / (yy_ + least);
+  const bool idle =
+      rr > loud && rr - px * xr - py * yr < kLeft * rr && std::abs(1 - px) < kIdle && std::abs(1 - py) < kIdle;
+  idle_ = idle ? idle_ + settings_.sample_time : 0;
+  if (idle_ <= kConfirm || tested_ < kAgain) return;
+  eps_ = e;
+  suspected_ = ForceFault::lost;
+  before_ = rr;
+  test_ = settings_.sample_time;
+}
+
 // The unbalance that acts, while nothing else is to be explained, or while what is left stands: not what has just risen
 // out of it.
 void ForceCheck::follow() noexcept {
@@ -199,6 +221,7 @@ ForceFault ForceCheck::step(Complex z, bool fresh, Complex a, Complex forcing) n
     if (time_ > 0 || std::norm(u) > 0) time_ = std::min(time_ + h, 1.0);
     if (time_ > kEdge) {
       collect({all[0], all[1]}, {all[2], all[3]}, {all[4], all[5]}, {all[6], all[7]});
+      prove();
       out = judge();
       follow();
     }

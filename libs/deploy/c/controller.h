@@ -136,6 +136,8 @@ typedef struct {
   whirl_real test; /* s since the force was let go; 0: it acts */
   whirl_real tested;
   whirl_real before;
+  whirl_real proven; /* s in which the force acted */
+  whirl_real idle;   /* s in which it seemed to do nothing */
   uint32_t suspected;
   bool changed;
 } whirl_force_check;

@@ -52,6 +52,8 @@ static void whirl_check_reset(whirl_state *state) {
   c->changed = false;
   c->usual = R(0.0);
   c->risen = false;
+  c->proven = R(0.0);
+  c->idle = R(0.0);
 }
 
 static whirl_real whirl_along(whirl_complex a, whirl_complex b) { return (a.re * b.re) + (a.im * b.im); }
@@ -201,6 +203,33 @@ static uint32_t whirl_force_judge(whirl_force_check *c, whirl_real h, whirl_real
   return found;
 }
 
+/* Until the force has been seen to act: if the rotor moves as the unbalance designed with does without it, it is let go,
+   to see whether anything changes. */
+static void whirl_force_prove(whirl_force_check *c, const whirl_params *p, whirl_real threshold) {
+  const whirl_real loud = threshold * threshold;
+  const whirl_real asked = c->xx + c->yy;
+  if ((c->time >= R(0.15)) && (c->test <= R(0.0)) && (c->proven <= R(1.0)) && (asked > loud)) {
+    const whirl_complex e = whirl_make(p->eps_re, p->eps_im);
+    const whirl_real rr = c->dd - (R(2.0) * whirl_along(e, c->fd)) + (whirl_norm(e) * c->ff);
+    const whirl_real xr = c->xd - whirl_along(c->fx, e);
+    const whirl_real yr = c->yd - whirl_along(c->fy, e);
+    const whirl_real px = xr / (c->xx + R(1e-9));
+    const whirl_real py = yr / (c->yy + R(1e-9));
+    const bool explained = (rr - (px * xr) - (py * yr)) < (R(0.2) * rr);
+    const bool idle = (rr > loud) && explained && (M(fabs)(R(1.0) - px) < R(0.25)) && (M(fabs)(R(1.0) - py) < R(0.25));
+    if (rr < (R(0.5) * asked)) {
+      c->proven += p->sample_time;
+    }
+    c->idle = idle ? (c->idle + p->sample_time) : R(0.0);
+    if ((c->idle > R(8e-3)) && (c->tested >= R(0.5))) {
+      c->eps = e;
+      c->suspected = WHIRL_WATCH_FORCE_LOST;
+      c->before = rr;
+      c->test = p->sample_time;
+    }
+  }
+}
+
 /* The unbalance that acts, while nothing else is to be explained, or while what is left stands: not what has just risen
    out of it. */
 static void whirl_force_follow(whirl_force_check *c, const whirl_params *p) {
@@ -247,6 +276,7 @@ static uint32_t whirl_force_check_step(whirl_state *state, whirl_complex z, bool
       }
       if (c->time > R(20e-3)) {
         whirl_collect(c, h, ys, us, ls, unbalance);
+        whirl_force_prove(c, p, R(0.7) * p->watch_level * p->k1);
         found = whirl_force_judge(c, h, R(0.7) * p->watch_level * p->k1);
         whirl_force_follow(c, p);
       }

@@ -198,6 +198,36 @@ TEST(SupervisionExport, FaultsOfTheForceAreFoundAtTheTickOfTheLibrary) {
   }
 }
 
+// Actuators that are dead from the first tick on: let go and found at the tick of the library.
+TEST(SupervisionExport, ActuatorsDeadFromTheFirstTickAreFoundAtTheTickOfTheLibrary) {
+  testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);
+  m.down = 6;
+  int tested = 0;
+  for (const auto& [law, estimator] : {std::pair{"pd", "lpf"}, std::pair{"lsmc", "kfe"}}) {
+    const ControllerDesign d = design_for(m, law, estimator);
+    const Exported exported(d);
+    control::Controller controller = control::make_controller(d);
+    testing::ForeignRig rig(m, 6);
+    rig.machine().gain = 0;
+    long trip = -1;
+    for (long k = 0; k < 500 && trip < 0; ++k, rig.advance()) {
+      const Measurement r = rig.read();
+      const double in[] = {r.x, r.y, r.beta, r.omega, r.omega_dot};
+      double out[3];
+      const int status = exported.go(in, 1, out);
+      const auto answer = controller.step(r);
+      const std::uint32_t word = controller.state().supervision.word;
+      ASSERT_EQ(status, answer ? 0 : 4) << law << " " << k;
+      ASSERT_EQ(static_cast<std::uint32_t>(out[2]), word) << law << " " << k;
+      tested += (word & control::kForceTested) != 0;
+      if (!answer) trip = k;
+    }
+    EXPECT_GE(trip, 0) << law;
+    EXPECT_NE(controller.state().supervision.word & control::kForceLost, 0u) << law;
+  }
+  EXPECT_GT(tested, 0);
+}
+
 // An unbalance that trebles looks like a force of the wrong sign until it is let go: the same ticks, and no trip.
 TEST(SupervisionExport, AnUnbalanceThatTreblesIsToldFromAWrongForceAtTheTickOfTheLibrary) {
   testing::ForeignMachine m = testing::ForeignMachine::draw(4, 0.05);

@@ -39,6 +39,10 @@ struct ForceCheckSettings {
 /// than half of r, the force is let go (`let_go`) until one of them is three times as good as the other, which takes 8
 /// ms, at most 16 ms: a wrong force leaves nothing of r then, another unbalance all of it, and is known (`changed`,
 /// `eps`). A large r with a gain below 0.1 is tested at once. Once within half a second; else the force is blamed.
+///
+/// Actuators that are dead from the first tick on look like twice the unbalance. So until the force has acted for 1 s
+/// (half of it or more is found in the motion, with the unbalance designed with), it is let go as well when that
+/// unbalance and gains below 0.25 of both actuators explain the motion for 8 ms.
 class ForceCheck {
  public:
   using Complex = std::complex<double>;
@@ -64,6 +68,7 @@ class ForceCheck {
   void low_pass(Signals& in) noexcept;
   Complex delayed(Complex u) noexcept;
   void collect(Complex y, Complex u, Complex late, Complex unbalance) noexcept;
+  void prove() noexcept;
   void follow() noexcept;
   ForceFault judge() noexcept;
   ForceFault test_ended(double rr, Complex fr, double by_gain, double changed) noexcept;
@@ -85,6 +90,7 @@ class ForceCheck {
   double time_ = 0, loud_ = 0, gain_time_ = 0, late_time_ = 0;  // s; time_ since the first force
   double test_ = 0, tested_ = 0, before_ = 0;  // s since let go and since the last test ended; r^2 when it began
   double usual_ = 0;                           // r^2 of the last 0.3 s
+  double proven_ = 0, idle_ = 0;               // s in which the force acted, in which it seemed to do nothing
   ForceFault suspected_ = ForceFault::none;
   bool changed_ = false, risen_ = false;
 };
