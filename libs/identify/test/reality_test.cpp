@@ -378,5 +378,37 @@ TEST(AcCoupledProperty, TheHighPassOfTheProbesIsFound) {
   EXPECT_GT(covered, 0.88 * intervals);
 }
 
+// Which of two probes that disagree is right no record tells: e, its phase and k2 hold both readings, and it is said.
+TEST(ProbeReadingsProperty, EitherOfTwoProbesThatDisagreeMayBeRight) {
+  for (const Oddity oddity : {Oddity::sensor_gain, Oddity::sensor_angle}) {
+    for (const unsigned seed : {8101U, 8102U}) {
+      const DrawnMachine d = draw_machine(oddity, seed);
+      const RotorIdentification r = found_in(oddity, seed, 40);
+      SCOPED_TRACE(fmt::format("{} seed {}", to_string(oddity), seed));
+      const double gain = d.machine.gain_y, turn = std::numbers::pi / 2 - d.machine.sensor_angle;
+      EXPECT_TRUE(r.model.parameter("e")->covers(d.machine.e * gain));
+      EXPECT_TRUE(r.model.parameter("k2")->covers(d.machine.cubic / (gain * gain)));
+      const Estimate& phase = *r.model.parameter("e_phase");
+      EXPECT_LT(std::abs(std::remainder(phase.value - d.machine.e_phase - turn, 2 * std::numbers::pi)), 3 * phase.sd);
+      EXPECT_TRUE(std::ranges::any_of(r.ambiguities, [](const Ambiguity& a) {
+        return a.readings.find("or the y probe is right") != std::string::npos;
+      }));
+    }
+  }
+}
+
+// A recorder that averages reads late and too small. The delay is seen; what it takes of e and k2 is in the intervals.
+TEST(ProbeReadingsProperty, ADelayMayBeAFilterThatReadsTooLittle) {
+  for (const unsigned seed : {8111U, 8112U, 8113U}) {
+    DrawnMachine d = draw_machine(Oddity::none, seed);
+    d.run.dt = 2.5e-3;
+    const IdentifiedModel m = identify_rotor_detailed({rotor_record(averaged_record(d, 45, seed, 10))}).model;
+    SCOPED_TRACE(seed);
+    ASSERT_NE(m.parameter("delay"), nullptr);
+    EXPECT_FALSE(wrong(m, "k2", d.machine.cubic, 2e-3));
+    EXPECT_FALSE(wrong(m, "e", d.machine.e, 2e-3));
+  }
+}
+
 }  // namespace
 }  // namespace whirl::identification

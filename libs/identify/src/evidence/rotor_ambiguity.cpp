@@ -115,6 +115,47 @@ void bow_beside_runout(bool better, RotorIdentification& result) {
   widen(model, bowed);
 }
 
+/// What the model is when the true motion is `scale` times the one it has, turned by `turn`.
+IdentifiedModel seen_otherwise(IdentifiedModel model, double scale, double turn) {
+  model.rotor->eps *= std::polar(scale, turn);
+  model.rotor->k2 /= scale * scale;
+  for (auto& [name, e] : model.parameters) {
+    if (name.starts_with("e_phase")) {
+      e = Estimate::from_sd(e.value + turn, e.sd);
+    } else if (name == "k2" || name == "e" || name.starts_with("e_")) {
+      const double by = name == "k2" ? 1 / (scale * scale) : scale;
+      e = Estimate::from_sd(by * e.value, by * e.sd);
+    }
+  }
+  return model;
+}
+
+/// Two probes that disagree: nothing in the record says which of them is right.
+void either_probe(RotorIdentification& result) {
+  const SensorAxes& sensor = result.fit.sensor;
+  if (sensor.gain == 0 && sensor.angle == 0) return;
+  const IdentifiedModel other = seen_otherwise(result.model, 1 + sensor.gain, sensor.angle);
+  result.ambiguities.push_back(
+      {fmt::format("the x probe is right and y reads {:.3g} % too much and leans towards x by {:.3g} deg, or the y "
+                   "probe is right and x is off by as much",
+                   100 * sensor.gain, sensor.angle * 180 / std::numbers::pi),
+       difference(result.model, other), "calibrate both probes and measure their directions"});
+  widen(result.model, other);
+}
+
+/// A pure delay, or a filter (first-order low-pass at the most) or averaging, which reads the motion smaller too.
+void delay_of_filter(RotorIdentification& result) {
+  if (!result.active.delay) return;
+  const double turn = result.model.rotor->natural_frequency() * result.fit.delay;
+  const IdentifiedModel other = seen_otherwise(result.model, std::hypot(1, turn), 0);
+  result.ambiguities.push_back(
+      {fmt::format("a pure delay of {:.3g} ms, or a low-pass filter or averaging over some samples, which reads the "
+                   "motion up to {:.2g} % smaller",
+                   1e3 * result.fit.delay, 100 * (std::hypot(1, turn) - 1)),
+       difference(result.model, other), "the data sheet of the amplifier, or a record at another filter setting"});
+  widen(result.model, other);
+}
+
 void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   const ScoreCandidate* c = grown.test.find(std::string(name_of(RotorTermKind::cubic_per_axis).label));
   const Estimate& k2 = *result.model.parameter("k2");
@@ -250,6 +291,8 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
   const IdentifiedModel found = model;
   bow_beside_runout(grown.bow, result);
   springs_along_axes(grown, result);
+  either_probe(result);
+  delay_of_filter(result);
   for (const OtherReading& reading : grown.others) {
     IdentifiedModel other;
     describe_rotor(ParameterView(reading.fit, scale), reading.fit, other);

@@ -18,6 +18,7 @@ using Complex = std::complex<double>;
 
 // Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
+constexpr double kMuch = 4;               // chi-square of a model that lacks something large
 constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel
 constexpr int kMostSubsteps = 16;
 constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
@@ -69,6 +70,7 @@ class Grower {
     score_.terms = growth_.terms;
     score_.sensor = options.terms;
     fit_ = fit(growth_);
+    halved_ = fit_.summary.chi_square;
     keep_grid();
   }
 
@@ -189,6 +191,7 @@ class Grower {
   }
   bool step();
   void try_bow();
+  bool gives_up();
   bool beyond_doubt(const Growth& less) const;
   bool explains_enough(const OutputErrorFit& larger) const;
   void prune();
@@ -202,6 +205,8 @@ class Grower {
   ScoreTestOptions score_;
   double values_ = 0;    // real readings
   double grid_for_ = 0;  // chi-square of the fit that chose the grid
+  int tried_ = 0;        // steps of trial fits since the rest was halved
+  double halved_ = 0;    // chi-square that began them
   OutputErrorFit fit_;
   GrownRotor grown_;
   struct Taken {
@@ -221,6 +226,10 @@ class Grower {
 bool Grower::step() {
   settle();
   const ScoreTest score = test();
+  if (gives_up()) {
+    warn_of_missing(score);
+    return false;
+  }
   const std::vector<std::string> terms = next_terms(score, growth_, refused_, options_.score_threshold);
   std::optional<OutputErrorFit> best;
   Growth with;
@@ -236,6 +245,7 @@ bool Grower::step() {
     if (std::ranges::count_if(trial.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms)
       continue;
     OutputErrorFit trial_fit = tried.size() < kLikely ? fit_to_the_end(trial) : fit(trial);
+    tried_ += trial_fit.iterations;
     if (trial_fit.summary.status == Status::unusable) continue;
     tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});
     if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;
@@ -289,9 +299,20 @@ void Grower::try_bow() {
 /// Where much stays unexplained, any term of many takes up a little of it, at one long fit each: what the model lacks
 /// is then something else.
 bool Grower::explains_enough(const OutputErrorFit& larger) const {
-  constexpr double kMuch = 4, kLeast = 0.01;
+  constexpr double kLeast = 0.01;
   const double before = fit_.summary.chi_square, after = larger.summary.chi_square;
   return after < kMuch || before - after >= kLeast * (before - 1);
+}
+
+/// Much stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
+bool Grower::gives_up() {
+  constexpr int kPatience = 150;  // steps of the trial fits
+  const double rest = fit_.summary.chi_square;
+  if (rest - 1 <= 0.5 * (halved_ - 1)) {
+    halved_ = rest;
+    tried_ = 0;
+  }
+  return rest > kMuch && tried_ > kPatience;
 }
 
 /// The parameters that `less` lacks are so many deviations from 0 that no fit without them needs to be tried. A term
@@ -351,6 +372,7 @@ void Grower::find_others() {
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
       grown_.others.push_back({taken, label(other, growth_), std::move(replaced)});
   }
+  if (fit_.summary.chi_square > kMuch) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
     if (!c.in_model || is_special(c.term) || c.score < kHint) continue;
     OutputErrorFit more = fit(with_term(growth_, c.term, options_));

@@ -307,4 +307,15 @@ inline Recording machine_record(const DrawnMachine& d, double snr, unsigned long
   return machine_record(z, d.run);
 }
 
+/// The same through a recorder that stores the mean of `count` samples with the time and angle of the first.
+inline Recording averaged_record(const DrawnMachine& d, double snr, unsigned long long seed, Eigen::Index count) {
+  DrawnMachine fine = d;
+  fine.run.dt /= static_cast<double>(count);
+  Eigen::MatrixX2d z = readings(fine.machine, fine.run);
+  Eigen::MatrixX2d means(z.rows() / count, 2);
+  for (Eigen::Index i = 0; i < means.rows(); ++i) means.row(i) = z.middleRows(count * i, count).colwise().mean();
+  add_noise(means, snr, seed * 104729 + 5);
+  return machine_record(means, d.run);
+}
+
 }  // namespace whirl::testing
