@@ -50,7 +50,13 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
 // The lines about a pole, with what the poles far from it and the residual terms explain taken out. `near`: the poles
 // of the window.
 Band window_of(const Band& band, const Refined& state, bool hysteretic, Complex centre, Poles& near) {
-  const double reach = 15 * -centre.real() + 20 * 2 * kPi * band.line_width();
+  constexpr std::ptrdiff_t kNeighbours = 6;  // fewer widths where many poles stand close: their tails are taken out
+  double reach = 0;
+  for (const double widths : {15.0, 10.0, 6.0}) {
+    reach = widths * -centre.real() + 20 * 2 * kPi * band.line_width();
+    const auto within = [&](Complex p) { return std::abs(p.imag() - centre.imag()) < reach; };
+    if (std::count_if(state.poles.begin(), state.poles.end(), within) <= kNeighbours) break;
+  }
   Index first = 0, last = band.lines() - 1;
   while (first < last && band.omega[first] < centre.imag() - reach) ++first;
   while (last > first && band.omega[last] > centre.imag() + reach) --last;
