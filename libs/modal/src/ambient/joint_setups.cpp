@@ -289,6 +289,15 @@ std::vector<SeenBy> seen_by(const std::vector<Setup>& setups, Index count, doubl
   return seen;
 }
 
+// The same for all set-ups.
+SubspaceSizes sizes_of(const std::vector<Setup>& setups, const OmaOptions& options, Index references) {
+  Index rows = 0;
+  for (const Setup& setup : setups) rows = std::max(rows, block_rows(options, references, setup.y));
+  SubspaceSizes sizes{};
+  for (const Setup& setup : setups) sizes = subspace_sizes(options, references, rows, setup.y.rows());
+  return sizes;
+}
+
 }  // namespace
 
 OperationalModes identify_joint(const std::vector<Recording>& records, const OmaOptions& options) {
@@ -299,8 +308,7 @@ OperationalModes identify_joint(const std::vector<Recording>& records, const Oma
   const double dt = records.front().dt;
   const SubspaceBand band = subspace_band(options, dt);
   const auto count = static_cast<Index>(references.size());
-  SubspaceSizes sizes{};
-  for (const Setup& setup : setups) sizes = subspace_sizes(options, count, setup.y.rows());
+  const SubspaceSizes sizes = sizes_of(setups, options, count);
 
   std::vector<Hankels> mean;
   std::vector<std::vector<Hankels>> blocks(static_cast<std::size_t>(options.blocks));

@@ -39,21 +39,16 @@ VectorXcd changes_of(const SubspacePole& pole, const MatrixXd& u, const MatrixXd
   return changes;
 }
 
-}  // namespace
+struct Found {
+  std::vector<OperationalMode> modes;
+  std::size_t orders = 0;  // of the models looked at
+  Index rank = 0;
+};
 
-OperationalModes identify_operational(const Recording& given, const OmaOptions& options) {
-  given.check();
-  OperationalModes result;
-  const Recording recording = usable_record(given, result.summary);
-  MatrixXd y = responses_of(recording, result);
-  const double dt = recording.dt;
-  const SubspaceBand band = subspace_band(options, dt);
+// Modes inside `band` of the records `y`, whose channels are of like size.
+Found subspace_modes(const MatrixXd& y, double dt, SubspaceBand band, const SubspaceSizes& sizes,
+                     const OmaOptions& options) {
   const Index l = y.cols();
-  const SubspaceSizes sizes = subspace_sizes(options, l, y.rows());
-  take_off_tones(recording, options, band, y, result.tones);
-
-  const VectorXd scale = y.colwise().norm().transpose() / std::sqrt(static_cast<double>(y.rows()));
-  y = (y * scale.cwiseInverse().asDiagonal()).eval();
   std::vector<Index> all(static_cast<std::size_t>(l));
   std::iota(all.begin(), all.end(), Index{0});
   const auto matrix_of = [&](const std::vector<MatrixXd>& r) { return hankel(r, sizes.rows + 1, sizes.rows, 0, l); };
@@ -65,36 +60,81 @@ OperationalModes identify_operational(const Recording& given, const OmaOptions& 
     weighted = h * weight;
   }
   const Eigen::SelfAdjointEigenSolver<MatrixXd> squares(weighted * weighted.transpose());
-  const Index rank = std::min<Index>(sizes.max_order, h.cols());
-  const MatrixXd u = squares.eigenvectors().rowwise().reverse().leftCols(rank);
+  Found found;
+  found.rank = std::min<Index>(sizes.max_order, h.cols());
+  const MatrixXd u = squares.eigenvectors().rowwise().reverse().leftCols(found.rank);
   // H W V = U S: with the columns of U S the right side is W V = W (H W)^T U / S, and everything scales by 1/S.
-  const VectorXd singular2 = squares.eigenvalues().reverse().head(rank).cwiseMax(1e-300);
+  const VectorXd singular2 = squares.eigenvalues().reverse().head(found.rank).cwiseMax(1e-300);
   const MatrixXd right = weight * (weighted.transpose() * u) * singular2.cwiseInverse().asDiagonal();
   std::vector<SubspacePole> poles;
   std::vector<int> orders;
-  for (int order = 2; order <= rank; order += 2) {
+  for (int order = 2; order <= found.rank; order += 2) {
     orders.push_back(order);
     append_poles(u.topLeftCorner(u.rows() - l, order), u.bottomLeftCorner(u.rows() - l, order),
                  u.topLeftCorner(l, order), dt, band, options.max_damping, poles);
   }
+  found.orders = orders.size();
+  const std::vector<SubspaceCluster> clusters = cluster_poles(poles, orders, options);
+  if (clusters.empty()) return found;
   const Index part = y.rows() / options.blocks;
   std::vector<MatrixXd> blocks;
   for (int b = 0; b < options.blocks; ++b)
     blocks.push_back(matrix_of(correlations(y.middleRows(b * part, part), all, 2 * sizes.rows + 1)));
-
-  const double duration = dt * static_cast<double>(y.rows());
-  for (const SubspaceCluster& cluster : cluster_poles(poles, orders, options)) {
+  for (const SubspaceCluster& cluster : clusters) {
     VectorXcd changes = VectorXcd::Zero(options.blocks);
     for (const SubspacePole* pole : cluster.members) changes += changes_of(*pole, u, right, blocks, l, dt);
-    OperationalMode mode = mode_of(cluster, changes / static_cast<double>(cluster.members.size()));
+    found.modes.push_back(mode_of(cluster, changes / static_cast<double>(cluster.members.size())));
+  }
+  return found;
+}
+
+// Modes so slow that the block rows hold less than half a period: looked for with many more rows, where there are many.
+void append_slow_modes(const MatrixXd& y, double dt, SubspaceBand band, Index rows, const OmaOptions& options,
+                       Found& found) {
+  const Index more = most_block_rows(y.cols());
+  const double half_period = 0.5 / (dt * static_cast<double>(rows));
+  band.high = std::min(band.high, half_period);
+  if (options.block_rows > 0 || more < 2 * rows || 2 * more + 2 > y.rows() / 20 || !(band.low < band.high)) return;
+  const Found slow = subspace_modes(y, dt, band, subspace_sizes(options, y.cols(), more, y.rows()), options);
+  std::erase_if(found.modes, [&](const OperationalMode& mode) { return mode.frequency.value < band.high; });
+  for (OperationalMode mode : slow.modes) {
+    mode.orders = static_cast<int>(std::lround(static_cast<double>(mode.orders) * static_cast<double>(found.orders) /
+                                               static_cast<double>(slow.orders)));
+    found.modes.push_back(std::move(mode));
+  }
+}
+
+}  // namespace
+
+OperationalModes identify_operational(const Recording& given, const OmaOptions& options) {
+  given.check();
+  OperationalModes result;
+  const Recording recording = usable_record(given, result.summary);
+  MatrixXd y = responses_of(recording, result);
+  const double dt = recording.dt;
+  const SubspaceBand band = subspace_band(options, dt);
+  const Index l = y.cols();
+  take_off_tones(recording, options, band, y, result.tones);
+  const Index rows = block_rows(options, l, y);
+  const SubspaceSizes sizes = subspace_sizes(options, l, rows, y.rows());
+
+  const VectorXd scale = y.colwise().norm().transpose() / std::sqrt(static_cast<double>(y.rows()));
+  y = (y * scale.cwiseInverse().asDiagonal()).eval();
+  Found found = subspace_modes(y, dt, band, sizes, options);
+  append_slow_modes(y, dt, band, rows, options, found);
+
+  const double duration = dt * static_cast<double>(y.rows());
+  for (OperationalMode& mode : found.modes) {
     const double kurtosis = band_kurtosis(y, dt, mode.frequency.value, tone_width(mode, duration));
     take_mode(std::move(mode), kurtosis, scale, options, result);
   }
-  const std::string dropped = drop_chance_modes({{&y, dt, scale, all}}, orders.size(), result);
+  std::vector<Index> all(static_cast<std::size_t>(l));
+  std::iota(all.begin(), all.end(), Index{0});
+  const std::string dropped = drop_chance_modes({{&y, dt, scale, all}}, found.orders, result);
   conclude(result);
   result.summary.trust =
       fmt::format("{} modes from {:.4g} s, {} channels, orders 2 to {}; the excitation is taken as white",
-                  result.modes.size(), duration, l, rank) +
+                  result.modes.size(), duration, l, found.rank) +
       dropped;
   return result;
 }

@@ -64,13 +64,32 @@ SubspaceBand subspace_band(const OmaOptions& options, double dt) {
   return band;
 }
 
-SubspaceSizes subspace_sizes(const OmaOptions& options, Index l, Index n) {
-  Index rows = options.block_rows > 0 ? options.block_rows : std::clamp<Index>(360 / l, 20, 120);
+Index most_block_rows(Index references) { return std::clamp<Index>(360 / references, 20, 120); }
+
+Index block_rows(const OmaOptions& options, Index references, const MatrixXd& y) {
+  if (options.block_rows > 0) return options.block_rows;
+  constexpr double kPeriods = 2;
+  constexpr Index kLeast = 24, kColumns = 120;
+  // cos(w dt), mean over the energy: from neighbouring samples.
+  double sum = 0;
+  for (Index c = 0; c < y.cols(); ++c) {
+    const VectorXd centred = y.col(c).array() - y.col(c).mean();
+    const Index n = centred.size() - 1;
+    sum += centred.head(n).dot(centred.tail(n)) / std::max(1e-300, centred.squaredNorm());
+  }
+  const double cosine = std::clamp(sum / static_cast<double>(y.cols()), -1.0, 1 - 1e-12);
+  const double wanted = kPeriods * 2 * kPi / std::acos(cosine);
+  const Index most = most_block_rows(references);
+  return std::clamp(static_cast<Index>(std::min(wanted, 1e6)), std::min(std::max(kLeast, kColumns / references), most),
+                    most);
+}
+
+SubspaceSizes subspace_sizes(const OmaOptions& options, Index references, Index rows, Index samples) {
   require_range("max_order", options.max_order, 0, 1000);
-  if (2 * rows + 2 > n / 20)
-    throw Error(
-        fmt::format("the record is too short: {} samples, {} are needed for {} channels", n, 20 * (2 * rows + 2), l));
-  const int most = static_cast<int>(std::min<Index>(60, rows * l / 3));
+  if (2 * rows + 2 > samples / 20)
+    throw Error(fmt::format("the record is too short: {} samples, {} are needed for {} channels", samples,
+                            20 * (2 * rows + 2), references));
+  const int most = static_cast<int>(std::min<Index>(60, rows * references / 3));
   return {rows, options.max_order > 0 ? options.max_order : most};
 }
 

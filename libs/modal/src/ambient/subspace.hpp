@@ -33,8 +33,17 @@ struct SubspaceBand {
 /// Band asked for, or the default one. Throws Error unless ascending and below half the rate.
 SubspaceBand subspace_band(const OmaOptions& options, double dt);
 
-/// `references`: channels on the right of the correlations. Throws Error where `samples` are too few.
-SubspaceSizes subspace_sizes(const OmaOptions& options, Eigen::Index references, Eigen::Index samples);
+/// Block rows beyond which the matrix grows too large.
+Eigen::Index most_block_rows(Eigen::Index references);
+
+/// Block rows over two periods of the mean frequency of `y`, where not asked for: correlations of later lags are more
+/// chance than structure, and ringing on they make every damping look small. `references`: channels on the right of the
+/// correlations.
+Eigen::Index block_rows(const OmaOptions& options, Eigen::Index references, const Eigen::MatrixXd& y);
+
+/// Throws Error where `samples` are too few for so many block rows.
+SubspaceSizes subspace_sizes(const OmaOptions& options, Eigen::Index references, Eigen::Index rows,
+                             Eigen::Index samples);
 
 /// R_i = mean of y_{k+i} r_k^T for i = 0..lags, r the channels `references` of y: channels x references.
 std::vector<Eigen::MatrixXd> correlations(const Eigen::MatrixXd& y, const std::vector<Eigen::Index>& references,

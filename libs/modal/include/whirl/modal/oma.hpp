@@ -18,7 +18,7 @@ struct OmaOptions {
   SubspaceMethod method = SubspaceMethod::data;
   double band_low = 0, band_high = 0;  ///< Hz; 0 = 0.5 % and 90 % of half the sample rate
   int max_order = 0;                   ///< states; 0 = by the number of channels, at most 60
-  int block_rows = 0;                  ///< block rows of the Hankel matrix; 0 = about 360 rows in all
+  int block_rows = 0;                  ///< block rows of the Hankel matrix; 0 = over two periods of the mean frequency
   int blocks = 20;                     ///< of the record, for the variances
   double max_damping = 0.1;
   double presence = 0.33;        ///< share of the orders that show a mode
