@@ -378,6 +378,36 @@ TEST(AcCoupledProperty, TheHighPassOfTheProbesIsFound) {
   EXPECT_GT(covered, 0.88 * intervals);
 }
 
+// A pickup of velocity with its integrator is a high-pass of the second order. One of the first order with the same
+// phase reads the motion smaller by other shares: e and k2 were off at up to 13 stated deviations, status ok.
+TEST(AcCoupledProperty, AHighPassOfSecondOrderIsFoundOrItsPlaceIsInTheIntervals) {
+  const double corner = 2 * std::numbers::pi * 1.5;
+  for (unsigned seed = 681; seed < 685; ++seed) {
+    for (const double snr : {20.0, 40.0}) {
+      const OddRecord record = odd_record(OddKind::integrated, snr, seed);
+      const RotorIdentification r = identify_rotor_detailed({rotor_record(record.record)});
+      SCOPED_TRACE(fmt::format("seed {}, {} dB", seed, snr));
+      EXPECT_EQ(r.added.empty() ? "" : r.added[0], "AC coupling");
+      if (snr > 30) {
+        EXPECT_THAT(r.added, ::testing::ElementsAre("AC coupling", "AC coupling of second order"));
+      }
+      for (const auto& [name, truth] : {std::pair("k1", record.k1),
+                                        {"k2", record.k2},
+                                        {"c", record.c},
+                                        {"e", record.e},
+                                        {"e_phase", draw_machine(Oddity::none, seed + 500).machine.e_phase}}) {
+        const Estimate* e = r.model.parameter(name);
+        const double off =
+            std::string(name) == "e_phase" ? std::remainder(e->value - truth, 2 * std::numbers::pi) : e->value - truth;
+        EXPECT_LT(std::abs(off), 4.5 * e->sd) << name;
+      }
+      if (const Estimate* square = r.model.parameter("sensor_high_pass_square")) {
+        EXPECT_LT(std::abs(square->value - corner * corner), 4.5 * square->sd);
+      }
+    }
+  }
+}
+
 // Which of two probes that disagree is right no record tells: e, its phase and k2 hold both readings, and it is said.
 TEST(ProbeReadingsProperty, EitherOfTwoProbesThatDisagreeMayBeRight) {
   for (const Oddity oddity : {Oddity::sensor_gain, Oddity::sensor_angle}) {

@@ -170,8 +170,12 @@ void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& 
 void judge_sizes(const RotorIdentification& result, Summary& summary) {
   constexpr double kMost = 6;
   const Motion motion = motion_of(result.fit);
+  const bool explained = std::max(result.chi_square_weak, result.fit.summary.chi_square) < 1.3;
+  const double unstable = unstable_from(result.fit.model, result.fit.terms, motion.top_speed);
   for (const RotorTerm& t : result.fit.terms) {
     const RotorTermName& name = name_of(t.kind);
+    // A whirl that is seen to grow by itself shows the size of what drives it.
+    if (explained && std::isfinite(unstable) && drives_whirl(t.kind)) continue;
     RotorModel middle = result.fit.model;  // k1 and c hold at the start of a drift
     for (const RotorTerm& d : result.fit.terms) {
       if (d.kind == RotorTermKind::stiffness_drift) middle.k1 += 0.5 * motion.seconds * d.value;

@@ -77,6 +77,7 @@ std::string difference(const IdentifiedModel& model, const IdentifiedModel& othe
 std::string experiment_for(const std::string& a, const std::string& b) {
   const std::string both = a + ", " + b;
   const auto has = [&](const char* word) { return both.find(word) != std::string::npos; };
+  if (has("AC coupling")) return "the data sheet of the pickup and its integrator, or a record with DC coupling";
   if (has("sensor") || has("conj")) return "calibrate the probes, or pull the shaft along x and along y";
   if (has("time")) return "a run-up after the run-down, or a run at another rate";
   if (has("gyroscopic") || has("rotating") || has("cross") || has("speed")) {

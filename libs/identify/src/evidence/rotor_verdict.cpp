@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "evidence/omitted_terms.hpp"
@@ -133,6 +134,20 @@ void state_own_springs(const std::vector<RotorRecord>& records, const Identified
   }
 }
 
+/// A whirl that grows by itself.
+void state_self_excited(const OutputErrorFit& fit, const Cover& cover, Summary& summary) {
+  const double from = unstable_from(fit.model, fit.terms, cover.high / kHz);
+  if (!std::isfinite(from)) return;
+  std::vector<RotorTerm> driving;
+  std::ranges::copy_if(fit.terms, std::back_inserter(driving), [](const RotorTerm& t) { return drives_whirl(t.kind); });
+  if (driving.empty()) return;
+  summary.warn(fmt::format(
+      "the rotor whirls by itself {}: {} is more than the outer damping holds, and small motion grows to a forward "
+      "whirl near {:.4g} Hz that does not follow the speed; balancing does not take it away, more outer damping does",
+      from > 0 ? fmt::format("from {:.4g} Hz on", from * kHz) : "at any speed", names_of(driving),
+      fit.model.natural_frequency() * kHz));
+}
+
 }  // namespace
 
 void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentification& result, Summary& summary) {
@@ -144,6 +159,7 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
   judge_parameters(result.model, cover, summary);
   judge_reach(result, cover, summary);
   state_own_springs(records, result.model, summary);
+  state_self_excited(result.fit, cover, summary);
   set_trust(
       fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any "
                   "cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can "

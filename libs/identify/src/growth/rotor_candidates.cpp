@@ -64,8 +64,10 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
     g.active.sensor_angle = true;
   } else if (term == "sampling skew") {
     g.active.sensor_skew = true;
-  } else if (term == "AC coupling") {
+  } else if (term == kFirstHighPass) {
     g.active.sensor_high_pass = true;
+  } else if (term == kSecondHighPass) {
+    g.active.sensor_high_pass_square = true;
   } else if (term == "probe curve") {
     g.active.sensor_cubic = true;
   } else if (term == "conj z") {
@@ -103,7 +105,10 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
   } else if (term == "sampling skew") {
     g.active.sensor_skew = false;
     g.active.sensor.skew = 0;
-  } else if (term == "AC coupling") {
+  } else if (term == kSecondHighPass) {
+    g.active.sensor_high_pass_square = false;
+    g.active.sensor.high_pass_square = 0;
+  } else if (term == kFirstHighPass && !g.active.sensor_high_pass_square) {
     g.active.sensor_high_pass = false;
     g.active.sensor.high_pass = 0;
   } else if (term == "probe curve") {

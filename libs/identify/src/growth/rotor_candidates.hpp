@@ -10,7 +10,8 @@
 /// What a growing rotor model may take up, and the model with a term more or less.
 namespace whirl::identification::detail {
 
-inline const std::string kBow = "bow of the shaft";
+inline const std::string kBow = "bow of the shaft", kFirstHighPass = "AC coupling",
+                         kSecondHighPass = "AC coupling of second order";
 
 struct CandidateMode {
   ForcedMode mode;

@@ -69,7 +69,12 @@ class Grower {
     score_.delay = options.delay;
     score_.terms = growth_.terms;
     score_.sensor = options.terms;
-    fit_ = fit(growth_);
+    fit_ = growth_.active.terms.empty() ? fit(growth_) : fit_to_the_end(growth_);
+    for (const RotorTerm& term : growth_.active.terms) {  // given from the start
+      const std::string name(name_of(term.kind).label);
+      taken_.push_back({name, name, start_of(fit_)});
+      grown_.added.push_back(name);
+    }
     halved_ = fit_.summary.chi_square;
     keep_grid();
   }
@@ -196,6 +201,7 @@ class Grower {
   bool explains_enough(const OutputErrorFit& larger) const;
   void prune();
   void find_others();
+  void find_second_high_pass();
   void warn_of_missing(const ScoreTest& test);
 
   const std::vector<RotorRecord>& records_;
@@ -372,6 +378,7 @@ void Grower::find_others() {
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
       grown_.others.push_back({taken, label(other, growth_), std::move(replaced)});
   }
+  find_second_high_pass();
   if (fit_.summary.chi_square > kMuch) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
     if (!c.in_model || is_special(c.term) || c.score < kHint) continue;
@@ -379,6 +386,18 @@ void Grower::find_others() {
     if (more.summary.status != Status::unusable && gain(fit_, more) >= kTie)
       grown_.others.push_back({"", c.term, std::move(more)});
   }
+}
+
+/// A high-pass of the first order, or one of the second that turns the phase as much (Butterworth): what they leave of
+/// the size of the motion differs, and that is e and k2.
+void Grower::find_second_high_pass() {
+  if (!growth_.active.sensor_high_pass || growth_.active.sensor_high_pass_square) return;
+  Growth twice = growth_;
+  twice.active.sensor = fit_.sensor;
+  twice.active.sensor.high_pass_square = 0.5 * fit_.sensor.high_pass * fit_.sensor.high_pass;
+  OutputErrorFit other = fit(twice);
+  if (other.summary.status != Status::unusable && gain(other, fit_) < kTie)
+    grown_.others.push_back({kFirstHighPass, kSecondHighPass, std::move(other)});
 }
 
 void Grower::warn_of_missing(const ScoreTest& test) {

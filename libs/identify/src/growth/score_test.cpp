@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "growth/rotor_candidates.hpp"
 #include "growth/score.hpp"
-#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/output_error_parameters.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 #include "weak/weak_rows.hpp"
@@ -115,7 +115,7 @@ class RecordRows {
         gain_error_(Complex(0, 1) * own_.main.imag()),
         angle_error_(Complex(0, 1) * own_.main.real()),
         skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
-        coupled_error_(record.dt * detail::high_passed_rate(own_.main, fit.sensor.high_pass * record.dt)),
+        coupled_error_(record.dt * detail::high_passed_rate(own_.main, detail::high_pass_of(fit.sensor, record.dt))),
         curve_error_(detail::cubes(own_.main)),
         linear_(linearised(fit, own_, record)),
         whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c + own_.c_change)) {
@@ -189,6 +189,7 @@ class RecordRows {
     if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
     if (active_.sensor_skew) simulated_column(own_rows(skew_error_));
     if (active_.sensor_high_pass) simulated_column(own_rows(coupled_error_));
+    if (active_.sensor_high_pass_square) simulated_column(own_rows(coupled_twice()));
     if (active_.sensor_cubic) simulated_column(own_rows(curve_error_));
   }
 
@@ -262,7 +263,10 @@ class RecordRows {
       candidate("sensor angle", true, {own_rows(angle_error_)}, true);
     if (both_ && options_.sensor && !active_.sensor_skew)
       candidate("sampling skew", true, {own_rows(skew_error_)}, true);
-    if (options_.sensor && !active_.sensor_high_pass) candidate("AC coupling", true, {own_rows(coupled_error_)}, true);
+    if (options_.sensor && !active_.sensor_high_pass)
+      candidate(detail::kFirstHighPass, true, {own_rows(coupled_error_)}, true);
+    if (active_.sensor_high_pass && !active_.sensor_high_pass_square)
+      candidate(detail::kSecondHighPass, true, {own_rows(coupled_twice())}, true);
     if (options_.sensor && !active_.sensor_cubic) candidate("probe curve", true, {own_rows(curve_error_)}, true);
   }
 
@@ -279,6 +283,11 @@ class RecordRows {
     candidate("z^2", false, {w_.apply(0, z.cwiseProduct(z))});
     candidate("conj(z)^2", false, {w_.apply(0, conj.cwiseProduct(conj))});
     candidate("|z|^2", false, {w_.apply(0, square)});
+  }
+
+  Eigen::VectorXcd coupled_twice() const {
+    return record_.dt * record_.dt *
+           detail::high_passed_rate(own_.main, detail::high_pass_of(fit_.sensor, record_.dt), true);
   }
 
   template <class F>
@@ -363,7 +372,8 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
   }
   Stacked s;
   s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_cubic +
+             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_high_pass_square +
+             active.sensor_cubic +
              static_cast<Eigen::Index>((records.size() - 1) * (!active.record_k1.empty() + !active.record_c.empty()));
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "evidence/omitted_terms.hpp"
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
 #include "growth/rotor_growth.hpp"
+#include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "whirl/core/error.hpp"
@@ -71,6 +74,7 @@ void search_profile(RotorRecord& record, const RotorIdentifyOptions& options) {
 }
 
 constexpr double kMissing = 1.3;  // chi-square above which something is missing
+constexpr double kWrong = 4;      // above which the model is another one
 
 /// Of the weak equations or of the trajectory, the larger.
 double misfit(const detail::GrownRotor& grown) {
@@ -111,6 +115,18 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
 /// `active` has them.
 detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, WeakRotorFit first,
                         const RotorIdentifyOptions& options, OutputErrorOptions& active) {
+  std::optional<detail::GrownRotor> driven;
+  std::string said;
+  if (options.terms && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
+    for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
+      OutputErrorOptions with = active;
+      with.terms = whirl.fit.terms;
+      detail::GrownRotor other = detail::grow_rotor(records, whirl.fit.model, whirl.fit.eps, with, options, false);
+      if (whirl.parts > 1 && said.empty()) said = whirl.reason();
+      if (misfit(other) < kMissing) return other;
+      if (!driven || misfit(other) < misfit(*driven)) driven = std::move(other);
+    }
+  }
   detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, active, options, false);
   OutputErrorOptions own = active;
   WeakRotorFit start = first;
@@ -130,6 +146,8 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
       grown = std::move(with_modes);
     }
   }
+  if (driven && misfit(*driven) < 0.5 * misfit(grown)) grown = *std::move(driven);
+  if (!said.empty() && !(misfit(grown) < kMissing)) grown.warnings.push_back(said);
   return grown;
 }
 
@@ -199,6 +217,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   }
   detail::GrownRotor grown = grow(records, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
+    for (const std::string& w : grown.warnings) model.summary.warn(w);
     model.summary.fail(grown.fit.summary.warnings.back());
     return result;
   }

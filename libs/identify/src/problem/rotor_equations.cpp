@@ -125,7 +125,8 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
     const bool kept = std::any_of(p.begin(), p.end(), [&](const auto& q) { return q.first == reference_name(name); });
     if (term.reference != 0 && !kept) p.emplace_back(reference_name(name), Estimate{term.reference, NAN, NAN, NAN});
   }
-  for (const char* name : {"sensor_gain", "sensor_angle", "sensor_skew", "sensor_high_pass", "sensor_cubic"}) {
+  for (const char* name :
+       {"sensor_gain", "sensor_angle", "sensor_skew", "sensor_high_pass", "sensor_high_pass_square", "sensor_cubic"}) {
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
   return p;
@@ -165,8 +166,8 @@ SensorAxes sensor_of(const IdentifiedModel& model) {
     const Estimate* e = model.parameter(name);
     return e != nullptr ? e->value : 0.0;
   };
-  return {value("sensor_gain"), value("sensor_angle"), value("sensor_skew"), value("sensor_high_pass"),
-          value("sensor_cubic")};
+  return {value("sensor_gain"),      value("sensor_angle"), value("sensor_skew"),
+          value("sensor_high_pass"), value("sensor_cubic"), value("sensor_high_pass_square")};
 }
 
 void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {

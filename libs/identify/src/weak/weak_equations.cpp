@@ -7,10 +7,12 @@
 
 namespace whirl::identification::detail {
 
-WeakUnknowns::WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::size_t records)
+WeakUnknowns::WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout,
+                           std::optional<RotorTermKind> whirl_force, std::size_t records)
     : columns_({{"k1", 0, false}, {"k2", 1, false}, {"c", 2, false}}), each_(runout ? 6 : 4), records_(records) {
   if (conj_stiffness) columns_.insert(columns_.end(), {{"k1_conj_re", 5, false}, {"k1_conj_im", 5, true}});
   if (conj_damping) columns_.insert(columns_.end(), {{"c_conj_re", 6, false}, {"c_conj_im", 6, true}});
+  if (whirl_force) columns_.push_back({name_of(*whirl_force).parameter.data(), kWhirlForce, false});
 }
 
 std::vector<std::string> WeakUnknowns::names() const {
@@ -33,7 +35,7 @@ void WeakUnknowns::place(const Eigen::MatrixXcd& terms, std::size_t r, Eigen::In
     const Column& c = columns_[static_cast<std::size_t>(k)];
     put(k, c.term, c.imaginary);
   }
-  constexpr int kOwn[] = {3, 4, 7};
+  constexpr int kOwn[] = {3, 4, kRunout};
   for (int k = 0; k < each_; ++k) put(own(r) + k, kOwn[k / 2], k % 2 == 1);
 }
 
@@ -43,6 +45,7 @@ void WeakUnknowns::set_shared(const Eigen::VectorXd& values, RotorModel& m) cons
   m.c = values[2];
   for (Eigen::Index k = 3; k < shared(); ++k) {
     const Column& c = columns_[static_cast<std::size_t>(k)];
+    if (c.term == kWhirlForce) continue;
     Complex& target = c.term == 5 ? m.k1_conj : m.c_conj;
     target = c.imaginary ? Complex(target.real(), values[k]) : Complex(values[k], target.imag());
   }

@@ -1,10 +1,12 @@
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "weak/weak_rows.hpp"
 #include "whirl/core/rotor_model.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::identification::detail {
 
@@ -12,16 +14,19 @@ namespace whirl::identification::detail {
 /// and if asked for the force of the runout (real, imaginary part) of each record.
 class WeakUnknowns {
  public:
-  WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::size_t records);
+  WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::optional<RotorTermKind> whirl_force,
+               std::size_t records);
 
   Eigen::Index size() const { return own(records_); }
   Eigen::Index shared() const { return static_cast<Eigen::Index>(columns_.size()); }
   /// First of those of record r.
   Eigen::Index own(std::size_t r) const { return shared() + each_ * static_cast<Eigen::Index>(r); }
   std::vector<std::string> names() const;
-  /// Real rows of WeakSystem::terms of record r, with a further column for the runout, into rows `top` and below.
+  /// Real rows of WeakSystem::terms of record r, with further columns for the whirl force (kWhirlForce) and the runout
+  /// (kRunout), into rows `top` and below.
   void place(const Eigen::MatrixXcd& terms, std::size_t r, Eigen::Index top, Eigen::MatrixXd& into) const;
-  /// k1, k2, c and the conjugate terms.
+  static constexpr int kWhirlForce = 7, kRunout = 8;
+  /// k1, k2, c and the conjugate terms; the whirl force stays last of the shared.
   void set_shared(const Eigen::VectorXd& values, RotorModel& model) const;
 
  private:

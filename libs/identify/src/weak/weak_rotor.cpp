@@ -34,16 +34,25 @@ std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const Wea
   return prepared;
 }
 
-/// Rows of one record, those of its runout if sought, right-hand side last: with `model` whitened by the noise
-/// that it lets through. False when that covariance is singular.
-bool rows_of(const Prepared& p, Complex offset, Complex runout, const RotorModel* model, Eigen::MatrixXcd& block) {
+/// Force of the term with coefficient 1 in the weak equations.
+Eigen::VectorXcd force_rows(const Prepared& p, const Eigen::VectorXcd& z, RotorTermKind kind) {
+  if (kind == RotorTermKind::cross_coupled) return p.rows.apply(0, Complex(0, 1) * z);
+  const Eigen::VectorXd speed = p.record.angle.omega(Eigen::seqN(Eigen::Index{0}, z.size(), Eigen::Index{2}));
+  return p.rows.apply(1, z) + p.rows.apply(0, Complex(0, 1) * speed.cwiseProduct(z));
+}
+
+/// Rows of one record, those of a whirl force and of its runout if sought, right-hand side last: with `model` whitened
+/// by the noise that it lets through. False when that covariance is singular.
+bool rows_of(const Prepared& p, Complex offset, Complex runout, std::optional<RotorTermKind> whirl_force,
+             const RotorModel* model, Eigen::MatrixXcd& block) {
   const double s2 = p.record.noise_variance();
   Eigen::VectorXcd z = (p.record.z.array() - offset).matrix();
   if (p.turning.size() > 0) z -= runout * p.turning;
   const detail::WeakSystem system = detail::weak_system(p.rows, z, s2, p.forcing);
-  block.resize(p.rows.size(), p.turning.size() > 0 ? 9 : 8);
+  block.setZero(p.rows.size(), p.turning.size() > 0 ? 10 : whirl_force ? 9 : 8);
   block.leftCols(7) = system.terms;
-  if (p.turning.size() > 0) block.col(7) = p.rows.apply(0, p.turning);
+  if (whirl_force) block.col(detail::WeakUnknowns::kWhirlForce) = force_rows(p, z, *whirl_force);
+  if (p.turning.size() > 0) block.col(detail::WeakUnknowns::kRunout) = p.rows.apply(0, p.turning);
   block.rightCols(1) = system.right;
   if (model == nullptr) return true;
   const Eigen::VectorXd cubic = model->k2 * detail::smooth_square(z, p.record.dt, s2);
@@ -56,8 +65,8 @@ bool rows_of(const Prepared& p, Complex offset, Complex runout, const RotorModel
 
 /// One pass of generalised least squares about the model of the pass before;
 /// why it fails, or nothing.
-std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknowns& unknowns, bool whitened,
-                 WeakRotorFit& fit) {
+std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknowns& unknowns,
+                 std::optional<RotorTermKind> whirl_force, bool whitened, WeakRotorFit& fit) {
   Eigen::Index total = 0;
   for (const Prepared& p : prepared) total += 2 * p.rows.size();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(total, unknowns.size());
@@ -65,7 +74,7 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
   Eigen::Index top = 0;
   for (std::size_t r = 0; r < prepared.size(); ++r) {
     Eigen::MatrixXcd block;
-    if (!rows_of(prepared[r], fit.offset[r], fit.runout[r], whitened ? &fit.model : nullptr, block)) {
+    if (!rows_of(prepared[r], fit.offset[r], fit.runout[r], whirl_force, whitened ? &fit.model : nullptr, block)) {
       return "the noise covariance of the weak equations is singular";
     }
     unknowns.place(block, r, top, a);
@@ -85,6 +94,7 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
   fit.summary.chi_square = s.chi_square;
   fit.rows = total;
   unknowns.set_shared(fit.values, fit.model);
+  if (whirl_force) fit.terms = {{*whirl_force, fit.values[unknowns.shared() - 1]}};
   const double k1 = fit.model.k1;
   for (std::size_t r = 0; r < prepared.size(); ++r) {
     const Eigen::Index own = unknowns.own(r);
@@ -115,13 +125,14 @@ WeakRotorFit fit_weak_rotor(const std::vector<RotorRecord>& records, const WeakR
   if (fit.summary.status == Status::unusable) return fit;
 
   const std::vector<Prepared> prepared = prepare(records, options, fit.half_width);
-  const detail::WeakUnknowns unknowns(options.conj_stiffness, options.conj_damping, options.runout, records.size());
+  const detail::WeakUnknowns unknowns(options.conj_stiffness, options.conj_damping, options.runout, options.whirl_force,
+                                      records.size());
   fit.names = unknowns.names();
   fit.eps.assign(records.size(), 0);
   fit.offset.assign(records.size(), 0);
   fit.runout.assign(records.size(), 0);
   for (int k = 0; k < options.passes; ++k) {
-    if (const std::string why = pass(prepared, unknowns, k > 0, fit); !why.empty()) {
+    if (const std::string why = pass(prepared, unknowns, options.whirl_force, k > 0, fit); !why.empty()) {
       fit.summary.fail(why);
       return fit;
     }

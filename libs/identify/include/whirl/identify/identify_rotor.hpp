@@ -70,7 +70,8 @@ struct RotorIdentification {
 /// natural_frequency (rad/s), damping_ratio, offset_x, offset_y, and where added k1_conj_re, k1_conj_im, c_conj_re,
 /// c_conj_im (natural_frequency and damping_ratio: of the forward whirl as the records passed it; k1, k2 and c of the
 /// equations: their intervals cover the terms that the records do not exclude), the parameters of kRotorTermNames,
-/// sensor_gain, sensor_angle (rad), sensor_skew (s), sensor_high_pass (rad/s), sensor_cubic (1/m^2), delay (s),
+/// sensor_gain, sensor_angle (rad), sensor_skew (s), sensor_high_pass (rad/s), sensor_high_pass_square
+/// (rad^2/s^2), sensor_cubic (1/m^2), delay (s),
 /// runout1+_re, ..., mode1_omega, mode1_zeta, mode1_re,
 /// ..., decay1_omega, decay1_zeta, ...
 ///

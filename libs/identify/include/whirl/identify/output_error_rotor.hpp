@@ -25,9 +25,12 @@ struct SensorAxes {
   double gain = 0;   ///< y reads too much by this share
   double angle = 0;  ///< the y probe leans towards x by this angle, rad
   double skew = 0;   ///< s
-  /// First-order high-pass of both probes (AC coupling), rad/s, >= 0; 0: none.
+  /// High-pass of both probes, s^2 / (s^2 + high_pass s + high_pass_square), rad/s and rad^2/s^2, >= 0. Without the
+  /// square it is of the first order (AC coupling); with it of the second (a pickup of velocity and an integrator),
+  /// corner sqrt(high_pass_square). 0: none.
   double high_pass = 0;
   double cubic = 0;  ///< curve of both probes: a displacement v is read as v + cubic v^3 (each axis), 1/m^2
+  double high_pass_square = 0;
 };
 
 /// Which parameters the output-error fit estimates. Parameters that are not estimated keep their starting value.
@@ -50,7 +53,7 @@ struct OutputErrorOptions {
   bool free_terms = true;  ///< their coefficients are estimated
   SensorAxes sensor;       ///< starting value
   bool sensor_gain = false, sensor_angle = false, sensor_skew = false;
-  bool sensor_high_pass = false, sensor_cubic = false;
+  bool sensor_high_pass = false, sensor_high_pass_square = false, sensor_cubic = false;
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;
@@ -70,6 +73,7 @@ struct OutputErrorRecord {
   double k1_change = 0, c_change = 0;               ///< k1 and c of this record beyond those of the first, 1/s^2, 1/s
   std::complex<double> offset;                      ///< sensor offset, m
   std::complex<double> charge;                      ///< that a high-pass adds to the readings of sample 0, m
+  std::complex<double> charge_rate;                 ///< and one of the second order to their slope there, m per sample
   std::complex<double> z0, dz0;                     ///< main mode at sample 0, m and m/s
   std::vector<std::complex<double>> participation;  ///< of each forced mode, m
   std::vector<std::complex<double>> decay;          ///< amplitudes of e^{p t} and e^{conj(p) t} of each decay, m

@@ -76,6 +76,11 @@ std::vector<TermText> term_text(const RotorTerm& term, bool x);
 /// Of a force that acts whatever the motion is.
 constexpr bool is_twice(RotorTermKind kind) { return kind >= RotorTermKind::twice_forward_re; }
 
+/// Of a force that can drive a forward whirl by itself.
+constexpr bool drives_whirl(RotorTermKind kind) {
+  return kind == RotorTermKind::rotating_damping || kind == RotorTermKind::cross_coupled;
+}
+
 /// "Coulomb friction, gyroscopic term"; empty without terms.
 std::string names_of(const std::vector<RotorTerm>& terms);
 

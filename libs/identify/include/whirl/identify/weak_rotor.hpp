@@ -1,12 +1,14 @@
 #pragma once
 #include <Eigen/Core>
 #include <complex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/identify/rotor_record.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 
 namespace whirl::identification {
 
@@ -17,6 +19,8 @@ struct WeakRotorOptions {
   bool conj_stiffness = false;  ///< term -k1_conj conj(z): stiffness differs between two axes
   bool conj_damping = false;    ///< term -c_conj conj(z')
   bool runout = false;          ///< beside the motion z turns runout e^{i beta}, per record
+  /// rotating_damping or cross_coupled: a force that drives a forward whirl by itself, beside the others.
+  std::optional<RotorTermKind> whirl_force;
 };
 
 /// Result of the weak fit. Parameters in the order of `names`.
@@ -25,8 +29,9 @@ struct WeakRotorFit {
   std::vector<std::complex<double>> eps;     ///< per record, m
   std::vector<std::complex<double>> offset;  ///< per record, m
   std::vector<std::complex<double>> runout;  ///< per record, m; its force by the damping is left out
-  std::vector<std::string> names;  ///< k1, k2, c, [k1_conj_re, ...], then per record eps_re, eps_im, d_re, d_im,
-                                   ///< [runout_force_re, runout_force_im: of k1 runout]
+  std::vector<RotorTerm> terms;              ///< the whirl_force asked for
+  std::vector<std::string> names;  ///< k1, k2, c, [k1_conj_re, ...], [c_rotating or k_cross], then per record eps_re,
+                                   ///< eps_im, d_re, d_im, [runout_force_re, runout_force_im: of k1 runout]
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;  ///< from the noise alone, not scaled by chi_square
   Eigen::Index rows = 0;       ///< real equations used
@@ -41,7 +46,8 @@ struct WeakRotorFit {
 /// P_k v = dt sum psi^(k) v each row reads
 ///
 ///   P2 z = -k1 P0 z - k2 P0 (|z|^2 - 2 s2) z + c P1 z + eps P0 F + d P0 1
-///        [- k1_conj P0 conj z + c_conj P1 conj z],     s2 = noise variance of z
+///        [- k1_conj P0 conj z + c_conj P1 conj z] [+ c_rotating (P1 z + P0 i w z)] [+ k_cross P0 i z],     s2 = noise
+///        variance of z
 ///
 /// (2 s2 removes the bias that noise gives to the cubic). A second set of rows with e^{+i beta} sees backward whirl;
 /// without it the conj terms are not observable. Row noise is L n with L = P2 + k1 P0 - c P1 + P0 2 k2 |z|^2; its

@@ -2,11 +2,19 @@
 #include <Eigen/Core>
 #include <cmath>
 
-/// AC coupling: a first-order high-pass y' = z' - a y of sampled readings, exact for motion that is linear between the
-/// samples. It begins uncharged, y(0) = z(0). `corner`: a times the sample time, >= 0.
+/// A high-pass of sampled readings, of the first order y' + a y = z' (AC coupling) or of the second
+/// y'' + a y' + b y = z'' (a pickup of velocity and an integrator), exact for motion that is linear between the
+/// samples. It begins uncharged, y(0) = z(0).
 namespace whirl::identification::detail {
 
-/// y[i + 1] = keep y[i] + pass (z[i + 1] - z[i]), and the derivatives of both by the corner.
+/// Both in units of the sample time. damping: a dt >= 0; spring: b dt^2, 0 for the first order.
+struct HighPass {
+  double damping = 0, spring = 0;
+
+  bool any() const { return damping > 0; }
+};
+
+/// y[i + 1] = keep y[i] + pass (z[i + 1] - z[i]) of the first order, and the derivatives of both by the corner.
 struct HighPassStep {
   double keep, pass, keep_rate, pass_rate;
 
@@ -17,19 +25,80 @@ struct HighPassStep {
   }
 };
 
+/// Free motion of y'' + a y' + b y = 0 over one sample: (y, y' dt) next = [yy yv; vy vv] (y, y' dt).
+struct FreeStep {
+  double yy, yv, vy, vv;
+
+  explicit FreeStep(const HighPass& h) {
+    const double half = 0.5 * h.damping, fall = std::exp(-half), x = half * half - h.spring;
+    const double root = std::sqrt(std::abs(x));
+    const double even = x < 0 ? std::cos(root) : std::cosh(root);
+    const double odd = root < 1e-4 ? 1 + x / 6 : (x < 0 ? std::sin(root) : std::sinh(root)) / root;
+    yy = fall * (even + half * odd);
+    yv = fall * odd;
+    vy = -h.spring * yv;
+    vv = fall * (even - half * odd);
+  }
+};
+
+template <class Scalar>
+Eigen::VectorX<Scalar> high_passed_twice(const Eigen::VectorX<Scalar>& z, const HighPass& h) {
+  const FreeStep s(h);
+  Eigen::VectorX<Scalar> y(z.size());
+  Scalar place = z[0], rate = -h.damping * z[0], before = Scalar(0);
+  for (Eigen::Index i = 0;; ++i) {
+    y[i] = place;
+    if (i + 1 == z.size()) return y;
+    const Scalar slope = z[i + 1] - z[i], pushed = rate + (slope - before);
+    place = s.yy * y[i] + s.yv * pushed;
+    rate = s.vy * y[i] + s.vv * pushed;
+    before = slope;
+  }
+}
+
 template <class Derived>
-Eigen::VectorX<typename Derived::Scalar> high_passed(const Eigen::MatrixBase<Derived>& z, double corner) {
-  const HighPassStep s(corner);
+Eigen::VectorX<typename Derived::Scalar> high_passed(const Eigen::MatrixBase<Derived>& z, const HighPass& h) {
+  if (h.spring != 0) return high_passed_twice<typename Derived::Scalar>(z, h);
+  const HighPassStep s(h.damping);
   Eigen::VectorX<typename Derived::Scalar> y = z;
   for (Eigen::Index i = 1; i < z.size(); ++i) y[i] = s.keep * y[i - 1] + s.pass * (z[i] - z[i - 1]);
   return y;
 }
 
-/// Its derivative by `corner`.
+/// What a charge of 1 at sample 0 adds to `samples` readings; `rate`: a slope of 1 per sample instead, which the second
+/// order keeps too.
+inline Eigen::VectorXd discharge(Eigen::Index samples, const HighPass& h, bool rate = false) {
+  if (h.spring == 0 && !rate)
+    return (-h.damping * Eigen::ArrayXd::LinSpaced(samples, 0, static_cast<double>(samples - 1))).exp();
+  const FreeStep s(h);
+  Eigen::VectorXd y(samples);
+  double place = rate ? 0 : 1, slope = rate ? 1 : -h.damping;
+  for (Eigen::Index i = 0; i < samples; ++i) {
+    y[i] = place;
+    place = s.yy * y[i] + s.yv * slope;
+    slope = s.vy * y[i] + s.vv * slope;
+  }
+  return y;
+}
+
+/// Derivative of what `of` gives by the damping, or by the spring, of a high-pass.
+template <class Of>
+auto rate_of(const HighPass& h, bool by_spring, Of of) {
+  const double step = by_spring ? 1e-3 * (h.spring + 1e-2 * h.damping * h.damping) + 1e-12 : 1e-3 * h.damping + 1e-9;
+  HighPass less = h, more = h;
+  (by_spring ? less.spring : less.damping) -= step;
+  (by_spring ? more.spring : more.damping) += step;
+  return ((of(more) - of(less)) / (2 * step)).eval();
+}
+
+/// The derivatives of the readings and of a discharge.
 template <class Derived>
-Eigen::VectorX<typename Derived::Scalar> high_passed_rate(const Eigen::MatrixBase<Derived>& z, double corner) {
-  const HighPassStep s(corner);
-  Eigen::VectorX<typename Derived::Scalar> rate(z.size());
+Eigen::VectorX<typename Derived::Scalar> high_passed_rate(const Eigen::MatrixBase<Derived>& z, const HighPass& h,
+                                                          bool by_spring = false) {
+  using Vector = Eigen::VectorX<typename Derived::Scalar>;
+  if (by_spring || h.spring != 0) return rate_of(h, by_spring, [&](const HighPass& p) { return high_passed(z, p); });
+  const HighPassStep s(h.damping);
+  Vector rate(z.size());
   rate[0] = 0;
   typename Derived::Scalar y = z[0];
   for (Eigen::Index i = 1; i < z.size(); ++i) {
@@ -39,14 +108,11 @@ Eigen::VectorX<typename Derived::Scalar> high_passed_rate(const Eigen::MatrixBas
   }
   return rate;
 }
-
-/// What a charge of 1 at sample 0 adds to `samples` readings, and its derivative by `corner`.
-inline Eigen::VectorXd discharge(Eigen::Index samples, double corner) {
-  return (-corner * Eigen::ArrayXd::LinSpaced(samples, 0, static_cast<double>(samples - 1))).exp();
-}
-inline Eigen::VectorXd discharge_rate(Eigen::Index samples, double corner) {
+inline Eigen::VectorXd discharge_rate(Eigen::Index samples, const HighPass& h, bool rate, bool by_spring) {
+  if (by_spring || h.spring != 0 || rate)
+    return rate_of(h, by_spring, [&](const HighPass& p) { return discharge(samples, p, rate); });
   const Eigen::ArrayXd i = Eigen::ArrayXd::LinSpaced(samples, 0, static_cast<double>(samples - 1));
-  return -i * (-corner * i).exp();
+  return -i * (-h.damping * i).exp();
 }
 
 }  // namespace whirl::identification::detail

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 
 namespace whirl::identification::detail {
@@ -88,10 +87,12 @@ Slot slot(Point& p, const Parameter& q) {
       return {&p.sensor.skew};
     case Kind::high_pass:
       return {&p.sensor.high_pass};
+    case Kind::high_pass_square:
+      return {&p.sensor.high_pass_square};
     case Kind::cubic:
       return {&p.sensor.cubic};
     case Kind::charge:
-      return {nullptr, &r->charge, q.imaginary};
+      return {nullptr, q.index == 0 ? &r->charge : &r->charge_rate, q.imaginary};
     case Kind::offset:
       return {nullptr, &r->offset, q.imaginary};
     case Kind::participation:
@@ -118,6 +119,10 @@ Lean lean(const SensorAxes& sensor) {
   return {(1 + sensor.gain) * std::sin(sensor.angle), (1 + sensor.gain) * std::cos(sensor.angle)};
 }
 
+HighPass high_pass_of(const SensorAxes& sensor, double dt) {
+  return {sensor.high_pass * dt, sensor.high_pass_square * dt * dt};
+}
+
 Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion) {
   return motion.unaryExpr(
       [](const Complex& z) { return Complex(z.real() * z.real() * z.real(), z.imag() * z.imag() * z.imag()); });
@@ -126,7 +131,7 @@ Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion) {
 Eigen::VectorXcd probe_signal(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
   Eigen::VectorXcd out = motion;
   if (sensor.cubic != 0) out += sensor.cubic * cubes(motion);
-  return sensor.high_pass > 0 ? high_passed(out, sensor.high_pass * dt) : out;
+  return sensor.high_pass > 0 ? high_passed(out, high_pass_of(sensor, dt)) : out;
 }
 
 Eigen::VectorXcd read_by(const SensorAxes& sensor, const Eigen::VectorXcd& motion, double dt) {
@@ -163,6 +168,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
   if (options.sensor_skew) list.push_back({"sensor_skew", Kind::sensor_skew, -1});
   if (options.sensor_high_pass) list.push_back({"sensor_high_pass", Kind::high_pass, -1});
+  if (options.sensor_high_pass_square) list.push_back({"sensor_high_pass_square", Kind::high_pass_square, -1});
   if (options.sensor_cubic) list.push_back({"sensor_cubic", Kind::cubic, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
@@ -185,6 +191,8 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
     if (options.sensor_high_pass || options.sensor.high_pass > 0) add_complex(list, "charge", Kind::charge, r, 0);
+    if (options.sensor_high_pass_square || options.sensor.high_pass_square > 0)
+      add_complex(list, "charge_rate", Kind::charge, r, 1);
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
     for (int k = 0; options.participation && k < modes; ++k) {
@@ -202,7 +210,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
 
 void move(Point& p, const Parameter& q, double d) {
   const Slot at = slot(p, q);
-  if (q.kind == Kind::high_pass) {
+  if (q.kind == Kind::high_pass || q.kind == Kind::high_pass_square) {
     *at.real = std::max(0.0, *at.real + d);
   } else if (q.kind == Kind::pole_w || q.kind == Kind::decay_w) {
     *at.real = bounded(*at.real, d, INFINITY);

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/output_error_kernel.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 
@@ -17,6 +18,7 @@ enum class Kind {
   sensor_angle,
   sensor_skew,
   high_pass,
+  high_pass_square,
   cubic,
   charge,
   offset,
@@ -33,7 +35,7 @@ struct Parameter {
   std::string name;
   Kind kind;
   int record;     // -1: shared
-  int index = 0;  // lane, term, mode, amplitude
+  int index = 0;  // lane, term, mode, amplitude; charge: 1 of the slope
   bool imaginary = false;
 };
 
@@ -53,6 +55,8 @@ struct Lean {
   double x, y;
 };
 Lean lean(const SensorAxes& sensor);
+/// Of readings dt apart.
+HighPass high_pass_of(const SensorAxes& sensor, double dt);
 /// v^3 of each axis.
 Eigen::VectorXcd cubes(const Eigen::VectorXcd& motion);
 /// What the probes give to the converters: bent by their curve, then high-passed.

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <tuple>
 
-#include "output_error/rotor/high_pass.hpp"
 #include "output_error/rotor/reading_shift.hpp"
 #include "problem/one_axis.hpp"
 
@@ -44,14 +45,33 @@ RotorModel model_of(const Point& p, const OutputErrorRecord& record) {
 }
 
 /// Derivatives of what the probes give by the coefficient of their curve and by the corner of their high-pass.
-Eigen::VectorXcd by_cubic(const Eigen::VectorXcd& main, double corner) {
-  return corner > 0 ? high_passed(cubes(main), corner) : cubes(main);
+Eigen::VectorXcd by_cubic(const Eigen::VectorXcd& main, const HighPass& corner) {
+  return corner.any() ? high_passed(cubes(main), corner) : cubes(main);
 }
-Eigen::VectorXcd by_corner(const SensorAxes& sensor, const Eigen::VectorXcd& main, std::complex<double> charge,
-                           double dt) {
-  const double corner = sensor.high_pass * dt;
-  return dt *
-         (high_passed_rate(main + sensor.cubic * cubes(main), corner) + charge * discharge_rate(main.size(), corner));
+Eigen::VectorXcd by_corner(const SensorAxes& sensor, const OutputErrorRecord& record, bool square, double dt) {
+  const HighPass corner = high_pass_of(sensor, dt);
+  const Eigen::Index n = record.main.size();
+  Eigen::VectorXcd rate = high_passed_rate(record.main + sensor.cubic * cubes(record.main), corner, square) +
+                          record.charge * discharge_rate(n, corner, false, square);
+  if (record.charge_rate != 0.0) rate += record.charge_rate * discharge_rate(n, corner, true, square);
+  return (square ? dt * dt : dt) * rate;
+}
+
+/// Place and velocity at sample 0 of a motion of at least the frequency w: a cubic over a third of a period.
+std::pair<Complex, Complex> start_of_curve(const Eigen::VectorXcd& z, double dt, double w) {
+  constexpr double kShare = 1.0 / 3;
+  constexpr Eigen::Index kLeast = 8;
+  double turned = 0;
+  for (Eigen::Index i = 1; i < z.size(); ++i) turned += std::arg(z[i] * std::conj(z[i - 1]));
+  w = std::max(w, std::abs(turned) / (dt * static_cast<double>(z.size() - 1)));
+  const auto third = static_cast<Eigen::Index>(kShare * 2 * std::numbers::pi / (w * dt));
+  const Eigen::Index n = std::clamp(third, std::min(kLeast, z.size()), z.size());
+  const Eigen::ArrayXd t = Eigen::ArrayXd::LinSpaced(n, 0, 1);
+  Eigen::MatrixXd base(n, 4);
+  base << Eigen::VectorXd::Ones(n), t.matrix(), t.square().matrix(), t.cube().matrix();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(base);
+  const Eigen::Vector4d x = qr.solve(z.head(n).real()), y = qr.solve(z.head(n).imag());
+  return {Complex(x[0], y[0]), Complex(x[1], y[1]) / (dt * static_cast<double>(n - 1))};
 }
 
 }  // namespace
@@ -162,7 +182,9 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   for (std::size_t k = 0; k < s.decay.size(); ++k) record.beside += record.decay[k] * s.decay[k];
   for (std::size_t k = 0; k < s.runout.size(); ++k) record.beside += record.runout[k] * s.runout[k];
   const Eigen::Index n = m.size();
-  if (record.charge != 0.0) record.beside += record.charge * discharge(n, p.sensor.high_pass * m.dt);
+  const HighPass corner = high_pass_of(p.sensor, m.dt);
+  if (record.charge != 0.0) record.beside += record.charge * discharge(n, corner);
+  if (record.charge_rate != 0.0) record.beside += record.charge_rate * discharge(n, corner, true);
   Eigen::VectorXd residual(2 * n);
   const Eigen::VectorXcd model = read_by(p.sensor, record.main, m.dt) + record.beside, error = m.z - model;
   residual.head(n) = error.real();
@@ -193,6 +215,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
 }
 
 void OutputErrorProblem::start_state(Point& p) {
+  constexpr double kFar = 4;  // of what turns with the angle, times the noise
   refresh_all(p);
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
@@ -211,6 +234,11 @@ void OutputErrorProblem::start_state(Point& p) {
     base << Eigen::VectorXd::Ones(n), beta.array().cos().matrix(), beta.array().sin().matrix();
     const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(base);
     const Eigen::Vector3d x = qr.solve(z.real()), y = qr.solve(z.imag());
+    const double left = (z.real() - base * x).squaredNorm() + (z.imag() - base * y).squaredNorm();
+    if (left > kFar * static_cast<double>(n) * measured_[r].noise_variance()) {  // it does not turn with the angle
+      std::tie(record.z0, record.dz0) = start_of_curve(z, measured_[r].dt, p.model.natural_frequency());
+      continue;
+    }
     const double c = std::cos(beta[0]), s = std::sin(beta[0]), w = record.angle.omega[0];
     record.z0 = {x[1] * c + x[2] * s, y[1] * c + y[2] * s};
     record.dz0 = w * Complex(-x[1] * s + x[2] * c, -y[1] * s + y[2] * c);
@@ -224,7 +252,8 @@ void OutputErrorProblem::start_state(Point& p) {
 /// Whitened derivatives of the readings of record r, x above y, into slopes_.
 void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vector<Eigen::Index>& unknowns) {
   const Signals& s = signals_[r];
-  const double dt = measured_[r].dt, corner = p.sensor.high_pass * dt;
+  const double dt = measured_[r].dt;
+  const HighPass corner = high_pass_of(p.sensor, dt);
   const Eigen::VectorXcd& main = p.records[r].main;
   const Eigen::VectorXcd z = probe_signal(p.sensor, main, dt);
   const Lean own = lean(p.sensor);
@@ -247,14 +276,15 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     } else if (q.kind == Kind::sensor_skew) {
       x.setZero();
       y = later_rate(own.y * z.imag() + own.x * z.real(), p.sensor.skew / dt) / dt;
-    } else if (q.kind == Kind::high_pass || q.kind == Kind::cubic) {
-      const Eigen::VectorXcd g =
-          q.kind == Kind::cubic ? by_cubic(main, corner) : by_corner(p.sensor, main, p.records[r].charge, dt);
+    } else if (q.kind == Kind::high_pass || q.kind == Kind::high_pass_square || q.kind == Kind::cubic) {
+      const Eigen::VectorXcd g = q.kind == Kind::cubic
+                                     ? by_cubic(main, corner)
+                                     : by_corner(p.sensor, p.records[r], q.kind == Kind::high_pass_square, dt);
       x = g.real();
       y = later(own.y * g.imag() + own.x * g.real(), p.sensor.skew / dt);
     } else if (q.kind == Kind::charge) {
       (q.imaginary ? x : y).setZero();
-      (q.imaginary ? y : x) = discharge(n, corner);
+      (q.imaginary ? y : x) = discharge(n, corner, q.index == 1);
     } else {
       const Eigen::VectorXcd& g = beside(s, q, ones);
       if (q.imaginary) {
@@ -276,7 +306,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
       motion_.dy.col(lane).array() *= steep_y;
     }
   }
-  if (corner > 0) {
+  if (corner.any()) {
     for (const auto& [column, lane] : integrated) {
       motion_.dx.col(lane) = high_passed(motion_.dx.col(lane), corner);
       motion_.dy.col(lane) = high_passed(motion_.dy.col(lane), corner);

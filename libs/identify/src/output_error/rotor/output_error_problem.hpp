@@ -58,7 +58,7 @@ class OutputErrorProblem {
   /// standard deviation, from the motion with one and with two; at most 16. `chi_square`: of the fit at p.
   int substeps_needed(Point p, double chi_square) const;
 
-  /// Main mode at sample 0 from a fit of {1, cos beta, sin beta} to the first samples; at rest when it hardly turns.
+  /// Main mode at sample 0 from the first samples: {1, cos beta, sin beta}, a cubic where they turn otherwise, or rest.
   void start_state(Point& p);
 
  private:

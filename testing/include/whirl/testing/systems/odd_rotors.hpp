@@ -36,24 +36,37 @@ enum class OddKind {
   cubic_probe,   ///< sensor gain falls by 3 % at 3 mm
   late_axis,     ///< y is read 0.5 ms after x
   ac_coupled,    ///< high-pass of first order, 0.7 Hz, on both probes
+  integrated,    ///< pickups of velocity with integrators: high-pass of second order (Butterworth), 1.5 Hz
   eight_bits,    ///< readings in 256 counts of 8 mm
   wrong_rate,    ///< sample rate stated 0.5 % too high
   lost_pulses,   ///< angle from pulses of which one in fifty is missed
   sag,           ///< horizontal shaft that sags by 0.4 mm
 };
-inline constexpr std::array kOddKinds = {
-    std::pair{OddKind::clearance, "clearance"},       std::pair{OddKind::stop, "rub on a stop"},
-    std::pair{OddKind::magnetic, "magnetic pull"},    std::pair{OddKind::maxwell, "viscoelastic support"},
-    std::pair{OddKind::foundation, "foundation"},     std::pair{OddKind::crack, "breathing crack"},
-    std::pair{OddKind::misalignment, "misalignment"}, std::pair{OddKind::blades, "blades"},
-    std::pair{OddKind::drive_ripple, "drive ripple"}, std::pair{OddKind::belt, "belt"},
-    std::pair{OddKind::mass_lost, "mass lost"},       std::pair{OddKind::moving_fluid, "moving fluid"},
-    std::pair{OddKind::floor, "shaking floor"},       std::pair{OddKind::base_impact, "impact at the base"},
-    std::pair{OddKind::growing_bow, "growing bow"},   std::pair{OddKind::speed_steps, "speed in steps"},
-    std::pair{OddKind::low_pass, "slow sensors"},     std::pair{OddKind::cubic_probe, "bent probe curve"},
-    std::pair{OddKind::late_axis, "y read late"},     std::pair{OddKind::ac_coupled, "AC-coupled probes"},
-    std::pair{OddKind::eight_bits, "8 bits"},         std::pair{OddKind::wrong_rate, "wrong rate"},
-    std::pair{OddKind::lost_pulses, "lost pulses"},   std::pair{OddKind::sag, "sag"}};
+inline constexpr std::array kOddKinds = {std::pair{OddKind::clearance, "clearance"},
+                                         std::pair{OddKind::stop, "rub on a stop"},
+                                         std::pair{OddKind::magnetic, "magnetic pull"},
+                                         std::pair{OddKind::maxwell, "viscoelastic support"},
+                                         std::pair{OddKind::foundation, "foundation"},
+                                         std::pair{OddKind::crack, "breathing crack"},
+                                         std::pair{OddKind::misalignment, "misalignment"},
+                                         std::pair{OddKind::blades, "blades"},
+                                         std::pair{OddKind::drive_ripple, "drive ripple"},
+                                         std::pair{OddKind::belt, "belt"},
+                                         std::pair{OddKind::mass_lost, "mass lost"},
+                                         std::pair{OddKind::moving_fluid, "moving fluid"},
+                                         std::pair{OddKind::floor, "shaking floor"},
+                                         std::pair{OddKind::base_impact, "impact at the base"},
+                                         std::pair{OddKind::growing_bow, "growing bow"},
+                                         std::pair{OddKind::speed_steps, "speed in steps"},
+                                         std::pair{OddKind::low_pass, "slow sensors"},
+                                         std::pair{OddKind::cubic_probe, "bent probe curve"},
+                                         std::pair{OddKind::late_axis, "y read late"},
+                                         std::pair{OddKind::ac_coupled, "AC-coupled probes"},
+                                         std::pair{OddKind::integrated, "integrated pickups"},
+                                         std::pair{OddKind::eight_bits, "8 bits"},
+                                         std::pair{OddKind::wrong_rate, "wrong rate"},
+                                         std::pair{OddKind::lost_pulses, "lost pulses"},
+                                         std::pair{OddKind::sag, "sag"}};
 
 /// A record with what is true of its rotor; NaN: not defined for this kind.
 struct OddRecord {
@@ -238,6 +251,23 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
         }
         if (j + 1 == substeps && i + 1 < n) past_y.push_back(slow[1][0]), past_y.push_back(slow[0][0]);
       }
+      if (kind == OddKind::integrated) {
+        const double corner = 2 * std::numbers::pi * 1.5;
+        for (std::size_t axis : {0u, 1u}) {
+          const auto g = [&](double u, const State& q) {
+            const double share = (u - now) / h;
+            State d{};
+            d[0] = q[1];
+            d[1] = (1 - share) * old[2 * axis] + share * s[2 * axis] - std::numbers::sqrt2 * corner * q[1] -
+                   corner * corner * q[0];
+            return d;
+          };
+          slow[axis] = machines_detail::step(g, now, slow[axis], h);
+          if (j + 1 == substeps && i + 1 >= 0 && i + 1 < n)
+            past_y.push_back(s[2 * axis] - std::numbers::sqrt2 * corner * slow[axis][1] -
+                             corner * corner * slow[axis][0]);
+        }
+      }
       if (kind == OddKind::late_axis && j == substeps / 2 && i >= 0) past_y.push_back(old[2]);
     }
   }
@@ -248,6 +278,10 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
   }
   if (kind == OddKind::late_axis) {  // the half step before
     for (Eigen::Index i = 1; i < n; ++i) z(i, 1) = past_y[static_cast<std::size_t>(i - 1)];
+  }
+  if (kind == OddKind::integrated) {
+    for (Eigen::Index i = 0; i < n; ++i)
+      z(i, 0) = past_y[static_cast<std::size_t>(2 * i)], z(i, 1) = past_y[static_cast<std::size_t>(2 * i + 1)];
   }
   if (kind == OddKind::ac_coupled) {  // the capacitor holds the mean over the past
     const double keep = std::exp(-2 * std::numbers::pi * 0.7 * run.dt);
