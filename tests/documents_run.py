@@ -82,6 +82,10 @@ def responses():
         x = oscillate(t, force)[:, 0] + random.normal(0, 1e-5, len(t))
         table(name + ".csv", ["t_s", "force_N", "x_m"], t, np.array([force(s) for s in t]), x)
     t = np.arange(0, 200, 5e-3)
+    force = random.normal(0, 5, len(t))
+    x = oscillate(t, lambda s: force[min(int(s / 5e-3), len(t) - 1)])[:, 0]
+    acceleration = np.gradient(np.gradient(x, t), t) + random.normal(0, 1e-3, len(t))
+    table("random.csv", ["t_s", "force_N", "acc_1_m_s2"], t, force, acceleration)
     shapes = np.array([[1, 1.4, 1.2, 0.8, 0.5], [1, 0.3, -0.9, -1.1, 0.6]])
     for name, channels in (("ambient", range(5)), ("setup1", [0, 1, 2]), ("setup2", [0, 1, 3]), ("setup3", [0, 1, 4])):
         sum_ = np.zeros((len(t), len(channels)))

@@ -4,6 +4,7 @@
 #include "whirl/modal/frf.hpp"
 #include "whirl/modal/oma.hpp"
 #include "whirl/modal/order_modes.hpp"
+#include "whirl/modal/shaker_frf.hpp"
 
 namespace whirl::python {
 namespace {
@@ -107,14 +108,24 @@ void bind_modal(py::module_& m) {
   add_json<FrequencyResponse>(frf);
   m.def(
       "frf",
-      [](const std::vector<Recording>& records, const std::string& force) {
-        modal::FrfOptions options;
-        options.force = force;
+      [](const std::vector<Recording>& records, const std::variant<std::string, std::vector<std::string>>& force,
+         double resolution_hz) {
+        modal::ShakerOptions shaker;
+        if (const auto* names = std::get_if<std::vector<std::string>>(&force))
+          shaker.forces = *names;
+        else if (!std::get<std::string>(force).empty())
+          shaker.forces = {std::get<std::string>(force)};
+        shaker.resolution = resolution_hz;
         const py::gil_scoped_release unlocked;
+        if (modal::excited_by_shakers(records, shaker.forces)) return modal::estimate_shaker_frf(records, shaker);
+        modal::FrfOptions options;
+        if (!shaker.forces.empty()) options.force = shaker.forces.front();
         return modal::estimate_frf(records, options);
       },
-      py::arg("records"), py::kw_only(), py::arg("force") = "",
-      "Frequency responses (H1) of hammer blows: records with a force channel (N) and response channels.");
+      py::arg("records"), py::kw_only(), py::arg("force") = "", py::arg("resolution_hz") = 0,
+      "Frequency responses (H1) of hammer blows or shakers: records with force (N) and response channels. `force`: "
+      "name "
+      "of the channel, or names where several shakers act. `resolution_hz`: shakers, Hz between lines; 0 = automatic.");
 
   py::class_<Mode>(m, "Mode")
       .def_readonly("frequency", &Mode::frequency, "undamped natural frequency, Hz")

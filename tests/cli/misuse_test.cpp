@@ -106,6 +106,8 @@ TEST(MisuseE2e, FlagsThatWouldDoNothingAreRefused) {
       {"info ''", "FILE = '': must be the name of a file"},
       {"identify record.csv record.csv", "record.csv: given twice"},
       {"frf blow_1.csv ./blow_1.csv", "blow_1.csv: given twice"},
+      {"frf blow_1.csv --resolution-hz 1", "--resolution-hz is for shakers"},
+      {"frf blow_1.csv --excitation shaker --duration-s 1", "--duration-s is for blows"},
       {"frf blow_1.csv --force-channel acc_x", "'acc_x' is a acceleration: must be a force"},
       {"replay none.h5", "none.h5: cannot be opened: No such file or directory"},
   };

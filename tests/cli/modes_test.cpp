@@ -9,6 +9,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/ambient.hpp"
+#include "whirl/testing/modal/shaker_records.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -38,6 +39,24 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"})
       EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
   }
+}
+
+TEST(ModesE2e, ShakersAreToldFromBlowsAndGiveModesWithoutAWindow) {
+  const Folder folder;
+  const ShakerRecords test = make_shaker_records({.forces = 2, .seconds = 40});
+  io::write_csv(folder / "shaker.csv", test.records.front());
+  const Outcome frf = folder.whirl("frf shaker.csv --out frf.json --figure frf.svg");
+  ASSERT_EQ(frf.exit_code, 0) << frf.err;
+  EXPECT_NE(frf.out.find("2 forces that act all the time"), std::string::npos) << frf.out;
+  const Outcome modes = folder.whirl("modes frf.json --out modes.json");
+  ASSERT_EQ(modes.exit_code, 0) << modes.err;
+  EXPECT_EQ(modes.err.find("leakage"), std::string::npos) << modes.err;
+  const ModalModel model = io::load<ModalModel>(folder / "modes.json");
+  ASSERT_EQ(model.modes.size(), test.frequency.size()) << modes.out;
+  for (std::size_t i = 0; i < model.modes.size(); ++i)
+    EXPECT_NEAR(model.modes[i].frequency.value / test.frequency[i], 1, 1e-4);
+  EXPECT_EQ(folder.whirl("frf shaker.csv --estimator h2").exit_code, 2);
+  EXPECT_EQ(folder.whirl("frf shaker.csv --excitation hammer --force-channel force_1 force_2").exit_code, 2);
 }
 
 // K = 8500 N/m (1 +- 0.2 %) over 1.5 kg, C = 1.5 N s/m (1 +- 10 %): 11.969 and 11.993 Hz, a seventh of their half-power

@@ -3,8 +3,10 @@
 #include "ambient.hpp"
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
+#include "whirl/core/error.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
+#include "whirl/modal/shaker_frf.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -14,72 +16,118 @@ namespace whirl::app {
 namespace {
 
 struct Options {
-  std::vector<std::string> files;
-  std::string out, figure, estimator = "h1";
+  std::vector<std::string> files, forces;
+  std::string out, figure, estimator = "h1", excitation = "auto";
   modal::FrfOptions frf;
+  modal::ShakerOptions shaker;
   RecordOptions record;
   bool keep_odd = false;
   double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
 };
+
+FrequencyResponse from_shaker(const Options& o, const std::vector<Recording>& records) {
+  const Options other;
+  const std::pair<const char*, bool> for_blows[] = {
+      {"--estimator", o.estimator != other.estimator},
+      {"--trigger-percent", o.trigger_percent != other.trigger_percent},
+      {"--pre-trigger-ms", o.pre_trigger_ms != other.pre_trigger_ms},
+      {"--duration-s", o.frf.duration != other.frf.duration},
+      {"--window-end-percent", o.window_end_percent != other.window_end_percent},
+      {"--exclude", !o.frf.exclude.empty()},
+      {"--keep-odd-blows", o.keep_odd},
+      {"--drop-double-hits", o.frf.drop_double_hits}};
+  for (const auto& [flag, given] : for_blows) {
+    if (given)
+      throw Error(fmt::format("{} is for blows: here a force acts all the time (--excitation hammer otherwise)", flag));
+  }
+  modal::ShakerOptions options = o.shaker;
+  options.forces = o.forces;
+  options.reference = o.frf.reference;
+  return modal::estimate_shaker_frf(records, options);
+}
+
+FrequencyResponse from_blows(const Options& o, const std::vector<Recording>& records, Session& session) {
+  modal::FrfOptions options = o.frf;
+  if (o.forces.size() > 1) throw Error("--force-channel: a hammer has one force channel");
+  if (o.shaker.resolution > 0)
+    throw Error("--resolution-hz is for shakers: here are blows (--excitation shaker otherwise)");
+  if (!o.forces.empty()) options.force = o.forces.front();
+  options.estimator = o.estimator == "h2"   ? FrfEstimator::h2
+                      : o.estimator == "hv" ? FrfEstimator::hv
+                                            : FrfEstimator::h1;
+  options.drop_odd = !o.keep_odd;
+  options.trigger = o.trigger_percent / 100;
+  options.pre_trigger = o.pre_trigger_ms * 1e-3;
+  options.window_end = o.window_end_percent / 100;
+  std::vector<modal::BlowReport> blows;
+  FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
+  report::Table table;
+  table.caption = "Blows";
+  table.columns = {{"blow", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
+  for (std::size_t i = 0; i < blows.size(); ++i) {
+    std::string finding = blows[i].used ? "used" : "left out";
+    if (blows[i].force_overload) finding += ", force overloaded";
+    for (const std::string& r : blows[i].overloaded_responses) finding += ", " + r + " overloaded";
+    for (const std::string& damage : blows[i].damage) finding += ", " + damage;
+    for (const modal::SecondHit& hit : blows[i].second_hits) {
+      finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
+    }
+    for (const std::string& d : blows[i].disagreements) finding += ", " + d;
+    table.add({fmt::format("{}", i + 1), fmt::format("{:.1f}", blows[i].peak),
+               fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
+  }
+  session.say(report::to_text(table));
+  return frf;
+}
 
 }  // namespace
 
 void add_frf(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   CommandLine* sub = add_command(
-      app, session, "frf", "Frequency responses from hammer blows",
+      app, session, "frf", "Frequency responses from hammer blows or shakers",
       "Input: one or more records (any format of `whirl info`) with a force channel (force_N, force_lbf) and "
       "one or\n"
-      "more responses (acc_x_m_s2, acc_x_g, x_um, ...), one blow or several in each.\n"
-      "Output: H1, H2 or Hv with coherence and variance per line; double hits and overloads are reported.\n\n"
+      "more responses (acc_x_m_s2, acc_x_g, x_um, ...): blows, one or several in each, or a force that acts all the "
+      "time\n"
+      "(random, burst random, sweep, periodic random; several forces at once).\n"
+      "Output: responses with coherence and variance per line. Blows: H1, H2 or Hv; double hits and overloads are\n"
+      "reported. Shakers: local polynomials, without window or leakage.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
       [o, &session] {
         require_json_name(o->out);
-        modal::FrfOptions options = o->frf;
-        options.estimator = o->estimator == "h2"   ? FrfEstimator::h2
-                            : o->estimator == "hv" ? FrfEstimator::hv
-                                                   : FrfEstimator::h1;
-        options.drop_odd = !o->keep_odd;
-        options.trigger = o->trigger_percent / 100;
-        options.pre_trigger = o->pre_trigger_ms * 1e-3;
-        options.window_end = o->window_end_percent / 100;
         std::vector<Recording> records;
         for (const std::string& file : o->files) records.push_back(o->record.read(file));
-        std::vector<modal::BlowReport> blows;
-        FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
+        const bool shaker =
+            o->excitation == "auto" ? modal::excited_by_shakers(records, o->forces) : o->excitation == "shaker";
+        FrequencyResponse frf = shaker ? from_shaker(*o, records) : from_blows(*o, records, session);
         frf.provenance = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
         session.write_together();
         if (!o->out.empty()) io::save(o->out, frf);
-        report::Table table;
-        table.caption = "Blows";
-        table.columns = {{"blow", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
-        for (std::size_t i = 0; i < blows.size(); ++i) {
-          std::string finding = blows[i].used ? "used" : "left out";
-          if (blows[i].force_overload) finding += ", force overloaded";
-          for (const std::string& r : blows[i].overloaded_responses) finding += ", " + r + " overloaded";
-          for (const std::string& damage : blows[i].damage) finding += ", " + damage;
-          for (const modal::SecondHit& hit : blows[i].second_hits) {
-            finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
-          }
-          for (const std::string& d : blows[i].disagreements) finding += ", " + d;
-          table.add({fmt::format("{}", i + 1), fmt::format("{:.1f}", blows[i].peak),
-                     fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
-        }
-        session.say(report::to_text(table));
-        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz, {} averages", frf.channels.size(),
+        session.say(fmt::format("{} FRFs ({}, {}), {} lines from {:.4g} to {:.4g} Hz{}", frf.channels.size(),
                                 to_string(frf.kind), to_string(frf.estimator), frf.frequency.size(),
                                 frf.frequency.size() ? frf.frequency[0] : 0.0,
-                                frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0, frf.averages));
+                                frf.frequency.size() ? frf.frequency[frf.frequency.size() - 1] : 0.0,
+                                shaker ? "" : fmt::format(", {} averages", frf.averages)));
         if (!o->figure.empty()) report::write_figure(report::frequency_response(frf, 0), o->figure);
         session.result(to_json(frf));
         session.finish(frf.summary);
       });
-  sub->add_option("FILES", o->files, "records of blows")->input()->required();
+  sub->add_option("FILES", o->files, "records")->input()->required();
   sub->add_option("--out", o->out, "write the frequency responses as JSON")->output("whirl.frf");
   sub->add_option("--figure", o->figure, "draw the first response: magnitude, phase, coherence (.svg .png .pdf .csv)")
       ->output("figure");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->one_of({"h1", "h2", "hv"})->show_default();
-  sub->add_option("--force-channel", o->frf.force, "name of the force channel when there are several");
+  sub->add_option("--excitation", o->excitation,
+                  "hammer: blows; shaker: forces that act all the time; auto: by the record")
+      ->one_of({"auto", "hammer", "shaker"})
+      ->show_default();
+  sub->add_option("--resolution-hz", o->shaker.resolution,
+                  "shaker: Hz between lines; 0 = the finest that leaves something for the noise")
+      ->range(0, 1e6)
+      ->show_default();
+  sub->add_option("--force-channel", o->forces,
+                  "name of the force channel when there are several; shaker: names, default all forces");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
   sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force")

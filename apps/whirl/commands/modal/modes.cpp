@@ -208,10 +208,9 @@ void find_modes(Options* o, Session& session) {
         modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter) : ""));
   }
   say_amplitude(modes, session);
-  session.say(fmt::format(
-      "reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}", 100 * modes.reconstruction_error,
-      modes.band_low, modes.band_high,
-      modes.noise_floor > 0 ? fmt::format("; scatter of the blows {:.2f} %", 100 * modes.noise_floor) : ""));
+  session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}",
+                          100 * modes.reconstruction_error, modes.band_low, modes.band_high,
+                          modes.noise_floor > 0 ? fmt::format("; their noise {:.2f} %", 100 * modes.noise_floor) : ""));
   if (!o->reference.empty()) compare(modes, o->reference, session);
   for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
   session.result(to_json(modes));

@@ -17,9 +17,11 @@ using records::FindingKind;
 constexpr double kClipped = 1e-3;  // share of samples at the limit that distorts the correlations
 constexpr double kMissing = 0.5;   // share of the record
 constexpr Index kBridge = 8;       // samples, bridged by a line
+constexpr Index kSpike = 2;        // samples
 
-/// Takes off the rows in which a channel stands still or is missing for longer than a bridge; bridges the rest.
-void bridge(Eigen::VectorXd& v, const Mask& usable, Mask& rows) {
+/// Takes off the rows in which a channel stands still or is missing for longer than a bridge; bridges the rest from
+/// `shortest` samples on.
+void bridge(Eigen::VectorXd& v, const Mask& usable, Index shortest, Mask& rows) {
   const Index n = v.size();
   for (Index i = 0; i < n;) {
     if (usable[i]) {
@@ -30,7 +32,7 @@ void bridge(Eigen::VectorXd& v, const Mask& usable, Mask& rows) {
     while (end < n && !usable[end]) ++end;
     if (end - i > kBridge || i == 0 || end == n) {
       rows.segment(i, end - i).setConstant(false);
-    } else {
+    } else if (end - i >= shortest) {
       for (Index k = i; k < end; ++k)
         v[k] = v[i - 1] + (v[end] - v[i - 1]) * static_cast<double>(k - i + 1) / static_cast<double>(end - i + 1);
     }
@@ -51,7 +53,7 @@ std::pair<Index, Index> longest_run(const Mask& rows) {
 
 }  // namespace
 
-Recording usable_record(const Recording& recording, Summary& summary) {
+Recording usable_record(const Recording& recording, Summary& summary, bool spikes) {
   const records::RecordReport report = records::check(recording);
   Recording kept;
   kept.source = recording.source;
@@ -80,9 +82,9 @@ Recording usable_record(const Recording& recording, Summary& summary) {
     kept.channels.push_back(c);
     if (mask == nullptr || clipped > 0) continue;
     Mask whole = rows;
-    bridge(kept.channels.back().samples, mask->usable, whole);
+    bridge(kept.channels.back().samples, mask->usable, spikes ? 1 : kSpike + 1, whole);
     for (const records::Finding& f : report.findings)
-      if (f.channel == c.name && f.severity == records::Severity::mask)
+      if (f.channel == c.name && f.severity == records::Severity::mask && (spikes || f.kind != FindingKind::spikes))
         summary.warn(fmt::format("channel {}: {} {} samples from {:.4g} to {:.4g} s carry no information", c.name,
                                  f.samples, to_string(f.kind), f.begin, f.end));
     if (static_cast<double>((whole != rows).count()) > kMissing * n) {

@@ -9,6 +9,7 @@
 #include "blow_agreement.hpp"
 #include "blow_damage.hpp"
 #include "cross_spectra.hpp"
+#include "frf_channels.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/signal/window.hpp"
@@ -17,14 +18,7 @@ namespace whirl::modal {
 namespace {
 
 const Channel& force_channel(const Recording& recording, const FrfOptions& options) {
-  if (!options.force.empty()) {
-    const Channel& named = recording.at(options.force);
-    if (named.quantity == Quantity::displacement || named.quantity == Quantity::velocity ||
-        named.quantity == Quantity::acceleration)
-      throw Error(fmt::format("{}: channel '{}' is a {}: must be a force", recording.source, named.name,
-                              to_string(named.quantity)));
-    return named;
-  }
+  if (!options.force.empty()) return force_named(recording, options.force);
   const Channel* found = nullptr;
   for (const auto& channel : recording.channels) {
     if (channel.quantity != Quantity::force) continue;
@@ -36,22 +30,6 @@ const Channel& force_channel(const Recording& recording, const FrfOptions& optio
   }
   if (found == nullptr) throw Error(fmt::format("{}: no channel of quantity force", recording.source));
   return *found;
-}
-
-FrfKind kind_of(const Channel& channel) {
-  switch (channel.quantity) {
-    case Quantity::displacement:
-      return FrfKind::receptance;
-    case Quantity::velocity:
-      return FrfKind::mobility;
-    case Quantity::acceleration:
-      return FrfKind::accelerance;
-    default:
-      break;
-  }
-  throw Error(fmt::format("response channel '{}' is a {}: must be displacement, velocity or acceleration{}",
-                          channel.name, to_string(channel.quantity),
-                          channel.quantity == Quantity::voltage ? "; calibrate it first" : ""));
 }
 
 void check_options(const FrfOptions& options) {
@@ -183,23 +161,6 @@ std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const
   return blows;
 }
 
-/// Response channels of a blow and the kind of response that all of them give.
-void name_channels(const Recording& blow, const std::string& force_name, const FrfOptions& options,
-                   FrequencyResponse& result) {
-  for (const auto& channel : blow.channels) {
-    if (channel.name == force_name || channel.quantity == Quantity::force || channel.quantity == Quantity::time)
-      continue;
-    const FrfKind kind = kind_of(channel);
-    if (result.channels.empty()) result.kind = kind;
-    if (kind != result.kind) {
-      throw Error(fmt::format("response channel '{}' gives {}, the others {}: must be one kind", channel.name,
-                              to_string(kind), to_string(result.kind)));
-    }
-    result.channels.push_back({channel.name, options.reference.empty() ? force_name : options.reference, {}, {}, {}});
-  }
-  if (result.channels.empty()) throw Error("no response channel beside the force");
-}
-
 /// What is said of blow `number` (from 0), with warnings; whether it is used.
 BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Index quiet, std::size_t number,
                        const std::vector<std::string>& damage, const FrfOptions& options, FrequencyResponse& result) {
@@ -311,7 +272,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
 
   FrequencyResponse result;
   result.estimator = options.estimator;
-  name_channels(blows.front(), force_name, options, result);
+  name_channels(blows.front(), {force_name}, {options.reference.empty() ? force_name : options.reference}, result);
   drop_dead_responses(blows, result);
 
   const double length = dt * static_cast<double>(n);

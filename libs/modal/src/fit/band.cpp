@@ -145,6 +145,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   band.grid = arrange_grid(frf).channel;
   band.power = static_cast<int>(frf.kind);
   band.decay = frf.window_decay;
+  band.leakage_free = frf.leakage_free;
   band.omega = 2 * std::numbers::pi * frf.frequency.segment(first, n);
   band.low = frf.frequency[first];
   band.high = frf.frequency[last];

@@ -17,6 +17,7 @@ struct Band {
   bool common_weight = false;   ///< all columns of `weight` are multiples of the first: one Gram matrix serves all
   bool guessed_weight = false;  ///< flat or proportional was chosen by the scatter between lines
   double decay = 0;             ///< of the exponential window, 1/s: the lines lie at s = decay + j omega
+  bool leakage_free = false;    ///< no window, no end of a record
   int power = 0;                ///< d: 0 receptance, 1 mobility, 2 accelerance
   double low = 0, high = 0;     ///< Hz, first and last line
   double energy = -1;           ///< sum of (weight |h|)^2; negative: not summed up yet

@@ -40,7 +40,7 @@ Parameters parameters_of(Complex p, DampingModel model) {
 
 // Damping of structures hardly ever falls as one over the frequency; what an exponential window adds does.
 void warn_of_common_decay(const Band& band, ModalModel& model) {
-  if (band.decay != 0) return;
+  if (band.decay != 0 || band.leakage_free) return;
   double slowest = INFINITY, fastest = 0, low = INFINITY, high = 0;
   int inside = 0;
   for (const Mode& mode : model.modes) {
@@ -63,6 +63,7 @@ void warn_of_common_decay(const Band& band, ModalModel& model) {
 void warn_of_modes(const Band& band, ModalModel& model) {
   for (const Mode& mode : model.modes) {
     if (mode.frequency.value < band.low || mode.frequency.value > band.high) continue;
+    if (band.leakage_free) continue;
     if (band.decay == 0 && -mode.pole.real() / band.line_width() < 3) {
       model.summary.warn(
           fmt::format("mode at {:.5g} Hz still rings at the end of a record of 1/df = {:.3g} s: leakage makes its "

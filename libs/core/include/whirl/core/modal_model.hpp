@@ -33,7 +33,9 @@ struct FrequencyResponse {
   FrfEstimator estimator = FrfEstimator::h1;
   std::vector<FrfChannel> channels;
   double window_decay = 0;  ///< sigma_w of the exponential window, 1/s; poles found carry it (docs: modal)
-  long averages = 0;        ///< number of blows averaged
+  long averages = 0;        ///< number of blows averaged; 0: not made from blows
+  /// No end of a record and no window is in them (shaker records): peaks narrower than a line are true.
+  bool leakage_free = false;
   Summary summary;
   Provenance provenance;
 };

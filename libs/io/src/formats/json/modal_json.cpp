@@ -52,6 +52,7 @@ Json to_json(const FrequencyResponse& frf) {
   Json out = start_document("whirl.frf", 1);
   out.set("kind", to_string(frf.kind)).set("unit", frf_unit(frf.kind)).set("estimator", to_string(frf.estimator));
   out.set("window_decay_1_s", frf.window_decay).set("averages", frf.averages);
+  if (frf.leakage_free) out.set("leakage_free", true);
   out.set("frequency_hz", Json(frf.frequency)).set("channels", std::move(channels));
   finish(out, frf.summary, frf.provenance);
   return out;
@@ -66,6 +67,7 @@ FrequencyResponse from_json(const Json& document, std::string_view source) {
   frf.estimator = read_enum(in.at("estimator"), {FrfEstimator::h1, FrfEstimator::h2, FrfEstimator::hv});
   frf.window_decay = in.at("window_decay_1_s").number();
   frf.averages = in.at("averages").integer();
+  frf.leakage_free = in.has("leakage_free") && in.at("leakage_free").flag();
   frf.frequency = in.at("frequency_hz").vector();
   const Eigen::Index lines = frf.frequency.size();
   for (const JsonReader& c : in.at("channels").items()) {

@@ -77,7 +77,8 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
 FrequencyResponse estimate_frf(const std::vector<Recording>& recordings, const FrfOptions& options = {},
                                std::vector<BlowReport>* reports = nullptr);
 
-/// Joins responses to several references (hammer points), measured on the same frequency axis and of the same kind.
+/// Joins responses to several references (hammer points), measured on the same frequency axis, in bands of their
+/// own, and of the same kind.
 /// Throws Error when they differ in these or a pair of response and reference comes twice.
 FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts);
 
