@@ -168,13 +168,24 @@ void Browser::key(const std::string& key) {
 }
 
 void Browser::click(const std::string& selector) {
-  const json at = evaluate("(() => { const e = document.querySelector('" + selector +
-                           "'); e.scrollIntoView({block: 'center'}); const r = e.getBoundingClientRect(); return [r.x "
-                           "+ r.width / 2, r.y + r.height / 2]; })()");
-  for (const char* type : {"mousePressed", "mouseReleased"}) {
-    call("Input.dispatchMouseEvent",
-         {{"type", type}, {"x", at[0]}, {"y", at[1]}, {"button", "left"}, {"clickCount", 1}});
+  // A live page moves: the element may be elsewhere by the time the button goes down. Then it is clicked again, as a
+  // user would.
+  evaluate("{ const e = document.querySelector('" + selector +
+           "'); e.clicked = false; e.addEventListener('click', () => { e.clicked = true; }, {once: true, capture: "
+           "true}); }");
+  for (int attempt = 0; attempt < 20; ++attempt) {
+    const json at =
+        evaluate("(() => { const e = document.querySelector('" + selector +
+                 "'); e.scrollIntoView({block: 'center'}); const r = e.getBoundingClientRect(); return [r.x "
+                 "+ r.width / 2, r.y + r.height / 2]; })()");
+    for (const char* type : {"mousePressed", "mouseReleased"}) {
+      call("Input.dispatchMouseEvent",
+           {{"type", type}, {"x", at[0]}, {"y", at[1]}, {"button", "left"}, {"clickCount", 1}});
+    }
+    // An element that the click took away was hit.
+    if (evaluate("(document.querySelector('" + selector + "') || {clicked: true}).clicked !== false") == true) return;
   }
+  throw std::runtime_error("no click reaches " + selector);
 }
 
 void Browser::dark(bool on) {
