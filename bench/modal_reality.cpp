@@ -122,15 +122,21 @@ int main(int argc, char** argv) {
     total.print(name.c_str());
     if (total.sets > 0) fmt::print("| taken as structural {}, said to look structural {} of {}\n", taken, told, seeds);
   }
-  for (const bool hann : {false, true}) {
-    const std::string name = hann ? "random force, Hann window" : "random force, whole periods";
-    Total total;
-    for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
-      const auto data =
-          whirl::testing::make_random_test({.hann = hann, .seed = static_cast<unsigned>(seed + g_offset)});
-      timed(name.c_str(), data.frf, poles_of(data.frequency, data.damping), total);
+  for (const double doublet : {0.0, 1.0, 2.0}) {
+    for (const bool hann : {false, true}) {
+      const std::string name = fmt::format("random force, {}{}", hann ? "Hann window" : "whole periods",
+                                           doublet > 0 ? fmt::format(", pairs {:g} lines apart", doublet) : "");
+      int taken = 0;
+      Total total;
+      for (int seed = 1; seed <= seeds && wanted(name.c_str()); ++seed) {
+        const auto data = whirl::testing::make_random_test(
+            {.doublet = doublet, .hann = hann, .seed = static_cast<unsigned>(seed + g_offset)});
+        const whirl::ModalModel model = timed(name.c_str(), data.frf, poles_of(data.frequency, data.damping), total);
+        taken += model.window_decay != data.frf.window_decay;
+      }
+      total.print(name.c_str());
+      if (total.sets > 0) fmt::print("| a Hann window taken off in {} of {}\n", taken, seeds);
     }
-    total.print(name.c_str());
   }
   Total drift;
   for (int seed = 1; seed <= seeds && wanted("drift"); ++seed) {

@@ -155,7 +155,9 @@ void bind_modal(py::module_& m) {
         return modal::fit_modes(response, options);
       },
       py::arg("frf"), py::kw_only(), py::arg("band_low") = 0.0, py::arg("band_high") = 0.0,
-      "Natural frequencies, damping and residues with standard deviations; band in Hz (0: the whole).");
+      "Natural frequencies, damping and residues with standard deviations; band in Hz (0: the whole). A Hann window of "
+      "an "
+      "analyser that the lines show is taken off, with a warning.");
   bind_operational(m);
 }
 

@@ -10,6 +10,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/ambient.hpp"
 #include "whirl/testing/modal/shaker_records.hpp"
+#include "whirl/testing/modal/windowed_random.hpp"
 
 namespace whirl::testing {
 namespace {
@@ -39,6 +40,23 @@ TEST(ModesE2e, HammerTestOfTheRigGivesItsFiveModesWithAndWithoutWindow) {
     for (const char* figure : {"frf.svg", "stabilisation.svg", "fit_frf.svg", "shapes.svg"})
       EXPECT_NE(slurp(folder / figure).find("<svg"), std::string::npos);
   }
+}
+
+TEST(ModesE2e, HannWindowOfAnAnalyserIsFoundOrStatedOrLeft) {
+  const Folder folder;
+  const RandomTest test = make_random_test({.seed = 8301});
+  io::save(folder / "frf.json", test.frf);
+  const Outcome found = folder.whirl("modes frf.json --out modes.json --figure fit_frf.svg --page modes.html");
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_NE((found.out + found.err).find("Hann window"), std::string::npos) << found.out << found.err;
+  EXPECT_EQ(io::load<ModalModel>(folder / "modes.json").modes.size(), test.frequency.size());
+  // The page asks for the same lines when poles are chosen by hand.
+  EXPECT_NE(slurp(folder / "modes.html").find("--window hann"), std::string::npos);
+  ASSERT_EQ(folder.whirl("modes frf.json --window hann --out stated.json").exit_code, 0);
+  EXPECT_EQ(io::load<ModalModel>(folder / "stated.json").modes.size(), test.frequency.size());
+  ASSERT_EQ(folder.whirl("modes frf.json --window none --out left.json").exit_code, 0);
+  EXPECT_GT(io::load<ModalModel>(folder / "left.json").modes.size(), test.frequency.size());
+  EXPECT_EQ(folder.whirl("modes frf.json --window hann --window-end-percent 5").exit_code, 2);
 }
 
 TEST(ModesE2e, ShakersAreToldFromBlowsAndGiveModesWithoutAWindow) {

@@ -15,6 +15,7 @@
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
+#include "whirl/modal/hann_window.hpp"
 #include "whirl/pages/modal_page.hpp"
 #include "whirl/report/rotor_figures.hpp"
 #include "whirl/report/table.hpp"
@@ -127,7 +128,7 @@ std::string without_selection(const std::string& line) {
 
 struct Options {
   std::vector<std::string> files;
-  std::string out, reference, geometry, page, method = "plscf";
+  std::string out, reference, geometry, page, method = "plscf", window = "auto";
   std::vector<std::string> figures;
   bool no_refine = false;
   modal::ModeOptions modes;
@@ -135,9 +136,14 @@ struct Options {
   double low = 0, high = 0, window_end_percent = 100;
 };
 
-// The exponential window of files that do not state it.
-void state_window(double end_percent, FrequencyResponse& frf) {
+// The window of files that do not state it.
+void state_window(const Options& o, FrequencyResponse& frf) {
+  const double end_percent = o.window_end_percent;
   require_range("--window-end-percent", end_percent, 1e-10, 100, "%");
+  if (o.window == "hann") {
+    if (end_percent != 100) throw Error("--window hann: not with --window-end-percent, which states another window");
+    frf = modal::without_hann_window(frf);
+  }
   if (end_percent == 100) return;
   if (frf.window_decay != 0)
     throw Error(fmt::format("--window-end-percent: the file states an exponential window itself, of {:.4g} 1/s",
@@ -173,7 +179,7 @@ void find_modes(Options* o, Session& session) {
   }
   std::vector<std::string> dead;
   FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
-  state_window(o->window_end_percent, frf);
+  state_window(*o, frf);
   for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
   modal::ModeOptions options = o->modes;
   options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
@@ -183,7 +189,13 @@ void find_modes(Options* o, Session& session) {
   if (o->no_refine) options.refine = options.search = false;
   options.poles.band_low = o->low;
   options.poles.band_high = o->high;
+  options.find_hann_window = o->window == "auto";
   ModalModel modes = modal::fit_modes(frf, options);
+  std::string again = without_selection(session.command_line);
+  if (modes.window_decay != frf.window_decay) {
+    frf = modal::without_hann_window(frf);  // what was fitted, for all figures
+    again += " --window hann";
+  }
   // Before what the fit says: the last one is the reason where nothing can be used.
   modes.summary.warnings.insert(modes.summary.warnings.begin(), remarks.begin(), remarks.end());
   if (!remarks.empty() && modes.summary.status == Status::ok) modes.summary.status = Status::warning;
@@ -198,7 +210,7 @@ void find_modes(Options* o, Session& session) {
   }
   if (!o->page.empty()) {
     io::write_text(o->page, pages::modal_page(frf, modes, shapes, modal::stabilisation_diagram(frf, options.poles),
-                                              geometry, without_selection(session.command_line)));
+                                              geometry, again));
   }
   session.say(report::to_text(modes_table(modes)));
   if (modes.frequency_scatter > 0) {
@@ -253,6 +265,12 @@ void add_modes(CommandLine& app, Session& session) {
       "--window-end-percent", o->window_end_percent,
       "files that do not state it: value of the exponential window at the end of the record; 100 = none. Its "
       "decay is taken off");
+  sub->add_option(
+         "--window", o->window,
+         "files that do not state it: hann for FRFs averaged from random force through Hann windows; auto takes "
+         "one off where the lines show it, with a warning; none leaves the lines as they are")
+      ->one_of({"auto", "hann", "none"})
+      ->show_default();
   sub->add_option("--method", o->method,
                   "start of the poles: plscf, lsce, era, or rfp for one response and few modes; fdd for a record "
                   "without the force")

@@ -9,6 +9,7 @@
 #include "modal_result.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/modal/hann_window.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -324,7 +325,9 @@ FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vecto
   return alive;
 }
 
-ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& asked) {
+namespace {
+
+ModalModel fit_lines(const FrequencyResponse& measured, const ModeOptions& asked) {
   std::vector<std::string> dead;
   const FrequencyResponse frf = without_dead_channels(measured, dead);
   ModeOptions options = asked;
@@ -371,11 +374,37 @@ ModalModel fit_modes(const FrequencyResponse& measured, const ModeOptions& asked
     // Then the peaks, where the model is best, should count for most.
     ModeOptions flat = asked;
     flat.poles.weighting = LineWeighting::flat;
-    return fit_modes(measured, flat);
+    return fit_lines(measured, flat);
   }
   ModalModel model = to_model(frf, band, solution);
   for (const std::string& name : dead) model.summary.warn("channel " + name + " is zero on every line: left out");
   return model;
+}
+
+std::ptrdiff_t modes_inside(const ModalModel& model) {
+  return std::count_if(model.modes.begin(), model.modes.end(), [&](const Mode& mode) {
+    return mode.frequency.value >= model.band_low && mode.frequency.value <= model.band_high;
+  });
+}
+
+}  // namespace
+
+ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
+  ModalModel model = fit_lines(frf, options);
+  if (!options.find_hann_window || !options.refine || !options.select.empty() || !looks_split(frf, model)) return model;
+  const FrequencyResponse without = without_hann_window(frf);
+  ModalModel other = fit_lines(without, options);
+  const auto before = modes_inside(model), after = modes_inside(other);
+  // Where there was no window, what takes it off distorts: no mode goes and the error is many times as large.
+  if (after == 0 || static_cast<double>(after) > 0.7 * static_cast<double>(before) ||
+      error_through_hann_window(frf, without, other) > 8 * model.reconstruction_error + 0.01)
+    return model;
+  other.summary.warn(
+      fmt::format("the lines look averaged from random force through a Hann window, which the file does not state: it "
+                  "is taken off. "
+                  "With it {} modes would be listed instead of {}, their dampings too large",
+                  before, after));
+  return other;
 }
 
 double damping_through_window(const Mode& mode, double window_decay) {

@@ -24,6 +24,9 @@ struct ModeOptions {
       true;  ///< let poles depend on the amplitude of the ringing after a blow where the evidence asks for it
   bool scatter = true;  ///< let the poles differ between FRFs where the evidence asks for it
   DampingChoice damping = DampingChoice::automatic;
+  /// Take off a Hann window that the file does not state where the lines show it; not with `select`, not without
+  /// `refine`.
+  bool find_hann_window = true;
 };
 
 /// Modes of a set of FRFs, from the lines to poles, residues and residuals with their uncertainty.
@@ -37,6 +40,11 @@ struct ModeOptions {
 /// by description length). A mode that the data do not support is dropped; one narrower than a line, or whose ringing
 /// does not fit the record, is warned about. Modes up to 30 % outside the band may be present: they stand for what the
 /// residuals cannot, and their damping means little.
+///
+/// Lines averaged from random force through a Hann window show each narrow peak as several. Where most modes stand so
+/// close, the window is taken off (`without_hann_window`) and the modes are found anew; they stand, with a warning,
+/// where a third of the modes or more go and what is left explains the lines as measured nearly as well. Then the
+/// `window_decay` of the model is that of `without_hann_window(frf)`, not that of `frf`.
 ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options = {});
 
 /// The responses without those that are zero (or 1e-9 of the others) on every line, which no fit can use; `names` of

@@ -16,6 +16,7 @@ struct RandomTestOptions {
   int modes = 6, responses = 4, references = 2;
   int lines = 800;                       ///< up to 0.78 of half the sample rate
   double width_low = 1, width_high = 5;  ///< half-power widths of the modes in lines
+  double doublet = 0;                    ///< lines between the two modes that then stand for each one
   int blocks = 399;                      ///< averaged
   double noise = 0.002;                  ///< of the responses, rms
   bool hann = true;                      ///< else blocks that hold whole periods of a periodic random force, no window
@@ -44,6 +45,15 @@ inline RandomTest make_random_test(const RandomTestOptions& o) {
     const double f = low + (high - low) * (k + 0.15 + 0.7 * uniform(random)) / o.modes;
     result.frequency.push_back(f);
     result.damping.push_back(df * o.width_low * std::pow(o.width_high / o.width_low, uniform(random)) / (2 * f));
+    shape.emplace_back();
+    for (int i = 0; i < o.responses + o.references; ++i)
+      shape.back().push_back((uniform(random) < 0.5 ? -1 : 1) * (0.3 + 0.7 * uniform(random)));
+  }
+  for (int k = 0; o.doublet > 0 && k < o.modes; ++k) {
+    const auto at = static_cast<std::size_t>(k);
+    const double f = result.frequency[at] + o.doublet * df;
+    result.damping.push_back(result.damping[at] * result.frequency[at] / f * (0.8 + 0.4 * uniform(random)));
+    result.frequency.push_back(f);
     shape.emplace_back();
     for (int i = 0; i < o.responses + o.references; ++i)
       shape.back().push_back((uniform(random) < 0.5 ? -1 : 1) * (0.3 + 0.7 * uniform(random)));
