@@ -257,6 +257,22 @@ void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentificati
       step / kDegree, half / kDegree));
 }
 
+void state_modes_above(RotorIdentification& result) {
+  if (result.active.given_mode < 0) return;
+  const auto place = static_cast<std::size_t>(result.active.given_mode);
+  const double w = result.fit.model.modes[place].omega;
+  double most = 0, highest = 0;
+  for (const OutputErrorRecord& r : result.fit.records) {
+    const double top = r.angle.omega.cwiseAbs().maxCoeff();
+    most = std::max(most, std::abs(r.participation[place]) * top * top / (w * w - top * top));
+    highest = std::max(highest, top);
+  }
+  result.assumptions.push_back(fmt::format(
+      "modes above the speeds move the readings by up to {:.2g} um (peak) and act as one of {:.3g} Hz. k1, k2, c and e "
+      "are those of the first mode; no prediction above {:.3g} Hz",
+      1e6 * most, w / (2 * std::numbers::pi), highest / (2 * std::numbers::pi)));
+}
+
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result) {
   if (!std::ranges::all_of(records, &RotorRecord::one_axis)) return;
   constexpr double kMost = 2;

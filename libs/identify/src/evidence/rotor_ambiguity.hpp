@@ -20,5 +20,7 @@ void forget_phase(RotorIdentification& result);
 void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentification& result);
 /// What records of one axis leave open, as a reading beside the isotropic rotor and as assumptions of the model.
 void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification& result);
+/// How much of the readings the modes above the speeds are, and that the rotor is the first mode.
+void state_modes_above(RotorIdentification& result);
 
 }  // namespace whirl::identification::detail

@@ -90,8 +90,9 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
                    fmt::format("; all intervals are widened by {:.2g}",
                                std::sqrt(std::max(summary.chi_square, result.fit.summary.chi_square))),
                    summary);
-  for (const ForcedMode& m : result.model.rotor->modes) {
-    if (m.omega * kHz > high) {
+  for (std::size_t k = 0; k < result.model.rotor->modes.size(); ++k) {
+    const ForcedMode& m = result.model.rotor->modes[k];
+    if (m.omega * kHz > high && static_cast<int>(k) != result.active.given_mode) {
       summary.warn(
           fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
                       "predict beyond that speed",

@@ -9,6 +9,11 @@
 
 namespace whirl::identification::detail {
 
+namespace {
+/// Place in the list of "mode 1", "decay 2", ...
+std::size_t place_of(const std::string& term) { return std::stoul(term.substr(term.find(' ') + 1)) - 1; }
+}  // namespace
+
 std::vector<CandidateMode> hammer_modes(const RotorIdentifyOptions& options, double main_frequency) {
   std::vector<CandidateMode> modes;
   if (!options.modal) return modes;
@@ -24,6 +29,15 @@ std::vector<CandidateMode> searched_modes(double top_speed, double main_frequenc
   std::vector<CandidateMode> modes;
   for (double w = 0.25 * top_speed; w < 1.4 * top_speed; w *= 1 + 2 * kZeta) {
     if (std::abs(w / main_frequency - 1) > 0.15) modes.push_back({{w, kZeta, 0}, true});
+  }
+  return modes;
+}
+
+std::vector<CandidateMode> modes_above(double highest) {
+  constexpr double kZeta = 0.01;  // it acts through w alone
+  std::vector<CandidateMode> modes;
+  for (const double ratio : {2.0, 1.4, 1.6, 3.0, 6.0}) {
+    modes.push_back({.mode = {ratio * highest, kZeta, 0}, .searched = false, .open = modes.empty(), .above = true});
   }
   return modes;
 }
@@ -79,11 +93,17 @@ Growth with_term(Growth g, const std::string& term, const RotorIdentifyOptions& 
   } else if (term == "delay") {
     g.active.delay = true;
   } else {
-    const std::size_t k = std::stoul(term.substr(term.find(' ') + 1)) - 1;
+    const std::size_t k = place_of(term);
+    if (is_above(term, g)) {
+      g.active.given_mode = static_cast<int>(g.start.modes.size());
+      g.start.modes.push_back(g.modes[k].mode);
+      for (CandidateMode& c : g.modes) c.open = c.open && !c.above;
+      return g;
+    }
     if (term.starts_with("mode")) {
       const ForcedMode mode = g.modes[k].mode;
       g.start.modes.push_back(mode);
-      for (CandidateMode& c : g.modes) c.open = c.open && std::abs(c.mode.omega / mode.omega - 1) >= 0.1;
+      for (CandidateMode& c : g.modes) c.open = c.open && (c.above || std::abs(c.mode.omega / mode.omega - 1) >= 0.1);
     } else {
       CandidateDecay& decay = g.decays[k];
       g.active.decays.push_back(decay.mode);
@@ -128,6 +148,10 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
     g.forces.clear();
   } else if (term.starts_with("runout") && !g.bow) {
     g.active.runout_harmonics = 0;
+  } else if (is_above(term, g) && g.active.given_mode + 1 == static_cast<int>(g.start.modes.size())) {
+    g.start.modes.pop_back();
+    g.active.given_mode = -1;
+    std::ranges::find_if(g.modes, &CandidateMode::above)->open = true;
   } else {
     return std::nullopt;
   }
@@ -136,7 +160,8 @@ std::optional<Growth> without_term(Growth g, const std::string& term) {
 
 std::string label(const std::string& term, const Growth& g) {
   if (!term.starts_with("mode ") && !term.starts_with("decay ")) return term;
-  const std::size_t space = term.find(' '), k = std::stoul(term.substr(space + 1)) - 1;
+  if (is_above(term, g)) return kAbove;
+  const std::size_t space = term.find(' '), k = place_of(term);
   const double w = term.starts_with("mode") ? g.modes[k].mode.omega : g.decays[k].mode.omega;
   return fmt::format("{} {:.4g} Hz", term.substr(0, space), w / (2 * std::numbers::pi));
 }
@@ -145,9 +170,12 @@ bool is_special(const std::string& term) {
   return term.starts_with("conj") || term.starts_with("mode") || term.starts_with("decay") ||
          term.starts_with("runout") || term == "delay" || term == name_of(RotorTermKind::twice_forward_re).label;
 }
-double threshold_of(const std::string& term, double threshold) {
-  constexpr double kMoreChances = 16;  // forces and sensor axes
-  return is_special(term) ? threshold : threshold + 2 * std::log(kMoreChances);
+bool is_above(const std::string& term, const Growth& g) {
+  return term.starts_with("mode ") && g.modes[place_of(term)].above;
+}
+double threshold_of(const std::string& term, const Growth& g, double threshold) {
+  constexpr double kMoreChances = 16;  // forces, sensor axes, modes above the speeds
+  return is_special(term) && !is_above(term, g) ? threshold : threshold + 2 * std::log(kMoreChances);
 }
 
 std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
@@ -156,16 +184,22 @@ std::vector<std::string> next_terms(const ScoreTest& test, const Growth& growth,
   std::vector<std::string> terms;
   double best = 0;
   for (const ScoreCandidate& c : test.candidates) {
-    if (!c.in_model || c.score < threshold_of(c.term, threshold) || c.score < 0.1 * best || terms.size() == kMost ||
-        std::find(refused.begin(), refused.end(), c.term) != refused.end())
+    if (!c.in_model || c.score < threshold_of(c.term, growth, threshold) || c.score < 0.1 * best ||
+        terms.size() >= kMost || std::find(refused.begin(), refused.end(), c.term) != refused.end())
       continue;
     if (c.term.starts_with("mode ")) {
-      if (c.score < 3 * threshold && growth.modes[std::stoul(c.term.substr(5)) - 1].searched) continue;
+      if (c.score < 3 * threshold && growth.modes[place_of(c.term)].searched) continue;
       // Modes next to each other are one candidate.
       if (std::any_of(terms.begin(), terms.end(), [](const auto& t) { return t.starts_with("mode "); })) continue;
     }
     best = std::max(best, c.score);
-    terms.push_back(c.term);
+    if (!is_above(c.term, growth)) {
+      terms.push_back(c.term);
+      continue;
+    }
+    for (std::size_t k = 0; k < growth.modes.size(); ++k) {
+      if (growth.modes[k].above) terms.push_back(fmt::format("mode {}", k + 1));
+    }
   }
   return terms;
 }

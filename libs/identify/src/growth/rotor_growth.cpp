@@ -260,9 +260,10 @@ bool Grower::step() {
     chosen = term;
   }
   // The trajectory must confirm the weak equations.
-  if (best && gain(fit_, *best) >= threshold_of(chosen, options_.score_threshold) && explains_enough(*best)) {
+  if (best && gain(fit_, *best) >= threshold_of(chosen, growth_, options_.score_threshold) && explains_enough(*best)) {
     for (Tried& t : tried) {
-      if (t.term != chosen && values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
+      if (label(t.term, growth_) != label(chosen, growth_) &&
+          values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
         near_.push_back({chosen, t.term, std::move(t.found)});
     }
     taken_.push_back({chosen, label(chosen, growth_), start_of(fit_)});
@@ -350,7 +351,7 @@ void Grower::prune() {
     OutputErrorFit without;
     if (less) without = fit_from_either(*less, at->before);
     if (!less || without.summary.status == Status::unusable ||
-        gain(without, fit_) >= threshold_of(at->term, options_.score_threshold)) {
+        gain(without, fit_) >= threshold_of(at->term, growth_, options_.score_threshold)) {
       ++at;
       continue;
     }
@@ -376,7 +377,7 @@ void Grower::find_others() {
     if (!less) continue;
     OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_), with);
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
-      grown_.others.push_back({taken, label(other, growth_), std::move(replaced)});
+      grown_.others.push_back({label(taken, growth_), label(other, growth_), std::move(replaced)});
   }
   find_second_high_pass();
   if (fit_.summary.chi_square > kMuch) return;  // every term shows a sign of what is missing
@@ -403,10 +404,10 @@ void Grower::find_second_high_pass() {
 void Grower::warn_of_missing(const ScoreTest& test) {
   if (test.candidates.empty() || test.chi_square <= 1.3) return;
   const ScoreCandidate& first = test.candidates.front();
-  if (first.score < threshold_of(first.term, options_.score_threshold)) return;
-  grown_.warnings.push_back(
-      fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model does not have",
-                  label(first.term, growth_), first.score, threshold_of(first.term, options_.score_threshold)));
+  if (first.score < threshold_of(first.term, growth_, options_.score_threshold)) return;
+  grown_.warnings.push_back(fmt::format(
+      "the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model does not have",
+      label(first.term, growth_), first.score, threshold_of(first.term, growth_, options_.score_threshold)));
 }
 
 }  // namespace
@@ -418,9 +419,13 @@ GrownRotor grow_rotor(const std::vector<RotorRecord>& records, const RotorModel&
   Growth growth{active, start, 0, hammer_modes(options, main_frequency), {}, {}};
   if (options.terms) growth.terms = candidate_terms(records, main_frequency);
   for (const CandidateMode& c : growth.modes) growth.decays.push_back({{c.mode.omega, c.mode.zeta}});
+  double top = 0;
+  for (const RotorRecord& r : records) top = std::max(top, r.speed_high());
+  if (options.terms) {
+    const std::vector<CandidateMode> above = modes_above(std::max(top, main_frequency));
+    growth.modes.insert(growth.modes.end(), above.begin(), above.end());
+  }
   if (search_modes) {
-    double top = 0;
-    for (const RotorRecord& r : records) top = std::max(top, r.speed_high());
     const std::vector<CandidateMode> more = searched_modes(top, main_frequency);
     growth.modes.insert(growth.modes.end(), more.begin(), more.end());
   }

@@ -239,6 +239,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     if (options.angle_source == AngleSource::measured) detail::state_angle_step(records, result);
     if (options.angle_source == AngleSource::vibration) detail::forget_phase(result);
     detail::state_one_axis(records, result);
+    detail::state_modes_above(result);
     detail::widen_for_omitted(grown, scale, result);
     detail::widen_equations(before, model);
     detail::join_covariance(view, model);

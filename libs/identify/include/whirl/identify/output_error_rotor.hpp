@@ -46,6 +46,7 @@ struct OutputErrorOptions {
   bool participation = true;         ///< of the forced modes, per record, complex
   std::vector<DecayingMode> decays;  ///< free decays beside the main mode
   bool poles = false;                ///< w and zeta of the forced and decaying modes
+  int given_mode = -1;               ///< place of a forced mode whose w and zeta stay all the same; -1: none
   /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
   bool delay = false;
   /// Forces beyond RotorModel, with their starting values; at most 10.

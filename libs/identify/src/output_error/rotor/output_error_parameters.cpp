@@ -171,6 +171,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.sensor_high_pass_square) list.push_back({"sensor_high_pass_square", Kind::high_pass_square, -1});
   if (options.sensor_cubic) list.push_back({"sensor_cubic", Kind::cubic, -1});
   for (int k = 0; options.poles && k < modes; ++k) {
+    if (k == options.given_mode) continue;
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
     list.push_back({fmt::format("zeta_mode{}", k + 1), Kind::pole_zeta, -1, k});
   }

@@ -41,6 +41,7 @@ enum class OddKind {
   wrong_rate,    ///< sample rate stated 0.5 % too high
   lost_pulses,   ///< angle from pulses of which one in fifty is missed
   sag,           ///< horizontal shaft that sags by 0.4 mm
+  upper_mode,    ///< a second bending mode at 1.4 to 3 times the top speed, with an unbalance of its own
 };
 inline constexpr std::array kOddKinds = {std::pair{OddKind::clearance, "clearance"},
                                          std::pair{OddKind::stop, "rub on a stop"},
@@ -66,7 +67,8 @@ inline constexpr std::array kOddKinds = {std::pair{OddKind::clearance, "clearanc
                                          std::pair{OddKind::eight_bits, "8 bits"},
                                          std::pair{OddKind::wrong_rate, "wrong rate"},
                                          std::pair{OddKind::lost_pulses, "lost pulses"},
-                                         std::pair{OddKind::sag, "sag"}};
+                                         std::pair{OddKind::sag, "sag"},
+                                         std::pair{OddKind::upper_mode, "mode above the speeds"}};
 
 /// A record with what is true of its rotor; NaN: not defined for this kind.
 struct OddRecord {
@@ -77,13 +79,26 @@ struct OddRecord {
 
 namespace odd_detail {
 
+/// The second bending mode of the kind upper_mode: its frequency, and its unbalance as the probes weigh it.
+struct UpperMode {
+  double w, zeta, e, phase;
+};
+inline UpperMode draw_upper_mode(const Machine& m, unsigned long long seed) {
+  std::mt19937_64 random(seed * 2654435761ULL + 7);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  };
+  return {uniform(1.4, 3) * m.top_speed, uniform(0.005, 0.03), uniform(0.3, 1) * m.e, uniform(-3, 3)};
+}
+
 struct Turn {
   double beta, w, a;  ///< rad, rad/s, rad/s^2
 };
 
 /// Forces of the kind in a state x, x', y, y' and four of the parts around.
-inline machines_detail::State slope(OddKind kind, const Machine& m, const Run& run, double t, const Turn& turn,
-                                    double ground_x, double ground_y, const machines_detail::State& s) {
+inline machines_detail::State slope(OddKind kind, const Machine& m, const UpperMode& upper, const Run& run, double t,
+                                    const Turn& turn, double ground_x, double ground_y,
+                                    const machines_detail::State& s) {
   machines_detail::State d{};
   double k = m.k, e = m.e, heavy = m.e_phase;
   double x = s[0], y = s[2];
@@ -157,6 +172,16 @@ inline machines_detail::State slope(OddKind kind, const Machine& m, const Run& r
     case OddKind::sag:
       fy -= m.k * 4e-4;
       break;
+    case OddKind::upper_mode: {
+      const double at = upper.phase + turn.beta, square = turn.w * turn.w;
+      d[4] = s[5];
+      d[5] = upper.e * (square * std::cos(at) + turn.a * std::sin(at)) -
+             upper.w * (upper.w * s[4] + 2 * upper.zeta * s[5]);
+      d[6] = s[7];
+      d[7] = upper.e * (square * std::sin(at) - turn.a * std::cos(at)) -
+             upper.w * (upper.w * s[6] + 2 * upper.zeta * s[7]);
+      break;
+    }
     default:
       break;
   }
@@ -190,6 +215,7 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
   const DrawnMachine drawn = draw_machine(Oddity::none, seed + 500);
   Machine m = drawn.machine;
   const Run& run = drawn.run;
+  const odd_detail::UpperMode upper = odd_detail::draw_upper_mode(m, seed);
   std::mt19937_64 random(seed * 6364136223846793005ULL + 99);
   std::normal_distribution<double> normal;
   m.bow = 0.6 * readings(m, run).rowwise().norm().maxCoeff();  // the stop
@@ -206,7 +232,7 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
       turn.w += swing * rate * std::cos(arg);
       turn.beta += swing * std::sin(arg);
     }
-    return odd_detail::slope(kind, m, run, t, turn, ground_x, ground_y, s);
+    return odd_detail::slope(kind, m, upper, run, t, turn, ground_x, ground_y, s);
   };
   State s{};
   const double w = run.omega(0);
@@ -224,6 +250,7 @@ inline OddRecord odd_record(OddKind kind, double snr, unsigned long long seed) {
     const double t = run.dt * static_cast<double>(i);
     if (i >= 0) {
       z(i, 0) = s[0], z(i, 1) = s[2];
+      if (kind == OddKind::upper_mode) z(i, 0) += s[4], z(i, 1) += s[6];
       beta[i] = odd_detail::turn_at(kind, run, t).beta;
     }
     for (Eigen::Index j = 0; j < substeps; ++j) {
