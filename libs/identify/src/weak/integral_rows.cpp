@@ -1,5 +1,7 @@
 #include "weak/integral_rows.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -7,6 +9,34 @@
 #include "whirl/signal/noise.hpp"
 
 namespace whirl::identification::detail {
+namespace {
+
+/// The channel with the most missing samples, and what to do; empty where none is missing.
+std::string what_is_missing(const std::vector<Recording>& records, const SindyOptions& options) {
+  double most = 0;
+  std::string channel;
+  for (const auto* names : {&options.states, &options.inputs}) {
+    for (const std::string& name : *names) {
+      double missing = 0, all = 0;
+      for (const Recording& r : records) {
+        const Eigen::VectorXd& samples = r[name];
+        missing += static_cast<double>(samples.size() - samples.array().isFinite().count());
+        all += static_cast<double>(samples.size());
+      }
+      if (!(missing > most * all)) continue;
+      most = missing / all;
+      channel = name;
+    }
+  }
+  if (channel.empty()) return "";
+  return fmt::format(
+      ": channel {} has no reading at {:.0f} % of the instants. Channels must be read together: leave it out, bring "
+      "all "
+      "to the instants of the slowest one, or interpolate it before",
+      channel, 100 * most);
+}
+
+}  // namespace
 
 std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, const SindyOptions& options) {
   constexpr Eigen::Index shortest = 25;
@@ -40,7 +70,7 @@ std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, con
       first = std::max(end, first) + 1;
     }
   }
-  if (out.empty()) throw Error("no record has 25 finite samples in a row");
+  if (out.empty()) throw Error("no record has 25 finite samples in a row" + what_is_missing(records, options));
   return out;
 }
 
