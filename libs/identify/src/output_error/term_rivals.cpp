@@ -51,6 +51,7 @@ bool TermSearch::exchange(IdentifiedModel& model, Rival& other) {
     if (found.starts.empty() || square(found.rmse) > 4 * square(followed_.rmse)) return false;
     few.max_iterations = 6;
     found = refined(found.model, few);
+    if (found.starts.empty()) return false;  // diverged after all
     const double rows = samples();
     const double now =
         rows * std::log(square(followed_.rmse)) + std::log(rows) * static_cast<double>(present.terms.size());
