@@ -111,7 +111,8 @@ class RecordRows {
         options_(options),
         w_(rows),
         own_(fit.records[number]),
-        forcing_(detail::sample_forcing(own_.angle)),
+        carrier_(rows.carrier()),
+        forcing_(rows.forcing()),
         gain_error_(Complex(0, 1) * own_.main.imag()),
         angle_error_(Complex(0, 1) * own_.main.real()),
         skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
@@ -136,7 +137,17 @@ class RecordRows {
     return w_.rotor(error, linear_.stiffness, fit_.model.c) +
            w_.apply(0, linear_.turned.cwiseProduct(error.conjugate()));
   }
+  /// Whatever the motion is: w^2 e^{2 i beta}, w^2 e^{-2 i beta} and i times these (rotor_terms.hpp).
+  Eigen::VectorXcd twice_rows(RotorTermKind kind) const {
+    const bool backward = kind >= RotorTermKind::twice_backward_re;
+    const bool turned = kind == RotorTermKind::twice_forward_im || kind == RotorTermKind::twice_backward_im;
+    Eigen::VectorXcd force = carrier_.cwiseProduct(carrier_);
+    if (backward) force = force.conjugate().eval();
+    for (Eigen::Index i = 0; i < force.size(); ++i) force[i] *= own_.angle.omega[2 * i] * own_.angle.omega[2 * i];
+    return (turned ? Complex(0, 1) : Complex(1, 0)) * w_.apply(0, force);
+  }
   Eigen::VectorXcd force_rows(RotorTerm term) const {
+    if (is_twice(term.kind)) return twice_rows(term.kind);
     return w_.apply(0, force_along(term, own_, record_.t0, record_.dt));
   }
   Eigen::MatrixXcd whitened(Eigen::MatrixXcd v) const {
@@ -220,7 +231,7 @@ class RecordRows {
     const Eigen::VectorXcd conj = own_.main.conjugate();
     if (both_ && !active_.conj_stiffness) candidate("conj z", true, {w_.apply(0, conj)});
     if (both_ && !active_.conj_damping) candidate("conj z'", true, {w_.apply(1, conj)});
-    const Eigen::VectorXcd on_half_grid = half_grid_forcing(own_.angle);
+    const Eigen::VectorXcd on_half_grid = options_.modes.empty() ? Eigen::VectorXcd() : half_grid_forcing(own_.angle);
     for (std::size_t k = 0; k < options_.modes.size(); ++k) {
       const ForcedMode& mode = options_.modes[k];
       const Eigen::VectorXcd q =
@@ -238,15 +249,14 @@ class RecordRows {
       // d F / d delay: the forcing of an earlier angle.
       const Eigen::VectorXcd late = along([&](Eigen::Index i) {
         const double speed = own_.angle.omega[2 * i];
-        return own_.eps * (Complex(0, -speed) * forcing_[i] -
-                           std::polar(2 * speed * own_.angle.alpha[2 * i], own_.angle.beta[2 * i]));
+        return own_.eps * (Complex(0, -speed) * forcing_[i] - 2 * speed * own_.angle.alpha[2 * i] * carrier_[i]);
       });
       candidate("delay", true, {w_.apply(0, late)}, true);
     }
-    for (int h = active_.runout_harmonics + 1; h <= options_.runout_harmonics; ++h) {
-      const Eigen::VectorXcd carrier =
-          along([&](Eigen::Index i) { return std::polar(1.0, h * own_.angle.beta[2 * i]); });
-      candidate_pair(fmt::format("runout {}", h), carrier);
+    Eigen::VectorXcd harmonic = carrier_;
+    for (int h = 1; h <= options_.runout_harmonics; ++h) {
+      if (h > active_.runout_harmonics) candidate_pair(fmt::format("runout {}", h), harmonic);
+      harmonic = harmonic.cwiseProduct(carrier_).eval();
     }
   }
 
@@ -306,7 +316,7 @@ class RecordRows {
   const ScoreTestOptions& options_;
   const detail::WeakRows& w_;
   const OutputErrorRecord& own_;
-  Eigen::VectorXcd forcing_;
+  Eigen::VectorXcd carrier_, forcing_;  ///< e^{i beta}, F
   Eigen::VectorXcd gain_error_, angle_error_, skew_error_, coupled_error_, curve_error_;
   Linearised linear_;
   BandedCholesky<Complex> whiten_;

@@ -75,6 +75,16 @@ std::string names_of(const std::vector<RotorTerm>& terms) {
   return names;
 }
 
+namespace {
+
+/// Of a term whose part in small motion about rest depends on the speed.
+bool changes_with_speed(RotorTermKind kind) {
+  return kind == RotorTermKind::gyroscopic || kind == RotorTermKind::rotating_damping ||
+         kind == RotorTermKind::stiffness_with_speed || kind == RotorTermKind::damping_with_speed;
+}
+
+}  // namespace
+
 double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& terms, double most) {
   constexpr int kSteps = 1000;
   const auto growth = [&](double w) {
@@ -93,7 +103,9 @@ double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& term
     }
     return a.eigenvalues().real().maxCoeff();
   };
-  for (int k = 0; k <= kSteps; ++k) {
+  const int steps =
+      std::ranges::any_of(terms, [](const RotorTerm& t) { return changes_with_speed(t.kind); }) ? kSteps : 0;
+  for (int k = 0; k <= steps; ++k) {
     const double w = most * k / kSteps;
     if (growth(w) > 0) return w;
   }

@@ -26,10 +26,9 @@ std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const Wea
       throw Error::in_field("half_width", fmt::format("{} samples", half), "from 8 samples to a quarter of the record");
     }
     if (prepared.empty()) half_width = static_cast<double>(half) * r.dt;
-    prepared.push_back({r, detail::WeakRows(r, r.angle, half), detail::sample_forcing(r.angle), {}});
-    if (!options.runout) continue;
-    const Eigen::VectorXd beta = r.angle.beta(Eigen::seqN(Eigen::Index{0}, r.size(), Eigen::Index{2}));
-    prepared.back().turning = beta.unaryExpr([](double b) { return std::polar(1.0, b); });
+    prepared.push_back({r, detail::WeakRows(r, r.angle, half), {}, {}});
+    prepared.back().forcing = prepared.back().rows.forcing();
+    if (options.runout) prepared.back().turning = prepared.back().rows.carrier();
   }
   return prepared;
 }

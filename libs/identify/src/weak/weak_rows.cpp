@@ -6,7 +6,6 @@
 
 namespace whirl::identification::detail {
 namespace {
-constexpr Complex kI{0, 1};
 constexpr Eigen::Index kOverlap = 4;  // centres every half / 4 samples
 
 Eigen::VectorXd samples_of(const Eigen::VectorXd& half_grid) {
@@ -26,8 +25,12 @@ WeakRows::WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::I
   omega_ = samples_of(angle.omega);
   alpha_ = samples_of(angle.alpha);
   const Eigen::VectorXd beta = samples_of(angle.beta);
-  demodulate_.resize(beta.size());
-  for (Eigen::Index i = 0; i < beta.size(); ++i) demodulate_[i] = {std::cos(beta[i]), -std::sin(beta[i])};
+  cos_.resize(beta.size());
+  sin_.resize(beta.size());
+  for (Eigen::Index i = 0; i < beta.size(); ++i) {
+    cos_[i] = std::cos(beta[i]);
+    sin_[i] = std::sin(beta[i]);
+  }
 
   // Near standstill both rows of a centre coincide: the backward one would only add a singular covariance.
   const double slow = 2.0 / width;
@@ -51,121 +54,135 @@ WeakRows::WeakRows(const RotorRecord& record, const AngleSignal& angle, Eigen::I
   }
 }
 
-// Sum over each window of (bend phi_tt + phi_t * slope + phi * level) e^{-i s beta} v, slope and level per sample;
-// empty weights are left out.
-void WeakRows::add_rows(bool backward, const Eigen::VectorXcd& v, bool bend, const Eigen::VectorXcd& slope,
-                        const Eigen::VectorXcd& level, Eigen::VectorXcd& into) const {
-  const Eigen::Index n = v.size(), length = phi_.size();
-  const Eigen::VectorXcd d = backward ? Eigen::VectorXcd(v.cwiseProduct(demodulate_.conjugate()))
-                                      : Eigen::VectorXcd(v.cwiseProduct(demodulate_));
-  struct Part {  // real and imaginary part apart, so that the products are real
-    const Eigen::VectorXd* window;
-    Eigen::MatrixX2d samples;
-  };
-  std::vector<Part> parts;
-  const auto add = [&](const Eigen::VectorXd& window, const Eigen::VectorXcd& weighted) {
-    Part& p = parts.emplace_back(Part{&window, Eigen::MatrixX2d(n, 2)});
-    p.samples.col(0) = weighted.real();
-    p.samples.col(1) = weighted.imag();
-  };
-  if (bend) add(phi_tt_, d);
-  if (slope.size() > 0) add(phi_t_, slope.cwiseProduct(d));
-  if (level.size() > 0) add(phi_, level.cwiseProduct(d));
-  for (Eigen::Index r = 0; r < size(); ++r) {
-    const Row& row = rows_[static_cast<std::size_t>(r)];
-    if (row.backward != backward) continue;
-    double re = 0, im = 0;
-    for (const Part& p : parts) {
-      re += p.window->dot(p.samples.col(0).segment(row.first, length));
-      im += p.window->dot(p.samples.col(1).segment(row.first, length));
-    }
-    into[r] = {re, im};
+WeakRows::Parts WeakRows::turned(const Eigen::VectorXcd& v) const {
+  const Eigen::ArrayXd re = v.real(), im = v.imag();
+  Parts d(v.size(), 4);
+  d.col(0) = re * cos_ + im * sin_;
+  d.col(1) = im * cos_ - re * sin_;
+  d.col(2) = re * cos_ - im * sin_;
+  d.col(3) = im * cos_ + re * sin_;
+  return d;
+}
+
+/// d times re + i s im, s = -1 for the forward rows and 1 for the backward ones; an empty `re` is 0.
+static WeakRows::Parts weighted(const WeakRows::Parts& d, const Eigen::ArrayXd& re, const Eigen::ArrayXd& im) {
+  WeakRows::Parts w(d.rows(), 4);
+  w.col(0) = im * d.col(1).array();
+  w.col(1) = -im * d.col(0).array();
+  w.col(2) = -im * d.col(3).array();
+  w.col(3) = im * d.col(2).array();
+  if (re.size() > 0) w.array() += d.array().colwise() * re;
+  return w;
+}
+
+void WeakRows::add_sums(const Eigen::VectorXd& window, const Parts& d, Eigen::VectorXcd& into) const {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    if (rows_[r].backward) continue;  // of the forward row before
+    const auto at = static_cast<Eigen::Index>(r);
+    const Eigen::Vector4d sum = d.middleRows(rows_[r].first, window.size()).transpose() * window;
+    into[at] += Complex(sum[0], sum[1]);
+    if (r + 1 < rows_.size() && rows_[r + 1].backward) into[at + 1] += Complex(sum[2], sum[3]);
   }
 }
 
 Eigen::VectorXcd WeakRows::apply(int k, const Eigen::VectorXcd& v) const {
   // psi_t = (phi_t - i s w phi) E,  psi_tt = (phi_tt - 2 i s w phi_t - (w^2 + i s w') phi) E,  E = e^{-i s beta}
-  Eigen::VectorXcd result(size());
-  for (const bool backward : {false, true}) {
-    const Complex turn = backward ? kI : -kI;  // -i s
-    const Eigen::VectorXcd ones = Eigen::VectorXcd::Ones(v.size());
-    if (k == 0) {
-      add_rows(backward, v, false, {}, ones, result);
-    } else if (k == 1) {
-      add_rows(backward, v, false, ones, turn * omega_, result);
-    } else {
-      add_rows(backward, v, true, 2.0 * turn * omega_, turn * alpha_ - omega_.cwiseAbs2(), result);
-    }
+  Eigen::VectorXcd result = Eigen::VectorXcd::Zero(size());
+  const Parts d = turned(v);
+  add_sums(k == 0 ? phi_ : k == 1 ? phi_t_ : phi_tt_, d, result);
+  if (k == 1) add_sums(phi_, weighted(d, {}, omega_), result);
+  if (k == 2) {
+    add_sums(phi_t_, weighted(d, {}, 2 * omega_), result);
+    add_sums(phi_, weighted(d, -omega_.square(), alpha_), result);
   }
   return result;
 }
 
 Eigen::VectorXcd WeakRows::rotor(const Eigen::VectorXcd& v, const Eigen::VectorXd& stiffness, double c) const {
-  Eigen::VectorXcd result(size());
-  for (const bool backward : {false, true}) {
-    const Complex turn = backward ? kI : -kI;
-    add_rows(backward, v, true, (2.0 * turn * omega_.array() - c).matrix(),
-             turn * (alpha_ - c * omega_) + stiffness - omega_.cwiseAbs2(), result);
-  }
+  Eigen::VectorXcd result = Eigen::VectorXcd::Zero(size());
+  const Parts d = turned(v);
+  add_sums(phi_tt_ - c * phi_t_, d, result);
+  add_sums(phi_t_, weighted(d, {}, 2 * omega_), result);
+  add_sums(phi_, weighted(d, stiffness.array() - omega_.square(), alpha_ - c * omega_), result);
   return result;
 }
 
-BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned,
+Eigen::VectorXcd WeakRows::carrier() const {
+  Eigen::VectorXcd e(cos_.size());
+  e.real() = cos_;
+  e.imag() = sin_;
+  return e;
+}
+
+Eigen::VectorXcd WeakRows::forcing() const {
+  Eigen::VectorXcd f(cos_.size());
+  f.real() = omega_.square() * cos_ + alpha_ * sin_;
+  f.imag() = omega_.square() * sin_ - alpha_ * cos_;
+  return f;
+}
+
+namespace {
+
+/// What an error of z does to the row of a centre, per sample and without its factor e^{-+ i beta} (of the backward row
+/// it is the conjugate): of n, real and imaginary part, and in size of conj n; then the same times e^{-2 i beta}. Real
+/// columns, because products of real numbers are what a processor does many of at once.
+enum NoiseColumn { kRe, kIm, kConj, kTurnedRe, kTurnedIm, kConjTurnedRe, kConjTurnedIm, kNoiseColumns };
+using NoiseColumns = Eigen::Matrix<double, Eigen::Dynamic, kNoiseColumns>;
+
+/// Sums over the samples that two centres share, the last of a and the first of b: of l_b conj(l_a) and of
+/// e^{-2 i beta} l_b l_a, with what conj n adds.
+struct Overlap {
+  Complex same, cross;
+};
+Overlap overlap(const NoiseColumns& a, const NoiseColumns& b, Eigen::Index common) {
+  const auto sum = [&](NoiseColumn of_a, NoiseColumn of_b) {
+    return a.col(of_a).tail(common).dot(b.col(of_b).head(common));
+  };
+  return {{sum(kRe, kRe) + sum(kIm, kIm) + sum(kConj, kConj), sum(kRe, kIm) - sum(kIm, kRe)},
+          {sum(kRe, kTurnedRe) - sum(kIm, kTurnedIm) + sum(kConj, kConjTurnedRe),
+           sum(kRe, kTurnedIm) + sum(kIm, kTurnedRe) + sum(kConj, kConjTurnedIm)}};
+}
+
+}  // namespace
+
+BandedCholesky<Complex> WeakRows::whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned_stiffness,
                                            double c) const {
   const Eigen::Index length = phi_.size();
   const Eigen::Index reach = 2 * half_;  // windows further apart do not overlap
-  // Row of L without its factor e^{-+ i beta}; of the backward row it is the conjugate.
-  std::vector<Eigen::VectorXcd> l, l_turned;  // per centre; turned: times e^{-2 i beta}
-  std::vector<Eigen::VectorXd> q;             // of conj n, in size
-  std::vector<Eigen::VectorXcd> q_turned;
-  std::vector<std::size_t> centre;  // of each row
-  std::vector<Eigen::Index> first;  // sample, per centre
-  const Eigen::VectorXcd turn = demodulate_.cwiseProduct(demodulate_);
-  for (const Row& row : rows_) {
-    if (!row.backward) {
-      const auto w = omega_.segment(row.first, length).array();
-      Eigen::VectorXcd v(length);
-      v.real() = phi_tt_.array() - c * phi_t_.array() +
-                 (stiffness.segment(row.first, length).array() - w.square()) * phi_.array();
-      v.imag() = -2 * w * phi_t_.array() + (c * w - alpha_.segment(row.first, length).array()) * phi_.array();
-      Eigen::VectorXd conj = turned.segment(row.first, length).cwiseProduct(phi_);
-      if (noise_.size()) {
-        v.array() *= noise_.segment(row.first, length).array();
-        conj.array() *= noise_.segment(row.first, length).array();
-      }
-      q_turned.emplace_back(conj.cwiseProduct(turn.segment(row.first, length)));
-      q.push_back(std::move(conj));
-      l_turned.emplace_back(v.cwiseProduct(turn.segment(row.first, length)));
-      l.push_back(std::move(v));
-      first.push_back(row.first);
-    }
-    centre.push_back(l.size() - 1);
+  std::vector<NoiseColumns> noise;       // per centre
+  std::vector<std::size_t> first_row;    // per centre
+  const Eigen::ArrayXd turn_re = cos_.square() - sin_.square(), turn_im = -2 * sin_ * cos_;
+  const Eigen::ArrayXd spring = stiffness, turned_spring = turned_stiffness;
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    if (rows_[r].backward) continue;
+    const auto part = [&](const Eigen::ArrayXd& samples) { return samples.segment(rows_[r].first, length); };
+    const auto w = part(omega_), re = part(turn_re), im = part(turn_im);
+    NoiseColumns v(length, kNoiseColumns);
+    v.col(kRe) = phi_tt_.array() - c * phi_t_.array() + (part(spring) - w.square()) * phi_.array();
+    v.col(kIm) = -2 * w * phi_t_.array() + (c * w - part(alpha_)) * phi_.array();
+    v.col(kConj) = part(turned_spring) * phi_.array();
+    if (noise_.size()) v.leftCols<3>().array().colwise() *= part(noise_);
+    v.col(kTurnedRe) = v.col(kRe).array() * re - v.col(kIm).array() * im;
+    v.col(kTurnedIm) = v.col(kRe).array() * im + v.col(kIm).array() * re;
+    v.col(kConjTurnedRe) = v.col(kConj).array() * re;
+    v.col(kConjTurnedIm) = v.col(kConj).array() * im;
+    noise.push_back(std::move(v));
+    first_row.push_back(r);
   }
+  first_row.push_back(rows_.size());
   const Eigen::Index neighbours = (reach - 1) / step_;
   const Eigen::Index width = std::min(2 * neighbours + 1, size() - 1);
   BandedCholesky<Complex> factor(size(), width);
-  // Sums for each pair of centres a <= b: forward-forward and forward-backward.
-  std::size_t row_of = 0;
-  std::vector<std::size_t> first_row(l.size());
-  for (std::size_t a = 0; a < l.size(); ++a) {
-    first_row[a] = row_of;
-    while (row_of < centre.size() && centre[row_of] == a) ++row_of;
-  }
-  for (std::size_t a = 0; a < l.size(); ++a) {
-    for (std::size_t b = a; b < l.size() && first[b] - first[a] < reach; ++b) {
-      const Eigen::Index shift = first[b] - first[a], common = length - shift;
-      // sum l_b conj(l_a) and sum e^{-2ib} l_b l_a, with what conj n adds
-      const Complex same = l[a].tail(common).dot(l[b].head(common)) + q[a].tail(common).dot(q[b].head(common));
-      const Complex cross = (l_turned[b].head(common).transpose() * l[a].tail(common))(0) +
-                            (q_turned[b].head(common).transpose() * q[a].tail(common).cast<Complex>())(0);
-      const std::size_t rows_a = (a + 1 < l.size() ? first_row[a + 1] : centre.size()) - first_row[a];
-      const std::size_t rows_b = (b + 1 < l.size() ? first_row[b + 1] : centre.size()) - first_row[b];
-      for (std::size_t i = 0; i < rows_b; ++i) {
-        for (std::size_t j = 0; j < rows_a; ++j) {
-          const std::size_t row = first_row[b] + i, column = first_row[a] + j;
-          if (row < column) continue;
-          const Complex value = i == j ? (i == 0 ? same : std::conj(same)) : (i == 0 ? cross : std::conj(cross));
-          factor.band(static_cast<Eigen::Index>(row - column), static_cast<Eigen::Index>(column)) = value;
+  for (std::size_t a = 0; a < noise.size(); ++a) {
+    for (std::size_t b = a; b < noise.size(); ++b) {
+      const Eigen::Index shift = rows_[first_row[b]].first - rows_[first_row[a]].first;
+      if (shift >= reach) break;
+      const auto [same, cross] = overlap(noise[a], noise[b], length - shift);
+      for (std::size_t row = first_row[b]; row < first_row[b + 1]; ++row) {
+        for (std::size_t column = first_row[a]; column < std::min(row + 1, first_row[a + 1]); ++column) {
+          const Complex value = rows_[row].backward == rows_[column].backward ? same : cross;
+          factor.band(static_cast<Eigen::Index>(row - column), static_cast<Eigen::Index>(column)) =
+              rows_[row].backward ? std::conj(value) : value;
         }
       }
     }
@@ -190,15 +207,6 @@ WeakSystem weak_system(const WeakRows& rows, const Eigen::VectorXcd& z, double n
   return s;
 }
 
-Eigen::VectorXcd sample_forcing(const AngleSignal& angle) {
-  Eigen::VectorXcd f(angle.samples());
-  for (Eigen::Index i = 0; i < f.size(); ++i) {
-    const double w = angle.omega[2 * i];
-    f[i] = std::polar(1.0, angle.beta[2 * i]) * Complex(w * w, -angle.alpha[2 * i]);
-  }
-  return f;
-}
-
 Eigen::VectorXd stack(const Eigen::VectorXcd& v) {
   Eigen::VectorXd s(2 * v.size());
   s << v.real(), v.imag();
@@ -218,7 +226,11 @@ Eigen::VectorXd smooth_square(const Eigen::VectorXcd& z, double dt, double noise
   padded.head(reach).setConstant(padded[reach]);
   padded.tail(reach).setConstant(padded[reach + n - 1]);
   Eigen::VectorXd smooth = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index k = 0; k <= 2 * reach; ++k) smooth += kernel[k] * padded.segment(k, n);
+  constexpr Eigen::Index kBlock = 1024;  // stays in the first cache
+  for (Eigen::Index at = 0; at < n; at += kBlock) {
+    auto block = smooth.segment(at, std::min(kBlock, n - at));
+    for (Eigen::Index k = 0; k <= 2 * reach; ++k) block += kernel[k] * padded.segment(at + k, block.size());
+  }
   return smooth.cwiseMax(0.0);
 }
 

@@ -14,6 +14,8 @@ using Complex = std::complex<double>;
 /// beta}). The phase beta(t_c) of the centre is left out: it turns a row as a whole and no result depends on it.
 class WeakRows {
  public:
+  using Parts = Eigen::Matrix<double, Eigen::Dynamic, 4>;
+
   /// `half` samples on either side of a centre; a centre every half / 4 samples.
   /// `angle` may be a corrected one of the record. Windows of which less than half is measured are left out; the noise
   /// of a row follows the samples left out and, where it is coloured, its density at the speed of the centre. Of one
@@ -27,25 +29,30 @@ class WeakRows {
   /// Action of the linearised rotor on a displacement added to z: P2 v + P0 (stiffness v) - c P1 v.
   Eigen::VectorXcd rotor(const Eigen::VectorXcd& v, const Eigen::VectorXd& stiffness, double c) const;
   /// Factor of the covariance L L^H of the row noise per unit variance of z. An error n of z is taken for the force
-  /// stiffness n + turned conj n: stiffness = k1 + 2 k2 |z|^2 and |turned| = k2 |z|^2 per sample. (That real and
+  /// stiffness n + turned_stiffness conj n: k1 + 2 k2 |z|^2 and, in size, k2 |z|^2 per sample. (That real and
   /// imaginary part of a row then depend on each other is left out; their sum of squares is right.)
-  BandedCholesky<Complex> whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned, double c) const;
+  BandedCholesky<Complex> whitener(const Eigen::VectorXd& stiffness, const Eigen::VectorXd& turned_stiffness,
+                                   double c) const;
+  /// e^{i beta} and F = e^{i beta} (beta'^2 - i beta'') at the samples.
+  Eigen::VectorXcd carrier() const;
+  Eigen::VectorXcd forcing() const;
 
  private:
   struct Row {
     Eigen::Index first;  ///< first sample of the window
     bool backward;
   };
-  void add_rows(bool backward, const Eigen::VectorXcd& v, bool bend, const Eigen::VectorXcd& slope,
-                const Eigen::VectorXcd& level, Eigen::VectorXcd& into) const;
+  /// v e^{-i beta} and v e^{i beta}: real and imaginary part of each.
+  Parts turned(const Eigen::VectorXcd& v) const;
+  /// Sums of the parts over each window.
+  void add_sums(const Eigen::VectorXd& window, const Parts& parts, Eigen::VectorXcd& into) const;
 
   Eigen::Index half_ = 0, step_ = 0;
   double dt_ = 0;
   std::vector<Row> rows_;
   Eigen::VectorXd phi_, phi_t_, phi_tt_;
-  Eigen::VectorXd noise_;  ///< sd of the noise of each sample over that of a usable white one
-  Eigen::VectorXd omega_, alpha_;
-  Eigen::VectorXcd demodulate_;  ///< e^{-i beta}
+  Eigen::VectorXd noise_;                     ///< sd of the noise of each sample over that of a usable white one
+  Eigen::ArrayXd omega_, alpha_, cos_, sin_;  ///< cos and sin of beta
 };
 
 /// The equation of motion in weak form on one record, with z taken about the equilibrium.
@@ -56,8 +63,6 @@ struct WeakSystem {
 WeakSystem weak_system(const WeakRows& rows, const Eigen::VectorXcd& z, double noise_variance,
                        const Eigen::VectorXcd& forcing);
 
-/// F = e^{i beta} (beta'^2 - i beta'') at the samples.
-Eigen::VectorXcd sample_forcing(const AngleSignal& angle);
 /// Real equations from complex ones: real rows above imaginary rows.
 Eigen::VectorXd stack(const Eigen::VectorXcd& v);
 /// |z|^2 smoothed by a Gaussian of 20 ms, noise removed, not negative.

@@ -145,20 +145,17 @@ int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
   constexpr double kShare = 0.25;
   constexpr int kMost = 16;
   OutputErrorOptions options = options_;
+  options.substeps = 2;
   double squares = 0, values = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const OutputErrorRecord& record = p.records[r];
-    std::array<Eigen::VectorXcd, 2> motion;
-    for (options.substeps = 1; options.substeps <= 2; ++options.substeps) {
-      Signals s;
-      refresh(p, r, measured_[r], options, known_force(r), s);
-      motion[static_cast<std::size_t>(options.substeps - 1)] =
-          main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s), {measured_[r].dt, options.substeps},
-                    record.z0, record.dz0)
-              .z;
-    }
+    const Eigen::VectorXcd single = record.main;
+    Signals s;
+    refresh(p, r, measured_[r], options, known_force(r), s);
+    const MainMotion twice = main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s),
+                                       {measured_[r].dt, options.substeps}, record.z0, record.dz0);
     values += measured_[r].readings();
-    squares += (motion[0] - motion[1]).squaredNorm() / (0.5 * measured_[r].noise_variance());
+    squares += (single - twice.z).squaredNorm() / (0.5 * measured_[r].noise_variance());
   }
   if (!std::isfinite(squares)) return 1;
   // Where the model leaves more than the noise, its intervals are as much wider; the error of these steps is no such.
