@@ -51,7 +51,7 @@ class WeakRows {
   double dt_ = 0;
   std::vector<Row> rows_;
   Eigen::VectorXd phi_, phi_t_, phi_tt_;
-  Eigen::VectorXd noise_;                     ///< sd of the noise of each sample over that of a usable white one
+  Eigen::ArrayXd noise_;                      ///< sd of the noise of each sample over that of a usable white one
   Eigen::ArrayXd omega_, alpha_, cos_, sin_;  ///< cos and sin of beta
 };
 

@@ -54,9 +54,8 @@ class OutputErrorProblem {
     return decrease < options_.tolerance * options_.tolerance * variance * n;
   }
 
-  /// For a problem with one step per sample that is simulated at p: Runge-Kutta steps per sample with which the error
-  /// of the steps moves no parameter by more than a quarter of its standard deviation, from the motion with one and
-  /// with two; at most 16. `chi_square`: of the fit at p.
+  /// Runge-Kutta steps per sample, at most 16, whose error moves no parameter by more than a quarter of its standard
+  /// deviation: from the motion at p, simulated with one, and with two. `chi_square`: of the fit at p.
   int substeps_needed(Point p, double chi_square) const;
 
   /// Main mode at sample 0 from the first samples: {1, cos beta, sin beta}, a cubic where they turn otherwise, or rest.
