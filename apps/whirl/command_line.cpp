@@ -114,12 +114,20 @@ struct CommandLine::State {
   std::deque<std::unique_ptr<Option>> options;
   std::deque<std::unique_ptr<CommandLine>> children;
   bool force = false;
+  struct {
+    std::string heading, needs;
+    bool expert = false;
+  } section;
 
   Option* keep(CLI::Option* option) {
     auto state = std::make_unique<Option::State>();
     state->option = option;
     options.push_back(std::unique_ptr<Option>(new Option(std::move(state))));
-    return options.back().get();
+    Option* kept = options.back().get();
+    if (!section.heading.empty()) kept->group(section.heading);
+    if (!section.needs.empty()) kept->needs(section.needs);
+    if (section.expert) kept->expert();
+    return kept;
   }
 
   std::vector<std::filesystem::path> inputs() const {
@@ -237,6 +245,10 @@ Option* CommandLine::add_flag(const std::string& name, bool& value, const std::s
   return state_->keep(state_->app->add_flag(name, value, help));
 }
 
+CommandLine* CommandLine::section(const std::string& heading, const std::string& needs, bool expert) {
+  state_->section = {heading, needs, expert};
+  return this;
+}
 CommandLine* CommandLine::footer(const std::string& text) {
   state_->app->footer(text);
   return this;

@@ -168,19 +168,6 @@ std::vector<std::filesystem::path> export_value(const T& value, const std::strin
   deploy::CodeOptions code;
   code.prefix = prefix;
   code.origin = "Python";
-  const auto write = [&](const std::vector<deploy::SourceFile>& files) {
-    std::filesystem::create_directories(folder);
-    std::vector<std::filesystem::path> written;
-    for (const deploy::SourceFile& file : files) {
-      io::write_text(folder / file.name, file.text);
-      written.push_back(folder / file.name);
-    }
-    return written;
-  };
-  if (form == "c") return write(deploy::export_c99(value, code));
-  if (form == "latex") return write(deploy::export_latex(value, code));
-  if (form == "matlab") return write(deploy::export_matlab(value, code));
-  if (form == "python") return write(deploy::export_python(value, code));
   if (form == "fmu") {
     deploy::FmuOptions options;
     options.code = code;
@@ -189,7 +176,7 @@ std::vector<std::filesystem::path> export_value(const T& value, const std::strin
     deploy::pack_fmu(deploy::fmu_files(value, options), options, folder / (prefix + ".fmu"));
     return {folder / (prefix + ".fmu")};
   }
-  throw Error::in_field("form", form, "'c', 'fmu', 'latex', 'matlab' or 'python'");
+  return io::write_files(folder, deploy::source_files(value, form, code));
 }
 
 }  // namespace

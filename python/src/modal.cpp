@@ -2,7 +2,6 @@
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
-#include "whirl/modal/oma.hpp"
 #include "whirl/modal/order_modes.hpp"
 #include "whirl/modal/shaker_frf.hpp"
 
@@ -12,22 +11,13 @@ namespace {
 modal::OperationalModes operational_modes(const std::vector<Recording>& setups, const std::string& method,
                                           double band_low, double band_high, int max_order, std::optional<int> orders,
                                           std::vector<double> tones) {
-  if (setups.empty()) throw Error("oma: no record");
-  if (method != "ssi-data" && method != "ssi-cov" && method != "orders")
-    throw Error::in_field("method", method, "'ssi-data', 'ssi-cov' or 'orders'");
-  modal::OmaOptions options;
-  options.method = method == "ssi-cov" ? modal::SubspaceMethod::covariance : modal::SubspaceMethod::data;
-  options.band_low = band_low;
-  options.band_high = band_high;
-  options.max_order = max_order;
-  options.orders = orders.value_or(0);
-  options.tones = std::move(tones);
+  modal::SetupsOptions options{.method = method, .joint = false, .orders = orders, .oma = {}};
+  options.oma.band_low = band_low;
+  options.oma.band_high = band_high;
+  options.oma.max_order = max_order;
+  options.oma.tones = std::move(tones);
   const py::gil_scoped_release unlocked;
-  std::vector<modal::OperationalModes> found;
-  for (const Recording& record : setups)
-    found.push_back(method == "orders" ? modal::identify_orders(record, {orders.value_or(1), band_low, band_high})
-                                       : modal::identify_operational(record, options));
-  return found.size() == 1 ? found.front() : modal::merge_setups(found);
+  return modal::identify_setups(setups, options);
 }
 
 void bind_operational(py::module_& m) {

@@ -93,6 +93,17 @@ void expect_numbers(const std::string& text, const Points& expected) {
   }
 }
 
+TEST(Forms, ByNameAndPrefixFromAFile) {
+  const ControllerDesign design = testing::design_of("pd", "lpf");
+  CodeOptions options;
+  EXPECT_EQ(source_files(design, "latex", options).front().text, export_latex(design, options).front().text);
+  EXPECT_EQ(source_files(rotor_model(), "modelica", options).front().name, "controller.mo");
+  EXPECT_THROW(source_files(design, "modelica", options), Error);
+  EXPECT_THROW(source_files(rotor_model(), "fortran", options), Error);
+  EXPECT_EQ(prefix_of("out/Controller-tsmc.json"), "controller_tsmc");
+  EXPECT_EQ(prefix_of("5g.json"), "whirl_5g");
+}
+
 TEST(LanguageExport, PythonFunctionGivesTheSameNumbers) {
   if (!testing::has_program("python3")) GTEST_SKIP() << "python3 is not installed";
   for (const IdentifiedModel& model : {rotor_model(), equations()}) {

@@ -9,6 +9,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/core/rotor_model.hpp"
+#include "whirl/expr/term_list.hpp"
 
 namespace whirl::expr {
 namespace {
@@ -17,6 +18,12 @@ std::vector<std::string> texts(const std::vector<Expr>& terms) {
   std::vector<std::string> result;
   for (const Expr& term : terms) result.push_back(term.str());
   return result;
+}
+
+TEST(Library, AListOfTermsIsSplitOutsideParentheses) {
+  EXPECT_THAT(split_terms(" x*abs(x), max(x, v) ,, exp(-t)"),
+              ::testing::ElementsAre("x*abs(x)", "max(x, v)", "exp(-t)"));
+  EXPECT_TRUE(split_terms(" , ").empty());
 }
 
 TEST(Library, Builders) {

@@ -20,6 +20,37 @@ Recording zoo(const char* name, double noise, std::uint64_t seed) {
   throw Error("no such system");
 }
 
+TEST(LibraryText, TermsByKindAndByName) {
+  SindyOptions o;
+  o.states = {"x"};
+  o.inputs = {"u"};
+  EXPECT_EQ(library_terms(o, {}).size(), 10u);  // monomials of two variables up to degree 3
+  o.order = 2;
+  EXPECT_EQ(library_terms(o, {.degree = 1}), (std::vector<std::string>{"1", "x", "x'", "u"}));
+  EXPECT_EQ(library_terms(o, {.terms = {"x^3", "u"}}), (std::vector<std::string>{"x^3", "u"}));
+  EXPECT_EQ(library_terms(o, {.degree = 1, .time = true, .terms = {"x^3", "u"}}),
+            (std::vector<std::string>{"1", "x", "x'", "u", "t", "x^3"}));
+}
+
+TEST(LibraryText, KnownEquationsAndSigns) {
+  const Equation e = known_equation("v' = -2*x + 0.1*v^3");
+  EXPECT_EQ(e.lhs, "v'");
+  ASSERT_EQ(e.terms.size(), 2u);
+  double sum = 0;
+  for (const EquationTerm& t : e.terms) {
+    sum += t.coefficient.value;
+    EXPECT_EQ(t.coefficient.sd, 0);
+  }
+  EXPECT_DOUBLE_EQ(sum, -1.9);
+  EXPECT_THROW(known_equation("v'"), Error);
+  const SignBound b = sign_bound("v':x^3=-");
+  EXPECT_EQ(b.equation, "v'");
+  EXPECT_EQ(b.function, "x^3");
+  EXPECT_EQ(b.sign, -1);
+  EXPECT_EQ(sign_bound("x=+").equation, "");
+  for (const char* wrong : {"x", "x=2", ":x=+", "v':=+"}) EXPECT_THROW(sign_bound(wrong), Error) << wrong;
+}
+
 TEST(FitLibraryReference, TiedRotorLibraryGivesThePhysicalUnknownsOfARunDown) {
   RotorModel truth = testing::rotor_a();
   truth.eps = std::polar(2.5e-4, 0.7);

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/io/units.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::monitor {
@@ -71,6 +73,18 @@ std::vector<std::string> LimitWatch::look(double t_first, const Eigen::Ref<const
     }
   }
   return lines;
+}
+
+std::pair<std::string, double> read_limit(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const io::NameWithUnit name = io::split_unit(text.substr(0, equals));
+  double value = 0;
+  const char* begin = text.data() + (equals == std::string::npos ? text.size() : equals + 1);
+  const char* end = text.data() + text.size();
+  if (name.unit == nullptr || begin == end || std::from_chars(begin, end, value) != std::from_chars_result{end, {}}) {
+    throw Error::in_field("--limit", text, "a channel with its unit and a number, e.g. x_mm=0.5");
+  }
+  return {name.name, name.unit->to_si(value)};
 }
 
 }  // namespace whirl::monitor

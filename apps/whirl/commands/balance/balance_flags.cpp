@@ -104,75 +104,41 @@ void JobFlags::add_to(CommandLine* sub) {
 }
 
 void GuidedFlags::add_to(CommandLine* sub) {
-  constexpr const char* kGroup = "Guided job";
-  sub->add_option("--session", file, "job file (TOML): made, resumed, one run added; says the next run to make")
-      ->group(kGroup)
-      ->needs("--session");
-  sub->add_option("--planes", planes, "new job: names of the planes, as A,B")
-      ->delimiter(',')
-      ->group(kGroup)
-      ->needs("--session");
-  sub->add_option("--probes", probes, "new job: names of the probes, as DE,NDE")
-      ->delimiter(',')
-      ->group(kGroup)
-      ->needs("--session");
+  sub->section("Guided job", "--session");
+  sub->add_option("--session", file, "job file (TOML): made, resumed, one run added; says the next run to make");
+  sub->add_option("--planes", planes, "new job: names of the planes, as A,B")->delimiter(',');
+  sub->add_option("--probes", probes, "new job: names of the probes, as DE,NDE")->delimiter(',');
   sub->add_option("--speeds-rpm", speeds_rpm, "new job: speeds at which each run is read")
       ->range(1e-3, 1e6)
-      ->delimiter(',')
-      ->group(kGroup)
-      ->needs("--session");
+      ->delimiter(',');
   sub->add_option("--trial-gram", trial_gram, "new job: first trial mass; else from --mass-kg and --radius-mm")
-      ->range(0, 1e9)
-      ->group(kGroup)
-      ->needs("--session");
+      ->range(0, 1e9);
   sub->add_option("--target-um", target_um, "new job: good when every reading is at or below (as --amplitude)")
-      ->range(0, 1e6)
-      ->group(kGroup)
-      ->needs("--session");
+      ->range(0, 1e6);
   sub->add_option("--allowed-um", allowed_um, "new job: a run predicted above is warned of (as --amplitude)")
-      ->range(0, 1e6)
-      ->group(kGroup)
-      ->needs("--session");
+      ->range(0, 1e6);
   sub->add_option("--probe-deg", probe_deg, "new job: angle of each probe, counted as the masses")
       ->range(-360, 360)
-      ->delimiter(',')
-      ->group(kGroup)
-      ->needs("--session");
+      ->delimiter(',');
   sub->add_option("--keyphasor-deg", keyphasor_deg, "new job: angle of the keyphasor's probe, counted alike")
-      ->range(-360, 360)
-      ->group(kGroup)
-      ->needs("--session");
+      ->range(-360, 360);
   sub->add_option("--edge", edge, "new job: edge of the mark that triggers")
       ->one_of({"leading", "trailing"})
-      ->show_default()
-      ->group(kGroup)
-      ->needs("--session");
-  sub->add_option("--notch-deg", notch_deg, "new job: width of the mark")
-      ->range(0, 360)
-      ->group(kGroup)
-      ->needs("--session");
+      ->show_default();
+  sub->add_option("--notch-deg", notch_deg, "new job: width of the mark")->range(0, 360);
   sub->add_option("--critical-rpm", critical_rpm, "new job: critical speed; tells on which side the heavy spot is")
-      ->range(0, 1e6)
-      ->group(kGroup)
-      ->needs("--session");
+      ->range(0, 1e6);
   sub->add_option("--readings", run.readings,
-                  "the run just made: \"48.3@270 ...\", all probes at the first speed, then the next; - missing")
-      ->group(kGroup)
-      ->needs("--session");
+                  "the run just made: \"48.3@270 ...\", all probes at the first speed, then the next; - missing");
   sub->add_option("--record", run.record, "the run just made, as a record with keyphasor; channels named as the probes")
-      ->input()
-      ->group(kGroup)
-      ->needs("--session");
+      ->input();
   sub->add_flag("--steady", run.steady,
                 "with --record: vectors of a rotor that stays at each speed, from modes fitted to the run-up or "
-                "run-down, so that runs of differing rates belong together")
-      ->group(kGroup)
-      ->needs("--session");
-  sub->add_option("--masses", run.masses, "what was on the rotor, plane by plane: \"10@90 0\"; default: as proposed")
-      ->group(kGroup)
-      ->needs("--session");
-  sub->add_option("--run", run.name, "name of the run just made")->group(kGroup)->needs("--session");
-  sub->add_flag("--undo", undo, "take back the last run")->group(kGroup)->needs("--session");
+                "run-down, so that runs of differing rates belong together");
+  sub->add_option("--masses", run.masses, "what was on the rotor, plane by plane: \"10@90 0\"; default: as proposed");
+  sub->add_option("--run", run.name, "name of the run just made");
+  sub->add_flag("--undo", undo, "take back the last run");
+  sub->section();
 }
 
 }  // namespace whirl::app

@@ -1,7 +1,5 @@
 #include <fmt/ranges.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 
 #include "command.hpp"
@@ -24,18 +22,6 @@ struct Options {
   double inner_step_ms = 1, mass_kg = 0;
 };
 
-/// A C identifier from a file's name: "controller_tsmc.json" -> "controller_tsmc".
-std::string prefix_from(const std::filesystem::path& file) {
-  std::string stem = file.filename().string(), out;
-  stem = stem.substr(0, stem.find('.'));
-  for (const char c : stem) {
-    const bool word = std::isalnum(static_cast<unsigned char>(c)) != 0;
-    out += word ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '_';
-  }
-  if (out.empty() || std::isdigit(static_cast<unsigned char>(out.front())) != 0) out.insert(0, "whirl_");
-  return out.substr(0, 24);
-}
-
 deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code, bool controller) {
   deploy::FmuOptions f;
   f.code = code;
@@ -46,21 +32,6 @@ deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code
   f.inner_step = 1e-3 * o.inner_step_ms;
   f.all_platforms = true;
   return f;
-}
-
-/// The forms that a controller and a model have in common.
-template <class T>
-std::vector<deploy::SourceFile> source_files(const Options& o, const T& value, const deploy::CodeOptions& code) {
-  if (o.form == "c") return deploy::export_c99(value, code);
-  if (o.form == "latex") return deploy::export_latex(value, code);
-  if (o.form == "matlab") return deploy::export_matlab(value, code);
-  if (o.form == "python") return deploy::export_python(value, code);
-  if (o.form == "sfunction") return deploy::export_sfunction(value, code);
-  if constexpr (std::is_same_v<T, IdentifiedModel>) {
-    return deploy::export_modelica(value, code);
-  } else {
-    throw Error("a controller is sampled C: Modelica tools take it as an FMU, see `whirl export fmu`");
-  }
 }
 
 template <class T>
@@ -78,7 +49,7 @@ std::vector<std::string> write(const Session& session, const Options& o, const T
     session.say(fmt::format("binaries for {}", fmt::join(deploy::pack_fmu(files, f, written.front()), ", ")));
     return written;
   }
-  const std::vector<deploy::SourceFile> files = source_files(o, value, code);
+  const std::vector<deploy::SourceFile> files = deploy::source_files(value, o.form, code);
   for (const deploy::SourceFile& f : files) session.check_output(folder / f.name, "text");
   for (const std::filesystem::path& path : io::write_files(folder, files)) written.push_back(path.string());
   return written;
@@ -144,7 +115,7 @@ void add_export(CommandLine& app, Session& session) {
       "Example: whirl export c controller.json --out drive --prefix drive && make -C drive check",
       [o, &session] {
         deploy::CodeOptions code;
-        code.prefix = o->prefix.empty() ? prefix_from(o->file) : o->prefix;
+        code.prefix = o->prefix.empty() ? deploy::prefix_of(o->file) : o->prefix;
         code.single_precision = o->single || !o->target.empty();
         code.origin = io::input_record(o->file);
         if (o->out.empty()) o->out = code.prefix + "_" + o->form;

@@ -1,10 +1,10 @@
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "ranks.hpp"
+#include "whirl/identify/identify_json.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
@@ -26,23 +26,6 @@ struct Options {
   double limit_mm = 0;
   tuning::MonteCarloOptions study;
 };
-
-/// Largest part of the held-out motion, relative to its rms, that free runs of the model in this file leave; NaN when
-/// the file does not say.
-double left_unexplained(const std::filesystem::path& model) {
-  double left = std::numeric_limits<double>::quiet_NaN();
-  const io::Json file = io::load_json(model);
-  const io::Json *evidence = file.find("evidence"), *held_out = evidence ? evidence->find("held_out") : nullptr,
-                 *runs = held_out ? held_out->find("free_run") : nullptr;
-  const auto* array = runs ? runs->get<io::Json::Array>() : nullptr;
-  if (array == nullptr) return left;
-  for (const io::Json& run : *array) {
-    const io::Json* nrmse = run.find("nrmse");
-    const auto* value = nrmse ? nrmse->get<double>() : nullptr;
-    if (value != nullptr) left = std::fmax(left, *value);
-  }
-  return left;
-}
 
 /// What the probability does not cover: how far the structure of the model is from the machine's.
 void say_structure(const Session& session, double left, Summary& summary) {
@@ -111,7 +94,8 @@ void run_study(Options* o, Session& session) {
     session.result(json);
     Summary summary;
     tuning::warn_of_further_forces(model, d.hardware, summary);
-    say_structure(session, o->plant.is_fmu() ? std::nan("") : left_unexplained(o->plant.model), summary);
+    say_structure(session, o->plant.is_fmu() ? std::nan("") : identification::load_left_unexplained(o->plant.model),
+                  summary);
     if (const std::string low = tuning::margin_shortfall(design); !low.empty()) {
       summary.fail("the margins of the design: " + low);
     }

@@ -1,17 +1,13 @@
 #include <memory>
 
 #include "command.hpp"
-#include "identify_compare.hpp"
-#include "identify_evidence.hpp"
 #include "identify_options.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/slow_roll.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/record_stream.hpp"
-#include "whirl/pages/estimate_text.hpp"
-#include "whirl/report/equation.hpp"
-#include "whirl/report/table.hpp"
+#include "whirl/pages/text/identification.hpp"
 
 namespace whirl::app {
 namespace {
@@ -36,28 +32,6 @@ Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::
   }
 }
 
-std::string describe_model(const IdentifiedModel& model) {
-  std::string text = fmt::format("method: {}\n", model.method);
-  for (const Equation& equation : model.equations) {
-    // x' = x' and X1' = X2 say no more than the names do.
-    const bool kinematic =
-        equation.terms.size() == 1 && equation.terms[0].coefficient.sd == 0 &&
-        (equation.terms[0].function == equation.lhs || equation.lhs == "X1'" || equation.lhs == "X3'");
-    if (kinematic) continue;
-    text += report::to_text(equation, report::names_of(model)) + "\n";
-  }
-  for (const auto& [name, value] : model.parameters) {
-    if (!report::names_term(model, name))
-      text += fmt::format("{:18} {}\n", name, pages::estimate_text(value, io::parameter_unit(name)));
-  }
-  for (const InputTiming& t : model.timing) {
-    text += fmt::format("input {:12} hold {}, dead time {}\n", t.input, to_string(t.hold),
-                        pages::estimate_text(t.dead_time, "s"));
-  }
-  if (!model.rotor && !model.equations.empty()) text += "\n" + report::to_text(report::coefficient_table(model)) + "\n";
-  return text;
-}
-
 /// One file of any length, read twice: --holdout is a share of its samples.
 identification::Identification stream_identify(const IdentifyFlags& flags, const identification::IdentifyOptions& o) {
   if (flags.files.size() != 1) throw Error("--stream takes one file");
@@ -72,6 +46,16 @@ identification::Identification stream_identify(const IdentifyFlags& flags, const
   };
   return identify_stream(
       open, file, [&](const Recording& first) { return flags.sindy(first); }, o);
+}
+
+void print_comparison(const identification::MethodComparison& comparison, const IdentifyFlags& flags,
+                      const Provenance& provenance, Session& session) {
+  io::Json document = to_json(comparison);
+  document.set("provenance", to_json(provenance));
+  if (!flags.out.empty()) io::save_json(flags.out, document);
+  session.say(report::to_text(pages::comparison_table(comparison)));
+  session.result(document);
+  session.finish(comparison.summary);
 }
 
 void run_identify(const IdentifyFlags& flags, Session& session) {
@@ -101,8 +85,7 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     for (const std::string& file : flags.files) records.push_back(read(file));
     const identification::IdentifyOptions o = options(records.front());
     if (flags.compare) {
-      print_comparison(identification::compare_methods(records, o), flags, provenance(), session);
-      return;
+      return print_comparison(identification::compare_methods(records, o), flags, provenance(), session);
     }
     id = flags.slow_roll.empty()
              ? identification::identify(records, o)
@@ -113,8 +96,8 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
   id.model.provenance = provenance();
   const io::Json document = to_json(id);
   if (!flags.out.empty()) io::save_json(flags.out, document);
-  session.say(describe_model(id.model));
-  if (id.usable()) session.say(describe(id.evidence, id.summary));
+  session.say(pages::to_text(id.model));
+  if (id.usable()) session.say(pages::to_text(id.evidence, id.summary));
   session.result(document);
   session.finish(id.summary);
 }

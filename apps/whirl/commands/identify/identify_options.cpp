@@ -6,8 +6,9 @@
 #include <algorithm>
 
 #include "whirl/core/error.hpp"
-#include "whirl/expr/library.hpp"
+#include "whirl/expr/term_list.hpp"
 #include "whirl/identify/rotor_angle.hpp"
+#include "whirl/identify/sindy_library.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
 
@@ -18,55 +19,6 @@ std::string strip(const std::string& text) {
   const auto first = text.find_first_not_of(' ');
   if (first == std::string::npos) return "";
   return text.substr(first, text.find_last_not_of(' ') - first + 1);
-}
-
-/// Splits at the commas outside parentheses.
-std::vector<std::string> split_terms(const std::string& text) {
-  std::vector<std::string> terms;
-  int depth = 0;
-  std::string term;
-  for (const char c : text + ",") {
-    depth += (c == '(') - (c == ')');
-    if (c != ',' || depth > 0) {
-      term += c;
-    } else {
-      if (!strip(term).empty()) terms.push_back(strip(term));
-      term.clear();
-    }
-  }
-  return terms;
-}
-
-/// "v' = -2 x + 0.1 v^3" as an equation with fixed coefficients.
-Equation known_equation(const std::string& text) {
-  const auto equals = text.find('=');
-  if (equals == std::string::npos) throw Error::in_field("--known", text, "an equation, e.g. \"x' = v\"");
-  Equation e{strip(text.substr(0, equals)), {}};
-  const expr::Expr right = expr::expand(expr::Expr::parse(text.substr(equals + 1)));
-  const std::vector<expr::Expr> summands =
-      right.kind() == expr::Expr::Kind::sum ? right.args() : std::vector<expr::Expr>{right};
-  for (const expr::Expr& s : summands) {
-    const auto [number, function] = expr::split_coefficient(s);
-    e.terms.push_back({function.str(), {number, 0, number, number}, ""});
-  }
-  return e;
-}
-
-/// "v':x^3=-" or "x^3=-".
-identification::SignBound sign_bound(const std::string& text) {
-  const auto refuse = [&] {
-    return Error::in_field("--sign", text, "TERM=+, TERM=-, EQUATION:TERM=+ or EQUATION:TERM=-, e.g. \"v':x^3=-\"");
-  };
-  const auto equals = text.rfind('=');
-  if (equals == std::string::npos) throw refuse();
-  const std::string sign = strip(text.substr(equals + 1)), left = text.substr(0, equals);
-  const auto colon = left.find(':');
-  identification::SignBound bound;
-  bound.equation = colon == std::string::npos ? "" : strip(left.substr(0, colon));
-  bound.function = strip(colon == std::string::npos ? left : left.substr(colon + 1));
-  if ((sign != "+" && sign != "-") || bound.function.empty() || colon == 0) throw refuse();
-  bound.sign = sign == "+" ? 1 : -1;
-  return bound;
 }
 
 /// "INPUT=VALUE" or "VALUE" for every input.
@@ -284,7 +236,7 @@ identification::PaperOptions IdentifyFlags::paper() const {
   if (!modes.empty()) {
     for (const Mode& mode : io::load<ModalModel>(modes).modes) o.poles.push_back(mode.pole);
   }
-  o.library = split_terms(term_list);
+  o.library = expr::split_terms(term_list);
   if (compare && method != "paper") {  // the chain as printed is compared only when asked for
     o.filter = identification::PaperFilter::equation;
     if (filter_ms == 0) o.filter_sd = 10e-3;
@@ -301,7 +253,7 @@ identification::ConsistentOptions IdentifyFlags::consistent() const {
 identification::SecondOrderOptions IdentifyFlags::second_order() const {
   identification::SecondOrderOptions o;
   o.solver = solver(o.solver);
-  o.library = split_terms(term_list);
+  o.library = expr::split_terms(term_list);
   o.filter_sd = filter_ms * 1e-3;
   o.refine = !no_refine;
   return o;
@@ -331,25 +283,10 @@ identification::SindyOptions IdentifyFlags::sindy(const Recording& like) const {
   }
   o.find_timing = !no_timing;
   o.hidden = hidden;
-  o.denominators = split_terms(denominators);
-  for (const std::string& text : known) o.known.push_back(known_equation(text));
-  for (const std::string& text : signs) o.signs.push_back(sign_bound(text));
-  if (!library.empty()) return o;  // it says the rest
-
-  std::vector<std::string> names = o.states;
-  if (order == 2) {
-    for (const std::string& s : o.states) names.push_back(s + "'");
-  }
-  names.insert(names.end(), inputs.begin(), inputs.end());
-  if (time) names.emplace_back("t");
-  std::vector<std::vector<expr::Expr>> parts;
-  const std::vector<std::string> terms = split_terms(term_list);
-  const bool only_terms = !terms.empty() && degree == 0 && fourier == 0;
-  if (!only_terms)
-    parts.push_back(expr::polynomial_library(names, degree > 0 ? degree : trapping || names.size() > 3 ? 2 : 3));
-  if (fourier > 0) parts.push_back(expr::fourier_library(names, fourier));
-  parts.push_back(expr::parse_library(terms));
-  for (const expr::Expr& e : expr::union_library(parts)) o.library.push_back(e.str());
+  o.denominators = expr::split_terms(denominators);
+  for (const std::string& text : known) o.known.push_back(identification::known_equation(text));
+  for (const std::string& text : signs) o.signs.push_back(identification::sign_bound(text));
+  if (library.empty()) o.library = library_terms(o, {degree, fourier, time, trapping, expr::split_terms(term_list)});
   return o;
 }
 

@@ -1,14 +1,12 @@
-#include <cmath>
 #include <numbers>
 
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
-#include "identify_evidence.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/rotor_angle.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
-#include "whirl/report/table.hpp"
+#include "whirl/pages/text/identification.hpp"
 
 namespace whirl::app {
 namespace {
@@ -20,56 +18,6 @@ struct Options {
   double added_um = 0, added_deg = 0;
   RecordOptions record;
 };
-
-report::Table rotor_table(const identification::ValidationReport& report) {
-  report::Table table;
-  table.caption = "Free-run error, rms, and the band that it stays in when the model is right (95 %)";
-  table.columns = {{"record", "", report::Align::left},
-                   {"x", "mm"},
-                   {"y", "mm"},
-                   {"x band", "mm"},
-                   {"y band", "mm"},
-                   {"x clean", "mm"},
-                   {"y clean", "mm"},
-                   {"nrmse", "%"},
-                   {"note", "", report::Align::left}};
-  for (const identification::ValidationRun& run : report.runs) {
-    const identification::Validation& v = *run.rotor;
-    std::vector<std::string> row{run.source};
-    for (const double m : {v.rmse_x, v.rmse_y, v.band_x, v.band_y, v.clean_rmse_x, v.clean_rmse_y}) {
-      row.push_back(std::isfinite(m) ? fmt::format("{:.4f}", 1e3 * m) : "-");
-    }
-    row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
-    row.push_back(v.fold_sensitive ? "fold-sensitive" : std::string(to_string(run.summary.status)));
-    table.add(std::move(row));
-  }
-  return table;
-}
-
-report::Table general_table(const identification::ValidationReport& report) {
-  report::Table table;
-  table.caption = "Free-run error, rms";
-  table.columns = {{"record", "", report::Align::left},
-                   {"state", "", report::Align::left},
-                   {"error", "SI"},
-                   {"noise", "SI"},
-                   {"nrmse", "%"},
-                   {"restarted every", "s"},
-                   {"error", "SI"},
-                   {"band", "SI"},
-                   {"nrmse", "%"}};
-  const auto percent = [](double v) { return std::isfinite(v) ? fmt::format("{:.3g}", 100 * v) : "diverges"; };
-  for (const identification::ValidationRun& run : report.runs) {
-    const identification::HeldOut& h = run.general;
-    for (std::size_t k = 0; k < h.scores.size(); ++k) {
-      const identification::StateScore& s = h.scores[k];
-      table.add({run.source, s.state, show_error(s.rmse), show_error(s.noise), percent(s.nrmse),
-                 fmt::format("{:.3g}", h.horizon), show_error(h.near[k].rmse), show_error(run.band[k]),
-                 percent(h.near[k].nrmse)});
-    }
-  }
-  return table;
-}
 
 identification::ValidateOptions validate_options(const Options& o) {
   using identification::UnbalanceSource;
@@ -104,8 +52,7 @@ void run_validate(const Options& o, Session& session) {
   inputs.insert(inputs.end(), o.files.begin(), o.files.end());
   document.set("provenance", to_json(io::provenance(inputs, session.command_line)));
   if (!o.out.empty()) io::save_json(o.out, document);
-  const bool rotor = report.runs.front().rotor.has_value();
-  session.say(report::to_text(rotor ? rotor_table(report) : general_table(report)));
+  session.say(report::to_text(pages::validation_table(report)));
   session.result(document);
   session.finish(report.summary);
 }

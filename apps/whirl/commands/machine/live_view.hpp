@@ -6,9 +6,8 @@
 
 #include "command_line.hpp"
 #include "whirl/monitor/hub.hpp"
+#include "whirl/monitor/loop_view.hpp"
 #include "whirl/monitor/server.hpp"
-#include "whirl/rt/loop_control.hpp"
-#include "whirl/rt/loop_sample.hpp"
 
 namespace whirl::app {
 
@@ -42,32 +41,15 @@ class Served {
   monitor::Server server_;
 };
 
-/// The page of a running loop: what the loop recorded goes in, what a person wants comes out as LoopControl.
-class LiveView {
+/// The page of a running loop.
+class LiveView : public monitor::LoopView {
  public:
-  struct About {
-    std::string name;                             ///< what runs
-    double rate = 1000;                           ///< Hz
-    double force_limit = 0;                       ///< of the controller, N; 0: none
-    std::optional<monitor::Reference> reference;  ///< unless the options name one
-  };
-  LiveView(const ViewOptions& options, const About& about);
-  ~LiveView();
-
-  /// For the loop; null when the view is read-only.
-  rt::LoopControl* control();
-  /// Each cycle in the order of time, from the thread that empties the loop's queue.
-  void take(const rt::LoopSample& sample);
-  /// A line of the page's log.
-  void note(const std::string& line);
-  /// The loop is over; the page stays.
-  void ended(const std::string& reason);
+  /// `reference`: drawn behind, unless the options name one.
+  LiveView(const ViewOptions& options, const About& about, const std::optional<monitor::Reference>& reference = {});
   void until_stopped() const { served_->until_stopped(); }
 
  private:
-  struct State;
-  std::unique_ptr<State> state_;
-  std::unique_ptr<Served> served_;
+  std::optional<Served> served_;
 };
 
 }  // namespace whirl::app

@@ -1,37 +1,13 @@
 #include "command.hpp"
-#include "live_columns.hpp"
 #include "live_view.hpp"
 #include "record_options.hpp"
 #include "stop_signal.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/monitor/loop_columns.hpp"
 #include "whirl/rt/recorder.hpp"
 
 namespace whirl::app {
 namespace {
-
-/// A recording of a loop with the columns of the live view; ticks left out are gaps.
-Recording loop_columns(const rt::LoopRecord& record, const std::string& file) {
-  if (record.cycles.size() < 2) throw Error::in_file(file, 0, "holds no two cycles");
-  const std::int64_t first = record.cycles.front().tick, last = record.cycles.back().tick;
-  if (last <= first || last - first > 100'000'000) throw Error::in_file(file, 0, "ticks that do not ascend");
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-  Eigen::MatrixXd table =
-      Eigen::MatrixXd::Constant(last - first + 1, static_cast<Eigen::Index>(kLiveColumns.size()), kNaN);
-  double previous = 0;
-  for (const rt::LoopSample& s : record.cycles) {
-    const LiveRow row = live_row(s, previous);
-    previous = s.started;
-    if (s.tick < first || s.tick > last) continue;
-    table.row(s.tick - first) = Eigen::Map<const Eigen::RowVectorXd>(row.data(), table.cols());
-  }
-  Recording out;
-  out.dt = record.head.sample_time;
-  out.source = file;
-  for (std::size_t c = 0; c < kLiveColumns.size(); ++c) {
-    out.add(std::string(kLiveColumns[c].first), kLiveColumns[c].second, table.col(static_cast<Eigen::Index>(c)));
-  }
-  return out;
-}
 
 Recording read(const RecordOptions& options, const std::string& file) {
   if (io::file_format(file) != io::FileFormat::hdf5) return options.read(file);
@@ -41,7 +17,7 @@ Recording read(const RecordOptions& options, const std::string& file) {
   } catch (const Error&) {
     return options.read(file);  // HDF5 of somebody else
   }
-  return loop_columns(record, file);
+  return monitor::loop_recording(record, file);
 }
 
 }  // namespace

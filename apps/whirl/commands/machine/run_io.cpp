@@ -76,7 +76,7 @@ void run_io(Session& session, const std::string& controller_file, const RunIoOpt
   const hardware::IoSettings io = hardware::read_io(o.io);
   std::optional<LiveView> view;
   if (view_options)
-    view.emplace(*view_options, LiveView::About{design.law + " on hardware", io.rate, design.force_limit, {}});
+    view.emplace(*view_options, LiveView::About{design.law + " on hardware", io.rate, design.force_limit});
   catch_stop_signals();
   hardware::RealtimeRunOptions options;
   options.seconds = o.seconds;

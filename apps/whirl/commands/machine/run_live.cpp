@@ -9,8 +9,8 @@ void run_live(Session& session, const ControllerDesign& design, const rig::RigPa
               const RunLiveOptions& options) {
   const double rate = rig.timing.rate;
   catch_stop_signals();
-  LiveView view(options.view, {design.law + " on the virtual rig", rate, design.force_limit,
-                               monitor::reference_of(hardware::virtual_open_loop(rig, options.seed))});
+  LiveView view(options.view, {design.law + " on the virtual rig", rate, design.force_limit},
+                monitor::reference_of(hardware::virtual_open_loop(rig, options.seed)));
   hardware::VirtualRunOptions run_options;
   run_options.seed = options.seed;
   run_options.repeat = options.repeat;

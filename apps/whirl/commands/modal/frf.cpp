@@ -7,8 +7,8 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/modal/shaker_frf.hpp"
+#include "whirl/pages/text/modes.hpp"
 #include "whirl/report/rotor_figures.hpp"
-#include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
@@ -61,22 +61,7 @@ FrequencyResponse from_blows(const Options& o, const std::vector<Recording>& rec
   options.window_end = o.window_end_percent / 100;
   std::vector<modal::BlowReport> blows;
   FrequencyResponse frf = modal::estimate_frf(records, options, &blows);
-  report::Table table;
-  table.caption = "Blows";
-  table.columns = {{"blow", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
-  for (std::size_t i = 0; i < blows.size(); ++i) {
-    std::string finding = blows[i].used ? "used" : "left out";
-    if (blows[i].force_overload) finding += ", force overloaded";
-    for (const std::string& r : blows[i].overloaded_responses) finding += ", " + r + " overloaded";
-    for (const std::string& damage : blows[i].damage) finding += ", " + damage;
-    for (const modal::SecondHit& hit : blows[i].second_hits) {
-      finding += fmt::format(", second hit of {:.0f} % after {:.1f} ms", 100 * hit.ratio, 1e3 * hit.time);
-    }
-    for (const std::string& d : blows[i].disagreements) finding += ", " + d;
-    table.add({fmt::format("{}", i + 1), fmt::format("{:.1f}", blows[i].peak),
-               fmt::format("{:.2f}", 1e3 * blows[i].pulse_width), finding});
-  }
-  session.say(report::to_text(table));
+  session.say(report::to_text(pages::blows_table(blows)));
   return frf;
 }
 

@@ -1,7 +1,6 @@
-#include <algorithm>
-#include <cmath>
+#include "whirl/pages/text/modes.hpp"
+
 #include <filesystem>
-#include <numbers>
 
 #include "ambient.hpp"
 #include "command.hpp"
@@ -17,100 +16,10 @@
 #include "whirl/modal/frf.hpp"
 #include "whirl/modal/hann_window.hpp"
 #include "whirl/pages/modal_page.hpp"
-#include "whirl/report/rotor_figures.hpp"
-#include "whirl/report/table.hpp"
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
 namespace {
-
-// What the file's name asks for: the first FRF with its reconstruction, the shapes, else the stabilisation diagram.
-void draw(const std::string& file, const FrequencyResponse& frf, const ModalModel& modes,
-          const modal::PoleOptions& options) {
-  const std::string name = std::filesystem::path(file).filename().string();
-  if (name.find("shape") != std::string::npos) {
-    const modal::ModeShapes shapes = modal::mode_shapes(modes);
-    if (shapes.points.size() < 2) throw Error(file + ": shapes need two or more points that were measured or hit");
-    // What stands outside the band is there for its tail only.
-    std::vector<Mode> inside;
-    Eigen::MatrixXcd value(shapes.value.rows(), shapes.value.cols());
-    for (std::size_t k = 0; k < modes.modes.size(); ++k) {
-      const double f = modes.modes[k].frequency.value;
-      if (f < modes.band_low || f > modes.band_high) continue;
-      value.col(static_cast<Eigen::Index>(inside.size())) = shapes.value.col(static_cast<Eigen::Index>(k));
-      inside.push_back(modes.modes[k]);
-    }
-    value.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(inside.size()));
-    if (inside.empty()) throw Error(file + ": no mode in the band whose shape could be drawn");
-    report::write_figure(report::mode_shapes(shapes.points, value, inside), file);
-    return;
-  }
-  if (name.find("frf") != std::string::npos) {
-    report::write_figure(
-        report::frequency_response(frf, 0, modal::synthesise(modes, 0, frf.frequency, frf.kind, frf.window_decay),
-                                   modes.modes),
-        file);
-    return;
-  }
-  std::vector<report::OrderPole> poles;
-  for (const modal::StabilisationPole& p : modal::stabilisation_diagram(frf, options).poles)
-    poles.push_back({p.order, p.frequency(), p.stable()});
-  std::vector<double> chosen;
-  for (const Mode& mode : modes.modes) chosen.push_back(mode.frequency.value);
-  report::write_figure(report::stabilisation(frf, poles, chosen), file);
-}
-
-// Against the modes of an earlier test, e.g. before a change of the machine.
-void compare(const ModalModel& modes, const std::string& file, Session& session) {
-  const ModalModel reference = io::load<ModalModel>(file);
-  report::Table table;
-  table.caption = "Against " + file;
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"there", "Hz"}, {"change", "%"}, {"MAC", ""}};
-  for (const modal::ModeMatch& m : modal::match_modes(reference, modes)) {
-    table.add({fmt::format("{}", m.second + 1), fmt::format("{:.4f}", modes.modes[m.second].frequency.value),
-               fmt::format("{:.4f}", reference.modes[m.first].frequency.value),
-               fmt::format("{:.3f}", 100 * m.frequency_change), fmt::format("{:.3f}", m.mac)});
-  }
-  session.say(report::to_text(table));
-}
-
-report::Table modes_table(const ModalModel& modes) {
-  report::Table table;
-  table.caption = "Modes";
-  table.columns = {{"mode", ""}, {"frequency", "Hz"}, {"± sd", "Hz"}, {"damping", "%"}, {"± sd", "%"}, {"MPC", ""}};
-  const modal::ModeShapes shapes = modal::mode_shapes(modes);
-  const auto deviation = [](double sd) { return std::isfinite(sd) ? fmt::format("{:.2g}", sd) : "-"; };
-  for (std::size_t i = 0; i < modes.modes.size(); ++i) {
-    const Mode& m = modes.modes[i];
-    const bool outside = m.frequency.value < modes.band_low || m.frequency.value > modes.band_high;
-    table.add(
-        {outside ? "outside" : fmt::format("{}", i + 1), fmt::format("{:.4f}", m.frequency.value),
-         deviation(m.frequency.sd), fmt::format("{:.4f}", 100 * m.damping.value), deviation(100 * m.damping.sd),
-         shapes.points.size() < 2
-             ? "-"
-             : fmt::format("{:.3f}", modal::mode_complexity(shapes.value.col(static_cast<Eigen::Index>(i))).mpc)});
-  }
-  return table;
-}
-
-// Modes whose pole depends on the amplitude, and what their distortion adds.
-void say_amplitude(const ModalModel& modes, Session& session) {
-  for (std::size_t i = 0; i < modes.modes.size(); ++i) {
-    const Mode& mode = modes.modes[i];
-    if (mode.amplitude_offset == 0.0) continue;
-    std::string harmonics;
-    for (const AmplitudeTerm& term : modes.amplitude) {
-      if (term.mode == i && term.turn != 1)
-        harmonics += fmt::format("; what stands at {:.4g} Hz is its distortion, not a mode",
-                                 std::abs(term.pole) / (2 * std::numbers::pi));
-    }
-    const std::complex<double> after = mode.pole + mode.amplitude_offset;
-    session.say(fmt::format(
-        "mode {} depends on the amplitude: just after a blow {:+.2g} % in frequency and a damping of {:.3g} %; listed "
-        "is that of small motion{}",
-        i + 1, 100 * (std::abs(after) / std::abs(mode.pole) - 1), -100 * after.real() / std::abs(after), harmonics));
-  }
-}
 
 bool names_universal_file(const std::string& file) {
   std::filesystem::path path = file;
@@ -136,21 +45,19 @@ struct Options {
   double low = 0, high = 0, window_end_percent = 100;
 };
 
-// The window of files that do not state it.
-void state_window(const Options& o, FrequencyResponse& frf) {
-  const double end_percent = o.window_end_percent;
-  require_range("--window-end-percent", end_percent, 1e-10, 100, "%");
-  if (o.window == "hann") {
-    if (end_percent != 100) throw Error("--window hann: not with --window-end-percent, which states another window");
-    frf = modal::without_hann_window(frf);
+// The responses of all files; `remarks`: what their readers say.
+std::vector<FrequencyResponse> read_parts(const Options& o, std::vector<std::string>& remarks) {
+  std::vector<FrequencyResponse> parts;
+  for (const std::string& file : o.files) {
+    std::optional<FrequencyResponse> found = io::read_responses(file, o.responses.options());
+    if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+    // Those of a document written by `whirl frf` were shown when it was made.
+    if (io::file_format(file) != io::FileFormat::json) {
+      for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);
+    }
+    parts.push_back(std::move(*found));
   }
-  if (end_percent == 100) return;
-  if (frf.window_decay != 0)
-    throw Error(fmt::format("--window-end-percent: the file states an exponential window itself, of {:.4g} 1/s",
-                            frf.window_decay));
-  if (frf.frequency.size() < 2) throw Error("--window-end-percent: needs two lines or more");
-  // A record is as long as one over the distance of its lines.
-  frf.window_decay = -std::log(end_percent / 100) * (frf.frequency[1] - frf.frequency[0]);
+  return parts;
 }
 
 void find_modes(Options* o, Session& session) {
@@ -166,20 +73,17 @@ void find_modes(Options* o, Session& session) {
   if (!o->page.empty() && std::filesystem::path(o->page).extension() != ".html")
     throw Error::in_field("--page", o->page, "a name that ends in .html");
   const io::Geometry geometry = o->geometry.empty() ? io::Geometry{} : io::read_geometry(o->geometry);
-  std::vector<FrequencyResponse> parts;
   std::vector<std::string> remarks;
-  for (const std::string& file : o->files) {
-    std::optional<FrequencyResponse> found = io::read_responses(file, o->responses.options());
-    if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
-    // Those of a document written by `whirl frf` were shown when it was made.
-    if (io::file_format(file) != io::FileFormat::json) {
-      for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);
-    }
-    parts.push_back(std::move(*found));
-  }
+  const std::vector<FrequencyResponse> parts = read_parts(*o, remarks);
   std::vector<std::string> dead;
   FrequencyResponse frf = modal::without_dead_channels(modal::join_references(parts), dead);
-  state_window(*o, frf);
+  require_range("--window-end-percent", o->window_end_percent, 1e-10, 100, "%");
+  if (o->window == "hann") {
+    if (o->window_end_percent != 100)
+      throw Error("--window hann: not with --window-end-percent, which states another window");
+    frf = modal::without_hann_window(frf);
+  }
+  if (o->window_end_percent != 100) modal::state_exponential_window(frf, o->window_end_percent / 100);
   for (const std::string& name : dead) remarks.push_back("channel " + name + " is zero on every line: left out");
   modal::ModeOptions options = o->modes;
   options.poles.method = o->method == "lsce"  ? modal::PoleMethod::lsce
@@ -212,19 +116,24 @@ void find_modes(Options* o, Session& session) {
     io::write_text(o->page, pages::modal_page(frf, modes, shapes, modal::stabilisation_diagram(frf, options.poles),
                                               geometry, again));
   }
-  session.say(report::to_text(modes_table(modes)));
+  session.say(report::to_text(pages::modes_table(modes)));
   if (modes.frequency_scatter > 0) {
     session.say(fmt::format(
         "frequencies differ by {:.2g} % between FRFs (one standard deviation){}; the modes are their means",
         100 * modes.frequency_scatter,
         modes.damping_scatter > 0 ? fmt::format(", damping ratios by {:.2g} %", 100 * modes.damping_scatter) : ""));
   }
-  say_amplitude(modes, session);
+  for (const std::string& line : pages::amplitude_lines(modes)) session.say(line);
   session.say(fmt::format("reconstruction error {:.2f} % of the FRFs in {:.4g} to {:.4g} Hz{}",
                           100 * modes.reconstruction_error, modes.band_low, modes.band_high,
                           modes.noise_floor > 0 ? fmt::format("; their noise {:.2f} %", 100 * modes.noise_floor) : ""));
-  if (!o->reference.empty()) compare(modes, o->reference, session);
-  for (const std::string& file : o->figures) draw(file, frf, modes, options.poles);
+  if (!o->reference.empty()) {
+    report::Table table = pages::change_table(modes, io::load<ModalModel>(o->reference));
+    table.caption = "Against " + o->reference;
+    session.say(report::to_text(table));
+  }
+  for (const std::string& file : o->figures)
+    report::write_figure(pages::modes_figure(file, frf, modes, options.poles), file);
   session.result(to_json(modes));
   session.finish(modes.summary);
 }

@@ -1,5 +1,7 @@
 #include "whirl/identify/identify_json.hpp"
 
+#include <cmath>
+
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::identification {
@@ -140,6 +142,21 @@ io::Json to_json(const MethodComparison& comparison) {
   io::Json document = io::start_document("whirl.method_comparison", 1);
   document.set("held_out", comparison.what).set("methods", std::move(rows));
   return document;
+}
+
+double load_left_unexplained(const std::filesystem::path& model) {
+  double left = std::numeric_limits<double>::quiet_NaN();
+  const io::Json file = io::load_json(model);
+  const io::Json *evidence = file.find("evidence"), *held_out = evidence ? evidence->find("held_out") : nullptr,
+                 *runs = held_out ? held_out->find("free_run") : nullptr;
+  const auto* array = runs ? runs->get<io::Json::Array>() : nullptr;
+  if (array == nullptr) return left;
+  for (const io::Json& run : *array) {
+    const io::Json* nrmse = run.find("nrmse");
+    const auto* value = nrmse ? nrmse->get<double>() : nullptr;
+    if (value != nullptr) left = std::fmax(left, *value);
+  }
+  return left;
 }
 
 }  // namespace whirl::identification

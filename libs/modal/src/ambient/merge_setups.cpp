@@ -6,6 +6,7 @@
 #include "pooled_estimate.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/oma.hpp"
+#include "whirl/modal/order_modes.hpp"
 #include "whirl/modal/poles.hpp"
 
 namespace whirl::modal {
@@ -128,6 +129,24 @@ OperationalModes merge_setups(const std::vector<OperationalModes>& setups) {
   if (merged.modes.empty()) merged.summary.fail("no mode is common to the set-ups");
   merged.summary.trust = fmt::format("{} modes common to {} set-ups", merged.modes.size(), setups.size());
   return merged;
+}
+
+OperationalModes identify_setups(const std::vector<Recording>& setups, const SetupsOptions& options) {
+  if (setups.empty()) throw Error("oma: no record");
+  const bool by_orders = options.method == "orders";
+  if (!by_orders && options.method != "ssi-data" && options.method != "ssi-cov")
+    throw Error::in_field("method", options.method, "'ssi-data', 'ssi-cov' or 'orders'");
+  if (by_orders && options.joint)
+    throw Error::in_field("method", options.method, "'ssi-data' or 'ssi-cov' for one model of several set-ups");
+  OmaOptions oma = options.oma;
+  oma.method = options.method == "ssi-cov" ? SubspaceMethod::covariance : SubspaceMethod::data;
+  oma.orders = options.orders.value_or(0);
+  if (options.joint) return identify_joint(setups, oma);
+  std::vector<OperationalModes> found;
+  for (const Recording& record : setups)
+    found.push_back(by_orders ? identify_orders(record, {options.orders.value_or(1), oma.band_low, oma.band_high})
+                              : identify_operational(record, oma));
+  return found.size() == 1 ? found.front() : merge_setups(found);
 }
 
 }  // namespace whirl::modal

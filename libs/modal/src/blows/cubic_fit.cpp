@@ -50,7 +50,7 @@ void evaluate(const VectorXd& x, const VectorXd& f, double ratio, const VectorXd
 }
 
 // Gauss-Newton with halved steps.
-void descend(const VectorXd& x, const VectorXd& f, double ratio, const VectorXd& extra, CubicFit& fit) {
+void halve_down(const VectorXd& x, const VectorXd& f, double ratio, const VectorXd& extra, CubicFit& fit) {
   evaluate(x, f, ratio, extra, fit);
   fit.converged = false;
   for (int iteration = 0; iteration < 100 && !fit.converged; ++iteration) {
@@ -92,7 +92,7 @@ double surprise(const VectorXd& x, const VectorXd& f, Index parameters, const st
   VectorXd extra(x.size());
   for (Index i = 0; i < x.size(); ++i) extra[i] = chosen[static_cast<std::size_t>(i)] && i != point ? 1 : 0;
   CubicFit fit = start(x, f, parameters);
-  descend(x, f, 0, extra, fit);
+  halve_down(x, f, 0, extra, fit);
   freedom = extra.sum() - static_cast<double>(parameters);
   const double u = x[point] - fit.p[2];
   VectorXd row(parameters);
@@ -110,8 +110,8 @@ double surprise(const VectorXd& x, const VectorXd& f, Index parameters, const st
 CubicFit fit_cubic(const VectorXd& x, const VectorXd& f, Index parameters, double ratio) {
   CubicFit fit = start(x, f, parameters);
   const VectorXd ones = VectorXd::Ones(x.size());
-  descend(x, f, 0, ones, fit);
-  if (ratio > 0) descend(x, f, ratio, ones, fit);
+  halve_down(x, f, 0, ones, fit);
+  if (ratio > 0) halve_down(x, f, ratio, ones, fit);
   return fit;
 }
 
@@ -122,7 +122,7 @@ std::vector<Index> outliers_of(const VectorXd& x, const VectorXd& f, Index param
   CubicFit fit = start(x, f, parameters);
   VectorXd extra = VectorXd::Ones(n);
   for (int i = 0; i < 30; ++i) {
-    descend(x, f, 0, extra, fit);
+    halve_down(x, f, 0, extra, fit);
     const double floor = std::max(1e-3 * median_size(fit.residual), 1e-13 * f.cwiseAbs().maxCoeff());
     extra = fit.residual.cwiseAbs().cwiseMax(floor).cwiseInverse().cwiseSqrt();
     extra /= extra.maxCoeff();

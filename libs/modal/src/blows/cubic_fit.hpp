@@ -5,7 +5,9 @@
 namespace whirl::modal {
 
 /// f = K1 (x - d0) + K2 (x - d0)^3 where both columns may be noisy (orthogonal distance regression with the noise of
-/// x known relative to that of f; Boggs, Byrd, Schnabel, 1987). With no noise of x: least squares on f.
+/// x known relative to that of f; Boggs, Byrd, Schnabel, 1987). With no noise of x: least squares on f. Gauss-Newton
+/// with halved steps by QR, not `descend`: the normal equations of x and x^3 lose half the digits, and the weights move
+/// with the law, so that the Jacobian is no exact slope of the cost.
 struct CubicFit {
   Eigen::Vector3d p;         ///< K1, K2, d0; d0 = 0 with two parameters
   Eigen::MatrixXd jacobian;  ///< points x parameters, weighted

@@ -89,6 +89,15 @@ FrequencyResponse without_hann_window(const FrequencyResponse& frf) {
   return result;
 }
 
+void state_exponential_window(FrequencyResponse& frf, double end) {
+  if (frf.window_decay != 0)
+    throw Error(fmt::format("--window-end-percent: the file states an exponential window itself, of {:.4g} 1/s",
+                            frf.window_decay));
+  if (frf.frequency.size() < 2) throw Error("--window-end-percent: needs two lines or more");
+  // A record is as long as one over the distance of its lines.
+  frf.window_decay = -std::log(end) * (frf.frequency[1] - frf.frequency[0]);
+}
+
 bool looks_split(const FrequencyResponse& frf, const ModalModel& model) {
   const Index n = frf.frequency.size();
   if (n < 64 || frf.window_decay != 0 || frf.leakage_free || model.modes.size() < 2) return false;

@@ -1,4 +1,6 @@
 #pragma once
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "whirl/deploy/code.hpp"
@@ -26,5 +28,14 @@ std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const Code
 /// The C99 source with PREFIX_sfun.c, a level-2 C S-function of Simulink around it.
 std::vector<SourceFile> export_sfunction(const ControllerDesign& design, const CodeOptions& options);
 std::vector<SourceFile> export_sfunction(const IdentifiedModel& model, const CodeOptions& options);
+
+/// The files of a form by its name: c, latex, matlab, python, sfunction, modelica. Throws Error for another one, and
+/// for a controller as Modelica.
+std::vector<SourceFile> source_files(const ControllerDesign& design, const std::string& form,
+                                     const CodeOptions& options);
+std::vector<SourceFile> source_files(const IdentifiedModel& model, const std::string& form, const CodeOptions& options);
+
+/// A prefix from the name of a file: "Controller-tsmc.json" -> "controller_tsmc".
+std::string prefix_of(const std::filesystem::path& file);
 
 }  // namespace whirl::deploy

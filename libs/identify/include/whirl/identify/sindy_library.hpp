@@ -33,4 +33,20 @@ expr::CandidateLibrary in_channel_names(const expr::CandidateLibrary& library);
 /// made continuous and smooth.
 Recording with_derivatives(const Recording& record, const std::vector<std::string>& names);
 
+/// Candidate terms by kind.
+struct LibraryChoice {
+  int degree = 0;   ///< all monomials up to it; 0: 3, or 2 beyond three variables and for `quadratic`
+  int fourier = 0;  ///< sin(k v), cos(k v) of every variable up to k
+  bool time = false;
+  bool quadratic = false;          ///< the system is to be one up to degree 2 (IdentifyOptions::trapping)
+  std::vector<std::string> terms;  ///< further ones; alone they are the library
+};
+/// The terms in the states (and their rates, order 2) and inputs of `options`, for `SindyOptions::library`.
+std::vector<std::string> library_terms(const SindyOptions& options, const LibraryChoice& choice);
+
+/// "v' = -2*x + 0.1*v^3" as an equation with fixed coefficients, for `SindyOptions::known`. Throws Error.
+Equation known_equation(const std::string& text);
+/// "x^3=-" (in every equation) or "v':x^3=+", for `SindyOptions::signs`. Throws Error.
+SignBound sign_bound(const std::string& text);
+
 }  // namespace whirl::identification

@@ -14,6 +14,11 @@ namespace whirl::modal {
 /// 64 lines, values that are no numbers, or FRFs that state a window or none.
 FrequencyResponse without_hann_window(const FrequencyResponse& frf);
 
+/// States that the records behind `frf` went through an exponential window that ends at the share `end` of its start,
+/// in (0, 1): every fit takes its decay off. Throws Error where the responses state a window, or have fewer than two
+/// lines.
+void state_exponential_window(FrequencyResponse& frf, double end);
+
 /// True when half of the modes or more stand within three lines of another, as where a Hann window splits every narrow
 /// peak. Structures of two equal directions look so too: a sign, no proof.
 bool looks_split(const FrequencyResponse& frf, const ModalModel& model);

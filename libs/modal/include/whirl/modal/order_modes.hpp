@@ -1,4 +1,6 @@
 #pragma once
+#include <optional>
+
 #include "whirl/modal/oma.hpp"
 
 namespace whirl::modal {
@@ -17,5 +19,15 @@ struct OrderOptions {
 /// must be one quantity. Throws Error for a record without one, of fewer than 40 turns, or whose speed changes by less
 /// than a tenth.
 OperationalModes identify_orders(const Recording& recording, const OrderOptions& options = {});
+
+/// Records without the force, one or several set-ups.
+struct SetupsOptions {
+  std::string method = "ssi-data";  ///< ssi-data, ssi-cov, or orders: the 1X, 2X, ... of a run-up or run-down
+  bool joint = false;               ///< one model of all records (identify_joint); else the modes of each are joined
+  std::optional<int> orders = {};   ///< multiples of the speed: to subtract (none), with "orders" to use (1)
+  OmaOptions oma = {};              ///< its method and orders are those above
+};
+/// Throws Error for another method, and for a joint model by orders.
+OperationalModes identify_setups(const std::vector<Recording>& setups, const SetupsOptions& options = {});
 
 }  // namespace whirl::modal

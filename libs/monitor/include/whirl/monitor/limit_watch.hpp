@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "whirl/monitor/frame_source.hpp"
@@ -35,5 +36,8 @@ class LimitWatch {
   StreamInfo info_;
   std::vector<State> states_;
 };
+
+/// "x_mm=0.5" as channel and limit in SI. Throws Error.
+std::pair<std::string, double> read_limit(const std::string& text);
 
 }  // namespace whirl::monitor

@@ -1,4 +1,4 @@
-#include "identify_evidence.hpp"
+#include "whirl/pages/text/identification.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-namespace whirl::app {
+#include "whirl/io/model_json.hpp"
+#include "whirl/pages/estimate_text.hpp"
+#include "whirl/report/equation.hpp"
+
+namespace whirl::pages {
 namespace {
 
 std::string show(const std::vector<identification::StateScore>& scores) {
@@ -21,9 +25,29 @@ std::string show(const std::vector<identification::StateScore>& scores) {
 
 }  // namespace
 
-std::string show_error(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "diverges"; }
+std::string to_text(const IdentifiedModel& model) {
+  std::string text = fmt::format("method: {}\n", model.method);
+  for (const Equation& equation : model.equations) {
+    // x' = x' and X1' = X2 say no more than the names do.
+    const bool kinematic =
+        equation.terms.size() == 1 && equation.terms[0].coefficient.sd == 0 &&
+        (equation.terms[0].function == equation.lhs || equation.lhs == "X1'" || equation.lhs == "X3'");
+    if (kinematic) continue;
+    text += report::to_text(equation, report::names_of(model)) + "\n";
+  }
+  for (const auto& [name, value] : model.parameters) {
+    if (!report::names_term(model, name))
+      text += fmt::format("{:18} {}\n", name, estimate_text(value, io::parameter_unit(name)));
+  }
+  for (const InputTiming& t : model.timing) {
+    text +=
+        fmt::format("input {:12} hold {}, dead time {}\n", t.input, to_string(t.hold), estimate_text(t.dead_time, "s"));
+  }
+  if (!model.rotor && !model.equations.empty()) text += "\n" + report::to_text(report::coefficient_table(model)) + "\n";
+  return text;
+}
 
-std::string describe(const identification::Evidence& evidence, const Summary& summary) {
+std::string to_text(const identification::Evidence& evidence, const Summary& summary) {
   std::string text;
   text += std::isfinite(summary.chi_square)
               ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n",
@@ -73,4 +97,4 @@ std::string describe(const identification::Evidence& evidence, const Summary& su
   return text;
 }
 
-}  // namespace whirl::app
+}  // namespace whirl::pages
