@@ -97,7 +97,7 @@ TEST(Forms, ByNameAndPrefixFromAFile) {
   const ControllerDesign design = testing::design_of("pd", "lpf");
   CodeOptions options;
   EXPECT_EQ(source_files(design, "latex", options).front().text, export_latex(design, options).front().text);
-  EXPECT_EQ(source_files(rotor_model(), "modelica", options).front().name, "controller.mo");
+  EXPECT_EQ(source_files(rotor_model(), "modelica", options).front().name, "Controller.mo");
   EXPECT_THROW(source_files(design, "modelica", options), Error);
   EXPECT_THROW(source_files(rotor_model(), "fortran", options), Error);
   EXPECT_EQ(prefix_of("out/Controller-tsmc.json"), "controller_tsmc");
