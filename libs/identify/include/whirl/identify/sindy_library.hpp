@@ -38,8 +38,8 @@ struct LibraryChoice {
   int degree = 0;   ///< all monomials up to it; 0: 3, or 2 beyond three variables and for `quadratic`
   int fourier = 0;  ///< sin(k v), cos(k v) of every variable up to k
   bool time = false;
-  bool quadratic = false;          ///< the system is to be one up to degree 2 (IdentifyOptions::trapping)
-  std::vector<std::string> terms;  ///< further ones; alone they are the library
+  bool quadratic = false;               ///< the system is to be one up to degree 2 (IdentifyOptions::trapping)
+  std::vector<std::string> terms = {};  ///< further ones; alone they are the library
 };
 /// The terms in the states (and their rates, order 2) and inputs of `options`, for `SindyOptions::library`.
 std::vector<std::string> library_terms(const SindyOptions& options, const LibraryChoice& choice);
