@@ -8,6 +8,7 @@
 #include "bounds/linear_bounds.hpp"
 #include "evidence/compare_all.hpp"
 #include "evidence/model_verdict.hpp"
+#include "evidence/part_agreement.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "tilt/adopt_tilt.hpp"
@@ -251,6 +252,8 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     id.evidence.assumptions = std::move(found.assumptions);
   } else {
     id.model = fit(o, records, &id.evidence);
+    const bool bounded = !o.bounds.empty() || o.trapping || std::isfinite(o.least_decay);
+    if (o.method == Method::sindy && !bounded) detail::judge_parts(records, o.sindy, id.model);
   }
   progress(0.6);
   if (id.model.summary.status != Status::unusable && o.method != Method::drive) {

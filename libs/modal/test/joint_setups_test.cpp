@@ -3,6 +3,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/modal/oma.hpp"
+#include "whirl/modal/order_modes.hpp"
 #include "whirl/modal/poles.hpp"
 #include "whirl/testing/ambient.hpp"
 
@@ -114,6 +115,25 @@ TEST(JointSetups, RecordsThatCannotBeJoinedAreRefused) {
   for (auto& channel : other[1].channels) channel.quantity = Quantity::acceleration;
   EXPECT_THROW(modal::identify_joint(other), Error);
   EXPECT_THROW(modal::identify_joint({}), Error);
+}
+
+TEST(IdentifySetups, EveryWayIsTheOneItNames) {
+  const auto truth = make_roving_setups({.duration = 60, .structure = 3, .seed = 96});
+  const auto same = [](const OperationalModes& a, const OperationalModes& b) {
+    ASSERT_EQ(a.modes.size(), b.modes.size());
+    for (std::size_t k = 0; k < a.modes.size(); ++k)
+      EXPECT_EQ(a.modes[k].frequency.value, b.modes[k].frequency.value);
+  };
+  same(modal::identify_setups({truth.records[0]}), modal::identify_operational(truth.records[0]));
+  same(modal::identify_setups(truth.records, {.joint = true}), modal::identify_joint(truth.records));
+  modal::OmaOptions covariance;
+  covariance.method = modal::SubspaceMethod::covariance;
+  std::vector<OperationalModes> each;
+  for (const Recording& record : truth.records) each.push_back(modal::identify_operational(record, covariance));
+  same(modal::identify_setups(truth.records, {.method = "ssi-cov"}), modal::merge_setups(each));
+  EXPECT_THROW(modal::identify_setups({}), Error);
+  EXPECT_THROW(modal::identify_setups(truth.records, {.method = "ssi"}), Error);
+  EXPECT_THROW(modal::identify_setups(truth.records, {.method = "orders", .joint = true}), Error);
 }
 
 }  // namespace

@@ -127,7 +127,10 @@ io::Json to_json(const ValidationReport& report) {
       io::Json entry = to_json(run.general);
       io::Json bands = io::Json::object();
       for (std::size_t k = 0; k < run.band.size(); ++k) bands.set(run.general.near[k].state, run.band[k]);
-      entry.set("file", run.source).set("band", std::move(bands)).set("summary", io::to_json(run.summary));
+      io::Json whole = io::Json::object();
+      for (std::size_t k = 0; k < run.band_whole.size(); ++k) whole.set(run.general.scores[k].state, run.band_whole[k]);
+      entry.set("file", run.source).set("band", std::move(bands)).set("band_free_run", std::move(whole));
+      entry.set("summary", io::to_json(run.summary));
       runs.push(std::move(entry));
     }
   }

@@ -2,23 +2,61 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "evidence/free_run_band.hpp"
+#include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
+#include "whirl/identify/sindy_library.hpp"
 #include "whirl/identify/validate.hpp"
 
 namespace whirl::identification {
 namespace {
 
-/// Largest rms error of a free run restarted every characteristic period that the model stands for: twice what the
-/// noise of the record and the model's own residual account for (free runs start at noisy samples), or 3 % of the
-/// motion, SI.
-double band_of(const IdentifiedModel& model, const StateScore& s) {
+/// Twice what the noise and what else moves a run account for, or 3 % of the motion, SI.
+double band_of(const StateScore& s, double moves) {
   constexpr double kTimes = 2, kShare = 0.03;
-  const double chi_square = std::isfinite(model.summary.chi_square) ? std::max(1.0, model.summary.chi_square) : 1;
-  const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : 0, expected = s.noise * std::sqrt(chi_square);
+  const double spread = s.nrmse > 0 ? s.rmse / s.nrmse : 0, expected = std::hypot(s.noise, moves);
   return std::max(kTimes * expected, std::hypot(expected, kShare * spread));
+}
+
+/// Error of free runs that are restarted every characteristic period: even chaos can be followed so far.
+void judge_near(const IdentifiedModel& model, const StateScore& s, const std::string& source, ValidationRun& run) {
+  // Free runs start at noisy samples, and what the model left of its own records it leaves of these.
+  const double left = std::sqrt(std::max(0.0, model.summary.chi_square - 1));
+  const double stated = band_of(s, std::isfinite(left) ? left * s.noise : 0), right = band_of(s, 0);
+  run.band.push_back(stated);
+  const std::string error = fmt::format("error {:.3g} rms ({:.2g} % of the motion)", s.rmse, 100 * s.nrmse);
+  if (!std::isfinite(s.rmse)) {
+    run.summary.fail(fmt::format("{}: the free run of {} diverges", source, s.state));
+  } else if (s.nrmse > 1) {
+    run.summary.fail(fmt::format("{}: {} is predicted no better than by its mean", source, s.state));
+  } else if (s.rmse > stated) {
+    run.summary.fail(fmt::format("{}: the model does not predict {}: {}, {:.3g} is within its band", source, s.state,
+                                 error, stated));
+  } else if (s.rmse > right) {
+    run.summary.warn(
+        fmt::format("{}: {} is predicted as badly as on the model's own records, which it does not explain (chi-square "
+                    "{:.3g}): {}, {:.3g} would be the noise's",
+                    source, s.state, model.summary.chi_square, error, right));
+  }
+}
+
+/// Error of one free run over the whole record. Where noise at the start and the intervals of the coefficients move it
+/// by a good part of the motion (chaos, a stop passed on either side) it says nothing.
+void judge_whole(const StateScore& s, double moves, const std::string& source, ValidationRun& run) {
+  constexpr double kOpen = 0.25, kMissed = 0.5;
+  const double motion = s.nrmse > 0 ? s.rmse / s.nrmse : 0;
+  const bool told = moves < kOpen * motion;
+  run.band_whole.push_back(told ? band_of(s, moves) : std::numeric_limits<double>::quiet_NaN());
+  if (!(s.rmse > run.band_whole.back())) return;
+  const std::string said = fmt::format(
+      "{}: the free run of {} leaves the record: error {:.3g} rms ({:.2g} % of the motion) over all of it, {:.3g} is "
+      "what noise and the model's intervals account for",
+      source, s.state, s.rmse, 100 * s.nrmse, run.band_whole.back());
+  s.nrmse > kMissed ? run.summary.fail(said) : run.summary.warn(said);
 }
 
 ValidationRun general_run(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options) {
@@ -26,20 +64,12 @@ ValidationRun general_run(const IdentifiedModel& model, const Recording& record,
   run.general = predict_held_out(model, record, record.source, false, options);
   const HeldOut& h = run.general;
   if (!h.reason.empty()) throw Error(h.reason);
-  for (std::size_t k = 0; k < h.scores.size(); ++k) {
-    const StateScore& near = h.near[k];
-    run.band.push_back(band_of(model, near));
-    // Over one characteristic period even chaos can be followed.
-    if (!std::isfinite(near.rmse)) {
-      run.summary.fail(fmt::format("{}: the free run of {} diverges", record.source, h.scores[k].state));
-    } else if (near.nrmse > 1) {
-      run.summary.fail(fmt::format("{}: {} is predicted no better than by its mean", record.source, h.scores[k].state));
-    } else if (near.rmse > run.band.back()) {
-      run.summary.fail(
-          fmt::format("{}: the model does not predict {}: error {:.3g} rms ({:.2g} % of the motion), "
-                      "{:.3g} is within its band",
-                      record.source, near.state, near.rmse, 100 * near.nrmse, run.band.back()));
-    }
+  for (const StateScore& s : h.near) judge_near(model, s, record.source, run);
+  if (run.summary.status != Status::unusable) {
+    const Eigen::VectorXd moves =
+        detail::free_run_spread(model, with_derivatives(detail::longest_whole_stretch(record), model.inputs), h.scores);
+    for (std::size_t k = 0; k < h.scores.size(); ++k)
+      judge_whole(h.scores[k], moves[static_cast<Eigen::Index>(k)], record.source, run);
   }
   if (run.summary.status == Status::ok) return run;
   std::vector<std::string> channels = model.inputs;

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "output_error/substeps.hpp"
+#include "trajectory/trajectory_runs.hpp"
 #include "trajectory/trajectory_system.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/least_squares.hpp"
@@ -258,6 +259,21 @@ Eigen::MatrixXd follow(const TrajectoryModel& model, const Recording& record, co
   constexpr double kStep = 0.1;
   if (substeps == 0) system.set_steps({data}, {{0, run.first, run.count, run.start}}, kStep);
   return system.follow(data, run, states);
+}
+
+std::vector<detail::TrajectorySums> detail::sums_by_run(const TrajectoryModel& model,
+                                                        const std::vector<Recording>& records,
+                                                        const std::vector<TrajectoryRun>& runs,
+                                                        const Eigen::VectorXd& output_sd) {
+  check(model, records, runs, {});
+  constexpr double kStep = 0.35;  // rad of the fastest mode
+  TrajectorySystem system(model, {}, 0);
+  std::vector<TrajectoryRecord> data;
+  for (const Recording& r : records) data.push_back(prepared(model, r));
+  system.set_steps(data, runs, kStep);
+  std::vector<TrajectorySums> sums;
+  for (const TrajectoryRun& r : runs) sums.push_back(system.run(data, {r}, {r}, {weights_of(output_sd), {}, {}}));
+  return sums;
 }
 
 TrajectoryModel trajectory_model(const IdentifiedModel& model, const std::vector<std::string>& channels) {

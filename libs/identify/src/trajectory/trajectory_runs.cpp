@@ -8,6 +8,7 @@ RunRecords runs_of(const SindyOptions& o, const std::vector<Stretch>& smooth) {
   RunRecords runs;
   for (const Stretch& s : smooth) {
     Recording record;
+    record.source = s.source;
     record.dt = s.dt;
     record.t0 = s.t0;
     for (std::size_t k = 0; k < o.states.size(); ++k)

@@ -1,6 +1,7 @@
 #pragma once
 #include <vector>
 
+#include "trajectory/trajectory_system.hpp"
 #include "weak/integral_rows.hpp"
 #include "whirl/identify/trajectory.hpp"
 
@@ -16,5 +17,9 @@ RunRecords runs_of(const SindyOptions& options, const std::vector<Stretch>& smoo
 
 /// Runs of about `length` samples; at most about `most` samples in all, spread evenly.
 std::vector<TrajectoryRun> cut_trajectory_runs(const RunRecords& runs, Eigen::Index length, Eigen::Index most);
+
+/// What every run alone says: unknowns free parameters, then the run's start. A run that diverges says so.
+std::vector<TrajectorySums> sums_by_run(const TrajectoryModel& model, const std::vector<Recording>& records,
+                                        const std::vector<TrajectoryRun>& runs, const Eigen::VectorXd& output_sd);
 
 }  // namespace whirl::identification::detail

@@ -61,6 +61,7 @@ std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, con
       while (end < n && x.row(end).allFinite() && u.row(end).allFinite()) ++end;
       if (end - first >= shortest) {
         Stretch s;
+        s.source = r.source;
         s.dt = r.dt;
         s.t0 = r.t0 + r.dt * static_cast<double>(first);
         s.raw = x.middleRows(first, end - first);

@@ -50,6 +50,7 @@ report::Table general_table(const identification::ValidationReport& report) {
                    {"state", "", report::Align::left},
                    {"error", "SI"},
                    {"noise", "SI"},
+                   {"band", "SI"},
                    {"nrmse", "%"},
                    {"restarted every", "s"},
                    {"error", "SI"},
@@ -60,7 +61,9 @@ report::Table general_table(const identification::ValidationReport& report) {
     const identification::HeldOut& h = run.general;
     for (std::size_t k = 0; k < h.scores.size(); ++k) {
       const identification::StateScore& s = h.scores[k];
-      table.add({run.source, s.state, show_error(s.rmse), show_error(s.noise), percent(s.nrmse),
+      const double whole = k < run.band_whole.size() ? run.band_whole[k] : NAN;
+      table.add({run.source, s.state, show_error(s.rmse), show_error(s.noise),
+                 std::isfinite(whole) ? show_error(whole) : "-", percent(s.nrmse),
                  fmt::format("{:.3g}", h.horizon), show_error(h.near[k].rmse), show_error(run.band[k]),
                  percent(h.near[k].nrmse)});
     }

@@ -72,8 +72,14 @@ struct ValidationRun {
   /// By state of general.near: rms error up to which the model stands for the record, SI: twice what the record's noise
   /// and the model's own residual (chi-square) account for, or 3 % of the motion.
   std::vector<double> band;
+  /// By state of general.scores: the same of one free run over the whole record, by the noise and by how far the
+  /// intervals of the model and the noise in the start move it. NaN where that is a quarter of the motion or more
+  /// (chaos): such a run tells nothing. Empty where `band` is left.
+  std::vector<double> band_whole;
   /// Verdict on this record: unusable also where the error of a run that is not fold-sensitive leaves the model's band,
-  /// or is as large as the motion. What is wrong with the record is a warning then.
+  /// or is as large as the motion. What is wrong with the record is a warning then. A warning, too, where the model is
+  /// within its band only because it did not explain its own records, and where one free run over the whole record
+  /// leaves `band_whole`; from half of the motion on that is unusable.
   Summary summary;
 };
 struct ValidationReport {

@@ -1,0 +1,111 @@
+// What the program prints of models and modes.
+#include <gtest/gtest.h>
+
+#include "whirl/pages/text/identification.hpp"
+#include "whirl/pages/text/modes.hpp"
+
+namespace whirl::pages {
+namespace {
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+IdentifiedModel oscillator() {
+  IdentifiedModel model;
+  model.method = "sindy";
+  model.states = {"x", "v"};
+  model.equations = {{"x'", {{"v", Estimate::from_sd(1, 0.01), ""}}}},
+                     {"v'", {{"x", Estimate::from_sd(-4, 0.02), ""}, {"x^3", Estimate::from_sd(-2, 0.1), ""}}}};
+  model.timing.push_back({"u", Hold::zero, Estimate::from_sd(0.013, 1e-4)});
+  return model;
+}
+
+TEST(IdentificationText, EveryEquationAndTimingIsPrintedWithItsInterval) {
+  const std::string text = to_text(oscillator());
+  EXPECT_TRUE(holds(text, "method: sindy"));
+  EXPECT_TRUE(holds(text, "x'"));
+  EXPECT_TRUE(holds(text, "x^3"));
+  EXPECT_TRUE(holds(text, "hold zero, dead time"));
+  EXPECT_TRUE(holds(text, "0.013"));
+}
+
+TEST(IdentificationText, AnEquationThatOnlyDefinesARateIsLeftOut) {
+  IdentifiedModel model = oscillator();
+  model.states = {"x", "x'"};
+  model.equations[0] = {"x'", {{"x'", Estimate::from_sd(1, 0), ""}}};
+  model.equations[1].lhs = "x''";
+  EXPECT_FALSE(holds(to_text(model), "x' = x'"));
+  EXPECT_TRUE(holds(to_text(model), "x'' ="));
+}
+
+TEST(IdentificationText, EvidenceSaysWhatIsNotKnown) {
+  identification::Evidence evidence;
+  Summary summary;
+  EXPECT_TRUE(holds(to_text(evidence, summary), "not known"));
+  summary.chi_square = 1.02;
+  evidence.held_out = {"the last 30 %", {{"x", 0.02, 0.1, 0.01}}, 0, {}, "too short"};
+  evidence.ambiguities.push_back({"a bow or runout", "e differs", "a slow roll"});
+  const std::string text = to_text(evidence, summary);
+  EXPECT_TRUE(holds(text, "1.02"));
+  EXPECT_TRUE(holds(text, "no prediction, too short"));
+  EXPECT_TRUE(holds(text, "to decide: a slow roll"));
+}
+
+TEST(IdentificationText, AValidationThatTellsNothingOfTheWholeRunShowsADash) {
+  identification::ValidationReport report;
+  identification::ValidationRun run;
+  run.source = "test.csv";
+  run.general = {"test.csv", {{"x", 0.5, 0.9, 0.01}}, 1.5, {{"x", 0.012, 0.02, 0.01}}, ""};
+  run.band = {0.02};
+  run.band_whole = {std::nan("")};
+  report.runs = {run};
+  const report::Table table = validation_table(report);
+  ASSERT_EQ(table.rows.size(), 1u);
+  EXPECT_EQ(table.rows[0].size(), table.columns.size());
+  EXPECT_EQ(table.rows[0][4], "-");
+  report.runs[0].band_whole = {0.03};
+  EXPECT_EQ(validation_table(report).rows[0][4], "0.03");
+}
+
+ModalModel two_modes() {
+  ModalModel modes;
+  modes.band_low = 5;
+  modes.band_high = 50;
+  for (const double frequency : {10.0, 70.0}) {
+    Mode m;
+    m.frequency = Estimate::from_sd(frequency, 0.01);
+    m.damping = {0.01, std::nan(""), 0, 0};
+    m.residues = Eigen::VectorXcd::Ones(1);
+    modes.modes.push_back(m);
+  }
+  modes.responses = {"1:+Z"};
+  modes.references = {"1:+Z"};
+  return modes;
+}
+
+TEST(ModesText, AModeOutsideTheBandIsCalledSoAndAnUnknownDeviationIsADash) {
+  const report::Table table = modes_table(two_modes());
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[0][0], "1");
+  EXPECT_EQ(table.rows[0][2], "0.01");
+  EXPECT_EQ(table.rows[0][4], "-");
+  EXPECT_EQ(table.rows[1][0], "outside");
+}
+
+TEST(ModesText, ModesUnderOperationAreCountedAndTonesAreNot) {
+  modal::OperationalModes found;
+  modal::OperationalMode mode;
+  mode.frequency = Estimate::from_sd(12, 0.01);
+  mode.damping = Estimate::from_sd(0.01, 1e-3);
+  mode.shape = Eigen::VectorXcd::Ones(2);
+  found.modes = {mode, mode};
+  modal::Tone tone;
+  tone.frequency = 50;
+  found.tones = {tone};
+  const report::Table table = modes_table(found);
+  ASSERT_EQ(table.rows.size(), 3u);
+  EXPECT_EQ(table.rows[1][0], "2");
+  EXPECT_EQ(table.rows[2][0], "harmonic");
+}
+
+}  // namespace
+}  // namespace whirl::pages
