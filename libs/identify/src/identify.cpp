@@ -14,6 +14,7 @@
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
+#include "whirl/identify/channel_instants.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
 namespace whirl::identification {
@@ -299,6 +300,42 @@ Identification without_damage(Identification id, const std::vector<Recording>& r
   return id;
 }
 
+double terms_of(const IdentifiedModel& model) {
+  std::size_t terms = 0;
+  for (const Equation& e : model.equations) terms += e.terms.size();
+  return static_cast<double>(terms);
+}
+
+/// A general system some of whose channels may be read later than others: the fit is made again with them brought to
+/// common instants, and kept where a simpler model then explains the records as well, or the same one better.
+Identification at_their_instants(Identification id, const std::vector<Recording>& records, const IdentifyOptions& o) {
+  const bool sought = o.method == Method::sindy && o.sindy.refine && o.sindy.hidden == 0 && !o.library &&
+                      o.sindy.denominators.empty() && !o.sindy.discrete && std::isfinite(id.summary.chi_square);
+  if (!sought) return id;
+  const std::vector<LateChannel> late = late_channels(records, o.sindy);
+  if (late.empty()) return id;
+  std::vector<Recording> moved = records;
+  for (Recording& r : moved) {
+    for (const LateChannel& l : late) r = at_common_instants(std::move(r), l);
+  }
+  const auto rows = static_cast<double>(records.front().size()) * static_cast<double>(o.sindy.states.size());
+  Identification again = identify_once(moved, o);
+  // Two log likelihoods, and the price of a term.
+  const double gain = rows * std::log(id.summary.chi_square / again.summary.chi_square) +
+                      (terms_of(id.model) - terms_of(again.model) - static_cast<double>(late.size())) * std::log(rows);
+  constexpr double kClear = 16;
+  if (!again.usable() || !(gain > kClear)) return id;
+  for (const LateChannel& l : late) {
+    again.model.summary.warn(
+        fmt::format("channel {0} is read {1:.3g} s ({2:.2f} samples) {3} the others and was brought to their instants; "
+                    "records to validate on need --late {0}={4:.4g}",
+                    l.channel, std::abs(l.seconds), std::abs(l.seconds) / records.front().dt,
+                    l.seconds > 0 ? "after" : "before", l.seconds));
+  }
+  again.summary = again.model.summary;
+  return again;
+}
+
 }  // namespace
 
 Identification identify(const std::vector<Recording>& records, const IdentifyOptions& options) {
@@ -306,7 +343,7 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   const IdentifyOptions o = completed(options, records.front());
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   detail::check_bounds(o);
-  Identification found = without_damage(identify_once(records, o), records, o);
+  Identification found = at_their_instants(without_damage(identify_once(records, o), records, o), records, o);
   const auto both_probes = [](const Recording& r) { return r.has("x") && r.has("y") && r.has("beta"); };
   if (rotor(o.method) && std::all_of(records.begin(), records.end(), both_probes))
     found.evidence.range = data_range(records);

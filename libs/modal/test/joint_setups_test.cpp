@@ -121,8 +121,7 @@ TEST(IdentifySetups, EveryWayIsTheOneItNames) {
   const auto truth = make_roving_setups({.duration = 60, .structure = 3, .seed = 96});
   const auto same = [](const OperationalModes& a, const OperationalModes& b) {
     ASSERT_EQ(a.modes.size(), b.modes.size());
-    for (std::size_t k = 0; k < a.modes.size(); ++k)
-      EXPECT_EQ(a.modes[k].frequency.value, b.modes[k].frequency.value);
+    for (std::size_t k = 0; k < a.modes.size(); ++k) EXPECT_EQ(a.modes[k].frequency.value, b.modes[k].frequency.value);
   };
   same(modal::identify_setups({truth.records[0]}), modal::identify_operational(truth.records[0]));
   same(modal::identify_setups(truth.records, {.joint = true}), modal::identify_joint(truth.records));

@@ -1,6 +1,9 @@
 // What the program prints of models and modes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "whirl/pages/text/identification.hpp"
 #include "whirl/pages/text/modes.hpp"
 
@@ -9,11 +12,16 @@ namespace {
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
+/// Before the table of coefficients.
+long equations(const std::string& text) {
+  return std::count(text.begin(), text.begin() + static_cast<long>(text.find("Coefficients")), '=');
+}
+
 IdentifiedModel oscillator() {
   IdentifiedModel model;
   model.method = "sindy";
   model.states = {"x", "v"};
-  model.equations = {{"x'", {{"v", Estimate::from_sd(1, 0.01), ""}}}},
+  model.equations = {{"x'", {{"v", Estimate::from_sd(1, 0.01), ""}}},
                      {"v'", {{"x", Estimate::from_sd(-4, 0.02), ""}, {"x^3", Estimate::from_sd(-2, 0.1), ""}}}};
   model.timing.push_back({"u", Hold::zero, Estimate::from_sd(0.013, 1e-4)});
   return model;
@@ -22,8 +30,8 @@ IdentifiedModel oscillator() {
 TEST(IdentificationText, EveryEquationAndTimingIsPrintedWithItsInterval) {
   const std::string text = to_text(oscillator());
   EXPECT_TRUE(holds(text, "method: sindy"));
-  EXPECT_TRUE(holds(text, "x'"));
-  EXPECT_TRUE(holds(text, "x^3"));
+  EXPECT_EQ(equations(text), 2);
+  EXPECT_TRUE(holds(text, "x³"));
   EXPECT_TRUE(holds(text, "hold zero, dead time"));
   EXPECT_TRUE(holds(text, "0.013"));
 }
@@ -33,8 +41,7 @@ TEST(IdentificationText, AnEquationThatOnlyDefinesARateIsLeftOut) {
   model.states = {"x", "x'"};
   model.equations[0] = {"x'", {{"x'", Estimate::from_sd(1, 0), ""}}};
   model.equations[1].lhs = "x''";
-  EXPECT_FALSE(holds(to_text(model), "x' = x'"));
-  EXPECT_TRUE(holds(to_text(model), "x'' ="));
+  EXPECT_EQ(equations(to_text(model)), 1);
 }
 
 TEST(IdentificationText, EvidenceSaysWhatIsNotKnown) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "whirl/core/error.hpp"
+#include "whirl/identify/channel_instants.hpp"
 #include "whirl/identify/evidence.hpp"
 #include "whirl/io/signals.hpp"
 
@@ -21,7 +22,9 @@ io::CsvOptions RecordOptions::csv() const {
 }
 
 Recording RecordOptions::read(const std::string& file) const {
-  const Recording record = io::read_recording(file, csv());
+  Recording record = io::read_recording(file, csv());
+  for (const std::string& text : late)
+    record = identification::at_common_instants(std::move(record), identification::late_channel(text));
   if (rows.empty()) return record;
   long first = 0, last = 0;
   int used = 0;
@@ -38,7 +41,10 @@ void RecordOptions::add_to(CommandLine* sub, bool part) {
   sub->add_option("--rate", rate, "sample rate in Hz, for files without a time column")->range(1e-9, 1e12);
   sub->add_option("--header-line", header_line, "CSV: line of the column names, where lines about the test come before")
       ->range(1, 10000);
-  if (part) sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+  if (!part) return;
+  sub->add_option("--rows", rows, "use rows FIRST:END of the record only (from 0, END not included)");
+  sub->add_option("--late", late,
+                  "a channel read SECONDS after the others, CHANNEL=SECONDS: it is brought to their instants");
 }
 
 }  // namespace whirl::app

@@ -14,13 +14,14 @@ struct RecordOptions {
   double rate = 0;
   long header_line = 0;
   std::string rows;
+  std::vector<std::string> late;  ///< CHANNEL=SECONDS
   std::vector<std::string> required;
   bool gaps = false;  ///< gaps and uneven times are let through, each with a warning
 
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
   Recording read(const std::string& file) const;
-  /// The flags; `part`: --rows too.
+  /// The flags; `part`: --rows and --late too.
   void add_to(CommandLine* sub, bool part = true);
 };
 

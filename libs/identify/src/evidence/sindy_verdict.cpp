@@ -6,8 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <set>
 
 #include "evidence/verdict.hpp"
+#include "whirl/expr/library.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -36,6 +38,23 @@ std::string text_of(const Equation& e) {
                               : fmt::format("{:.3g} {}", std::abs(value), t.function);
   }
   return text;
+}
+
+/// Whether no candidate is a product of three states and inputs: the library of many variables goes no further than
+/// two.
+bool ends_at_squares(const SindyData& data) {
+  const SindyOptions& o = data.options();
+  std::vector<std::string> names = o.states;
+  names.insert(names.end(), o.inputs.begin(), o.inputs.end());
+  std::set<std::string> cubes;
+  for (const expr::Expr& e : expr::polynomial_library(names, 3)) cubes.insert(e.str());
+  for (const expr::Expr& e : expr::polynomial_library(names, 2)) cubes.erase(e.str());
+  for (const auto& [lhs, terms] : data.candidates()) {
+    for (const expr::Expr& e : terms) {
+      if (cubes.contains(e.str())) return false;
+    }
+  }
+  return true;
 }
 
 /// Warns of equations whose terms the records cannot tell from others.
@@ -112,11 +131,14 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
         std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
   }
   const double unexplained = std::sqrt(total), horizon = followed.horizon, period = 2 * std::numbers::pi / data.rate();
-  const std::string missing = fmt::format(
-      "a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and "
-      "should "
-      "be an input{}",
-      least.lhs.empty() ? "" : fmt::format("; least explained is {} ({:.0f} % left)", least.lhs, 100 * least.residual));
+  const std::string missing =
+      fmt::format(
+          "a state, an input or a term is missing, or a signal that is driven from outside was taken for a state and "
+          "should "
+          "be an input{}",
+          least.lhs.empty() ? ""
+                            : fmt::format("; least explained is {} ({:.0f} % left)", least.lhs, 100 * least.residual)) +
+      (ends_at_squares(data) ? "; the candidates hold no term of degree 3" : "");
   if (horizon <= 0) {
     s.fail("free runs of the model diverge at once: " + missing);
   } else if (judge_unexplained(unexplained, fmt::format("free runs of {:.3g} s leave", horizon), missing, s)) {

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "evidence/free_run_errors.hpp"
+#include "validate/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/trajectory.hpp"
 #include "whirl/rotor/simulate.hpp"

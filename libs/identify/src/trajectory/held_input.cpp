@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "whirl/signal/resample.hpp"
 
@@ -45,6 +46,19 @@ double HeldInput::slope(double at) const {
   if (hold_ == Hold::band_limited) return scale * cubic(samples_, at, true);
   const auto i = static_cast<Eigen::Index>(std::min(std::floor(at), last - 1));
   return samples_[i + 1] - samples_[i];
+}
+
+Eigen::VectorXd read_before(const Eigen::Ref<const Eigen::VectorXd>& samples, double shift, bool keep_ends) {
+  Eigen::VectorXd out = samples;
+  each_whole_stretch(samples, [&](Eigen::Index first, Eigen::Index count) {
+    const HeldInput signal(samples.segment(first, count), Hold::band_limited);
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const double at = static_cast<double>(i) - shift;
+      const bool outside = at < 0 || at > static_cast<double>(count - 1);
+      out[first + i] = outside && !keep_ends ? std::numeric_limits<double>::quiet_NaN() : signal.value(at);
+    }
+  });
+  return out;
 }
 
 std::vector<HeldStep> held_steps(const std::vector<HeldInput>& inputs, const Eigen::VectorXd& dead_samples,

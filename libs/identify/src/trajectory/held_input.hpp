@@ -33,6 +33,10 @@ void each_whole_stretch(const Eigen::Ref<const Eigen::VectorXd>& samples, const 
   }
 }
 
+/// The signal `shift` samples before each sample, band-limited, stretch by stretch. Beyond the ends of a stretch: the
+/// value there (`keep_ends`), or missing.
+Eigen::VectorXd read_before(const Eigen::Ref<const Eigen::VectorXd>& samples, double shift, bool keep_ends);
+
 /// One Runge-Kutta step of a run, in samples from the record's first.
 struct HeldStep {
   double begin = 0, length = 0;

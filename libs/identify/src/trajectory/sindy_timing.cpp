@@ -29,12 +29,7 @@ std::vector<Recording> with_inputs_late(const std::vector<Recording>& records, c
       if (at == options.inputs.end()) continue;
       const double d = lag[at - options.inputs.begin()];
       if (d == 0) continue;
-      // A gap would spread over the whole channel.
-      const Eigen::VectorXd u = c.samples;
-      each_whole_stretch(u, [&](Eigen::Index first, Eigen::Index count) {
-        const HeldInput input(u.segment(first, count), Hold::band_limited);
-        for (Eigen::Index i = 0; i < count; ++i) c.samples[first + i] = input.value(static_cast<double>(i) - d);
-      });
+      c.samples = read_before(c.samples, d, true);
     }
   }
   return out;

@@ -63,9 +63,8 @@ report::Table general_table(const identification::ValidationReport& report) {
       const identification::StateScore& s = h.scores[k];
       const double whole = k < run.band_whole.size() ? run.band_whole[k] : NAN;
       table.add({run.source, s.state, show_error(s.rmse), show_error(s.noise),
-                 std::isfinite(whole) ? show_error(whole) : "-", percent(s.nrmse),
-                 fmt::format("{:.3g}", h.horizon), show_error(h.near[k].rmse), show_error(run.band[k]),
-                 percent(h.near[k].nrmse)});
+                 std::isfinite(whole) ? show_error(whole) : "-", percent(s.nrmse), fmt::format("{:.3g}", h.horizon),
+                 show_error(h.near[k].rmse), show_error(run.band[k]), percent(h.near[k].nrmse)});
     }
   }
   return table;

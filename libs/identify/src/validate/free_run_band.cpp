@@ -1,4 +1,4 @@
-#include "evidence/free_run_band.hpp"
+#include "validate/free_run_band.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

@@ -3,9 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "evidence/free_run_errors.hpp"
 #include "output_error/rotor/output_error_kernel.hpp"
 #include "problem/rotor_equations.hpp"
+#include "validate/free_run_errors.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/rotor/equations.hpp"

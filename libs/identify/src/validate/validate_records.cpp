@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "evidence/free_run_band.hpp"
 #include "record/bridge_gaps.hpp"
 #include "record/damaged_records.hpp"
+#include "validate/free_run_band.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
 #include "whirl/identify/sindy_library.hpp"
