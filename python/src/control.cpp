@@ -188,7 +188,8 @@ void bind_control(py::module_& m) {
         py::arg("prefix") = "controller");
   m.def("export", &export_value<IdentifiedModel>, py::arg("value"), py::arg("form"), py::arg("folder"), py::kw_only(),
         py::arg("prefix") = "model",
-        "Writes a controller or a model as C99, FMU, LaTeX, MATLAB or Python source; returns the files.");
+        "Writes a controller or a model; returns the files. form: 'c' (C99), 'fmu', 'latex', 'matlab', 'python', "
+        "'sfunction' (Simulink), of a model also 'modelica'.");
 }
 
 }  // namespace whirl::python

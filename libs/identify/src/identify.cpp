@@ -14,7 +14,7 @@
 #include "tilt/adopt_tilt.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/expr/library.hpp"
-#include "whirl/identify/channel_instants.hpp"
+#include "whirl/identify/record/channel_instants.hpp"
 #include "whirl/identify/sindy_library.hpp"
 
 namespace whirl::identification {

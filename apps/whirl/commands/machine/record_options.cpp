@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "whirl/core/error.hpp"
-#include "whirl/identify/channel_instants.hpp"
 #include "whirl/identify/evidence.hpp"
+#include "whirl/identify/record/channel_instants.hpp"
 #include "whirl/io/signals.hpp"
 
 namespace whirl::app {

@@ -1,5 +1,5 @@
 // Channels that are not read at the same instants.
-#include "whirl/identify/channel_instants.hpp"
+#include "whirl/identify/record/channel_instants.hpp"
 
 #include <gtest/gtest.h>
 

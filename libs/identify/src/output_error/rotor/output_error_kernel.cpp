@@ -96,11 +96,18 @@ struct Stepper {
       }
       Eigen::Index lane = kProfile + profile.cols();
       for (const RotorTerm& term : extra.terms) {
-        const TermForce f =
-            term_force(term, s.x, s.y, s.vx, s.vy, extra.angle.omega[half], extra.angle.beta[half], time);
-        add_term(term, f, l);
-        gx[lane] = f.x;
-        gy[lane++] = f.y;
+        const auto force = [&] {
+          const TermForce f =
+              term_force(term, s.x, s.y, s.vx, s.vy, extra.angle.omega[half], extra.angle.beta[half], time);
+          gx[lane] = f.x;
+          gy[lane++] = f.y;
+          return f;
+        };
+        // A term that is only scored moves nothing: its derivatives are not worked out.
+        if (term.value == 0)
+          force();
+        else
+          add_term(term, force(), l);
       }
     }
     r.ax = l.ax;

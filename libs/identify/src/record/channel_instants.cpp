@@ -1,4 +1,4 @@
-#include "whirl/identify/channel_instants.hpp"
+#include "whirl/identify/record/channel_instants.hpp"
 
 #include <fmt/format.h>
 
