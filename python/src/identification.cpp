@@ -3,6 +3,7 @@
 #include "bindings.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
+#include "whirl/identify/record/channel_instants.hpp"
 #include "whirl/identify/validate.hpp"
 #include "whirl/modal/stiffness.hpp"
 
@@ -127,6 +128,19 @@ void bind_identification(py::module_& m) {
       },
       py::arg("model"), py::arg("record"), py::arg("horizon") = 0.0,
       "Free-run error of every measured state (rms), restarted every `horizon` seconds (0: never).");
+  m.def(
+      "at_common_instants",
+      [](Recording record, const std::map<std::string, double>& late) {
+        const py::gil_scoped_release unlocked;
+        for (const auto& [channel, seconds] : late)
+          record = at_common_instants(std::move(record), LateChannel{channel, seconds});
+        return record;
+      },
+      py::arg("record"), py::arg("late"),
+      "The record with channels that are read `late` seconds after the others, {channel: s}, brought to their "
+      "instants\n"
+      "by band-limited interpolation; shorter by the samples at an end for which they were not read. Raises\n"
+      "whirl.Error for a channel that the record lacks and a delay as long as the record.");
 
   auto law = py::class_<StiffnessLaw>(m, "StiffnessLaw", "F = k1 (d - offset) + k2 (d - offset)^3");
   law.def_readonly("k1", &StiffnessLaw::k1, "N/m")

@@ -38,6 +38,16 @@ def test_a_record_from_arrays():
     assert (again["x"] == r["x"]).all() and again.units == r.units
 
 
+def test_a_channel_read_late_is_brought_to_the_instants_of_the_others():
+    t = np.arange(400) * 0.01
+    r = whirl.Recording({"x": np.sin(3 * t), "v": np.sin(3 * (t + 0.004))}, t=t)
+    moved = whirl.at_common_instants(r, {"v": 0.004})
+    assert len(moved) == 399
+    assert np.abs(moved["v"] - moved["x"])[20:-20].max() < 2e-3
+    with pytest.raises(whirl.Error):
+        whirl.at_common_instants(r, {"w": 0.004})
+
+
 @pytest.mark.parametrize("arguments, message", [
     (dict(channels={"x": np.zeros(9)}, t=np.zeros(9)), "times must rise"),
     (dict(channels={"x": np.zeros(9)}, t=np.arange(9.0) ** 2), "must be uniform"),

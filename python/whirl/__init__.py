@@ -52,6 +52,7 @@ from ._whirl import (  # noqa: F401
     response,
     run,
     save,
+    at_common_instants,
     score,
     smooth,
     sparse_regression,

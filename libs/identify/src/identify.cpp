@@ -318,12 +318,18 @@ Identification at_their_instants(Identification id, const std::vector<Recording>
   for (Recording& r : moved) {
     for (const LateChannel& l : late) r = at_common_instants(std::move(r), l);
   }
-  const auto rows = static_cast<double>(records.front().size()) * static_cast<double>(o.sindy.states.size());
-  Identification again = identify_once(moved, o);
+  double rows = 0;
+  for (const Recording& r : records) rows += static_cast<double>(r.size()) * static_cast<double>(o.sindy.states.size());
+  Identification again;
+  try {
+    again = identify_once(moved, o);
+  } catch (const Error&) {
+    return id;  // the records as they are could be fitted
+  }
   // Two log likelihoods, and the price of a term.
   const double gain = rows * std::log(id.summary.chi_square / again.summary.chi_square) +
                       (terms_of(id.model) - terms_of(again.model) - static_cast<double>(late.size())) * std::log(rows);
-  constexpr double kClear = 16;
+  constexpr double kClear = 6;  // odds of 20 to 1
   if (!again.usable() || !(gain > kClear)) return id;
   for (const LateChannel& l : late) {
     again.model.summary.warn(

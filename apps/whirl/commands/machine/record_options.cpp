@@ -10,6 +10,20 @@
 #include "whirl/io/signals.hpp"
 
 namespace whirl::app {
+namespace {
+
+/// Rows "FIRST:END" of a record.
+Recording part(const Recording& record, const std::string& rows) {
+  long first = 0, last = 0;
+  int used = 0;
+  if (std::sscanf(rows.c_str(), "%ld:%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(rows.size()) ||
+      first < 0 || last <= first || last > record.size()) {
+    throw Error::in_field("--rows", rows, fmt::format("FIRST:END with 0 <= FIRST < END <= {}", record.size()));
+  }
+  return identification::part_of(record, first, last - first);
+}
+
+}  // namespace
 
 io::CsvOptions RecordOptions::csv() const {
   io::CsvOptions options;
@@ -23,16 +37,10 @@ io::CsvOptions RecordOptions::csv() const {
 
 Recording RecordOptions::read(const std::string& file) const {
   Recording record = io::read_recording(file, csv());
+  if (!rows.empty()) record = part(record, rows);
   for (const std::string& text : late)
     record = identification::at_common_instants(std::move(record), identification::late_channel(text));
-  if (rows.empty()) return record;
-  long first = 0, last = 0;
-  int used = 0;
-  if (std::sscanf(rows.c_str(), "%ld:%ld%n", &first, &last, &used) != 2 || used != static_cast<int>(rows.size()) ||
-      first < 0 || last <= first || last > record.size()) {
-    throw Error::in_field("--rows", rows, fmt::format("FIRST:END with 0 <= FIRST < END <= {}", record.size()));
-  }
-  return identification::part_of(record, first, last - first);
+  return record;
 }
 
 void RecordOptions::add_to(CommandLine* sub, bool part) {

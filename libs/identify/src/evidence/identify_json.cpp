@@ -149,16 +149,13 @@ io::Json to_json(const MethodComparison& comparison) {
 
 double load_left_unexplained(const std::filesystem::path& model) {
   double left = std::numeric_limits<double>::quiet_NaN();
-  const io::Json file = io::load_json(model);
-  const io::Json *evidence = file.find("evidence"), *held_out = evidence ? evidence->find("held_out") : nullptr,
-                 *runs = held_out ? held_out->find("free_run") : nullptr;
-  const auto* array = runs ? runs->get<io::Json::Array>() : nullptr;
-  if (array == nullptr) return left;
-  for (const io::Json& run : *array) {
-    const io::Json* nrmse = run.find("nrmse");
-    const auto* value = nrmse ? nrmse->get<double>() : nullptr;
-    if (value != nullptr) left = std::fmax(left, *value);
+  const io::Json document = io::load_json(model);
+  io::JsonReader file(document, model.string());
+  for (const char* key : {"evidence", "held_out", "free_run"}) {
+    if (!file.has(key)) return left;
+    file = file.at(key);
   }
+  for (const io::JsonReader& run : file.items()) left = std::fmax(left, run.at("nrmse").number_or_nan());
   return left;
 }
 

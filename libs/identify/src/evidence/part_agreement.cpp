@@ -23,7 +23,7 @@ namespace {
 /// What a part of the records says of the coefficients: information and gradient, in units of the residual variance
 /// and of the standard deviation that each coefficient has by all parts.
 struct Part {
-  std::string source;
+  std::size_t record = 0;   // its number
   double from = 0, to = 0;  // s
   Eigen::MatrixXd information;
   Eigen::VectorXd gradient;
@@ -65,7 +65,7 @@ std::vector<Part> joined(const std::vector<Part>& runs, std::size_t count) {
   std::size_t last = count;
   for (std::size_t r = 0; r < runs.size(); ++r) {
     const std::size_t own = r * count / runs.size();
-    if (own != last || runs[r].source != runs[r - 1].source) {
+    if (own != last || runs[r].record != runs[r - 1].record) {
       parts.push_back(runs[r]);
     } else {
       parts.back().information += runs[r].information;
@@ -80,6 +80,7 @@ std::vector<Part> joined(const std::vector<Part>& runs, std::size_t count) {
 /// Runs of a few periods over all records, their starts fitted.
 struct Runs {
   RunRecords records;
+  std::vector<std::size_t> record;  // number, per stretch
   std::vector<TrajectoryRun> cut;
   TrajectoryModel model;
   Eigen::VectorXd sd;
@@ -90,8 +91,9 @@ std::optional<Runs> fitted_runs(const std::vector<Recording>& records, const Sin
   constexpr Eigen::Index kMost = 10000;
   constexpr double kPeriods = 1.5;
   std::vector<Stretch> stretches = finite_stretches(records, options);
-  Runs runs{{}, {}, trajectory_model(model, options.states), smooth_stretches(stretches), 0};
+  Runs runs{{}, {}, {}, trajectory_model(model, options.states), smooth_stretches(stretches), 0};
   runs.records = runs_of(options, stretches);
+  for (const Stretch& s : stretches) runs.record.push_back(s.record);
   if (static_cast<Eigen::Index>(runs.model.states.size()) != runs.records.states.front().cols()) return {};
   runs.sd = runs.sd.cwiseMax(1e-9 * stretches.front().raw.cwiseAbs().maxCoeff());
   const double period = 2 * std::numbers::pi / characteristic_rate(stretches);
@@ -123,8 +125,8 @@ std::vector<Part> parts_of(const Runs& runs) {
     // The best start for any coefficients.
     const Eigen::MatrixXd towards =
         normal.bottomRightCorner(n, n).ldlt().solve(Eigen::MatrixXd(normal.bottomLeftCorner(n, p)));
-    parts.push_back({record.source, time(runs.cut[r].first), time(runs.cut[r].first + runs.cut[r].count),
-                     marginal_information(normal, p) / runs.variance,
+    parts.push_back({runs.record[runs.cut[r].record], time(runs.cut[r].first),
+                     time(runs.cut[r].first + runs.cut[r].count), marginal_information(normal, p) / runs.variance,
                      (sums[r].gradient.head(p) - towards.transpose() * sums[r].gradient.tail(n)) / runs.variance});
   }
   return parts;
@@ -227,9 +229,11 @@ double scatter(const std::vector<Part>& runs, const Eigen::RowVectorXd& row) {
   return squares / row.squaredNorm();
 }
 
-std::string place(const Part& part, bool several) {
-  return several ? fmt::format("{} from {:.3g} to {:.3g} s", part.source, part.from, part.to)
-                 : fmt::format("{:.3g} to {:.3g} s", part.from, part.to);
+std::string place(const Part& part, const std::vector<Recording>& records) {
+  const std::string seconds = fmt::format("{:.3g} to {:.3g} s", part.from, part.to);
+  if (records.size() == 1) return seconds;
+  const std::string& source = records[part.record].source;
+  return fmt::format("{} from {}", source.empty() ? fmt::format("record {}", part.record + 1) : source, seconds);
 }
 
 void widen(const Eigen::VectorXd& by, IdentifiedModel& model) {
@@ -247,7 +251,8 @@ void widen(const Eigen::VectorXd& by, IdentifiedModel& model) {
 }
 
 /// Names the coefficient on which parts differ most; false where that is less than 1 % of it.
-bool tell(const Difference& difference, const Eigen::MatrixXd& rows, IdentifiedModel& model) {
+bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::vector<Recording>& records,
+          IdentifiedModel& model) {
   constexpr double kMatters = 0.01;
   Asked low, high;
   Eigen::Index most = 0;
@@ -265,12 +270,10 @@ bool tell(const Difference& difference, const Eigen::MatrixXd& rows, IdentifiedM
   }
   const auto& [name, value] = model.parameters[static_cast<std::size_t>(most)];
   if (!(high.change - low.change > kMatters * std::abs(value.value))) return false;
-  const bool several = std::any_of(difference.parts.begin(), difference.parts.end(),
-                                   [&](const Part& p) { return p.source != difference.parts.front().source; });
   model.summary.warn(fmt::format(
       "parts of the records ask for different coefficients: {} is {:.4g} by {} and {:.4g} by {}, {:.1f} standard "
       "deviations apart: the system changed, or something acts on a part of them only; intervals hold both",
-      name, value.value + low.change, place(*low.part, several), value.value + high.change, place(*high.part, several),
+      name, value.value + low.change, place(*low.part, records), value.value + high.change, place(*high.part, records),
       (high.change - low.change) / std::hypot(high.sd, low.sd)));
   if (model.summary.status != Status::unusable)
     model.summary.trust = "Do not trust this model beyond these records: parts of them ask for different coefficients.";
@@ -295,7 +298,7 @@ void judge_parts(const std::vector<Recording>& records, const SindyOptions& opti
   if (difference.noise > 1) {  // not the same in all directions
     for (Eigen::Index j = 0; j < rows.rows(); ++j) variance[j] = std::max(variance[j], scatter(runs, rows.row(j)));
   }
-  if (difference.chance < kChance && tell(difference, rows, model)) {
+  if (difference.chance < kChance && tell(difference, rows, records, model)) {
     for (const std::size_t count : kCounts) {
       const std::vector<Part> parts = joined(runs, count);
       for (Eigen::Index j = 0; j < rows.rows(); ++j)

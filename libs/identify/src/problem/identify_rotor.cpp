@@ -117,6 +117,10 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
                         const RotorIdentifyOptions& options, OutputErrorOptions& active) {
   std::optional<detail::GrownRotor> driven;
   std::string said;
+  // Damping that is positive is tried as it is first: whatever is missing need not drive the motion.
+  std::optional<detail::GrownRotor> plain;
+  if (first.model.c > 0) plain = detail::grow_rotor(records, first.model, first.eps, active, options, false);
+  if (plain && misfit(*plain) < kMissing) return *std::move(plain);
   if (options.terms && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
     for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
       OutputErrorOptions with = active;
@@ -127,7 +131,8 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
       if (!driven || misfit(other) < misfit(*driven)) driven = std::move(other);
     }
   }
-  detail::GrownRotor grown = detail::grow_rotor(records, first.model, first.eps, active, options, false);
+  detail::GrownRotor grown =
+      plain ? *std::move(plain) : detail::grow_rotor(records, first.model, first.eps, active, options, false);
   OutputErrorOptions own = active;
   WeakRotorFit start = first;
   if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(records, weak, own, start)) {

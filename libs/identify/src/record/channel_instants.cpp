@@ -37,7 +37,7 @@ detail::IntegralRows rows_of(const std::vector<Recording>& records, const SindyO
 
 /// Seconds by which state j is read after those instants at which it is the rate of state i.
 std::optional<double> lateness(const detail::IntegralRows& rows, Eigen::Index i, Eigen::Index j) {
-  constexpr double kIsRate = 0.05, kBetter = 0.8;
+  constexpr double kIsRate = 0.05, kBetter = 0.95;
   const Eigen::VectorXd rate = rows.target.col(i), v = rows.theta.col(j);
   const double alone = (rate - v * (v.dot(rate) / v.squaredNorm())).squaredNorm();
   if (!(alone < kIsRate * rate.squaredNorm())) return std::nullopt;

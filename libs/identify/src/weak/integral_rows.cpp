@@ -41,7 +41,8 @@ std::string what_is_missing(const std::vector<Recording>& records, const SindyOp
 std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, const SindyOptions& options) {
   constexpr Eigen::Index shortest = 25;
   std::vector<Stretch> out;
-  for (const Recording& r : records) {
+  for (std::size_t number = 0; number < records.size(); ++number) {
+    const Recording& r = records[number];
     if (!(r.dt > 0)) throw Error(fmt::format("{}: sample time {:g} s: must be > 0", r.source, r.dt));
     const Eigen::Index n = r.size();
     Eigen::MatrixXd x(n, static_cast<Eigen::Index>(options.states.size()));
@@ -62,6 +63,7 @@ std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, con
       if (end - first >= shortest) {
         Stretch s;
         s.source = r.source;
+        s.record = number;
         s.dt = r.dt;
         s.t0 = r.t0 + r.dt * static_cast<double>(first);
         s.raw = x.middleRows(first, end - first);

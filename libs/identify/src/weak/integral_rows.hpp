@@ -14,7 +14,8 @@ signal::SmoothedSignal without_noise(const Eigen::Ref<const Eigen::VectorXd>& x,
 
 /// A contiguous stretch of finite samples of one record.
 struct Stretch {
-  std::string source;  // of the record
+  std::string source;      // of the record
+  std::size_t record = 0;  // its number
   double t0 = 0, dt = 0;
   Eigen::MatrixXd raw;     // samples x states, as measured
   Eigen::MatrixXd smooth;  // the same without most of the noise

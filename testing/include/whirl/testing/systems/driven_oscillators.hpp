@@ -11,14 +11,18 @@
 #include "whirl/core/recording.hpp"
 
 /// Driven oscillators with a cubic spring whose records hold what one set of coefficients cannot give: a stiffness that
-/// changes, or channels that are not read at the same instants.
+/// changes, channels that are not read at the same instants, or a state that is not quite the rate of another.
 namespace whirl::testing {
 
 struct DrivenOscillator {
   double stiffness = 1, damping = 0.1, cubic = 0.5, gain = 1;
+  double leak = 0;  ///< x' = v - leak x
 
   std::map<std::string, double> truth() const {
-    return {{"x': v", 1}, {"v': x", -stiffness}, {"v': v", -damping}, {"v': x^3", -cubic}, {"v': u", gain}};
+    std::map<std::string, double> all{
+        {"x': v", 1}, {"v': x", -stiffness}, {"v': v", -damping}, {"v': x^3", -cubic}, {"v': u", gain}};
+    if (leak != 0) all["x': x"] = -leak;
+    return all;
   }
 };
 
@@ -72,10 +76,10 @@ inline Recording driven_record(const DrivenOscillator& o, const DrivenRun& run) 
     for (int k = 0; k < kSteps; ++k) {
       if (k == later) v[i] = speed;
       const double t = run.dt * static_cast<double>(i) + h * k;
-      const double first = pull(position, speed, t);
-      const double second = pull(position + h * speed, speed + h * first, t + h);
-      position += h * speed + 0.5 * h * h * first;
-      speed += 0.5 * h * (first + second);
+      const double rate = speed - o.leak * position, first = pull(position, speed, t);
+      const double ahead = position + h * rate, faster = speed + h * first;
+      position += 0.5 * h * (rate + faster - o.leak * ahead);
+      speed += 0.5 * h * (first + pull(ahead, faster, t + h));
     }
   }
   for (Eigen::VectorXd* y : {&x, &v}) {

@@ -21,9 +21,9 @@ LateChannel late_channel(const std::string& text);
 Recording at_common_instants(Recording record, const LateChannel& late);
 
 /// State channels that are read at other instants than the state whose rate they are: where an equation x' = c v holds
-/// to 5 % of the variance with v alone, the delay of v by which it holds best, if that takes away a fifth of what is
-/// left at least and is more than 0.03 samples. By the weak form, to first order. Such a delay and small other terms in
-/// x' can be the same motion: what is found is to be tried, not believed. First order systems only.
+/// to 5 % of the variance with v alone, the delay of v by which it holds best, if that takes away a twentieth of what
+/// is left at least and is more than 0.03 samples. By the weak form, to first order. Such a delay and small other terms
+/// in x' can be the same motion: what is found is to be tried, not believed. First order systems only.
 std::vector<LateChannel> late_channels(const std::vector<Recording>& records, const SindyOptions& options);
 
 }  // namespace whirl::identification
