@@ -224,4 +224,11 @@ const Estimate* IdentifiedModel::parameter(const std::string& name) const {
   return nullptr;
 }
 
+double IdentifiedModel::noise_correlation_of(const std::string& state) const {
+  for (const auto& [name, value] : noise_correlation) {
+    if (name == state) return value;
+  }
+  return 0;
+}
+
 }  // namespace whirl

@@ -21,4 +21,9 @@ double noise_sd(const Eigen::Ref<const Eigen::VectorXd>& s) {
   return *middle / 0.6745 / std::sqrt(924.0);
 }
 
+double innovation_sd(const Eigen::Ref<const Eigen::VectorXd>& s, double correlation) {
+  const Eigen::Index n = std::max<Eigen::Index>(s.size(), 1) - 1;
+  return noise_sd(s.tail(n) - correlation * s.head(n));
+}
+
 }  // namespace whirl::signal

@@ -294,8 +294,10 @@ void judge_parts(const std::vector<Recording>& records, const SindyOptions& opti
   const Eigen::MatrixXd rows = whitened(runs);
   if (rows.size() == 0) return;
   const Difference difference = clearest(runs);
-  Eigen::VectorXd variance = Eigen::VectorXd::Constant(rows.rows(), difference.noise);
-  if (difference.noise > 1) {  // not the same in all directions
+  // Noise that the model has is in its intervals.
+  const bool more = difference.noise > 1 && model.noise_correlation.empty();
+  Eigen::VectorXd variance = Eigen::VectorXd::Constant(rows.rows(), more ? difference.noise : 1);
+  if (more) {  // not the same in all directions
     for (Eigen::Index j = 0; j < rows.rows(); ++j) variance[j] = std::max(variance[j], scatter(runs, rows.row(j)));
   }
   if (difference.chance < kChance && tell(difference, rows, records, model)) {

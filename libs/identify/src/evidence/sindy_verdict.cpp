@@ -10,6 +10,7 @@
 
 #include "evidence/verdict.hpp"
 #include "whirl/expr/library.hpp"
+#include "whirl/signal/noise.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -78,14 +79,20 @@ void judge_rivals(const std::vector<Alike>& rivals, bool noisy, Summary& summary
 
 }  // namespace
 
-OutputWeights output_weights(const SindyData& data) {
+OutputWeights output_weights(const SindyData& data, const std::map<std::string, double>& correlation) {
   OutputWeights weights{data.noise_sd()};
+  if (!correlation.empty()) weights.correlation = Eigen::VectorXd::Zero(weights.sd.size());
   for (Eigen::Index k = 0; k < weights.sd.size(); ++k) {
-    double energy = 0, rows = 0;
+    const auto known = correlation.find(data.options().states[static_cast<std::size_t>(k)]);
+    if (known != correlation.end()) weights.correlation[k] = known->second;
+    double energy = 0, rows = 0, noise = 0;
     for (const Stretch& s : data.stretches()) {
+      if (known != correlation.end())
+        noise += static_cast<double>(s.samples()) * std::pow(signal::innovation_sd(s.raw.col(k), known->second), 2);
       energy += s.raw.col(k).squaredNorm();
       rows += static_cast<double>(s.samples());
     }
+    if (known != correlation.end()) weights.sd[k] = std::sqrt(noise / rows);
     const double floor = 1e-6 * std::sqrt(energy / rows);
     weights.noisy = weights.noisy && weights.sd[k] > floor;
     weights.sd[k] = std::max(weights.sd[k], floor);
@@ -113,7 +120,7 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
                    const LeastExplained& least, IdentifiedModel& model) {
   // Of records without noise: more than the steps may leave (substeps.cpp).
   const double step_error = model.inputs.empty() ? 3e-5 : 3e-4;
-  const auto& [weight, noisy] = weights;
+  const bool noisy = weights.noisy;
   Summary& s = model.summary;
   double worst = 0;  // residual of a state over its noise, squared
   double total = 0;  // mean square of what free runs leave unexplained beyond the noise, by the motion
@@ -127,8 +134,9 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
     for (const Stretch& stretch : data.stretches()) squares += (stretch.raw.col(k).array() - mean).square().sum();
     const double rmse = followed.output_rmse[k];
     worst = std::max(worst, rmse * rmse);
-    total +=
-        std::max(0.0, rmse * rmse - 1) * weight[k] * weight[k] * rows / squares / static_cast<double>(weight.size());
+    // Slow motion is 1 - correlation of itself in what is new from sample to sample.
+    const double weight = weights.sd[k] / (1 - weights.correlation_of(k));
+    total += std::max(0.0, rmse * rmse - 1) * weight * weight * rows / squares / static_cast<double>(weights.sd.size());
   }
   const double unexplained = std::sqrt(total), horizon = followed.horizon, period = 2 * std::numbers::pi / data.rate();
   const std::string missing =

@@ -128,8 +128,8 @@ void PartwiseScore::add(const Recording& part) {
     if (samples_ == 0) sums.origin = y.mean();
     sums.first += (y.array() - sums.origin).sum();
     sums.second += (y.array() - sums.origin).square().sum();
-    if (compiled_.discrete() || y.size() < 16) continue;
-    sums.noise += static_cast<double>(y.size()) * std::pow(signal::noise_sd(y), 2);
+    if (compiled_.discrete() || y.size() < 17) continue;
+    sums.noise += static_cast<double>(y.size()) * std::pow(detail::channel_noise(model_, scores_[k].state, y), 2);
     sums.noise_samples += static_cast<double>(y.size());
   }
   samples_ += part.size();

@@ -132,6 +132,8 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   result.starts = point.starts;
   result.rmse = std::sqrt(found.sum.cost / found.values);
   result.output_rmse = point.cost_of.cwiseQuotient(point.rows_of.cwiseMax(1)).cwiseSqrt();
+  result.output_rows = point.rows_of;
+  result.autocorrelation = point.cost_of.cwiseMax(1e-300).cwiseInverse().asDiagonal() * point.lag_of;
   result.model.summary.residual = result.rmse;
   if (!result.converged) result.model.summary.warn("the refinement on the free run did not converge");
   if (!candidates.empty()) {

@@ -1,5 +1,7 @@
 #include "output_error/states_problem.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -49,6 +51,50 @@ class RowBatch {
   Eigen::Index filled_ = 0;
 };
 
+/// Residuals of one output on their way: without what the one before foretells of each, and their products over lags.
+class Whitening {
+ public:
+  Whitening(double correlation, Eigen::Index unknowns) : correlation_(correlation) {
+    if (correlation != 0) before_ = Eigen::VectorXd::Zero(unknowns);
+  }
+  bool white() const { return correlation_ == 0; }
+  /// What is new in the residual and its row; the first of a run, or after a gap, is all new.
+  double apply(double residual, Eigen::VectorXd& row) {
+    const double kept = residual;
+    if (seen_) {
+      const Eigen::VectorXd now = row;
+      row -= correlation_ * before_;
+      residual -= correlation_ * residual_;
+      before_ = now;
+    } else {
+      const double all = std::sqrt(1 - correlation_ * correlation_);
+      before_ = row;
+      row *= all;
+      residual *= all;
+    }
+    residual_ = kept;
+    seen_ = true;
+    return residual;
+  }
+  template <class Row>
+  void add_lags(double residual, Row&& sums) {
+    for (Eigen::Index l = 0; l < std::min<Eigen::Index>(count_, StatesProblem::kLags); ++l)
+      sums[l] += residual * recent_[static_cast<std::size_t>((count_ - 1 - l) % StatesProblem::kLags)];
+    recent_[static_cast<std::size_t>(count_++ % StatesProblem::kLags)] = residual;
+  }
+  void forget() {
+    seen_ = false;
+    count_ = 0;
+  }
+
+ private:
+  double correlation_, residual_ = 0;
+  Eigen::VectorXd before_;
+  bool seen_ = false;
+  std::array<double, StatesProblem::kLags> recent_{};
+  Eigen::Index count_ = 0;
+};
+
 }  // namespace
 
 StatesProblem::StatesProblem(SensitivitySystem system, const std::vector<FreeRun>& runs, double dt,
@@ -59,11 +105,15 @@ StatesProblem::StatesProblem(SensitivitySystem system, const std::vector<FreeRun
       outputs_(std::move(outputs)),
       weight_(options.output_sd.size() > 0 ? Eigen::VectorXd(options.output_sd.cwiseInverse())
                                            : Eigen::VectorXd::Ones(static_cast<Eigen::Index>(outputs_.size()))),
+      correlation_(options.output_correlation.size() > 0
+                       ? options.output_correlation
+                       : Eigen::VectorXd::Zero(static_cast<Eigen::Index>(outputs_.size()))),
       options_(options),
       tied_(options.ties.size() > 0) {
   const auto n_out = static_cast<Eigen::Index>(outputs_.size());
   if (n_out == 0) throw Error("refinement needs at least one measured state");
-  if (weight_.size() != n_out) throw Error("one noise sd per output is needed");
+  if (weight_.size() != n_out || correlation_.size() != n_out)
+    throw Error("one noise sd and correlation per output is needed");
   if (tied_ && options.ties.rows() != system_.parameters()) throw Error("ties need one row per estimated coefficient");
   for (const FreeRun& r : runs) {
     const Eigen::Index rows = r.measured.rows();
@@ -77,7 +127,7 @@ StatesProblem::StatesProblem(SensitivitySystem system, const std::vector<FreeRun
 }
 
 StatesPoint StatesProblem::start() const {
-  StatesPoint p{system_.free_values(), {}, {}, {}};
+  StatesPoint p{system_.free_values(), {}, {}, {}, {}};
   for (const FreeRun& r : runs_) p.starts.push_back(r.start);
   return p;
 }
@@ -99,6 +149,7 @@ void StatesProblem::linearise(StatesPoint& p, SquareSum& sum) {
   const Eigen::Index total = terms + starts * static_cast<Eigen::Index>(runs_.size());
   sum = {0, Eigen::MatrixXd::Zero(total, total), Eigen::VectorXd::Zero(total)};
   p.cost_of = p.rows_of = Eigen::VectorXd::Zero(weight_.size());
+  p.lag_of = Eigen::MatrixXd::Zero(weight_.size(), kLags);
   std::vector<Eigen::Index> unknowns(static_cast<std::size_t>(terms + starts));
   std::iota(unknowns.begin(), unknowns.end(), 0);
   for (std::size_t r = 0; r < runs_.size(); ++r) {
@@ -120,6 +171,9 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
   const Eigen::MatrixXd& measured = runs_[r].measured;
   RowBatch batch(run, run.gradient.size());
   const int steps = system_.inputs() > 0 ? input_steps(inputs_[r].cols(), measured.rows()) : options_.substeps;
+  std::vector<Whitening> whitening;
+  for (const double c : correlation_) whitening.emplace_back(c, run.gradient.size());
+  Eigen::VectorXd row;
   Eigen::VectorXd x = p.starts[r];
   Eigen::MatrixXd s = Eigen::MatrixXd::Zero(run.gradient.size(), system_.states());
   if (options_.free_start) s.bottomRows(system_.states()).setIdentity();
@@ -127,11 +181,22 @@ bool StatesProblem::follow(std::size_t r, StatesPoint& p, SquareSum& run) {
     if (!x.allFinite() || x.cwiseAbs().maxCoeff() > 1e30) return false;
     for (std::size_t o = 0; i >= options_.skip && o < outputs_.size(); ++o) {
       const auto column = static_cast<Eigen::Index>(o);
-      const double residual = (measured(i, column) - x[outputs_[o]]) * weight_[column];
-      if (!std::isfinite(residual)) continue;
+      double residual = (measured(i, column) - x[outputs_[o]]) * weight_[column];
+      Whitening& w = whitening[o];
+      if (!std::isfinite(residual)) {
+        w.forget();
+        continue;
+      }
+      if (w.white()) {
+        batch.add(weight_[column] * s.col(outputs_[o]), residual);
+      } else {
+        row = weight_[column] * s.col(outputs_[o]);
+        residual = w.apply(residual, row);
+        batch.add(row, residual);
+      }
       p.cost_of[column] += residual * residual;
       ++p.rows_of[column];
-      batch.add(weight_[column] * s.col(outputs_[o]), residual);
+      w.add_lags(residual, p.lag_of.row(column));
     }
     if (i + 1 == measured.rows()) break;
     for (int k = 0; k < steps; ++k) {

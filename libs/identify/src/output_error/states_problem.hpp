@@ -13,6 +13,7 @@ struct StatesPoint {
   Eigen::VectorXd theta;                ///< of the free terms
   std::vector<Eigen::VectorXd> starts;  ///< per run
   Eigen::VectorXd cost_of, rows_of;     ///< weighted squares and values compared, per output
+  Eigen::MatrixXd lag_of;               ///< products of weighted residuals 1 to kLags samples apart, per output
 };
 
 /// Equations x' = sum theta f(x, u) as a problem of output error. Unknowns: coefficients of the free terms, or what
@@ -22,6 +23,8 @@ class StatesProblem {
   /// `outputs`: index of the state that each column of FreeRun::measured shows.
   StatesProblem(SensitivitySystem system, const std::vector<FreeRun>& runs, double dt,
                 std::vector<Eigen::Index> outputs, const RefineOptions& options);
+
+  static constexpr Eigen::Index kLags = 12;
 
   StatesPoint start() const;
   double values() const { return values_; }
@@ -44,7 +47,7 @@ class StatesProblem {
   std::vector<Eigen::MatrixXd> inputs_;  // per run: one contiguous column per half step
   double dt_;
   std::vector<Eigen::Index> outputs_;
-  Eigen::VectorXd weight_;  // per output
+  Eigen::VectorXd weight_, correlation_;  // per output
   const RefineOptions& options_;
   bool tied_;
   double values_ = 0;

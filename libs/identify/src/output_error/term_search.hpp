@@ -55,6 +55,8 @@ class TermSearch {
   Followed followed() const {
     return {dt_ * static_cast<double>(length_),
             followed_.output_rmse,
+            followed_.output_rows,
+            followed_.autocorrelation,
             followed_.covariance,
             followed_.blocked,
             steps_ > 1,
@@ -66,8 +68,8 @@ class TermSearch {
   static constexpr int kMostSteps = 16;
 
   struct Fit {
-    Eigen::VectorXd output_rmse;
-    Eigen::MatrixXd covariance;
+    Eigen::VectorXd output_rmse, output_rows;
+    Eigen::MatrixXd autocorrelation, covariance;
     double rmse = 0;
     bool converged = false;
     std::vector<TermScore> blocked;

@@ -8,6 +8,7 @@
 
 #include "evidence/channel_units.hpp"
 #include "evidence/record_quality.hpp"
+#include "evidence/noise_correlation.hpp"
 #include "evidence/sindy_verdict.hpp"
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"
@@ -42,6 +43,57 @@ void set_parameters(IdentifiedModel& model, const Eigen::MatrixXd& covariance) {
   model.parameter_covariance.assign(covariance.data(), covariance.data() + covariance.size());
 }
 
+/// Equations after the search for terms.
+struct Refinement {
+  IdentifiedModel model;
+  detail::OutputWeights weights;
+  detail::Followed followed;
+};
+Refinement refined_with(const detail::SindyData& data, const detail::Regression& regression,
+                        const SindyOptions& options) {
+  Refinement r{regression.model, detail::output_weights(data, options.noise_correlation), {}};
+  r.followed = detail::refine_and_select(r.model, data.candidates(), data.signs(), regression.alternatives,
+                                         data.stretches(), r.weights.sd, data.rate(), options);
+  return r;
+}
+
+/// With white noise; where that does not explain the records and noise that is correlated from sample to sample
+/// explains them to the last, with that.
+Refinement refined(const detail::SindyData& data, const detail::Regression& regression) {
+  constexpr double kUnexplained = 1.2;
+  constexpr int kRounds = 3;
+  SindyOptions options = data.options();
+  Refinement white = refined_with(data, regression, options);
+  if (!options.noise_correlation.empty() || !white.weights.noisy || !(white.model.summary.chi_square > kUnexplained))
+    return white;
+  detail::Followed followed = white.followed;
+  for (int round = 0; round < kRounds; ++round) {
+    options.noise_correlation = detail::noise_correlation(followed, options);
+    if (options.noise_correlation.empty()) break;
+    Refinement coloured = refined_with(data, regression, options);
+    if (coloured.followed.horizon > 0 && detail::only_noise_left(coloured.followed)) return coloured;
+    followed = std::move(coloured.followed);
+  }
+  return white;
+}
+
+/// The model's noise, where it is not white.
+void state_noise(const detail::OutputWeights& weights, const SindyOptions& options, IdentifiedModel& model) {
+  if (weights.correlation.size() == 0) return;
+  std::string each;
+  model.noise_sd = 0;
+  for (std::size_t k = 0; k < options.states.size(); ++k) {
+    const auto at = static_cast<Eigen::Index>(k);
+    const double correlation = weights.correlation[at];
+    model.noise_correlation.emplace_back(options.states[k], correlation);
+    model.noise_sd +=
+        weights.sd[at] / std::sqrt(1 - correlation * correlation) / static_cast<double>(weights.sd.size());
+    each += fmt::format("{}{} {:.2f}", each.empty() ? "" : ", ", options.states[k], correlation);
+  }
+  model.summary.trust += fmt::format(
+      " The noise is correlated from one sample to the next ({}): intervals and chi-square hold under it.", each);
+}
+
 IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& like, std::vector<BoundOutcome>* bounds) {
   const SindyOptions& options = data.options();
   detail::Regression regression = detail::regress(data, options.solver);
@@ -66,12 +118,12 @@ IdentifiedModel fit_prepared(const detail::SindyData& data, const Recording& lik
     set_parameters(model, {});
     return model;
   }
-  const detail::OutputWeights weights = detail::output_weights(data);
-  const detail::Followed followed =
-      detail::refine_and_select(model, data.candidates(), data.signs(), regression.alternatives, data.stretches(),
-                                weights.sd, data.rate(), options);
+  const Refinement refinement = refined(data, regression);
+  const detail::Followed& followed = refinement.followed;
+  model = refinement.model;
   detail::set_coefficient_units(model, like);
-  detail::judge_refined(data, weights, followed, regression.least, model);
+  detail::judge_refined(data, refinement.weights, followed, regression.least, model);
+  state_noise(refinement.weights, options, model);
   if (followed.between_samples) {
     for (const std::string& u : options.inputs) model.timing.push_back({u, Hold::band_limited, {0, 0, 0, 0}});
   }

@@ -310,7 +310,7 @@ class LibraryFit {
     if (steps > 1) {
       for (const std::string& u : o.inputs) model_.timing.push_back({u, Hold::band_limited, {0, 0, 0, 0}});
     }
-    detail::judge_refined(data_, weights, {static_cast<double>(length) * dt, best.output_rmse, {}}, least_, model_);
+    detail::judge_refined(data_, weights, {static_cast<double>(length) * dt, best.output_rmse}, least_, model_);
   }
 
   void take(const Refined& refined) {

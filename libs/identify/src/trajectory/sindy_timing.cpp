@@ -339,6 +339,8 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
   const IdentifiedModel base = fit_untimed(records, options, bounds);
   const bool measured = base.summary.status != Status::unusable || !base.equations.empty();
   if (!measured) return base;  // no signals to speak of
+  const bool asked = !options.hold.empty() || !options.dead_time.empty();
+  if (!asked && !base.noise_correlation.empty()) return base;  // explains the records to the last
   const Sought sought = sought_timing(records, options, dt);
   const std::vector<std::vector<InputTiming>> timings = timings_to_try(options, sought.lag, sought.inputs, dt);
   if (timings.size() == 1 && timings.front().empty()) return base;
@@ -351,7 +353,6 @@ IdentifiedModel fit_timed(const std::vector<Recording>& records, const SindyOpti
   const Tried tried = best_timing(timer, found.model, timings, sought.jumping);
   if (!tried.best) return base;
   const std::vector<InputTiming> best = tried.best->model.timing;
-  const bool asked = !options.hold.empty() || !options.dead_time.empty();
   if (!asked && !worth(plain, *tried.best, static_cast<double>(best.size()))) return base;
   found.hold_open = tried.hold_open;
   found.fit = timer.settle(found.model, best, found.length);

@@ -159,7 +159,7 @@ std::vector<StateScore> score_trajectory(const IdentifiedModel& model, const Rec
   const Eigen::Index piece =
       horizon > 0 ? std::clamp<Eigen::Index>(std::lround(horizon / record.dt), 2, std::max<Eigen::Index>(2, n)) : n;
   std::vector<StateScore> scores;
-  for (const std::string& s : measured) scores.push_back({s, 0, 0, signal::noise_sd(record[s])});
+  for (const std::string& s : measured) scores.push_back({s, 0, 0, channel_noise(model, s, record[s])});
   double rows = 0;
   for (Eigen::Index first = 0; first + 2 <= n; first += piece) {
     TrajectoryRun run{0, first, std::min(piece, n - first), rough.row(first)};

@@ -54,7 +54,13 @@ Eigen::VectorXd free_run_spread(const IdentifiedModel& model, const Recording& r
     Recording noisier = record;
     for (const StateScore& s : scores) {
       for (Channel& c : noisier.channels) {
-        if (c.name == s.state) c.samples = c.samples.unaryExpr([&](double v) { return v + s.noise * gauss(engine); });
+        if (c.name != s.state) continue;
+        const double correlation = model.noise_correlation_of(s.state);
+        double noise = gauss(engine);
+        for (double& v : c.samples) {
+          v += s.noise * noise;
+          noise = correlation * noise + std::sqrt(1 - correlation * correlation) * gauss(engine);
+        }
       }
     }
     const ModelRun run = simulate(drawn, noisier);

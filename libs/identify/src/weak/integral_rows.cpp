@@ -83,6 +83,12 @@ signal::SmoothedSignal without_noise(const Eigen::Ref<const Eigen::VectorXd>& x,
                                   : signal::smoothing_spline(x, dt, 0);
 }
 
+double channel_noise(const IdentifiedModel& model, const std::string& state,
+                     const Eigen::Ref<const Eigen::VectorXd>& samples) {
+  const double c = model.noise_correlation_of(state);
+  return c == 0 ? signal::noise_sd(samples) : signal::innovation_sd(samples, c) / std::sqrt(1 - c * c);
+}
+
 Eigen::VectorXd smooth_stretches(std::vector<Stretch>& stretches) {
   const Eigen::Index states = stretches.front().raw.cols();
   Eigen::VectorXd sd = Eigen::VectorXd::Zero(states);

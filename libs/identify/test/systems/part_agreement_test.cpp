@@ -81,17 +81,5 @@ TEST(PartAgreementProperty, OneMachineIsOne) {
   EXPECT_EQ(tally.far, 0);
 }
 
-TEST(PartAgreementProperty, CorrelatedNoiseIsNoChangeAndIsInTheIntervals) {
-  Tally tally;
-  for (unsigned seed = 41; seed <= 50; ++seed) {
-    const DrivenOscillator machine = testing::drawn_oscillator(seed);
-    const Identification id = identified_oscillator({driven_record(machine, {.seed = seed, .correlation = 0.9})});
-    EXPECT_FALSE(speaks_of_parts(id)) << seed;
-    tally.add(id, machine);
-  }
-  EXPECT_GE(tally.inside, 0.78 * tally.all);  // 0.82: false terms of a few take the rest
-  EXPECT_EQ(tally.far, 0);
-}
-
 }  // namespace
 }  // namespace whirl::identification

@@ -58,10 +58,13 @@ struct IdentifiedModel {
   std::vector<double> parameter_covariance;
   double sample_time = 0;  ///< of the training record, s
   double noise_sd = 0;     ///< displacement noise estimated on the training record, m rms
+  /// Correlation of a state's noise from one sample to the next (first-order autoregressive), where it is not white.
+  std::vector<std::pair<std::string, double>> noise_correlation;
   Summary summary;
   Provenance provenance;
 
   const Estimate* parameter(const std::string& name) const;
+  double noise_correlation_of(const std::string& state) const;  ///< 0: white
 };
 
 }  // namespace whirl

@@ -19,8 +19,11 @@ struct FreeRun {
 struct RefineOptions {
   std::vector<std::string> outputs;  ///< states measured, one per column of FreeRun::measured
   Eigen::VectorXd output_sd = {};    ///< noise sd per output; empty: all equal
-  Eigen::Index skip = 0;             ///< samples at the start of every run that do not count
-  bool free_start = true;            ///< estimate the start of every run
+  /// Correlation of the noise of each output from sample to sample; then output_sd is that of what is new in every
+  /// sample, and residuals are weighed as such. Empty: white.
+  Eigen::VectorXd output_correlation = {};
+  Eigen::Index skip = 0;   ///< samples at the start of every run that do not count
+  bool free_start = true;  ///< estimate the start of every run
   /// Ties: coefficients of the estimated terms (in the order of equations and terms) = ties * unknowns; empty: none.
   Eigen::MatrixXd ties = {};
   /// Runge-Kutta steps per sample; 0: as many, up to 16, as keep the error of the free runs below a quarter of the
@@ -47,6 +50,8 @@ struct Refined {
                                 ///< where there are ties
   double rmse = 0;              ///< of all outputs, weighted by output_sd
   Eigen::VectorXd output_rmse;  ///< of each output, weighted by output_sd
+  Eigen::VectorXd output_rows;  ///< values compared
+  Eigen::MatrixXd autocorrelation;  ///< of the weighted residuals, outputs x lags from 1 on
   int iterations = 0;
   int passes = 0;                 ///< simulations of all runs with their sensitivities: the cost
   bool converged = false;         ///< false also when the starting model diverges

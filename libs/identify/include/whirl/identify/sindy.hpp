@@ -57,6 +57,9 @@ struct SindyOptions {
   int hidden = 0;
   /// Candidate terms of denominators beside the 1: rational right-hand sides N / (1 + sum d g) (fit_rational).
   std::vector<std::string> denominators = {};
+  /// Correlation of a state's noise from one sample to the next, in [0, 1); empty: found where white noise does not
+  /// explain the records. Not for maps, and only with `refine`.
+  std::map<std::string, double> noise_correlation = {};
   bool find_timing = true;  ///< false: inputs that are not above are band-limited without dead time
 };
 

@@ -190,6 +190,11 @@ Json to_json(const IdentifiedModel& model) {
   out.set("method", model.method).set("parameters", std::move(parameters)).set("states", model.states);
   out.set("inputs", model.inputs).set("equations", std::move(equations));
   if (!model.timing.empty()) out.set("input_timing", timing_json(model.timing));
+  if (!model.noise_correlation.empty()) {
+    Json each = Json::object();
+    for (const auto& [state, value] : model.noise_correlation) each.set(state, value);
+    out.set("noise_correlation", std::move(each));
+  }
   out.set("rotor", model.rotor ? rotor_json(*model.rotor) : Json())
       .set("rotor_covariance", Json(model.rotor_covariance))
       .set("parameter_covariance",  // parameters added above have none
@@ -231,6 +236,12 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
     model.equations.push_back(std::move(equation));
   }
   if (in.has("input_timing")) model.timing = read_timing(in.at("input_timing"));
+  if (in.has("noise_correlation")) {
+    for (const auto& [state, value] : in.at("noise_correlation").members()) {
+      if (!(std::abs(value.number()) < 1)) throw value.error("must lie between -1 and 1");
+      model.noise_correlation.emplace_back(state, value.number());
+    }
+  }
   model.rotor_covariance = in.at("rotor_covariance").numbers();
   if (!model.rotor_covariance.empty() && model.rotor_covariance.size() != 25) {
     throw in.at("rotor_covariance").error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));

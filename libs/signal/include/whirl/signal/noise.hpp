@@ -12,4 +12,8 @@ namespace whirl::signal {
 /// result is 0 for a record that is constant or so coarsely quantised that most differences vanish.
 double noise_sd(const Eigen::Ref<const Eigen::VectorXd>& samples);
 
+/// The same for noise e(i) = correlation e(i - 1) + w(i), w white: sd of w, from the samples less `correlation` times
+/// those before. The sd of e is that over sqrt(1 - correlation^2). Needs 17 samples.
+double innovation_sd(const Eigen::Ref<const Eigen::VectorXd>& samples, double correlation);
+
 }  // namespace whirl::signal

@@ -1,0 +1,38 @@
+#include "evidence/noise_correlation.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+
+namespace whirl::identification::detail {
+
+std::map<std::string, double> noise_correlation(const Followed& followed, const SindyOptions& options) {
+  constexpr double kLeast = 0.2, kMost = 0.99;
+  std::map<std::string, double> found;
+  bool any = false;
+  if (followed.autocorrelation.rows() != static_cast<Eigen::Index>(options.states.size())) return found;
+  for (std::size_t k = 0; k < options.states.size(); ++k) {
+    const auto known = options.noise_correlation.find(options.states[k]);
+    const double before = known != options.noise_correlation.end() ? known->second : 0;
+    const double now = before + followed.autocorrelation(static_cast<Eigen::Index>(k), 0);
+    found[options.states[k]] = std::clamp(now, 0.0, kMost);
+    any = any || now >= kLeast;
+  }
+  if (!any) found.clear();
+  return found;
+}
+
+bool only_noise_left(const Followed& followed) {
+  constexpr double kChance = 1e-4, kNoise = 0.25;  // the noise is known to some percent
+  const Eigen::MatrixXd& r = followed.autocorrelation;
+  if (r.rows() == 0) return false;
+  const boost::math::chi_squared white(static_cast<double>(r.cols()));
+  for (Eigen::Index k = 0; k < r.rows(); ++k) {
+    if (!(std::abs(2 * std::log(followed.output_rmse[k])) < kNoise)) return false;
+    const double q = followed.output_rows[k] * r.row(k).squaredNorm();
+    if (!(boost::math::cdf(boost::math::complement(white, q)) > kChance)) return false;
+  }
+  return true;
+}
+
+}  // namespace whirl::identification::detail
