@@ -216,6 +216,8 @@ void bind_model(py::module_& m) {
           },
           "physical parameters by name, SI")
       .def_readonly("noise_sd", &IdentifiedModel::noise_sd, "noise found on the training record, rms")
+      .def_readonly("noise_correlation", &IdentifiedModel::noise_correlation,
+                    "(state, correlation of its noise from one sample to the next); empty: white")
       .def_readonly("summary", &IdentifiedModel::summary)
       .def_property_readonly("usable", [](const IdentifiedModel& v) { return v.summary.status != Status::unusable; })
       .def_property_readonly("is_rotor", [](const IdentifiedModel& v) { return v.rotor.has_value(); })

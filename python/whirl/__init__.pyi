@@ -77,6 +77,7 @@ class Model:
     equations: list[Equation]
     parameters: dict[str, Estimate]
     noise_sd: float
+    noise_correlation: list[tuple[str, float]]
     summary: Summary
     usable: bool
     is_rotor: bool

@@ -84,12 +84,15 @@ TEST(ModelJson, CovarianceOfTheParametersRoundTripsAndMustFit) {
 TEST(ModelJson, TimingOfInputsRoundTrips) {
   IdentifiedModel m = rotor_model();
   m.timing = {{"u", Hold::zero, Estimate::from_sd(0.02, 0.001)}};
+  m.noise_correlation = {{"x", 0.9}, {"v", 0.25}};
   Json document = parse_json(to_json(m).dump(), "m");
   const IdentifiedModel back = from_json<IdentifiedModel>(document, "m");
   ASSERT_EQ(back.timing.size(), 1u);
   EXPECT_EQ(back.timing[0].input, "u");
   EXPECT_EQ(back.timing[0].hold, Hold::zero);
   EXPECT_EQ(back.timing[0].dead_time.value, 0.02);
+  EXPECT_EQ(back.noise_correlation_of("v"), 0.25);
+  EXPECT_EQ(back.noise_correlation_of("u"), 0);
 }
 
 TEST(ModelJson, ParametersHaveTheirUnit) {

@@ -42,6 +42,13 @@ void check(const SindyOptions& o) {
   require_range("t value", o.t_value, 0, 1e6);
   require_range("least share", o.least_share, 0, 1);
   require_range("most passes", o.max_passes, 1, 1e9);
+  if (!o.noise_correlation.empty() && (o.discrete || !o.refine))
+    throw Error("a correlation of the noise needs differential equations and refinement");
+  for (const auto& [state, correlation] : o.noise_correlation) {
+    if (std::find(o.states.begin(), o.states.end(), state) == o.states.end())
+      throw Error::in_field("noise correlation", state, "a state");
+    require_range("noise correlation of " + state, correlation, 0, 0.99);
+  }
 }
 
 regression::Problem select_terms(const regression::Problem& all, const std::vector<int>& terms) {

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
-#include "whirl/identify/validate.hpp"
 #include "whirl/testing/systems/driven_oscillators.hpp"
 #include "whirl/testing/systems/identified_oscillator.hpp"
 
@@ -61,6 +61,17 @@ TEST(NoiseCorrelationProperty, WhatIsMissingIsNoNoise) {
       EXPECT_NE(id.summary.status, Status::ok) << seed << " " << correlation;
       EXPECT_TRUE(id.model.noise_correlation.empty()) << seed << " " << correlation;
     }
+  }
+}
+
+TEST(NoiseCorrelation, WhatIsGivenMustBeAStatesAndLessThanOne) {
+  const Recording record = driven_record(testing::drawn_oscillator(1), {.seconds = 10});
+  SindyOptions options;
+  options.states = {"x", "v"};
+  options.inputs = {"u"};
+  for (const auto& [state, value] : {std::pair{"u", 0.5}, {"x", 1.0}, {"x", -0.1}}) {
+    options.noise_correlation = {{state, value}};
+    EXPECT_THROW(fit_sindy({record}, options), Error) << state << value;
   }
 }
 

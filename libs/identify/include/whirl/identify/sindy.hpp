@@ -89,6 +89,10 @@ struct SindyOptions {
 /// needed go. It stays with band-limited inputs without dead time unless the likelihood says otherwise. See
 /// `model.timing`.
 ///
+/// Noise: white, unless free runs then leave more than it, and with noise that is correlated from one sample to the
+/// next (first-order autoregressive) their residuals are new in every sample (Box and Pierce's test of 12 lags) and of
+/// the size that the records' own sixth differences give. See `model.noise_correlation`.
+///
 /// Several records are fitted together; NaN marks a gap. The result's equations use the channel names; its `parameters`
 /// are the estimated coefficients, named "v': x^3", with `parameter_covariance` after refinement; `noise_sd` is the
 /// mean over channels; summary.chi_square is the refined residual variance over the estimated noise variance (NaN where
