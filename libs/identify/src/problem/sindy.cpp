@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "evidence/channel_units.hpp"
-#include "evidence/record_quality.hpp"
 #include "evidence/noise_correlation.hpp"
+#include "evidence/record_quality.hpp"
 #include "evidence/sindy_verdict.hpp"
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"

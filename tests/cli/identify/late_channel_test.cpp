@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/testing/systems/driven_oscillators.hpp"
 

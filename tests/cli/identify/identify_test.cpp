@@ -4,8 +4,8 @@
 #include <functional>
 #include <sstream>
 
+#include "../program.hpp"
 #include "duffing_record.hpp"
-#include "program.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"

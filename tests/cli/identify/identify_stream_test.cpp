@@ -4,8 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "../program.hpp"
 #include "duffing_record.hpp"
-#include "program.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
