@@ -51,6 +51,10 @@ std::vector<Kind> kinds() {
        [](auto& m, unsigned s) {
          return std::vector{driven_record(m, {.seed = s, .noise = 0.01, .late = 0.25 * (1 + s % 3)})};
        }},
+      {"a force of 10 % that is not measured",
+       [&](auto& m, unsigned s) {
+         return std::vector{driven_record(m, {.seed = s, .noise = noise(s), .unmeasured = 0.1})};
+       }},
       {"x' = v - a x",
        [](auto& m, unsigned s) {
          m.leak = 0.05 * std::sqrt(m.stiffness);

@@ -11,14 +11,14 @@ std::map<std::string, double> noise_correlation(const Followed& followed, const 
   std::map<std::string, double> found;
   bool any = false;
   if (followed.autocorrelation.rows() != static_cast<Eigen::Index>(options.states.size())) return found;
+  const Eigen::VectorXd before = noise_correlations(options);
   for (std::size_t k = 0; k < options.states.size(); ++k) {
-    const auto known = options.noise_correlation.find(options.states[k]);
-    const double before = known != options.noise_correlation.end() ? known->second : 0;
-    const Eigen::VectorXd lags = followed.autocorrelation.row(static_cast<Eigen::Index>(k));
+    const auto at = static_cast<Eigen::Index>(k);
+    const Eigen::VectorXd lags = followed.autocorrelation.row(at);
     for (Eigen::Index l = 1; l < lags.size(); ++l) {
       if (std::abs(lags[l] - std::pow(lags[0], l + 1)) > kAlike) return {};
     }
-    const double now = before + lags[0];
+    const double now = lags[0] + (before.size() > 0 ? before[at] : 0);
     found[options.states[k]] = std::clamp(now, 0.0, kMost);
     any = any || now >= kLeast;
   }

@@ -79,20 +79,17 @@ void judge_rivals(const std::vector<Alike>& rivals, bool noisy, Summary& summary
 
 }  // namespace
 
-OutputWeights output_weights(const SindyData& data, const std::map<std::string, double>& correlation) {
-  OutputWeights weights{data.noise_sd()};
-  if (!correlation.empty()) weights.correlation = Eigen::VectorXd::Zero(weights.sd.size());
+OutputWeights output_weights(const SindyData& data, const Eigen::VectorXd& correlation) {
+  OutputWeights weights{data.noise_sd(), true, correlation};
   for (Eigen::Index k = 0; k < weights.sd.size(); ++k) {
-    const auto known = correlation.find(data.options().states[static_cast<std::size_t>(k)]);
-    if (known != correlation.end()) weights.correlation[k] = known->second;
     double energy = 0, rows = 0, noise = 0;
     for (const Stretch& s : data.stretches()) {
-      if (known != correlation.end())
-        noise += static_cast<double>(s.samples()) * std::pow(signal::innovation_sd(s.raw.col(k), known->second), 2);
+      if (weights.correlation_of(k) != 0)
+        noise += static_cast<double>(s.samples()) * std::pow(signal::innovation_sd(s.raw.col(k), correlation[k]), 2);
       energy += s.raw.col(k).squaredNorm();
       rows += static_cast<double>(s.samples());
     }
-    if (known != correlation.end()) weights.sd[k] = std::sqrt(noise / rows);
+    if (weights.correlation_of(k) != 0) weights.sd[k] = std::sqrt(noise / rows);
     const double floor = 1e-6 * std::sqrt(energy / rows);
     weights.noisy = weights.noisy && weights.sd[k] > floor;
     weights.sd[k] = std::max(weights.sd[k], floor);

@@ -1,7 +1,5 @@
 #pragma once
 #include <Eigen/Core>
-#include <map>
-#include <string>
 
 #include "output_error/sindy_refine.hpp"
 #include "problem/sindy_prepare.hpp"
@@ -17,7 +15,7 @@ struct OutputWeights {
   Eigen::VectorXd correlation = {};  ///< per state; empty: white
   double correlation_of(Eigen::Index k) const { return correlation.size() > 0 ? correlation[k] : 0; }
 };
-OutputWeights output_weights(const SindyData& data, const std::map<std::string, double>& correlation = {});
+OutputWeights output_weights(const SindyData& data, const Eigen::VectorXd& correlation = {});
 
 /// Verdict on equations that stand by regression alone (maps, or without refinement): `summary.residual` is the share
 /// of the left-hand side that no term explains.

@@ -23,14 +23,7 @@ TermSearch::TermSearch(const IdentifiedModel& model, const Candidates& candidate
       dt_(stretches.front().dt) {
   refine_.outputs = options.states;
   refine_.output_sd = sd;
-  if (!options.noise_correlation.empty()) {
-    refine_.output_correlation = Eigen::VectorXd::Zero(sd.size());
-    for (std::size_t k = 0; k < options.states.size(); ++k) {
-      const auto known = options.noise_correlation.find(options.states[k]);
-      if (known != options.noise_correlation.end())
-        refine_.output_correlation[static_cast<Eigen::Index>(k)] = known->second;
-    }
-  }
+  refine_.output_correlation = noise_correlations(options);
   refine_.max_iterations = 20;
   refine_.tolerance = 1e-5;
   length_ = std::max<Eigen::Index>(20, std::lround(2 * std::numbers::pi / characteristic_rate / dt_));

@@ -51,7 +51,7 @@ struct Refinement {
 };
 Refinement refined_with(const detail::SindyData& data, const detail::Regression& regression,
                         const SindyOptions& options) {
-  Refinement r{regression.model, detail::output_weights(data, options.noise_correlation), {}};
+  Refinement r{regression.model, detail::output_weights(data, detail::noise_correlations(options)), {}};
   r.followed = detail::refine_and_select(r.model, data.candidates(), data.signs(), regression.alternatives,
                                          data.stretches(), r.weights.sd, data.rate(), options);
   return r;

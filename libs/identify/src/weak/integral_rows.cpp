@@ -89,6 +89,16 @@ double channel_noise(const IdentifiedModel& model, const std::string& state,
   return c == 0 ? signal::noise_sd(samples) : signal::innovation_sd(samples, c) / std::sqrt(1 - c * c);
 }
 
+Eigen::VectorXd noise_correlations(const SindyOptions& options) {
+  if (options.noise_correlation.empty()) return {};
+  Eigen::VectorXd each = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(options.states.size()));
+  for (Eigen::Index k = 0; k < each.size(); ++k) {
+    const auto known = options.noise_correlation.find(options.states[static_cast<std::size_t>(k)]);
+    if (known != options.noise_correlation.end()) each[k] = known->second;
+  }
+  return each;
+}
+
 Eigen::VectorXd smooth_stretches(std::vector<Stretch>& stretches) {
   const Eigen::Index states = stretches.front().raw.cols();
   Eigen::VectorXd sd = Eigen::VectorXd::Zero(states);

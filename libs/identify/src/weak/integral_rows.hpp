@@ -27,6 +27,8 @@ struct Stretch {
 /// Noise sd of a state's channel, white or as the model has it.
 double channel_noise(const IdentifiedModel& model, const std::string& state,
                      const Eigen::Ref<const Eigen::VectorXd>& samples);
+/// Correlation of each state's noise from one sample to the next; empty: all white.
+Eigen::VectorXd noise_correlations(const SindyOptions& options);
 /// Finite stretches of at least 25 samples, unsmoothed.
 std::vector<Stretch> finite_stretches(const std::vector<Recording>& records, const SindyOptions& options);
 /// Noise sd per state (median over stretches, weighted by length), and smoothing of all stretches.

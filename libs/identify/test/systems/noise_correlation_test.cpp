@@ -64,6 +64,17 @@ TEST(NoiseCorrelationProperty, WhatIsMissingIsNoNoise) {
   }
 }
 
+TEST(NoiseCorrelationProperty, AForceThatIsNotMeasuredIsNoNoise) {
+  for (unsigned seed = 91; seed <= 98; ++seed) {
+    const DrivenOscillator machine = testing::drawn_oscillator(seed);
+    const double noise = seed % 2 == 0 ? 0.002 : 0.02;
+    const Identification id =
+        identified_oscillator({driven_record(machine, {.seed = seed, .noise = noise, .unmeasured = 0.1})});
+    EXPECT_NE(id.summary.status, Status::ok) << seed;
+    EXPECT_TRUE(id.model.noise_correlation.empty()) << seed;
+  }
+}
+
 TEST(NoiseCorrelation, WhatIsGivenMustBeAStatesAndLessThanOne) {
   const Recording record = driven_record(testing::drawn_oscillator(1), {.seconds = 10});
   SindyOptions options;

@@ -40,6 +40,7 @@ struct DrivenRun {
   double correlation = 0;                        ///< of the noise from sample to sample
   double late = 0;                               ///< samples by which v is read after x and u
   std::function<double(double)> stiffness = {};  ///< factor over time
+  double unmeasured = 0;  ///< second force, by the spread of u: a sine at 1.3 times the natural frequency, not in u
 };
 
 /// x, v and a force u of 25 sines up to twice the natural frequency; Heun's rule, 40 steps a sample.
@@ -63,7 +64,8 @@ inline Recording driven_record(const DrivenOscillator& o, const DrivenRun& run) 
   };
   const auto pull = [&](double x, double v, double t) {
     const double k = o.stiffness * (run.stiffness ? run.stiffness(t) : 1);
-    return o.gain * force(t) - k * x - o.damping * v - o.cubic * x * x * x;
+    const double other = 0.35 * o.stiffness * run.unmeasured * std::sqrt(2.0) * std::sin(1.3 * natural * t + 0.5);
+    return o.gain * force(t) + other - k * x - o.damping * v - o.cubic * x * x * x;
   };
   const auto samples = static_cast<Eigen::Index>(std::lround(run.seconds / run.dt));
   Eigen::VectorXd x(samples), v(samples), u(samples);
