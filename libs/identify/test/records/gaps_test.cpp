@@ -9,6 +9,7 @@
 #include "whirl/testing/gappy_text.hpp"
 #include "whirl/testing/machines.hpp"
 #include "whirl/testing/oscillators.hpp"
+#include "whirl/testing/systems/identified_oscillator.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -93,6 +94,9 @@ TEST_P(GapsProperty, LibraryFromWhatALoggerWrote) {
     EXPECT_EQ(found.evidence.held_out.reason, "");
     ASSERT_FALSE(found.evidence.held_out.near.empty());
     EXPECT_LT(found.evidence.held_out.near[0].nrmse, 0.03);
+    if (GetParam() == Gaps::none || GetParam() == Gaps::uneven_clock) {
+      EXPECT_NEAR(found.summary.chi_square, 1, 0.12);
+    }
     ASSERT_EQ(found.model.equations.size(), 2u);
     true_terms += 4;
     all_terms += found.model.equations[1].terms.size();
@@ -113,6 +117,30 @@ TEST_P(GapsProperty, LibraryFromWhatALoggerWrote) {
   // Noise read off between neighbours is not white: one false term in 24 such equations was seen, at 4.1 standard
   // deviations.
   EXPECT_LE(all_terms, true_terms + (GetParam() == Gaps::single_cells ? 1 : 0));
+}
+
+// Samples at uneven instants: nothing but the machine's own terms, within the intervals, and noise of its size.
+TEST(UnevenClockProperty, IntervalsHoldTheMachine) {
+  constexpr int kFiner = 10;
+  testing::Tally tally;
+  double chi_square = 0;
+  constexpr unsigned kMachines = 12;
+  for (unsigned seed = 81; seed < 81 + kMachines; ++seed) {
+    const testing::DrivenOscillator machine = testing::drawn_oscillator(seed);
+    const Recording fine = driven_record(machine, {.seed = seed, .dt = 0.02 / kFiner, .noise = 0});
+    const double noise = 0.02 * std::sqrt(fine["x"].squaredNorm() / static_cast<double>(fine.size()));
+    std::vector<std::string> remarks;
+    const Identification found = testing::identified_oscillator({read(
+        testing::gappy_text(fine, kFiner, {"t_s", "x_1", "v_1", "u_1"}, 2, noise, Gaps::uneven_clock, seed), remarks)});
+    EXPECT_EQ(remarks.size(), 1u);
+    EXPECT_EQ(found.summary.status, Status::ok) << seed;
+    chi_square += found.summary.chi_square / kMachines;
+    tally.add(found, machine);
+  }
+  EXPECT_NEAR(chi_square, 1, 0.06);
+  EXPECT_EQ(tally.extra, 0);
+  EXPECT_GE(tally.inside, 0.88 * tally.all);
+  EXPECT_EQ(tally.far, 0);
 }
 
 // The published chain and its consistent sister read the same records, nearly as without gaps.

@@ -7,42 +7,14 @@
 #include <limits>
 
 #include "whirl/core/error.hpp"
+#include "whirl/signal/angle.hpp"
+#include "whirl/signal/even_grid.hpp"
 
 namespace whirl::io::detail {
 namespace {
 
-constexpr Eigen::Index kShort = 2;  // missing instants that the spline bridges where times are uneven
+constexpr Eigen::Index kShort = 2;  // missing instants that are bridged where times are uneven
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-/// Natural cubic spline through points with increasing abscissas.
-class Spline {
- public:
-  Spline(const Eigen::VectorXd& t, const Eigen::VectorXd& x) : t_(t), x_(x), second_(Eigen::VectorXd::Zero(t.size())) {
-    const Eigen::Index n = t.size();
-    if (n < 3) return;
-    // Thomas algorithm on the second derivatives of the inner points.
-    Eigen::VectorXd upper(n), right(n);
-    upper[0] = right[0] = 0;
-    for (Eigen::Index i = 1; i + 1 < n; ++i) {
-      const double before = t[i] - t[i - 1], after = t[i + 1] - t[i];
-      const double pivot = 2 * (before + after) - before * upper[i - 1];
-      upper[i] = after / pivot;
-      right[i] = (6 * ((x[i + 1] - x[i]) / after - (x[i] - x[i - 1]) / before) - before * right[i - 1]) / pivot;
-    }
-    for (Eigen::Index i = n - 2; i > 0; --i) second_[i] = right[i] - upper[i] * second_[i + 1];
-  }
-  double at(double time) const {
-    const Eigen::Index n = t_.size();
-    if (n < 2) return n == 1 ? x_[0] : kNaN;
-    const double* next = std::upper_bound(t_.data(), t_.data() + n, time);
-    const Eigen::Index i = std::clamp<Eigen::Index>(next - t_.data() - 1, 0, n - 2);
-    const double h = t_[i + 1] - t_[i], b = (time - t_[i]) / h, a = 1 - b;
-    return a * x_[i] + b * x_[i + 1] + h * h / 6 * ((a * a * a - a) * second_[i] + (b * b * b - b) * second_[i + 1]);
-  }
-
- private:
-  Eigen::VectorXd t_, x_, second_;
-};
 
 struct Grid {
   double start = 0, step = 0;
@@ -99,6 +71,40 @@ Grid grid_of(const CsvStream& stream, const Eigen::VectorXd& t) {
   return g;
 }
 
+/// Mean of the steps that are no holes, given about their size.
+double mean_step(const Eigen::VectorXd& t, double about) {
+  const Eigen::ArrayXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
+  const Eigen::ArrayXd whole = (steps < (kShort + 1.5) * about).cast<double>();
+  return (whole > 0).any() ? (steps * whole).sum() / whole.sum() : about;
+}
+
+/// A channel of uneven times on the grid from t[0], but not inside holes.
+Eigen::VectorXd on_grid(const Eigen::VectorXd& t, const Channel& channel, double step, Eigen::Index rows) {
+  const bool angle = channel.quantity == Quantity::angle;
+  const Eigen::VectorXd& x = channel.samples;
+  Eigen::VectorXd even = Eigen::VectorXd::Constant(rows, kNaN);
+  for (Eigen::Index first = 0; first < t.size();) {
+    Eigen::Index last = first;
+    while (last + 1 < t.size() && std::isfinite(x[last + 1]) == std::isfinite(x[first]) &&
+           t[last + 1] - t[last] < (kShort + 1.5) * step)
+      ++last;
+    const Eigen::Index n = last - first + 1;
+    if (std::isfinite(x[first]) && n > 1) {
+      const auto begin = static_cast<Eigen::Index>(std::ceil((t[first] - t[0]) / step - 1e-9));
+      const auto end = static_cast<Eigen::Index>(std::floor((t[last] - t[0]) / step + 1e-9));
+      const Eigen::Index inside = std::min(end, rows - 1) - begin + 1;
+      // No curve leads through the wraps of an angle.
+      const Eigen::VectorXd piece = angle ? signal::unwrapped(x.segment(first, n)) : x.segment(first, n);
+      if (inside > 0) {
+        even.segment(begin, inside) =
+            signal::onto_even_grid(t.segment(first, n), piece, t[0] + step * static_cast<double>(begin), step, inside);
+      }
+    }
+    first = last + 1;
+  }
+  return even;
+}
+
 }  // namespace
 
 std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t, double allowed_share, double rounding,
@@ -106,33 +112,15 @@ std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t,
   const Eigen::Index n = t.size();
   const Grid g = grid_of(stream, t);
   if (g.worst > allowed_share * g.step + rounding) {
-    // Uneven instants: every channel is read off its spline, but not inside holes.
-    const Eigen::Index rows = static_cast<Eigen::Index>(std::floor((t[n - 1] - t[0]) / g.step * (1 + 1e-12))) + 1;
-    std::vector<Eigen::VectorXd> even(record.channels.size(), Eigen::VectorXd::Constant(rows, kNaN));
-    for (std::size_t c = 0; c < even.size(); ++c) {
-      const Eigen::VectorXd& x = record.channels[c].samples;
-      for (Eigen::Index first = 0; first < n;) {
-        Eigen::Index last = first;
-        while (last + 1 < n && std::isfinite(x[last + 1]) == std::isfinite(x[first]) &&
-               t[last + 1] - t[last] < (kShort + 1.5) * g.step)
-          ++last;
-        if (std::isfinite(x[first]) && last > first) {
-          const Spline spline(t.segment(first, last - first + 1), x.segment(first, last - first + 1));
-          const auto begin = static_cast<Eigen::Index>(std::ceil((t[first] - t[0]) / g.step - 1e-9));
-          const auto end = static_cast<Eigen::Index>(std::floor((t[last] - t[0]) / g.step + 1e-9));
-          for (Eigen::Index k = begin; k <= std::min(end, rows - 1); ++k)
-            even[c][k] = spline.at(t[0] + g.step * static_cast<double>(k));
-        }
-        first = last + 1;
-      }
-      record.channels[c].samples = even[c];
-    }
+    const double step = mean_step(t, g.step);
+    const auto rows = static_cast<Eigen::Index>(std::floor((t[n - 1] - t[0]) / step * (1 + 1e-12))) + 1;
+    for (Channel& c : record.channels) c.samples = on_grid(t, c, step, rows);
     record.t0 = t[0];
-    record.dt = g.step;
+    record.dt = step;
     return fmt::format(
-        "time is not uniform: every channel is read off the spline through its samples, {:.6g} Hz; the noise between "
-        "samples is smaller than at them",
-        1 / g.step);
+        "time is not uniform: every sample is moved along the motion to the instant next to it of an even grid, "
+        "{:.6g} Hz",
+        1 / step);
   } else {
     const Eigen::Index rows = g.index.back() + 1;
     // Many short holes: what is left between them tells neither noise nor structure.
