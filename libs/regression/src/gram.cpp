@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/gram.hpp"
 
 namespace whirl::regression {
 
@@ -64,7 +65,7 @@ void GramAccumulator::add(const Eigen::Ref<const Eigen::MatrixXd>& theta, const 
         ++used;
       }
     }
-    sums.m.selfadjointView<Eigen::Lower>().rankUpdate(work_.topRows(used).transpose());
+    add_gram(work_.topRows(used), sums.m);
     sums.rows += used;
     total_rows_ += used;
     at += n;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/gram.hpp"
 #include "whirl/identify/simulate_model.hpp"
 
 namespace whirl::identification::detail {
@@ -29,17 +30,17 @@ void reduce(SquareSum& sums, const Eigen::MatrixXd& ties) {
 class RowBatch {
  public:
   RowBatch(SquareSum& into, Eigen::Index unknowns)
-      : into_(into), rows_(unknowns, kBatch), residuals_(static_cast<Eigen::Index>(kBatch)) {}
+      : into_(into), rows_(kBatch, unknowns), residuals_(static_cast<Eigen::Index>(kBatch)) {}
   template <class Row>
   void add(const Row& row, double residual) {
-    rows_.col(filled_) = row;
+    rows_.row(filled_) = row.transpose();
     residuals_[filled_++] = residual;
     if (filled_ == kBatch) flush();
   }
   void flush() {
     if (filled_ == 0) return;
-    into_.normal.selfadjointView<Eigen::Lower>().rankUpdate(rows_.leftCols(filled_));
-    into_.gradient.noalias() += rows_.leftCols(filled_) * residuals_.head(filled_);
+    add_gram(rows_.topRows(filled_), into_.normal);
+    into_.gradient.noalias() += rows_.topRows(filled_).transpose() * residuals_.head(filled_);
     filled_ = 0;
   }
 

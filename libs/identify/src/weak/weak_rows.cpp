@@ -1,8 +1,12 @@
 #include "weak/weak_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+
+#include "whirl/core/wide_registers.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -75,14 +79,40 @@ static WeakRows::Parts weighted(const WeakRows::Parts& d, const Eigen::ArrayXd& 
   return w;
 }
 
-void WeakRows::add_sums(const Eigen::VectorXd& window, const Parts& d, Eigen::VectorXcd& into) const {
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    if (rows_[r].backward) continue;  // of the forward row before
-    const auto at = static_cast<Eigen::Index>(r);
-    const Eigen::Vector4d sum = d.middleRows(rows_[r].first, window.size()).transpose() * window;
-    into[at] += Complex(sum[0], sum[1]);
-    if (r + 1 < rows_.size() && rows_[r + 1].backward) into[at + 1] += Complex(sum[2], sum[3]);
+/// Products of the four columns of d from row `first` on with the window.
+static void inner_products(const Eigen::VectorXd& window, const WeakRows::Parts& d, Eigen::Index first,
+                           std::array<double, 4>& sum) {
+  Register sums[4] = {};
+  const Eigen::Index n = window.size();
+  Eigen::Index k = 0;
+  for (; k + kRegisterWidth <= n; k += kRegisterWidth) {
+    Register weight;
+    std::memcpy(&weight, window.data() + k, sizeof weight);
+#pragma GCC unroll 4
+    for (Eigen::Index c = 0; c < 4; ++c) {
+      Register part;
+      std::memcpy(&part, d.data() + c * d.rows() + first + k, sizeof part);
+      sums[c] += weight * part;
+    }
   }
+  for (std::size_t c = 0; c < 4; ++c) {
+    sum[c] = 0;
+    for (int j = 0; j < kRegisterWidth; ++j) sum[c] += sums[c][j];
+    for (Eigen::Index j = k; j < n; ++j) sum[c] += window[j] * d(first + j, static_cast<Eigen::Index>(c));
+  }
+}
+
+void WeakRows::add_sums(const Eigen::VectorXd& window, const Parts& d, Eigen::VectorXcd& into) const {
+  on_wide_registers([&] {
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      if (rows_[r].backward) continue;  // of the forward row before
+      const auto at = static_cast<Eigen::Index>(r);
+      std::array<double, 4> sum;
+      inner_products(window, d, rows_[r].first, sum);
+      into[at] += Complex(sum[0], sum[1]);
+      if (r + 1 < rows_.size() && rows_[r + 1].backward) into[at + 1] += Complex(sum[2], sum[3]);
+    }
+  });
 }
 
 Eigen::VectorXcd WeakRows::apply(int k, const Eigen::VectorXcd& v) const {
@@ -135,12 +165,46 @@ struct Overlap {
   Complex same, cross;
 };
 Overlap overlap(const NoiseColumns& a, const NoiseColumns& b, Eigen::Index common) {
-  const auto sum = [&](NoiseColumn of_a, NoiseColumn of_b) {
-    return a.col(of_a).tail(common).dot(b.col(of_b).head(common));
-  };
-  return {{sum(kRe, kRe) + sum(kIm, kIm) + sum(kConj, kConj), sum(kRe, kIm) - sum(kIm, kRe)},
-          {sum(kRe, kTurnedRe) - sum(kIm, kTurnedIm) + sum(kConj, kConjTurnedRe),
-           sum(kRe, kTurnedIm) + sum(kIm, kTurnedRe) + sum(kConj, kConjTurnedIm)}};
+  double same_re = 0, same_im = 0, cross_re = 0, cross_im = 0;
+  on_wide_registers([&] {
+    Register sums[4] = {};
+    Eigen::Index k = 0;
+    const Eigen::Index behind = a.rows() - common;
+    const auto at = [&](const NoiseColumns& of, NoiseColumn column, Eigen::Index row, Register& to) {
+      std::memcpy(&to, of.data() + column * of.rows() + row, sizeof to);
+    };
+    for (; k + kRegisterWidth <= common; k += kRegisterWidth) {
+      Register re, im, conj, b_re, b_im, b_conj, turned_re, turned_im, conj_turned_re, conj_turned_im;
+      at(a, kRe, behind + k, re);
+      at(a, kIm, behind + k, im);
+      at(a, kConj, behind + k, conj);
+      at(b, kRe, k, b_re);
+      at(b, kIm, k, b_im);
+      at(b, kConj, k, b_conj);
+      at(b, kTurnedRe, k, turned_re);
+      at(b, kTurnedIm, k, turned_im);
+      at(b, kConjTurnedRe, k, conj_turned_re);
+      at(b, kConjTurnedIm, k, conj_turned_im);
+      sums[0] += re * b_re + im * b_im + conj * b_conj;
+      sums[1] += re * b_im - im * b_re;
+      sums[2] += re * turned_re - im * turned_im + conj * conj_turned_re;
+      sums[3] += re * turned_im + im * turned_re + conj * conj_turned_im;
+    }
+    for (int j = 0; j < kRegisterWidth; ++j) {
+      same_re += sums[0][j];
+      same_im += sums[1][j];
+      cross_re += sums[2][j];
+      cross_im += sums[3][j];
+    }
+    for (; k < common; ++k) {
+      const double re = a(behind + k, kRe), im = a(behind + k, kIm), conj = a(behind + k, kConj);
+      same_re += re * b(k, kRe) + im * b(k, kIm) + conj * b(k, kConj);
+      same_im += re * b(k, kIm) - im * b(k, kRe);
+      cross_re += re * b(k, kTurnedRe) - im * b(k, kTurnedIm) + conj * b(k, kConjTurnedRe);
+      cross_im += re * b(k, kTurnedIm) + im * b(k, kTurnedRe) + conj * b(k, kConjTurnedIm);
+    }
+  });
+  return {{same_re, same_im}, {cross_re, cross_im}};
 }
 
 }  // namespace

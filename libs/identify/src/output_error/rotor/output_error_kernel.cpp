@@ -1,6 +1,10 @@
 #include "output_error/rotor/output_error_kernel.hpp"
 
+#include <array>
 #include <cmath>
+#include <cstring>
+
+#include "whirl/core/wide_registers.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -35,10 +39,20 @@ inline void add_term(const RotorTerm& term, const TermForce& f, Local& l) {
   l.cyx -= term.value * f.y_vx, l.cyy -= term.value * f.y_vy;
 }
 
+/// The lanes of one quantity. (Eigen's arrays are as wide as the oldest processor that the program is built for.)
+template <int Lanes>
+struct LaneArray {
+  static constexpr int kParts = Lanes / kRegisterWidth;
+  std::array<Register, kParts> parts{};
+  void set(Eigen::Index lane, double value) {
+    parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] = value;
+  }
+};
+
 /// Extended: with forces beyond RotorModel.
 template <int Lanes, bool Extended>
 struct Stepper {
-  using Array = Eigen::Array<double, Lanes, 1>;
+  using Array = LaneArray<Lanes>;
 
   const RotorModel& model;
   Complex eps;
@@ -51,28 +65,28 @@ struct Stepper {
   void direct(double x, double y, double vx, double vy, Eigen::Index half, Array& gx, Array& gy) const {
     const double r2 = x * x + y * y;
     const Complex f = forcing[half];
-    gx[kK1] = -x;
-    gy[kK1] = -y;
-    gx[kK2] = -r2 * x;
-    gy[kK2] = -r2 * y;
-    gx[kC] = -vx;
-    gy[kC] = -vy;
-    gx[kEpsRe] = f.real();
-    gy[kEpsRe] = f.imag();
-    gx[kEpsIm] = -f.imag();
-    gy[kEpsIm] = f.real();
-    gx[kConjKRe] = -x;
-    gy[kConjKRe] = y;
-    gx[kConjKIm] = -y;
-    gy[kConjKIm] = -x;
-    gx[kConjCRe] = -vx;
-    gy[kConjCRe] = vy;
-    gx[kConjCIm] = -vy;
-    gy[kConjCIm] = -vx;
+    gx.set(kK1, -x);
+    gy.set(kK1, -y);
+    gx.set(kK2, -r2 * x);
+    gy.set(kK2, -r2 * y);
+    gx.set(kC, -vx);
+    gy.set(kC, -vy);
+    gx.set(kEpsRe, f.real());
+    gy.set(kEpsRe, f.imag());
+    gx.set(kEpsIm, -f.imag());
+    gy.set(kEpsIm, f.real());
+    gx.set(kConjKRe, -x);
+    gy.set(kConjKRe, y);
+    gx.set(kConjKIm, -y);
+    gy.set(kConjKIm, -x);
+    gx.set(kConjCRe, -vx);
+    gy.set(kConjCRe, vy);
+    gx.set(kConjCIm, -vy);
+    gy.set(kConjCIm, -vx);
     for (Eigen::Index k = 0; k < profile.cols(); ++k) {
       const Complex d = profile(half, k);
-      gx[kProfile + k] = eps.real() * d.real() - eps.imag() * d.imag();
-      gy[kProfile + k] = eps.real() * d.imag() + eps.imag() * d.real();
+      gx.set(kProfile + k, eps.real() * d.real() - eps.imag() * d.imag());
+      gy.set(kProfile + k, eps.real() * d.imag() + eps.imag() * d.real());
     }
   }
 
@@ -99,8 +113,8 @@ struct Stepper {
         const auto force = [&] {
           const TermForce f =
               term_force(term, s.x, s.y, s.vx, s.vy, extra.angle.omega[half], extra.angle.beta[half], time);
-          gx[lane] = f.x;
-          gy[lane++] = f.y;
+          gx.set(lane, f.x);
+          gy.set(lane++, f.y);
           return f;
         };
         // A term that is only scored moves nothing: its derivatives are not worked out.
@@ -112,8 +126,11 @@ struct Stepper {
     }
     r.ax = l.ax;
     r.ay = l.ay;
-    r.sax = gx - l.kxx * s.sx - l.kxy * s.sy - l.cxx * s.sux - l.cxy * s.suy;
-    r.say = gy - l.kyx * s.sx - l.kyy * s.sy - l.cyx * s.sux - l.cyy * s.suy;
+    for (std::size_t k = 0; k < Array::kParts; ++k) {
+      const Register sx = s.sx.parts[k], sy = s.sy.parts[k], sux = s.sux.parts[k], suy = s.suy.parts[k];
+      r.sax.parts[k] = gx.parts[k] - l.kxx * sx - l.kxy * sy - l.cxx * sux - l.cxy * suy;
+      r.say.parts[k] = gy.parts[k] - l.kyx * sx - l.kyy * sy - l.cyx * sux - l.cyy * suy;
+    }
   }
 
   /// State a time `step` from s, with velocity s.v + within * before.a on the way and acceleration latest.a.
@@ -122,25 +139,30 @@ struct Stepper {
     t.y = s.y + step * (s.vy + within * before.ay);
     t.vx = s.vx + step * latest.ax;
     t.vy = s.vy + step * latest.ay;
-    t.sx = s.sx + step * (s.sux + within * before.sax);
-    t.sy = s.sy + step * (s.suy + within * before.say);
-    t.sux = s.sux + step * latest.sax;
-    t.suy = s.suy + step * latest.say;
+    for (std::size_t k = 0; k < Array::kParts; ++k) {
+      t.sx.parts[k] = s.sx.parts[k] + step * (s.sux.parts[k] + within * before.sax.parts[k]);
+      t.sy.parts[k] = s.sy.parts[k] + step * (s.suy.parts[k] + within * before.say.parts[k]);
+      t.sux.parts[k] = s.sux.parts[k] + step * latest.sax.parts[k];
+      t.suy.parts[k] = s.suy.parts[k] + step * latest.say.parts[k];
+    }
   }
 
   void run(const StepGrid& grid, Complex z0, Complex dz0, Sensitivities& out) const {
     const Eigen::Index n = out.motion.z.size();
-    Array gx = Array::Zero(), gy = Array::Zero();
-    State s{z0.real(), z0.imag(), dz0.real(), dz0.imag(), Array::Zero(), Array::Zero(), Array::Zero(), Array::Zero()};
-    s.sx[kX0] = s.sy[kY0] = s.sux[kVx0] = s.suy[kVy0] = 1;
+    Array gx, gy;
+    State s{z0.real(), z0.imag(), dz0.real(), dz0.imag(), {}, {}, {}, {}};
+    s.sx.set(kX0, 1);
+    s.sy.set(kY0, 1);
+    s.sux.set(kVx0, 1);
+    s.suy.set(kVy0, 1);
     State t;
     Rate r1, r2, r3, r4;
     const double h = grid.step(), q = 0.5 * h;
     for (Eigen::Index i = 0;; ++i) {
       out.motion.z[i] = {s.x, s.y};
       out.motion.v[i] = {s.vx, s.vy};
-      out.dx.row(i).template head<Lanes>() = s.sx;
-      out.dy.row(i).template head<Lanes>() = s.sy;
+      std::memcpy(&out.dx(i, 0), s.sx.parts.data(), sizeof s.sx);
+      std::memcpy(&out.dy(i, 0), s.sy.parts.data(), sizeof s.sy);
       if (i + 1 == n) break;
       for (int k = 0; k < grid.substeps; ++k) {
         const Eigen::Index half = 2 * (grid.substeps * i + k);
@@ -157,10 +179,14 @@ struct Stepper {
         s.y += h * (s.vy + w * (r1.ay + r2.ay + r3.ay));
         s.vx += w * (r1.ax + 2 * (r2.ax + r3.ax) + r4.ax);
         s.vy += w * (r1.ay + 2 * (r2.ay + r3.ay) + r4.ay);
-        s.sx += h * (s.sux + w * (r1.sax + r2.sax + r3.sax));
-        s.sy += h * (s.suy + w * (r1.say + r2.say + r3.say));
-        s.sux += w * (r1.sax + 2 * (r2.sax + r3.sax) + r4.sax);
-        s.suy += w * (r1.say + 2 * (r2.say + r3.say) + r4.say);
+        for (std::size_t p = 0; p < Array::kParts; ++p) {
+          const Register x1 = r1.sax.parts[p], x23 = r2.sax.parts[p] + r3.sax.parts[p];
+          const Register y1 = r1.say.parts[p], y23 = r2.say.parts[p] + r3.say.parts[p];
+          s.sx.parts[p] += h * (s.sux.parts[p] + w * (x1 + x23));
+          s.sy.parts[p] += h * (s.suy.parts[p] + w * (y1 + y23));
+          s.sux.parts[p] += w * (x1 + 2 * x23 + r4.sax.parts[p]);
+          s.suy.parts[p] += w * (y1 + 2 * y23 + r4.say.parts[p]);
+        }
       }
       if (!(s.x * s.x + s.y * s.y < 1e6)) {  // a kilometre: diverged (also true for NaN)
         out.finite = false;
@@ -194,9 +220,11 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
   out.dy.resize(n, lanes);
   const auto run = [&]<int Lanes>() {
     if (!terms.any()) {
-      Stepper<Lanes, false>{model, eps, forcing, profile, terms, 0.5 * grid.step()}.run(grid, z0, dz0, out);
+      const Stepper<Lanes, false> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step()};
+      on_wide_registers([&] { stepper.run(grid, z0, dz0, out); });
     } else {
-      Stepper<Lanes, true>{model, eps, forcing, profile, terms, 0.5 * grid.step()}.run(grid, z0, dz0, out);
+      const Stepper<Lanes, true> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step()};
+      on_wide_registers([&] { stepper.run(grid, z0, dz0, out); });
     }
   };
   if (lanes == kNarrow) {
@@ -228,22 +256,25 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
     }
     return l;
   };
-  for (Eigen::Index i = 0;; ++i) {
-    out.z[i] = {x, y};
-    out.v[i] = {vx, vy};
-    if (i + 1 == n) break;
-    for (int k = 0; k < grid.substeps; ++k) {
-      const Eigen::Index half = 2 * (grid.substeps * i + k);
-      const Local a = at(x, y, vx, vy, half);
-      const Local b = at(x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, half + 1);
-      const Local c = at(x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay, half + 1);
-      const Local d = at(x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay, half + 2);
-      x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
-      y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
-      vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
-      vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
+  const auto follow = [&] {
+    for (Eigen::Index i = 0;; ++i) {
+      out.z[i] = {x, y};
+      out.v[i] = {vx, vy};
+      if (i + 1 == n) break;
+      for (int k = 0; k < grid.substeps; ++k) {
+        const Eigen::Index half = 2 * (grid.substeps * i + k);
+        const Local a = at(x, y, vx, vy, half);
+        const Local b = at(x + q * vx, y + q * vy, vx + q * a.ax, vy + q * a.ay, half + 1);
+        const Local c = at(x + q * (vx + q * a.ax), y + q * (vy + q * a.ay), vx + q * b.ax, vy + q * b.ay, half + 1);
+        const Local d = at(x + h * (vx + q * b.ax), y + h * (vy + q * b.ay), vx + h * c.ax, vy + h * c.ay, half + 2);
+        x += h * (vx + h / 6 * (a.ax + b.ax + c.ax));
+        y += h * (vy + h / 6 * (a.ay + b.ay + c.ay));
+        vx += h / 6 * (a.ax + 2 * (b.ax + c.ax) + d.ax);
+        vy += h / 6 * (a.ay + 2 * (b.ay + c.ay) + d.ay);
+      }
     }
-  }
+  };
+  on_wide_registers(follow);
   return out;
 }
 

@@ -9,6 +9,7 @@
 
 #include "output_error/rotor/reading_shift.hpp"
 #include "problem/one_axis.hpp"
+#include "whirl/core/gram.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -112,7 +113,7 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
     jacobian(p, r, unknowns);
     SquareSum run{left.squaredNorm(), Eigen::MatrixXd::Zero(slopes_.cols(), slopes_.cols()),
                   slopes_.transpose() * left};
-    run.normal.selfadjointView<Eigen::Lower>().rankUpdate(slopes_.transpose());
+    add_gram(slopes_, run.normal);
     add_run(run, unknowns, sum);
     if (!std::isfinite(sum.cost)) return;
   }
