@@ -4,6 +4,8 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "whirl/core/error.hpp"
@@ -58,6 +60,20 @@ VectorXd hold_last(const VectorXd& t, const VectorXd& x, const VectorXd& at) {
   return out;
 }
 
+/// Readings of less than half a step together, at the mean of their times: no curve is led through the noise of two.
+std::pair<VectorXd, VectorXd> apart(const VectorXd& t, const VectorXd& x, double step) {
+  VectorXd times(t.size()), values(t.size());
+  Index n = 0;
+  for (Index first = 0; first < t.size(); ++n) {
+    Index last = first + 1;
+    while (last < t.size() && t[last] - t[first] < 0.5 * step) ++last;
+    times[n] = t.segment(first, last - first).mean();
+    values[n] = x.segment(first, last - first).mean();
+    first = last;
+  }
+  return {times.head(n), values.head(n)};
+}
+
 /// Still in most steps, and elsewhere by more than counts of a converter.
 bool jumps(const VectorXd& x) {
   constexpr double kJump = 0.02;  // of the range
@@ -105,6 +121,8 @@ VectorXd inside(const VectorXd& t, const VectorXd& x, const VectorXd& at, double
   VectorXd grid = read_off_spline(t, x, at);
   const double spread = std::sqrt((x.array() - x.mean()).square().mean());
   if (std::min(grid.size(), x.size()) < kFewest || !(noise_sd(grid) > kNoise * spread)) return grid;
+  const auto [times, values] = apart(t, x, step);
+  if (times.size() > 1) grid = read_off_spline(times, values, at);
   const VectorXd places = (t.array() - at[0]) / step;
   const std::vector<Index> to = nearest_free(places, at.size());
   // The curve through the readings has less noise than they: once more with the noise that they have.
@@ -113,6 +131,19 @@ VectorXd inside(const VectorXd& t, const VectorXd& x, const VectorXd& at, double
 }
 
 }  // namespace
+
+double even_step(const Eigen::Ref<const VectorXd>& t, double step) {
+  constexpr double kEmpty = 0.05, kMost = 2;
+  for (double factor = 1; factor < kMost; factor *= 1.1) {
+    const VectorXd places = (t.array() - t[0]) / (factor * step);
+    const auto rows = static_cast<Index>(std::floor(places[t.size() - 1])) + 1;
+    const std::vector<Index> to = nearest_free(places, rows);
+    const auto filled = std::set<Index>(to.begin(), to.end()).size();
+    if (static_cast<double>(rows) - static_cast<double>(filled) <= kEmpty * static_cast<double>(rows))
+      return factor * step;
+  }
+  return kMost * step;
+}
 
 VectorXd onto_even_grid(const Eigen::Ref<const VectorXd>& t, const Eigen::Ref<const VectorXd>& x, double start,
                         double step, Index rows) {

@@ -102,5 +102,17 @@ TEST(EvenGrid, OutsideOfTheTimesIsNaNAndWhatHasNoMeaningIsRefused) {
   EXPECT_THROW(onto_even_grid(t.reverse(), x, 0, 1, 3), Error);
 }
 
+TEST(EvenGrid, TheStepLeavesFewInstantsEmpty) {
+  const VectorXd even = VectorXd::LinSpaced(100, 0, 9.9);
+  EXPECT_EQ(even_step(even, 0.1), 0.1);
+  std::mt19937_64 random(8);
+  std::exponential_distribution<double> until_next(10);
+  const VectorXd t = times_of(
+      5000, 1, [] { return 0; }, [&] { return until_next(random) - 1; });
+  const double step = even_step(t, 0.1);
+  EXPECT_GT(step, 0.11);
+  EXPECT_LT(step, 0.19);
+}
+
 }  // namespace
 }  // namespace whirl::signal

@@ -119,28 +119,35 @@ TEST_P(GapsProperty, LibraryFromWhatALoggerWrote) {
   EXPECT_LE(all_terms, true_terms + (GetParam() == Gaps::single_cells ? 1 : 0));
 }
 
-// Samples at uneven instants: nothing but the machine's own terms, within the intervals, and noise of its size.
+// Samples at uneven instants: nothing but the machine's own terms, within the intervals, and noise of its size. At
+// random instants gaps of 5 to 8 mean steps are bridged along the curve: what is trusted is right, the rest is told.
 TEST(UnevenClockProperty, IntervalsHoldTheMachine) {
-  constexpr int kFiner = 10;
-  testing::Tally tally;
-  double chi_square = 0;
+  constexpr int kFiner = 20;
   constexpr unsigned kMachines = 12;
-  for (unsigned seed = 81; seed < 81 + kMachines; ++seed) {
-    const testing::DrivenOscillator machine = testing::drawn_oscillator(seed);
-    const Recording fine = driven_record(machine, {.seed = seed, .dt = 0.02 / kFiner, .noise = 0});
-    const double noise = 0.02 * std::sqrt(fine["x"].squaredNorm() / static_cast<double>(fine.size()));
-    std::vector<std::string> remarks;
-    const Identification found = testing::identified_oscillator({read(
-        testing::gappy_text(fine, kFiner, {"t_s", "x_1", "v_1", "u_1"}, 2, noise, Gaps::uneven_clock, seed), remarks)});
-    EXPECT_EQ(remarks.size(), 1u);
-    EXPECT_EQ(found.summary.status, Status::ok) << seed;
-    chi_square += found.summary.chi_square / kMachines;
-    tally.add(found, machine);
+  for (const Gaps clock : {Gaps::uneven_clock, Gaps::random_clock}) {
+    SCOPED_TRACE(to_string(clock));
+    testing::Tally tally;
+    double chi_square = 0;
+    int ok = 0;
+    for (unsigned seed = 81; seed < 81 + kMachines; ++seed) {
+      const testing::DrivenOscillator machine = testing::drawn_oscillator(seed);
+      const Recording fine = driven_record(machine, {.seed = seed, .dt = 0.02 / kFiner, .noise = 0});
+      const double noise = 0.02 * std::sqrt(fine["x"].squaredNorm() / static_cast<double>(fine.size()));
+      std::vector<std::string> remarks;
+      const Identification found = testing::identified_oscillator(
+          {read(testing::gappy_text(fine, kFiner, {"t_s", "x_1", "v_1", "u_1"}, 2, noise, clock, seed), remarks)});
+      EXPECT_EQ(remarks.size(), 1u);
+      if (found.summary.status != Status::ok) continue;
+      ++ok;
+      chi_square += found.summary.chi_square;
+      tally.add(found, machine);
+    }
+    EXPECT_GE(ok, clock == Gaps::uneven_clock ? 12 : 3);
+    EXPECT_NEAR(chi_square / ok, 1, clock == Gaps::uneven_clock ? 0.06 : 0.2);
+    EXPECT_EQ(tally.extra, 0);
+    EXPECT_GE(tally.inside, 0.88 * tally.all);
+    EXPECT_EQ(tally.far, 0);
   }
-  EXPECT_NEAR(chi_square, 1, 0.06);
-  EXPECT_EQ(tally.extra, 0);
-  EXPECT_GE(tally.inside, 0.88 * tally.all);
-  EXPECT_EQ(tally.far, 0);
 }
 
 // The published chain and its consistent sister read the same records, nearly as without gaps.

@@ -71,22 +71,40 @@ Grid grid_of(const CsvStream& stream, const Eigen::VectorXd& t) {
   return g;
 }
 
-/// Mean of the steps that are no holes, given about their size.
-double mean_step(const Eigen::VectorXd& t, double about) {
-  const Eigen::ArrayXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
-  const Eigen::ArrayXd whole = (steps < (kShort + 1.5) * about).cast<double>();
-  return (whole > 0).any() ? (steps * whole).sum() / whole.sum() : about;
+/// From which length on a step of uneven times is a hole: more than kShort samples are missing, or it is far longer
+/// than all but few.
+double shortest_hole(const Eigen::VectorXd& t, double about) {
+  constexpr double kFar = 2.5, kFew = 0.05;
+  Eigen::VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
+  const auto usual = static_cast<Eigen::Index>((1 - kFew) * static_cast<double>(steps.size() - 1));
+  std::nth_element(steps.data(), steps.data() + usual, steps.data() + steps.size());
+  return std::max((kShort + 1.5) * about, kFar * steps[usual]);
+}
+
+/// A step of the size of those that are no holes; `about` where all are.
+double usual_step(const Eigen::VectorXd& t, double hole, double about) {
+  Eigen::VectorXd closed(t.size());  // the times with the holes closed
+  double sum = 0, steps = 0;
+  closed[0] = 0;
+  for (Eigen::Index i = 1; i < t.size(); ++i) {
+    const double step = t[i] - t[i - 1];
+    if (step < hole) {
+      sum += step;
+      ++steps;
+    }
+    closed[i] = closed[i - 1] + (step < hole ? step : about);
+  }
+  return signal::even_step(closed, steps > 0 ? sum / steps : about);
 }
 
 /// A channel of uneven times on the grid from t[0], but not inside holes.
-Eigen::VectorXd on_grid(const Eigen::VectorXd& t, const Channel& channel, double step, Eigen::Index rows) {
+Eigen::VectorXd on_grid(const Eigen::VectorXd& t, const Channel& channel, double step, double hole, Eigen::Index rows) {
   const bool angle = channel.quantity == Quantity::angle;
   const Eigen::VectorXd& x = channel.samples;
   Eigen::VectorXd even = Eigen::VectorXd::Constant(rows, kNaN);
   for (Eigen::Index first = 0; first < t.size();) {
     Eigen::Index last = first;
-    while (last + 1 < t.size() && std::isfinite(x[last + 1]) == std::isfinite(x[first]) &&
-           t[last + 1] - t[last] < (kShort + 1.5) * step)
+    while (last + 1 < t.size() && std::isfinite(x[last + 1]) == std::isfinite(x[first]) && t[last + 1] - t[last] < hole)
       ++last;
     const Eigen::Index n = last - first + 1;
     if (std::isfinite(x[first]) && n > 1) {
@@ -112,9 +130,9 @@ std::string take_to_even_grid(const CsvStream& stream, const Eigen::VectorXd& t,
   const Eigen::Index n = t.size();
   const Grid g = grid_of(stream, t);
   if (g.worst > allowed_share * g.step + rounding) {
-    const double step = mean_step(t, g.step);
+    const double hole = shortest_hole(t, g.step), step = usual_step(t, hole, g.step);
     const auto rows = static_cast<Eigen::Index>(std::floor((t[n - 1] - t[0]) / step * (1 + 1e-12))) + 1;
-    for (Channel& c : record.channels) c.samples = on_grid(t, c, step, rows);
+    for (Channel& c : record.channels) c.samples = on_grid(t, c, step, hole, rows);
     record.t0 = t[0];
     record.dt = step;
     return fmt::format(

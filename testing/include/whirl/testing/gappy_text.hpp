@@ -19,12 +19,13 @@ enum class Gaps {
   single_lines,  ///< 3 % of the lines are missing, one by one
   single_cells,  ///< 2 % of the cells are empty, one by one
   uneven_clock,  ///< instants up to 0.3 of a step early or late
+  random_clock,  ///< instants at random, the time between two of exponential distribution (not among kGaps)
 };
 inline constexpr std::array kGaps = {Gaps::none,       Gaps::empty_cells,  Gaps::nan_words,    Gaps::empty_lines,
                                      Gaps::lost_lines, Gaps::single_lines, Gaps::single_cells, Gaps::uneven_clock};
 inline const char* to_string(Gaps g) {
-  constexpr std::array names = {"none",       "empty cells",  "NaN words",    "empty lines",
-                                "lost lines", "single lines", "single cells", "uneven clock"};
+  constexpr std::array names = {"none",         "empty cells",  "NaN words",    "empty lines", "lost lines",
+                                "single lines", "single cells", "uneven clock", "random clock"};
   return names[static_cast<std::size_t>(g)];
 }
 
@@ -36,6 +37,8 @@ inline std::string gappy_text(const Recording& fine, int every, const std::vecto
   std::normal_distribution<double> gauss(0, noise);
   std::uniform_real_distribution<double> chance(0, 1);
   std::uniform_int_distribution<int> late(-3 * every / 10, 3 * every / 10);
+  std::exponential_distribution<double> until_next(1.0 / every);
+  Eigen::Index clock = 0;
   std::string text;
   for (std::size_t k = 0; k < headers.size(); ++k) text += (k ? "," : "") + headers[k];
   text += "\n";
@@ -44,6 +47,11 @@ inline std::string gappy_text(const Recording& fine, int every, const std::vecto
   for (Eigen::Index i = 0; i < rows; ++i) {
     Eigen::Index at = i * every;
     if (gaps == Gaps::uneven_clock && i > 0) at += late(random);
+    if (gaps == Gaps::random_clock) {
+      at = clock;
+      clock += 1 + static_cast<Eigen::Index>(until_next(random));
+      if (at >= fine.size()) break;
+    }
     const bool in_first = i >= first && i < first + length, in_second = i >= second && i < second + length;
     std::string line = fmt::format("{:.7f}", fine.t0 + fine.dt * static_cast<double>(at));
     const bool lost =

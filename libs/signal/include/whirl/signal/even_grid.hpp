@@ -18,4 +18,8 @@ namespace whirl::signal {
 Eigen::VectorXd onto_even_grid(const Eigen::Ref<const Eigen::VectorXd>& t, const Eigen::Ref<const Eigen::VectorXd>& x,
                                double start, double step, Eigen::Index rows);
 
+/// The least step from `step` to twice it (s) on whose grid readings at increasing times `t` leave at most 5 % of the
+/// instants empty in onto_even_grid: what lies on the curve there has no noise.
+double even_step(const Eigen::Ref<const Eigen::VectorXd>& t, double step);
+
 }  // namespace whirl::signal
