@@ -40,8 +40,8 @@ TEST(BadInputE2e, EveryWrongCallEndsWithCodeTwoAndOneClearSentence) {
       {"info empty.csv", "empty.csv"},
       {"info no_unit.csv", "no_unit.csv:1"},
       {"info unknown_unit.csv", "furlong"},
-      {"info nan.csv", "nan.csv:3"},
-      {"info jump.csv", "jump.csv:4"},
+      {"convert nan.csv c.csv", "nan.csv:3"},
+      {"convert jump.csv c.csv", "jump.csv:4"},
       {"identify no_beta.csv", "beta"},
       {"identify good.csv --method magic", "magic"},
       {"validate broken.json good.csv", "broken.json"},
@@ -59,6 +59,23 @@ TEST(BadInputE2e, EveryWrongCallEndsWithCodeTwoAndOneClearSentence) {
     EXPECT_NE(outcome.err.find(call.message), std::string::npos) << call.arguments << "\n" << outcome.err;
     EXPECT_EQ(outcome.out.find("Segmentation"), std::string::npos);
   }
+}
+
+TEST(BadInputE2e, InfoShowsGapsInPlaceOfRefusingThem) {
+  const Folder folder;
+  std::string text = "t_s,x_mm,y_mm\n";
+  for (int i = 0; i < 600; ++i) {
+    if (i < 300 || i >= 310)
+      text += std::to_string(i * 1e-3) + (i == 100 ? std::string(",,") : "," + std::to_string(0.1 * (i % 7)) + ",") +
+              std::to_string(0.1 * (i % 5)) + "\n";
+  }
+  folder.write("gap.csv", text);
+  const Outcome shown = folder.whirl("info gap.csv");
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_NE(shown.err.find("10 samples are missing"), std::string::npos) << shown.err;
+  EXPECT_NE(shown.out.find("x: 11 of 600 values are missing"), std::string::npos) << shown.out;
+  EXPECT_NE(shown.out.find("y: 10 of 600 values are missing"), std::string::npos) << shown.out;
+  EXPECT_EQ(shown.out.find("nan"), std::string::npos) << shown.out;
 }
 
 TEST(BadInputE2e, ARecordThatCannotGiveARotorEndsWithCodeOneAndTheReason) {

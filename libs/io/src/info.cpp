@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <vector>
 
 namespace whirl::io {
 namespace {
@@ -127,11 +129,14 @@ namespace {
 ChannelInfo statistics(const std::string& name, const Eigen::VectorXd& samples) {
   ChannelInfo info;
   info.name = name;
-  if (samples.size() == 0) return info;
-  info.minimum = samples.minCoeff();
-  info.maximum = samples.maxCoeff();
-  info.mean = samples.mean();
-  info.rms = std::sqrt(samples.squaredNorm() / static_cast<double>(samples.size()));
+  std::vector<double> finite;
+  std::copy_if(samples.begin(), samples.end(), std::back_inserter(finite), [](double v) { return std::isfinite(v); });
+  if (finite.empty()) return info;
+  const Eigen::Map<const Eigen::VectorXd> x(finite.data(), static_cast<Eigen::Index>(finite.size()));
+  info.minimum = x.minCoeff();
+  info.maximum = x.maxCoeff();
+  info.mean = x.mean();
+  info.rms = std::sqrt(x.squaredNorm() / static_cast<double>(x.size()));
   return info;
 }
 
@@ -192,7 +197,8 @@ FileInfo describe(const SignalFile& file) {
       ci.quantity = signal.quantity.value_or(Quantity::dimensionless);
       ci.unit = signal.quantity ? std::string(si_unit(*signal.quantity)) : signal.unit;
       if (!shown.allFinite()) {
-        ci.findings.push_back("values that are not finite");
+        ci.findings.push_back(fmt::format("{} of {} values are missing or not finite",
+                                          shown.size() - shown.array().isFinite().count(), shown.size()));
       } else if (time && !complex && shown.size() > 1) {
         ci.findings = findings({signal.name, ci.quantity, shown}, ci, axis);
       }

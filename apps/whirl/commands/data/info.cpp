@@ -86,6 +86,7 @@ void add_info(CommandLine& app, Session& session) {
           tell(*record, o->file, session);
           return;
         }
+        o->record.gaps = true;
         const pages::FileReport report = pages::report_file(io::read_signals(o->file, o->record.csv()));
         session.say(pages::to_text(report));
         session.result(pages::to_json(report));

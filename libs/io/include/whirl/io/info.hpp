@@ -6,7 +6,7 @@
 
 namespace whirl::io {
 
-/// What a channel looks like. Values in SI.
+/// What a channel looks like. Values in SI, of the finite samples.
 struct ChannelInfo {
   std::string name;
   Quantity quantity = Quantity::dimensionless;
