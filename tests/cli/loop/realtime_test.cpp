@@ -94,7 +94,8 @@ TEST_F(RealtimeE2e, EveryFaultEndsInItsDocumentedState) {
 }
 
 TEST_F(RealtimeE2e, KilledControllerLeavesASafeRigAndARecordingThatOpens) {
-  folder.write("rig.toml", "[profile]\nstart_rpm = 1200\nramp_s = 12\ndwell_end_s = 0.2\n");
+  // Long enough that the run is still on its way when it is killed, on a machine that does other work too.
+  folder.write("rig.toml", "[profile]\nstart_rpm = 1200\nramp_s = 24\ndwell_end_s = 0.2\n");
   const Served rig(folder, "--lockstep --watchdog-ms 10 --rig rig.toml");
   const std::string command =
       "cd '" + (folder / "").string() + "' && { '" + program() +
