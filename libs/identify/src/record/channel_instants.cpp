@@ -25,7 +25,11 @@ detail::IntegralRows rows_of(const std::vector<Recording>& records, const SindyO
   for (const detail::Stretch& s : stretches) {
     const auto half = static_cast<Eigen::Index>(std::lround(1 / (rate * s.dt)));
     if (s.samples() < 2 * std::max<Eigen::Index>(4, half) + 1) continue;
-    const detail::IntegralRows own = detail::integral_rows(s, s.raw, 1, half);
+    detail::IntegralRows own = detail::integral_rows(s, s.raw, 1, half);
+    if (all.theta.rows() == 0) {
+      all = std::move(own);
+      continue;
+    }
     detail::IntegralRows both{Eigen::MatrixXd(all.theta.rows() + own.theta.rows(), s.raw.cols()),
                               Eigen::MatrixXd(all.theta.rows() + own.theta.rows(), s.raw.cols())};
     both.theta << all.theta, own.theta;
