@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <random>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
@@ -129,6 +130,41 @@ TEST(CsvGapsProperty, UnevenTimesGiveTheCurveOnAnEvenGrid) {
     }
   }
   EXPECT_NEAR(missing, 20, 2);
+}
+
+TEST(CsvGapsProperty, HolesBetweenUnevenTimesStayHolesHoweverMany) {
+  std::mt19937_64 random(12);
+  std::uniform_real_distribution<double> jitter(-0.0015, 0.0015), chance(0, 1);
+  std::string text = "t_s,x_m\n";
+  int lost = 0, slot = 0;
+  for (int i = 0; i < 2000; ++i, ++slot) {
+    if (i > 10 && chance(random) < 0.08) {  // 10 lines are lost after every twelfth
+      slot += 10;
+      lost += 10;
+    }
+    const double t = 0.005 * slot + (i > 0 ? jitter(random) : 0);
+    text += fmt::format("{:.9f},{:.9g}\n", t, std::sin(6 * t));
+  }
+  std::vector<std::string> remarks;
+  const Recording r = read(text, &remarks);
+  EXPECT_NEAR(r.dt, 0.005, 1e-4);
+  EXPECT_NEAR(static_cast<double>(r["x"].array().isNaN().count()), lost, 0.12 * lost);
+}
+
+TEST(CsvGapsProperty, AWrappedAngleAtUnevenTimesHasNoReadingInAWrap) {
+  std::mt19937_64 random(13);
+  std::uniform_real_distribution<double> jitter(-0.0003, 0.0003);
+  const auto angle = [](double t) { return 100 * t + 8 * t * t; };
+  std::string text = "t_s,x_m,beta_rad\n";
+  for (int i = 0; i < 2000; ++i) {
+    const double t = 0.001 * i + (i > 0 ? jitter(random) : 0);
+    text += fmt::format("{:.9f},{:.9g},{:.9g}\n", t, std::cos(angle(t)), std::fmod(angle(t), 2 * M_PI));
+  }
+  const Recording r = read(text);
+  for (Eigen::Index i = 3; i + 3 < r.size(); ++i) {
+    const double off = r["beta"][i] - angle(r.t0 + r.dt * static_cast<double>(i));
+    EXPECT_NEAR(std::remainder(off, 2 * M_PI), 0, 1e-4) << i;
+  }
 }
 
 }  // namespace

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -113,6 +112,13 @@ VectorXd moved(const VectorXd& places, const VectorXd& x, const std::vector<Inde
   return curve.value + (sum.array() / count.array().max(1)).matrix();
 }
 
+void check_times(const VectorXd& t, double step) {
+  const Index n = t.size();
+  if (n < 2) throw Error("an even grid needs two readings at least");
+  if (!(step > 0)) throw Error::in_field("step of the grid", fmt::format("{}", step), "above 0");
+  if (!((t.tail(n - 1) - t.head(n - 1)).array() > 0).all()) throw Error("times of the readings must increase");
+}
+
 /// The same where all instants lie within the times.
 VectorXd inside(const VectorXd& t, const VectorXd& x, const VectorXd& at, double step) {
   constexpr Index kFewest = 32;
@@ -134,24 +140,23 @@ VectorXd inside(const VectorXd& t, const VectorXd& x, const VectorXd& at, double
 
 double even_step(const Eigen::Ref<const VectorXd>& t, double step) {
   constexpr double kEmpty = 0.05, kMost = 2;
+  check_times(t, step);
   for (double factor = 1; factor < kMost; factor *= 1.1) {
     const VectorXd places = (t.array() - t[0]) / (factor * step);
     const auto rows = static_cast<Index>(std::floor(places[t.size() - 1])) + 1;
     const std::vector<Index> to = nearest_free(places, rows);
-    const auto filled = std::set<Index>(to.begin(), to.end()).size();
-    if (static_cast<double>(rows) - static_cast<double>(filled) <= kEmpty * static_cast<double>(rows))
-      return factor * step;
+    Index empty = rows - 1;
+    for (std::size_t i = 1; i < to.size(); ++i) empty -= to[i] != to[i - 1];
+    if (static_cast<double>(empty) <= kEmpty * static_cast<double>(rows)) return factor * step;
   }
   return kMost * step;
 }
 
 VectorXd onto_even_grid(const Eigen::Ref<const VectorXd>& t, const Eigen::Ref<const VectorXd>& x, double start,
                         double step, Index rows) {
-  if (t.size() < 2 || t.size() != x.size())
-    throw Error("an even grid needs two readings at least, and as many times as readings");
-  if (!(step > 0)) throw Error::in_field("step of the grid", fmt::format("{}", step), "above 0");
+  check_times(t, step);
   const Index n = t.size();
-  if (!((t.tail(n - 1) - t.head(n - 1)).array() > 0).all()) throw Error("times of the readings must increase");
+  if (n != x.size()) throw Error("an even grid needs as many times as readings");
   constexpr double kRounding = 1e-9;  // steps
   VectorXd out = VectorXd::Constant(rows, std::numeric_limits<double>::quiet_NaN());
   const auto first = std::max<Index>(0, static_cast<Index>(std::ceil((t[0] - start) / step - kRounding)));

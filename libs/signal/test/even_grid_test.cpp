@@ -112,6 +112,8 @@ TEST(EvenGrid, TheStepLeavesFewInstantsEmpty) {
   const double step = even_step(t, 0.1);
   EXPECT_GT(step, 0.11);
   EXPECT_LT(step, 0.19);
+  EXPECT_THROW(even_step(even.head(1), 0.1), Error);
+  EXPECT_THROW(even_step(even, -1), Error);
 }
 
 }  // namespace

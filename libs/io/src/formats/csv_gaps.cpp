@@ -71,14 +71,14 @@ Grid grid_of(const CsvStream& stream, const Eigen::VectorXd& t) {
   return g;
 }
 
-/// From which length on a step of uneven times is a hole: more than kShort samples are missing, or it is far longer
-/// than all but few.
+/// From which length on a step of uneven times is a hole: more than kShort samples are missing, and it is far beyond
+/// what the quartiles of the steps tell of their spread. Lost lines, up to a quarter of the steps, do not move these.
 double shortest_hole(const Eigen::VectorXd& t, double about) {
-  constexpr double kFar = 2.5, kFew = 0.05;
+  constexpr double kSpreads = 6.5, kMost = 5;  // of times drawn at random one step in 400 is a hole
   Eigen::VectorXd steps = t.tail(t.size() - 1) - t.head(t.size() - 1);
-  const auto usual = static_cast<Eigen::Index>((1 - kFew) * static_cast<double>(steps.size() - 1));
-  std::nth_element(steps.data(), steps.data() + usual, steps.data() + steps.size());
-  return std::max((kShort + 1.5) * about, kFar * steps[usual]);
+  std::sort(steps.data(), steps.data() + steps.size());
+  const double middle = steps[(steps.size() - 1) / 2], upper = steps[3 * (steps.size() - 1) / 4];
+  return std::max((kShort + 1.5) * about, std::min(upper + kSpreads * (upper - middle), kMost * upper));
 }
 
 /// A step of the size of those that are no holes; `about` where all are.

@@ -3,9 +3,9 @@
 
 namespace whirl {
 
-/// Adds columns' columns to the lower half of `sum` (p x p) for n x p `columns`, few and long. Two to four times as
-/// fast as a rank update of Eigen, which is made for large matrices and for the oldest processor the program is built
-/// for.
+/// Adds columns^T columns to the lower half of `sum` (p x p), for `columns` n x p with few and long columns. For 1 to
+/// 35 columns 1.1 to 4 times as fast as a rank update of Eigen, which is made for large matrices and, in a program for
+/// every processor, for the oldest one.
 void add_gram(const Eigen::Ref<const Eigen::MatrixXd>& columns, Eigen::MatrixXd& sum);
 
 }  // namespace whirl

@@ -19,7 +19,8 @@ Eigen::VectorXd onto_even_grid(const Eigen::Ref<const Eigen::VectorXd>& t, const
                                double start, double step, Eigen::Index rows);
 
 /// The least step from `step` to twice it (s) on whose grid readings at increasing times `t` leave at most 5 % of the
-/// instants empty in onto_even_grid: what lies on the curve there has no noise.
+/// instants empty in onto_even_grid: what lies on the curve there has no noise. Throws
+/// Error for times and steps as onto_even_grid does.
 double even_step(const Eigen::Ref<const Eigen::VectorXd>& t, double step);
 
 }  // namespace whirl::signal
