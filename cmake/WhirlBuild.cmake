@@ -14,10 +14,12 @@ endif()
 
 find_program(WHIRL_CCACHE ccache)
 if(WHIRL_CCACHE)
-  # Paths below the source tree count as relative ones: two checkouts share their objects.
-  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" "${WHIRL_CCACHE}")
+  # Paths below the source tree count as relative ones: two checkouts share their objects. The sloppiness is what a
+  # precompiled header needs to be found again.
+  set(CMAKE_CXX_COMPILER_LAUNCHER env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" "CCACHE_SLOPPINESS=pch_defines,time_macros" "${WHIRL_CCACHE}")
   set(CMAKE_C_COMPILER_LAUNCHER ${CMAKE_CXX_COMPILER_LAUNCHER})
 endif()
+include(WhirlUnits)
 
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
@@ -65,8 +67,11 @@ endif()
 target_compile_definitions(whirl_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=64)
 target_compile_options(whirl_flags INTERFACE
   $<BUILD_INTERFACE:-Wall> $<BUILD_INTERFACE:-Wextra> $<BUILD_INTERFACE:-Wshadow>
-  # g++ 12 reports false positives of these two inside Eigen and std::string at -O2.
-  $<BUILD_INTERFACE:-Wno-maybe-uninitialized> $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>
+  # A source that is included by a unit is no header: its anonymous names stay in that unit.
+  $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-subobject-linkage>>
+  # g++ 12 reports false positives of these three inside Eigen and std::string at -O2.
+  $<BUILD_INTERFACE:-Wno-maybe-uninitialized> $<BUILD_INTERFACE:-Wno-stringop-overread>
+  $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>
   $<BUILD_INTERFACE:$<$<BOOL:${WHIRL_WERROR}>:-Werror>>
   # With AVX also inside its own intrinsics; the dev preset builds without and keeps both warnings.
   $<BUILD_INTERFACE:$<$<BOOL:${whirl_arch}>:-march=${whirl_arch}$<SEMICOLON>-Wno-uninitialized$<SEMICOLON>-Wno-array-bounds>>)
@@ -86,19 +91,25 @@ if(WHIRL_TESTS)
   set(WHIRL_DATA "${PROJECT_SOURCE_DIR}/../shared/data" CACHE PATH "Measured data for the reference tests")
 endif()
 
-# whirl_module(<name> [USES <whirl modules>...] [LINKS <other targets>...])
-# A library from src/*.cpp with its own include root, and one test program from test/*.cpp.
+# whirl_module(<name> [OWN_FLAGS] [USES <whirl modules>...] [LINKS <other targets>...])
+# OWN_FLAGS: it sets compiler flags of its own, so that no precompiled header fits it. A library from src/*.cpp with its own include root, and one test program from test/*.cpp.
 function(whirl_module name)
-  cmake_parse_arguments(ARG "" "" "USES;LINKS;PRIVATE_LINKS" ${ARGN})
+  cmake_parse_arguments(ARG "OWN_FLAGS" "" "USES;LINKS;PRIVATE_LINKS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS "${CMAKE_CURRENT_SOURCE_DIR}/src/*.cpp")
   list(TRANSFORM ARG_USES PREPEND whirl_)
   if(sources)
-    add_library(whirl_${name} STATIC ${sources})
+    whirl_units(units whirl_${name} ${sources})
+    add_library(whirl_${name} STATIC ${units})
     set(scope PUBLIC)
     target_include_directories(whirl_${name} PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}/src")
     target_link_libraries(whirl_${name} PRIVATE ${ARG_PRIVATE_LINKS})
+    set(kind library)
     if(name IN_LIST WHIRL_GUARDED)
       target_link_libraries(whirl_${name} PRIVATE $<BUILD_INTERFACE:whirl_guards>)
+      set(kind guarded)
+    endif()
+    if(NOT ARG_OWN_FLAGS)
+      whirl_precompile(whirl_${name} ${kind})
     endif()
   else()
     add_library(whirl_${name} INTERFACE)
@@ -125,8 +136,10 @@ function(whirl_tests target)
   if(NOT sources)
     return()
   endif()
-  add_executable(${target} ${sources})
+  whirl_units(units ${target} ${sources})
+  add_executable(${target} ${units})
   target_link_libraries(${target} PRIVATE ${ARG_LINKS} whirl_flags whirl_testing GTest::gtest GTest::gmock GTest::gtest_main)
+  whirl_precompile(${target} test)
   set(not_unit "")
   foreach(kind ${WHIRL_TEST_KINDS})
     string(TOLOWER ${kind} label)

@@ -26,6 +26,9 @@ struct CommandText {
   std::vector<CommandText> children;
 };
 
+/// The command without those it stands below: "record" of "whirl rig record".
+inline std::string last_word(const std::string& name) { return name.substr(name.rfind(' ') + 1); }
+
 /// Page of section 1 in the language of man(7); the file is named as `page_name` says, with ".1".
 std::string manual_page(const CommandText& command, const std::string& version);
 /// Section of a reference in Markdown.

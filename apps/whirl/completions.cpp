@@ -15,12 +15,10 @@ void each(const CommandText& command, const std::string& place,
           const std::function<void(const CommandText&, const std::string&)>& visit) {
   visit(command, place);
   for (const CommandText& child : command.children) {
-    const std::string word = child.name.substr(child.name.rfind(' ') + 1);
+    const std::string word = last_word(child.name);
     each(child, place.empty() ? word : place + " " + word, visit);
   }
 }
-
-std::string last_word(const std::string& name) { return name.substr(name.rfind(' ') + 1); }
 
 std::string places(const CommandText& program) {
   std::string list;

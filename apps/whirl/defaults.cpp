@@ -13,8 +13,6 @@
 namespace whirl::app {
 namespace {
 
-std::string last_word(const std::string& name) { return name.substr(name.rfind(' ') + 1); }
-
 const CommandText* child_of(const CommandText& command, std::string_view word) {
   for (const CommandText& child : command.children) {
     if (last_word(child.name) == word) return &child;

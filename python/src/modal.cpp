@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "bindings.hpp"
 #include "whirl/modal/checks.hpp"
 #include "whirl/modal/fit_modes.hpp"

@@ -1,7 +1,7 @@
-#include <numbers>
 
 #include "bindings.hpp"
 #include "whirl/balancing/solve.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/pages/steady_response.hpp"
@@ -9,20 +9,19 @@
 namespace whirl::python {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180, kRpm = std::numbers::pi / 30;
-
 py::dict advice_of(const IdentifiedModel& model, double mass_kg, double radius_mm, double speed_rpm, double grade) {
   if (!model.rotor) throw Error("the model has no rotor parameters: identify with method='weak'");
-  const diagnosis::BalancingAdvice a = diagnosis::balancing_advice(*model.rotor, mass_kg, radius_mm * 1e-3,
-                                                                   speed_rpm * kRpm, grade, model.rotor_covariance);
-  py::dict out(py::arg("unbalance_gmm") = a.unbalance * 1e6, py::arg("heavy_angle_deg") = a.heavy_angle / kDegree,
+  const diagnosis::BalancingAdvice a = diagnosis::balancing_advice(
+      *model.rotor, mass_kg, radius_mm * 1e-3, speed_rpm * kRadPerSecPerRpm, grade, model.rotor_covariance);
+  py::dict out(py::arg("unbalance_gmm") = a.unbalance * 1e6, py::arg("heavy_angle_deg") = a.heavy_angle / kRadPerDegree,
                py::arg("correction_mass_g") = a.correction_mass * 1e3,
-               py::arg("correction_angle_deg") = a.correction_angle / kDegree, py::arg("grade_mm_s") = a.grade,
+               py::arg("correction_angle_deg") = a.correction_angle / kRadPerDegree, py::arg("grade_mm_s") = a.grade,
                py::arg("permitted_unbalance_gmm") = a.permitted_unbalance * 1e6,
                py::arg("within_grade") = a.within_grade);
   if (a.mass_interval) {
     out["correction_mass_g_95"] = py::make_tuple(a.mass_interval->low * 1e3, a.mass_interval->high * 1e3);
-    out["correction_angle_deg_95"] = py::make_tuple(a.angle_interval->low / kDegree, a.angle_interval->high / kDegree);
+    out["correction_angle_deg_95"] =
+        py::make_tuple(a.angle_interval->low / kRadPerDegree, a.angle_interval->high / kRadPerDegree);
   }
   return out;
 }
@@ -43,7 +42,7 @@ py::object solved_job(const std::filesystem::path& runs, const std::string& phas
   {
     const py::gil_scoped_release unlocked;
     const balancing::JobFile file =
-        balancing::read_job(runs.string(), {phase, amplitude, angles}, slow_roll_rpm * kRpm);
+        balancing::read_job(runs.string(), {phase, amplitude, angles}, slow_roll_rpm * kRadPerSecPerRpm);
     text = balancing::solve_job(runs.string(), file, options).json.dump();
   }
   return py::module_::import("json").attr("loads")(text);
@@ -123,8 +122,8 @@ void bind_response(py::module_& m) {
       [](const IdentifiedModel& model, double from_rpm, double to_rpm, const std::string& input, double amplitude,
          double unbalance, bool isolas, const Recording* record) {
         pages::SteadyOptions o;
-        o.curve.from = from_rpm * kRpm;
-        o.curve.to = to_rpm * kRpm;
+        o.curve.from = from_rpm * kRadPerSecPerRpm;
+        o.curve.to = to_rpm * kRadPerSecPerRpm;
         o.input = input;
         o.amplitude = amplitude;
         o.unbalance = unbalance;

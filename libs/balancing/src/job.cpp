@@ -1,11 +1,14 @@
 #include "whirl/balancing/job.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numbers>
 
+#include "whirl/core/nan.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/settings.hpp"
 
@@ -13,8 +16,6 @@ namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Readings of one run at one speed, before they are sorted into rows.
 struct Reading {

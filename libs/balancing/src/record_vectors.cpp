@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/signals.hpp"
@@ -17,7 +17,6 @@ namespace {
 
 using Complex = std::complex<double>;
 using Eigen::Index;
-constexpr double kRpm = std::numbers::pi / 30;
 // Percent of a run that modes explain: with one mode so much that a second is not looked for, and so much that the run
 // is taken for theirs.
 constexpr double kByOne = 98, kExplained = 95;
@@ -97,7 +96,7 @@ RecordVectors read_vectors(const std::string& path, const JobFile& file, bool st
       const bool there = steady ? speed >= 0.99 * low && speed <= 1.01 * high : n >= 1;
       if (!there)
         throw Error(fmt::format("{}: no revolution within 1 % of {:g} rpm (the record runs at {:.0f} to {:.0f} rpm)",
-                                path, speed / kRpm, low / kRpm, high / kRpm));
+                                path, speed / kRadPerSecPerRpm, low / kRadPerSecPerRpm, high / kRadPerSecPerRpm));
       found.readings.push_back(steady ? steady_vector(fits[p], speed) : sum / n);
       if (p == 0 && !steady) sweeps.push_back(sweep_at(curve, speed));
     }

@@ -1,10 +1,13 @@
 #include "whirl/balancing/session.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "session_text.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
 #include "whirl/io/settings.hpp"
@@ -13,7 +16,6 @@ namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Trial mass in kg whose force is a tenth of the weight that a bearing carries, at the highest speed.
 double usual_trial(const JobOptions& o, const JobFile& file) {

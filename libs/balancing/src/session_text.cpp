@@ -1,18 +1,18 @@
 #include "session_text.hpp"
 
+#include <fmt/format.h>
+
 #include <charconv>
 #include <cmath>
-#include <numbers>
 
 #include "record_vectors.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 
 namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kRpm = std::numbers::pi / 30;
 
 std::string quoted(const std::string& flag, const std::vector<std::string>& names) {
   std::string text;
@@ -25,11 +25,11 @@ std::string quoted(const std::string& flag, const std::vector<std::string>& name
   return text;
 }
 
-std::string number(double v) { return fmt::format("{:.10g}", v); }
+std::string exact_number(double v) { return fmt::format("{:.10g}", v); }
 
 std::string list(const std::vector<double>& values, double unit = 1) {
   std::string text;
-  for (const double v : values) text += (text.empty() ? "" : ", ") + number(v / unit);
+  for (const double v : values) text += (text.empty() ? "" : ", ") + exact_number(v / unit);
   return text;
 }
 
@@ -97,27 +97,28 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
       "# Balancing job of `whirl balance --session`. Runs may be corrected here by hand.\n[job]\nplanes = [{}]\nprobes "
       "= [{}]\n",
       quoted("--planes", job.planes), quoted("--probes", job.probes));
-  if (!job.speeds.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(job.speeds, kRpm));
+  if (!job.speeds.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(job.speeds, kRadPerSecPerRpm));
   text += fmt::format("phase = \"{}\"\namplitude = \"{}\"\nangles = \"{}\"\n", job.convention.phase,
                       job.convention.amplitude, job.convention.angles);
   const auto entry = [&](const char* key, double value, double unit = 1) {
-    if (value != 0) text += fmt::format("{} = {}\n", key, number(value / unit));
+    if (value != 0) text += fmt::format("{} = {}\n", key, exact_number(value / unit));
   };
   text += "\n[setup]\n";
   text += fmt::format("edge = \"{}\"  # of the mark, that triggers\n", job.edge);
-  entry("keyphasor_angle_deg", job.keyphasor, kDegree);
-  entry("notch_width_deg", job.notch, kDegree);
-  if (!job.probe_angles.empty()) text += fmt::format("probe_angles_deg = [{}]\n", list(job.probe_angles, kDegree));
-  entry("critical_speed_rpm", job.critical_speed, kRpm);
+  entry("keyphasor_angle_deg", job.keyphasor, kRadPerDegree);
+  entry("notch_width_deg", job.notch, kRadPerDegree);
+  if (!job.probe_angles.empty())
+    text += fmt::format("probe_angles_deg = [{}]\n", list(job.probe_angles, kRadPerDegree));
+  entry("critical_speed_rpm", job.critical_speed, kRadPerSecPerRpm);
   text += "\n[plan]\n";
   entry("trial_mass_gram", job.trial, 1e-3);
   entry("limit_mass_gram", o.limit, 1e-3);
   entry("target_amplitude_um", job.target, 1e-6);
   entry("allowed_amplitude_um", job.allowed, 1e-6);
   entry("noise_um", o.noise, 1e-6);
-  entry("slow_roll_speed_rpm", job.slow_roll, kRpm);
+  entry("slow_roll_speed_rpm", job.slow_roll, kRadPerSecPerRpm);
   if (o.holes > 0) text += fmt::format("holes = {}\n", o.holes);
-  entry("first_hole_deg", o.first_hole, kDegree);
+  entry("first_hole_deg", o.first_hole, kRadPerDegree);
   entry("piece_mass_gram", o.piece, 1e-3);
   entry("hole_mass_gram", o.hole, 1e-3);
   text += fmt::format("criterion = \"{}\"\ndrift = \"{}\"\n", criterion_name(o), drift_name(o));
@@ -126,7 +127,7 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
   entry("mass_kg", o.mass);
   entry("radius_mm", o.radius, 1e-3);
   entry("grade", o.grade);
-  entry("service_speed_rpm", o.service_speed, kRpm);
+  entry("service_speed_rpm", o.service_speed, kRadPerSecPerRpm);
   return text;
 }
 
@@ -140,7 +141,7 @@ std::string run_text(const RunMade& run, const VectorConvention& typed, const Jo
     sweep = fmt::format("sweep = {:.6g}\n", found.sweep);
     for (const std::complex<double> z : found.readings) {
       amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
-      phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kDegree));
+      phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kRadPerDegree));
     }
     note = run.steady ? "  # steady vectors of a run-up" : "  # from a record";
   } else {

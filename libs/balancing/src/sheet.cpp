@@ -5,18 +5,18 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/standards.hpp"
 
 namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
-constexpr double kDegree = std::numbers::pi / 180;
 
 std::string number(double value, int digits = 3) { return report::format_number(value, digits); }
 
 std::string degrees(double rad) {
-  double d = std::fmod(rad / kDegree, 360);
+  double d = std::fmod(rad / kRadPerDegree, 360);
   if (d < 0) d += 360;
   return report::format_fixed(d, 1);
 }
@@ -28,7 +28,7 @@ std::string interval(const Estimate& e, double factor) {
 std::string angle_interval(const Estimate& e) {
   if (std::isnan(e.low)) return "not known";
   if (e.high - e.low >= 2 * std::numbers::pi - 1e-9) return "any";
-  return "± " + report::format_fixed((e.high - e.low) / 2 / kDegree, 1);
+  return "± " + report::format_fixed((e.high - e.low) / 2 / kRadPerDegree, 1);
 }
 
 report::Table masses(const BalancingSheet& s) {
@@ -148,9 +148,9 @@ report::Figure polar(const BalancingSheet& s) {
   figure.columns = 2;
   const double sign = s.lag ? -1 : 1;
   for (Index m = 0; m < s.before.size(); ++m) {
-    report::Panel& panel =
-        figure.panel(s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", {"deg", kDegree}},
-                     {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), {"µm", 1e-6}});
+    report::Panel& panel = figure.panel(
+        s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", {"deg", kRadPerDegree}},
+        {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), {"µm", 1e-6}});
     panel.kind = report::Panel::Kind::polar;
     panel.clockwise = s.lag;  // vectors stand as they are, rotation counter-clockwise
     Eigen::VectorXd angle(static_cast<Index>(s.runs.size())), radius(angle.size());

@@ -1,11 +1,9 @@
-#include <numbers>
 
 #include "solve.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::balancing {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 io::Json budget_json(const diagnosis::PlaneBudget& budget) {
   return io::Json::object()
@@ -21,7 +19,7 @@ io::Json budget_json(const diagnosis::PlaneBudget& budget) {
 io::Json plane_json(const BalancingSheet::Plane& p) {
   io::Json placed = io::Json::array();
   for (const auto& [mass, angle] : p.placed)
-    placed.push(io::Json::object().set("mass_kg", mass).set("angle_deg", angle / kDegree));
+    placed.push(io::Json::object().set("mass_kg", mass).set("angle_deg", angle / kRadPerDegree));
   io::Json plane = io::Json::object();
   if (p.budget) plane.set("budget_kg_m", budget_json(*p.budget));
   return plane.set("plane", p.name)

@@ -1,16 +1,18 @@
 #include "solve.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/standards.hpp"
 
 namespace whirl::balancing {
 namespace {
 
 using Eigen::Index;
-constexpr double kDegree = std::numbers::pi / 180;
 
 }  // namespace
 
@@ -36,7 +38,7 @@ JobOptions with_plan(JobOptions o, const JobFile& file) {
 }
 
 double written_angle(double angle, double sign) {
-  const double degree = std::fmod(sign * angle / kDegree, 360);
+  const double degree = std::fmod(sign * angle / kRadPerDegree, 360);
   return degree < -1e-9 ? degree + 360 : std::abs(degree);
 }
 
@@ -140,7 +142,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
     plane.independent = b.independence.significance[static_cast<std::size_t>(b.planes[static_cast<std::size_t>(k)])];
     if (b.placement)
       for (const diagnosis::PlacedMass& m : b.placement->masses)
-        if (m.plane == k) plane.placed.emplace_back(m.mass, written_angle(m.angle, sign) * kDegree);
+        if (m.plane == k) plane.placed.emplace_back(m.mass, written_angle(m.angle, sign) * kRadPerDegree);
     sheet.planes.push_back(std::move(plane));
   }
   const std::vector<Estimate> before =

@@ -1,5 +1,6 @@
 #include "whirl/balancing/session.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -9,7 +9,7 @@ namespace {
 
 // Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/force_check.c).
 constexpr double kPole = 600, kWindow = 8e-3, kLate = 8e-3, kBlock = 1e-3;
-constexpr double kShare = 0.7, kSlow = 0.02;  // of level, of k1
+constexpr double kShare = 0.7, kSlowPartOfStiffness = 0.02;  // of level, of k1
 constexpr double kEdge = 20e-3, kStart = 0.15, kSettled = 0.02, kLearn = 0.1, kRelearn = 0.03, kStuck = 0.15;
 constexpr double kUsual = 0.3, kRisen = 4;
 constexpr double kLeft = 0.2, kOther = 0.25, kBetter = 0.7, kLow = 0.35, kHigh = 1.4, kLeast = -1.6, kReverse = -0.4;
@@ -192,7 +192,7 @@ void ForceCheck::prove() noexcept {
 // out of it.
 void ForceCheck::follow() noexcept {
   const Signals& f = filter_.back();
-  const double slow = kSlow * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
+  const double slow = kSlowPartOfStiffness * settings_.model.k1, size = f[6] * f[6] + f[7] * f[7];
   const bool starting = kStart > time_, stuck = !risen_ && kStuck < loud_;
   if (test_ > 0 || size <= slow * slow || (loud_ > 0 && !starting && !stuck)) return;
   const double tau = starting ? kSettled : stuck ? kRelearn : kLearn;

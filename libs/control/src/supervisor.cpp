@@ -7,10 +7,10 @@ namespace whirl::control {
 namespace {
 
 // Times in s, rates in 1/s; the exported C has the same numbers (libs/deploy/c/supervisor.c).
-constexpr double kNotch = 25, kOffset = 5, kLevelTime = 0.025, kStart = 0.12, kConfirm = 0.06, kWait = 0.06;
+constexpr double kNotch = 25, kOffset = 5, kLevelTime = 0.025, kStartTime = 0.12, kConfirmTime = 0.06, kWait = 0.06;
 constexpr double kObserved = 0.05, kMismatchTime = 0.03, kMismatch = 0.35, kFloor = 20e-6, kEstimate = 0.03,
                  kFollow = 0.12;
-constexpr double kSlow = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
+constexpr double kSlowShare = 0.02, kQuiet = 0.3, kLetGo = 0.3, kTransient = 0.12, kFade = 0.02, kSensorFade = 0.01,
                  kSaturationTime = 0.05;
 constexpr double kGrowing = 1.1, kLoud = 2, kOwnWait = 0.2, kFullStart = 0.09;
 constexpr double kOften = 0.15, kLoudStart = 1.4;
@@ -97,7 +97,7 @@ void Supervisor::observe(const SupervisorInput& in) noexcept {
 
 void Supervisor::judge_feedforward(const SupervisorInput& in) noexcept {
   const double h = settings_.sample_time, size = std::norm(in.forcing);
-  const double slow = kSlow * settings_.model.k1;
+  const double slow = kSlowShare * settings_.model.k1;
   std::complex<double> now = eps_;
   if (size > slow * slow) now = (1 / size) * product(motion_.d, std::conj(in.forcing));
   eps_ += (h / kEstimate) * (now - eps_);
@@ -150,7 +150,7 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   // At its limit the force damps nothing: the loop that feeds such a motion is opened before the disk gathers speed.
   // Without a feedforward the feedback has to catch the rotor first; with one no start is at its limit again and again.
   const bool full = saturated_ > 0.5 && level > kLoud * settings_.level;
-  const bool starting = settings_.fixed && steps_ == 0 && time_ > kFullStart && time_ < kStart + kConfirm &&
+  const bool starting = settings_.fixed && steps_ == 0 && time_ > kFullStart && time_ < kStartTime + kConfirmTime &&
                         wait_ <= 0 && saturated_ > kOften && level > kLoudStart * settings_.level;
   if (((full && time_ > (settings_.fixed ? kObserved : kFullStart)) || starting) && settle_ <= 0 &&
       steps_ <= kQuarter) {
@@ -168,7 +168,7 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
       !settings_.fixed && steps_ == 0 && time_ > kKnown && std::norm(eps_ - quiet_) > kMismatch * kMismatch * largest;
   sudden_ = sudden ? sudden_ + h : 0;
   if (sudden && sudden_ < kSudden) above_ = worse_ = 0;
-  if (time_ < kStart || wait_ > 0 || (sudden && sudden_ < kSudden)) return;
+  if (time_ < kStartTime || wait_ > 0 || (sudden && sudden_ < kSudden)) return;
   if (level > settings_.level) {
     if (above_ == 0) mark_ = level;
     if (steps_ <= kQuarter) mark_ = std::max(mark_, level);
@@ -176,7 +176,7 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
   } else {
     above_ = 0;
   }
-  if (above_ > kConfirm) {
+  if (above_ > kConfirmTime) {
     // Without feedback the rotor decays as slowly as it is damped: only growth is the controller's then.
     if (level > (steps_ == 0 ? kDecayed : steps_ > kQuarter ? kGrowing : kDecaying) * mark_) step_down(kGrowth);
     above_ = 0;
@@ -191,7 +191,7 @@ void Supervisor::judge_motion(const SupervisorInput& in) noexcept {
                       least;
   }
   worse_ = worse ? worse_ + h : 0;
-  if (worse_ > kConfirm) step_down(kWorseThanOpen);
+  if (worse_ > kConfirmTime) step_down(kWorseThanOpen);
 }
 
 void Supervisor::judge_force(const SupervisorInput& in) noexcept {

@@ -1,5 +1,7 @@
 #include "whirl/core/recording.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "whirl/core/error.hpp"

@@ -9,14 +9,13 @@
 
 #include "rotor_parameters.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/expr/unit.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
 
 namespace whirl::deploy {
 namespace {
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 /// A term rebuilt with `change` applied to its functions, innermost first.
 template <class Change>
@@ -71,7 +70,7 @@ ModelSystem rotor_system(const RotorModel& m) {
   s.title = "identified rotor in the complex coordinate, z'' = -k1 z - k2 |z|^2 z - c z' + eps F + gain u";
   s.parameters = rotor_parameters(m);
   s.parameters.push_back({"gain", "1/kg", "acceleration per newton of actuator force; 0: not known, forces do nothing",
-                          m.gain, -kInf, kInf});
+                          m.gain, -kInfinity, kInfinity});
   const double way = usual_way(m), speed = rounded_up(way * std::sqrt(std::abs(m.k1)));
   s.states = {{"x", "m", "displacement of the disk", way},
               {"vx", "m/s", "velocity", speed},
@@ -100,13 +99,13 @@ ModelSystem rotor_system(const RotorModel& m) {
     const ForcedMode& mode = m.modes[i - 1];
     const auto name = [&](const char* stem) { return fmt::format("{}{}", stem, i); };
     const auto symbol = [&](const char* stem) { return expr::Expr::symbol(name(stem)); };
+    s.parameters.push_back({name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega,
+                            -kInfinity, kInfinity});
+    s.parameters.push_back({name("mode_zeta"), "1", "its damping ratio", mode.zeta, -kInfinity, kInfinity});
     s.parameters.push_back(
-        {name("mode_omega"), "rad/s", "undamped natural frequency of a further mode", mode.omega, -kInf, kInf});
-    s.parameters.push_back({name("mode_zeta"), "1", "its damping ratio", mode.zeta, -kInf, kInf});
+        {name("mode_re"), "m", "its share in the displacement", mode.participation.real(), -kInfinity, kInfinity});
     s.parameters.push_back(
-        {name("mode_re"), "m", "its share in the displacement", mode.participation.real(), -kInf, kInf});
-    s.parameters.push_back(
-        {name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInf, kInf});
+        {name("mode_im"), "m", "its share in the displacement", mode.participation.imag(), -kInfinity, kInfinity});
     for (const char* part : {"x", "y"}) {
       const std::string q = name("q") + part, dq = name("dq") + part;
       s.states.push_back({q, "1", "coordinate of a further mode", 1});
@@ -173,7 +172,7 @@ ModelSystem equation_system(const IdentifiedModel& model) {
       const std::string name = fmt::format("xi_{}_{}", number, j + 1);
       s.parameters.push_back({name, term.unit.empty() ? "1" : term.unit,
                               fmt::format("{}: coefficient of {}", equation->lhs, term.function),
-                              term.coefficient.value, -kInf, kInf});
+                              term.coefficient.value, -kInfinity, kInfinity});
       terms.push_back(expr::Expr::symbol(name) * expr::Expr::parse(term.function));
     }
     s.rates.push_back(expr::Expr::sum(terms));
@@ -190,7 +189,7 @@ ModelSystem equation_system(const IdentifiedModel& model) {
 std::vector<CodeParameter> rotor_parameters(const RotorModel& m) {
   std::vector<CodeParameter> out;
   const auto parameter = [&](const char* name, const char* unit, const char* meaning, double value) {
-    out.push_back({name, unit, meaning, value, -kInf, kInf});
+    out.push_back({name, unit, meaning, value, -kInfinity, kInfinity});
   };
   parameter("k1", "1/s^2", "linear stiffness per mass", m.k1);
   parameter("k2", "1/(m^2 s^2)", "cubic stiffness per mass", m.k2);
@@ -231,7 +230,7 @@ void add_further_forces(const IdentifiedModel& model, ModelSystem& s) {
     const identification::RotorTermName& name = name_of(term.kind);
     const std::string parameter(name.parameter);
     s.parameters.push_back({parameter, std::string(name.unit.empty() ? "1" : name.unit), std::string(name.label),
-                            term.value, -kInf, kInf});
+                            term.value, -kInfinity, kInfinity});
     for (const bool x : {true, false}) {
       expr::Expr& rate = s.rates[x ? 1 : 3];
       for (const auto& [function, sign] : identification::term_text(term, x))

@@ -1,5 +1,7 @@
 #include "whirl/diagnosis/correction.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,13 +9,12 @@
 #include "barrier.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 
 namespace whirl::diagnosis {
 namespace {
 
 using Eigen::Index;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Eigen::VectorXd weights(const CorrectionProblem& p) {
   return p.weight.size() > 0 ? p.weight : Eigen::VectorXd::Ones(p.rows());

@@ -1,5 +1,7 @@
 #include "whirl/diagnosis/influence.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "contradiction.hpp"

@@ -1,5 +1,7 @@
 #include "whirl/diagnosis/influence_prior.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>

@@ -1,5 +1,7 @@
 #include "whirl/diagnosis/modal_influence.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,5 +1,7 @@
 #include "whirl/diagnosis/next_run.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
@@ -9,13 +11,13 @@
 #include "influence_fit.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 
 namespace whirl::diagnosis {
 namespace {
 
 using Eigen::Index;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kWanted = 0.4;     // effect of a trial, part of the readings
 constexpr double kTooSmall = 0.15;  // below it the trial is made again
 constexpr double kWorth = 0.8;      // a correction must bring the criterion below this part

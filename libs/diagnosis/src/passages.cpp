@@ -3,7 +3,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "whirl/core/angles.hpp"
 
 namespace whirl::diagnosis {
 namespace {
@@ -11,7 +12,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kBeats = 1.5;  // of a window in which ringing and steady vector are told apart
 
 constexpr Index kEdge = 3;  // vectors at either end, where a run settles
@@ -36,14 +36,14 @@ class Run {
     const Index n = curve.speed.size();
     if (time_.size() != n) {
       time_ = VectorXd::Zero(n);
-      for (Index k = 1; k < n; ++k) time_[k] = time_[k - 1] + 2 * kTurn / (curve.speed[k] + curve.speed[k - 1]);
+      for (Index k = 1; k < n; ++k) time_[k] = time_[k - 1] + 2 * kTwoPi / (curve.speed[k] + curve.speed[k - 1]);
     }
-    rate_ = std::abs(curve.speed[n - 1] - curve.speed[0]) / kTurn / (time_[n - 1] - time_[0]);
+    rate_ = std::abs(curve.speed[n - 1] - curve.speed[0]) / kTwoPi / (time_[n - 1] - time_[0]);
   }
 
   // Hz: two frequencies closer than this pass as one.
   double resolution() const { return kBeats * std::sqrt(rate_); }
-  double apart(Index i, const Passage& p) const { return std::abs(curve_.speed[i] - p.speed) / kTurn; }
+  double apart(Index i, const Passage& p) const { return std::abs(curve_.speed[i] - p.speed) / kTwoPi; }
 
   // The vector at i with the ringing of the passages taken off.
   std::complex<double> steady(Index i, const std::vector<Passage>& found) const {

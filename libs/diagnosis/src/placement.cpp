@@ -1,7 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/correction.hpp"
 
@@ -25,12 +28,11 @@ struct Hole {
 
 /// The vector on the two neighbouring holes (of one plane) between which it points.
 void split(std::vector<Hole>& holes, std::size_t first, std::size_t count, std::complex<double> w) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   if (count == 1) {
     holes[first].mass = holes[first].rounded((w * std::polar(1.0, -holes[first].angle)).real());
     return;
   }
-  const auto ahead = [&](double from, double to) { return std::fmod(std::fmod(to - from, kTurn) + kTurn, kTurn); };
+  const auto ahead = [&](double from, double to) { return std::fmod(std::fmod(to - from, kTwoPi) + kTwoPi, kTwoPi); };
   std::size_t low = first, high = first;
   for (std::size_t k = first; k < first + count; ++k) {
     if (ahead(holes[k].angle, std::arg(w)) < ahead(holes[low].angle, std::arg(w))) low = k;

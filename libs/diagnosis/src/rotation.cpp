@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/angle.hpp"
 #include "whirl/signal/order.hpp"
@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kStandstill = 0.02;  // of the highest speed
 
 // Speed from differences over about a hundredth of the record, coarse enough for an encoder's steps.
@@ -44,7 +43,7 @@ VectorXd at_samples(const VectorXd& half_grid) {
 std::optional<Rotation> from_encoder(const Recording& record, const VectorXd& readings) {
   const VectorXd raw = signal::unwrapped(readings);
   const VectorXd speed = coarse_speed(raw, record.dt);
-  if (std::abs(raw[raw.size() - 1] - raw[0]) < 2 * kTurn) return std::nullopt;
+  if (std::abs(raw[raw.size() - 1] - raw[0]) < 2 * kTwoPi) return std::nullopt;
   if (raw[raw.size() - 1] < raw[0]) {
     throw Error(fmt::format("{}: beta falls: the rotor angle must rise in the direction of rotation", record.source));
   }
@@ -112,7 +111,7 @@ signal::SynchronousCurve order_curve(const Recording& record, const Rotation& ro
   if (count == 0) {
     throw Error(
         fmt::format("{}: no revolution is slower than the slow-roll speed of {:g} rpm; the slowest has {:.0f} rpm",
-                    record.source, slow_roll * 60 / kTurn, v.speed.minCoeff() * 60 / kTurn));
+                    record.source, slow_roll * 60 / kTwoPi, v.speed.minCoeff() * 60 / kTwoPi));
   }
   curve.vector.array() -= sum / static_cast<double>(count);
   return curve;

@@ -5,12 +5,12 @@
 #include <limits>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
 
 using Eigen::Index;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 std::optional<Amplification> amplification(const signal::SynchronousCurve& curve, int turns) {
   const Eigen::VectorXd a = curve.vector.cwiseAbs();
@@ -37,7 +37,7 @@ std::optional<Amplification> amplification(const signal::SynchronousCurve& curve
   // Between two revolutions Omega^2 changes by 2 alpha times the angle turned.
   const Index from = std::max<Index>(0, top - 5), to = std::min(n - 1, top + 5);
   out.sweep_rate = (curve.speed[to] * curve.speed[to] - curve.speed[from] * curve.speed[from]) /
-                   (2 * kTurn * turns * static_cast<double>(to - from));
+                   (2 * kTwoPi * turns * static_cast<double>(to - from));
   out.sweep = std::abs(out.sweep_rate) / (out.critical * out.critical);
   return out;
 }
@@ -51,7 +51,7 @@ double required_margin(double factor, bool critical_below) {
 double shaft_vibration_limit(char zone, double speed) {
   if (!(speed > 0)) throw Error::in_field("speed", std::to_string(speed), "positive");
   const double factor = zone == 'A' ? 4800 : zone == 'B' ? 9000 : 13200;
-  return 1e-6 * factor / std::sqrt(speed * 60 / kTurn);
+  return 1e-6 * factor / std::sqrt(speed * 60 / kTwoPi);
 }
 
 char shaft_vibration_zone(double peak_to_peak, double speed) {

@@ -1,4 +1,6 @@
 // The canonical form: how sums, products, powers and calls are put together.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

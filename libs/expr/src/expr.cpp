@@ -1,5 +1,7 @@
 #include "whirl/expr/expr.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

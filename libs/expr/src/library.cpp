@@ -1,5 +1,7 @@
 #include "whirl/expr/library.hpp"
 
+#include <fmt/format.h>
+
 #include <set>
 #include <unordered_set>
 

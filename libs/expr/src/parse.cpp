@@ -1,5 +1,7 @@
 // Recursive descent over: sum = product {(+|-) product}; product = signed {(*|/) signed}; signed = {+|-} power;
 // power = atom [(^|**) signed]; atom = number | name | name ( sum {, sum} ) | ( sum ).
+#include <fmt/format.h>
+
 #include <cctype>
 #include <charconv>
 #include <cmath>

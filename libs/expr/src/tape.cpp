@@ -1,5 +1,7 @@
 #include "whirl/expr/tape.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>

@@ -1,5 +1,7 @@
 #include "whirl/expr/unit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>

@@ -1,5 +1,7 @@
 #include "whirl/hardware/io_settings.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <type_traits>
 

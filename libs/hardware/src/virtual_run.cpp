@@ -16,7 +16,7 @@ namespace whirl::hardware {
 namespace {
 
 /// What both threads know.
-struct Shared {
+struct VirtualRunState {
   rt::RecordQueue<rt::LoopSample> queue{1 << 14};
   std::atomic<bool> over{false}, abandon{false};
   rt::LoopTiming timing;
@@ -34,7 +34,7 @@ struct MachineClock : rt::PacedClock<rt::WallTime> {
 };
 
 void cycles(const std::shared_ptr<const rig::RigTables>& tables, control::Controller& controller, double rate,
-            const VirtualRunOptions& options, rt::LoopControl& control, Shared& shared) {
+            const VirtualRunOptions& options, rt::LoopControl& control, VirtualRunState& shared) {
   std::uint64_t seed = options.seed;
   rig::VirtualRig rig(tables, {seed, {}});
   rt::WallTime time;
@@ -81,7 +81,7 @@ VirtualRun run_virtual(const ControllerDesign& design, const rig::RigParameters&
   control::Controller controller = control::make_controller(design);
   const auto tables = rig::make_rig_tables(rig);
   rt::LoopControl nobody;
-  Shared shared;
+  VirtualRunState shared;
   {
     std::jthread thread([&] {
       cycles(tables, controller, rig.timing.rate, options, options.control ? *options.control : nobody, shared);

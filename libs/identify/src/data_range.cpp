@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/identify/identify.hpp"
 
 namespace whirl::identification {
@@ -28,11 +28,11 @@ double amplitude_of(const Eigen::VectorXd& x, const Eigen::VectorXd& y) {
 }  // namespace
 
 std::string DataRange::beyond(double a, double from, double to) const {
-  constexpr double kRpm = std::numbers::pi / 30;
   std::string text;
   if (a > amplitude) text = fmt::format("radii above {:.3g} mm peak (here up to {:.3g} mm)", 1e3 * amplitude, 1e3 * a);
   if (!holds(0, from) || !holds(0, to))
-    text += fmt::format("{}speeds outside {:.0f} to {:.0f} rpm", text.empty() ? "" : " and ", low / kRpm, high / kRpm);
+    text += fmt::format("{}speeds outside {:.0f} to {:.0f} rpm", text.empty() ? "" : " and ", low / kRadPerSecPerRpm,
+                        high / kRadPerSecPerRpm);
   return text.empty() ? text : text + " are extrapolation: the records of the model went no further";
 }
 

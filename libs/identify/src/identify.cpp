@@ -300,7 +300,7 @@ Identification without_damage(Identification id, const std::vector<Recording>& r
   return id;
 }
 
-double terms_of(const IdentifiedModel& model) {
+double term_count(const IdentifiedModel& model) {
   std::size_t terms = 0;
   for (const Equation& e : model.equations) terms += e.terms.size();
   return static_cast<double>(terms);
@@ -327,8 +327,9 @@ Identification at_their_instants(Identification id, const std::vector<Recording>
     return id;  // the records as they are could be fitted
   }
   // Two log likelihoods, and the price of a term.
-  const double gain = rows * std::log(id.summary.chi_square / again.summary.chi_square) +
-                      (terms_of(id.model) - terms_of(again.model) - static_cast<double>(late.size())) * std::log(rows);
+  const double gain =
+      rows * std::log(id.summary.chi_square / again.summary.chi_square) +
+      (term_count(id.model) - term_count(again.model) - static_cast<double>(late.size())) * std::log(rows);
   constexpr double kClear = 6;  // odds of 20 to 1
   if (!again.usable() || !(gain > kClear)) return id;
   for (const LateChannel& l : late) {

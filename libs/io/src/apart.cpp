@@ -1,5 +1,6 @@
 #include "whirl/io/apart.hpp"
 
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -19,7 +20,7 @@ namespace {
 constexpr rlim_t kSeconds = 20, kBytesPerSecond = 20'000'000;
 // Deflate gains a factor of 1032 at most, and a byte becomes a double.
 constexpr rlim_t kSmallest = rlim_t{1} << 26, kGain = 9000;
-constexpr std::size_t kBuffer = 1 << 16;
+constexpr std::size_t kPipeBuffer = 1 << 16;
 enum : char { kFailed = 'E', kValues = 'V' };
 
 /// Memory that both processes see.
@@ -95,9 +96,9 @@ void limit(int what, rlim_t most) {
 }  // namespace
 
 void ParcelWriter::bytes(std::span<const std::byte> b) {
-  if (b.size() < kBuffer) {
+  if (b.size() < kPipeBuffer) {
     buffer_.append(reinterpret_cast<const char*>(b.data()), b.size());
-    if (buffer_.size() >= kBuffer) flush();
+    if (buffer_.size() >= kPipeBuffer) flush();
     return;
   }
   flush();

@@ -1,5 +1,6 @@
 #include "whirl/io/file.hpp"
 
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <zlib.h>
 

@@ -1,5 +1,7 @@
 #include "whirl/io/json.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -14,7 +16,7 @@ namespace {
 
 constexpr std::size_t kDepth = 64;
 
-std::string quoted(const std::string& text) {
+std::string json_quoted(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -126,7 +128,7 @@ void dump_value(const Json& v, int indent, std::string& out) {
     out += '{';
     for (const auto& [key, value] : *object) {
       out += &key == &object->front().first ? "\n" : ",\n";
-      out.append(static_cast<std::size_t>(indent + 2), ' ').append(quoted(key)).append(": ");
+      out.append(static_cast<std::size_t>(indent + 2), ' ').append(json_quoted(key)).append(": ");
       dump_value(value, indent + 2, out);
     }
     out.append("\n").append(static_cast<std::size_t>(indent), ' ') += '}';
@@ -141,7 +143,7 @@ void dump_value(const Json& v, int indent, std::string& out) {
     if (!one_line) out.append("\n").append(static_cast<std::size_t>(indent), ' ');
     out += ']';
   } else if (const auto* text = v.get<std::string>()) {
-    out += quoted(*text);
+    out += json_quoted(*text);
   } else if (const auto* number = v.get<double>()) {
     out += number_text(*number);
   } else if (const auto* flag = v.get<bool>()) {

@@ -1,5 +1,6 @@
 #include "whirl/io/settings.hpp"
 
+#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>

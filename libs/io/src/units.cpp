@@ -10,11 +10,12 @@
 #include <numeric>
 #include <vector>
 
+#include "whirl/core/angles.hpp"
+
 namespace whirl::io {
 namespace {
 
 using Q = Quantity;
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kGravity = 9.80665;        // m/s^2, standard (CGPM 1901)
 constexpr double kPound = 4.4482216152605;  // N per lbf: 0.45359237 kg times standard gravity
 constexpr double kInch = 0.0254;            // m
@@ -46,12 +47,12 @@ constexpr std::array kUnits{
     UnitSuffix{"kgf", Q::force, kGravity},
     UnitSuffix{"rad", Q::angle},
     UnitSuffix{"deg", Q::angle, std::numbers::pi, 180},
-    UnitSuffix{"rev", Q::angle, kTurn},
+    UnitSuffix{"rev", Q::angle, kTwoPi},
     UnitSuffix{"rad_s", Q::angular_velocity},
-    UnitSuffix{"rpm", Q::angular_velocity, kTurn, 60},
+    UnitSuffix{"rpm", Q::angular_velocity, kTwoPi, 60},
     UnitSuffix{"deg_s", Q::angular_velocity, std::numbers::pi, 180},
     UnitSuffix{"rad_s2", Q::angular_acceleration},
-    UnitSuffix{"rpm_s", Q::angular_acceleration, kTurn, 60},
+    UnitSuffix{"rpm_s", Q::angular_acceleration, kTwoPi, 60},
     UnitSuffix{"hz", Q::frequency},
     UnitSuffix{"Hz", Q::frequency},
     UnitSuffix{"kHz", Q::frequency, 1e3},
@@ -85,8 +86,8 @@ constexpr std::array kUnits{
     UnitSuffix{"1_s2", Q::rate_squared},
     UnitSuffix{"N_V", Q::force_constant},
     // Second readings, found only when the quantity is asked for.
-    UnitSuffix{"hz", Q::angular_velocity, kTurn},
-    UnitSuffix{"Hz", Q::angular_velocity, kTurn},
+    UnitSuffix{"hz", Q::angular_velocity, kTwoPi},
+    UnitSuffix{"Hz", Q::angular_velocity, kTwoPi},
     UnitSuffix{"rpm", Q::frequency, 1, 60},
 };
 

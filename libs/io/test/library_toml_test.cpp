@@ -1,5 +1,6 @@
 #include "whirl/io/library_toml.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <random>

@@ -1,5 +1,7 @@
 #include "algebra.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "whirl/core/error.hpp"

@@ -1,5 +1,7 @@
 #include "whirl/lagrange/derive.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <functional>
 

@@ -1,5 +1,7 @@
 #include "whirl/lagrange/physical.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

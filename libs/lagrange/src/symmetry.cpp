@@ -1,5 +1,7 @@
 #include "symmetry.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <sstream>
 

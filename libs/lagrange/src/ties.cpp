@@ -1,5 +1,7 @@
 #include "ties.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "rational_rows.hpp"

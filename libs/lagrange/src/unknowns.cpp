@@ -1,17 +1,18 @@
 // Unknowns of a library out of an identified model.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/lagrange/physical.hpp"
 
 namespace whirl::lagrange {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// A function without number in one equation, and a dense index for it.
 class Places {

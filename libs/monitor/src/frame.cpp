@@ -1,5 +1,7 @@
 #include "whirl/monitor/frame.hpp"
 
+#include <fmt/format.h>
+
 #include <bit>
 #include <cmath>
 #include <cstring>

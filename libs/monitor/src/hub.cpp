@@ -7,9 +7,10 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::monitor {
@@ -17,9 +18,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXd;
-
-constexpr double kRpm = 30 / std::numbers::pi;
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Smallest and largest of each group of rows, alternating; NaN for a group without a finite value.
 MatrixXd min_max_groups(const Eigen::Ref<const MatrixXd>& rows, Index group) {
@@ -164,18 +162,20 @@ void Hub::take_turns(double t_first, const MatrixXd& turns) {
     const Trend before = trend_.trend();
     if (const auto run = trend_.turn(t_first + turns(i, 1), turns(i, 0), amplitude)) note_run(*run);
     if (before == Trend::steady && trend_.trend() != before) {
-      note(fmt::format("{} begins near {:.0f} rpm", name(trend_.trend()), std::abs(turns(i, 0)) * kRpm));
+      note(fmt::format("{} begins near {:.0f} rpm", name(trend_.trend()), std::abs(turns(i, 0)) * kRpmPerRadPerSec));
     }
   }
 }
 
 void Hub::note_run(const SpeedTrend::Run& run) {
   std::string line = fmt::format("{} from {:.0f} to {:.0f} rpm in {:.2f} s ({:.0f} rpm/s)", name(run.trend),
-                                 run.speed_begin * kRpm, run.speed_end * kRpm, run.end - run.begin, run.rate() * kRpm);
+                                 run.speed_begin * kRpmPerRadPerSec, run.speed_end * kRpmPerRadPerSec,
+                                 run.end - run.begin, run.rate() * kRpmPerRadPerSec);
   for (std::size_t k = 0; k < run.largest.size(); ++k) {
-    line += fmt::format(
-        ", largest 1X {} {} at {:.0f} rpm", source_->info().channels[static_cast<std::size_t>(tracked_[k])].name,
-        report::format_amplitude(run.largest[k].amplitude, AmplitudeKind::peak), run.largest[k].speed * kRpm);
+    line += fmt::format(", largest 1X {} {} at {:.0f} rpm",
+                        source_->info().channels[static_cast<std::size_t>(tracked_[k])].name,
+                        report::format_amplitude(run.largest[k].amplitude, AmplitudeKind::peak),
+                        run.largest[k].speed * kRpmPerRadPerSec);
   }
   note(line);
 }
@@ -229,7 +229,7 @@ void Hub::step() {
     if (was_recording && !recorder_.active()) note("record stopped: " + recorder_.stopped_because());
     publish_samples(t_first, fresh);
     publish_synchronous(t_first, fresh);
-    const std::string where = std::isfinite(speed_) ? fmt::format(" at {:.0f} rpm", speed_ * kRpm) : "";
+    const std::string where = std::isfinite(speed_) ? fmt::format(" at {:.0f} rpm", speed_ * kRpmPerRadPerSec) : "";
     for (const std::string& line : limits_.look(t_first, fresh, where)) note(line);
     time_cycles(fresh);
     if (spectrum_.push(fresh) > 0 && spectrum_.count() > 0) publish_spectra();

@@ -4,11 +4,11 @@
 #include <limits>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 
 namespace whirl::monitor {
 
 LoopRow loop_row(const rt::LoopSample& s, double previous_start) {
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   const bool valid = (s.flags & rt::kValid) != 0, armed = (s.flags & rt::kArmed) != 0;
   const double unbalance = std::hypot(s.omega * s.omega, s.omega_dot);
   const auto internal = [&](double value) { return armed ? value : 0.0; };
@@ -36,7 +36,6 @@ Recording loop_recording(const rt::LoopRecord& record, const std::string& file) 
   if (record.cycles.size() < 2) throw Error::in_file(file, 0, "holds no two cycles");
   const std::int64_t first = record.cycles.front().tick, last = record.cycles.back().tick;
   if (last <= first || last - first > 100'000'000) throw Error::in_file(file, 0, "ticks that do not ascend");
-  constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   Eigen::MatrixXd table =
       Eigen::MatrixXd::Constant(last - first + 1, static_cast<Eigen::Index>(kLoopColumns.size()), kNaN);
   double previous = 0;

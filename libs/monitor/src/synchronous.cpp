@@ -1,15 +1,14 @@
 #include "whirl/monitor/synchronous.hpp"
 
 #include <cmath>
-#include <numbers>
+
+#include "whirl/core/angles.hpp"
 
 namespace whirl::monitor {
 
 using Eigen::Index;
 
-namespace {
-constexpr double kTurn = 2 * std::numbers::pi;
-}
+namespace {}
 
 void SynchronousTracker::reset() {
   sum_.setZero();
@@ -36,10 +35,10 @@ std::vector<SynchronousTracker::Revolution> SynchronousTracker::push(
     }
     // A wrapped angle continues; beyond half a turn per sample it cannot be followed.
     double step = beta(i) - last_beta_;
-    step -= kTurn * std::round(step / kTurn);
+    step -= kTwoPi * std::round(step / kTwoPi);
     double from = 0;  // part of the step already used
     while (from < 1) {
-      const double left = kTurn - std::abs(turned_);
+      const double left = kTwoPi - std::abs(turned_);
       const double rest = std::abs(step) * (1 - from);
       const double to = rest >= left && step != 0 ? from + left / std::abs(step) : 1;
       const Eigen::VectorXd x_from = last_ + from * (x - last_), x_to = last_ + to * (x - last_);
@@ -50,7 +49,7 @@ std::vector<SynchronousTracker::Revolution> SynchronousTracker::push(
       }
       turned_ += b_to - b_from;
       samples_ += to - from;
-      if (to < 1 || std::abs(turned_) >= kTurn * (1 - 1e-12)) {
+      if (to < 1 || std::abs(turned_) >= kTwoPi * (1 - 1e-12)) {
         if (samples_ > 0)
           out.push_back({turned_ / samples_ * rate_, (static_cast<double>(i - 1) + to) / rate_,
                          Eigen::VectorXcd(sum_ * (2 / turned_))});

@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "whirl/core/angles.hpp"
 
 namespace whirl::pages {
 namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 std::string finite(double value, const char* format, const char* none) {
   return std::isfinite(value) ? fmt::format(fmt::runtime(format), value) : none;
@@ -20,7 +19,7 @@ std::vector<std::string> cells(std::string speed, const tuning::LoopMargins& m) 
   return {std::move(speed),
           finite(m.gain_up, "{:.2f}", "none") + (m.simulated ? " *" : ""),
           m.gain_down > 0 ? fmt::format("{:.2f}", m.gain_down) : "none",
-          fmt::format("{:.0f}", m.phase * 360 / kTurn),
+          fmt::format("{:.0f}", m.phase * 360 / kTwoPi),
           finite(1e3 * m.delay, "{:.2f}", "none"),
           fmt::format("{:.3f}", m.modulus),
           fmt::format("{:.2f} at {:.0f} Hz", m.peak_sensitivity, std::round(m.peak_frequency) + 0.0),
@@ -54,7 +53,7 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
   t.columns = {{"speed", "Hz"}, {"gain up", ""}, {"gain down", ""}, {"phase", "deg"},
                {"delay", "ms"}, {"modulus", ""}, {"peak |S|", ""},  {"zone", ""}};
   for (const tuning::SpeedMargins& s : study.speeds)
-    t.add(cells(fmt::format("{:.1f}", s.margins.omega / kTurn), s.margins));
+    t.add(cells(fmt::format("{:.1f}", s.margins.omega / kTwoPi), s.margins));
   t.add(cells("worst", tuning::worst_margins(study.speeds)));
   t.notes = {
       "Loop opened at the force, both axes as one complex loop: frequencies above zero whirl with the rotor, below "
@@ -100,7 +99,7 @@ report::Document margins_report(const std::vector<MarginStudy>& studies, const C
     figure.title = "Nyquist diagram and sensitivity";
     figure.description = "Loop response in the complex plane near -1 and magnitude of the sensitivity over frequency.";
     report::Panel& plane =
-        figure.panel(fmt::format("{:.1f} Hz", worst.margins.omega / kTurn), {"Re L", {}}, {"Im L", {}});
+        figure.panel(fmt::format("{:.1f} Hz", worst.margins.omega / kTwoPi), {"Re L", {}}, {"Im L", {}});
     plane.equal_aspect = true;
     plane.line("L", re, im);
     Eigen::VectorXd at(1), zero(1);

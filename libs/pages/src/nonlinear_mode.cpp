@@ -1,9 +1,12 @@
 #include "whirl/pages/nonlinear_mode.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::pages {
@@ -11,7 +14,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-constexpr double kHz = 2 * std::numbers::pi;
 
 /// Amplitude of the answer to a force at a speed (and at its sweep): the smallest root of the balance of the first
 /// harmonic.
@@ -60,7 +62,7 @@ report::Figure decay_figure(const response::DecayCurve& curve, const response::N
   const VectorXd grid = VectorXd::LinSpaced(200, mode.lowest, mode.highest);
   const VectorXd backbone = grid.unaryExpr([&](double x) { return mode.frequency(x); });
   const VectorXd ratio = grid.unaryExpr([&](double x) { return mode.rate(x) / mode.frequency(x); });
-  report::Panel& top = figure.panel("", {"amplitude, peak", unit}, {"frequency", {"Hz", kHz}});
+  report::Panel& top = figure.panel("", {"amplitude, peak", unit}, {"frequency", {"Hz", kTwoPi}});
   top.error_bars("windows", a, f, fl, fh, {.color = 7});
   top.line("mode", grid, backbone, {.color = 0, .width = 1.8});
   report::Axis damping{"damping ratio", {"%", 0.01}};
@@ -87,7 +89,7 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
   figure.title = "Steady sine";
   figure.description = "Measured amplitude and phase over frequency at every force level, and the fitted mode.";
   figure.shared_x = true;
-  report::Panel& top = figure.panel("", {"frequency", {"Hz", kHz}}, {"amplitude, peak", {"mm", 1e-3}});
+  report::Panel& top = figure.panel("", {"frequency", {"Hz", kTwoPi}}, {"amplitude, peak", {"mm", 1e-3}});
   std::vector<double> levels;
   const auto level = [](const response::SteadyPoint& p) { return p.level > 0 ? p.level : p.force; };
   // Records of one level never agree to the last digit.
@@ -116,7 +118,7 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
     top.scatter(k == 0 ? "mode" : "", of(w), of(model), {.color = color, .mark = report::Mark::cross});
     phases.emplace_back(of(w), of(phase));
   }
-  report::Panel& low = figure.panel("", {"frequency", {"Hz", kHz}}, {"phase lead", {"deg", std::numbers::pi / 180}});
+  report::Panel& low = figure.panel("", {"frequency", {"Hz", kTwoPi}}, {"phase lead", {"deg", std::numbers::pi / 180}});
   for (std::size_t k = 0; k < phases.size(); ++k)
     low.scatter("", phases[k].first, phases[k].second,
                 {.color = static_cast<int>(k % 6), .mark = report::Mark::circle});

@@ -1,5 +1,7 @@
 #include "whirl/pages/run_json.hpp"
 
+#include <fmt/format.h>
+
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {

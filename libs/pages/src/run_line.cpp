@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "record/record_part.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 
@@ -14,7 +14,6 @@ namespace whirl::pages {
 namespace {
 
 using Eigen::Index;
-constexpr double kRpm = std::numbers::pi / 30;
 constexpr double kSteady = 0.03;  // of the highest speed
 constexpr double kTurned = 0.1;   // of the range: beyond it a run turned round
 
@@ -22,10 +21,11 @@ constexpr double kTurned = 0.1;   // of the range: beyond it a run turned round
 std::string direction(const diagnosis::Rotation& turning) {
   const Index n = turning.size(), part = std::max<Index>(1, n / 50), parts = n / part;
   Eigen::VectorXd speed(parts);
-  for (Index k = 0; k < parts; ++k) speed[k] = turning.speed.segment(k * part, part).mean() / kRpm;
+  for (Index k = 0; k < parts; ++k) speed[k] = turning.speed.segment(k * part, part).mean() / kRadPerSecPerRpm;
   Index top = 0, bottom = 0;
   const double high = speed.maxCoeff(&top), low = speed.minCoeff(&bottom);
-  const double begin = turning.speed[0] / kRpm, end = turning.speed[n - 1] / kRpm, range = high - low;
+  const double begin = turning.speed[0] / kRadPerSecPerRpm, end = turning.speed[n - 1] / kRadPerSecPerRpm,
+               range = high - low;
   if (range < kSteady * high) return fmt::format("steady at {:.0f} rpm", speed.mean());
   const bool over_the_top = high - speed[0] > kTurned * range && high - speed[parts - 1] > kTurned * range;
   const bool through_the_bottom = speed[0] - low > kTurned * range && speed[parts - 1] - low > kTurned * range;

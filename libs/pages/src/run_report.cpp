@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/identify/validate.hpp"
@@ -20,7 +21,6 @@ namespace {
 using report::Callout;
 using report::Document;
 using report::format_fixed;
-constexpr double kRpm = 2 * std::numbers::pi / 60;
 constexpr const char* kBeats =
     "Maxima after the peak of a fast run are beats of the free with the forced vibration, not further resonances.";
 
@@ -63,12 +63,13 @@ class RunReport {
       any = true;
     }
     for (const CriticalRow& c : criticals()) {
-      doc_.callout(Callout::Kind::note, "Largest 1X amplitude of " + c.run,
-                   fmt::format("{} at {:.0f} rpm in channel {}{}.",
-                               report::format_amplitude(c.amplitude, AmplitudeKind::peak), c.critical / kRpm, c.channel,
-                               c.reading ? fmt::format(", amplification factor {} by half power",
-                                                       format_fixed(c.reading->factor, 1))
-                                         : ""));
+      doc_.callout(
+          Callout::Kind::note, "Largest 1X amplitude of " + c.run,
+          fmt::format("{} at {:.0f} rpm in channel {}{}.", report::format_amplitude(c.amplitude, AmplitudeKind::peak),
+                      c.critical / kRadPerSecPerRpm, c.channel,
+                      c.reading
+                          ? fmt::format(", amplification factor {} by half power", format_fixed(c.reading->factor, 1))
+                          : ""));
       any = true;
     }
     if (!any) doc_.paragraph("The inputs hold nothing to be judged; see the sections below.");
@@ -150,9 +151,9 @@ class RunReport {
   }
 
   std::string slow_roll_note() const {
-    return o_.slow_roll > 0
-               ? fmt::format(" The mean vector below {:.0f} rpm (slow roll) is taken off.", o_.slow_roll / kRpm)
-               : "";
+    return o_.slow_roll > 0 ? fmt::format(" The mean vector below {:.0f} rpm (slow roll) is taken off.",
+                                          o_.slow_roll / kRadPerSecPerRpm)
+                            : "";
   }
 
   void tests() {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/pages/run_json.hpp"
 #include "whirl/report/format.hpp"
@@ -16,10 +16,9 @@ namespace {
 
 using report::Align;
 using report::format_fixed;
-constexpr double kRpm = 2 * std::numbers::pi / 60;
 constexpr double kSkip = 0.5;  // s of start transient
 
-std::string rpm(double speed) { return fmt::format("{:.0f}", speed / kRpm); }
+std::string rpm(double speed) { return fmt::format("{:.0f}", speed / kRadPerSecPerRpm); }
 std::string um(double metres) { return report::format_number(1e6 * metres, 3); }
 
 // 1X amplitude at the speed nearest to `speed`, when the run came within 2 % of it.
@@ -48,7 +47,7 @@ report::Table run_table(const std::vector<NamedFile<Recording>>& records) {
     const auto turning = diagnosis::rotation_of(r);
     t.add({name, report::format_number(r.rate(), 5), report::format_number(r.duration(), 4),
            turning ? rpm(turning->speed[0]) + " → " + rpm(turning->speed[turning->size() - 1]) : "–",
-           turning ? fmt::format("{:.0f}", turning->sweep_rate(r.dt) / kRpm) : "–",
+           turning ? fmt::format("{:.0f}", turning->sweep_rate(r.dt) / kRadPerSecPerRpm) : "–",
            r.has("x") ? format_fixed(1e3 * r["x"].cwiseAbs().maxCoeff(), 3) : "–",
            fmt::format("{}", fmt::join(names, ", "))});
   }
@@ -71,9 +70,9 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
     std::vector<std::string> row{r.run, r.channel, rpm(r.critical), um(r.amplitude)};
     if (r.reading) {
       const diagnosis::Amplification& a = *r.reading;
-      row.insert(row.end(),
-                 {rpm(a.low) + ", " + rpm(a.high), format_fixed(a.factor, 1),
-                  fmt::format("{:.0f}", a.sweep_rate / kRpm), format_fixed(a.sweep * a.factor * a.factor, 2)});
+      row.insert(row.end(), {rpm(a.low) + ", " + rpm(a.high), format_fixed(a.factor, 1),
+                             fmt::format("{:.0f}", a.sweep_rate / kRadPerSecPerRpm),
+                             format_fixed(a.sweep * a.factor * a.factor, 2)});
     } else {
       row.insert(row.end(), {"–", "–", "–", "–"});
     }

@@ -1,9 +1,12 @@
 #include "whirl/pages/run_up_plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/rotor/speed_profile.hpp"
@@ -12,12 +15,11 @@ namespace whirl::pages {
 namespace {
 
 using Eigen::Index;
-constexpr double kRpm = std::numbers::pi / 30;
 constexpr double kSensitive = 1;  ///< d log peak / d log rate; a linear rotor stays at 0.5
 constexpr double kRaise = 1.05;   ///< a rate is raised by this until the band holds
 constexpr int kRaises = 60;
 
-std::string rpm_s(double rate) { return fmt::format("{:.4g} rpm/s", rate / kRpm); }
+std::string rpm_s(double rate) { return fmt::format("{:.4g} rpm/s", rate / kRadPerSecPerRpm); }
 
 /// The slowest rate for which 97.5 % of the rotors stay within the limit.
 std::optional<double> suggest(const RotorModel& rotor, const std::vector<double>& covariance,
@@ -66,7 +68,7 @@ void judge(RunUpSheet& s, const std::optional<Drive>& drive) {
   if (!s.drive->run.reached)
     s.summary.fail(
         fmt::format("the drive stalls at {:.0f} rpm, its power goes into the whirl; a slow run-up needs {:.4g} N m",
-                    s.drive->run.final_speed / kRpm, s.drive->limit.torque));
+                    s.drive->run.final_speed / kRadPerSecPerRpm, s.drive->limit.torque));
   else if (s.up_rate && drive->torque.torque(s.options.to) < s.drive->needed)
     s.summary.warn(fmt::format("the suggested run-up needs {:.4g} N m, the drive has {:.4g} N m at the last speed",
                                s.drive->needed, drive->torque.motor - drive->torque.motor_slope * s.options.to));
@@ -123,7 +125,8 @@ report::Figure run_up_figure(const RunUpSheet& s) {
   report::Figure figure;
   figure.title = "Run-up and run-down";
   figure.description = "Largest radius over the acceleration in both directions, and the suggested runs over speed.";
-  report::Panel& top = figure.panel("", {"acceleration", {"rpm/s", kRpm}}, {"largest radius, peak", {"mm", 1e-3}});
+  report::Panel& top =
+      figure.panel("", {"acceleration", {"rpm/s", kRadPerSecPerRpm}}, {"largest radius, peak", {"mm", 1e-3}});
   top.x.scale = report::Scale::logarithmic;
   for (const auto& [name, curve, color] : {std::tuple{"run-up", &s.plan.up, 0}, {"run-down", &s.plan.down, 1}}) {
     const auto n = static_cast<Index>(curve->passages.size());
@@ -136,7 +139,7 @@ report::Figure run_up_figure(const RunUpSheet& s) {
   }
   if (s.options.limit > 0) top.horizontal(s.options.limit, "limit");
   if (s.up_rate) top.vertical(*s.up_rate, "suggested up");
-  report::Panel& low = figure.panel("", {"speed", {"rpm", kRpm}}, {"radius, peak", {"mm", 1e-3}});
+  report::Panel& low = figure.panel("", {"speed", {"rpm", kRadPerSecPerRpm}}, {"radius, peak", {"mm", 1e-3}});
   // The runs decide the scale: a slow run may reach far above them.
   double largest = s.options.limit;
   for (const auto& [curve, rate] : {std::pair{&s.plan.up, &s.up_rate}, {&s.plan.down, &s.down_rate}})

@@ -1,8 +1,9 @@
 #include "whirl/pages/steady_response.hpp"
 
-#include <numbers>
+#include <fmt/format.h>
 
 #include "model_draws.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/report/format.hpp"
 
@@ -11,7 +12,6 @@ namespace {
 
 using Eigen::Index;
 using identification::name_of;
-constexpr double kRpm = std::numbers::pi / 30;
 
 /// The model with the unbalance asked for, and its rotor where the unbalance forces one.
 struct Forced {
@@ -68,11 +68,12 @@ response::Forcing free_forcing(const SteadyOptions& o, bool turning) {
 }
 
 void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& summary) {
-  const double critical = rotor.natural_frequency(), low = o.curve.from / kRpm, high = o.curve.to / kRpm;
+  const double critical = rotor.natural_frequency(), low = o.curve.from / kRadPerSecPerRpm,
+               high = o.curve.to / kRadPerSecPerRpm;
   if (std::max(o.curve.from, o.curve.to) >= critical / 12) return;
   summary.warn(fmt::format(
       "{:g} to {:g} rpm is far below the critical speed of {:.0f} rpm: is the range in Hz ({:.0f} to {:.0f} rpm)?", low,
-      high, critical / kRpm, 60 * low, 60 * high));
+      high, critical / kRadPerSecPerRpm, 60 * low, 60 * high));
 }
 
 /// Of an isotropic rotor without further forces the synchronous response is algebraic: a thousand draws. That of any
@@ -132,7 +133,7 @@ void warn_of_extrapolation(SteadyResponse& found) {
       "{} of {} points lie beyond the record's amplitude ({}) or speed ({:.0f} to {:.0f} rpm): "
       "extrapolation",
       beyond, found.curve.points.size(), report::format_amplitude(found.known.amplitude, AmplitudeKind::peak),
-      found.known.low / kRpm, found.known.high / kRpm));
+      found.known.low / kRadPerSecPerRpm, found.known.high / kRadPerSecPerRpm));
 }
 
 }  // namespace

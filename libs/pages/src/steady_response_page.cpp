@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/pages/steady_response.hpp"
 #include "whirl/report/format.hpp"
 
@@ -10,7 +11,6 @@ namespace whirl::pages {
 namespace {
 
 using Eigen::Index;
-constexpr double kRpm = std::numbers::pi / 30;
 
 /// Runs of one kind (stable or not, known or extrapolated), joined at their ends, as lines of the panel.
 void add_lines(report::Panel& panel, const std::vector<double>& x, const std::vector<double>& y,
@@ -108,7 +108,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
   figure.shared_x = true;
   const std::vector<double>&x = curve.x, &y = curve.y;
   const double largest = *std::max_element(y.begin(), y.end());
-  const report::Axis speed{"speed", {"rpm", kRpm}};
+  const report::Axis speed{"speed", {"rpm", kRadPerSecPerRpm}};
   const report::Unit unit =
       f.radius || f.rotor ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});

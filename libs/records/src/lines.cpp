@@ -4,24 +4,23 @@
 #include <numbers>
 
 #include "channel.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/signal/fft.hpp"
 
 namespace whirl::records::detail {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 /// Amplitude (complex) of a line over samples first .. first + length, Hann window.
 std::complex<double> line(const Eigen::VectorXd& v, Eigen::Index first, Eigen::Index length, double cycles_per_sample) {
-  std::complex<double> sum = 0, turn = std::polar(1.0, -kTurn * cycles_per_sample), phase = 1;
+  std::complex<double> sum = 0, turn = std::polar(1.0, -kTwoPi * cycles_per_sample), phase = 1;
   double weights = 0;
   for (Eigen::Index i = 0; i < length; ++i) {
-    const double w = 0.5 - 0.5 * std::cos(kTurn * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+    const double w = 0.5 - 0.5 * std::cos(kTwoPi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
     sum += w * v[first + i] * phase;
     weights += w;
     phase *= turn;
   }
-  return 2.0 * sum / weights * std::polar(1.0, -kTurn * cycles_per_sample * static_cast<double>(first));
+  return 2.0 * sum / weights * std::polar(1.0, -kTwoPi * cycles_per_sample * static_cast<double>(first));
 }
 
 }  // namespace
@@ -35,7 +34,7 @@ void find_lines(ChannelCheck& c, const std::vector<double>& mains, double lowest
   Eigen::VectorXd windowed(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     windowed[i] =
-        (c.samples[i] - mean) * (1 - std::cos(kTurn * (static_cast<double>(i) + 0.5) / static_cast<double>(n)));
+        (c.samples[i] - mean) * (1 - std::cos(kTwoPi * (static_cast<double>(i) + 0.5) / static_cast<double>(n)));
   }
   const Eigen::VectorXd power = signal::real_fft(windowed).cwiseAbs2();
   const double step = 1 / duration;

@@ -2,16 +2,15 @@
 #include <array>
 #include <cmath>
 #include <complex>
-#include <numbers>
 
 #include "channel.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/signal/angle.hpp"
 
 namespace whirl::records::detail {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 using Complex = std::complex<double>;
 
 /// Energy of z that turns along with `scale` times the angle, in windows of some turns.
@@ -47,7 +46,7 @@ Turning turning(const ChannelCheck& x, const ChannelCheck& y, const Eigen::Vecto
   Turning found;
   for (std::size_t k = 0; k < speeds.size(); ++k) {
     // Within less than a turn the two senses look alike.
-    if (speeds[k] < middle || speeds[k] < kTurn) continue;
+    if (speeds[k] < middle || speeds[k] < kTwoPi) continue;
     Complex with = 0, against = 0;
     double energy = 0;
     for (Eigen::Index i = static_cast<Eigen::Index>(k) * width; i < static_cast<Eigen::Index>(k + 1) * width; ++i) {
@@ -108,9 +107,9 @@ void find_drift(ChannelCheck& c, const Eigen::VectorXd& angle) {
   std::vector<double> times, means;
   for (Eigen::Index k = 0; k < stretches; ++k) {
     Eigen::Index first = k * width, last = first + width;
-    const double turns = std::floor(std::abs(a[last - 1] - a[first]) / kTurn);
+    const double turns = std::floor(std::abs(a[last - 1] - a[first]) / kTwoPi);
     if (turns < 1) continue;
-    while (last > first + 2 && std::abs(a[last - 1] - a[first]) > turns * kTurn) --last;
+    while (last > first + 2 && std::abs(a[last - 1] - a[first]) > turns * kTwoPi) --last;
     double sum = 0, count = 0;
     for (Eigen::Index i = first; i < last; ++i) {
       if (!c.usable[i]) continue;
@@ -209,8 +208,8 @@ void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Ei
   if (angle.allFinite() && angle.size() > 64 && x.spread > 0 && y.spread > 0) {
     const Eigen::VectorXd a = signal::unwrapped(angle);
     const double forward = synchronous(x, y, a, 1), backward = synchronous(x, y, a, -1);
-    const double degrees = std::max(synchronous(x, y, angle, kTurn / 360), synchronous(x, y, angle, -kTurn / 360));
-    const double turns = std::max(synchronous(x, y, angle, kTurn), synchronous(x, y, angle, -kTurn));
+    const double degrees = std::max(synchronous(x, y, angle, kTwoPi / 360), synchronous(x, y, angle, -kTwoPi / 360));
+    const double turns = std::max(synchronous(x, y, angle, kTwoPi), synchronous(x, y, angle, -kTwoPi));
     if (std::max(degrees, turns) > 0.2 && std::max(degrees, turns) > 4 * std::max(forward, backward)) {
       whole(FindingKind::angle_unit, angle_name, degrees > turns ? 360.0 : 1.0,
             degrees > turns ? "the motion follows the angle read in degrees: state the unit of the angle as deg"
@@ -222,7 +221,7 @@ void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Ei
             "the rotation is against the angle: x and y are swapped, one of them has the wrong sign, or the angle "
             "counts backwards");
     }
-    const double speed = std::abs(a[a.size() - 1] - a[0]) / (x.dt * static_cast<double>(a.size() - 1)) / kTurn;
+    const double speed = std::abs(a[a.size() - 1] - a[0]) / (x.dt * static_cast<double>(a.size() - 1)) / kTwoPi;
     if (x.dt >= 0.1) {
       whole(FindingKind::size, "t", x.dt, "a rotor is not sampled that slowly: is the time in ms, not s?");
     } else if (speed > 5000) {

@@ -1,5 +1,7 @@
 #include "whirl/regression/gram.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>

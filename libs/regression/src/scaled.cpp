@@ -1,5 +1,7 @@
 #include "scaled.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,9 +1,11 @@
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/response/decay.hpp"
 
@@ -14,7 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kEvidence = 4;  ///< standard deviations that a nonlinear term must have
 constexpr double kPoor = 2, kWrong = 100;
 

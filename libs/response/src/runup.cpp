@@ -1,10 +1,12 @@
 #include "whirl/response/runup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "covariance_draws.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rotor/speed_profile.hpp"
@@ -14,7 +16,6 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kStepsPerTurn = 60;
 constexpr double kMostSteps = 1e6;
 
@@ -26,7 +27,7 @@ RotorModel isotropic_part(RotorModel r) {
 
 /// Fastest motion of a run: the rotation, or the free whirl.
 double time_step(const RotorModel& rotor, double from, double to) {
-  return kTurn / kStepsPerTurn / std::max({from, to, 1.5 * std::sqrt(std::max(rotor.k1, 0.0))});
+  return kTwoPi / kStepsPerTurn / std::max({from, to, 1.5 * std::sqrt(std::max(rotor.k1, 0.0))});
 }
 
 void require_speeds(double from, double to) {
@@ -38,7 +39,7 @@ void require_speeds(double from, double to) {
 std::vector<double> rates_of(const RotorModel& rotor, const RunUpOptions& o) {
   const double span = o.to - o.from, natural = std::sqrt(std::max(rotor.k1, 0.0));
   double slow = o.slowest, fast = o.fastest;
-  if (fast == 0) fast = span * natural / (2 * kTurn);
+  if (fast == 0) fast = span * natural / (2 * kTwoPi);
   // 2 rate / c^2: turns of phase lost while the transient decays.
   if (slow == 0) {
     slow = std::max(0.01 * rotor.c * rotor.c, span / (kMostSteps * time_step(rotor, o.from, o.to)));

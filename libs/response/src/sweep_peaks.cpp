@@ -1,5 +1,7 @@
 #include "whirl/response/sweep_peaks.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -16,7 +18,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr int kHarmonics = 3;
+constexpr int kSweptHarmonics = 3;
 constexpr double kRest = 0.05;       // of the amplitude that a window may leave over: more is a jump or no tone
 constexpr double kForceRest = 0.15;  // of the force
 
@@ -39,7 +41,7 @@ struct Tone {
 Tone tone(const Eigen::Ref<const VectorXd>& all, const VectorXd& t, const VectorXd& phase,
           const Eigen::ArrayX<bool>& usable) {
   VectorXd x = all;
-  MatrixXd basis(x.size(), 7 + 2 * (kHarmonics - 1));
+  MatrixXd basis(x.size(), 7 + 2 * (kSweptHarmonics - 1));
   for (Index i = 0; i < x.size(); ++i) {
     if (!usable[i]) {  // a row of zeros weighs nothing
       basis.row(i).setZero();
@@ -49,7 +51,7 @@ Tone tone(const Eigen::Ref<const VectorXd>& all, const VectorXd& t, const Vector
     const double c = std::cos(phase[i]), s = std::sin(phase[i]);
     const double square = 0.5 * t[i] * t[i];
     basis.row(i).head(7) << c, s, t[i] * c, t[i] * s, square * c, square * s, 1;
-    for (int h = 2; h <= kHarmonics; ++h) {
+    for (int h = 2; h <= kSweptHarmonics; ++h) {
       basis(i, 3 + 2 * h) = std::cos(h * phase[i]);
       basis(i, 4 + 2 * h) = std::sin(h * phase[i]);
     }

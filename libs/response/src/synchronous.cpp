@@ -1,5 +1,7 @@
 #include "whirl/response/synchronous.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <utility>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/rig/tilt.hpp"
 
 namespace whirl::rig {
 
 namespace {
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kMostFrictionPerStep = 1.5;
 
 void make_ideal(RigParameters& p) {
@@ -58,7 +58,7 @@ bool whole(double x) { return std::abs(x - std::round(x)) < 1e-9 * std::max(1.0,
 rotor::SpeedProfile RigParameters::default_profile() {
   rotor::SpeedProfile p = rotor::SpeedProfile::run_down(2.5 * std::sqrt(8500 / 1.5), 13, 1);
   p.ripple = 0.004;
-  p.ripple_omega = kTurn * 0.7;
+  p.ripple_omega = kTwoPi * 0.7;
   p.ripple_phase = 3.4;
   return p;
 }
@@ -70,16 +70,16 @@ std::vector<RigMode> RigParameters::default_modes() {
 RigParameters RigParameters::ideal_rotor_a() {
   RigParameters p;
   make_ideal(p);
-  const double w2 = std::pow(kTurn * 12, 2);
+  const double w2 = std::pow(kTwoPi * 12, 2);
   p.rotor.mass = 2.5;
   p.rotor.stiffness = 2.5 * w2;
   p.rotor.cubic = 0.25 * p.rotor.stiffness / 9e-6;
-  p.rotor.damping = 2 * 0.02 * kTurn * 12 * 2.5;
+  p.rotor.damping = 2 * 0.02 * kTwoPi * 12 * 2.5;
   p.rotor.residual_eccentricity = 80e-6;
   p.rotor.residual_phase = 0.7;
   p.rotor.added_radius = 85e-3;
   p.rotor.added_phase = 1.2;
-  p.profile = rotor::SpeedProfile::run_down(kTurn * 30, 12);
+  p.profile = rotor::SpeedProfile::run_down(kTwoPi * 30, 12);
   return p;
 }
 
@@ -93,7 +93,7 @@ RigParameters RigParameters::ideal_rotor_b() {
   p.rotor.residual_eccentricity = 300e-6;
   p.rotor.residual_phase = 0;
   p.rotor.added_mass = 0;
-  p.profile = rotor::SpeedProfile::run_down(kTurn * 40, 15);
+  p.profile = rotor::SpeedProfile::run_down(kTwoPi * 40, 15);
   return p;
 }
 
@@ -136,7 +136,7 @@ RotorModel RigParameters::true_model() const {
   for (const RigMode& mode : modes) {
     if (mode.unbalance_share == 0) continue;
     model.modes.push_back(
-        {kTurn * mode.frequency, mode.damping_ratio, mode.sensor_sign * mode.unbalance_share * model.eps});
+        {kTwoPi * mode.frequency, mode.damping_ratio, mode.sensor_sign * mode.unbalance_share * model.eps});
   }
   return model;
 }

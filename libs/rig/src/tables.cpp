@@ -3,6 +3,7 @@
 #include <cmath>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/rig/tilt.hpp"
 #include "whirl/rotor/equations.hpp"
@@ -13,19 +14,17 @@ namespace whirl::rig {
 
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 // q'' + 2 zeta w q' + w^2 q = b f, f' = (c - f) / tau, c held; without lag f = c.
 ModeMap mode_map(const RigMode& mode, double mass, double bandwidth, double time) {
-  const double w = kTurn * mode.frequency, b = mode.participation / mass;
+  const double w = kTwoPi * mode.frequency, b = mode.participation / mass;
   Eigen::Matrix4d a = Eigen::Matrix4d::Zero();  // (q, q', f, c)
   a(0, 1) = 1;
   a(1, 0) = -w * w;
   a(1, 1) = -2 * mode.damping_ratio * w;
   if (bandwidth > 0) {
     a(1, 2) = b;
-    a(2, 2) = -kTurn * bandwidth;
-    a(2, 3) = kTurn * bandwidth;
+    a(2, 2) = -kTwoPi * bandwidth;
+    a(2, 3) = kTwoPi * bandwidth;
   } else {
     a(1, 3) = b;
   }
@@ -57,7 +56,7 @@ class Surface {
 class EncoderTracker {
  public:
   EncoderTracker(const RigEncoder& encoder, double dt, const rotor::AngleState& start)
-      : width_(kTurn / encoder.counts), dt_(dt), pole_(kTurn * encoder.bandwidth), state_(start) {}
+      : width_(kTwoPi / encoder.counts), dt_(dt), pole_(kTwoPi * encoder.bandwidth), state_(start) {}
 
   rotor::AngleState read(double beta) {
     const double counted = (std::floor(beta / width_) + 0.5) * width_;
@@ -167,7 +166,7 @@ RigTables::RigTables(const RigParameters& given, const RigTables* like) : parame
   eps_re = model.eps.real();
   eps_im = model.eps.imag();
   gain = model.gain;
-  lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTurn * p.actuator.bandwidth) : 0;
+  lag_half_step = p.actuator.bandwidth > 0 ? std::exp(-0.5 * step * kTwoPi * p.actuator.bandwidth) : 0;
 
   const rotor::AngleState first = p.profile.at(0);
   const rotor::WhirlState whirl = rotor::steady_whirl(model, first.omega, first.beta);

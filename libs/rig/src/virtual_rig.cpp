@@ -10,7 +10,7 @@ namespace whirl::rig {
 
 namespace {
 
-constexpr std::size_t kHistory = 128;  // ticks of commands and readings kept; delays are below half of it
+constexpr std::size_t kRigHistory = 128;  // ticks of commands and readings kept; delays are below half of it
 
 struct ModeState {
   double x = 0, dx = 0, y = 0, dy = 0;
@@ -31,12 +31,12 @@ struct VirtualRig::State {
   rotor::LateralInput<double> target{};   // force it tends to
   rotor::LateralInput<double> applied{};  // after converter and limit, in sensor axes, nominal gain
   std::vector<ModeState> modes;
-  std::array<rotor::LateralInput<double>, kHistory> commands{};
+  std::array<rotor::LateralInput<double>, kRigHistory> commands{};
   struct Reading {
     double x = 0, y = 0;
     bool valid = true;
   };
-  std::array<Reading, kHistory> readings{};
+  std::array<Reading, kRigHistory> readings{};
   Measurement measurement;
 
   State(std::shared_ptr<const RigTables> t, const RigRun& r)
@@ -60,7 +60,7 @@ struct VirtualRig::State {
     measure();
   }
 
-  static constexpr std::size_t slot(long tick_) { return static_cast<std::size_t>(tick_) % kHistory; }
+  static constexpr std::size_t slot(long tick_) { return static_cast<std::size_t>(tick_) % kRigHistory; }
 
   // `axis` both: faults that have no axis.
   const ScriptedFault* active(RigFault kind, RigAxis axis) const noexcept {

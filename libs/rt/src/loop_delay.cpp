@@ -1,5 +1,7 @@
 #include "whirl/rt/loop_delay.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/math/tools/minima.hpp>

@@ -1,11 +1,13 @@
 #include "whirl/signal/angle.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "angle_spline.hpp"
 #include "pulse_turns.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
 
@@ -13,7 +15,6 @@ namespace whirl::signal {
 namespace {
 
 using detail::SmoothCurve;
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kSmeared = 0.05;  // rad beyond the rotor's own step: a reading in the middle of a wrap
 
 double bic(const SmoothCurve& c, Eigen::Index readings) {
@@ -93,11 +94,11 @@ Eigen::VectorXd unwrapped(const Eigen::Ref<const Eigen::VectorXd>& readings) {
   const Eigen::Index n = readings.size();
   Eigen::VectorXd out = readings;
   for (Eigen::Index i = 1; i < n; ++i) {
-    out[i] = out[i - 1] + std::remainder(readings[i] - readings[i - 1], kTurn);
-    if (i + 1 == n || std::abs(readings[i + 1] - readings[i - 1]) < 0.5 * kTurn) continue;
+    out[i] = out[i - 1] + std::remainder(readings[i] - readings[i - 1], kTwoPi);
+    if (i + 1 == n || std::abs(readings[i + 1] - readings[i - 1]) < 0.5 * kTwoPi) continue;
     // A wrap lies between the neighbours. On the way from one to the other this reading should be half of it.
-    const double both = std::remainder(readings[i + 1] - readings[i - 1], kTurn);
-    const double off = std::abs(std::remainder(readings[i] - readings[i - 1] - 0.5 * both, kTurn));
+    const double both = std::remainder(readings[i + 1] - readings[i - 1], kTwoPi);
+    const double off = std::abs(std::remainder(readings[i] - readings[i - 1] - 0.5 * both, kTwoPi));
     if (off > std::abs(both) + kSmeared) {
       out[i] = out[i - 1] + 0.5 * both;
       out[i + 1] = out[i] + 0.5 * both;
@@ -171,7 +172,7 @@ AngleFit angle_from_pulses(const std::vector<double>& times, double dt, Eigen::I
   const detail::CountedPulses pulses = detail::count_turns(times);
   const auto n = static_cast<Eigen::Index>(pulses.times.size());
   const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(pulses.times.data(), n);
-  const Eigen::VectorXd y = kTurn * Eigen::Map<const Eigen::VectorXd>(pulses.turns.data(), n);
+  const Eigen::VectorXd y = kTwoPi * Eigen::Map<const Eigen::VectorXd>(pulses.turns.data(), n);
   AngleFit fit = evaluate(choose_curve(t, y, options, 0), dt, samples);
   fit.missing = pulses.missing;
   fit.extra = pulses.extra;

@@ -1,5 +1,7 @@
 #include "whirl/signal/even_grid.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>

@@ -1,5 +1,7 @@
 #include "whirl/signal/noise.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -13,8 +13,6 @@ namespace whirl::signal {
 namespace {
 
 using Eigen::Index;
-constexpr double kPi = std::numbers::pi;
-constexpr double kTurn = 2 * kPi;
 constexpr double kHalfWidth = 24;  // of the interpolation kernel, in its own samples
 
 // Modified Bessel function of order 0 by its series: the Kaiser window's shape (beta = 10 puts its side lobes below
@@ -94,15 +92,15 @@ AngularSignal resample_in_angle(const Eigen::Ref<const Eigen::VectorXd>& x,
                                 const Eigen::Ref<const Eigen::VectorXd>& angle, double dt, int per_turn) {
   check(x, angle, dt);
   require_range("per_turn", per_turn, 4, 1 << 16);
-  const double step = kTurn / per_turn;
+  const double step = kTwoPi / per_turn;
   const Index n = angle.size();
-  const double first_turn = std::ceil(angle[0] / kTurn - 1e-9);
-  const auto turns = static_cast<Index>(std::floor(angle[n - 1] / kTurn + 1e-9) - first_turn);
+  const double first_turn = std::ceil(angle[0] / kTwoPi - 1e-9);
+  const auto turns = static_cast<Index>(std::floor(angle[n - 1] / kTwoPi + 1e-9) - first_turn);
   if (turns < 1)
-    throw Error(fmt::format("record of {:.2f} turns: must hold a whole one", (angle[n - 1] - angle[0]) / kTurn));
+    throw Error(fmt::format("record of {:.2f} turns: must hold a whole one", (angle[n - 1] - angle[0]) / kTwoPi));
   AngularSignal result;
   result.per_turn = per_turn;
-  result.first_angle = first_turn * kTurn;
+  result.first_angle = first_turn * kTwoPi;
   result.samples.resize(turns * per_turn);
   result.time.resize(turns * per_turn);
   Index i = 0;
@@ -138,17 +136,18 @@ OrderVectors order_vectors(const Eigen::Ref<const Eigen::VectorXd>& x, const Eig
   result.value.resize(blocks);
   Eigen::VectorXcd phase(block);
   for (Index i = 0; i < block; ++i) {
-    phase[i] = std::polar(1.0, -order * (angular.first_angle + kTurn * static_cast<double>(i) / per_turn));
+    phase[i] = std::polar(1.0, -order * (angular.first_angle + kTwoPi * static_cast<double>(i) / per_turn));
   }
   for (Index b = 0; b < blocks; ++b) {
     const Index first = b * block;
     const Index last = std::min(first + block, angular.samples.size() - 1);
     // A block begins at a whole number of turns, but a fractional order goes on turning from block to block.
-    const auto shift = std::polar(1.0, -order * kTurn * static_cast<double>(b * turns));
+    const auto shift = std::polar(1.0, -order * kTwoPi * static_cast<double>(b * turns));
     result.value[b] = 2.0 / static_cast<double>(block) * shift *
                       (angular.samples.segment(first, block).cast<std::complex<double>>().cwiseProduct(phase)).sum();
     result.time[b] = 0.5 * (angular.time[first] + angular.time[last]);
-    result.speed[b] = kTurn / per_turn * static_cast<double>(last - first) / (angular.time[last] - angular.time[first]);
+    result.speed[b] =
+        kTwoPi / per_turn * static_cast<double>(last - first) / (angular.time[last] - angular.time[first]);
   }
   return result;
 }

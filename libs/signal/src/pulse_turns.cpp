@@ -1,5 +1,7 @@
 #include "pulse_turns.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>

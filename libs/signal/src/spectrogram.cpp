@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/signal/order.hpp"
@@ -66,11 +66,10 @@ Eigen::VectorXd on_grid(const AmplitudeSpectrum& s, const Eigen::VectorXd& grid)
 Spectrogram turning_spectrogram(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::VectorXd* y,
                                 const Eigen::Ref<const Eigen::VectorXd>& angle, double dt, double highest,
                                 const SpectrumOptions& options, Index columns) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   constexpr Index kLeastTurns = 4;
   require_range("highest", highest, 1e-9, 0.5 / dt, "Hz");
   const double block_time = dt * static_cast<double>(options.block);
-  const double slowest = (angle[angle.size() - 1] - angle[0]) / kTurn / (dt * static_cast<double>(angle.size())) / 8;
+  const double slowest = (angle[angle.size() - 1] - angle[0]) / kTwoPi / (dt * static_cast<double>(angle.size())) / 8;
   const int per_turn = static_cast<int>(std::clamp(std::ceil(2.2 * highest / slowest), 16.0, 512.0));
   const AngularSignal ax = resample_in_angle(x, angle, dt, per_turn);
   AngularSignal ay;

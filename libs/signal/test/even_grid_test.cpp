@@ -1,5 +1,6 @@
 #include "whirl/signal/even_grid.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,7 @@
 #include "whirl/study/study.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "whirl/core/error.hpp"

@@ -1,5 +1,7 @@
 #include "whirl/study/study_report.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "study_tables.hpp"

@@ -13,7 +13,9 @@
 #include "tried_loop.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/control/controller.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/tuning/verdict.hpp"
 
@@ -21,14 +23,12 @@ namespace whirl::tuning {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// One period of a force with every line of both whirl directions at random phase.
 Eigen::VectorXcd multisine(Eigen::Index samples, double rms, std::mt19937_64& random) {
   Eigen::VectorXcd lines(samples);
   for (Eigen::Index k = 0; k < samples; ++k) {
-    lines[k] = std::polar(1.0, kTurn * static_cast<double>(random() >> 11) * 0x1p-53);
+    lines[k] = std::polar(1.0, kTwoPi * static_cast<double>(random() >> 11) * 0x1p-53);
   }
   Eigen::VectorXcd force = signal::inverse_fft(lines);
   return force * (rms * std::sqrt(2.0 * static_cast<double>(samples)) / force.norm());
@@ -91,7 +91,7 @@ SpeedMargins margins_at(const ControllerDesign& design, const rig::RigParameters
 /// Further turn of L, rad in [0, 2 pi), by which a delay brings it onto -1 at frequency f.
 double turn_to_critical(Complex loop, double f) {
   const double turn = f > 0 ? std::arg(loop) + std::numbers::pi : std::numbers::pi - std::arg(loop);
-  return turn < 0 ? turn + kTurn : turn >= kTurn ? turn - kTurn : turn;
+  return turn < 0 ? turn + kTwoPi : turn >= kTwoPi ? turn - kTwoPi : turn;
 }
 
 }  // namespace
@@ -115,7 +115,7 @@ LoopMargins margins_of(const LoopResponse& r) {
   const auto at_unit_gain = [&](Complex loop, double f) {
     const double phase = std::abs(std::arg(-loop));
     if (phase < m.phase) m.phase = phase, m.phase_frequency = f;
-    const double delay = turn_to_critical(loop, f) / (kTurn * std::abs(f));
+    const double delay = turn_to_critical(loop, f) / (kTwoPi * std::abs(f));
     if (delay < m.delay) m.delay = delay, m.delay_frequency = f;
   };
   for (std::size_t i = 0; i < r.loop.size(); ++i) {
@@ -173,13 +173,13 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
 
 std::string margin_failure(const std::vector<SpeedMargins>& speeds, double sample_time) {
   for (const SpeedMargins& s : speeds) {
-    if (!s.margins.stable) return fmt::format("the loop is not stable at {:.1f} Hz", s.margins.omega / kTurn);
+    if (!s.margins.stable) return fmt::format("the loop is not stable at {:.1f} Hz", s.margins.omega / kTwoPi);
   }
   const LoopMargins worst = worst_margins(speeds);
   if (std::string low = margin_shortfall(true, worst.gain_up, worst.delay, sample_time); !low.empty()) return low;
   if (worst.zone() != 'D') return {};
   return fmt::format("peak sensitivity {:.1f} at {:.0f} Hz and a speed of {:.1f} Hz: zone D of ISO 14839-3 (above 5)",
-                     worst.peak_sensitivity, worst.peak_frequency, worst.omega / kTurn);
+                     worst.peak_sensitivity, worst.peak_frequency, worst.omega / kTwoPi);
 }
 
 std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,

@@ -11,7 +11,7 @@
 namespace whirl::tuning {
 namespace {
 
-struct Condition {
+struct DrawnCondition {
   std::string name;
   std::function<void(rig::RigParameters&, ControllerDesign&, rig::RigRun&)> change;
 };
@@ -27,7 +27,7 @@ double critical_time(const rig::RigParameters& rig) {
   return best;
 }
 
-std::vector<Condition> conditions(const rig::RigParameters& nominal) {
+std::vector<DrawnCondition> conditions(const rig::RigParameters& nominal) {
   using P = rig::RigParameters;
   using D = ControllerDesign;
   const auto stiffness = [](double f) { return [f](P& p, D&, rig::RigRun&) { p.rotor.stiffness *= f; }; };
@@ -49,7 +49,7 @@ std::vector<Condition> conditions(const rig::RigParameters& nominal) {
       d.force_limit = p.actuator.force_limit();
     };
   };
-  std::vector<Condition> all{
+  std::vector<DrawnCondition> all{
       {"nominal", [](P&, D&, rig::RigRun&) {}},
       {"K1 +30 %", stiffness(1.3)},
       {"K1 -30 %", stiffness(0.7)},
@@ -85,7 +85,7 @@ std::vector<RobustnessCase> robustness_matrix(const ControllerDesign& design, co
   const auto all = conditions(rig);
   std::vector<RobustnessCase> out(all.size());
   parallel_for(static_cast<int>(all.size()), threads, [&](int i) {
-    const Condition& c = all[static_cast<std::size_t>(i)];
+    const DrawnCondition& c = all[static_cast<std::size_t>(i)];
     rig::RigParameters p = rig;
     ControllerDesign d = design;
     ClosedLoopOptions options;

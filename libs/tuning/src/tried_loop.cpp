@@ -7,13 +7,13 @@
 
 #include "whirl/control/controller.hpp"
 #include "whirl/control/lateral_model.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/tuning/verdict.hpp"
 
 namespace whirl::tuning {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kLost = 50e-3;  // m: no motion of a loop that holds
 constexpr double kDecayed = 0.6;
 constexpr double kMostGain = 8, kNear = 1.3;

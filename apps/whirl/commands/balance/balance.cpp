@@ -1,18 +1,19 @@
 #include "balance.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 #include <set>
 
 #include "balance_job.hpp"
 #include "commands/control/plant_options.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/balancing.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 struct ModelOptions {
   PlantOptions plant;
@@ -32,16 +33,16 @@ void balance_from_model(const ModelOptions& o, Session& session) {
   const diagnosis::BalancingAdvice a =
       diagnosis::balancing_advice(*model.rotor, mass, o.radius_mm * 1e-3, omega, grade, model.rotor_covariance);
   session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
-                          a.heavy_angle / kDegree));
+                          a.heavy_angle / kRadPerDegree));
   session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm, grade,
                           a.within_grade ? "held, nothing to do" : "not held"));
   session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
   session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o.radius_mm,
-                          a.correction_angle / kDegree));
+                          a.correction_angle / kRadPerDegree));
   if (a.mass_interval) {
     session.say(fmt::format("95 % interval      {:.3g} to {:.3g} g, {:.1f} to {:.1f} deg (a given mass of the disk)",
-                            1e3 * a.mass_interval->low, 1e3 * a.mass_interval->high, a.angle_interval->low / kDegree,
-                            a.angle_interval->high / kDegree));
+                            1e3 * a.mass_interval->low, 1e3 * a.mass_interval->high,
+                            a.angle_interval->low / kRadPerDegree, a.angle_interval->high / kRadPerDegree));
   }
   session.say(
       "if the probe reads a bow of the shaft and not its runout, the mass that nulls the true motion differs: see "

@@ -1,11 +1,9 @@
 #include "balance_flags.hpp"
 
-#include <numbers>
+#include "whirl/core/angles.hpp"
 
 namespace whirl::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180, kRpm = std::numbers::pi / 30;
 
 std::vector<double> times(std::vector<double> values, double unit) {
   for (double& v : values) v *= unit;
@@ -22,18 +20,18 @@ balancing::JobOptions JobFlags::options() const {
   o.drift = balancing::drift_of(drift);
   o.noise = noise_um * 1e-6;
   o.limit = limit_gram * 1e-3;
-  o.first_hole = first_hole_deg * kDegree;
+  o.first_hole = first_hole_deg * kRadPerDegree;
   o.piece = piece_gram * 1e-3;
   o.hole = hole_gram * 1e-3;
   o.prior = prior;
   o.zones = times(zones_um, 1e-6);
   o.mass_error = mass_error_gram * 1e-3;
-  o.angle_error = angle_error_deg * kDegree;
+  o.angle_error = angle_error_deg * kRadPerDegree;
   o.radius_error = radius_error_mm * 1e-3;
   o.mass = mass_kg;
   o.radius = radius_mm * 1e-3;
   o.grade = grade;
-  o.service_speed = speed_rpm * kRpm;
+  o.service_speed = speed_rpm * kRadPerSecPerRpm;
   return o;
 }
 
@@ -41,17 +39,17 @@ balancing::NewJob GuidedFlags::job(const JobFlags& flags) const {
   balancing::NewJob job;
   job.planes = planes;
   job.probes = probes;
-  job.speeds = times(speeds_rpm, kRpm);
+  job.speeds = times(speeds_rpm, kRadPerSecPerRpm);
   job.convention = flags.convention();
-  job.probe_angles = times(probe_deg, kDegree);
-  job.keyphasor = keyphasor_deg * kDegree;
-  job.notch = notch_deg * kDegree;
+  job.probe_angles = times(probe_deg, kRadPerDegree);
+  job.keyphasor = keyphasor_deg * kRadPerDegree;
+  job.notch = notch_deg * kRadPerDegree;
   job.edge = edge;
-  job.critical_speed = critical_rpm * kRpm;
+  job.critical_speed = critical_rpm * kRadPerSecPerRpm;
   job.trial = trial_gram * 1e-3;
   job.target = target_um * 1e-6;
   job.allowed = allowed_um * 1e-6;
-  job.slow_roll = flags.slow_roll_rpm * kRpm;
+  job.slow_roll = flags.slow_roll_rpm * kRadPerSecPerRpm;
   job.options = flags.options();
   return job;
 }

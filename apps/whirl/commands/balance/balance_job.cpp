@@ -1,5 +1,7 @@
 #include "balance_job.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
 #include <numbers>

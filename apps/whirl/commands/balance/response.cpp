@@ -1,8 +1,10 @@
 #include "response.hpp"
 
-#include <cmath>
-#include <numbers>
+#include <fmt/format.h>
 
+#include <cmath>
+
+#include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
@@ -12,15 +14,13 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kRpm = std::numbers::pi / 30;
-
-struct Options {
+struct ResponseFlags {
   std::string model, out, figure, data, peak_figure;
   double from_rpm = 0, to_rpm = 0;
   pages::SteadyOptions steady;
 };
 
-void say_branches(const pages::SteadyResponse& found, const Options& o, Session& session) {
+void say_branches(const pages::SteadyResponse& found, const ResponseFlags& o, Session& session) {
   for (const response::ResponseCurve& other : found.branches)
     session.say(
         fmt::format("second branch      {} at {:.0f} rpm, where a run-down begins: it joins the curve beyond the range",
@@ -34,7 +34,7 @@ void say_branches(const pages::SteadyResponse& found, const Options& o, Session&
     }
     session.say(
         fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by a blow",
-                    low / kRpm, high / kRpm, found.amplitude_text(most)));
+                    low / kRadPerSecPerRpm, high / kRadPerSecPerRpm, found.amplitude_text(most)));
   }
   if (o.steady.isolas && found.isolas.empty()) session.say("isolas             none found");
 }
@@ -48,20 +48,20 @@ void say_curve(const pages::SteadyResponse& found, Session& session) {
     unstable += !p.stable;
   }
   session.say(fmt::format("largest response   {} at {:.0f} rpm{}",
-                          found.amplitude_text(found.amplitude(peak->solution)), peak->solution.omega / kRpm,
-                          peak->stable ? "" : " (unstable there)"));
+                          found.amplitude_text(found.amplitude(peak->solution)),
+                          peak->solution.omega / kRadPerSecPerRpm, peak->stable ? "" : " (unstable there)"));
   if (found.band)
     session.say(fmt::format("95 % interval      {} to {} (over the model's covariance)",
                             found.amplitude_text(found.band->peak_low), found.amplitude_text(found.band->peak_high)));
   for (const response::CurveEvent& e : found.curve.events)
-    session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRpm,
+    session.say(fmt::format("{:<18} {:.2f} rpm, {}", to_string(e.kind), e.solution.omega / kRadPerSecPerRpm,
                             found.amplitude_text(found.amplitude(e.solution))));
   session.say(fmt::format("points             {}, {} of them unstable", found.curve.points.size(), unstable));
 }
 
-void run(Options o, Session& session) {
-  o.steady.curve.from = o.from_rpm * kRpm;
-  o.steady.curve.to = o.to_rpm * kRpm;
+void run(ResponseFlags o, Session& session) {
+  o.steady.curve.from = o.from_rpm * kRadPerSecPerRpm;
+  o.steady.curve.to = o.to_rpm * kRadPerSecPerRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (!o.data.empty()) {
     o.steady.known = identification::data_range({io::read_recording(o.data)});
@@ -91,7 +91,7 @@ void run(Options o, Session& session) {
 }  // namespace
 
 void add_response(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ResponseFlags>();
   CommandLine* sub = add_command(
       app, session, "response", "Steady response of a model over speed, without simulation",
       "Input: model.json of `whirl identify`. Harmonic balance with arclength continuation: every response, stable or "

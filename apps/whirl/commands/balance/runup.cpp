@@ -1,9 +1,12 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <tuple>
 
 #include "response.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
@@ -15,15 +18,13 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kRpm = std::numbers::pi / 30;
-
-struct Options {
+struct RunupOptions {
   std::string model, out, figure;
   double from_rpm = 0, to_rpm = 0, limit_mm = 0, slowest = 0, fastest = 0, unbalance = 1;
   double mass_kg = 0, inertia = 0, torque = 0, torque_slope = 0, coulomb = 0, viscous = 0, drag = 0;
 };
 
-std::optional<pages::Drive> drive_of(const Options& o) {
+std::optional<pages::Drive> drive_of(const RunupOptions& o) {
   if (o.torque == 0 && o.inertia == 0) {
     if (o.mass_kg + o.torque_slope + o.coulomb + o.viscous + o.drag > 0)
       throw Error("mass and friction belong to a drive: give --torque-nm, --inertia-kgm2 and --mass-kg");
@@ -39,21 +40,22 @@ std::optional<pages::Drive> drive_of(const Options& o) {
 std::string mm(double m) { return report::format_amplitude(m, AmplitudeKind::peak); }
 
 void say_direction(Session& session, const char* name, const response::RateCurve& c, const std::optional<double>& rate,
-                   const std::optional<response::PeakBand>& band, const Options& o) {
+                   const std::optional<response::PeakBand>& band, const RunupOptions& o) {
   std::string line = fmt::format("{:<18} slow {}, fastest looked at {} at {:.4g} rpm/s", name, mm(c.slow_peak),
-                                 mm(c.passages.back().peak), c.passages.back().rate / kRpm);
+                                 mm(c.passages.back().peak), c.passages.back().rate / kRadPerSecPerRpm);
   session.say(line);
   if (rate) {
-    const double seconds = (o.to_rpm - o.from_rpm) * kRpm / *rate;
+    const double seconds = (o.to_rpm - o.from_rpm) * kRadPerSecPerRpm / *rate;
     session.say(
-        fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRpm, seconds,
+        fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRadPerSecPerRpm, seconds,
                     band ? ", peak " + mm(band->low) + " to " + mm(band->high) + " (95 % of the covariance)" : ""));
   }
   if (o.limit_mm > 0 && c.slowest_safe)
-    session.say(fmt::format("  slowest safe     {:.4g} rpm/s for {:g} mm", *c.slowest_safe / kRpm, o.limit_mm));
-  if (c.fastest_useful < 0.99 * c.passages.back().rate)
     session.say(
-        fmt::format("  fastest useful   {:.4g} rpm/s: faster does not lower the peak", c.fastest_useful / kRpm));
+        fmt::format("  slowest safe     {:.4g} rpm/s for {:g} mm", *c.slowest_safe / kRadPerSecPerRpm, o.limit_mm));
+  if (c.fastest_useful < 0.99 * c.passages.back().rate)
+    session.say(fmt::format("  fastest useful   {:.4g} rpm/s: faster does not lower the peak",
+                            c.fastest_useful / kRadPerSecPerRpm));
 }
 
 /// The plan is that of the RotorModel; what the model has beside it is run once at the rates suggested.
@@ -65,8 +67,8 @@ void say_further_forces(Session& session, IdentifiedModel model, const pages::Ru
   const std::string names = names_of(terms);
   summary.warn("the plan is that of a rotor without the model's " + names);
   if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
-    summary.fail(
-        fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range", names, w / kRpm));
+    summary.fail(fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range", names,
+                             w / kRadPerSecPerRpm));
   for (const auto& [rate, from, to] :
        {std::tuple(sheet.up_rate, o.from, o.to), std::tuple(sheet.down_rate, o.to, o.from)}) {
     if (!rate) continue;
@@ -78,10 +80,11 @@ void say_further_forces(Session& session, IdentifiedModel model, const pages::Ru
     const rotor::Response run =
         identification::simulate_rotor(model, rotor::angle_signal(profile, 2 * std::numbers::pi / 20 / fastest));
     const double peak = (run.z.array() - sheet.rotor.offset).abs().maxCoeff();
-    session.say(
-        fmt::format("with {:<13} {} at {:.4g} rpm/s {}", names, mm(peak), *rate / kRpm, from < to ? "up" : "down"));
+    session.say(fmt::format("with {:<13} {} at {:.4g} rpm/s {}", names, mm(peak), *rate / kRadPerSecPerRpm,
+                            from < to ? "up" : "down"));
     if (o.limit > 0 && !(peak <= o.limit))
-      summary.fail(fmt::format("with its {} the run at {:.4g} rpm/s exceeds the limit", names, *rate / kRpm));
+      summary.fail(
+          fmt::format("with its {} the run at {:.4g} rpm/s exceeds the limit", names, *rate / kRadPerSecPerRpm));
   }
 }
 
@@ -94,7 +97,7 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
     summary.warn(text);
 }
 
-void run(const Options& o, Session& session) {
+void run(const RunupOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (identification::has_tilt(model))
     throw Error(o.model + ": the disc of this model tilts: whirl simulate runs it through its speeds");
@@ -107,17 +110,17 @@ void run(const Options& o, Session& session) {
     covariance[k] *= (row ? o.unbalance : 1) * (column ? o.unbalance : 1);
   }
   response::RunUpOptions options;
-  options.from = o.from_rpm * kRpm;
-  options.to = o.to_rpm * kRpm;
+  options.from = o.from_rpm * kRadPerSecPerRpm;
+  options.to = o.to_rpm * kRadPerSecPerRpm;
   options.limit = o.limit_mm * 1e-3;
-  options.slowest = o.slowest * kRpm;
-  options.fastest = o.fastest * kRpm;
+  options.slowest = o.slowest * kRadPerSecPerRpm;
+  options.fastest = o.fastest * kRadPerSecPerRpm;
   pages::RunUpSheet sheet = pages::run_up_sheet(rotor, covariance, options, drive_of(o));
   say_direction(session, "run-up", sheet.plan.up, sheet.up_rate, sheet.up_band, o);
   say_direction(session, "run-down", sheet.plan.down, sheet.down_rate, sheet.down_band, o);
   if (sheet.drive) {
     session.say(fmt::format("drive              a slow run-up needs {:.4g} N m (at {:.0f} rpm); this one {}",
-                            sheet.drive->limit.torque, sheet.drive->limit.speed / kRpm,
+                            sheet.drive->limit.torque, sheet.drive->limit.speed / kRadPerSecPerRpm,
                             sheet.drive->run.reached ? fmt::format("comes through in {:.3g} s, peak {}",
                                                                    sheet.drive->run.seconds, mm(sheet.drive->run.peak))
                                                      : "stalls"));
@@ -135,7 +138,7 @@ void run(const Options& o, Session& session) {
 }  // namespace
 
 void add_runup(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RunupOptions>();
   CommandLine* sub =
       add_command(app, session, "runup", "Choose how fast to run up and down through the critical speed",
                   "Input: model.json of `whirl identify`. Simulates run-ups and run-downs at many accelerations and "

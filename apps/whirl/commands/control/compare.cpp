@@ -1,5 +1,7 @@
 #include "whirl/tuning/compare.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "command.hpp"
@@ -26,7 +28,7 @@ std::string file_name(const std::string& label) {
   return name;
 }
 
-struct Options {
+struct CompareFlags {
   PlantOptions plant;
   std::string rig, balanced;
   std::filesystem::path out;
@@ -49,7 +51,7 @@ rig::RigParameters plant_rig(const RotorModel& rotor, const tuning::Hardware& ha
   return rig;
 }
 
-void run_comparison(Options* o, Session& session) {
+void run_comparison(CompareFlags* o, Session& session) {
   require_range("--added-mass-g", o->added_mass_g, 0, 1000, "g");
   require_range("--seeds", o->seeds, 1, 1000);
   if (!o->out.empty()) {
@@ -121,7 +123,7 @@ void run_comparison(Options* o, Session& session) {
 }  // namespace
 
 void add_compare(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<CompareFlags>();
   CommandLine* sub = add_command(
       app, session, "compare", "All control laws on the same rig, runs and seeds, beside the paper's numbers",
       "Input: model.json identified on the rotor to be controlled; its mass by --stiffness or --mass-kg. Every law is "

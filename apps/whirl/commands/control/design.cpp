@@ -1,5 +1,7 @@
 #include "whirl/tuning/design.hpp"
 
+#include <fmt/format.h>
+
 #include "command.hpp"
 #include "plant_options.hpp"
 #include "whirl/control/catalogue.hpp"

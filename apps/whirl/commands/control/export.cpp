@@ -15,14 +15,14 @@
 namespace whirl::app {
 namespace {
 
-struct Options {
+struct ExportOptions {
   std::string form, file, out, prefix, type, target;
   bool single = false;
   int fmi = 2;
   double inner_step_ms = 1, mass_kg = 0;
 };
 
-deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code, bool controller) {
+deploy::FmuOptions fmu_options(const ExportOptions& o, const deploy::CodeOptions& code, bool controller) {
   deploy::FmuOptions f;
   f.code = code;
   f.version = o.fmi;
@@ -35,7 +35,7 @@ deploy::FmuOptions fmu_options(const Options& o, const deploy::CodeOptions& code
 }
 
 template <class T>
-std::vector<std::string> write(const Session& session, const Options& o, const T& value,
+std::vector<std::string> write(const Session& session, const ExportOptions& o, const T& value,
                                const deploy::CodeOptions& code) {
   const std::filesystem::path folder = o.out;
   std::vector<std::string> written;
@@ -56,7 +56,7 @@ std::vector<std::string> write(const Session& session, const Options& o, const T
 }
 
 /// Cost of a step on the target, printed; null without --target.
-io::Json target_cost(const Session& session, const Options& o, const ControllerDesign& design) {
+io::Json target_cost(const Session& session, const ExportOptions& o, const ControllerDesign& design) {
   if (o.target.empty()) return {};
   if (o.form != "c") throw Error("--target belongs to the form c, not " + o.form);
   const deploy::StepCost c = deploy::cortex_m4f_cost(design);
@@ -74,12 +74,12 @@ io::Json target_cost(const Session& session, const Options& o, const ControllerD
       .set("state", static_cast<double>(c.state));
 }
 
-void require_no_target(const Options& o) {
+void require_no_target(const ExportOptions& o) {
   if (!o.target.empty()) throw Error("--target counts the steps of a controller; this is a model");
 }
 
 /// What to do with the files, in one line.
-std::string next_step(const Options& o, const deploy::CodeOptions& code) {
+std::string next_step(const ExportOptions& o, const deploy::CodeOptions& code) {
   if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
   if (o.form == "fmu") return "import the .fmu in any tool of FMI " + std::to_string(o.fmi) + ".0";
   if (o.form == "sfunction") return fmt::format("build in MATLAB: mex {0}_sfun.c {0}.c", code.prefix);
@@ -91,7 +91,7 @@ std::string next_step(const Options& o, const deploy::CodeOptions& code) {
 }  // namespace
 
 void add_export(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ExportOptions>();
   CommandLine* sub = add_command(
       app, session, "export", "A controller or model as C99, FMU or for other tools",
       "Forms:\n"

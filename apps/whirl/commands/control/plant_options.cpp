@@ -1,5 +1,7 @@
 #include "plant_options.hpp"
 
+#include <fmt/format.h>
+
 #include "commands/machine/run_fmu.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/fmu_loop.hpp"

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 
@@ -19,7 +21,7 @@ namespace whirl::app {
 
 namespace {
 
-struct Options {
+struct RobustnessOptions {
   PlantOptions plant;
   std::string controller;
   std::filesystem::path out;
@@ -45,7 +47,7 @@ void say_structure(const Session& session, double left, Summary& summary) {
                "for it");
 }
 
-void run_study(Options* o, Session& session) {
+void run_study(RobustnessOptions* o, Session& session) {
   const MpiRanks mpi;
   const tuning::Ranks& ranks = mpi.ranks();
   try {
@@ -116,7 +118,7 @@ void run_study(Options* o, Session& session) {
 }  // namespace
 
 void add_robustness(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RobustnessOptions>();
   CommandLine* sub = add_command(
       app, session, "robustness",
       "Chance that a controller keeps the displacement below a limit, over machines the model may be",

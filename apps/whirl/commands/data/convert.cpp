@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
 #include "commands/modal/response_options.hpp"

@@ -1,10 +1,10 @@
+#include <fmt/format.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
-#include <numbers>
-
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/terminal_plot.hpp"
@@ -12,8 +12,6 @@
 
 namespace whirl::app {
 namespace {
-
-constexpr double kRpm = 2 * std::numbers::pi / 60;
 
 report::TerminalOptions terminal() {
   report::TerminalOptions options;
@@ -26,7 +24,7 @@ report::TerminalOptions terminal() {
   return options;
 }
 
-struct Options {
+struct PlotOptions {
   std::vector<std::string> files, out;
   std::string what = "traces", window, amplitude = "peak", phase = "lag";
   double slow_roll_rpm = 0;
@@ -34,7 +32,7 @@ struct Options {
   pages::ViewOptions view;
 };
 
-void draw(Options* o, Session& session) {
+void draw(PlotOptions* o, Session& session) {
   pages::ViewOptions& view_options = o->view;
   if (!o->window.empty()) {
     view_options.window = o->window == "hann"       ? signal::Window::hann
@@ -45,7 +43,7 @@ void draw(Options* o, Session& session) {
                       : o->amplitude == "rms" ? AmplitudeKind::rms
                                               : AmplitudeKind::peak_to_peak;
   view_options.phase = o->phase == "lead" ? report::Phase::lead : report::Phase::lag;
-  view_options.slow_roll = o->slow_roll_rpm * kRpm;
+  view_options.slow_roll = o->slow_roll_rpm * kRadPerSecPerRpm;
   report::Figure figure;
   std::vector<signal::SynchronousCurve> tables;
   if (o->what == "bode" || o->what == "polar" || o->what == "nyquist") {
@@ -79,7 +77,7 @@ void draw(Options* o, Session& session) {
 }  // namespace
 
 void add_plot(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<PlotOptions>();
   std::string list;
   for (const pages::View& v : pages::views()) list += fmt::format("  {:<15}{}\n", v.name, v.shows);
   CommandLine* sub = add_command(

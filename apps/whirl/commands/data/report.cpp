@@ -1,7 +1,9 @@
+#include <fmt/format.h>
+
 #include <filesystem>
-#include <numbers>
 
 #include "command.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
 #include "whirl/pages/printed_page.hpp"
@@ -9,12 +11,6 @@
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
-namespace {
-
-constexpr double kRpm = 2 * std::numbers::pi / 60;
-
-}  // namespace
-
 void add_report(CommandLine& app, Session& session) {
   struct Options {
     std::vector<std::filesystem::path> files;
@@ -37,8 +33,8 @@ void add_report(CommandLine& app, Session& session) {
       "amplification factor and sweep rate, separation margin, shaft vibration zones, balance grade, provenance.\n\n"
       "Example: whirl report rundown.csv model.json controller.json log.csv --service-rpm 1800 --out report.html",
       [o, &session] {
-        o->report.service_speed = o->service_rpm * kRpm;
-        o->report.slow_roll = o->slow_roll_rpm * kRpm;
+        o->report.service_speed = o->service_rpm * kRadPerSecPerRpm;
+        o->report.slow_roll = o->slow_roll_rpm * kRadPerSecPerRpm;
         o->report.command_line = session.command_line;
         session.progress("report: reading", 0);
         const pages::ReportInputs inputs = pages::read_report_inputs(o->files);

@@ -1,9 +1,12 @@
 #include "whirl/rotor/simulate.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
 #include "commands/balance/response.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/identify_json.hpp"
 #include "whirl/identify/sindy.hpp"
@@ -18,9 +21,8 @@ namespace whirl::app {
 namespace {
 
 using Eigen::Index;
-constexpr double kRpm = std::numbers::pi / 30;
 
-struct Options {
+struct SimulateOptions {
   std::string model, record, out;
   double from_rpm = 0, to_rpm = 0, seconds = 0, dwell_s = 0, rate_hz = 1000, unbalance = 1, eccentricity_um = -1,
          phase_deg = 0, drive = 0, limit_rpm = 0;
@@ -35,7 +37,7 @@ Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
 }
 
 /// A model without rotor parameters: free run over the inputs of a record.
-Recording run_equations(const IdentifiedModel& model, const Options& o) {
+Recording run_equations(const IdentifiedModel& model, const SimulateOptions& o) {
   if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
   const Recording in = io::read_recording(o.record);
   if (identification::has_drive(model)) return identification::simulate_drive(model, in);
@@ -57,7 +59,7 @@ Recording run_equations(const IdentifiedModel& model, const Options& o) {
 }
 
 /// The angle of the speed profile asked for.
-AngleSignal profile_of(const Options& o) {
+AngleSignal profile_of(const SimulateOptions& o) {
   if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
   require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
   require_range("--dwell-s", o.dwell_s, 0, 1e6, "s");
@@ -65,15 +67,15 @@ AngleSignal profile_of(const Options& o) {
   if ((o.seconds + o.dwell_s) * o.rate_hz > 5e7)
     throw Error("more than 50 million samples: lower --rate-hz or --seconds");
   rotor::SpeedProfile profile;
-  profile.omega_start = o.from_rpm * kRpm;
-  profile.omega_end = o.to_rpm * kRpm;
+  profile.omega_start = o.from_rpm * kRadPerSecPerRpm;
+  profile.omega_end = o.to_rpm * kRadPerSecPerRpm;
   profile.ramp_time = o.seconds;
   profile.dwell_end = o.dwell_s;
   return rotor::angle_signal(profile, 1 / o.rate_hz);
 }
 
 /// A rotor that tilts over the speed profile; the steady whirl at its first speed before.
-Recording run_tilt(const IdentifiedModel& model, const Options& o, double& peak, double& at) {
+Recording run_tilt(const IdentifiedModel& model, const SimulateOptions& o, double& peak, double& at) {
   if (o.unbalance != 1 || o.eccentricity_um >= 0)
     throw Error(
         "the disc of this model tilts: what another unbalance does to its tilt is not known, run it without "
@@ -88,7 +90,7 @@ Recording run_tilt(const IdentifiedModel& model, const Options& o, double& peak,
   return out;
 }
 
-Recording run_rotor(IdentifiedModel model, const Options& o, double& peak, double& at) {
+Recording run_rotor(IdentifiedModel model, const SimulateOptions& o, double& peak, double& at) {
   RotorModel& rotor = *model.rotor;
   rotor.eps *= o.unbalance;
   if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
@@ -106,18 +108,18 @@ Recording run_rotor(IdentifiedModel model, const Options& o, double& peak, doubl
 }
 
 /// A run from rest at one level of the drive; --limit-rpm: the least level that gets there.
-void run_drive(const IdentifiedModel& model, const Options& o, Session& session) {
+void run_drive(const IdentifiedModel& model, const SimulateOptions& o, Session& session) {
   require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
   const identification::RunUp up = identification::run_up(model, o.drive, o.seconds, o.rate_hz);
   const double critical = model.rotor ? model.rotor->natural_frequency() : 0;
   const bool stalls = critical > 0 && up.reached < critical && up.reached > 0.8 * critical;
   io::Json json = io::Json::object();
   json.set("reached_rad_s", up.reached).set("critical_rad_s", critical).set("stalls", stalls);
-  session.say(
-      fmt::format("drive {:g}           {:.0f} rpm after {:g} s{}", o.drive, up.reached / kRpm, o.seconds,
-                  stalls ? fmt::format(": stalls below the critical speed of {:.0f} rpm", critical / kRpm) : ""));
+  session.say(fmt::format(
+      "drive {:g}           {:.0f} rpm after {:g} s{}", o.drive, up.reached / kRadPerSecPerRpm, o.seconds,
+      stalls ? fmt::format(": stalls below the critical speed of {:.0f} rpm", critical / kRadPerSecPerRpm) : ""));
   if (o.limit_rpm > 0) {
-    const double least = identification::limiting_drive(model, o.limit_rpm * kRpm, o.seconds, o.rate_hz,
+    const double least = identification::limiting_drive(model, o.limit_rpm * kRadPerSecPerRpm, o.seconds, o.rate_hz,
                                                         100 * std::max(std::abs(o.drive), 1e-6));
     json.set("limiting_drive", least);
     session.say(
@@ -134,7 +136,7 @@ void run_drive(const IdentifiedModel& model, const Options& o, Session& session)
   session.finish(model.summary);
 }
 
-void run(const Options& o, Session& session) {
+void run(const SimulateOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (o.drive != 0) return run_drive(model, o, session);
   if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
@@ -144,7 +146,7 @@ void run(const Options& o, Session& session) {
   if ((model.rotor || tilts) && o.record.empty()) {
     result = tilts ? run_tilt(model, o, peak, at) : run_rotor(model, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
-                            at / kRpm));
+                            at / kRadPerSecPerRpm));
   } else {
     if (o.seconds > 0 || o.unbalance != 1 || o.eccentricity_um >= 0)
       throw Error("--seconds, --unbalance and --eccentricity-um belong to a rotor's speed profile, not to --record");
@@ -159,7 +161,8 @@ void run(const Options& o, Session& session) {
                           o.out.empty() ? "" : ", written to " + o.out));
   Summary summary = model.summary;
   if (const auto range = identification::load_data_range(o.model); range && o.record.empty() && peak > 0) {
-    if (const std::string text = range->beyond(peak, o.from_rpm * kRpm, o.to_rpm * kRpm); !text.empty())
+    if (const std::string text = range->beyond(peak, o.from_rpm * kRadPerSecPerRpm, o.to_rpm * kRadPerSecPerRpm);
+        !text.empty())
       summary.warn(text);
   }
   session.finish(summary);
@@ -168,7 +171,7 @@ void run(const Options& o, Session& session) {
 }  // namespace
 
 void add_simulate(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<SimulateOptions>();
   CommandLine* sub =
       add_command(app, session, "simulate", "Motion of a model over a run-up, a run-down or a record's inputs",
                   "Input: model.json of `whirl identify`. A rotor runs from one speed to another (up or down) from its "

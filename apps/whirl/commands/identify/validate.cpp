@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <numbers>
 
 #include "command.hpp"
@@ -11,7 +13,7 @@
 namespace whirl::app {
 namespace {
 
-struct Options {
+struct ValidateFlags {
   std::string model, out;
   std::vector<std::string> files, clean;
   std::string unbalance = "identified", pulses;
@@ -19,7 +21,7 @@ struct Options {
   RecordOptions record;
 };
 
-identification::ValidateOptions validate_options(const Options& o) {
+identification::ValidateOptions validate_options(const ValidateFlags& o) {
   using identification::UnbalanceSource;
   identification::ValidateOptions options;
   options.unbalance = o.unbalance == "refitted" ? UnbalanceSource::refitted
@@ -29,7 +31,7 @@ identification::ValidateOptions validate_options(const Options& o) {
   return options;
 }
 
-void run_validate(const Options& o, Session& session) {
+void run_validate(const ValidateFlags& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (!o.clean.empty() && o.clean.size() != o.files.size()) {
     throw Error(fmt::format("--clean names {} files for {} records: must be one each", o.clean.size(), o.files.size()));
@@ -60,7 +62,7 @@ void run_validate(const Options& o, Session& session) {
 }  // namespace
 
 void add_validate(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ValidateFlags>();
   CommandLine* sub = add_command(
       app, session, "validate", "Free-run prediction of records that were not used for the fit",
       "Input: model.json and CSV records as for identify; --clean: the noise-free record of each, where known.\n"

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "run_io.hpp"
 #include "stop_signal.hpp"
 #include "whirl/hardware/realtime_run.hpp"

@@ -1,8 +1,10 @@
 #include "rig_campbell.hpp"
 
-#include <filesystem>
-#include <numbers>
+#include <fmt/format.h>
 
+#include <filesystem>
+
+#include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
@@ -20,8 +22,7 @@ struct CampbellOptions {
 
 /// Frequencies of `file` over its speed, the running speed (1X), and the speeds at which they meet.
 report::Figure diagram(const io::Table& file, const std::vector<double>& critical, const std::string& rig) {
-  constexpr double kTurn = 2 * std::numbers::pi;
-  const report::Unit rpm{"rpm", kTurn / 60};
+  const report::Unit rpm{"rpm", kTwoPi / 60};
   report::Figure figure;
   figure.title = "Campbell diagram";
   figure.description = "Frequencies of free whirl over rotor speed, with the running speed.";
@@ -35,21 +36,20 @@ report::Figure diagram(const io::Table& file, const std::vector<double>& critica
       {"forward, tilt", {.color = 1}}};
   for (std::size_t k = 0; k < std::size(branches); ++k)
     panel.line(branches[k].first, speed, file.columns[k + 1].samples, branches[k].second);
-  panel.line("1X", speed, speed / kTurn, {.color = 7, .dash = report::Dash::dotted});
+  panel.line("1X", speed, speed / kTwoPi, {.color = 7, .dash = report::Dash::dotted});
   Eigen::VectorXd at(static_cast<Eigen::Index>(critical.size()));
   std::string list;
   for (std::size_t k = 0; k < critical.size(); ++k) {
     at[static_cast<Eigen::Index>(k)] = critical[k];
     list += fmt::format("{}{:.0f}", k > 0 ? ", " : "", critical[k] / rpm.factor);
   }
-  if (at.size() > 0) panel.scatter("critical speed of the unbalance: " + list + " rpm", at, at / kTurn, {.color = 6});
+  if (at.size() > 0) panel.scatter("critical speed of the unbalance: " + list + " rpm", at, at / kTwoPi, {.color = 6});
   panel.y.low = 0;
   figure.runs = {std::filesystem::path(rig).filename().string()};
   return figure;
 }
 
 void campbell(const CampbellOptions& o, Session& session) {
-  constexpr double kTurn = 2 * std::numbers::pi;
   require_range("--points", o.points, 2, 100000);
   const rig::RigParameters p = rig::read_rig(o.rig);
   const rotor::GyroscopicRotor rotor = rig::gyroscopic_rotor(p);
@@ -66,10 +66,10 @@ void campbell(const CampbellOptions& o, Session& session) {
   for (int i = 0; i < o.points; ++i) {
     const double omega = top * i / (o.points - 1);
     const Eigen::Vector4cd poles = rotor::whirl_poles(rotor, omega);  // by frequency, backward negative
-    std::vector<std::string> row{report::format_fixed(omega * 60 / kTurn, 0)};
+    std::vector<std::string> row{report::format_fixed(omega * 60 / kTwoPi, 0)};
     file.columns[0].samples[i] = omega;
     for (Eigen::Index k = 0; k < 4; ++k) {
-      const double hz = std::abs(poles[k].imag()) / kTurn;
+      const double hz = std::abs(poles[k].imag()) / kTwoPi;
       row.push_back(report::format_fixed(hz, 3));
       file.columns[static_cast<std::size_t>(k) + 1].samples[i] = hz;
     }
@@ -80,7 +80,7 @@ void campbell(const CampbellOptions& o, Session& session) {
   std::string text;
   const std::vector<double> crossings = rotor::critical_speeds(rotor);
   for (const double speed : crossings) {
-    text += fmt::format("{}{:.1f} rpm", text.empty() ? "" : ", ", speed * 60 / kTurn);
+    text += fmt::format("{}{:.1f} rpm", text.empty() ? "" : ", ", speed * 60 / kTwoPi);
     critical.push(speed);
   }
   session.say("critical speeds of the unbalance: " + text);

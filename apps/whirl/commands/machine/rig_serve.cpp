@@ -1,5 +1,7 @@
 #include "rig_serve.hpp"
 
+#include <fmt/format.h>
+
 #include "stop_signal.hpp"
 #include "whirl/hardware/rig_server.hpp"
 #include "whirl/io/csv.hpp"

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "command.hpp"
 #include "run_fmu.hpp"
 #include "run_io.hpp"
@@ -14,7 +16,7 @@ namespace whirl::app {
 
 namespace {
 
-struct Options {
+struct RunOptions {
   std::string controller, rig, fmu_file, log;
   std::optional<double> added_mass_g;
   tuning::ClosedLoopOptions loop;
@@ -26,7 +28,8 @@ struct Options {
 };
 
 /// The simulated run on the virtual rig, as fast as it goes.
-void run_simulated(Session& session, const Options& o, const ControllerDesign& design, const rig::RigParameters& rig) {
+void run_simulated(Session& session, const RunOptions& o, const ControllerDesign& design,
+                   const rig::RigParameters& rig) {
   const tuning::ClosedLoopRun run = tuning::run_closed_loop(design, rig, o.loop);
   if (!o.log.empty()) io::write_csv(o.log, run.log);
   const tuning::ClosedLoopMetrics& m = run.metrics;
@@ -56,7 +59,7 @@ void run_simulated(Session& session, const Options& o, const ControllerDesign& d
   session.finish(summary);
 }
 
-void run(Session& session, const Options& o) {
+void run(Session& session, const RunOptions& o) {
   if (!o.io.io.empty()) return run_io(session, o.controller, o.io, o.monitor ? &o.view : nullptr);
   const ControllerDesign design = io::load<ControllerDesign>(o.controller);
   rig::RigParameters rig = rig::read_rig(o.rig);
@@ -77,7 +80,7 @@ void run(Session& session, const Options& o) {
 }  // namespace
 
 void add_run(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<RunOptions>();
   CommandLine* sub = add_command(
       app, session, "run", "Closed loop of a controller on a rig",
       "Input: controller.json; --rig rig.toml (keys of `whirl rig parameters`), --fmu plant.fmu or --io io.toml.\n"

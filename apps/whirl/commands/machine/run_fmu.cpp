@@ -1,5 +1,7 @@
 #include "run_fmu.hpp"
 
+#include <fmt/format.h>
+
 #include "whirl/deploy/fmu_loop.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/hash.hpp"

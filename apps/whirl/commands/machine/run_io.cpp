@@ -1,5 +1,7 @@
 #include "run_io.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>

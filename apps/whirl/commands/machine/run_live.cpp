@@ -1,5 +1,7 @@
 #include "run_live.hpp"
 
+#include <fmt/format.h>
+
 #include "stop_signal.hpp"
 #include "whirl/hardware/virtual_run.hpp"
 

@@ -1,5 +1,7 @@
 #include "ambient.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "commands/machine/record_options.hpp"
@@ -12,7 +14,7 @@
 namespace whirl::app {
 namespace {
 
-struct Options {
+struct AmbientOptions {
   std::vector<std::string> files, figures;
   std::string out, method = "ssi-data", merge;
   int orders = -1;  // not stated: none to subtract, the first one to use
@@ -20,13 +22,13 @@ struct Options {
   modal::OmaOptions oma;
 };
 
-modal::SetupsOptions setups_of(const Options& o) {
+modal::SetupsOptions setups_of(const AmbientOptions& o) {
   modal::SetupsOptions options{.method = o.method, .joint = o.merge == "pre", .orders = {}, .oma = o.oma};
   if (o.orders >= 0) options.orders = o.orders;
   return options;
 }
 
-void run_oma(const Options& o, Session& session) {
+void run_oma(const AmbientOptions& o, Session& session) {
   require_json_name(o.out);
   if (o.merge == "pre" && o.method != "ssi-data" && o.method != "ssi-cov")
     throw Error::in_field("--merge", o.merge, "--method ssi-data or ssi-cov with it, or --merge post");
@@ -73,7 +75,7 @@ void show_fdd(const Recording& record, const modal::FddOptions& options, const s
 }
 
 void add_oma(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<AmbientOptions>();
   CommandLine* sub = add_command(
       app, session, "oma", "Modes from records under operation: the force is not measured",
       "Input: a record of responses of one quantity (accelerations, velocities or displacements) under broad-band\n"

@@ -1,5 +1,7 @@
 #include "whirl/modal/frf.hpp"
 
+#include <fmt/format.h>
+
 #include "ambient.hpp"
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
@@ -15,7 +17,7 @@ namespace whirl::app {
 
 namespace {
 
-struct Options {
+struct FrfFlags {
   std::vector<std::string> files, forces;
   std::string out, figure, estimator = "h1", excitation = "auto";
   modal::FrfOptions frf;
@@ -25,8 +27,8 @@ struct Options {
   double trigger_percent = 20, pre_trigger_ms = 20, window_end_percent = 100;
 };
 
-FrequencyResponse from_shaker(const Options& o, const std::vector<Recording>& records) {
-  const Options other;
+FrequencyResponse from_shaker(const FrfFlags& o, const std::vector<Recording>& records) {
+  const FrfFlags other;
   const std::pair<const char*, bool> for_blows[] = {
       {"--estimator", o.estimator != other.estimator},
       {"--trigger-percent", o.trigger_percent != other.trigger_percent},
@@ -46,7 +48,7 @@ FrequencyResponse from_shaker(const Options& o, const std::vector<Recording>& re
   return modal::estimate_shaker_frf(records, options);
 }
 
-FrequencyResponse from_blows(const Options& o, const std::vector<Recording>& records, Session& session) {
+FrequencyResponse from_blows(const FrfFlags& o, const std::vector<Recording>& records, Session& session) {
   modal::FrfOptions options = o.frf;
   if (o.forces.size() > 1) throw Error("--force-channel: a hammer has one force channel");
   if (o.shaker.resolution > 0)
@@ -68,7 +70,7 @@ FrequencyResponse from_blows(const Options& o, const std::vector<Recording>& rec
 }  // namespace
 
 void add_frf(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<FrfFlags>();
   CommandLine* sub = add_command(
       app, session, "frf", "Frequency responses from hammer blows or shakers",
       "Input: one or more records (any format of `whirl info`) with a force channel (force_N, force_lbf) and "

@@ -1,5 +1,7 @@
 #include "whirl/pages/text/modes.hpp"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 
 #include "ambient.hpp"
@@ -35,7 +37,7 @@ std::string without_selection(const std::string& line) {
   return line.substr(0, at) + (next == std::string::npos ? "" : line.substr(next));
 }
 
-struct Options {
+struct ModesOptions {
   std::vector<std::string> files;
   std::string out, reference, geometry, page, method = "plscf", window = "auto";
   std::vector<std::string> figures;
@@ -46,7 +48,7 @@ struct Options {
 };
 
 // The responses of all files; `remarks`: what their readers say.
-std::vector<FrequencyResponse> read_parts(const Options& o, std::vector<std::string>& remarks) {
+std::vector<FrequencyResponse> read_parts(const ModesOptions& o, std::vector<std::string>& remarks) {
   std::vector<FrequencyResponse> parts;
   for (const std::string& file : o.files) {
     std::optional<FrequencyResponse> found = io::read_responses(file, o.responses.options());
@@ -60,7 +62,7 @@ std::vector<FrequencyResponse> read_parts(const Options& o, std::vector<std::str
   return parts;
 }
 
-void find_modes(Options* o, Session& session) {
+void find_modes(ModesOptions* o, Session& session) {
   if (o->method == "fdd") {
     if (o->files.size() > 1)
       throw Error::in_field("FILES", fmt::format("{} files", o->files.size()), "one record with --method fdd");
@@ -141,7 +143,7 @@ void find_modes(Options* o, Session& session) {
 }  // namespace
 
 void add_modes(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ModesOptions>();
   CommandLine* sub = add_command(
       app, session, "modes", "Natural frequencies, damping and residues from frequency responses (paper eq. 20)",
       "Input: JSON written by `whirl frf`, a universal file with frequency responses, or a CSV table of them with "

@@ -1,10 +1,12 @@
 #include "nonlinear_mode.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "commands/machine/record_options.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/outputs.hpp"
 #include "whirl/pages/nonlinear_mode.hpp"
@@ -14,9 +16,7 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kHz = 2 * std::numbers::pi;
-
-struct Options {
+struct NonlinearModeOptions {
   RecordOptions record;
   std::string input, channel, force_channel, out, json, figure;
   std::vector<std::string> inputs;
@@ -26,7 +26,7 @@ struct Options {
 
 void say_mode(Session& session, const response::NonlinearMode& m) {
   const auto at = [&](double a) {
-    return fmt::format("{:.5g} Hz, damping {:.3g} %", m.frequency(a) / kHz, 100 * m.rate(a) / m.frequency(a));
+    return fmt::format("{:.5g} Hz, damping {:.3g} %", m.frequency(a) / kTwoPi, 100 * m.rate(a) / m.frequency(a));
   };
   session.say(fmt::format("at the smallest    {} (amplitude {:.3g})", at(m.lowest), m.lowest));
   session.say(fmt::format("at the largest     {} (amplitude {:.3g})", at(m.highest), m.highest));
@@ -41,8 +41,8 @@ void say_mode(Session& session, const response::NonlinearMode& m) {
           fmt::format("{:<18} {:.5g} ± {:.2g}  [{:.5g}, {:.5g}]  {}", name, e->value, e->sd, e->low, e->high, text));
 }
 
-void finish(const Options& o, Session& session, const response::NonlinearMode& mode, const response::DecayCurve& curve,
-            const Estimate& gain, const report::Figure& figure) {
+void finish(const NonlinearModeOptions& o, Session& session, const response::NonlinearMode& mode,
+            const response::DecayCurve& curve, const Estimate& gain, const report::Figure& figure) {
   say_mode(session, mode);
   const io::Json json = pages::to_json(mode, curve, gain);
   session.result(json);
@@ -53,7 +53,7 @@ void finish(const Options& o, Session& session, const response::NonlinearMode& m
   session.finish(mode.summary);
 }
 
-void run_decay(const Options& o, Session& session) {
+void run_decay(const NonlinearModeOptions& o, Session& session) {
   const Recording record = o.record.read(o.input);
   const Channel* channel = o.channel.empty() ? &record.channels.front() : record.find(o.channel);
   if (channel == nullptr) throw Error::in_field("--channel", o.channel, "a channel of the record");
@@ -71,12 +71,12 @@ void run_decay(const Options& o, Session& session) {
 }
 
 /// Points of a table of steady-state responses, or windows of a record with a swept sine.
-void add_points(const Options& o, const std::string& file, std::vector<response::SteadyPoint>& points,
+void add_points(const NonlinearModeOptions& o, const std::string& file, std::vector<response::SteadyPoint>& points,
                 std::vector<std::string>& warnings, Session& session) {
   if (io::file_kind(file) == "table") {
     const io::Table table = io::read_table(file);
     for (Eigen::Index k = 0; k < table.rows(); ++k)
-      points.push_back({kHz * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
+      points.push_back({kTwoPi * table["frequency"][k], table["force"][k], table["amplitude"][k], table["phase"][k]});
     return;
   }
   const Recording record = o.record.read(file);
@@ -104,12 +104,12 @@ void add_points(const Options& o, const std::string& file, std::vector<response:
   const auto [low, high] =
       std::minmax_element(swept.begin(), swept.end(), [](const auto& a, const auto& b) { return a.omega < b.omega; });
   session.say(fmt::format("swept sine         {}: {} windows of {} over {}, {:.4g} to {:.4g} Hz, force {:.4g} (peak)",
-                          file, swept.size(), answer->name, force.name, low->omega / kHz, high->omega / kHz,
+                          file, swept.size(), answer->name, force.name, low->omega / kTwoPi, high->omega / kTwoPi,
                           swept.front().level));
   points.insert(points.end(), swept.begin(), swept.end());
 }
 
-void run_sine(const Options& o, Session& session) {
+void run_sine(const NonlinearModeOptions& o, Session& session) {
   std::vector<response::SteadyPoint> points;
   std::vector<std::string> warnings;
   for (const std::string& file : o.inputs) add_points(o, file, points, warnings, session);
@@ -121,7 +121,7 @@ void run_sine(const Options& o, Session& session) {
   finish(o, session, mode, {}, gain, pages::steady_figure(points, mode, gain.value));
 }
 
-void add_outputs(CommandLine* sub, const std::shared_ptr<Options>& o) {
+void add_outputs(CommandLine* sub, const std::shared_ptr<NonlinearModeOptions>& o) {
   sub->add_option("--out", o->out, "write the mode as a model")->output("whirl.model");
   sub->add_option("--points", o->json, "write points and parameters as JSON")->output("whirl.decay");
   sub->add_option("--figure", o->figure, "measured and fitted (.svg, .png, .pdf, .csv)")->output();
@@ -130,7 +130,7 @@ void add_outputs(CommandLine* sub, const std::shared_ptr<Options>& o) {
 }  // namespace
 
 void add_nonlinear_mode(CommandLine& app, Session& session) {
-  auto decay = std::make_shared<Options>();
+  auto decay = std::make_shared<NonlinearModeOptions>();
   CommandLine* sub = add_command(
       app, session, "decay", "Backbone and damping over amplitude from a free decay",
       "Input: a record of one mode that dies out after a blow or after a drive is switched off. Windows of a few "
@@ -148,7 +148,7 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
   decay->record.add_to(sub);
   add_outputs(sub, decay);
 
-  auto sine = std::make_shared<Options>();
+  auto sine = std::make_shared<NonlinearModeOptions>();
   CommandLine* steady = add_command(
       app, session, "sine", "One nonlinear mode from stepped or swept sine at several force levels",
       "Input: a table frequency_Hz, force_N, amplitude_mm, phase_deg, one row a steady point: amplitudes peak, phase "

@@ -1,10 +1,12 @@
 #include "whirl/modal/stiffness.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "command.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
@@ -15,8 +17,6 @@
 
 namespace whirl::app {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 // Readings of any format: the order of the rows counts, not their time.
 modal::DirectedStiffnessTable read_pull(const std::string& file, const std::vector<std::string>& columns,
@@ -49,11 +49,12 @@ io::Json to_json(const modal::AnisotropicStiffness& stiffness, const std::vector
                  const Provenance& source) {
   io::Json out = io::start_document("whirl.anisotropic_stiffness", 1);
   out.set("mean", whirl::to_json(stiffness.mean, "N/m")).set("amplitude", whirl::to_json(stiffness.amplitude, "N/m"));
-  out.set("axis_deg", stiffness.axis / kDegree).set("p_value", stiffness.p_value);
+  out.set("axis_deg", stiffness.axis / kRadPerDegree).set("p_value", stiffness.p_value);
   io::Json directions = io::Json::array();
   for (std::size_t i = 0; i < tables.size(); ++i) {
-    directions.push(
-        io::Json::object().set("angle_deg", tables[i].angle / kDegree).set("law", whirl::to_json(stiffness.laws[i])));
+    directions.push(io::Json::object()
+                        .set("angle_deg", tables[i].angle / kRadPerDegree)
+                        .set("law", whirl::to_json(stiffness.laws[i])));
   }
   out.set("directions", std::move(directions))
       .set("summary", whirl::to_json(stiffness.summary))
@@ -61,7 +62,7 @@ io::Json to_json(const modal::AnisotropicStiffness& stiffness, const std::vector
   return out;
 }
 
-struct Options {
+struct StiffnessFlags {
   std::vector<std::string> files, columns;
   std::vector<double> angles;
   std::string out, figure;
@@ -70,7 +71,7 @@ struct Options {
   double gauge_um = 0;
 };
 
-void set_fit(Options& o) {
+void set_fit(StiffnessFlags& o) {
   o.fit.fit_offset = !o.zero_known;
   o.fit.leave_out_outliers = !o.keep_all;
   if (o.gauge_um != 0) require_range("--gauge-sd-um", o.gauge_um, 1e-6, 1e6, "um");
@@ -80,7 +81,7 @@ void set_fit(Options& o) {
 }  // namespace
 
 void add_stiffness(CommandLine& app, Session& session) {
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<StiffnessFlags>();
   CommandLine* sub = add_command(
       app, session, "stiffness", "Stiffness law F = K1 d + K2 d^3 from a force-deflection table",
       "Input: a table (any format of `whirl info`) with the columns deflection (deflection_mm, ...) and "
@@ -104,7 +105,7 @@ void add_stiffness(CommandLine& app, Session& session) {
         std::vector<modal::DirectedStiffnessTable> tables;
         for (const double angle : o->angles) require_range("--angle-deg", angle, -360, 360, "deg");
         for (std::size_t i = 0; i < o->files.size(); ++i) {
-          tables.push_back(read_pull(o->files[i], o->columns, o->angles.empty() ? 0 : o->angles[i] * kDegree));
+          tables.push_back(read_pull(o->files[i], o->columns, o->angles.empty() ? 0 : o->angles[i] * kRadPerDegree));
         }
         const Provenance source = io::provenance({o->files.begin(), o->files.end()}, session.command_line);
         session.write_together();
@@ -127,11 +128,12 @@ void add_stiffness(CommandLine& app, Session& session) {
           session.say(fmt::format("{} at {:g} deg\n{}\n", o->files[i], o->angles[i], describe(stiffness.laws[i])));
           draw(i, stiffness.laws[i]);
         }
-        session.say(fmt::format(
-            "mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg "
-            "from x\nanisotropy: {} (p = {:.2g})",
-            pages::estimate_text(stiffness.mean, "N/m"), pages::estimate_text(stiffness.amplitude, "N/m"),
-            stiffness.axis / kDegree, stiffness.p_value < 0.05 ? "significant" : "not significant", stiffness.p_value));
+        session.say(
+            fmt::format("mean K1 = {}\nhalf the difference of the principal stiffnesses = {}\nstiffest at {:.3g} deg "
+                        "from x\nanisotropy: {} (p = {:.2g})",
+                        pages::estimate_text(stiffness.mean, "N/m"), pages::estimate_text(stiffness.amplitude, "N/m"),
+                        stiffness.axis / kRadPerDegree, stiffness.p_value < 0.05 ? "significant" : "not significant",
+                        stiffness.p_value));
         const io::Json result = to_json(stiffness, tables, source);
         if (!o->out.empty()) io::save_json(o->out, result);
         session.result(result);

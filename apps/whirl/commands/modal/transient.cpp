@@ -1,6 +1,8 @@
-#include <numbers>
+
+#include <fmt/format.h>
 
 #include "command.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/modal/transient_runup.hpp"
 #include "whirl/pages/estimate_text.hpp"
@@ -9,11 +11,9 @@
 namespace whirl::app {
 namespace {
 
-constexpr double kRpm = 2 * std::numbers::pi / 60;
-
 std::string list_rpm(const std::vector<double>& speeds) {
   std::string text;
-  for (const double w : speeds) text += fmt::format("{}{:.0f}", text.empty() ? "" : ", ", w / kRpm);
+  for (const double w : speeds) text += fmt::format("{}{:.0f}", text.empty() ? "" : ", ", w / kRadPerSecPerRpm);
   return text;
 }
 
@@ -57,14 +57,14 @@ void add_transient(CommandLine& app, Session& session) {
         const modal::TransientRunupFit steady = modal::fit_transient_runup(run, steady_options);
         for (std::size_t i = 0; i < fit.modes.size(); ++i) {
           session.say(fmt::format("mode {}: {:.1f} ± {:.1f} rpm, damping ratio {:.4f} ± {:.4f}", i + 1,
-                                  fit.modes[i].omega.value / kRpm, fit.modes[i].omega.sd / kRpm,
+                                  fit.modes[i].omega.value / kRadPerSecPerRpm, fit.modes[i].omega.sd / kRadPerSecPerRpm,
                                   fit.modes[i].zeta.value, fit.modes[i].zeta.sd));
         }
-        session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)", fit.alpha / kRpm,
-                                fit.fit_percent, steady.fit_percent));
+        session.say(fmt::format("sweep {:.1f} rpm/s; fit {:.1f} % (steady-state model: {:.1f} %)",
+                                fit.alpha / kRadPerSecPerRpm, fit.fit_percent, steady.fit_percent));
         session.say(fmt::format("largest amplitude at {:.0f} rpm (measured {:.0f}); beats at {} rpm (measured {})",
-                                fit.peak_speed / kRpm, fit.peak_speed_measured / kRpm, list_rpm(fit.beats),
-                                list_rpm(fit.beats_measured)));
+                                fit.peak_speed / kRadPerSecPerRpm, fit.peak_speed_measured / kRadPerSecPerRpm,
+                                list_rpm(fit.beats), list_rpm(fit.beats_measured)));
         session.result(io::Json::object().set("transient", fit_json(fit)).set("steady", fit_json(steady)));
         session.finish(fit.summary);
       });

@@ -3,7 +3,8 @@
 namespace whirl::control {
 namespace {
 
-const ParameterInfo kRate{"twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
+const ParameterInfo kSuperTwistingRate{
+    "twisting_rate", "m/s^3", "L, bound of the rate of the disturbance", 100, 1e-3, 1e6, 2, 2000};
 const ParameterInfo kLimit{"twisting_limit", "m/s^2", "bound of the integral part", 10, 1e-3, 1e3, 0, 0};
 const char* const kMemory = "m/s^2, integral part of the twisting law";
 
@@ -15,7 +16,10 @@ AnyLaw make(const ControllerDesign& d, const Parameters& v, bool implicit) {
 }  // namespace
 
 LawEntry sta_law() {
-  return {.info = {"sta", "super-twisting, explicit", "Levant 1998; Moreno, Osorio 2012", {kSurface, kRate, kLimit}},
+  return {.info = {"sta",
+                   "super-twisting, explicit",
+                   "Levant 1998; Moreno, Osorio 2012",
+                   {kSurface, kSuperTwistingRate, kLimit}},
           .equation =
               "     s = v + C x,  a = -f - C v - k1 sig(s)^(1/2) + w,  w' = -k2 sgn(s),  k1 = 1.5 sqrt(L), k2 = 1.1 L\n"
               "   (Levant 1998; Moreno, Osorio 2012)",
@@ -32,7 +36,7 @@ LawEntry sta_implicit_law() {
   return {.info = {"sta_implicit",
                    "super-twisting, implicit",
                    "Brogliato, Polyakov, Efimov 2020",
-                   {kSurface, kRate, kLimit}},
+                   {kSurface, kSuperTwistingRate, kLimit}},
           .equation =
               "     s = v + C x,  a = -f - C v - k1 sig(s)^(1/2) + w,  w' = -k2 sgn(s): backward Euler solved exactly\n"
               "   (Brogliato, Polyakov, Efimov 2020)",

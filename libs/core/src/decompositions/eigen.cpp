@@ -4,4 +4,6 @@ namespace Eigen {
 
 WHIRL_EIGENSOLVER(template, SelfAdjointEigenSolver, MatrixXd, int)
 
+WHIRL_EIGENSOLVER(template, EigenSolver, MatrixXd, bool)
+
 }  // namespace Eigen

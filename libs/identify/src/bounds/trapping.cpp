@@ -1,5 +1,7 @@
 #include "bounds/trapping.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>

@@ -1,5 +1,7 @@
 #include "whirl/identify/compare.hpp"
 
+#include <fmt/format.h>
+
 #include <ctime>
 #include <limits>
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "problem/rotor_equations.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -240,8 +241,8 @@ void forget_phase(RotorIdentification& result) {
 }
 
 void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentification& result) {
-  constexpr double kCoarse = 0.01, kDegree = std::numbers::pi / 180;  // rad
-  constexpr double kFit = 1.02;  // a smooth angle through such steps is itself some per cent of one off
+  constexpr double kCoarse = 0.01;  // rad
+  constexpr double kFit = 1.02;     // a smooth angle through such steps is itself some per cent of one off
   double step = 0;
   for (const RotorRecord& r : records) step = std::max(step, r.angle_step);
   if (step == 0) return;
@@ -254,7 +255,7 @@ void state_angle_step(const std::vector<RotorRecord>& records, RotorIdentificati
   result.model.summary.warn(fmt::format(
       "the angle comes in steps of {:.3g} deg and nothing says how it is rounded: the phase of e is known to "
       "{:.2g} deg; a once-per-turn pulse (--pulses) or a finer encoder tells more",
-      step / kDegree, half / kDegree));
+      step / kRadPerDegree, half / kRadPerDegree));
 }
 
 void state_modes_above(RotorIdentification& result) {

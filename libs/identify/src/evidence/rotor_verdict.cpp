@@ -5,16 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numbers>
 
 #include "evidence/omitted_terms.hpp"
 #include "evidence/verdict.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
 
 namespace {
-
-constexpr double kHz = 1 / (2 * std::numbers::pi);
 
 // Residual beyond the noise over the motion of the main mode, both rms.
 double unexplained_share(const std::vector<RotorRecord>& records, const OutputErrorFit& fit) {
@@ -44,8 +42,8 @@ Cover cover_of(const std::vector<RotorRecord>& records, const OutputErrorFit& fi
     squares += static_cast<double>(records[r].size()) * (f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y);
     samples += records[r].readings();
     cover.peak = std::max(cover.peak, f.main.cwiseAbs().maxCoeff());
-    cover.low = std::min(cover.low, records[r].speed_low() * kHz);
-    cover.high = std::max(cover.high, records[r].speed_high() * kHz);
+    cover.low = std::min(cover.low, records[r].speed_low() * kHzPerRadPerSec);
+    cover.high = std::max(cover.high, records[r].speed_high() * kHzPerRadPerSec);
   }
   cover.residual = std::sqrt(squares / samples);
   return cover;
@@ -81,7 +79,7 @@ void judge_parameters(const IdentifiedModel& model, const Cover& cover, Summary&
 /// The angle, the sensors and speeds that were not passed.
 void judge_reach(const RotorIdentification& result, const Cover& cover, Summary& summary) {
   const auto& [residual, peak, low, high] = cover;
-  const double critical = result.model.rotor->natural_frequency() * kHz;
+  const double critical = result.model.rotor->natural_frequency() * kHzPerRadPerSec;
   if (critical > high || critical < low) {
     summary.warn(fmt::format("the critical speed {:.2f} Hz lies outside the speeds of the records, {:.1f} to {:.1f} Hz",
                              critical, low, high));
@@ -92,11 +90,11 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
                    summary);
   for (std::size_t k = 0; k < result.model.rotor->modes.size(); ++k) {
     const ForcedMode& m = result.model.rotor->modes[k];
-    if (m.omega * kHz > high && static_cast<int>(k) != result.active.given_mode) {
+    if (m.omega * kHzPerRadPerSec > high && static_cast<int>(k) != result.active.given_mode) {
       summary.warn(
           fmt::format("the mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: it was not passed, do not "
                       "predict beyond that speed",
-                      m.omega * kHz, high));
+                      m.omega * kHzPerRadPerSec, high));
     }
   }
   if (result.active.delay) {
@@ -137,7 +135,7 @@ void state_own_springs(const std::vector<RotorRecord>& records, const Identified
 
 /// A whirl that grows by itself.
 void state_self_excited(const OutputErrorFit& fit, const Cover& cover, Summary& summary) {
-  const double from = unstable_from(fit.model, fit.terms, cover.high / kHz);
+  const double from = unstable_from(fit.model, fit.terms, cover.high / kHzPerRadPerSec);
   if (!std::isfinite(from)) return;
   std::vector<RotorTerm> driving;
   std::ranges::copy_if(fit.terms, std::back_inserter(driving), [](const RotorTerm& t) { return drives_whirl(t.kind); });
@@ -145,8 +143,8 @@ void state_self_excited(const OutputErrorFit& fit, const Cover& cover, Summary& 
   summary.warn(fmt::format(
       "the rotor whirls by itself {}: {} is more than the outer damping holds, and small motion grows to a forward "
       "whirl near {:.4g} Hz that does not follow the speed; balancing does not take it away, more outer damping does",
-      from > 0 ? fmt::format("from {:.4g} Hz on", from * kHz) : "at any speed", names_of(driving),
-      fit.model.natural_frequency() * kHz));
+      from > 0 ? fmt::format("from {:.4g} Hz on", from * kHzPerRadPerSec) : "at any speed", names_of(driving),
+      fit.model.natural_frequency() * kHzPerRadPerSec));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "whirl/identify/score_test.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>

@@ -22,7 +22,7 @@ Eigen::Index state_of(const CompiledModel& model, const Equation& e) {
 }
 
 /// Terms of all equations; those that are estimated are free.
-std::vector<detail::SensitiveTerm> terms_of(const IdentifiedModel& model, const CompiledModel& compiled) {
+std::vector<detail::SensitiveTerm> sensitive_terms(const IdentifiedModel& model, const CompiledModel& compiled) {
   std::vector<detail::SensitiveTerm> terms;
   for (const Equation& e : model.equations) {
     for (const EquationTerm& t : e.terms) {
@@ -108,7 +108,7 @@ Refined refine_free_run(const IdentifiedModel& model, const std::vector<FreeRun>
   for (const std::string& name : options.outputs) outputs.push_back(state_index(compiled, name));
   if (options.substeps == 0)
     options.substeps = compiled.inputs().empty() ? detail::substeps_needed(compiled, runs, runs, dt, options) : 1;
-  const std::vector<detail::SensitiveTerm> terms = terms_of(model, compiled);
+  const std::vector<detail::SensitiveTerm> terms = sensitive_terms(model, compiled);
   detail::StatesProblem problem(detail::SensitivitySystem(terms, compiled.states(), compiled.inputs()), runs, dt,
                                 outputs, options);
 

@@ -1,5 +1,7 @@
 #include "whirl/identify/identify_rotor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>

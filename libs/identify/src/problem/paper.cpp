@@ -1,5 +1,7 @@
 #include "whirl/identify/paper.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>

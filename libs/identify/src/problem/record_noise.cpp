@@ -4,15 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/signal/fft.hpp"
 
 namespace whirl::identification::detail {
 namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Readings between which an axis was cut off.
 struct Limits {
@@ -97,7 +95,8 @@ Eigen::VectorXd spectrum(const Eigen::VectorXd& v, const Eigen::ArrayXd& used, d
   constexpr Eigen::Index kLength = 512;
   Eigen::VectorXd power = Eigen::VectorXd::Zero(kLength / 2 + 1);
   Eigen::ArrayXd window(kLength);
-  for (Eigen::Index i = 0; i < kLength; ++i) window[i] = 1 - std::cos(kTurn * (static_cast<double>(i) + 0.5) / kLength);
+  for (Eigen::Index i = 0; i < kLength; ++i)
+    window[i] = 1 - std::cos(kTwoPi * (static_cast<double>(i) + 0.5) / kLength);
   windows = 0;
   for (Eigen::Index first = 0; first + kLength <= v.size(); first += kLength / 2) {
     // Bridged samples carry no noise: a few of them do no harm.
@@ -196,7 +195,7 @@ void fit_colour(const std::array<Eigen::VectorXd, 2>& v, const std::array<Eigen:
     const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
     std::nth_element(around.begin(), middle, around.end());
     if (p[k] > 2.5 * *middle) continue;
-    cost.w.push_back(kTurn * static_cast<double>(k) / 512);
+    cost.w.push_back(kTwoPi * static_cast<double>(k) / 512);
     cost.power.push_back(std::max(p[k], 1e-12));
   }
   if (cost.w.size() < 60 || windows < 8) return;
@@ -252,7 +251,7 @@ void take_findings(const records::RecordReport& report, const RotorRecordOptions
   r.usable_y = my ? Eigen::ArrayXd(my->usable.cast<double>()) : Eigen::ArrayXd::Ones(r.size());
   const Eigen::VectorXd beta = r.angle.beta(Eigen::seqN(Eigen::Index{0}, r.size(), Eigen::Index{2}));
   const double speed = std::max(r.speed_high(), 1e-9);
-  const auto per_turn = static_cast<Eigen::Index>(std::min(1e6, kTurn / (speed * r.dt)));
+  const auto per_turn = static_cast<Eigen::Index>(std::min(1e6, kTwoPi / (speed * r.dt)));
   const auto fill = [&](const std::string& channel, Eigen::ArrayXd& used, std::optional<Clipped>& clipped,
                         Eigen::VectorXd v) {
     Limits limits;
@@ -298,7 +297,7 @@ void measure_noise(const RotorRecordOptions& options, RotorRecord& r) {
     r.noise_x = r.noise_y = options.noise_sd;
     return;
   }
-  fit_colour({x, y}, {r.usable_x, r.usable_y}, 2.5 * r.speed_high() / kTurn, r);
+  fit_colour({x, y}, {r.usable_x, r.usable_y}, 2.5 * r.speed_high() / kTwoPi, r);
 }
 
 void refine_noise(const OutputErrorRecord& fit, RotorRecord& r) {

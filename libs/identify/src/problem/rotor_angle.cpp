@@ -1,5 +1,7 @@
 #include "whirl/identify/rotor_angle.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "whirl/core/error.hpp"

@@ -1,17 +1,17 @@
 #include "whirl/identify/rotor_record.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "problem/one_axis.hpp"
 #include "problem/record_noise.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::identification {
 namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
 
 double spread(const Eigen::VectorXd& v) { return std::sqrt((v.array() - v.mean()).square().mean()); }
 
@@ -38,9 +38,9 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
   }
   if (r.speed_high() - r.speed_low() < 0.2 * r.speed_high()) {
     s.fail(fmt::format("the speed stays between {:.1f} and {:.1f} Hz: a run-up or run-down is needed",
-                       r.speed_low() / kTurn, r.speed_high() / kTurn));
+                       r.speed_low() / kTwoPi, r.speed_high() / kTwoPi));
   }
-  const double per_turn = kTurn / (r.speed_high() * r.dt);
+  const double per_turn = kTwoPi / (r.speed_high() * r.dt);
   if (per_turn < 8) {
     s.fail(fmt::format("{:.1f} samples per turn at the top speed; at least 8 are needed", per_turn));
   }
@@ -49,7 +49,7 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
 }  // namespace
 
 double RotorRecord::turns() const {
-  return angle.beta.size() ? (angle.beta.maxCoeff() - angle.beta.minCoeff()) / kTurn : 0.0;
+  return angle.beta.size() ? (angle.beta.maxCoeff() - angle.beta.minCoeff()) / kTwoPi : 0.0;
 }
 double RotorRecord::speed_low() const { return angle.omega.size() ? angle.omega.cwiseAbs().minCoeff() : 0.0; }
 double RotorRecord::speed_high() const { return angle.omega.size() ? angle.omega.cwiseAbs().maxCoeff() : 0.0; }
@@ -66,7 +66,7 @@ double RotorRecord::noise_power() const {
   if (colour.size() == 0) return 1;
   constexpr int kLines = 1024;
   double sum = 0;
-  for (int k = 0; k < kLines; ++k) sum += noise_gain(0.5 * kTurn / dt * (k + 0.5) / kLines);
+  for (int k = 0; k < kLines; ++k) sum += noise_gain(0.5 * kTwoPi / dt * (k + 0.5) / kLines);
   return sum / kLines;
 }
 

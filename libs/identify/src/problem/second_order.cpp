@@ -1,5 +1,7 @@
 #include "whirl/identify/second_order.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -83,8 +85,8 @@ double unexplained_share(const Eigen::VectorXd& y, double error) {
   return std::sqrt(std::max(0.0, error * error - noise) / std::max(spread - noise, 0.01 * spread));
 }
 
-/// Refinement on free runs over records.
-struct Refinement {
+/// SecondOrderRefinement on free runs over records.
+struct SecondOrderRefinement {
   std::string output;
   Eigen::Index skip = 0;
   int steps = 1;  ///< a sample
@@ -196,7 +198,7 @@ std::vector<Equation> absent_terms(const IdentifiedModel& model, const std::vect
 /// that on the rest.
 IdentifiedModel grow(const IdentifiedModel& model, const Recording& recording, const std::string& output,
                      const std::vector<std::string>& candidates, const SecondOrderOptions& options,
-                     const Refinement& refine, double& error) {
+                     const SecondOrderRefinement& refine, double& error) {
   const Eigen::Index split = static_cast<Eigen::Index>((1 - options.holdout) * static_cast<double>(recording.size()));
   const Recording train = part_of(recording, 0, split), held = part_of(recording, split, recording.size() - split);
   Refined best = refine(model, train, absent_terms(model, candidates));
@@ -243,8 +245,8 @@ void judge(const Recording& recording, const std::string& output, IdentifiedMode
   detail::set_trust(summary.trust, summary);
 }
 
-/// Refinement of what the regression found, or of what stretches give where its free run is poor; that of stretches
-/// itself where no single run follows the record.
+/// SecondOrderRefinement of what the regression found, or of what stretches give where its free run is poor; that of
+/// stretches itself where no single run follows the record.
 IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recording,
                         const std::vector<expr::Expr>& terms, const SecondOrderOptions& options) {
   const std::string &y = regressed.states[0], &rate = regressed.states[1], &u = regressed.inputs[0];
@@ -270,7 +272,7 @@ IdentifiedModel refined(const IdentifiedModel& regressed, const Recording& recor
     keep_constants(terms, start.equations[1]);
   }
   double error = 0;
-  Refinement refine{y, options.skip};
+  SecondOrderRefinement refine{y, options.skip};
   refine.choose_steps(start, recording);
   IdentifiedModel model = grow(start, recording, y, candidates, options, refine, error);
   model.summary.condition_number = regressed.summary.condition_number;

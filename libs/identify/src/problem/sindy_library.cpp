@@ -358,17 +358,17 @@ class LibraryFit {
 };
 
 /// A library in the names of the channels with the options and the records' sums that it asks for.
-struct Prepared {
+struct PreparedLibrary {
   expr::CandidateLibrary library;
   Recording like;   ///< channels and derivatives with their quantities, no samples
   Summary summary;  ///< unusable: no sums
   std::unique_ptr<detail::SindyData> data;
 };
 
-Prepared prepare(const std::vector<Recording>& given, const expr::CandidateLibrary& any_names,
-                 const SindyOptions& options) {
+PreparedLibrary prepare(const std::vector<Recording>& given, const expr::CandidateLibrary& any_names,
+                        const SindyOptions& options) {
   if (given.empty()) throw Error("no record to identify from");
-  Prepared p;
+  PreparedLibrary p;
   p.library = given.front().has("X1") ? any_names : in_channel_names(any_names);
   const SindyOptions o = options_of(p.library, options);
   std::vector<Recording> records;
@@ -391,7 +391,7 @@ Prepared prepare(const std::vector<Recording>& given, const expr::CandidateLibra
 
 IdentifiedModel fit_library(const std::vector<Recording>& records, const expr::CandidateLibrary& library,
                             const SindyOptions& options) {
-  const Prepared p = prepare(records, library, options);
+  const PreparedLibrary p = prepare(records, library, options);
   IdentifiedModel model;
   if (p.data == nullptr) {
     model.method = "sindy";
@@ -409,7 +409,7 @@ std::vector<ComparedFit> compare_regressors(const std::vector<Recording>& record
                                             const expr::CandidateLibrary& library, const SindyOptions& options) {
   SindyOptions regression = options;
   regression.refine = false;
-  const Prepared p = prepare(records, library, regression);
+  const PreparedLibrary p = prepare(records, library, regression);
   if (p.data == nullptr) throw Error(p.summary.warnings.back());
   return detail::compare_all(p.library.groups.size(), options.solver, [&](const regression::SolveOptions& solver) {
     IdentifiedModel model = LibraryFit(*p.data, p.library, solver).run();

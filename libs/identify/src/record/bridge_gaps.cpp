@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/evidence.hpp"
 #include "whirl/signal/noise.hpp"
@@ -17,7 +17,6 @@ namespace {
 
 constexpr Eigen::Index kMostInARow = 2;
 constexpr double kMostShare = 0.05;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Samples on either side that the curve goes through: two, whose curve is about as noisy as a sample, or four of a
 /// channel with next to no noise.
@@ -73,14 +72,14 @@ void bridge_angle(const Channel& read, Recording& recording, Summary& summary) {
   if (missing == 0) return;
   Eigen::VectorXd y = read.samples;
   for (Eigen::Index i = 1; i < n; ++i) {  // continuous on each stretch
-    if (std::isfinite(y[i]) && std::isfinite(y[i - 1])) y[i] -= kTurn * std::round((y[i] - y[i - 1]) / kTurn);
+    if (std::isfinite(y[i]) && std::isfinite(y[i - 1])) y[i] -= kTwoPi * std::round((y[i] - y[i - 1]) / kTwoPi);
   }
   // Over one or two missing readings less than half a turn passes.
   for (Eigen::Index i = 1; i + 1 < n; ++i) {
     if (std::isfinite(y[i]) || !std::isfinite(y[i - 1])) continue;
     const Eigen::Index end = std::isfinite(y[i + 1]) ? i + 1 : i + 2;
     if (end >= n || !std::isfinite(y[end])) continue;
-    const double turned = kTurn * std::round((y[end] - y[i - 1]) / kTurn);
+    const double turned = kTwoPi * std::round((y[end] - y[i - 1]) / kTwoPi);
     for (Eigen::Index k = end; k < n && std::isfinite(y[k]); ++k) y[k] -= turned;
     for (Eigen::Index k = i; k < end; ++k)
       y[k] = y[i - 1] + (y[end] - y[i - 1]) * static_cast<double>(k - i + 1) / static_cast<double>(end - i + 1);
@@ -99,8 +98,8 @@ void bridge_angle(const Channel& read, Recording& recording, Summary& summary) {
     // Speeds hold in the middle of the stretches they come from.
     const double slope = (after - before) / (steps + 2 * reach);
     const double first = before + slope * reach, last = after - slope * reach, expected = 0.5 * (first + last) * steps;
-    const double turns = std::round((expected - (y[end] - y[i - 1])) / kTurn);
-    for (Eigen::Index k = end; k < n && std::isfinite(y[k]); ++k) y[k] += turns * kTurn;
+    const double turns = std::round((expected - (y[end] - y[i - 1])) / kTwoPi);
+    for (Eigen::Index k = end; k < n && std::isfinite(y[k]); ++k) y[k] += turns * kTwoPi;
     const double a = y[i - 1], b = y[end];
     for (Eigen::Index k = i; k < end; ++k) {
       const double s = static_cast<double>(k - i + 1) / steps;

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <vector>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_angle.hpp"
 #include "whirl/signal/envelope.hpp"
@@ -16,7 +16,6 @@ namespace whirl::identification {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Finite readings about their mean; a missing one repeats the one before.
 Eigen::VectorXd about_mean(const Eigen::VectorXd& v) {
@@ -61,7 +60,7 @@ Tracked frequencies(const Eigen::VectorXcd& z, double dt, Eigen::Index length) {
   const Eigen::Index lines = signal::fast_fft_length(4 * length);
   Eigen::ArrayXd window(length);
   for (Eigen::Index i = 0; i < length; ++i)
-    window[i] = 1 - std::cos(kTurn * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
+    window[i] = 1 - std::cos(kTwoPi * (static_cast<double>(i) + 0.5) / static_cast<double>(length));
   Tracked t{Eigen::VectorXd(count), Eigen::VectorXd(count), Eigen::VectorXd(count)};
   for (Eigen::Index k = 0; k < count; ++k) {
     Eigen::VectorXcd padded = Eigen::VectorXcd::Zero(lines);
@@ -74,7 +73,7 @@ Tracked frequencies(const Eigen::VectorXcd& z, double dt, Eigen::Index length) {
     const double line =
         static_cast<double>(top < lines / 2 ? top : top - lines) + (bend < 0 ? 0.5 * (before - after) / bend : 0.0);
     t.u[k] = (static_cast<double>(k * step) + 0.5 * static_cast<double>(length)) / static_cast<double>(n - 1);
-    t.value[k] = kTurn * line / (static_cast<double>(lines) * dt);
+    t.value[k] = kTwoPi * line / (static_cast<double>(lines) * dt);
     t.size[k] = power[top] / window.sum();
   }
   return t;
@@ -134,7 +133,7 @@ Tracked phases(const Eigen::VectorXcd& z, const Eigen::VectorXd& angle, Eigen::I
     for (Eigen::Index i = k * step; i < k * step + length; ++i) sum += z[i] * std::polar(1.0, -angle[i]);
     t.u[k] = (static_cast<double>(k * step) + 0.5 * static_cast<double>(length)) / static_cast<double>(n - 1);
     const double before = k > 0 ? t.value[k - 1] : 0.0;
-    t.value[k] = before + std::remainder(std::arg(sum) - before, kTurn);
+    t.value[k] = before + std::remainder(std::arg(sum) - before, kTwoPi);
     t.size[k] = std::abs(sum) / static_cast<double>(length);
   }
   return t;
@@ -192,7 +191,7 @@ Recording with_angle_from_vibration(const Recording& record, const RotorRecordOp
   for (int i = -10; i <= 10; ++i) {
     for (const double zeta : {0.005, 0.01, 0.02, 0.04, 0.08}) {
       const Eigen::VectorXd rest = p.value - lag(speeds, std::abs(speeds[peak]) * (1 + 0.015 * i), zeta);
-      const Eigen::VectorXd trial = robust_polynomial(p, weights(p), degree, rest, kTurn, scale);
+      const Eigen::VectorXd trial = robust_polynomial(p, weights(p), degree, rest, kTwoPi, scale);
       if (!(scale < least)) continue;
       least = scale;
       best = trial;

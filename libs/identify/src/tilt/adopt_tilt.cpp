@@ -4,14 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "evidence/verdict.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
 namespace {
 
-constexpr double kModelError = 1.3, kGivenUp = 2, kHz = 1 / (2 * std::numbers::pi);
+constexpr double kModelError = 1.3, kGivenUp = 2;
 
 /// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
 bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
@@ -37,7 +37,8 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
   for (const std::string& w : record.summary.warnings) s.warn(w);
   judge_chi_square(s.chi_square, "", s);
   const Estimate& ratio = *model.parameter("polar_ratio");
-  const double high = record.speed_high() * kHz, upper = model.parameter("second_frequency")->value * kHz;
+  const double high = record.speed_high() * kHzPerRadPerSec,
+               upper = model.parameter("second_frequency")->value * kHzPerRadPerSec;
   if (upper > high)
     s.warn(
         fmt::format("the upper mode at {:.4g} Hz lies above the highest speed {:.1f} Hz: do not predict beyond that "
@@ -46,7 +47,7 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
   std::string trust = fmt::format(
       "Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius): a disc that tilts, "
       "found in this record alone.",
-      record.speed_low() * kHz, high, 1e3 * peak);
+      record.speed_low() * kHzPerRadPerSec, high, 1e3 * peak);
   if (ratio.covers(0))
     trust += " A support that moves reads alike; to decide: a hammer test (--modes), or a second plane of probes.";
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";

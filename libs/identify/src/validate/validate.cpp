@@ -1,5 +1,7 @@
 #include "whirl/identify/validate.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <cmath>
 

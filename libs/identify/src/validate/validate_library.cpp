@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -10,7 +12,7 @@
 namespace whirl::identification {
 namespace {
 
-double rms(const Eigen::VectorXd& v) {
+double root_mean_square(const Eigen::VectorXd& v) {
   return v.size() ? std::sqrt(v.squaredNorm() / static_cast<double>(v.size())) : 0;
 }
 
@@ -61,13 +63,14 @@ Validation validate_library(const IdentifiedModel& model, const Recording& recor
     return v;
   }
   const Eigen::VectorXd mx = record.z.real(), my = record.z.imag();
-  v.rmse_x = rms(mx - x);
-  v.rmse_y = rms(my - y);
+  v.rmse_x = root_mean_square(mx - x);
+  v.rmse_y = root_mean_square(my - y);
   if (options.clean) {
-    v.clean_rmse_x = rms((*options.clean)["x"] - x);
-    v.clean_rmse_y = rms((*options.clean)["y"] - y);
+    v.clean_rmse_x = root_mean_square((*options.clean)["x"] - x);
+    v.clean_rmse_y = root_mean_square((*options.clean)["y"] - y);
   }
-  const double spread = std::hypot(rms((mx.array() - mx.mean()).matrix()), rms((my.array() - my.mean()).matrix()));
+  const double spread = std::hypot(root_mean_square((mx.array() - mx.mean()).matrix()),
+                                   root_mean_square((my.array() - my.mean()).matrix()));
   v.nrmse = std::hypot(v.rmse_x, v.rmse_y) / spread;
   v.peak_simulated = (x.array().square() + y.array().square()).sqrt().maxCoeff();
   v.summary.residual = std::sqrt((v.rmse_x * v.rmse_x + v.rmse_y * v.rmse_y) / 2);

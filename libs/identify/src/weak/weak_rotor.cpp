@@ -1,5 +1,7 @@
 #include "whirl/identify/weak_rotor.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "weak/weak_equations.hpp"

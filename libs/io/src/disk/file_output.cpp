@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -22,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBuffer = std::size_t{1} << 16;
+constexpr std::size_t kDiskBuffer = std::size_t{1} << 16;
 
 [[noreturn]] void refuse(const fs::path& path, int code) {
   throw Error::in_file(path.string(), 0, std::string("cannot be written: ") + std::strerror(code));
@@ -104,7 +105,7 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
   explicit OutputFile(const fs::path& p) : path(p), target(followed(p)) {
     if (path.empty()) throw Error("no file to write to: its name is empty");
-    buffer.reserve(kBuffer);  // before there is a file that a lack of memory would leave behind
+    buffer.reserve(kDiskBuffer);  // before there is a file that a lack of memory would leave behind
     open_target();
     compressed = path.extension() == ".gz";
     // 15 + 16: gzip, not zlib.
@@ -174,9 +175,9 @@ class OutputFile {
     buffer.clear();
   }
   void plain(std::string_view bytes) {
-    if (buffer.size() + bytes.size() >= kBuffer) {
+    if (buffer.size() + bytes.size() >= kDiskBuffer) {
       flush();
-      if (bytes.size() >= kBuffer) return put(bytes.data(), bytes.size());
+      if (bytes.size() >= kDiskBuffer) return put(bytes.data(), bytes.size());
     }
     buffer.append(bytes);
   }

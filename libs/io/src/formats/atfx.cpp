@@ -29,12 +29,12 @@ struct ColumnProblem : Error {
 };
 
 // What the instances of one base type are called in this file.
-struct Element {
+struct AtfxElement {
   std::string name;
   std::map<std::string, std::string> attribute;  // base attribute or base relation -> name
 };
 
-std::string child(const pugi::xml_node& node, const Element& element, const char* base) {
+std::string child(const pugi::xml_node& node, const AtfxElement& element, const char* base) {
   const auto found = element.attribute.find(base);
   return found == element.attribute.end() ? std::string() : std::string(node.child_value(found->second.c_str()));
 }
@@ -51,9 +51,9 @@ std::vector<std::string> words(std::string_view text) {
   return result;
 }
 
-class Reader {
+class AtfxReader {
  public:
-  Reader(std::string_view bytes, std::string_view name, const AtfxComponents& components)
+  AtfxReader(std::string_view bytes, std::string_view name, const AtfxComponents& components)
       : name_(name), components_(components) {
     const pugi::xml_parse_result parsed = document_.load_buffer(bytes.data(), bytes.size());
     if (!parsed) throw Error::in_file(name_, 0, fmt::format("byte {}: {}", parsed.offset, parsed.description()));
@@ -68,9 +68,9 @@ class Reader {
     }
     for (const auto& element : root_.child("application_model").children("application_element")) read_element(element);
     const pugi::xml_node data = root_.child("instance_data");
-    const Element& quantity = elements_["AoMeasurementQuantity"];
-    const Element& unit = elements_["AoUnit"];
-    const Element& table = elements_["AoSubmatrix"];
+    const AtfxElement& quantity = elements_["AoMeasurementQuantity"];
+    const AtfxElement& unit = elements_["AoUnit"];
+    const AtfxElement& table = elements_["AoSubmatrix"];
     for (const auto& u : data.children(unit.name.c_str())) {
       unit_name_[child(u, unit, "id")] = child(u, unit, "name");
       // Some writers state the relation from this side only.
@@ -80,7 +80,7 @@ class Reader {
     for (const auto& q : data.children(quantity.name.c_str())) quantities_[child(q, quantity, "id")] = q;
     for (const auto& t : data.children(table.name.c_str()))
       rows_[child(t, table, "id")] = child(t, table, "number_of_rows");
-    const Element& column = elements_["AoLocalColumn"];
+    const AtfxElement& column = elements_["AoLocalColumn"];
     if (!column.name.empty()) {
       for (const auto& c : data.children(column.name.c_str())) {
         keep_going([&] { read_column(c, column); });
@@ -119,7 +119,7 @@ class Reader {
   }
 
   void read_element(const pugi::xml_node& node) {
-    Element element;
+    AtfxElement element;
     element.name = node.child_value("name");
     for (const auto& a : node.children("application_attribute")) {
       if (*a.child_value("base_attribute") != '\0')
@@ -151,7 +151,7 @@ class Reader {
     return value;
   }
 
-  void read_column(const pugi::xml_node& node, const Element& element) {
+  void read_column(const pugi::xml_node& node, const AtfxElement& element) {
     AtfxColumn column;
     column.name = child(node, element, "name");
     column.independent = child(node, element, "independent") == "1";
@@ -164,7 +164,7 @@ class Reader {
     bool complex = false;
     const auto quantity = quantities_.find(child(node, element, "measurement_quantity"));
     if (quantity != quantities_.end()) {
-      const Element& q = elements_["AoMeasurementQuantity"];
+      const AtfxElement& q = elements_["AoMeasurementQuantity"];
       complex = child(quantity->second, q, "datatype").find("COMPLEX") != std::string::npos;
       const auto unit = unit_name_.find(child(quantity->second, q, "unit"));
       column.unit = unit != unit_name_.end() ? unit->second : unit_of_quantity_[quantity->first];
@@ -350,7 +350,7 @@ class Reader {
   pugi::xml_document document_;
   pugi::xml_node root_;
   AtfxFile file_;
-  std::map<std::string, Element> elements_;
+  std::map<std::string, AtfxElement> elements_;
   std::map<std::string, std::string> unit_name_, unit_of_quantity_, rows_, binary_name_, binary_;
   std::map<std::string, pugi::xml_node> quantities_;
   std::vector<Implicit> implicit_;
@@ -361,7 +361,7 @@ class Reader {
 }  // namespace
 
 AtfxFile parse_atfx(std::string_view bytes, std::string_view name, const AtfxComponents& components) {
-  return Reader(bytes, name, components).read();
+  return AtfxReader(bytes, name, components).read();
 }
 
 AtfxFile read_atfx(const std::filesystem::path& path) {

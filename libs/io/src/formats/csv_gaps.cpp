@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/nan.hpp"
 #include "whirl/signal/angle.hpp"
 #include "whirl/signal/even_grid.hpp"
 
@@ -14,7 +15,6 @@ namespace whirl::io::detail {
 namespace {
 
 constexpr Eigen::Index kShort = 2;  // missing instants that are bridged where times are uneven
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 struct Grid {
   double start = 0, step = 0;

@@ -1,5 +1,7 @@
 #include "csv_header.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -11,7 +13,7 @@
 namespace whirl::io::detail {
 namespace {
 
-std::string_view trim(std::string_view text) {
+std::string_view trim_blanks(std::string_view text) {
   const std::size_t first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(" \t") - first + 1);
@@ -24,15 +26,15 @@ std::pair<std::string_view, std::string_view> instrument_form(std::string_view t
   if (const std::size_t kind = kClose.find(text.back()); kind != std::string_view::npos) {
     const std::size_t open = text.rfind(kOpen[kind]);
     if (open == std::string_view::npos) return {text, {}};
-    return {trim(text.substr(0, open)), trim(text.substr(open + 1, text.size() - open - 2))};
+    return {trim_blanks(text.substr(0, open)), trim_blanks(text.substr(open + 1, text.size() - open - 2))};
   }
   const std::size_t slash = text.rfind(" / ");
   if (slash == std::string_view::npos) return {text, {}};
-  return {trim(text.substr(0, slash)), trim(text.substr(slash + 3))};
+  return {trim_blanks(text.substr(0, slash)), trim_blanks(text.substr(slash + 3))};
 }
 
 std::string plain_name(std::string_view text) {
-  std::string name(trim(text));
+  std::string name(trim_blanks(text));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
   return name;
@@ -74,7 +76,7 @@ Heading parse_heading(std::string_view raw) {
   if (h.text == "rpm") return {h.text, "speed", find_unit("rpm")};
   if (h.text == "hz" || h.text == "Hz") return {h.text, "freq", find_unit("hz")};
   if (const NameWithUnit split = split_unit(text); split.unit != nullptr) return {h.text, split.name, split.unit};
-  const auto [name, label] = instrument_form(trim(text));
+  const auto [name, label] = instrument_form(trim_blanks(text));
   if (!label.empty()) {
     if (const UnitSuffix* unit = unit_from_label(label)) return {h.text, plain_name(name), unit, true};
   }

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -12,19 +14,19 @@
 namespace whirl::io {
 namespace {
 
-constexpr std::size_t kBuffer = std::size_t{1} << 20;  // also the longest line
+constexpr std::size_t kLineBuffer = std::size_t{1} << 20;  // also the longest line
 constexpr std::size_t kMaxColumns = 4096;
 constexpr std::string_view kBlank = " \t";
 
-std::string_view trim(std::string_view text, std::string_view what = kBlank) {
+std::string_view trim_of(std::string_view text, std::string_view what = kBlank) {
   const std::size_t first = text.find_first_not_of(what);
   if (first == std::string_view::npos) return {};
   return text.substr(first, text.find_last_not_of(what) - first + 1);
 }
 
 std::string_view unquote(std::string_view text) {
-  text = trim(text, " ");
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim(text.substr(1, text.size() - 2));
+  text = trim_of(text, " ");
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim_of(text.substr(1, text.size() - 2));
   return text;
 }
 
@@ -105,7 +107,7 @@ struct CsvStream::State {
   bool exponent = false;
   bool decimal_known = false;
 
-  std::unique_ptr<char[]> buffer = std::make_unique_for_overwrite<char[]>(kBuffer);
+  std::unique_ptr<char[]> buffer = std::make_unique_for_overwrite<char[]>(kLineBuffer);
   std::size_t begin = 0, end = 0;
   bool eof = false;
   bool blank_seen = false;
@@ -137,11 +139,11 @@ struct CsvStream::State {
     std::memmove(buffer.get(), buffer.get() + begin, end - begin);
     end -= begin;
     begin = 0;
-    if (end == kBuffer) {
-      fail(fmt::format("longer than {} bytes: this is no CSV file", kBuffer), line + 1);
+    if (end == kLineBuffer) {
+      fail(fmt::format("longer than {} bytes: this is no CSV file", kLineBuffer), line + 1);
     }
-    const std::size_t n = source.read(buffer.get() + end, kBuffer - end);
-    if (n < kBuffer - end) eof = true;
+    const std::size_t n = source.read(buffer.get() + end, kLineBuffer - end);
+    if (n < kLineBuffer - end) eof = true;
     end += n;
   }
 
@@ -180,7 +182,7 @@ struct CsvStream::State {
                  : "has no header and no data",
              0);
       dialect.carriage_return = text.data()[text.size()] == '\r' && text.data() + text.size() < buffer.get() + end;
-    } while (line < options.header_line || trim(text).empty() || text.front() == '#');
+    } while (line < options.header_line || trim_of(text).empty() || text.front() == '#');
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
     if (text.find('\r') != std::string_view::npos) fail("lines end with CR alone: save them with LF or CR LF");
 
@@ -188,7 +190,7 @@ struct CsvStream::State {
                         : text.find('\t') != std::string_view::npos ? '\t'
                                                                     : ',';
     std::vector<std::string_view> fields = split(text, dialect.delimiter);
-    if (fields.size() > 1 && trim(fields.back()).empty()) {
+    if (fields.size() > 1 && trim_of(fields.back()).empty()) {
       dialect.trailing_delimiter = true;
       fields.pop_back();
     }
@@ -229,7 +231,7 @@ struct CsvStream::State {
       if (newline == std::string_view::npos) return;
       std::string_view text = ahead.substr(0, newline);
       if (text.ends_with('\r')) text.remove_suffix(1);
-      if (!trim(text).empty()) {
+      if (!trim_of(text).empty()) {
         if (units) return;
         units = placed(line + 1, [&] { return detail::take_units(header, fields_of(text)); });
         if (!units) return;
@@ -338,7 +340,7 @@ struct CsvStream::State {
   }
 
   double slow_value(std::string_view field, std::size_t file_column) const {
-    const std::string_view text = unquote(trim(field, " \t\r"));
+    const std::string_view text = unquote(trim_of(field, " \t\r"));
     const auto bad = [&](std::string_view why) {
       fail(fmt::format("{}: '{}' {}", column_name(file_column), shown(text), why));
     };
@@ -409,7 +411,7 @@ struct CsvStream::State {
       }
       p = more ? q + 1 : q;
     }
-    if (dialect.trailing_delimiter && !trim({p, static_cast<std::size_t>(e - p)}).empty()) ragged(text);
+    if (dialect.trailing_delimiter && !trim_of({p, static_cast<std::size_t>(e - p)}).empty()) ragged(text);
   }
 };
 
@@ -436,7 +438,7 @@ Eigen::Index CsvStream::next(Eigen::Ref<Eigen::MatrixXd> block) {
   Eigen::Index row = 0;
   std::string_view text;
   while (row < block.rows() && s.get_line(text)) {
-    if (text.empty() || trim(text).empty()) {
+    if (text.empty() || trim_of(text).empty()) {
       s.blank_seen = true;
       continue;
     }

@@ -1,5 +1,7 @@
 #include "whirl/io/frf_csv.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <set>

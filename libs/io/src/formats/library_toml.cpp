@@ -1,5 +1,7 @@
 #include "whirl/io/library_toml.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "whirl/io/file.hpp"

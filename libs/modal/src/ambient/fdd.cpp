@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tones.hpp"
 #include "usable_record.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
@@ -18,7 +18,6 @@ namespace {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Frequency and damping from the bell around a peak: its inverse transform is an autocorrelation exp(p |tau|).
 void fit_bell(const Eigen::VectorXd& bell, Index first, Index block, double line, const Eigen::VectorXd& lag_window,

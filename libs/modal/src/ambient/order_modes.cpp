@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "responses.hpp"
 #include "usable_record.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
@@ -23,7 +23,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 /// Vectors of every order and channel on lines of equal steps in speed.
 struct OrderCurves {

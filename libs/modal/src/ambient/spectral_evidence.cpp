@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -21,10 +21,9 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr double kHannLines = 1.5;  // lines that share one degree of freedom behind a Hann window
 constexpr Index kBins = 60, kDirections = 6;
-constexpr int kIterations = 30;
+constexpr int kEvidenceIterations = 30;
 
 /// Mean of x x^H over a few neighbouring lines.
 struct Bin {
@@ -33,18 +32,18 @@ struct Bin {
 };
 
 /// Spectra of a record about one mode behind a Hann window, lines x channels.
-struct Band {
+struct SpectralBand {
   Index first = 0;  ///< line
   double line = 0;  ///< Hz between lines
   MatrixXcd lines;
 };
 
 /// Of each mode; every channel is transformed once.
-std::vector<Band> bands_of(const SeenBy& record, const std::vector<OperationalMode>& modes) {
+std::vector<SpectralBand> bands_of(const SeenBy& record, const std::vector<OperationalMode>& modes) {
   const MatrixXd& y = *record.y;
   const Index n = y.rows();
   const double line = 1 / (record.dt * static_cast<double>(n));
-  std::vector<Band> bands;
+  std::vector<SpectralBand> bands;
   for (const OperationalMode& m : modes) {
     const double f = m.frequency.value, half = std::max(12 * m.damping.value * f, 40 * line);
     const Index first = std::max<Index>(2, static_cast<Index>((f - half) / line)),
@@ -56,7 +55,7 @@ std::vector<Band> bands_of(const SeenBy& record, const std::vector<OperationalMo
     for (Index i = 0; i < n; ++i)
       x[i] *= 1 - std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(n));
     const VectorXcd spectrum = signal::real_fft(x);
-    for (Band& b : bands) b.lines.col(c) = spectrum.segment(b.first, b.lines.rows());
+    for (SpectralBand& b : bands) b.lines.col(c) = spectrum.segment(b.first, b.lines.rows());
   }
   return bands;
 }
@@ -89,7 +88,7 @@ double likelihood(const std::vector<Bin>& bins, const VectorXcd& poles, const Ma
   noise.diagonal().array() += floor;
   for (Index k = 0; k < m; ++k)
     forces(k, k) = 0.5 * mean.trace().real() * std::pow(poles[k].real(), 2) / shapes.col(k).squaredNorm();
-  for (int it = 0; it < kIterations; ++it) {
+  for (int it = 0; it < kEvidenceIterations; ++it) {
     MatrixXcd next_noise = MatrixXcd::Zero(l, l), next_forces = MatrixXcd::Zero(m, m);
     result = 0;
     for (const Bin& bin : bins) {
@@ -117,7 +116,7 @@ double likelihood(const std::vector<Bin>& bins, const VectorXcd& poles, const Ma
 
 /// Twice the gain in log likelihood (Whittle's) that `mode` brings to the spectra about its frequency, beside the other
 /// modes and even noise.
-double spectral_gain(const SeenBy& record, const Band& band, const std::vector<OperationalMode>& modes,
+double spectral_gain(const SeenBy& record, const SpectralBand& band, const std::vector<OperationalMode>& modes,
                      std::size_t index) {
   const MatrixXd& y = *record.y;
   const auto count = static_cast<Index>(modes.size()), mode = static_cast<Index>(index);
@@ -188,7 +187,7 @@ double spectral_gain(const SeenBy& record, const Band& band, const std::vector<O
 
 std::string drop_chance_modes(const std::vector<SeenBy>& records, std::size_t orders, OperationalModes& result) {
   int dropped = 0;
-  std::vector<std::vector<Band>> bands;  // of each record, by mode
+  std::vector<std::vector<SpectralBand>> bands;  // of each record, by mode
   for (const SeenBy& record : records) bands.push_back(bands_of(record, result.modes));
   while (!result.modes.empty()) {
     std::size_t least = 0;
@@ -203,7 +202,7 @@ std::string drop_chance_modes(const std::vector<SeenBy>& records, std::size_t or
     }
     if (smallest >= kChanceGain * static_cast<double>(records.size())) break;
     result.modes.erase(result.modes.begin() + static_cast<std::ptrdiff_t>(least));
-    for (std::vector<Band>& b : bands) b.erase(b.begin() + static_cast<std::ptrdiff_t>(least));
+    for (std::vector<SpectralBand>& b : bands) b.erase(b.begin() + static_cast<std::ptrdiff_t>(least));
     ++dropped;
   }
   if (dropped == 0) return {};

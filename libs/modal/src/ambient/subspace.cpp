@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "tones.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/poles.hpp"
@@ -22,7 +22,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // With a tacho the orders are known, however the speed wanders.
 void subtract_orders(const Recording& recording, int orders, double nyquist, MatrixXd& y, std::vector<Tone>& tones) {

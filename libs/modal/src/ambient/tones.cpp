@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -18,7 +18,6 @@ using Eigen::LDLT;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Power of all channels per line, each channel scaled to unit variance, behind a Hann window.
 VectorXd line_power(const MatrixXd& y) {

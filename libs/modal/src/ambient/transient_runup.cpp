@@ -1,9 +1,11 @@
 #include "whirl/modal/transient_runup.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/least_squares.hpp"
@@ -13,7 +15,6 @@ namespace whirl::modal {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// The sweep on a fine grid, and where the revolutions lie on it.
 class Sweep {
@@ -21,7 +22,7 @@ class Sweep {
   Sweep(double omega0, double alpha, const Eigen::VectorXd& time, double fastest, RunupModel model)
       : omega0_(omega0), alpha_(alpha), model_(model), time_(time) {
     // Twenty samples per period of the fastest mode or speed.
-    dt_ = kTurn / (20 * fastest);
+    dt_ = kTwoPi / (20 * fastest);
     const double end = time[time.size() - 1];
     samples_ = static_cast<Eigen::Index>(std::ceil(end / dt_)) + 2;
     forcing_.resize(2 * samples_ - 1);
@@ -173,7 +174,7 @@ Eigen::VectorXd times_of(const RunupResponse& run) {
   Eigen::VectorXd time = run.time;
   if (time.size() == 0) {
     time = Eigen::VectorXd::Zero(n);
-    for (Eigen::Index k = 1; k < n; ++k) time[k] = time[k - 1] + 2 * kTurn / (run.omega[k] + run.omega[k - 1]);
+    for (Eigen::Index k = 1; k < n; ++k) time[k] = time[k - 1] + 2 * kTwoPi / (run.omega[k] + run.omega[k - 1]);
   }
   time.array() -= time[0];
   return time;

@@ -14,12 +14,7 @@ using Complex = std::complex<double>;
 // Of the description length: gained by the first term, lost by one in place of a free pole.
 constexpr double kAdded = 40, kInPlace = 30;
 constexpr std::size_t kParents = 3;
-constexpr int kIterations = 12;
-
-bool inside(const Band& band, Complex p) {
-  const double f = std::abs(p) / (2 * std::numbers::pi);
-  return f >= band.low && f <= band.high;
-}
+constexpr int kSearchIterations = 12;
 
 Eigen::RowVectorXcd residues_of(const Refined& state, std::size_t pole) {
   const auto row = 2 * static_cast<Index>(pole);
@@ -54,7 +49,7 @@ Refined with(const Refined& state, const Tie& tie) {
 }
 
 /// What stays the same over one search for terms.
-struct Search {
+struct AmplitudeSearch {
   const Band& band;
   const ResidualTerms& terms;
   double lines;  ///< that count as one in every comparison
@@ -66,14 +61,14 @@ struct Search {
   // Poles that stood for what modes outside the band do may run off into what is no mode: then they go.
   Refined refined(Refined start) const {
     for (int round = 0; round < 4; ++round) {
-      Refined next = refine(band, start.poles, start.started, terms, kIterations, start.ties);
+      Refined next = refine(band, start.poles, start.started, terms, kSearchIterations, start.ties);
       std::size_t wild = 0;
       const auto is_wild = [&](Complex p) { return -p.real() > max_damping * std::abs(p); };
       while (wild < next.free() && !is_wild(next.poles[wild])) ++wild;
       if (wild == next.free()) return next;
       start = without(next, wild);
     }
-    return refine(band, start.poles, start.started, terms, kIterations, start.ties);
+    return refine(band, start.poles, start.started, terms, kSearchIterations, start.ties);
   }
   // Where the poles stand the further ones already gain a good part of what they can.
   bool gains(const Refined& state, const Refined& more) const {
@@ -142,7 +137,7 @@ std::vector<Tie> missing_terms(const Refined& state, std::size_t strong) {
 }
 
 // Poles that change with the amplitude: terms are added one by one as long as the evidence holds them.
-void add_shift(const Search& search, Refined& state, Complex mode) {
+void add_shift(const AmplitudeSearch& search, Refined& state, Complex mode) {
   for (int round = 0; round < 8; ++round) {
     const std::size_t parent = nearest(state, mode);
     mode = state.poles[parent];
@@ -178,7 +173,7 @@ void add_shift(const Search& search, Refined& state, Complex mode) {
 
 // Poles at twice or three times a mode whose pole changes with the amplitude, weaker than it by far: tied to it. At the
 // start of the ringing they stand at the multiple of the shifted pole, for which a second term is.
-void tie_harmonics(const Search& search, Refined& state) {
+void tie_harmonics(const AmplitudeSearch& search, Refined& state) {
   std::vector<Complex> parents;
   for (const Tie& tie : state.ties) {
     if (tie.turn == 1 && tie.decay == 3) parents.push_back(state.poles[tie.parent]);
@@ -207,7 +202,7 @@ void tie_harmonics(const Search& search, Refined& state) {
 }
 
 // Poles of the search that the terms now make needless.
-void drop_needless(const Search& search, Refined& state) {
+void drop_needless(const AmplitudeSearch& search, Refined& state) {
   for (std::size_t k = state.free(); k-- > state.started;) {
     if (k >= state.free()) continue;  // a refinement may have dropped several
     Refined next = search.refined(without(state, k));
@@ -217,7 +212,7 @@ void drop_needless(const Search& search, Refined& state) {
 
 // What each of the next terms, which the evidence does not hold, would change: the error of stopping here. Of modes
 // that show no term at all only where one gains something.
-Eigen::VectorXd truncation_of(const Search& search, const Refined& state, const std::vector<Complex>& modes) {
+Eigen::VectorXd truncation_of(const AmplitudeSearch& search, const Refined& state, const std::vector<Complex>& modes) {
   Eigen::VectorXd largest = Eigen::VectorXd::Zero(2 * static_cast<Index>(state.free()));
   for (const Complex mode : modes) {
     const std::size_t k = nearest(state, mode);
@@ -244,7 +239,7 @@ Eigen::VectorXd truncation_of(const Search& search, const Refined& state, const 
 Refined with_amplitude(const Band& band, const Refined& white, const ResidualTerms& terms, const ModeOptions& options) {
   if (terms.hysteretic || white.poles.empty()) return white;
   if (noise_variance(band, white.poles, terms, white.fit) <= least_variance(band)) return white;
-  const Search search{
+  const AmplitudeSearch search{
       .band = band, .terms = terms, .lines = white.correlated, .max_damping = options.poles.max_damping};
   std::vector<std::size_t> order;
   for (std::size_t k = 0; k < white.poles.size(); ++k) {

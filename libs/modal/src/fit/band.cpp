@@ -4,14 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::modal {
 namespace {
 
-double median(std::vector<double> values) {
+double upper_median(std::vector<double> values) {
   if (values.empty()) return 0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -38,7 +38,7 @@ bool is_smooth(const Eigen::VectorXcd& h, const Eigen::VectorXd& scatter) {
                              6.0 * h[i + 2] + h[i + 3]) /
                     std::sqrt(924.0));
   }
-  return median(sixth) < 0.3 * median(fourth);
+  return upper_median(sixth) < 0.3 * upper_median(fourth);
 }
 
 // Exponent e of noise ~ |H|^e, from the lines where |H| is small and middling: about 0 for equal noise, 1 for
@@ -64,8 +64,8 @@ double noise_exponent(const Eigen::MatrixXcd& h) {
       size[1].push_back(lines[third + i].first);
       noise[1].push_back(lines[third + i].second);
     }
-    const double range = median(size[1]) - median(size[0]);
-    sum += range * (median(noise[1]) - median(noise[0]));
+    const double range = upper_median(size[1]) - upper_median(size[0]);
+    sum += range * (upper_median(noise[1]) - upper_median(noise[0]));
     weight += range * range;
   }
   return weight > 0 ? sum / weight : 0;
@@ -107,7 +107,7 @@ void set_weights(const FrequencyResponse& frf, Eigen::Index first, LineWeighting
       case LineWeighting::variance: {
         const Eigen::VectorXd variance = frf.channels[static_cast<std::size_t>(c)].variance.segment(first, n);
         // A line whose few blows happened to agree must not own the fit.
-        const double floor = 0.1 * median({variance.data(), variance.data() + n});
+        const double floor = 0.1 * upper_median({variance.data(), variance.data() + n});
         band.weight.col(c) = variance.cwiseMax(std::max(floor, 1e-12 * size.squaredNorm() / static_cast<double>(n)))
                                  .cwiseSqrt()
                                  .cwiseInverse();
@@ -128,6 +128,11 @@ void set_weights(const FrequencyResponse& frf, Eigen::Index first, LineWeighting
 
 }  // namespace
 
+bool inside(const Band& band, std::complex<double> p) {
+  const double f = std::abs(p) / kTwoPi;
+  return f >= band.low && f <= band.high;
+}
+
 Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting) {
   const double step = line_of(frf);
   const Eigen::Index all = frf.frequency.size();
@@ -146,7 +151,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
   band.power = static_cast<int>(frf.kind);
   band.decay = frf.window_decay;
   band.leakage_free = frf.leakage_free;
-  band.omega = 2 * std::numbers::pi * frf.frequency.segment(first, n);
+  band.omega = kTwoPi * frf.frequency.segment(first, n);
   band.low = frf.frequency[first];
   band.high = frf.frequency[last];
   const auto channels = static_cast<Eigen::Index>(frf.channels.size());

@@ -28,6 +28,9 @@ struct Band {
   double line_width() const { return (high - low) / static_cast<double>(lines() - 1); }
 };
 
+/// Whether the frequency of a pole, |p| / 2 pi, lies in the band.
+bool inside(const Band& band, std::complex<double> p);
+
 /// Lines of the band (0 Hz excluded), checked; `low`, `high` in Hz as in PoleOptions.
 Band select_band(const FrequencyResponse& frf, double low, double high, LineWeighting weighting);
 

@@ -1,12 +1,14 @@
 #include "whirl/modal/fit_modes.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "amplitude.hpp"
 #include "damping_evidence.hpp"
 #include "modal_result.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/hann_window.hpp"
@@ -16,12 +18,6 @@ namespace {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
-
-bool inside(const Band& band, Complex p) {
-  const double f = std::abs(p) / (2 * kPi);
-  return f >= band.low && f <= band.high;
-}
 
 // Poles outside the band, where residual terms alone leave structure of modes that are not in it: as many as the
 // evidence holds.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "residue_fit.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Frequency and damping of a pole and their derivatives by Re p and Im p.
 struct Parameters {

@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "whirl/core/angles.hpp"
 
 namespace whirl::modal {
 namespace {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 double median_of(Eigen::VectorXd values) {
   std::nth_element(values.data(), values.data() + values.size() / 2, values.data() + values.size());

@@ -6,6 +6,7 @@
 
 #include "residual_search.hpp"
 #include "scatter_state.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -15,7 +16,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
-constexpr double kPi = 3.14159265358979323846;
 
 double penalty(const Band& band, std::size_t poles, const ResidualTerms& terms, std::size_t hyper, double lines) {
   const double data = 2 * static_cast<double>(band.lines() * band.channels()) / lines;

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "residual_search.hpp"
 #include "scatter.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 
 namespace whirl::modal {
@@ -17,7 +17,6 @@ using Complex = std::complex<double>;
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kSearchRounds = 20;
 
 double frequency_of(Complex p) { return std::abs(p) / (2 * kPi); }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
 
@@ -14,7 +14,6 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXcd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Impulse responses of the band shifted to 0 Hz: one block (outputs x references) per sample, side by side. Lines at
 // positive frequencies only make them complex, with one pole z = exp((p - j w0) dt) per mode.

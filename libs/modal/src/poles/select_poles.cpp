@@ -8,7 +8,7 @@
 namespace whirl::modal {
 namespace {
 
-double median(std::vector<double> values) {
+double median_of_sorted(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const std::size_t n = values.size();
   return n % 2 == 1 ? values[n / 2] : 0.5 * (values[n / 2 - 1] + values[n / 2]);
@@ -27,8 +27,8 @@ struct Cluster {
       dampings.push_back(poles[i].damping());
       orders.insert(poles[i].order);
     }
-    size = median(sizes);
-    damping = median(dampings);
+    size = median_of_sorted(sizes);
+    damping = median_of_sorted(dampings);
   }
 };
 
@@ -107,7 +107,7 @@ PoleCluster describe(const Cluster& cluster, int number, std::vector<Stabilisati
     im.push_back(poles[i].pole.imag());
   }
   PoleCluster found;
-  found.pole = {median(re), median(im)};
+  found.pole = {median_of_sorted(re), median_of_sorted(im)};
   found.orders = static_cast<int>(cluster.orders.size());
   const double damping = -found.pole.real() / std::abs(found.pole);
   double nearest = INFINITY;
@@ -119,8 +119,8 @@ PoleCluster describe(const Cluster& cluster, int number, std::vector<Stabilisati
       found.participation = poles[i].participation;
     }
   }
-  found.frequency_spread = median(f);
-  found.damping_spread = median(zeta);
+  found.frequency_spread = median_of_sorted(f);
+  found.damping_spread = median_of_sorted(zeta);
   return found;
 }
 

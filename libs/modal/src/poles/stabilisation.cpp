@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "classic_methods.hpp"
 #include "fit/band.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
@@ -17,7 +17,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXcd;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Share of the unit circle that the band covers; the rest keeps first and last line apart.
 constexpr double kCoverage = 0.93;

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/residues.hpp"
 #include "whirl/signal/fft.hpp"
@@ -15,7 +15,6 @@ namespace {
 
 using Eigen::Index;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 constexpr double kDecay = 8;   // sigma of the exponential window over a block
 constexpr double kSeen = 0.6;  // share of the block up to which the impulse response is restored
 constexpr double kSplit = 3;   // lines between the poles of one split peak

@@ -69,7 +69,7 @@ MatrixXcd spectra_of(const Recording& record, const std::vector<std::string>& na
 /// a transient: that of a sweep is as short there as the beginning or the end of the record.
 Steps steps_of(const std::vector<LineSpectra>& spectra, double width, Index steps, double band_drop_db,
                double& hidden) {
-  constexpr double kSeen = 0.2;
+  constexpr double kExcited = 0.2;
   const Index nu = spectra.front().forces.cols();
   Steps result(steps, nu, spectra.front().responses.cols());
   result.first = result.width = width;
@@ -90,7 +90,7 @@ Steps steps_of(const std::vector<LineSpectra>& spectra, double width, Index step
   const double drop = band_drop_db > 0 ? std::pow(10, -band_drop_db / 10) : 0;
   const Eigen::ArrayXXd limit = (drop * given.colwise().maxCoeff()).replicate(steps, 1);
   const Eigen::ArrayXX<bool> excited = given.array() > limit;
-  const auto unseen = (excited && result.force_power.array() < kSeen * given.array()).count();
+  const auto unseen = (excited && result.force_power.array() < kExcited * given.array()).count();
   hidden = static_cast<double>(unseen) / static_cast<double>(std::max<Index>(1, excited.count()));
   return result;
 }

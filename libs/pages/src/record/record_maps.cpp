@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/spectrogram.hpp"
 
@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 // Speed at times from the start of the record; standstill is 0.
 VectorXd speed_at(const VectorXd& time, const diagnosis::Rotation& turning, double dt) {
@@ -48,7 +47,7 @@ Eigen::MatrixXd over_speed(const signal::Spectrogram& map, const VectorXd& speed
 signal::Spectrogram spectra_of(const Recording& r, const std::optional<diagnosis::Rotation>& turning, bool full,
                                const std::string& channel, double highest, const signal::SpectrumOptions& s,
                                Index columns) {
-  if (turning && turning->angle[turning->size() - 1] - turning->angle[0] > 8 * kTurn) {
+  if (turning && turning->angle[turning->size() - 1] - turning->angle[0] > 8 * kTwoPi) {
     const auto part = [&](const std::string& name) -> VectorXd {
       return r[name].segment(turning->first, turning->size());
     };
@@ -84,7 +83,7 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   // Against the rotor angle an order lies on a line of the block, where every window shows its amplitude.
   s.window = o.window.value_or(turning ? signal::Window::hann : signal::Window::flat_top);
   s.kind = o.kind;
-  const double sweep = turning ? turning->sweep_rate(r.dt) / kTurn : 0;
+  const double sweep = turning ? turning->sweep_rate(r.dt) / kTwoPi : 0;
   s.block = o.resolution > 0 ? std::lround(r.rate() / o.resolution)
             // Half of what the sweep lets pass, for the amplitude of a fast passage.
             : turning ? signal::sweep_block(2 * sweep, r.dt, r.size())
@@ -92,7 +91,7 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   s.block = std::clamp<Index>(s.block, 1, r.size());
   const Index columns = what == "cascade" ? 60 : 240;
   const double highest = o.highest_frequency > 0 ? o.highest_frequency
-                         : turning               ? std::min(0.5 * r.rate(), 4 * turning->highest_speed() / kTurn)
+                         : turning               ? std::min(0.5 * r.rate(), 4 * turning->highest_speed() / kTwoPi)
                                                  : 0.5 * r.rate();
   signal::Spectrogram map = spectra_of(r, turning, full, channel, highest, s, columns);
   Index from = 0, rows = map.frequency.size();

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "record/record_maps.hpp"
 #include "record/record_part.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/signal/order.hpp"
 
 namespace whirl::pages {
@@ -16,8 +16,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 using report::Figure;
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kRpm = kTurn / 60;
 constexpr Index kCentrelineTurns = 8;
 constexpr double kAgree = 0.1;  // of the largest vector: 1X vectors of one orbit
 
@@ -52,7 +50,7 @@ std::pair<double, double> around_the_largest(const Turns& turns) {
     if (from > 0 && fits(from - 1)) --from, grows = true;
     if (to < last && fits(to + 1)) ++to, grows = true;
   }
-  const double half_turn = 0.5 * kTurn / turns.x.speed[top];
+  const double half_turn = 0.5 * kTwoPi / turns.x.speed[top];
   return {turns.x.time[from] - half_turn, turns.x.time[to] + half_turn};
 }
 
@@ -60,7 +58,7 @@ std::pair<double, double> around_the_largest(const Turns& turns) {
 double weighted_mean(const Eigen::Ref<const VectorXd>& samples) {
   const Index n = samples.size();
   const VectorXd weight =
-      1 - (VectorXd::LinSpaced(n, 0.5, static_cast<double>(n) - 0.5) * kTurn / static_cast<double>(n)).array().cos();
+      1 - (VectorXd::LinSpaced(n, 0.5, static_cast<double>(n) - 0.5) * kTwoPi / static_cast<double>(n)).array().cos();
   return weight.dot(samples) / weight.sum();
 }
 
@@ -76,17 +74,17 @@ void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turn
   for (Index i = 0; i < n && one; ++i) one = turns.agrees(i, top);
   const std::complex<double> x = one ? turns.x.vector.mean() : turns.x.vector[top];
   const std::complex<double> y = one ? turns.y.vector.mean() : turns.y.vector[top];
-  const double turn = kTurn / turns.x.speed[top];
+  const double turn = kTwoPi / turns.x.speed[top];
   const double begin = one ? 0 : turns.x.time[top] - turn, end = one ? part.duration() : turns.x.time[top] + turn;
   const double cx = mean_between(part, "x", begin, end), cy = mean_between(part, "y", begin, end);
-  const VectorXd theta = VectorXd::LinSpaced(181, 0, kTurn);
+  const VectorXd theta = VectorXd::LinSpaced(181, 0, kTwoPi);
   const auto path = [&](double c, std::complex<double> z) -> VectorXd {
     return theta.unaryExpr([&](double t) { return c + (z * std::polar(1.0, t)).real(); });
   };
   panel.line("1X", path(cx, x), path(cy, y), {.color = 1, .width = 1.6});
   panel.scatter("", VectorXd::Constant(1, cx + x.real()), VectorXd::Constant(1, cy + y.real()), {.color = 1});
   const signal::OrbitEllipse e = signal::orbit_ellipse(x, y);
-  const double speed = (one ? turns.x.speed.mean() : turns.x.speed[top]) / kRpm;
+  const double speed = (one ? turns.x.speed.mean() : turns.x.speed[top]) / kRadPerSecPerRpm;
   panel.title =
       fmt::format("1X at {:.0f} rpm{}: {}, {} by {}", speed, one ? "" : ", one turn",
                   e.area >= 0 ? "forward" : "backward", report::format_amplitude(e.semi_major, AmplitudeKind::peak),
@@ -95,7 +93,7 @@ void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turn
 
 }  // namespace
 
-std::vector<report::Probe> shaft_probes() { return {{0, "x probe"}, {kTurn / 4, "y probe"}}; }
+std::vector<report::Probe> shaft_probes() { return {{0, "x probe"}, {kTwoPi / 4, "y probe"}}; }
 
 Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   ViewOptions range = o;
@@ -134,7 +132,7 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   here.first = first - cut_at;
   here.angle = turning->angle.segment(first - turning->first, end - first);
   here.speed = turning->speed.segment(first - turning->first, end - first);
-  const auto whole_turns = std::floor(here.angle[here.size() - 1] / kTurn) - std::ceil(here.angle[0] / kTurn);
+  const auto whole_turns = std::floor(here.angle[here.size() - 1] / kTwoPi) - std::ceil(here.angle[0] / kTwoPi);
   if (whole_turns >= o.turns) draw_ellipse(figure.panels.front(), part, Turns(part, here, o));
   return figure;
 }
@@ -179,7 +177,7 @@ Figure centreline(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   constexpr int kLabels = 5;
   for (int k = 0; k < kLabels; ++k) {
     const Index at = k * (shown.x.size() - 1) / (kLabels - 1);
-    panel.annotate(shown.x[at], shown.y[at], fmt::format("{:.0f} rpm", shown.speed[at] / kRpm));
+    panel.annotate(shown.x[at], shown.y[at], fmt::format("{:.0f} rpm", shown.speed[at] / kRadPerSecPerRpm));
     panel.scatter("", shown.x.segment(at, 1), shown.y.segment(at, 1), {.color = 6});
   }
   return figure;

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "record/record_maps.hpp"
 #include "record/record_orbit.hpp"
 #include "record/record_part.hpp"
 #include "run_line.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/passages.hpp"
@@ -25,8 +25,6 @@ using Eigen::Index;
 using Eigen::VectorXd;
 using report::Figure;
 using report::NamedRun;
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kRpm = kTurn / 60;
 constexpr double kReach = 1.25;  // bandwidths from the middle of a Vold-Kalman filter to where it lets little through
 
 constexpr View kViews[] = {
@@ -104,7 +102,7 @@ Figure spectra(const std::vector<ViewedRun>& runs, const ViewOptions& o, bool fu
   if (const auto turning = diagnosis::rotation_of(cut(runs.back().record, o))) {
     const double mean = turning->speed.mean();
     if (turning->speed.maxCoeff() - turning->speed.minCoeff() < 0.02 * mean)
-      marks = {{"1X", mean / kTurn}, {"2X", 2 * mean / kTurn}};
+      marks = {{"1X", mean / kTwoPi}, {"2X", 2 * mean / kTwoPi}};
   }
   Figure figure = full ? report::full_spectrum(curves, o.kind) : report::spectrum(curves, o.kind, quantity, marks);
   if (full) {
@@ -129,7 +127,7 @@ Index hide_ringing(Eigen::MatrixXcd& envelope, const std::vector<double>& orders
       // The beats of 1X are shown as in the Bode plot; a small ringing does not matter.
       if (orders[k] == 1 || p.amplitude < 5 * usual[usual.size() / 2]) continue;
       for (auto i = static_cast<Index>(std::lround(curve.time[p.at] / r.dt)); i < turning.size(); ++i) {
-        if (std::abs(orders[k] * turning.speed[i] - p.ringing) > kReach * kTurn * bandwidth) continue;
+        if (std::abs(orders[k] * turning.speed[i] - p.ringing) > kReach * kTwoPi * bandwidth) continue;
         envelope(i, static_cast<Index>(k)) = NAN;
         ++hidden;
       }
@@ -145,9 +143,9 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   // A quarter of the distance of two orders, so that they are told apart; 1X not slower than a passage.
   const auto chosen = [&](double least) {
     return o.bandwidth > 0 ? o.bandwidth
-                           : std::clamp(std::max(0.25 * turning.speed.mean() / kTurn, least), 0.5, 0.05 / r.dt);
+                           : std::clamp(std::max(0.25 * turning.speed.mean() / kTwoPi, least), 0.5, 0.05 / r.dt);
   };
-  const double narrow = chosen(0), wide = chosen(4 * std::sqrt(turning.sweep_rate(r.dt) / kTurn));
+  const double narrow = chosen(0), wide = chosen(4 * std::sqrt(turning.sweep_rate(r.dt) / kTwoPi));
   const VectorXd part = r[channel].segment(turning.first, turning.size());
   Eigen::MatrixXcd envelope = signal::track_orders(part, turning.angle, r.dt, o.orders, {.bandwidth = narrow});
   if (wide > narrow) {
@@ -241,7 +239,7 @@ Figure synchronous_view(const std::string& what, const std::vector<signal::Synch
   for (std::size_t k = 0; k < found.size(); ++k) {
     x[static_cast<Index>(k)] = found[k].speed;
     y[static_cast<Index>(k)] = found[k].amplitude;
-    list += fmt::format("{}{:.0f}", k ? ", " : "", found[k].speed / kRpm);
+    list += fmt::format("{}{:.0f}", k ? ", " : "", found[k].speed / kRadPerSecPerRpm);
   }
   if (x.size() > 0)
     figure.panels.front().scatter("passage of a critical speed, peak at " + list + " rpm", x, y, {.color = 6});

@@ -1,5 +1,7 @@
 #include "whirl/report/write_figure.hpp"
 
+#include <fmt/format.h>
+
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/run_program.hpp"

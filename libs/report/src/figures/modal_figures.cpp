@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "phase.hpp"
+#include "units.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
 
@@ -14,9 +15,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXcd;
 using Eigen::VectorXd;
-
-const Unit kHertz{"Hz", 1};
-const Unit kDegree{"°", std::numbers::pi / 180};
 
 std::string_view frf_unit(FrfKind kind) {
   switch (kind) {

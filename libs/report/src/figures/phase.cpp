@@ -5,19 +5,19 @@
 #include <limits>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
+
 namespace whirl::report {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 VectorXd continuous_phase(const Eigen::VectorXcd& vector) {
   VectorXd lead = vector.array().arg();
   double last = NAN;
   for (double& phase : lead) {
-    if (std::isfinite(last)) phase -= kTurn * std::round((phase - last) / kTurn);
+    if (std::isfinite(last)) phase -= kTwoPi * std::round((phase - last) / kTwoPi);
     if (std::isfinite(phase)) last = phase;
   }
   return lead;
@@ -39,7 +39,7 @@ void draw_phases(Panel& panel, const std::vector<PhaseCurve>& curves, Phase conv
   const bool winds = std::ranges::any_of(curves, [](const PhaseCurve& c) {
     const VectorXd lead = continuous_phase(c.vector);
     return lead.size() > 0 &&
-           lead.maxCoeff<Eigen::PropagateNumbers>() - lead.minCoeff<Eigen::PropagateNumbers>() > 1.5 * kTurn;
+           lead.maxCoeff<Eigen::PropagateNumbers>() - lead.minCoeff<Eigen::PropagateNumbers>() > 1.5 * kTwoPi;
   });
   const double sign = convention == Phase::lag ? -1 : 1;
   double centre = 0;
@@ -48,8 +48,8 @@ void draw_phases(Panel& panel, const std::vector<PhaseCurve>& curves, Phase conv
     Index fewest = std::numeric_limits<Index>::max();
     for (const double quarter : {0.0, 0.25, 0.5, -0.25}) {
       Index gaps = 0;
-      for (const PhaseCurve& c : curves) gaps += phase_with_gaps(c.vector, quarter * kTurn).array().isNaN().count();
-      if (gaps < fewest) fewest = gaps, centre = quarter * kTurn;
+      for (const PhaseCurve& c : curves) gaps += phase_with_gaps(c.vector, quarter * kTwoPi).array().isNaN().count();
+      if (gaps < fewest) fewest = gaps, centre = quarter * kTwoPi;
     }
     if (sign * centre < -2) centre = -centre;  // 0 to 360 degrees rather than -360 to 0
     panel.y.low = sign * centre - std::numbers::pi;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
 
@@ -13,7 +13,6 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double kTurn = 2 * std::numbers::pi;
 const Unit kSecond{"s", 1};
 
 void require_runs(const std::vector<NamedRun>& runs) {
@@ -139,9 +138,9 @@ Figure orbit(const std::vector<NamedRun>& runs, double begin, double end) {
     std::vector<double> mark_x, mark_y;
     const VectorXd beta = r["beta"].segment(from, count);
     for (Index k = 1; k < count; ++k) {
-      const double turn = std::floor(beta(k) / kTurn);
-      const double part_of_step = (turn * kTurn - beta(k - 1)) / (beta(k) - beta(k - 1));
-      if (turn == std::floor(beta(k - 1) / kTurn) || !(part_of_step >= 0 && part_of_step <= 1)) continue;
+      const double turn = std::floor(beta(k) / kTwoPi);
+      const double part_of_step = (turn * kTwoPi - beta(k - 1)) / (beta(k) - beta(k - 1));
+      if (turn == std::floor(beta(k - 1) / kTwoPi) || !(part_of_step >= 0 && part_of_step <= 1)) continue;
       mark_x.push_back(x(k - 1) + part_of_step * (x(k) - x(k - 1)));
       mark_y.push_back(y(k - 1) + part_of_step * (y(k) - y(k - 1)));
     }

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "phase.hpp"
+#include "units.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
 
@@ -13,11 +14,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-constexpr double kTurn = 2 * std::numbers::pi;
-const Unit kHertz{"Hz", 1};
-const Unit kRpm{"rpm", kTurn / 60};
-const Unit kDegree{"°", std::numbers::pi / 180};
 
 std::string_view short_name(AmplitudeKind kind) {
   return kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
@@ -113,7 +109,7 @@ Figure waterfall(double time_begin, double time_end, double frequency_high, cons
     const VectorXd time = VectorXd::LinSpaced(speed.size(), time_begin, time_end);
     for (const int order : {1, 2, -1, -2}) {
       if (order < 0 && !(frequency_low < 0)) continue;
-      const VectorXd f = (order * speed / kTurn).unaryExpr([&](double v) {
+      const VectorXd f = (order * speed / kTwoPi).unaryExpr([&](double v) {
         return v < frequency_low || v > frequency_high ? NAN : v;
       });
       panel.line(order > 0 ? fmt::format("{}X", order) : "", time, f,
@@ -142,7 +138,7 @@ Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::Ma
   }
   for (const int order : {1, 2}) {
     const VectorXd f =
-        (order * speed / kTurn).unaryExpr([&](double v) { return v > frequency[frequency.size() - 1] ? NAN : v; });
+        (order * speed / kTwoPi).unaryExpr([&](double v) { return v > frequency[frequency.size() - 1] ? NAN : v; });
     panel.line3(fmt::format("{}X", order), f, speed, VectorXd::Zero(speed.size()),
                 {.color = order == 1 ? 1 : 4, .width = 1.2, .dash = Dash::dashed});
   }
@@ -165,7 +161,7 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
   const Eigen::Vector2d ends(speed_low, speed_high);
   constexpr int kColors[] = {1, 4, 5};
   for (int order = 1; order <= 3; ++order) {
-    panel.line(fmt::format("{}X", order), ends, order * ends / kTurn,
+    panel.line(fmt::format("{}X", order), ends, order * ends / kTwoPi,
                {.color = kColors[order - 1], .width = 1.2, .dash = order == 1 ? Dash::solid : Dash::dashed});
   }
   for (const double f : natural_frequencies) {

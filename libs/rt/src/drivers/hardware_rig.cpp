@@ -1,5 +1,6 @@
 #include "whirl/rt/drivers/hardware_rig.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 
 #include <algorithm>

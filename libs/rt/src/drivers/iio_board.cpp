@@ -1,5 +1,6 @@
 #include "whirl/rt/drivers/iio_board.hpp"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sched.h>

@@ -1,5 +1,7 @@
 #include "iio_library.hpp"
 
+#include <fmt/format.h>
+
 #include <cerrno>
 #include <cmath>
 #include <cstring>

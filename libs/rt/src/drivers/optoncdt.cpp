@@ -1,5 +1,7 @@
 #include "whirl/rt/drivers/optoncdt.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -1,6 +1,7 @@
 #include "whirl/rt/drivers/optoncdt_line.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <poll.h>
 #include <stdlib.h>
 #include <termios.h>

@@ -1,5 +1,7 @@
 #include "whirl/rt/drivers/optoncdt_sensor.hpp"
 
+#include <fmt/format.h>
+
 // termios2 and BOTHER take any baud rate; their header excludes <termios.h>.
 #include <asm/termbits.h>
 #include <fcntl.h>

@@ -1,5 +1,6 @@
 #pragma once
 #include <dlfcn.h>
+#include <fmt/format.h>
 
 #include <string>
 

@@ -1,6 +1,7 @@
 #include "whirl/rt/drivers/udp_board.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>

@@ -1,5 +1,7 @@
 #include "whirl/rt/recorder.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

@@ -21,6 +21,17 @@
 #define WHIRL_EIGENSOLVER(INSTANTIATE, Solver, Matrix, Options) \
   INSTANTIATE class Solver<Matrix>;                             \
   INSTANTIATE Solver<Matrix>& Solver<Matrix>::compute(const EigenBase<Matrix>&, Options);
+// Products of a matrix by columns or by rows with a vector, without conjugation.
+#define WHIRL_MATRIX_VECTOR(INSTANTIATE, T)                                               \
+  INSTANTIATE struct internal::general_matrix_vector_product<                             \
+      Index, T, internal::const_blas_data_mapper<T, Index, ColMajor>, ColMajor, false, T, \
+      internal::const_blas_data_mapper<T, Index, RowMajor>, false, 0>;                    \
+  INSTANTIATE struct internal::general_matrix_vector_product<                             \
+      Index, T, internal::const_blas_data_mapper<T, Index, RowMajor>, RowMajor, false, T, \
+      internal::const_blas_data_mapper<T, Index, ColMajor>, false, 0>;                    \
+  INSTANTIATE struct internal::general_matrix_vector_product<                             \
+      Index, T, internal::const_blas_data_mapper<T, Index, RowMajor>, RowMajor, false, T, \
+      internal::const_blas_data_mapper<T, Index, RowMajor>, false, 1>;
 
 namespace Eigen {
 
@@ -32,6 +43,9 @@ WHIRL_SOLVER(extern template, ColPivHouseholderQR, MatrixXd, VectorXd)
 WHIRL_SOLVER(extern template, CompleteOrthogonalDecomposition, MatrixXd, VectorXd)
 WHIRL_EIGENSOLVER(extern template, SelfAdjointEigenSolver, MatrixXd, int)
 WHIRL_EIGENSOLVER(extern template, ComplexEigenSolver, MatrixXcd, bool)
+WHIRL_EIGENSOLVER(extern template, EigenSolver, MatrixXd, bool)
+WHIRL_MATRIX_VECTOR(extern template, double)
+WHIRL_MATRIX_VECTOR(extern template, std::complex<double>)
 extern template class PartialPivLU<MatrixXd>;
 extern template class PartialPivLU<MatrixXcd>;
 extern template class JacobiSVD<MatrixXd>;

@@ -1,6 +1,4 @@
 #pragma once
-#include <fmt/format.h>
-
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,23 +13,13 @@ class Error : public std::runtime_error {
   explicit Error(const std::string& message) : std::runtime_error(message) {}
 
   /// Error at a place in a file. `line` counts from 1; 0 when the file as a whole is meant.
-  static Error in_file(std::string_view file, long line, std::string_view message) {
-    return line > 0 ? Error(fmt::format("{}:{}: {}", file, line, message))
-                    : Error(fmt::format("{}: {}", file, message));
-  }
+  static Error in_file(std::string_view file, long line, std::string_view message);
 
   /// Error of one field, e.g. an option: value found and what is allowed, both as text with their unit.
-  static Error in_field(std::string_view field, std::string_view value, std::string_view allowed) {
-    return Error(fmt::format("{} = {}: must be {}", field, value, allowed));
-  }
+  static Error in_field(std::string_view field, std::string_view value, std::string_view allowed);
 };
 
 /// Throws Error unless `value` is finite and inside [low, high].
-inline void require_range(std::string_view field, double value, double low, double high, std::string_view unit = "") {
-  if (!(value >= low && value <= high)) {
-    throw Error(fmt::format("{} = {:g}{}{}: must be between {:g} and {:g}", field, value, unit.empty() ? "" : " ", unit,
-                            low, high));
-  }
-}
+void require_range(std::string_view field, double value, double low, double high, std::string_view unit = "");
 
 }  // namespace whirl

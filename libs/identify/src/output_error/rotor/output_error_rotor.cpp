@@ -1,5 +1,7 @@
 #include "whirl/identify/output_error_rotor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>

@@ -41,7 +41,7 @@ Weights slope_weights(double x) {
 }
 
 template <class F>
-Eigen::VectorXd weighted(const Eigen::VectorXd& y, double samples, F weights) {
+Eigen::VectorXd stencil_applied(const Eigen::VectorXd& y, double samples, F weights) {
   const Index n = y.size(), whole = static_cast<Index>(std::floor(samples));
   if (n < kPoints) return y;
   const Weights inside = weights(samples - static_cast<double>(whole) + kBefore);
@@ -59,9 +59,11 @@ Eigen::VectorXd weighted(const Eigen::VectorXd& y, double samples, F weights) {
 }  // namespace
 
 Eigen::VectorXd later(const Eigen::VectorXd& y, double samples) {
-  return samples == 0 ? y : weighted(y, samples, value_weights);
+  return samples == 0 ? y : stencil_applied(y, samples, value_weights);
 }
 
-Eigen::VectorXd later_rate(const Eigen::VectorXd& y, double samples) { return weighted(y, samples, slope_weights); }
+Eigen::VectorXd later_rate(const Eigen::VectorXd& y, double samples) {
+  return stencil_applied(y, samples, slope_weights);
+}
 
 }  // namespace whirl::identification::detail

@@ -48,7 +48,7 @@ enum : unsigned {
 constexpr int kMostNested = 32;
 constexpr std::size_t kMostInflated = std::size_t{1} << 30;
 
-struct Element {
+struct MatElement {
   std::uint32_t type = 0;
   std::string_view data;
   std::size_t at = 0;  ///< byte offset of the data in the file (of the compressed block, when inside one)
@@ -75,9 +75,9 @@ std::size_t width_of(std::uint32_t type) {
   }
 }
 
-class Reader {
+class MatReader {
  public:
-  Reader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
+  MatReader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
     file_.source = name;
     file_.format = "MAT v5";
   }
@@ -88,11 +88,11 @@ class Reader {
     if (order != "IM" && order != "MI") fail(126, "byte order mark: must be 'IM' or 'MI'");
     swap_ = (order == "MI") == (std::endian::native == std::endian::little);
     for (std::size_t at = 128; at < bytes_.size();) {
-      const Element element = next(bytes_, at, 0, false);
+      const MatElement element = next(bytes_, at, 0, false);
       if (element.type == kCompressed) {
         const std::string inflated = inflate_all(element);
         std::size_t inner = 0;
-        const Element matrix = next(inflated, inner, element.at, false);
+        const MatElement matrix = next(inflated, inner, element.at, false);
         if (matrix.type == kMatrix) read_matrix(matrix, "", "", 0);
       } else if (element.type == kMatrix) {
         read_matrix(element, "", "", 0);
@@ -120,13 +120,13 @@ class Reader {
   }
 
   // The element at `at`, which moves behind it. `base` is added to offsets in messages.
-  Element next(std::string_view bytes, std::size_t& at, std::size_t base, bool inside) const {
+  MatElement next(std::string_view bytes, std::size_t& at, std::size_t base, bool inside) const {
     if (bytes.size() - at < 8) fail(base + at, "element cut off inside its tag");
     const auto first = get<std::uint32_t>(bytes, at);
     if (first >> 16 != 0) {  // small element: size and type in one word, data in the next
       const std::size_t size = first >> 16;
       if (size > 4) fail(base + at, fmt::format("small element of {} bytes: must be at most 4", size));
-      const Element element{first & 0xFFFF, bytes.substr(at + 4, size), base + at + 4};
+      const MatElement element{first & 0xFFFF, bytes.substr(at + 4, size), base + at + 4};
       at += 8;
       return element;
     }
@@ -137,13 +137,13 @@ class Reader {
     if (size > bytes.size() - at - 8) {
       fail(base + at, fmt::format("element of {} bytes, but {} are left", size, bytes.size() - at - 8));
     }
-    const Element element{first, bytes.substr(at + 8, size), base + at + 8};
+    const MatElement element{first, bytes.substr(at + 8, size), base + at + 8};
     at += 8 + size;
     if (first != kCompressed || inside) at = std::min(bytes.size(), (at + 7) / 8 * 8);
     return element;
   }
 
-  std::string inflate_all(const Element& element) const {
+  std::string inflate_all(const MatElement& element) const {
     z_stream stream{};
     if (inflateInit(&stream) != Z_OK) throw std::bad_alloc();
     std::string out, piece(std::size_t{1} << 16, '\0');
@@ -163,7 +163,7 @@ class Reader {
     return out;
   }
 
-  Eigen::MatrixXd numbers(const Element& element, Eigen::Index rows, Eigen::Index columns,
+  Eigen::MatrixXd numbers(const MatElement& element, Eigen::Index rows, Eigen::Index columns,
                           const std::string& name) const {
     const std::size_t width = width_of(element.type), count = static_cast<std::size_t>(rows * columns);
     if (width == 0) fail(element.at, fmt::format("variable '{}': data type {} cannot be read", name, element.type));
@@ -212,16 +212,16 @@ class Reader {
   }
 
   // Fields of a structure and parts of a cell array are matrices of their own, without a name.
-  void read_matrix(const Element& matrix, const std::string& group, const std::string& given, int depth) {
+  void read_matrix(const MatElement& matrix, const std::string& group, const std::string& given, int depth) {
     std::size_t at = 0;
     const auto part = [&] { return next(matrix.data, at, matrix.at, true); };
     if (matrix.data.empty()) return;  // an empty matrix has no parts
-    const Element flags = part();
+    const MatElement flags = part();
     if (flags.type != kUint32 || flags.data.size() < 8) fail(flags.at, "array flags are expected");
     const auto word = get<std::uint32_t>(flags.data, 0);
     const unsigned kind = word & 0xFF;
     const bool complex = (word & 0x800) != 0;
-    const Element sizes = kind == kOpaque ? Element{} : part();
+    const MatElement sizes = kind == kOpaque ? MatElement{} : part();
     if (kind != kOpaque && (sizes.type != kInt32 || sizes.data.size() < 8))
       fail(sizes.at, "array dimensions are expected");
     const std::string name = given.empty() ? std::string(part().data) : (part(), given);
@@ -265,7 +265,7 @@ class Reader {
       shape.pop_back();
     }
     const auto total = static_cast<Eigen::Index>(elements);
-    const Element stored = part();
+    const MatElement stored = part();
     const Eigen::VectorXd real = numbers(stored, total, 1, full);
     if (stored.type == kInt64 || stored.type == kUint64) {
       if (std::string rounded = rounding_of_integers(full, real); !rounded.empty())
@@ -276,12 +276,13 @@ class Reader {
     arrays_.push_back(std::move(array));
   }
 
-  void read_structure(const Element& matrix, std::size_t at, const std::string& full, std::size_t elements, int depth) {
-    const Element length = next(matrix.data, at, matrix.at, true);
+  void read_structure(const MatElement& matrix, std::size_t at, const std::string& full, std::size_t elements,
+                      int depth) {
+    const MatElement length = next(matrix.data, at, matrix.at, true);
     if (length.type != kInt32 || length.data.size() < 4) fail(length.at, "length of field names is expected");
     const auto width = get<std::int32_t>(length.data, 0);
     if (width < 1 || width > 1024) fail(length.at, fmt::format("field names of {} bytes: must be 1 to 1024", width));
-    const Element names = next(matrix.data, at, matrix.at, true);
+    const MatElement names = next(matrix.data, at, matrix.at, true);
     const std::size_t fields = names.data.size() / static_cast<std::size_t>(width);
     for (std::size_t i = 0; i < elements; ++i) {
       const std::string group = elements == 1 ? full : fmt::format("{}({})", full, i + 1);
@@ -342,7 +343,7 @@ void put_column(std::string& out, const std::string& name, const Eigen::VectorXd
 
 }  // namespace
 
-SignalFile parse_mat(std::string_view bytes, std::string_view name) { return Reader(bytes, name).read(); }
+SignalFile parse_mat(std::string_view bytes, std::string_view name) { return MatReader(bytes, name).read(); }
 
 void write_mat(const std::filesystem::path& path, const Recording& recording) {
   if (recording.size() > (Eigen::Index{1} << 28))
@@ -368,7 +369,7 @@ Format mat_format() {
   f.write = write_mat;
   f.read_responses = [](const std::filesystem::path& path, const ResponseOptions& options) {
     const std::string bytes = read_text(path), name = path.string();
-    return responses_of(Reader(bytes, name).read(&options), options);
+    return responses_of(MatReader(bytes, name).read(&options), options);
   };
   return f;
 }

@@ -1,15 +1,16 @@
 #include "whirl/io/model_json.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "formats/json/parts.hpp"
+#include "whirl/core/nan.hpp"
 
 namespace whirl::io {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 std::vector<std::string> read_texts(const JsonReader& in) {
   std::vector<std::string> out;
@@ -170,7 +171,7 @@ Json to_json(const IdentifiedModel& model) {
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (!parameters.find(kRotorParameters[i])) {
         parameters.set(std::string(kRotorParameters[i]),
-                       to_json(Estimate{values[i], kNan, kNan, kNan}, parameter_unit(kRotorParameters[i])));
+                       to_json(Estimate{values[i], kNaN, kNaN, kNaN}, parameter_unit(kRotorParameters[i])));
       }
     }
   }

@@ -24,9 +24,9 @@ bool names_dataset(std::string_view line) {
   return false;
 }
 
-class Reader {
+class UffReader {
  public:
-  Reader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) { file_.source = name; }
+  UffReader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) { file_.source = name; }
 
   UffFile read() {
     bool follows_block = false;
@@ -384,7 +384,7 @@ class Reader {
 
 UffFile parse_uff(std::string_view bytes, std::string_view name) {
   const std::string text = decompress(bytes, name);
-  UffFile file = Reader(text, name).read();
+  UffFile file = UffReader(text, name).read();
   const bool empty = file.functions.empty() && file.shapes.empty() && file.nodes.empty() && file.traces.empty() &&
                      file.elements.empty() && file.systems.empty() && file.units.empty() && file.header.empty() &&
                      file.skipped.empty();

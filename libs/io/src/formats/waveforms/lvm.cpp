@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::string_view kEnd = "***End_of_Header***";
 
-class Reader {
+class LvmReader {
  public:
-  Reader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) {
+  LvmReader(std::string_view bytes, std::string_view name) : lines_(bytes, std::string(name)) {
     file_.source = name;
     file_.format = "LVM";
   }
@@ -159,7 +159,7 @@ class Reader {
 
 }  // namespace
 
-SignalFile parse_lvm(std::string_view bytes, std::string_view name) { return Reader(bytes, name).read(); }
+SignalFile parse_lvm(std::string_view bytes, std::string_view name) { return LvmReader(bytes, name).read(); }
 
 void write_lvm(const std::filesystem::path& path, const Recording& recording) {
   const auto per_channel = [&](const char* key, const auto& text) {

@@ -59,7 +59,7 @@ std::optional<ValueType> value_type(std::uint32_t code) {
   }
 }
 
-struct Channel {
+struct TdmsChannel {
   std::uint32_t type = 0;
   std::uint64_t count = 0;  ///< values a chunk
   std::uint64_t bytes = 0;  ///< of a chunk
@@ -71,9 +71,9 @@ struct Channel {
   bool big = false;
 };
 
-class Reader {
+class TdmsReader {
  public:
-  Reader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
+  TdmsReader(std::string_view bytes, std::string_view name) : bytes_(bytes) {
     file_.source = name;
     file_.format = "TDMS";
   }
@@ -138,7 +138,7 @@ class Reader {
       const std::string path = take_text();
       const auto index = take<std::uint32_t>();
       const bool known = channels_.contains(path);
-      Channel& channel = channels_[path];
+      TdmsChannel& channel = channels_[path];
       if (!known) order_.push_back(path);
       if (index == 0x00001269 || index == 0x00001369) fail("raw data of DAQmx devices cannot be read");
       if (index != 0xFFFFFFFF) {
@@ -150,7 +150,7 @@ class Reader {
     }
   }
 
-  void read_index(Channel& channel) {
+  void read_index(TdmsChannel& channel) {
     const auto type = take<std::uint32_t>();
     if (!channel.data.empty() && type != channel.type) fail("a channel changes its type of number");
     channel.type = type;
@@ -167,7 +167,7 @@ class Reader {
     channel.bytes = channel.count * width;
   }
 
-  void read_property(Channel& channel) {
+  void read_property(TdmsChannel& channel) {
     const std::string name = take_text();
     const auto type = take<std::uint32_t>();
     std::string text;
@@ -199,7 +199,7 @@ class Reader {
     std::uint64_t offset = 0, rows = 0;
     const std::uint64_t count = active_.empty() ? 0 : channels_[active_.front()].count;
     for (const std::string& path : active_) {
-      const Channel& channel = channels_[path];
+      const TdmsChannel& channel = channels_[path];
       if (channel.count != count || count == 0 || channel.type == kString ||
           (!channel.data.empty() && channel.big != big_))
         return false;
@@ -208,7 +208,7 @@ class Reader {
     }
     offset = 0;
     for (const std::string& path : active_) {
-      Channel& channel = channels_[path];
+      TdmsChannel& channel = channels_[path];
       channel.big = big_;
       if (rows > 0) channel.data += raw.substr(offset, rows * (channel.bytes / count));
       offset += channel.bytes;
@@ -221,7 +221,7 @@ class Reader {
   void read_raw(std::string_view raw, bool interleaved) {
     std::uint64_t chunk = 0, row = 0;
     for (const std::string& path : active_) {
-      const Channel& channel = channels_[path];
+      const TdmsChannel& channel = channels_[path];
       chunk += channel.bytes;
       row += channel.count > 0 ? channel.bytes / channel.count : 0;
       if (interleaved && channel.type == kString) fail("interleaved text cannot be read");
@@ -231,7 +231,7 @@ class Reader {
       if (raw.size() < chunk && !interleaved && take_part(raw)) return;
       std::uint64_t offset = 0;
       for (const std::string& path : active_) {
-        Channel& channel = channels_[path];
+        TdmsChannel& channel = channels_[path];
         if (!channel.data.empty() && channel.big != big_) fail("a channel changes its byte order");
         channel.big = big_;
         if (interleaved) {
@@ -277,14 +277,14 @@ class Reader {
     return none;
   }
 
-  static Eigen::Index channel_rows(const Channel& channel) {
+  static Eigen::Index channel_rows(const TdmsChannel& channel) {
     const std::optional<ValueType> value = value_type(channel.type);
     if (!value) return 0;
     return static_cast<Eigen::Index>(channel.data.size() / (width_of(value->type) * (value->complex ? 2 : 1)));
   }
 
   // Over time, unless the waveform states another unit of its abscissa.
-  void set_waveform(const Channel& channel, const std::string& name, SignalTable& table) {
+  void set_waveform(const TdmsChannel& channel, const std::string& name, SignalTable& table) {
     const UnitSuffix* unit = unit_from_label(channel.x_unit);
     const bool named = channel.x_name.find("requency") != std::string::npos;
     Quantity over = unit != nullptr ? unit->quantity : named ? Quantity::frequency : Quantity::time;
@@ -301,7 +301,7 @@ class Reader {
   // Channels without a step have their times in a channel of their group, called time or in units of time.
   void find_times() {
     for (const std::string& path : order_) {
-      const Channel& channel = channels_[path];
+      const TdmsChannel& channel = channels_[path];
       const auto [group, name] = names_of(path);
       const std::optional<ValueType> value = value_type(channel.type);
       if (name.empty() || !value || value->complex || channel.data.empty() || channel.step > 0 ||
@@ -314,7 +314,7 @@ class Reader {
   }
 
   void add(const std::string& path) {
-    const Channel& channel = channels_[path];
+    const TdmsChannel& channel = channels_[path];
     const auto [group, name] = names_of(path);
     if (name.empty() || channel.data.empty()) return;
     const std::optional<ValueType> value = value_type(channel.type);
@@ -358,7 +358,7 @@ class Reader {
   SignalFile file_;
   std::size_t at_ = 0;
   bool big_ = false;
-  std::map<std::string, Channel> channels_;
+  std::map<std::string, TdmsChannel> channels_;
   struct Times {
     std::string name;
     Eigen::Index rows = 0;
@@ -374,7 +374,7 @@ Format tdms_format() {
   Format f{FileFormat::tdms, "TDMS", {".tdms"}, [](std::string_view head) { return head.starts_with("TDSm"); }};
   f.magic = true;
   f.read = [](const std::filesystem::path& path, const CsvOptions&) {
-    return Reader(read_text(path), path.string()).read();
+    return TdmsReader(read_text(path), path.string()).read();
   };
   return f;
 }

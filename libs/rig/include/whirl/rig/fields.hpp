@@ -1,8 +1,7 @@
 #pragma once
 #include <fmt/format.h>
 
-#include <numbers>
-
+#include "whirl/core/angles.hpp"
 #include "whirl/rig/parameters.hpp"
 
 namespace whirl::rig {
@@ -14,7 +13,6 @@ namespace whirl::rig {
 template <class Parameters, class Visitor>
 void visit_fields(Parameters& p, Visitor&& visit) {
   constexpr double kUm = 1e-6, kMm = 1e-3, kMs = 1e-3, kGram = 1e-3, kPercent = 1e-2;
-  constexpr double kDeg = std::numbers::pi / 180, kRpm = std::numbers::pi / 30;
   visit("rotor.mass_kg", p.rotor.mass, 1.0);
   visit("rotor.stiffness_N_m", p.rotor.stiffness, 1.0);
   visit("rotor.cubic_N_m3", p.rotor.cubic, 1.0);
@@ -27,13 +25,13 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("rotor.added_mass_g", p.rotor.added_mass, kGram);
   visit("rotor.added_radius_mm", p.rotor.added_radius, kMm);
   visit("rotor.added_phase_rad", p.rotor.added_phase, 1.0);
-  visit("profile.start_rpm", p.profile.omega_start, kRpm);
-  visit("profile.end_rpm", p.profile.omega_end, kRpm);
+  visit("profile.start_rpm", p.profile.omega_start, kRadPerSecPerRpm);
+  visit("profile.end_rpm", p.profile.omega_end, kRadPerSecPerRpm);
   visit("profile.dwell_start_s", p.profile.dwell_start, 1.0);
   visit("profile.ramp_s", p.profile.ramp_time, 1.0);
   visit("profile.dwell_end_s", p.profile.dwell_end, 1.0);
   visit("profile.ripple_percent", p.profile.ripple, kPercent);
-  visit("profile.ripple_frequency_rpm", p.profile.ripple_omega, kRpm);
+  visit("profile.ripple_frequency_rpm", p.profile.ripple_omega, kRadPerSecPerRpm);
   visit("profile.ripple_phase_rad", p.profile.ripple_phase, 1.0);
   visit("profile.angle_start_rad", p.profile.beta_start, 1.0);
   int number = 1;
@@ -62,7 +60,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("actuator.bits", p.actuator.bits, 1.0);
   visit("actuator.force_N_V", p.actuator.force_per_volt, 1.0);
   visit("actuator.gain_error_percent", p.actuator.gain_error, kPercent);
-  visit("actuator.axis_rotation_deg", p.actuator.axis_rotation, kDeg);
+  visit("actuator.axis_rotation_deg", p.actuator.axis_rotation, kRadPerDegree);
   visit("actuator.bandwidth_hz", p.actuator.bandwidth, 1.0);
   visit("actuator.delay_samples", p.actuator.delay_samples, 1.0);
   visit("actuator.extra_delay_samples", p.actuator.extra_delay_samples, 1.0);
@@ -76,7 +74,7 @@ void visit_fields(Parameters& p, Visitor&& visit) {
   visit("tilt.stiffness_Nm", p.tilt.stiffness, 1.0);
   visit("tilt.coupling_N", p.tilt.coupling, 1.0);
   visit("tilt.damping_percent", p.tilt.damping_ratio, kPercent);
-  visit("tilt.couple_unbalance_deg", p.tilt.couple_unbalance, kDeg);
+  visit("tilt.couple_unbalance_deg", p.tilt.couple_unbalance, kRadPerDegree);
   visit("tilt.couple_phase_rad", p.tilt.couple_phase, 1.0);
   visit("forces.quintic_N_m5", p.forces.quintic, 1.0);
   visit("forces.cubic_per_axis_N_m3", p.forces.cubic_per_axis, 1.0);
