@@ -1,7 +1,9 @@
 # The README's commands. Everything real happens in CMake; this file installs what is missing and calls it.
 #   make whirl       install dependencies, build the program alone
 #   make reproduce   install dependencies, build, run the whole study, print where the report is
+#   make check       build, run every test of less than 0.2 s; make check LIB=modal: one library, built and run alone
 #   make test        install dependencies, build, run the whole test suite
+#   make evidence    print the tables of docs/validation*.md anew, those whose program or inputs changed; TABLE=name: one of them
 #   make deb         build the Debian packages into build-deb/ (installs debhelper and mkdocs)
 #   make sanitize    the suite under AddressSanitizer and UndefinedBehaviorSanitizer;  make tsan: the threaded parts under ThreadSanitizer
 #   make docs        API reference (Doxygen)
@@ -13,7 +15,7 @@ OUT ?= out/reproduce
 SEED ?= 1
 JOBS ?= $(shell nproc)
 
-.PHONY: all whirl deps deps-test build reproduce test sanitize tsan tidy docs deb bench clean
+.PHONY: all whirl deps deps-test configure build reproduce check test evidence sanitize tsan tidy docs deb bench clean
 all: build
 
 deps:
@@ -22,24 +24,33 @@ deps:
 deps-test:
 	@tools/install-dependencies packages.txt packages-test.txt
 
-build: deps
+# One configuration: whatever one of these builds, the others use.
+configure: deps
 	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON -DWHIRL_TESTS=ON -DWHIRL_WERROR=ON > $(BUILD).configure.log 2>&1 \
 	  || { cat $(BUILD).configure.log; exit 1; }
 	@rm -f $(BUILD).configure.log
+
+build: configure
 	@cmake --build $(BUILD) -j $(JOBS)
 
-whirl: deps
-	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON > /dev/null
+whirl: configure
 	@cmake --build $(BUILD) -j $(JOBS) --target whirl
 	@echo "$(BUILD)/bin/whirl"
 
-reproduce: deps
-	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON > /dev/null
+reproduce: configure
 	@cmake --build $(BUILD) -j $(JOBS) --target whirl
 	@$(BUILD)/bin/whirl reproduce --out $(OUT) --seed $(SEED)
 
+check: configure
+	@cmake --build $(BUILD) -j $(JOBS) --target $(if $(LIB),whirl_$(LIB)_test,whirl_all_tests)
+	@tools/check.py $(BUILD) $(if $(LIB),--lib $(LIB))
+
 test: deps-test build
 	@cd $(BUILD) && ctest --output-on-failure -j $(JOBS)
+
+evidence: deps
+	@cmake -S . -B $(BUILD) -G Ninja -DCMAKE_BUILD_TYPE=Release -DWHIRL_NATIVE=ON -DWHIRL_TESTS=ON -DWHIRL_WERROR=ON -DWHIRL_BENCH=ON > /dev/null
+	@tools/evidence.py $(BUILD) $(TABLE)
 
 sanitize: deps-test
 	@cmake --preset sanitize > /dev/null

@@ -65,11 +65,11 @@ function(whirl_precompile target kind)
   set(owner whirl_headers_${kind})
   if(NOT TARGET ${owner})
     set(source "${PROJECT_BINARY_DIR}/headers.cpp")
-    file(CONFIGURE OUTPUT "${source}" CONTENT "")
+    file(CONFIGURE OUTPUT "${source}" CONTENT "int main() {}\n")
     if(kind MATCHES "library|guarded")
       add_library(${owner} OBJECT "${source}")
     else()
-      add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are; never linked
+      add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are
     endif()
     target_link_libraries(${owner} PRIVATE whirl_flags fmt::fmt $<$<STREQUAL:${kind},guarded>:whirl_guards>
       $<$<STREQUAL:${kind},program>:whirl_guards> $<$<STREQUAL:${kind},test>:GTest::gtest> $<$<STREQUAL:${kind},test>:GTest::gmock>)

@@ -218,6 +218,7 @@ CommandLine::~CommandLine() = default;
 CommandLine* CommandLine::add_subcommand(const std::string& name, const std::string& summary) {
   auto state = std::make_unique<State>();
   state->app = state_->app->add_subcommand(name, summary);
+  if (!state_->section.heading.empty()) state->app->group(state_->section.heading);
   state_->children.push_back(std::unique_ptr<CommandLine>(new CommandLine(std::move(state))));
   return state_->children.back().get();
 }

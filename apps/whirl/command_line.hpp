@@ -76,8 +76,8 @@ class CommandLine {
   template <class T>
   Option* add_option(const std::string& name, T& value, const std::string& help);
   Option* add_flag(const std::string& name, bool& value, const std::string& help);
-  /// What is added from here on stands under `heading`, is refused without the flag `needs` where that is named, and is
-  /// left out of --help for the `expert`. Without arguments: no longer.
+  /// What is added from here on, flags and subcommands, stands under `heading`, is refused without the flag `needs`
+  /// where that is named, and is left out of --help for the `expert`. Without arguments: no longer.
   CommandLine* section(const std::string& heading = "", const std::string& needs = "", bool expert = false);
   CommandLine* footer(const std::string& text);
   /// Called when this subcommand was given and its files have been checked.

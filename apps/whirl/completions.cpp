@@ -37,7 +37,7 @@ std::vector<std::string> flags_of(const CommandText& command) {
 }
 
 /// Inside single quotes of a shell.
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '\'') {
@@ -60,7 +60,7 @@ std::string bash(const CommandText& program) {
       if (o.choices.empty() || o.positional) continue;
       for (const std::string& flag : o.flags)
         values += fmt::format("    '{} {}') values='{}' ;;\n", place, flag,
-                              quoted(fmt::format("{}", fmt::join(o.choices, " "))));
+                              shell_quoted(fmt::format("{}", fmt::join(o.choices, " "))));
     }
   });
   return fmt::format(R"(# bash completion for whirl, written by `whirl completion bash`
@@ -97,7 +97,7 @@ complete -o default -F _whirl whirl
 std::string described(const std::string& name, const std::string& text) {
   std::string colons;
   for (const char c : name) colons += c == ':' ? std::string("\\:") : std::string(1, c);
-  return fmt::format("'{}:{}'", quoted(colons), quoted(text));
+  return fmt::format("'{}:{}'", shell_quoted(colons), shell_quoted(text));
 }
 
 std::string zsh(const CommandText& program) {
@@ -164,7 +164,7 @@ end
   each(program, "", [&](const CommandText& command, const std::string& place) {
     for (const CommandText& child : command.children)
       out += fmt::format("complete -c whirl -n '__whirl_choosing {}' -f -a {} -d '{}'\n", place, last_word(child.name),
-                         quoted(child.summary));
+                         shell_quoted(child.summary));
     for (const OptionText& o : command.options) {
       if (o.positional) continue;
       std::string names;
@@ -172,7 +172,7 @@ end
         names += flag.starts_with("--") ? " -l " + flag.substr(2) : " -s " + flag.substr(1);
       const std::string values = o.choices.empty() ? "" : fmt::format(" -f -a '{}'", fmt::join(o.choices, " "));
       out += fmt::format("complete -c whirl -n '__whirl_at {}'{}{}{} -d '{}'\n", place, names,
-                         o.argument.empty() ? "" : " -r", values, quoted(o.help));
+                         o.argument.empty() ? "" : " -r", values, shell_quoted(o.help));
     }
   });
   return out;

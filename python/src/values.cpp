@@ -174,6 +174,22 @@ void bind_summary(py::module_& m) {
       .value("ok", Status::ok)
       .value("warning", Status::warning)
       .value("unusable", Status::unusable);
+  py::class_<Finding>(m, "Finding", "What a step learned about its result, as data; str() says it in words")
+      .def_property_readonly("code", [](const Finding& f) { return std::string(to_string(f.code)); })
+      .def_property_readonly(
+          "consequence", [](const Finding& f) { return std::string(to_string(f.consequence)); },
+          "'warning', 'no_trust' or 'unusable'")
+      .def_readonly("where", &Finding::where)
+      .def_property_readonly(
+          "amounts",
+          [](const Finding& f) {
+            std::map<std::string, double> amounts;
+            for (const Amount& a : f.amounts) amounts[a.name] = a.value;
+            return amounts;
+          },
+          "name -> value, SI")
+      .def("__str__", [](const Finding& f) { return text(f); })
+      .def("__repr__", [](const Finding& f) { return fmt::format("<whirl.Finding {}>", to_string(f.code)); });
   py::class_<Summary>(m, "Summary", "What every result carries beside its numbers")
       .def_readonly("status", &Summary::status)
       .def_readonly("residual", &Summary::residual)
@@ -181,6 +197,8 @@ void bind_summary(py::module_& m) {
       .def_readonly("chi_square", &Summary::chi_square, "whitened residual variance: 1 when the model fits")
       .def_readonly("trust", &Summary::trust, "what the result may be trusted for")
       .def_readonly("warnings", &Summary::warnings)
+      .def_readonly("findings", &Summary::findings, "list of Finding: what later steps decide on")
+      .def_property_readonly("trusted", [](const Summary& s) { return s.distrust() == nullptr; })
       .def_property_readonly("usable", [](const Summary& s) { return s.status != Status::unusable; })
       .def("__repr__", [](const Summary& s) {
         std::string text = fmt::format("<whirl.Summary {}", to_string(s.status));

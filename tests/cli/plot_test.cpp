@@ -7,9 +7,9 @@
 #include <complex>
 #include <fstream>
 #include <map>
-#include <numbers>
 
 #include "program.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/testing/data.hpp"
 
 namespace whirl::testing {
@@ -17,7 +17,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// Columns of a figure's CSV by header; empty cells at the end of shorter columns are left out.
 std::vector<std::pair<std::string, std::vector<double>>> columns_of(const std::filesystem::path& file) {
@@ -65,7 +64,7 @@ std::string sweep(double low, double high, double seconds, X&& x_vector, Y&& y_v
   std::string text = "t_s,x_mm,y_mm,beta_rad\n";
   const double rate = (high - low) / seconds;
   for (int i = 0; i < static_cast<int>(2000 * seconds); ++i) {
-    const double t = i / 2000.0, f = low + rate * t, theta = 0.3 + kTurn * (low * t + rate * t * t / 2);
+    const double t = i / 2000.0, f = low + rate * t, theta = 0.3 + kTwoPi * (low * t + rate * t * t / 2);
     const Complex turn = std::polar(1.0, theta);
     char line[160];
     std::snprintf(line, sizeof line, "%.4f,%.12g,%.12g,%.12g\n", t, (x_vector(f) * turn + second * turn * turn).real(),
@@ -90,7 +89,7 @@ TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOne
   for (std::size_t i = 1; i + 1 < amplitude.size(); ++i) {
     const Complex exact = resonance(speed[i] / 60);
     EXPECT_NEAR(amplitude[i] / std::abs(exact), 1, 0.01) << speed[i] << " rpm";
-    EXPECT_LT(std::abs(std::remainder(phase[i] - std::arg(exact) * 360 / kTurn, 360)), 1) << speed[i] << " rpm";
+    EXPECT_LT(std::abs(std::remainder(phase[i] - std::arg(exact) * 360 / kTwoPi, 360)), 1) << speed[i] << " rpm";
   }
   ASSERT_EQ(folder.whirl("plot run.csv --what orders --orders 1,2 --phase lead --out orders.csv").exit_code, 0);
   const auto time = column(folder / "orders.csv", "1X: time");
@@ -101,7 +100,7 @@ TEST(PlotReference, BodeAndOrderTracksOfASweptResonanceAreWithinOnePercentAndOne
   for (std::size_t i = 1000; i + 1000 < time.size(); ++i) {
     const Complex exact = resonance(10 + 30 * time[i] / 8);
     ASSERT_NEAR(first[i] / std::abs(exact), 1, 0.01) << time[i];
-    ASSERT_LT(std::abs(std::remainder(lead[i] - std::arg(exact) * 360 / kTurn, 360)), 1) << time[i];
+    ASSERT_LT(std::abs(std::remainder(lead[i] - std::arg(exact) * 360 / kTwoPi, 360)), 1) << time[i];
     ASSERT_NEAR(second[i] / std::abs(Complex(0.01, 0.02)), 1, 0.02) << time[i];
   }
 }
@@ -233,7 +232,7 @@ TEST(PlotE2e, EveryFigureNamesItsRunItsDirectionAndTheMachine) {
   // Up through the range and down again; and a record without a rotor angle.
   std::string there_and_back = "t_s,x_mm,y_mm,beta_rad\n";
   for (int i = 0; i < 12000; ++i) {
-    const double t = i / 2000.0, theta = kTurn * (10 * t + 20 * (t / 2 - 3 / kTurn * std::sin(kTurn * t / 6)));
+    const double t = i / 2000.0, theta = kTwoPi * (10 * t + 20 * (t / 2 - 3 / kTwoPi * std::sin(kTwoPi * t / 6)));
     there_and_back += std::to_string(t) + "," + std::to_string(std::cos(theta)) + "," +
                       std::to_string(std::sin(theta)) + "," + std::to_string(theta) + "\n";
   }

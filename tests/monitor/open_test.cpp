@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-const std::filesystem::path kPictures = std::filesystem::path(binary_dir()) / "screenshots";
+const std::filesystem::path kOpenPictures = std::filesystem::path(binary_dir()) / "screenshots";
 constexpr double kLater = 1.75;  ///< s that the clock of the second record is ahead
 
 struct MonitorOpenE2e : ::testing::Test {
@@ -64,7 +64,7 @@ TEST_F(MonitorOpenE2e, ASecondRecordIsAlignedAndCompared) {
       "/peak apart, at ([6-9][0-9][0-9]|1[01][0-9][0-9]) rpm/.test(document.getElementById('runs-state').textContent)"))
       << browser.text("runs-state");
   browser.evaluate("document.getElementById('runs').scrollIntoView()");
-  browser.screenshot(kPictures / "two-runs-speed.png");
+  browser.screenshot(kOpenPictures / "two-runs-speed.png");
 
   browser.evaluate(
       "(() => { const s = document.getElementById('runs-over'); s.value = 'time'; s.dispatchEvent(new "
@@ -74,7 +74,7 @@ TEST_F(MonitorOpenE2e, ASecondRecordIsAlignedAndCompared) {
   const std::size_t at = state.find(moved);
   ASSERT_NE(at, std::string::npos) << state;
   EXPECT_NEAR(std::stod(state.substr(at + moved.size())), kLater, 0.03) << state;
-  browser.screenshot(kPictures / "two-runs-time.png");
+  browser.screenshot(kOpenPictures / "two-runs-time.png");
   EXPECT_THAT(browser.complaints(), IsEmpty());
 }
 

@@ -27,6 +27,7 @@ struct Reading {
 struct RawJob {
   std::vector<std::string> planes, probes;
   std::vector<Reading> readings;
+  Quantity quantity = Quantity::displacement;
 };
 
 /// Names of columns "NAME_amp" / "NAME_phase" or "NAME_mass" / "NAME_angle".
@@ -42,6 +43,24 @@ std::vector<std::string> pairs(const io::Table& table, const std::string& first,
   return names;
 }
 
+/// What the amplitudes of a table are: one kind of motion for all probes.
+Quantity reading_quantity(const std::string& path, const io::Table& table, const std::vector<std::string>& probes) {
+  const Quantity first = table.at(probes.front() + "_amp").quantity;
+  for (const std::string& probe : probes) {
+    const Quantity q = table.at(probe + "_amp").quantity;
+    if (q != Quantity::displacement && q != Quantity::velocity && q != Quantity::acceleration)
+      throw Error(
+          fmt::format("{}: column '{}_amp' is a {}, must be a displacement (_um, _mil), a velocity (_mm_s) or an "
+                      "acceleration (_g, _m_s2)",
+                      path, probe, to_string(q)));
+    if (q != first)
+      throw Error(
+          fmt::format("{}: column '{}_amp' is a {}, '{}_amp' a {}: balance the probes of one quantity at a time", path,
+                      probe, to_string(q), probes.front(), to_string(first)));
+  }
+  return first;
+}
+
 RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   io::CsvOptions one_run;  // as found, beside a prior
   one_run.min_samples = 1;
@@ -53,6 +72,7 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
     throw Error(path +
                 ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
                 "PLANE_angle_deg, and run_1");
+  raw.quantity = reading_quantity(path, table, raw.probes);
   const Eigen::VectorXd& run = table["run"];
   const Channel* speed = table.find("speed");
   const Channel* time = table.find("time") != nullptr ? table.find("time") : table.find("t");
@@ -230,6 +250,7 @@ JobFile read_job(const std::string& path, VectorConvention convention, double sl
   if (!raw.readings.empty()) take_off_slow_roll(raw, slow_roll, path, file);
   file.convention = convention;
   file.probes = raw.probes;
+  file.quantity = raw.quantity;
   // Speeds within half a percent are one: a drive never returns to the same digit.
   std::vector<double> speeds;
   for (const Reading& r : raw.readings) speeds.push_back(r.speed);

@@ -22,6 +22,9 @@ Eigen::MatrixXcd read_influence(const std::string& path, const JobFile& file) {
   const io::Json json = io::load_json(path);
   const io::JsonReader document(json, path);
   const std::string convention = document.at("convention").text();
+  if (document.has("quantity") && document.at("quantity").text() != to_string(file.quantity))
+    throw Error(fmt::format("{}: the influence on a {}; the readings of this job are a {}", path,
+                            document.at("quantity").text(), to_string(file.quantity)));
   VectorConvention v;
   v.phase = convention.find("phase lead") != std::string::npos ? "lead" : "lag";
   v.amplitude = convention.find("p-p") != std::string::npos   ? "pp"
@@ -34,8 +37,8 @@ Eigen::MatrixXcd read_influence(const std::string& path, const JobFile& file) {
       for (Index p = 0; p < planes; ++p)
         if (c.at("reading").text() == file.job.rows[static_cast<std::size_t>(m)] &&
             c.at("plane").text() == file.job.planes[static_cast<std::size_t>(p)])
-          a(m, p) =
-              std::polar(c.at("m_per_kg").number() * v.amplitude_factor(), v.phase_sign() * c.at("phase_rad").number());
+          a(m, p) = std::polar(c.at(per_kg(file.quantity)).number() * v.amplitude_factor(),
+                               v.phase_sign() * c.at("phase_rad").number());
   for (Index m = 0; m < rows; ++m)
     for (Index p = 0; p < planes; ++p)
       if (std::isnan(std::abs(a(m, p))))
@@ -140,6 +143,10 @@ diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, S
   const std::string path = o.prior.string();
   const io::Json json = io::load_json(path);
   const io::JsonReader document(json, path);
+  const bool computed = document.has("schema") && !document.at("schema").text().starts_with("whirl.balancing/");
+  if (computed && file.quantity != Quantity::displacement)
+    throw Error(fmt::format("{}: gives the influence on a displacement; the readings of this job are a {}", path,
+                            to_string(file.quantity)));
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.model/"))
     return model_prior(path, file, o, warnings);
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.modes/"))

@@ -15,6 +15,18 @@ using Eigen::Index;
 
 std::string number(double value, int digits = 3) { return report::format_number(value, digits); }
 
+/// The unit in which balancers read the quantity.
+report::Unit unit_of(const BalancingSheet& s) {
+  switch (s.quantity) {
+    case Quantity::velocity:
+      return {"mm/s", 1e-3};
+    case Quantity::acceleration:
+      return {"m/s²", 1};
+    default:
+      return {"µm", 1e-6};
+  }
+}
+
 std::string degrees(double rad) {
   double d = std::fmod(rad / kRadPerDegree, 360);
   if (d < 0) d += 360;
@@ -91,22 +103,27 @@ report::Table budget(const BalancingSheet& s) {
 report::Table readings(const BalancingSheet& s) {
   report::Table t;
   t.caption = "Readings before and, predicted, after";
-  t.columns = {{"reading", "", report::Align::left}, {"before", "µm " + s.amplitude}, {"phase", "deg"},
-               {"after", "µm " + s.amplitude},       {"95 % interval", "µm"},         {"zone", ""}};
+  const report::Unit unit = unit_of(s);
+  const std::string shown = unit.symbol + " " + s.amplitude;
+  const bool shaft = s.quantity == Quantity::displacement;
+  t.columns = {{"reading", "", report::Align::left}, {"before", shown}, {"phase", "deg"}, {"after", shown},
+               {"95 % interval", unit.symbol},       {"zone", ""}};
   for (const auto& r : s.rows) {
     std::string zone = "–";
     if (!s.zones.empty())
       zone = std::string{stated_zone(r.before.value, s.zones)} + " → " + stated_zone(r.after.value, s.zones);
-    else if (r.speed > 0)
+    else if (shaft && r.speed > 0)
       zone = std::string{diagnosis::shaft_vibration_zone(r.before_pp, r.speed)} + " → " +
              diagnosis::shaft_vibration_zone(r.after_pp, r.speed);
-    t.add({r.name, number(r.before.value * 1e6), degrees(r.before_phase), number(r.after.value * 1e6),
-           interval(r.after, 1e6), zone});
+    t.add({r.name, number(r.before.value / unit.factor), degrees(r.before_phase), number(r.after.value / unit.factor),
+           interval(r.after, 1 / unit.factor), zone});
   }
-  t.notes = {s.zones.empty()
-                 ? "zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of "
-                   "compliance"
-                 : "zones by the stated limits, of the 1X part alone"};
+  t.notes = {
+      !shaft ? "no zones: those of housing vibration (ISO 20816-3) depend on the group of the machine and are of the "
+               "whole velocity from 10 Hz to 1 kHz, not of its 1X part"
+      : s.zones.empty() ? "zones of ISO 20816-3 (shaft vibration) of the 1X part alone: guidance, not a statement of "
+                          "compliance"
+                        : "zones by the stated limits, of the 1X part alone"};
   return t;
 }
 
@@ -115,12 +132,12 @@ report::Table coefficients(const BalancingSheet& s) {
   t.caption = "Influence coefficients";
   t.columns = {{"reading", "", report::Align::left},
                {"plane", "", report::Align::left},
-               {"magnitude", "µm " + s.amplitude + "/g"},
-               {"sd", "µm/g"},
+               {"magnitude", unit_of(s).symbol + " " + s.amplitude + "/g"},
+               {"sd", unit_of(s).symbol + "/g"},
                {"phase", "deg"}};
   for (const auto& c : s.influence)
-    t.add({c.row, c.plane, number(c.magnitude * 1e3), std::isnan(c.sd) ? "not known" : number(c.sd * 1e3, 2),
-           degrees(c.phase)});
+    t.add({c.row, c.plane, number(c.magnitude * 1e-3 / unit_of(s).factor),
+           std::isnan(c.sd) ? "not known" : number(c.sd * 1e-3 / unit_of(s).factor, 2), degrees(c.phase)});
   return t;
 }
 
@@ -128,13 +145,13 @@ report::Table check(const BalancingSheet& s) {
   report::Table t;
   t.caption = "Check: the last run against what the runs before it foretold";
   t.columns = {{"reading", "", report::Align::left},
-               {"foretold", "µm " + s.amplitude},
-               {"95 % interval", "µm"},
-               {"measured", "µm " + s.amplitude},
+               {"foretold", unit_of(s).symbol + " " + s.amplitude},
+               {"95 % interval", unit_of(s).symbol},
+               {"measured", unit_of(s).symbol + " " + s.amplitude},
                {"vector inside", "", report::Align::left}};
   for (std::size_t m = 0; m < s.check.size(); ++m)
-    t.add({m < s.rows.size() ? s.rows[m].name : "", number(s.check[m].predicted.value * 1e6),
-           interval(s.check[m].predicted, 1e6), number(s.check[m].measured * 1e6),
+    t.add({m < s.rows.size() ? s.rows[m].name : "", number(s.check[m].predicted.value / unit_of(s).factor),
+           interval(s.check[m].predicted, 1 / unit_of(s).factor), number(s.check[m].measured / unit_of(s).factor),
            std::isnan(s.check[m].predicted.low) ? "not known"
            : s.check[m].inside                  ? "yes"
                                                 : "no"});
@@ -150,7 +167,7 @@ report::Figure polar(const BalancingSheet& s) {
   for (Index m = 0; m < s.before.size(); ++m) {
     report::Panel& panel = figure.panel(
         s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", {"deg", kRadPerDegree}},
-        {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), {"µm", 1e-6}});
+        {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), unit_of(s)});
     panel.kind = report::Panel::Kind::polar;
     panel.clockwise = s.lag;  // vectors stand as they are, rotation counter-clockwise
     Eigen::VectorXd angle(static_cast<Index>(s.runs.size())), radius(angle.size());
@@ -180,21 +197,23 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   d.title = "Balancing sheet";
   d.subtitle = s.title;
   if (!s.next.empty()) d.key_values(s.next);
+  const report::Unit unit = unit_of(s);
+  const auto shown = [&](double value, int digits) { return number(value / unit.factor, digits) + " " + unit.symbol; };
   d.table(masses(s));
   d.table(readings(s));
   if (!s.check.empty()) d.table(check(s));
   if (!s.planes.empty() && s.planes[0].budget) d.table(budget(s));
   std::vector<std::pair<std::string, std::string>> items = {
       {"criterion",
-       s.criterion + (s.criterion == "min-max"
-                          ? ": largest reading (masses as computed) " + number(s.objective * 1e6, 4) + " µm " +
-                                s.amplitude + ", no masses within the limits can be below " + number(s.bound * 1e6, 4)
-                          : ": root of the sum of squares (masses as computed) " + number(s.objective * 1e6, 4) +
-                                " µm " + s.amplitude)},
-      {"repeatability", std::isnan(s.repeatability) ? "not known: no run was repeated"
-                                                    : number(s.repeatability * 1e6, 2) + " µm per component"},
+       s.criterion +
+           (s.criterion == "min-max"
+                ? ": largest reading (masses as computed) " + shown(s.objective, 4) + " " + s.amplitude +
+                      ", no masses within the limits can be below " + shown(s.bound, 4)
+                : ": root of the sum of squares (masses as computed) " + shown(s.objective, 4) + " " + s.amplitude)},
+      {"repeatability",
+       std::isnan(s.repeatability) ? "not known: no run was repeated" : shown(s.repeatability, 2) + " per component"},
       {"drift over the job",
-       s.drift > 0 ? "at most " + number(s.drift * 1e6, 2) + " µm, taken off" : "not fitted (too few runs)"}};
+       s.drift > 0 ? "at most " + shown(s.drift, 2) + ", taken off" : "not fitted (too few runs)"}};
   d.key_values(std::move(items));
   d.summary(s.summary, "the runs");
   d.table(coefficients(s));

@@ -31,27 +31,38 @@ io::Json plane_json(const BalancingSheet::Plane& p) {
 
 }  // namespace
 
+std::string_view per_kg(Quantity quantity) {
+  return quantity == Quantity::velocity       ? "m_s_per_kg"
+         : quantity == Quantity::acceleration ? "m_s2_per_kg"
+                                              : "m_per_kg";
+}
+
 io::Json balancing_document(const BalancingSheet& sheet) {
   io::Json planes = io::Json::array(), rows = io::Json::array(), influence = io::Json::array();
+  const std::string_view unit = si_unit(sheet.quantity);
   for (const BalancingSheet::Plane& p : sheet.planes) planes.push(plane_json(p));
   for (const BalancingSheet::Row& r : sheet.rows)
     rows.push(io::Json::object()
                   .set("reading", r.name)
-                  .set("before", to_json(r.before, "m"))
-                  .set("after", to_json(r.after, "m"))
+                  .set("before", to_json(r.before, unit))
+                  .set("after", to_json(r.after, unit))
                   .set("before_phase_rad", r.before_phase)
                   .set("after_phase_rad", r.after_phase));
   for (const BalancingSheet::Coefficient& c : sheet.influence)
     influence.push(io::Json::object()
                        .set("reading", c.row)
                        .set("plane", c.plane)
-                       .set("m_per_kg", c.magnitude)
-                       .set("sd_m_per_kg", c.sd)
+                       .set(std::string(per_kg(sheet.quantity)), c.magnitude)
+                       .set("sd_" + std::string(per_kg(sheet.quantity)), c.sd)
                        .set("phase_rad", c.phase));
   io::Json out = io::start_document("whirl.balancing", 1);
-  out.set("convention", sheet.convention).set("criterion", sheet.criterion).set("planes", std::move(planes));
+  out.set("quantity", to_string(sheet.quantity))
+      .set("convention", sheet.convention)
+      .set("criterion", sheet.criterion)
+      .set("planes", std::move(planes));
   out.set("readings", std::move(rows)).set("influence", std::move(influence));
-  return out.set("objective_m", sheet.objective).set("summary", whirl::to_json(sheet.summary));
+  return out.set(sheet.quantity == Quantity::displacement ? "objective_m" : "objective", sheet.objective)
+      .set("summary", whirl::to_json(sheet.summary));
 }
 
 }  // namespace whirl::balancing

@@ -131,8 +131,15 @@ Balanced solve(const JobFile& file, const JobOptions& o) {
   return b;
 }
 
+/// Options in um speak of displacement only.
+void require_displacement(const char* flag, bool given, const JobFile& file) {
+  if (given && file.quantity != Quantity::displacement)
+    throw Error(fmt::format("{}: is of a displacement; the readings are a {}", flag, to_string(file.quantity)));
+}
+
 BalancingSheet sheet_of(const std::string& title, const JobFile& file, const JobOptions& o, const Balanced& b) {
   BalancingSheet sheet = empty_sheet(title, file.convention, o);
+  sheet.quantity = file.quantity;
   const double sign = file.convention.angle_sign(), amplitude = 1 / file.convention.amplitude_factor();
   for (Index k = 0; k < static_cast<Index>(b.planes.size()); ++k) {
     BalancingSheet::Plane plane;
@@ -182,6 +189,8 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
 void add_budget(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
   if (!o.zones.empty() && (o.zones.size() != 3 || !std::is_sorted(o.zones.begin(), o.zones.end()) || !(o.zones[0] > 0)))
     throw Error("--zones-um: three rising limits, of zones A, B and C");
+  require_displacement("--zones-um", !o.zones.empty(), file);
+  require_displacement("--noise-um", o.noise > 0, file);
   sheet.zones = o.zones;
   const double speed = o.service_speed > 0 ? o.service_speed : file.speeds.back();
   if (!(o.mass > 0) || !(o.radius > 0) || !(speed > 0)) return;

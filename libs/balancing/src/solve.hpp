@@ -20,6 +20,8 @@ BalancingSheet empty_sheet(const std::string& title, const VectorConvention& con
 Estimate scaled(const Estimate& estimate, double factor);
 /// An angle as the job counts it.
 Estimate counted(const Estimate& angle, double sign);
+/// Key of an influence coefficient of this quantity: "m_per_kg".
+std::string_view per_kg(Quantity quantity);
 /// Begin of whirl.balancing: the convention of the vectors and the criterion.
 io::Json balancing_document(const BalancingSheet& sheet);
 

@@ -163,7 +163,7 @@ TEST(EstimatorCatalogue, MakesWhatItsNameSays) {
 }
 
 /// A rotor turning at constant speed: simulated at the sensor instants with fine steps.
-struct Plant {
+struct EstimatedPlant {
   LateralModel model{5700, 1e7, 1.0, {60, 13}, {0.1, 0}};
   Complex eps{150e-6, 60e-6};
   double omega = 120;
@@ -182,7 +182,7 @@ struct Plant {
 };
 
 template <class Estimator>
-DiskMotion track(Estimator& estimator, Plant& plant, int samples, double noise, bool tell_disturbance) {
+DiskMotion track(Estimator& estimator, EstimatedPlant& plant, int samples, double noise, bool tell_disturbance) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0, 1);
   DiskMotion out;
@@ -204,7 +204,7 @@ DiskMotion track(Estimator& estimator, Plant& plant, int samples, double noise, 
 }
 
 TEST(KalmanReference, FindsTheEccentricityItWasNotTold) {
-  Plant plant;
+  EstimatedPlant plant;
   KalmanEstimator kf(plant.model, DisturbanceState::eccentricity, {}, {1e-6, 0.05, 1e-5, 3e-4}, kH);
   const DiskMotion s = track(kf, plant, 3000, 1e-6, false);
   EXPECT_LT(std::abs(kf.disturbance_parameter() - plant.eps), 2e-6);
@@ -213,7 +213,7 @@ TEST(KalmanReference, FindsTheEccentricityItWasNotTold) {
 }
 
 TEST(KalmanReference, OscillatorNeedsTheSpeedOnly) {
-  Plant plant;
+  EstimatedPlant plant;
   KalmanEstimator kf(plant.model, DisturbanceState::oscillator, {}, {1e-6, 0.05, 0.5, 5}, kH);
   const DiskMotion s = track(kf, plant, 3000, 1e-6, false);
   EXPECT_LT(std::abs(s.d - plant.s.d), 0.05 * std::abs(plant.s.d));
@@ -221,7 +221,7 @@ TEST(KalmanReference, OscillatorNeedsTheSpeedOnly) {
 }
 
 TEST(KalmanReference, TwoStatesWithAKnownUnbalanceBeatTheDifference) {
-  Plant plant, same;
+  EstimatedPlant plant, same;
   KalmanEstimator kf(plant.model, DisturbanceState::none, plant.eps, {2e-6, 0.02, 0, 0}, kH);
   FilteredDifference difference(std::numeric_limits<double>::infinity(), kH);
   const DiskMotion s = track(kf, plant, 2000, 2e-6, true);
@@ -231,7 +231,7 @@ TEST(KalmanReference, TwoStatesWithAKnownUnbalanceBeatTheDifference) {
 
 TEST(KalmanReference, SteadyGainSolvesTheRiccatiEquation) {
   // Constant [z v] filter against the 2 x 2 Riccati recursion iterated here with plain matrices.
-  Plant plant;
+  EstimatedPlant plant;
   plant.model.k2 = 0;
   const KalmanOptions options{2e-6, 0.5, 0, 0};
   KalmanEstimator kf(plant.model, DisturbanceState::none, {}, options, kH);
@@ -264,7 +264,7 @@ TEST(KalmanReference, SteadyGainSolvesTheRiccatiEquation) {
 }
 
 TEST(KalmanReference, CoastsThroughLostSamples) {
-  Plant plant;
+  EstimatedPlant plant;
   KalmanEstimator kf(plant.model, DisturbanceState::eccentricity, plant.eps, {1e-6, 0.05, 1e-5, 1e-4}, kH);
   track(kf, plant, 1000, 0, false);
   for (int k = 0; k < 50; ++k) {
@@ -285,7 +285,7 @@ TEST(KalmanReference, CoastsThroughLostSamples) {
 }
 
 TEST(EsoReference, RotatingDisturbanceIsFoundAndPolesStandAtTheBandwidth) {
-  Plant plant;
+  EstimatedPlant plant;
   ExtendedStateObserver eso(plant.model, 300, kH);
   const DiskMotion s = track(eso, plant, 2000, 0, false);
   EXPECT_LT(std::abs(s.d - plant.s.d), 0.02 * std::abs(plant.s.d));

@@ -12,7 +12,7 @@ namespace {
 using Complex = std::complex<double>;
 using Matrix = Eigen::Matrix3cd;
 
-constexpr double kH = 2e-3, kStiffness = 9000, kDamping = 40;
+constexpr double kStep = 2e-3, kStiffness = 9000, kDamping = 40;
 
 /// Linear rotor at rest, states z, v and the disturbance theta with acceleration g theta; every sample is predicted by
 /// the matrix exponential to second order, the process noise is an acceleration held for a sample.
@@ -25,13 +25,13 @@ struct Filter {
     Matrix A = Matrix::Zero();
     A(0, 1) = 1;
     A(1, 0) = -kStiffness, A(1, 1) = -kDamping, A(1, 2) = g;
-    Matrix F = Matrix::Identity() + kH * A;
-    F += 0.5 * kH * kH * A * A;
-    const Eigen::Vector3cd input(0, a, 0), by_input = kH * input + 0.5 * kH * kH * A * input;
+    Matrix F = Matrix::Identity() + kStep * A;
+    F += 0.5 * kStep * kStep * A * A;
+    const Eigen::Vector3cd input(0, a, 0), by_input = kStep * input + 0.5 * kStep * kStep * A * input;
     x = (F * x + by_input).eval();
-    const Eigen::Vector3cd held(0.5 * kH * kH, kH, 0);
+    const Eigen::Vector3cd held(0.5 * kStep * kStep, kStep, 0);
     P = (F * P * F.adjoint()).eval() + std::pow(noise.acceleration_noise, 2) * held * held.adjoint();
-    P(2, 2) += walk * walk * kH;
+    P(2, 2) += walk * walk * kStep;
   }
   void update(Complex z) {
     const Complex s = P(0, 0) + std::pow(noise.measurement_noise, 2);
@@ -54,7 +54,7 @@ TEST_P(KalmanOfAllKindsReference, IsTheFilterInMatrices) {
   LateralModel model;
   model.k1 = kStiffness;
   model.c = kDamping;
-  KalmanEstimator estimator(model, kind, eps, noise, kH);
+  KalmanEstimator estimator(model, kind, eps, noise, kStep);
   std::mt19937_64 random(12);
   std::normal_distribution<double> normal;
   const auto draw = [&](double size) { return Complex(size * normal(random), size * normal(random)); };

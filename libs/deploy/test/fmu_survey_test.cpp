@@ -15,7 +15,7 @@ namespace {
 
 using testing::error_of;
 
-std::filesystem::path packed(const testing::TemporaryFolder& folder, const RotorModel& rotor, int version) {
+std::filesystem::path packed_model(const testing::TemporaryFolder& folder, const RotorModel& rotor, int version) {
   IdentifiedModel m;
   m.rotor = rotor;
   FmuOptions options;
@@ -26,7 +26,7 @@ std::filesystem::path packed(const testing::TemporaryFolder& folder, const Rotor
   return path;
 }
 
-// Rotors drawn at random, packed as FMU: what the survey finds is what was put in.
+// Rotors drawn at random, packed_model as FMU: what the survey finds is what was put in.
 TEST(FmuSurveyExport, FindsTheRotorThatIsInTheFmu) {
   std::mt19937_64 random(11);
   const auto between = [&](double low, double high) {
@@ -40,7 +40,7 @@ TEST(FmuSurveyExport, FindsTheRotorThatIsInTheFmu) {
     r.eps = std::polar(between(5e-5, 3e-4), between(-3, 3));
     r.gain = 1 / between(0.5, 20);
     const FmuPlantOptions options{rotor::SpeedProfile::run_down(188.5, 8), 1e-3, {}};
-    const FmuSurvey survey = survey_fmu(packed(folder, r, version), options);
+    const FmuSurvey survey = survey_fmu(packed_model(folder, r, version), options);
     const RotorModel& found = *survey.model.rotor;
     EXPECT_NEAR(found.k1, r.k1, 2e-3 * r.k1);
     EXPECT_NEAR(found.c, r.c, 0.02 * r.c);
@@ -55,14 +55,14 @@ TEST(FmuSurveyExport, AnFmuThatNoForceMovesIsRefused) {
   RotorModel r = *rotor_model().rotor;
   r.gain = 0;
   EXPECT_NE(error_of([&] {
-              survey_fmu(packed(folder, r, 2), {rotor::SpeedProfile::run_down(188.5, 12), 1e-3, {}});
+              survey_fmu(packed_model(folder, r, 2), {rotor::SpeedProfile::run_down(188.5, 12), 1e-3, {}});
             }).find("must push it"),
             std::string::npos);
 }
 
 TEST(FmuSurveyExport, ADelayOfTheLoopHoldsCommandsBack) {
   const testing::TemporaryFolder folder;
-  const auto path = packed(folder, *rotor_model().rotor, 2);
+  const auto path = packed_model(folder, *rotor_model().rotor, 2);
   FmuPlantOptions options{rotor::SpeedProfile::run_down(100, 1), 1e-3, {}};
   FmuPlant now(path, options);
   options.delay_samples = 3;

@@ -52,7 +52,7 @@ RotorModel rotor() {
   return m;
 }
 
-IdentifiedModel equations() {
+IdentifiedModel model_equations() {
   IdentifiedModel m;
   m.method = "paper";
   m.states = {"X1", "X2", "X3", "X4"};
@@ -176,7 +176,7 @@ TEST(ModelSourceExport, StepFollowsTheLibrarysSimulation) {
 
 TEST(ModelSourceExport, EquationsWithSignAndTimeEqualTheCompiledModel) {
   const testing::TemporaryFolder folder;
-  const IdentifiedModel model = equations();
+  const IdentifiedModel model = model_equations();
   const testing::SharedLibrary library(build(folder, model));
   const CompiledC c(library);
   const identification::CompiledModel compiled(model);
@@ -223,7 +223,7 @@ TEST(ModelSourceExport, MapGivesTheNextState) {
 }
 
 TEST(ModelSystem, RefusesNamesThatAreNoIdentifiers) {
-  IdentifiedModel m = equations();
+  IdentifiedModel m = model_equations();
   m.states.push_back("X2'");
   EXPECT_THROW(model_system(m), Error);
 }

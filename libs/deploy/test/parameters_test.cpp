@@ -14,7 +14,7 @@
 namespace whirl::deploy {
 namespace {
 
-void write_all(const testing::TemporaryFolder& folder, const std::vector<SourceFile>& files) {
+void write_files(const testing::TemporaryFolder& folder, const std::vector<SourceFile>& files) {
   for (const SourceFile& f : files) folder.write(f.name, f.text);
 }
 
@@ -28,7 +28,7 @@ TEST(ParameterExport, EveryParameterOfEveryLawIsTakenInsideItsBoundsAndRefusedOu
       if (single && law.name != "tsmc" && law.name != "pid" && law.name != "mpc") continue;
       const std::string name = fmt::format("v{}", prefix++);
       const ControllerCode code = controller_code(testing::design_of(law.name, "kfe"), {name, single, ""});
-      write_all(folder, {code.header, code.source});
+      write_files(folder, {code.header, code.source});
       files += " " + code.source.name;
       std::string body = fmt::format(
           "#include \"{0}.h\"\n#include \"check.h\"\nvoid check_{0}(void);\nvoid check_{0}(void) {{\n"
@@ -78,7 +78,7 @@ TEST(ParameterExport, OctaveTakesAndRefusesThem) {
   if (!testing::has_program("octave") || !testing::has_program("mkoctfile"))
     GTEST_SKIP() << "octave or octave-dev is not installed";
   const testing::TemporaryFolder folder;
-  write_all(folder, export_matlab(testing::design_of("tsmc", "kfe"), {"drive", false, ""}));
+  write_files(folder, export_matlab(testing::design_of("tsmc", "kfe"), {"drive", false, ""}));
   folder.write("points.m", R"(s = drive();
 [names, values] = drive(s, 'parameters');
 gain = find(strcmp(names, 'surface_gain'));
@@ -145,10 +145,10 @@ typedef struct { _Alignas(16) unsigned char work[8192]; double x[16], dx[16], in
 #define CONTINUOUS_SAMPLE_TIME 0.0
 )");
   folder.write("cg_sfun.h", "#define whirl_test_end 1\n");
-  write_all(folder, export_sfunction(testing::design_of("pd", "lpf"), {"drive", false, ""}));
+  write_files(folder, export_sfunction(testing::design_of("pd", "lpf"), {"drive", false, ""}));
   IdentifiedModel model;
   model.rotor = testing::design_of("pd", "lpf").model;
-  write_all(folder, export_sfunction(model, {"plant", false, ""}));
+  write_files(folder, export_sfunction(model, {"plant", false, ""}));
   folder.write("drive_main.c", R"(#include "drive_sfun.c"
 #include <string.h>
 int main(void) {
@@ -208,7 +208,7 @@ int main(void) {
 TEST(ParameterExport, PythonTakesAndRefusesThem) {
   if (!testing::has_program("python3")) GTEST_SKIP() << "python3 is not installed";
   const testing::TemporaryFolder folder;
-  write_all(folder, export_python(testing::design_of("tsmc", "kfe"), {"drive", false, ""}));
+  write_files(folder, export_python(testing::design_of("tsmc", "kfe"), {"drive", false, ""}));
   folder.write("main.py", R"(from drive import Controller
 a, b = Controller(), Controller(surface_gain=80)
 a.set(surface_gain=80)

@@ -58,7 +58,7 @@ class UncertainRotor {
   double frequency_[2], damping_[2], mass_[2], shape_[2][4], speed_[2];
 };
 
-struct Score {
+struct PriorScore {
   double inside = 0, all = 0;
   std::vector<double> left;  ///< residual after the correction, of the first readings
   double coverage() const { return 100 * inside / all; }
@@ -69,8 +69,8 @@ struct Score {
 };
 
 /// `trials`: runs with a trial mass, on plane 0 first.
-Score score(int trials, bool ensemble, int jobs, unsigned seed) {
-  Score s;
+PriorScore prior_score(int trials, bool ensemble, int jobs, unsigned seed) {
+  PriorScore s;
   for (int j = 0; j < jobs; ++j) {
     UncertainRotor rotor(seed + static_cast<unsigned>(j));
     std::normal_distribution<double> normal;
@@ -120,7 +120,7 @@ TEST(InfluencePriorProperty, IntervalsHoldAndOneTrialTellsBothPlanes) {
   for (const bool ensemble : {false, true}) {
     double before = 1;
     for (const int trials : {0, 1, 2}) {
-      Score s = score(trials, ensemble, 300, ensemble ? 210000 : 230000);
+      PriorScore s = prior_score(trials, ensemble, 300, ensemble ? 210000 : 230000);
       std::cout << (ensemble ? "ensemble" : "stated") << ", " << trials << " trials: intervals " << s.coverage()
                 << " %, left " << 100 * s.median() << " %\n";
       EXPECT_GE(s.coverage(), 93);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <random>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/modal_influence.hpp"
 
@@ -14,7 +15,6 @@ namespace whirl::diagnosis {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 /// A shaft with two discs, each direction alike; points: disc 1, disc 2.
 struct TwoDiscs {
@@ -67,7 +67,7 @@ ModalModel modes_of(const TwoDiscs& d, bool roving, double sd_f, double sd_zeta,
     const double w = std::abs(pole) * (1 + sd_f * normal(random));
     const double zeta = -pole.real() / std::abs(pole) * (1 + sd_zeta * normal(random));
     mode.pole = {-zeta * w, w * std::sqrt(1 - zeta * zeta)};
-    mode.frequency = Estimate::from_sd(w / kTurn, sd_f * w / kTurn);
+    mode.frequency = Estimate::from_sd(w / kTwoPi, sd_f * w / kTwoPi);
     mode.damping = Estimate::from_sd(zeta, sd_zeta * zeta);
     m.modes.push_back(mode);
   }
@@ -82,7 +82,7 @@ ModalReadings readings(const std::vector<double>& speeds) {
     for (const char* probe : {"d1", "d2"}) {
       r.probes.emplace_back(probe);
       r.speed.push_back(w);
-      r.angle.push_back(probe[1] == '1' ? 0.4 : 0.4 + kTurn / 4);
+      r.angle.push_back(probe[1] == '1' ? 0.4 : 0.4 + kTwoPi / 4);
     }
   return r;
 }

@@ -4,9 +4,9 @@
 
 #include <cmath>
 #include <complex>
-#include <numbers>
 #include <random>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 
@@ -14,7 +14,6 @@
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 struct Mode {
   double frequency = 0;     // Hz
@@ -32,21 +31,21 @@ struct Course {
 whirl::Recording run_of(const std::vector<Mode>& modes, const Course& course, unsigned seed) {
   constexpr double dt = 1e-3;
   constexpr int substeps = 10;
-  const double rate = kTurn * (course.end - course.begin) / course.seconds;
-  const auto angle = [&](double t) { return kTurn * course.begin * t + 0.5 * rate * t * t; };
+  const double rate = whirl::kTwoPi * (course.end - course.begin) / course.seconds;
+  const auto angle = [&](double t) { return whirl::kTwoPi * course.begin * t + 0.5 * rate * t * t; };
   const auto n = static_cast<Eigen::Index>(course.seconds / dt);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n), y = x, beta(n);
   std::mt19937 random(seed);
   std::normal_distribution<double> noise(0, course.noise);
   for (const Mode& m : modes) {
-    const double w = kTurn * m.frequency;
+    const double w = whirl::kTwoPi * m.frequency;
     const auto acceleration = [&](double t, Complex z, Complex v) {
-      const double speed = kTurn * course.begin + rate * t;
+      const double speed = whirl::kTwoPi * course.begin + rate * t;
       const Complex force = m.eccentricity * Complex(speed * speed, -rate) * std::polar(1.0, angle(t));
       return force - w * w * z - 2 * m.damping * w * v - m.cubic * std::norm(z) * z;
     };
     // The steady answer at the first speed, so that no transient begins the run.
-    const double s = kTurn * course.begin;
+    const double s = whirl::kTwoPi * course.begin;
     Complex z = m.eccentricity * s * s / Complex(w * w - s * s, 2 * m.damping * w * s), v = Complex(0, s) * z;
     for (Eigen::Index i = 0; i < n; ++i) {
       x[i] += z.real();
@@ -90,7 +89,8 @@ void judge(const whirl::Recording& record, const std::vector<Mode>& modes, const
   for (const auto& p : whirl::diagnosis::passages(curve)) {
     bool explained = false;
     for (std::size_t k = 0; k < modes.size(); ++k) {
-      if (std::abs(p.speed / kTurn - modes[k].frequency) > 0.1 * modes[k].frequency + blur || hits[k] > 0) continue;
+      if (std::abs(p.speed / whirl::kTwoPi - modes[k].frequency) > 0.1 * modes[k].frequency + blur || hits[k] > 0)
+        continue;
       hits[k] = 1;
       explained = true;
       break;

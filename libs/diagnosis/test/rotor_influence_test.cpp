@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
@@ -13,14 +14,12 @@ namespace {
 using Complex = std::complex<double>;
 using Eigen::Vector2d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 /// 1X vector at `probe` of a disk on springs and dampers along x and y with coupling, written in real coordinates and
 /// integrated until it is steady: shares nothing with the complex model but the machine.
 Complex integrated(double kx, double ky, double kxy, double cx, double cy, double speed, Complex eccentricity,
                    double probe) {
   constexpr int kSteps = 400, kTurns = 400;
-  const double h = kTurn / speed / kSteps;
+  const double h = kTwoPi / speed / kSteps;
   Vector2d q(0, 0), v(0, 0);
   const auto pull = [&](double t, const Vector2d& x, const Vector2d& dx) -> Vector2d {
     const Complex f = eccentricity * speed * speed * std::polar(1.0, speed * t);
@@ -67,7 +66,7 @@ TEST(RotorInfluence, ThePriorIsAsWideAsTheModelIsUncertain) {
   rotor.k1 = 6000;
   rotor.c = 8;
   rotor.k2 = 1e8;
-  const RotorReadings r{.mass = 1.5, .radius = 0.08, .speed = {60, 60, 90}, .probe = {0, kTurn / 4, 0}};
+  const RotorReadings r{.mass = 1.5, .radius = 0.08, .speed = {60, 60, 90}, .probe = {0, kTwoPi / 4, 0}};
   std::vector<double> covariance(25, 0);
   covariance[0] = 60 * 60;
   covariance[2 * 5 + 2] = 1;

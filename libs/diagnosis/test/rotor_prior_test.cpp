@@ -5,13 +5,13 @@
 #include <numbers>
 #include <random>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/rotor_influence.hpp"
 
 namespace whirl::diagnosis {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kTurn = 2 * std::numbers::pi;
 
 // The machine is one of those that the model's covariance and the stated errors allow; it is built in real coordinates
 // of its own, the estimator sees the mean model and noisy vectors of x and y at three speeds.
@@ -45,7 +45,7 @@ TEST(RotorPriorProperty, CorrectionsFromAModelAloneHoldTheirIntervals) {
     const Complex per_speed[3] = {common, 1.0 + complex_normal(kCommon), 1.0 + complex_normal(kCommon)};
     for (int s = 0; s < 3; ++s)
       for (int probe = 0; probe < 2; ++probe) {
-        const double w = 55 + 20 * s, angle = probe * kTurn / 4;
+        const double w = 55 + 20 * s, angle = probe * kTwoPi / 4;
         const int m = 2 * s + probe;
         const Complex disk =
             w * w / Complex(k - w * w, c * w) * std::polar(1.0, -angle) * (per_speed[s] + complex_normal(kEach));

@@ -48,7 +48,7 @@ class Silverbox {
   std::vector<double> u_, y_;
 };
 
-double coefficient(const IdentifiedModel& m, const std::string& function) {
+double coefficient_of(const IdentifiedModel& m, const std::string& function) {
   for (const EquationTerm& t : m.equations[1].terms) {
     if (t.function == function) return t.coefficient.value;
   }
@@ -86,7 +86,7 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   const auto [sparse_test, sparse_arrow] = errors(sparse);
   print("sparse", sparse, sparse_test, sparse_arrow);
   EXPECT_EQ(sparse.equations[1].terms.size(), 5u);
-  EXPECT_TRUE(std::isnan(coefficient(sparse, "y^2")));
+  EXPECT_TRUE(std::isnan(coefficient_of(sparse, "y^2")));
 
   SecondOrderOptions five;
   five.max_added = 0;
@@ -95,8 +95,8 @@ TEST(SilverboxReference, CubicWithOffsetThenStructureFoundByTheTool) {
   print("cubic + offset", cubic, cubic_test, cubic_arrow);
   EXPECT_LE(cubic_test, 0.35e-3);
   EXPECT_LE(cubic_arrow, 0.42e-3);
-  EXPECT_NEAR(coefficient(cubic, "y") / -1.8492e5, 1, 0.003);
-  EXPECT_NEAR(coefficient(cubic, "y^3") / -7.44e5, 1, 0.03);
+  EXPECT_NEAR(coefficient_of(cubic, "y") / -1.8492e5, 1, 0.003);
+  EXPECT_NEAR(coefficient_of(cubic, "y^3") / -7.44e5, 1, 0.03);
   EXPECT_NEAR(cubic.parameter("f0")->value, 68.44, 0.1);
 
   const IdentifiedModel found = identify_second_order(train, "y", "u");
@@ -146,16 +146,16 @@ TEST(RefineProperty, FreeRunOfTheTruthIsRecoveredFromAPoorStart) {
   const Refined refined = refine_free_run(guess, {run}, r.dt, {.outputs = {"y"}, .output_sd = {}},
                                           {{"y''", {{"y^2", {}, ""}, {"y^5", {}, ""}}}});
   EXPECT_TRUE(refined.converged);
-  EXPECT_NEAR(coefficient(refined.model, "y"), -90, 1e-5);
-  EXPECT_NEAR(coefficient(refined.model, "y'"), -0.9, 1e-6);
-  EXPECT_NEAR(coefficient(refined.model, "y^3"), -40, 1e-4);
+  EXPECT_NEAR(coefficient_of(refined.model, "y"), -90, 1e-5);
+  EXPECT_NEAR(coefficient_of(refined.model, "y'"), -0.9, 1e-6);
+  EXPECT_NEAR(coefficient_of(refined.model, "y^3"), -40, 1e-4);
   EXPECT_NEAR(refined.starts[0][1], -1.0, 1e-6);
-  EXPECT_EQ(coefficient(refined.model, "u") > 0, true);
+  EXPECT_EQ(coefficient_of(refined.model, "u") > 0, true);
   EXPECT_EQ(refined.model.equations[0].terms[0].coefficient.value, 1);  // known: sd is 0
 }
 
 TEST(RefineProperty, SensitivitiesAreTheDerivativeOfTheFreeRun) {
-  // The score's first-order step of a term missing from the model finds its coefficient when that is small.
+  // The score's first-order step of a term missing from the model finds its coefficient_of when that is small.
   IdentifiedModel truth = duffing();
   truth.equations[1].terms.push_back({"y^2", {0.01, 1, 0, 0}, ""});
   const CompiledModel compiled(truth);

@@ -76,12 +76,12 @@ std::pair<long, Eigen::Index> spikes(const Eigen::VectorXd& x) {
   return {count, first};
 }
 
-std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, const Recording& record) {
-  std::vector<std::string> out;
+void judge_channel(const Channel& c, const Recording& record, ChannelInfo& info) {
+  std::vector<std::string>& out = info.findings;
   const Eigen::VectorXd& x = c.samples;
   if (info.minimum == info.maximum) {
     out.push_back("constant: the sensor may not be connected");
-    return out;
+    return;
   }
   const auto at = [&](Eigen::Index i) {
     return fmt::format("{:.6g} s", record.t0 + record.dt * static_cast<double>(i));
@@ -95,15 +95,15 @@ std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, con
   for (const auto& [value, name] : {std::pair{info.maximum, "maximum"}, std::pair{info.minimum, "minimum"}}) {
     const Runs at_end = equal_runs(x, 3, [v = value](double s) { return s == v; });
     if (at_end.long_ones >= 3 && !held && levels >= 64) {
-      out.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
-                                si_unit(c.quantity), at_end.long_ones));
+      info.damage.push_back(fmt::format("clipped: the {} {:.6g} {} is held for 3 or more samples {} times", name, value,
+                                        si_unit(c.quantity), at_end.long_ones));
     }
   }
   // A hold is suspicious when it is much longer than quantisation explains.
   const Runs any = equal_runs(x, 10, [&](double s) { return s != info.minimum && s != info.maximum; });
   if (any.longest >= 10 && !held) {
-    out.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)", any.longest,
-                              at(any.longest_at)));
+    info.damage.push_back(fmt::format("frozen: {} equal samples from {} on (lost samples, or standstill?)", any.longest,
+                                      at(any.longest_at)));
   }
   if (held) {
     out.push_back(fmt::format("{:.0f} % of the samples repeat their neighbour: recorded slower than sampled, or coarse",
@@ -117,9 +117,8 @@ std::vector<std::string> findings(const Channel& c, const ChannelInfo& info, con
                               si_unit(c.quantity), std::abs(info.mean) / alternating));
   }
   if (const auto [count, first] = spikes(x); count > 0 && !held) {
-    out.push_back(fmt::format("{} single-sample spikes, the first at {}", count, at(first)));
+    info.damage.push_back(fmt::format("{} single-sample spikes, the first at {}", count, at(first)));
   }
-  return out;
 }
 
 }  // namespace
@@ -151,7 +150,8 @@ std::string channel_lines(const std::vector<ChannelInfo>& channels) {
                        c.unit.empty() ? "-" : c.unit, c.minimum, c.maximum, c.mean, c.rms);
   }
   for (const ChannelInfo& c : channels) {
-    for (const std::string& f : c.findings) out += fmt::format("  ! {}: {}\n", c.name, f);
+    for (const auto& list : {c.findings, c.damage})
+      for (const std::string& f : list) out += fmt::format("  ! {}: {}\n", c.name, f);
   }
   return out;
 }
@@ -165,7 +165,7 @@ RecordingInfo describe(const Recording& record) {
     ChannelInfo ci = statistics(c.name, c.samples);
     ci.quantity = c.quantity;
     ci.unit = si_unit(c.quantity);
-    if (c.samples.size() > 0) ci.findings = findings(c, ci, record);
+    if (c.samples.size() > 0) judge_channel(c, record, ci);
     info.channels.push_back(std::move(ci));
   }
   return info;
@@ -200,7 +200,7 @@ FileInfo describe(const SignalFile& file) {
         ci.findings.push_back(fmt::format("{} of {} values are missing or not finite",
                                           shown.size() - shown.array().isFinite().count(), shown.size()));
       } else if (time && !complex && shown.size() > 1) {
-        ci.findings = findings({signal.name, ci.quantity, shown}, ci, axis);
+        judge_channel({signal.name, ci.quantity, shown}, axis, ci);
       }
       ti.channels.push_back(std::move(ci));
     }

@@ -353,7 +353,42 @@ Estimate read_estimate(const JsonReader& in) {
 Json to_json(const Summary& s) {
   Json out;
   out.set("status", to_string(s.status)).set("residual", s.residual).set("condition_number", s.condition_number);
-  return std::move(out.set("chi_square", s.chi_square).set("trust", s.trust).set("warnings", s.warnings));
+  Json findings = Json::array();
+  for (const Finding& f : s.findings) {
+    Json amounts = Json::array();
+    for (const Amount& a : f.amounts)
+      amounts.push(Json::object().set("name", a.name).set("value", a.value).set("unit", a.unit));
+    findings.push(Json::object()
+                      .set("code", to_string(f.code))
+                      .set("consequence", to_string(f.consequence))
+                      .set("where", f.where)
+                      .set("amounts", std::move(amounts)));
+  }
+  out.set("chi_square", s.chi_square).set("trust", s.trust).set("warnings", s.warnings);
+  return std::move(out.set("findings", std::move(findings)));
+}
+
+template <class Code>
+Code read_code(const JsonReader& in, std::initializer_list<Code> known, std::string_view what) {
+  for (const Code code : known)
+    if (in.text() == to_string(code)) return code;
+  throw in.error(fmt::format("'{}' is no {} that this version knows", in.text(), what));
+}
+
+Finding read_finding(const JsonReader& in) {
+  using enum FindingCode;
+  Finding f;
+  f.code = read_code(
+      in.at("code"),
+      {motion_unexplained, model_error, held_out_not_predicted, held_out_diverges, held_out_missed, held_out_not_tried,
+       parameter_differs, parts_differ, term_too_large, inertia_impossible, model_not_trusted},
+      "finding");
+  f.consequence = read_code(in.at("consequence"), {Consequence::warning, Consequence::no_trust, Consequence::unusable},
+                            "consequence");
+  f.where = in.at("where").text();
+  for (const JsonReader& a : in.at("amounts").items())
+    f.amounts.push_back({a.at("name").text(), a.at("value").number_or_nan(), a.at("unit").text()});
+  return f;
 }
 
 Summary read_summary(const JsonReader& in) {
@@ -372,6 +407,8 @@ Summary read_summary(const JsonReader& in) {
   s.chi_square = in.at("chi_square").number_or_nan();
   s.trust = in.at("trust").text();
   for (const JsonReader& w : in.at("warnings").items()) s.warnings.push_back(w.text());
+  if (in.has("findings"))  // files of earlier versions have none
+    for (const JsonReader& f : in.at("findings").items()) s.findings.push_back(read_finding(f));
   return s;
 }
 

@@ -103,6 +103,9 @@ TEST(ModelJson, ParametersHaveTheirUnit) {
   EXPECT_EQ(parameter_unit("natural_frequency"), "rad/s");
   EXPECT_EQ(parameter_unit("runout2-_im"), "m");
   EXPECT_EQ(parameter_unit("delay"), "s");
+  EXPECT_EQ(parameter_unit("e_tilt_phase"), "rad");
+  EXPECT_EQ(parameter_unit("k_tilt"), "1/s^2");
+  EXPECT_EQ(parameter_unit("second_frequency"), "rad/s");
   EXPECT_EQ(parameter_unit("unheard"), "");
 }
 

@@ -3,23 +3,23 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "measured.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/testing/data.hpp"
 
 namespace {
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 struct Blow {
   double time, peak;
 };
 
 // Two modes with exact answer h(s) = sum a/(s - p) + a*/(s - p*), receptance.
-const std::vector<Complex> kPoles = {2 * kPi * 60 * Complex(-0.004, 1), 2 * kPi * 210 * Complex(-0.003, 1)};
+const std::vector<Complex> kPoles = {2 * whirl::kPi * 60 * Complex(-0.004, 1),
+                                     2 * whirl::kPi * 210 * Complex(-0.003, 1)};
 const std::vector<Complex> kResidues = {Complex(0, -1e-3), Complex(2e-5, -4e-4)};
 
 Complex truth(Complex s) {
@@ -38,7 +38,7 @@ whirl::Recording simulate(const std::vector<Blow>& blows, double duration, doubl
   for (const auto& blow : blows) {
     for (Eigen::Index i = 0; i < n; ++i) {
       const double t = static_cast<double>(i) * dt - blow.time + 1e-3;
-      if (t > 0 && t < 2e-3) f[i] += blow.peak * std::sin(kPi * t / 2e-3);
+      if (t > 0 && t < 2e-3) f[i] += blow.peak * std::sin(whirl::kPi * t / 2e-3);
     }
   }
   for (std::size_t k = 0; k < kPoles.size(); ++k) {
@@ -71,7 +71,7 @@ double error(const whirl::FrequencyResponse& frf) {
   for (Eigen::Index i = 0; i < frf.frequency.size(); ++i) {
     const double f = frf.frequency[i];
     if (f < 10 || f > 300) continue;
-    const Complex h = truth(Complex(frf.window_decay, 2 * kPi * f));
+    const Complex h = truth(Complex(frf.window_decay, 2 * whirl::kPi * f));
     difference += std::norm(frf.channels[0].value[i] - h);
     size += std::norm(h);
   }
@@ -188,7 +188,7 @@ TEST(FrfProperty, ClippingOfTwoSamplesOrMoreIsFound) {
 TEST(Frf, SlowQuantisedSignalRestsOnItsExtremeWithoutBeingClipped) {
   Eigen::VectorXd x(4000);
   for (Eigen::Index i = 0; i < x.size(); ++i)
-    x[i] = std::round(1000 * std::sin(2 * kPi * 3 * static_cast<double>(i) / 4000));
+    x[i] = std::round(1000 * std::sin(2 * whirl::kPi * 3 * static_cast<double>(i) / 4000));
   EXPECT_FALSE(whirl::modal::is_overloaded(x));
   EXPECT_TRUE(whirl::modal::is_overloaded(x.cwiseMin(800.0)) || whirl::modal::is_overloaded(x, 1000));
   EXPECT_TRUE(whirl::modal::is_overloaded(x, 1000));

@@ -4,9 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "synthetic.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/testing/error_of.hpp"
@@ -23,13 +22,12 @@ using whirl::testing::RandomTest;
 using whirl::testing::RandomTestOptions;
 using whirl::testing::score;
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 std::vector<Complex> poles_of(const RandomTest& test) {
   std::vector<Complex> poles;
   for (std::size_t i = 0; i < test.frequency.size(); ++i) {
     const double zeta = test.damping[i];
-    poles.push_back(2 * kPi * test.frequency[i] * Complex(-zeta, std::sqrt(1 - zeta * zeta)));
+    poles.push_back(2 * whirl::kPi * test.frequency[i] * Complex(-zeta, std::sqrt(1 - zeta * zeta)));
   }
   return poles;
 }
@@ -39,11 +37,11 @@ std::vector<Complex> poles_of(const RandomTest& test) {
 TEST(HannWindow, IsExchangedForAnExponentialOne) {
   constexpr int kLines = 400, kSteps = 8192;
   const double df = 0.25, block = 1 / df;
-  const Complex pole = 2 * kPi * Complex(-1.1 * df, 201.3 * df);
+  const Complex pole = 2 * whirl::kPi * Complex(-1.1 * df, 201.3 * df);
   std::vector<double> seen(kSteps);
   for (int lag = 0; lag < kSteps; ++lag) {
     for (int i = lag; i < kSteps; ++i) {
-      const auto hann = [](int at) { return std::pow(std::sin(kPi * at / kSteps), 2); };
+      const auto hann = [](int at) { return std::pow(std::sin(whirl::kPi * at / kSteps), 2); };
       seen[static_cast<std::size_t>(lag)] += hann(i) * hann(i - lag);
     }
   }
@@ -55,14 +53,14 @@ TEST(HannWindow, IsExchangedForAnExponentialOne) {
     for (int i = 0; i < kSteps; ++i) {
       const double t = block * i / kSteps, weight = i == 0 ? 0.5 : 1;
       frf.channels[0].value[k] += weight * seen[static_cast<std::size_t>(i)] / seen[0] * block / kSteps *
-                                  std::exp((pole - Complex(0, 2 * kPi * frf.frequency[k])) * t);
+                                  std::exp((pole - Complex(0, 2 * whirl::kPi * frf.frequency[k])) * t);
     }
   }
   const whirl::FrequencyResponse without = whirl::modal::without_hann_window(frf);
   ASSERT_GT(without.window_decay, 0);
   const double peak = 1 / std::abs(pole.real() - without.window_decay);
   for (Eigen::Index k = 0; k < without.frequency.size(); ++k) {
-    const Complex s(without.window_decay, 2 * kPi * without.frequency[k]);
+    const Complex s(without.window_decay, 2 * whirl::kPi * without.frequency[k]);
     EXPECT_LT(std::abs(without.channels[0].value[k] - 1.0 / (s - pole)), 2e-3 * peak) << without.frequency[k];
   }
 }

@@ -14,12 +14,12 @@ using whirl::modal::identify_orders;
 using whirl::modal::OperationalModes;
 using whirl::testing::make_runup_orders;
 
-struct Score {
+struct OrderScore {
   int found = 0, extra = 0, frequency = 0, damping = 0;
   double worst_mac = 1;
 };
 
-void add(const whirl::testing::RunupOrders& truth, const OperationalModes& found, Score& score) {
+void add_order(const whirl::testing::RunupOrders& truth, const OperationalModes& found, OrderScore& score) {
   std::size_t matched = 0;
   for (std::size_t k = 0; k < truth.frequency.size(); ++k) {
     for (const auto& mode : found.modes) {
@@ -41,10 +41,10 @@ void add(const whirl::testing::RunupOrders& truth, const OperationalModes& found
 
 // Up and down at 9 rpm/s: 1X passes the three lower modes, 2X all of them but at twice the rate.
 TEST(OrderModesProperty, RunUpsShowTheModesThatTheirOrdersPass) {
-  Score score;
+  OrderScore score;
   for (unsigned seed = 71; seed <= 76; ++seed) {
     const auto truth = make_runup_orders({.down = seed % 2 == 0, .structure = seed, .seed = seed});
-    add(truth, identify_orders(truth.recording, {.orders = 2}), score);
+    add_order(truth, identify_orders(truth.recording, {.orders = 2}), score);
   }
   EXPECT_GE(score.found, 19);
   EXPECT_LE(score.extra, 1);

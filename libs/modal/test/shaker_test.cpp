@@ -15,7 +15,7 @@ namespace {
 using whirl::testing::ShakerForce;
 using whirl::testing::ShakerTest;
 
-std::vector<std::complex<double>> poles_of(const whirl::testing::ShakerRecords& test) {
+std::vector<std::complex<double>> shaker_poles(const whirl::testing::ShakerRecords& test) {
   std::vector<std::complex<double>> poles;
   for (std::size_t i = 0; i < test.frequency.size(); ++i) {
     poles.push_back(2 * std::numbers::pi * test.frequency[i] *
@@ -46,7 +46,7 @@ TEST_P(ShakerProperty, EveryModeAndNoOther) {
     ASSERT_TRUE(whirl::modal::excited_by_shakers(test.records));
     const whirl::FrequencyResponse frf = whirl::modal::estimate_shaker_frf(test.records);
     ASSERT_EQ(frf.channels.size(), static_cast<std::size_t>(o.forces * o.responses));
-    const auto score = whirl::testing::score(poles_of(test), whirl::modal::fit_modes(frf));
+    const auto score = whirl::testing::score(shaker_poles(test), whirl::modal::fit_modes(frf));
     EXPECT_EQ(score.both, static_cast<int>(test.frequency.size())) << "seed " << o.seed;
     EXPECT_EQ(score.sharp_extra, 0) << "seed " << o.seed;
     modes += static_cast<int>(test.frequency.size());

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/monitor/limit_watch.hpp"
 #include "whirl/monitor/reference.hpp"
@@ -11,15 +12,13 @@
 namespace whirl::monitor {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
-
 /// Turns of a shaft with speed w(t), rad/s, from t = 0 to `end`; calls f(t, speed).
 template <class Speed, class F>
 double turns(double from, double end, Speed&& w, F&& f) {
   double t = from;
   while (t < end) {
     const double speed = w(t);
-    t += kTurn / speed;
+    t += kTwoPi / speed;
     f(t, speed);
   }
   return t;

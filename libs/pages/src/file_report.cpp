@@ -36,13 +36,6 @@ io::Json to_json(const records::Finding& f) {
   return json;
 }
 
-/// The record check says the same with the time and what follows from it.
-void leave_out_repeated(std::vector<std::string>& findings) {
-  std::erase_if(findings, [](const std::string& f) {
-    return f.starts_with("clipped:") || f.starts_with("frozen:") || f.find("single-sample spikes") != f.npos;
-  });
-}
-
 io::Json to_json(const io::TableInfo& table) {
   io::Json json = io::Json::object();
   json.set("name", table.name);
@@ -59,7 +52,9 @@ io::Json to_json(const io::TableInfo& table) {
     channel.set("maximum", c.maximum);
     channel.set("mean", c.mean);
     channel.set("rms", c.rms);
-    channel.set("findings", texts(c.findings));
+    std::vector<std::string> said = c.findings;
+    said.insert(said.end(), c.damage.begin(), c.damage.end());
+    channel.set("findings", texts(said));
     channels.push_back(std::move(channel));
   }
   json.set("channels", std::move(channels));
@@ -73,7 +68,8 @@ FileReport report_file(const io::SignalFile& file) {
   for (std::size_t k = 0; k < file.tables.size(); ++k) {
     report.records.push_back(check(file.tables[k], file.source));
     if (report.records.back().findings.empty()) continue;
-    for (io::ChannelInfo& c : report.info.tables[k].channels) leave_out_repeated(c.findings);
+    for (io::ChannelInfo& c : report.info.tables[k].channels)
+      c.damage.clear();  // the record check says it with the time and what follows
   }
   return report;
 }

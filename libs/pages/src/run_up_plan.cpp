@@ -96,10 +96,8 @@ void draw_run(report::Panel& panel, const RunUpSheet& s, double rate, bool up) {
   profile.omega_end = to;
   profile.ramp_time = std::abs(to - from) / rate;
   const double dt = 2 * std::numbers::pi / 60 / std::max({s.options.to, 1.5 * s.rotor.natural_frequency()});
-  RotorModel main = s.rotor;
-  main.modes.clear();
   const AngleSignal angle = rotor::angle_signal(profile, dt);
-  const Eigen::VectorXd radius = (rotor::simulate(main, angle).z.array() - s.rotor.offset).abs();
+  const Eigen::VectorXd radius = (rotor::simulate(s.rotor, angle).z.array() - s.rotor.offset).abs();
   const Index n = std::min<Index>(radius.size(), 1500), step = std::max<Index>(1, radius.size() / n);
   Eigen::VectorXd speed(radius.size() / step), largest(speed.size());
   for (Index k = 0; k < speed.size(); ++k) {

@@ -44,6 +44,7 @@ Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   if (!f.model.rotor || !o.input.empty()) return f;
   f.rotor = *f.model.rotor;
   f.rotor->eps *= o.unbalance;
+  for (ForcedMode& mode : f.rotor->modes) mode.participation *= o.unbalance;
   IdentifiedModel equations = response::rotor_equations(*f.rotor);
   add_further_forces(f.model, equations);
   f.model.states = equations.states;
@@ -76,13 +77,28 @@ void warn_of_hertz(const SteadyOptions& o, const RotorModel& rotor, Summary& sum
       high, critical / kRadPerSecPerRpm, 60 * low, 60 * high));
 }
 
+/// The motion that the sensors see: that of the equations and that of the further modes, which are linear, forced by
+/// the unbalance alone and not in the equations.
+response::PeriodicSolution seen(response::PeriodicSolution s, const std::optional<RotorModel>& rotor) {
+  if (!rotor || rotor->modes.empty()) return s;
+  const std::complex<double> v = response::modes_vector(*rotor, s.omega);
+  s.coefficients(1, 0) += v.real(), s.coefficients(2, 0) -= v.imag();
+  s.coefficients(1, 1) += v.imag(), s.coefficients(2, 1) += v.real();
+  return s;
+}
+
+void see(const std::optional<RotorModel>& rotor, response::ResponseCurve& curve) {
+  for (response::CurvePoint& p : curve.points) p.solution = seen(std::move(p.solution), rotor);
+  for (response::CurveEvent& e : curve.events) e.solution = seen(std::move(e.solution), rotor);
+}
+
 /// Of an isotropic rotor without further forces the synchronous response is algebraic: a thousand draws. That of any
 /// other model from the curve itself.
 void add_band(const IdentifiedModel& model, const Forced& forced, const response::PeriodicSystem& system, double force,
               const SteadyOptions& o, SteadyResponse& found) {
   const bool rotor = forced.rotor.has_value();
   if (rotor && model.rotor_covariance.size() != 25) return;
-  if (found.plain_rotor && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0) {
+  if (found.plain_rotor && forced.rotor->modes.empty() && forced.rotor->k1_conj == 0.0 && forced.rotor->c_conj == 0.0) {
     std::vector<double> covariance = model.rotor_covariance;
     for (std::size_t k = 0; k < 25; ++k) covariance[k] *= (k / 5 > 2 ? o.unbalance : 1) * (k % 5 > 2 ? o.unbalance : 1);
     const response::SynchronousBand plain = response::synchronous_band(
@@ -99,7 +115,11 @@ void add_band(const IdentifiedModel& model, const Forced& forced, const response
     return response::PeriodicSystem(forced_model(draws(), o).model, forcing_of(o, rotor));
   };
   found.band = response::curve_band(
-      system, curves, force, o.curve, [&](const response::PeriodicSolution& s) { return found.amplitude(s); }, draw);
+      system, curves, force, o.curve,
+      [&](const response::PeriodicSolution& s) {
+        return found.amplitude(seen(s, found.turning ? forced.rotor : std::nullopt));
+      },
+      draw);
   if (found.band->lost > 0)
     found.summary.warn(fmt::format(
         "for {} of {} models drawn from the covariance no response was found: they are not in the 95 % interval",
@@ -111,7 +131,13 @@ response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& 
   const response::PeriodicSystem system(model, free_forcing(o, found.turning));
   response::PeakCurve peaks =
       response::peak_over_force(system, unit * Eigen::VectorXd::LinSpaced(40, o.peaks_to / 40, o.peaks_to), o.curve,
-                                [&](const response::PeriodicSolution& s) { return found.amplitude(s); });
+                                [&](const response::PeriodicSolution& s) {
+                                  // The further modes grow with the unbalance, as its multiple says.
+                                  std::optional<RotorModel> rotor = found.rotor;
+                                  if (rotor)
+                                    for (ForcedMode& mode : rotor->modes) mode.participation *= s.force / unit;
+                                  return found.amplitude(seen(s, found.turning ? rotor : std::nullopt));
+                                });
   peaks.force /= unit;
   peaks.jump_from /= unit;
   return peaks;
@@ -176,14 +202,19 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
     found.isolas = response::find_isolas(free, found.curve, found.turning ? 1 : o.amplitude, o.curve, found.branches);
   }
   add_band(model, forced, system, force, o, found);
+  if (o.peaks_to > 0) found.peaks = peaks_of(forced.model, o, found);
+  if (found.turning) {
+    see(forced.rotor, found.curve);
+    for (response::ResponseCurve& branch : found.branches) see(forced.rotor, branch);
+    for (response::ResponseCurve& isola : found.isolas) see(forced.rotor, isola);
+  }
   if (o.known) {
     found.known = *o.known;
     warn_of_extrapolation(found);
   } else {
     found.summary.trust = "the range of the data is not known: give the record (--data) to see what is extrapolation";
   }
-  if (o.peaks_to > 0) {
-    found.peaks = peaks_of(forced.model, o, found);
+  if (found.peaks) {
     for (const std::string& warning : found.peaks->summary.warnings) found.summary.warn(warning);
   }
   return found;

@@ -93,7 +93,8 @@ RateCurve rate_curve(const RotorModel& rotor, double from, double to, const RunU
   curve.slow_peak = slow_run(rotor, from, to).peak;
   const RotorModel isotropic = isotropic_part(rotor);
   double ends = 0;
-  for (const double omega : {from, to}) ends = std::max(ends, synchronous_answers(isotropic, omega).front().radius);
+  for (const double omega : {from, to})
+    ends = std::max(ends, seen_radius(isotropic, synchronous_answers(isotropic, omega).front()));
   double least = p.back().peak;
   for (const Passage& each : p) least = std::min(least, each.peak);
   const double floor = 1.05 * std::max(ends, least);
@@ -128,8 +129,8 @@ SlowRun slow_run(const RotorModel& any, double from, double to, int steps) {
         std::abs(next->radius - before) > 0.2 * std::max(before, next->radius))
       run.jumps.push_back(run.points.size());
     run.points.push_back(*next);
-    if (next->radius > run.peak) {
-      run.peak = next->radius;
+    if (const double radius = seen_radius(rotor, *next); radius > run.peak) {
+      run.peak = radius;
       run.peak_speed = next->omega;
     }
   }
@@ -151,12 +152,13 @@ Passage passage(const RotorModel& rotor, double from, double to, double rate) {
   if (profile.duration() / dt > 10 * kMostSteps)
     throw Error(fmt::format("run-up: {:g} rad/s^2 is too slow to be simulated ({:.0f} s)", rate, profile.duration()));
   const AngleSignal angle = rotor::angle_signal(profile, dt);
-  const rotor::Response response = rotor::simulate(main, angle);
+  const rotor::Response response = rotor::simulate(rotor, angle);
   Passage p{rate};
   Index at = 0;
   p.peak = (response.z.array() - rotor.offset).abs().maxCoeff(&at);
   p.peak_speed = angle.omega[2 * at];
-  p.reaction = reaction_of(main, response, angle);
+  // The drive feels the whirl of the main mode: what the others take is not known from their motion.
+  p.reaction = reaction_of(main, rotor.modes.empty() ? response : rotor::simulate(main, angle), angle);
   if (!std::isfinite(p.peak)) throw Error("run-up: the motion diverges; the model is not stable over the range");
   return p;
 }

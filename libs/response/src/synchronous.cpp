@@ -80,6 +80,18 @@ std::vector<double> roots(const RotorModel& r, double w) {
 
 }  // namespace
 
+std::complex<double> modes_vector(const RotorModel& rotor, double omega) {
+  std::complex<double> sum = 0;
+  for (const ForcedMode& m : rotor.modes)
+    sum += m.participation * omega * omega /
+           std::complex<double>(m.omega * m.omega - omega * omega, 2 * m.zeta * m.omega * omega);
+  return sum;
+}
+
+double seen_radius(const RotorModel& rotor, const SynchronousPoint& answer) {
+  return std::abs(std::polar(answer.radius, answer.phase + std::arg(rotor.eps)) + modes_vector(rotor, answer.omega));
+}
+
 std::vector<SynchronousPoint> synchronous_answers(const RotorModel& rotor, double omega) {
   check(rotor);
   std::vector<SynchronousPoint> points;

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Index;
 
-IdentifiedModel model_of(std::vector<std::string> states, std::vector<Equation> equations) {
+IdentifiedModel isola_model(std::vector<std::string> states, std::vector<Equation> equations) {
   IdentifiedModel m;
   m.states = std::move(states);
   m.inputs = {"u"};
@@ -29,7 +29,7 @@ EquationTerm term(const char* f, double a) { return {f, {a, 0, a, a}, ""}; }
 struct Isolated {
   double c = 0.1, c2 = 0.08, c4 = 0.00941, k3 = 0.05;
   IdentifiedModel model() const {
-    return model_of(
+    return isola_model(
         {"x", "v"},
         {{"x'", {term("v", 1)}},
          {"v'",
@@ -88,7 +88,7 @@ TEST(IsolaReference, FoundWhereTheClosedFormHasOneAndOnlyThere) {
 /// second.
 IdentifiedModel internal_resonance() {
   // V = k3/4 x^4 + b x^3 y + g/2 x^2 y^2 + h/4 y^4
-  return model_of(
+  return isola_model(
       {"x", "vx", "y", "vy"},
       {{"x'", {term("vx", 1)}},
        {"vx'",
@@ -205,7 +205,7 @@ TEST(Response, TheForceOfACurveScalesTheUnbalance) {
 
 // A softening spring lets go at large amplitude: curves of many forces end there, which is said once.
 TEST(Response, CurvesThatEndEarlyAreOneWarning) {
-  const IdentifiedModel model = model_of(
+  const IdentifiedModel model = isola_model(
       {"x", "v"}, {{"x'", {term("v", 1)}}, {"v'", {term("x", -1), term("x^3", 0.5), term("v", -0.1), term("u", 1)}}});
   const PeriodicSystem system(model, {"u", 1});
   CurveOptions o;
@@ -221,7 +221,7 @@ TEST(Response, CurvesThatEndEarlyAreOneWarning) {
 // the other side of the lower fold; jumps begin at the known critical force.
 TEST(ResponseReference, PeaksOfSlowSweepsOverTheForce) {
   const double c = 0.1, k3 = 0.04;
-  const IdentifiedModel model = model_of(
+  const IdentifiedModel model = isola_model(
       {"x", "v"}, {{"x'", {term("v", 1)}}, {"v'", {term("x", -1), term("x^3", -k3), term("v", -c), term("u", 1)}}});
   const PeriodicSystem system(model, {"u", 1});
   CurveOptions o;

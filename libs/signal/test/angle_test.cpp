@@ -7,16 +7,16 @@
 #include <numbers>
 #include <random>
 
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 
 namespace whirl::signal {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kDt = 1e-3;
 
 // Run-down from 30 Hz to rest in 12 s.
-AngleSignal run_down() { return angle_from_profile(0.4, 30 * kTurn, -30 * kTurn / 12, kDt, 12000); }
+AngleSignal run_down() { return angle_from_profile(0.4, 30 * kTwoPi, -30 * kTwoPi / 12, kDt, 12000); }
 
 Eigen::VectorXd at_samples(const Eigen::VectorXd& half_grid) {
   return half_grid(Eigen::seq(0, half_grid.size() - 1, 2));
@@ -30,7 +30,7 @@ TEST(AngleProperty, AReadingInTheMiddleOfAWrapIsNone) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> share(0, 1);
   Eigen::VectorXd readings = at_samples(truth.beta);
-  for (double& v : readings) v -= kTurn * std::floor(v / kTurn);
+  for (double& v : readings) v -= kTwoPi * std::floor(v / kTwoPi);
   int smeared = 0;
   for (Eigen::Index i = 1; i + 1 < readings.size(); ++i) {
     if (readings[i] - readings[i - 1] > -std::numbers::pi) continue;
@@ -49,18 +49,18 @@ TEST(AngleProperty, AReadingInTheMiddleOfAWrapIsNone) {
 TEST(AngleReference, QuantisedAndWrappedEncoderOfARunDown) {
   const AngleSignal truth = run_down();
   for (const int counts : {256, 1024, 4096}) {
-    const double step = kTurn / counts;
+    const double step = kTwoPi / counts;
     Eigen::VectorXd readings = at_samples(truth.beta);
     for (double& v : readings) {
       v = step * std::floor(v / step);
-      v -= kTurn * std::floor(v / kTurn);
+      v -= kTwoPi * std::floor(v / kTwoPi);
     }
     AngleFitOptions options;
     options.count_offset = 0.5;
     const AngleFit fit = angle_from_encoder(readings, kDt, options);
     EXPECT_NEAR(fit.resolution, step, 1e-9);
     Eigen::VectorXd error = fit.angle.beta - truth.beta;
-    error.array() -= kTurn * std::round(error.mean() / kTurn);
+    error.array() -= kTwoPi * std::round(error.mean() / kTwoPi);
     EXPECT_LT(rms(error), 0.05 * step) << counts;
     EXPECT_LT(rms(fit.angle.omega - truth.omega), 2e-3) << counts;
     EXPECT_LT(fit.parameters, 8) << counts;
@@ -84,7 +84,7 @@ TEST(AngleReference, EncoderOfACoastDownWithSpeedRipple) {
     beta[i] = a / r * (1 - std::exp(-r * t)) + 0.75 * std::sin(p * t) / p;
     omega[i] = a * std::exp(-r * t) + 0.75 * std::cos(p * t);
   }
-  const double step = kTurn / 1024;
+  const double step = kTwoPi / 1024;
   Eigen::VectorXd readings = beta;
   for (double& v : readings) v = step * std::round(v / step);
   const AngleFit fit = angle_from_encoder(readings, kDt);
@@ -112,16 +112,16 @@ std::vector<double> run_down_pulses(double jitter, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::vector<double> times;
-  const double w = 30 * kTurn, a = w / 12;
+  const double w = 30 * kTwoPi, a = w / 12;
   for (int k = 0;; ++k) {
-    const double root = w * w - 2 * a * kTurn * k;
+    const double root = w * w - 2 * a * kTwoPi * k;
     if (root < 0) return times;
     times.push_back((w - std::sqrt(root)) / a + jitter * normal(random));
   }
 }
 
 TEST(AngleReference, OncePerTurnPulsesWithTenMicrosecondsOfJitter) {
-  const AngleSignal truth = angle_from_profile(0, 30 * kTurn, -30 * kTurn / 12, kDt, 12000);
+  const AngleSignal truth = angle_from_profile(0, 30 * kTwoPi, -30 * kTwoPi / 12, kDt, 12000);
   const AngleFit fit = angle_from_pulses(run_down_pulses(1e-5, 5), kDt, 12000);
   EXPECT_LT(rms(fit.angle.beta - truth.beta), 2e-3);
   EXPECT_LT(rms(fit.angle.omega - truth.omega), 5e-3);
@@ -134,7 +134,7 @@ TEST(AngleReference, MissingAndExtraPulsesAreRepaired) {
   const AngleFit fit = angle_from_pulses(times, kDt, 12000);
   EXPECT_EQ(fit.missing, 1);
   EXPECT_EQ(fit.extra, 1);
-  const AngleSignal truth = angle_from_profile(0, 30 * kTurn, -30 * kTurn / 12, kDt, 12000);
+  const AngleSignal truth = angle_from_profile(0, 30 * kTwoPi, -30 * kTwoPi / 12, kDt, 12000);
   EXPECT_LT(rms(fit.angle.beta - truth.beta), 2e-3);
 }
 
@@ -155,7 +155,7 @@ struct MarkedShaft {
     const bool down = random() % 2 == 0;
     const auto hz = [&](double t) {
       const double share = std::clamp(down ? 1 - t / seconds : t / seconds, 0.0, 1.0);
-      return (slow + (fast - slow) * std::pow(share, bend)) * (1 + ripple * std::sin(ripple_hz * kTurn * t));
+      return (slow + (fast - slow) * std::pow(share, bend)) * (1 + ripple * std::sin(ripple_hz * kTwoPi * t));
     };
     beta.resize(static_cast<Eigen::Index>(seconds / dt));
     constexpr double kStep = 2e-5;
@@ -173,7 +173,7 @@ struct MarkedShaft {
       }
       beta[i] = turn;
     }
-    beta = kTurn * (beta.array() - first);
+    beta = kTwoPi * (beta.array() - first);
   }
 };
 
@@ -228,7 +228,7 @@ TEST(AngleReference, ASparkIsNoPulse) {
   ASSERT_EQ(times.size(), 10U);
   const AngleFit fit = angle_from_pulses(times, kDt, 1000);
   EXPECT_EQ(fit.extra, 1);
-  EXPECT_NEAR(fit.angle.omega[1000], kTurn / 0.1, 1e-3);
+  EXPECT_NEAR(fit.angle.omega[1000], kTwoPi / 0.1, 1e-3);
 }
 
 TEST(Angle, RefusesWhatCannotBeAnAngle) {

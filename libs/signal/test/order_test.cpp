@@ -2,15 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/envelope.hpp"
 #include "whirl/signal/spectrogram.hpp"
 
 namespace {
 using Complex = std::complex<double>;
-constexpr double kPi = std::numbers::pi;
 
 // Run-up from 15 to 40 Hz in 6 s at 2 kHz.
 struct RunUp {
@@ -19,15 +17,15 @@ struct RunUp {
   RunUp() : angle(12000) {
     for (Eigen::Index i = 0; i < angle.size(); ++i) {
       const double t = static_cast<double>(i) * dt;
-      angle[i] = 0.4 + 2 * kPi * (15 * t + 0.5 * 25.0 / 6 * t * t);
+      angle[i] = 0.4 + 2 * whirl::kPi * (15 * t + 0.5 * 25.0 / 6 * t * t);
     }
   }
-  double speed(double t) const { return 2 * kPi * (15 + 25.0 / 6 * t); }
+  double speed(double t) const { return 2 * whirl::kPi * (15 + 25.0 / 6 * t); }
 };
 
 // Amplitude and phase of a lightly damped resonance at 27 Hz.
 Complex response(double omega) {
-  const double w0 = 2 * kPi * 27;
+  const double w0 = 2 * whirl::kPi * 27;
   return 1e-4 * omega * omega / Complex(w0 * w0 - omega * omega, 2 * 0.05 * w0 * omega);
 }
 
@@ -58,7 +56,7 @@ TEST(OrderReference, VectorsFollowAResonanceWithinOnePercentAndOneDegree) {
   for (Eigen::Index k = 1; k + 1 < vectors.value.size(); ++k) {
     const Complex exact = response(run.speed(vectors.time[k]));
     EXPECT_NEAR(std::abs(vectors.value[k] / exact), 1, 0.01) << vectors.speed[k];
-    EXPECT_LT(std::abs(std::arg(vectors.value[k] / exact)), kPi / 180) << vectors.speed[k];
+    EXPECT_LT(std::abs(std::arg(vectors.value[k] / exact)), whirl::kPi / 180) << vectors.speed[k];
   }
 }
 
@@ -83,7 +81,7 @@ TEST(OrderReference, VoldKalmanTracksAResonanceWithinOnePercentAndOneDegree) {
   for (Eigen::Index i = 800; i < x.size() - 800; ++i) {
     const Complex exact = response(run.speed(static_cast<double>(i) * run.dt));
     ASSERT_NEAR(std::abs(a(i, 0) / exact), 1, 0.01) << i;
-    ASSERT_LT(std::abs(std::arg(a(i, 0) / exact)), kPi / 180) << i;
+    ASSERT_LT(std::abs(std::arg(a(i, 0) / exact)), whirl::kPi / 180) << i;
   }
 }
 
@@ -91,7 +89,7 @@ TEST(OrderReference, SpectraOfATurningShaftKeepOrdersApartInAFastRun) {
   // 5 to 25 Hz in 4 s: 1X moves by 5 Hz/s, 2X by 10 Hz/s, and at 5 Hz they lie 5 Hz apart.
   constexpr double dt = 1e-3;
   const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(4000, 0, 3999 * dt);
-  const Eigen::VectorXd angle = 2 * kPi * (5 * t.array() + 2.5 * t.array().square());
+  const Eigen::VectorXd angle = 2 * whirl::kPi * (5 * t.array() + 2.5 * t.array().square());
   const Eigen::VectorXd x = 2e-4 * (angle.array() + 0.4).cos() + 5e-5 * (2 * angle.array() - 1.1).cos();
   const Eigen::VectorXd y = 2e-4 * (angle.array() + 0.4).sin();
   whirl::signal::SpectrumOptions options;
@@ -140,7 +138,7 @@ TEST(OrderReference, OrbitEllipseOfKnownWhirl) {
   EXPECT_NEAR(e.semi_major, 4, 1e-12);
   EXPECT_NEAR(e.semi_minor, 2, 1e-12);
   EXPECT_NEAR(e.axis, (0.5 - 0.9) / 2, 1e-12);
-  EXPECT_NEAR(e.area, kPi * 8, 1e-12);
+  EXPECT_NEAR(e.area, whirl::kPi * 8, 1e-12);
 }
 
 TEST(EnvelopeReference, AmplitudeModulationIsRecovered) {
@@ -148,8 +146,8 @@ TEST(EnvelopeReference, AmplitudeModulationIsRecovered) {
   Eigen::VectorXd x(n), m(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double t = static_cast<double>(i) / 1000;
-    m[i] = 1 + 0.4 * std::cos(2 * kPi * 2 * t);
-    x[i] = 7 + m[i] * std::cos(2 * kPi * 100 * t + 0.2);
+    m[i] = 1 + 0.4 * std::cos(2 * whirl::kPi * 2 * t);
+    x[i] = 7 + m[i] * std::cos(2 * whirl::kPi * 100 * t + 0.2);
   }
   EXPECT_LT((whirl::signal::envelope(x) - m).cwiseAbs().maxCoeff(), 1e-6);
   const Eigen::VectorXd odd = x.head(3999);

@@ -248,11 +248,9 @@ ControllerDesign assessed_design(const Search& search, const std::vector<double>
 
 /// Why no controller may be designed on this model; empty: none.
 std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
-  // The identification's own words where a model of part of the record fails on the rest.
-  for (const std::string& warning : model.summary.warnings) {
-    if (warning.starts_with("a model of the rest does not predict") || warning.starts_with("the free run of a model")) {
-      return "the model does not explain its record: " + warning;
-    }
+  for (const FindingCode code : {FindingCode::held_out_not_predicted, FindingCode::held_out_diverges}) {
+    if (const Finding* found = model.summary.find(code))
+      return "the model does not explain its record: " + text(*found);
   }
   if (model.summary.status == Status::unusable) {
     return "the model does not explain its record" +
@@ -293,8 +291,8 @@ void add_structure(ControllerDesign& d, std::vector<rig::RigMode> modes) {
 
 void warn_of_further_forces(const IdentifiedModel& model, const Hardware& hardware, Summary& summary) {
   if (!model.rotor) return;
-  if (const std::string left = forces_left_out(model, hardware); !left.empty()) {
-    summary.warn("the plant is the rotor without the model's " + left +
+  if (const auto left = forces_left_out(model, hardware); !left.empty()) {
+    summary.warn("the plant is the rotor without the model's " + names_of(left) +
                  ": what these forces change is not in these numbers");
   }
   const double top = std::max(std::abs(hardware.profile.omega_start), std::abs(hardware.profile.omega_end));
@@ -366,8 +364,10 @@ namespace {
 /// The further forces that the plants have, by name.
 std::string carried(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> terms = identification::terms_of(model);
-  const std::string left = forces_left_out(model, hardware);
-  std::erase_if(terms, [&](const auto& t) { return left.find(name_of(t.kind).label) != std::string::npos; });
+  const std::vector<identification::RotorTerm> left = forces_left_out(model, hardware);
+  std::erase_if(terms, [&](const auto& t) {
+    return std::ranges::find(left, t.kind, &identification::RotorTerm::kind) != left.end();
+  });
   return names_of(terms);
 }
 
@@ -407,6 +407,10 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given
     best.summary.trust += "; with the model's " + carried(model, given.hardware);
   }
   warn_of_further_forces(model, given.hardware, best.summary);
+  if (const Finding* distrust = model.summary.distrust()) {
+    best.margins["certified"] = 0;
+    best.summary.add({FindingCode::model_not_trusted, Consequence::no_trust, {}, text(*distrust)});
+  }
   best.provenance.version = version();
   best.provenance.inputs = model.provenance.inputs;
   best.provenance.seed = options.seed;

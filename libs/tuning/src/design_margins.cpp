@@ -41,20 +41,17 @@ double static_control_stiffness(const ControllerDesign& design) {
 
 namespace {
 
-/// The worst of standstill, half, all of the speed range and between, over the signs that are not known.
-LoopMargins margins_on(const ControllerDesign& trial, const RotorModel& model, const Hardware& hardware, int threads) {
+/// What `whirl margins` finds with its own settings, on every case of the signs that are not known.
+std::vector<SpeedMargins> margins_on(const ControllerDesign& trial, const RotorModel& model, const Hardware& hardware,
+                                     int threads) {
   MarginOptions o;
-  o.speeds = 5;
-  o.repeats = 1;
   o.threads = threads;
   std::vector<SpeedMargins> all;
-  const std::vector<Hardware> cases = hardware.sign_cases();
-  for (const Hardware* h : {&cases.front(), &cases.back()}) {
-    const std::vector<SpeedMargins> found = loop_margins(trial, tuning_plant(model, *h), o);
+  for (const Hardware& h : hardware.sign_cases()) {
+    const std::vector<SpeedMargins> found = loop_margins(trial, tuning_plant(model, h), o);
     all.insert(all.end(), found.begin(), found.end());
-    if (cases.size() == 1) break;
   }
-  return worst_margins(all);
+  return all;
 }
 
 void put_margins(std::map<std::string, double>& margins, const LoopMargins& m, double sample_time) {
@@ -153,18 +150,12 @@ void assess(ControllerDesign& design, const DesignOptions& options) {
   margins["peak_m"] = std::max(run.closed.all, runs.peak);
   margins["trip_displacement_m"] = std::min(std::max(0.5 * run.open.all, 4 * margins["peak_m"]), 0.9 * run.open.all);
 
-  const LoopMargins loop = margins_on(trial, model, hardware, options.threads);
+  const std::vector<SpeedMargins> speeds = margins_on(on_scenario(design, {}), model, hardware, options.threads);
+  const LoopMargins loop = worst_margins(speeds);
   put_margins(margins, loop, design.sample_time);
-  std::string no_margin = margin_shortfall(loop.stable, loop.gain_up, loop.delay, design.sample_time);
-  if (loop.stable && loop.zone() == 'D') {
-    const std::string zone = fmt::format("peak sensitivity {:.1f} at {:.0f} Hz: zone D of ISO 14839-3 (above 5)",
-                                         loop.peak_sensitivity, loop.peak_frequency);
-    if (gain_follows_motion(trial)) {
-      design.summary.warn(zone + " for small motion");
-    } else if (no_margin.empty()) {
-      no_margin = zone;
-    }
-  }
+  const std::string no_margin = margin_failure(speeds, trial);
+  if (const std::string zone = sensitivity_warning(loop); loop.stable && !zone.empty() && gain_follows_motion(trial))
+    design.summary.warn(zone + " for small motion");
 
   // Stiffness at its lower bound.
   const double left = (1 - options.stiffness_uncertainty) + static_control_stiffness(trial) / model.k1;

@@ -197,12 +197,12 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
   return hardware;
 }
 
-std::string forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
+std::vector<identification::RotorTerm> forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> left = identification::terms_of(model);
   std::erase_if(left, [&](const auto& t) {
     return !identification::is_twice(t.kind) && substeps_for(friction_rate(t), hardware.timing) != 0;
   });
-  return names_of(left);
+  return left;
 }
 
 rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware) {

@@ -286,5 +286,33 @@ TEST(DesignUnit, ModelsThatDoNotExplainTheirRecordAreRefused) {
   EXPECT_EQ(design(model, o).summary.status, Status::unusable);
 }
 
+// Words decide nothing: a model whose every sentence is another is designed and judged as before.
+TEST(DesignUnit, DecisionsReadFindingsNotSentences) {
+  const rig::RigParameters rig;
+  DesignOptions o;
+  o.hardware = data_sheet(rig);
+  o.evaluations = 3;
+  const IdentifiedModel plain = identified(rig);
+  const ControllerDesign before = design(plain, o);
+  IdentifiedModel harmless = plain;
+  harmless.summary.warn("a model of the rest does not predict the weather");
+  EXPECT_EQ(design(harmless, o).margins.at("certified"), before.margins.at("certified"));
+  EXPECT_EQ(design(harmless, o).summary.status, before.summary.status);
+
+  IdentifiedModel distrusted = plain;
+  distrusted.summary.add({FindingCode::held_out_missed, Consequence::no_trust, {{"rmse", 3}, {"noise", 1}}, "x"});
+  for (std::string& warning : distrusted.summary.warnings) warning = "held_out_missed";
+  distrusted.summary.trust = "no_trust";
+  const ControllerDesign second = design(distrusted, o);
+  EXPECT_EQ(second.margins.at("certified"), 0);
+  EXPECT_NE(second.summary.find(FindingCode::model_not_trusted), nullptr);
+
+  IdentifiedModel refused = plain;
+  refused.summary.add({FindingCode::held_out_not_predicted, Consequence::unusable, {{"share", 0.7}}, "run 2"});
+  refused.summary.status = Status::warning;
+  refused.summary.warnings = {"held_out_not_predicted"};
+  EXPECT_EQ(design(refused, o).summary.status, Status::unusable);
+}
+
 }  // namespace
 }  // namespace whirl::tuning

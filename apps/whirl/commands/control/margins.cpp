@@ -54,7 +54,7 @@ void add_margins(CommandLine& app, Session& session) {
         Summary summary;
         tuning::warn_of_further_forces(model, d.hardware, summary);
         for (const tuning::MarginStudy& s : studies) {
-          if (const std::string why = tuning::margin_failure(s.speeds, design.sample_time); !why.empty()) {
+          if (const std::string why = tuning::margin_failure(s.speeds, design); !why.empty()) {
             summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
           }
         }

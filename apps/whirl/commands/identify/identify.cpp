@@ -16,14 +16,14 @@ namespace {
 Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::string& file) {
   try {
     return reader.read(file);
-  } catch (const Error& e) {
+  } catch (const MissingColumn& e) {
+    if (flags.method_chosen() != identification::Method::weak || e.column() != "x") throw;
     const std::string what = e.what();
-    if (flags.method_chosen() != identification::Method::weak || what.find("no column 'x'") == std::string::npos) throw;
     reader.required = {"y"};
     try {
       return reader.read(file);
-    } catch (const Error& other) {
-      if (std::string(other.what()).find("no column 'y'") == std::string::npos) throw;
+    } catch (const MissingColumn& other) {
+      if (other.column() != "y") throw;
       throw Error(
           what +
           ". Probes of other names: --columns \"Probe 1:x\" \"Probe 2:y\". Any other system than a rotor: name its "

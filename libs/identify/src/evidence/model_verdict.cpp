@@ -17,12 +17,10 @@ void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
       if (own != name) continue;
       const double shift = std::abs(part.value - e.value), sd = std::hypot(part.sd, e.sd);
       if (!(shift > 4 * sd) || !(shift > 1e-3 * std::abs(e.value))) continue;
-      model.summary.warn(
-          fmt::format("{} is {:.5g} by all records and {:.5g} without the part held out, {:.1f} standard deviations "
-                      "apart: they do not follow one model",
-                      name, e.value, part.value, shift / sd));
-      if (model.summary.status != Status::unusable)
-        model.summary.trust = "Do not trust this model beyond these records: parts of them give different parameters.";
+      model.summary.add({FindingCode::parameter_differs,
+                         Consequence::no_trust,
+                         {{"all", e.value}, {"rest", part.value}, {"deviations", shift / sd}},
+                         name});
       e.low = std::min(e.low, part.low);
       e.high = std::max(e.high, part.high);
       e.sd = std::max({e.sd, (e.value - e.low) / k95, (e.high - e.value) / k95});

@@ -185,12 +185,11 @@ void judge_sizes(const RotorIdentification& result, Summary& summary) {
     }
     const double usual = std::abs(usual_size(std::string(name.label), middle, motion));
     if (!(usual > 0) || std::abs(t.value) <= kMost * usual) continue;
-    summary.warn(fmt::format(
-        "{} ({} = {:.3g}{}{}) is {:.2g} times what rotors with such a term have: it stands for "
-        "something that the model lacks, and takes other parameters with it",
-        name.label, name.parameter, t.value, name.unit.empty() ? "" : " ", name.unit, std::abs(t.value) / usual));
-    set_trust("Do not trust this model beyond these records: a term of a size that rotors do not have drives it.",
-              summary);
+    summary.add({FindingCode::term_too_large,
+                 Consequence::no_trust,
+                 {{"value", t.value, std::string(name.unit)}, {"ratio", std::abs(t.value) / usual}},
+                 fmt::format("{} ({} = {:.3g}{}{})", name.label, name.parameter, t.value, name.unit.empty() ? "" : " ",
+                             name.unit)});
   }
 }
 

@@ -270,13 +270,13 @@ bool tell(const Difference& difference, const Eigen::MatrixXd& rows, const std::
   }
   const auto& [name, value] = model.parameters[static_cast<std::size_t>(most)];
   if (!(high.change - low.change > kMatters * std::abs(value.value))) return false;
-  model.summary.warn(fmt::format(
-      "parts of the records ask for different coefficients: {} is {:.4g} by {} and {:.4g} by {}, {:.1f} standard "
-      "deviations apart: the system changed, or something acts on a part of them only; intervals hold both",
-      name, value.value + low.change, place(*low.part, records), value.value + high.change, place(*high.part, records),
-      (high.change - low.change) / std::hypot(high.sd, low.sd)));
-  if (model.summary.status != Status::unusable)
-    model.summary.trust = "Do not trust this model beyond these records: parts of them ask for different coefficients.";
+  model.summary.add({FindingCode::parts_differ,
+                     Consequence::no_trust,
+                     {{"first", value.value + low.change},
+                      {"second", value.value + high.change},
+                      {"deviations", (high.change - low.change) / std::hypot(high.sd, low.sd)}},
+                     fmt::format("{} is {:.4g} by {} and {:.4g} by {}", name, value.value + low.change,
+                                 place(*low.part, records), value.value + high.change, place(*high.part, records))});
   return true;
 }
 

@@ -10,15 +10,14 @@ namespace whirl::identification::detail {
 bool judge_unexplained(double unexplained, const std::string& run, const std::string& cause, Summary& summary) {
   constexpr double kUnusable = 0.15;
   if (unexplained < kUnusable) return true;
-  summary.fail(
-      fmt::format("{} {:.0f} % of the motion unexplained beyond the noise: {}", run, 100 * unexplained, cause));
+  summary.add({FindingCode::motion_unexplained, Consequence::unusable, {{"share", unexplained}}, run}, ": " + cause);
   return false;
 }
 
 bool judge_chi_square(double chi_square, const std::string& consequence, Summary& summary) {
   constexpr double kModelError = 1.3;
   if (!(chi_square > kModelError)) return false;
-  summary.warn(fmt::format("model error: chi-square {:.2f} (1 when the model fits){}", chi_square, consequence));
+  summary.add({FindingCode::model_error, Consequence::warning, {{"chi_square", chi_square}}}, consequence);
   return true;
 }
 
@@ -27,14 +26,14 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
   // What is left may exceed the noise by this only because both are estimates of few samples.
   constexpr double kScatter = 1.3;
   if (summary.status == Status::unusable) return;
-  if (!held.reason.empty()) summary.warn(fmt::format("no prediction of {}: {}", held.what, held.reason));
+  if (!held.reason.empty())
+    summary.add({FindingCode::held_out_not_tried, Consequence::warning, {}, held.what}, ": " + held.reason);
   double worst = 0;
   bool moves = false;
   const StateScore* missed = nullptr;
   for (const StateScore& s : held.horizon > 0 ? held.near : held.scores) {
     if (!std::isfinite(s.rmse)) {
-      summary.fail(fmt::format("the free run of a model of the rest diverges on {}", held.what));
-      set_trust("", summary);
+      summary.add({FindingCode::held_out_diverges, Consequence::unusable, {}, held.what});
       return;
     }
     const double beyond = std::sqrt(std::max(0.0, s.rmse * s.rmse - s.noise * s.noise));
@@ -45,15 +44,12 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
     if (missed == nullptr && s.noise > 0 && s.rmse > 2 * s.noise && beyond > kSeen * motion) missed = &s;
   }
   if (worst > kUnusable) {
-    summary.fail(fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion beyond the noise",
-                             held.what, 100 * worst));
-    set_trust("", summary);
+    summary.add({FindingCode::held_out_not_predicted, Consequence::unusable, {{"share", worst}}, held.what});
   } else if (missed != nullptr) {
-    summary.warn(
-        fmt::format("a model of the rest predicts {} of {} with an error of {:.3g} rms, {:.1f} times the noise",
-                    missed->state, held.what, missed->rmse, missed->rmse / missed->noise));
-    set_trust("Do not trust this model beyond these records: it does not predict a part held out to the noise.",
-              summary);
+    summary.add({FindingCode::held_out_missed,
+                 Consequence::no_trust,
+                 {{"rmse", missed->rmse}, {"noise", missed->noise}},
+                 missed->state + " of " + held.what});
   } else if (!held.scores.empty() && !moves) {
     set_trust(fmt::format("{} Nothing tests it: {} holds hardly more than noise.", summary.trust, held.what), summary);
   }
@@ -62,11 +58,13 @@ void judge_held_out(const HeldOut& held, Summary& summary) {
 void judge_remaining(Summary& summary) {
   constexpr double kNoTrust = 2;
   if (summary.status == Status::unusable || !(summary.chi_square > kNoTrust)) return;
-  if (summary.status == Status::ok) judge_chi_square(summary.chi_square, "", summary);
-  set_trust(fmt::format("Do not trust this model beyond these records: chi-square is {:.3g} after the search for "
-                        "terms, so that something it does not have drives the motion.",
-                        summary.chi_square),
-            summary);
+  Finding large{FindingCode::model_error, Consequence::no_trust, {{"chi_square", summary.chi_square}}};
+  if (summary.status == Status::ok) {
+    summary.add(std::move(large));
+    return;
+  }
+  set_trust(trust_text(large), summary);  // in words it stands among the warnings already
+  summary.findings.push_back(std::move(large));
 }
 
 void set_trust(const std::string& sentence, Summary& summary) {

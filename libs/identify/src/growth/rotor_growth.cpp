@@ -57,6 +57,11 @@ void rename_by_place(std::string& term, const std::string& kind, const std::vect
   if (term.starts_with(kind)) term = fmt::format("{}{}", kind, places[std::stoul(term.substr(kind.size())) - 1] + 1);
 }
 
+/// Whether the model has more forces beyond RotorModel than one record can carry.
+bool too_many(const Growth& growth) {
+  return std::ranges::count_if(growth.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms;
+}
+
 /// The search of one model.
 class Grower {
  public:
@@ -248,8 +253,7 @@ bool Grower::step() {
   std::vector<Tried> tried;
   for (const std::string& term : terms) {
     const Growth trial = with_term(growth_, term, options_);
-    if (std::ranges::count_if(trial.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms)
-      continue;
+    if (too_many(trial)) continue;
     OutputErrorFit trial_fit = tried.size() < kLikely ? fit_to_the_end(trial) : fit(trial);
     tried_ += trial_fit.iterations;
     if (trial_fit.summary.status == Status::unusable) continue;
@@ -383,7 +387,9 @@ void Grower::find_others() {
   if (fit_.summary.chi_square > kMuch) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
     if (!c.in_model || is_special(c.term) || c.score < kHint) continue;
-    OutputErrorFit more = fit(with_term(growth_, c.term, options_));
+    const Growth with = with_term(growth_, c.term, options_);
+    if (too_many(with)) continue;
+    OutputErrorFit more = fit(with);
     if (more.summary.status != Status::unusable && gain(fit_, more) >= kTie)
       grown_.others.push_back({"", c.term, std::move(more)});
   }

@@ -53,11 +53,8 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
   trust += " Laws, balancing and margins are for a disc that does not tilt and do not take this model.";
   constexpr double kFar = 3;  // standard deviations
   if (ratio.value + kFar * ratio.sd < 0 || ratio.value - kFar * ratio.sd > 2) {
-    s.warn(
-        fmt::format("polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something that "
-                    "the model lacks, and takes other parameters with it",
-                    ratio.value));
-    trust = "Do not trust this model beyond these records: no disc has its moments of inertia.";
+    s.add({FindingCode::inertia_impossible, Consequence::no_trust, {{"polar_ratio", ratio.value}}});
+    return;
   }
   set_trust(trust, s);
 }

@@ -25,7 +25,7 @@ IdentifyOptions trapping_options() {
   return o;
 }
 
-std::string said(const IdentifiedModel& m) {
+std::string reported(const IdentifiedModel& m) {
   std::string all;
   for (const std::string& w : m.summary.warnings) all += w + "; ";
   return all;
@@ -88,7 +88,7 @@ TEST(TrappingProperty, ConvectionIsTrappedAndItsAttractorIsThatOfTheMachine) {
     const Recording r = whirl::testing::flow_record(truth, {-8, 7, 27}, 0.005, 4000, 0.02, seed);
     const Identification id = identify(r, trapping_options());
     EXPECT_TRUE(id.usable());
-    EXPECT_THAT(said(id.model), Not(HasSubstr("trapping")));
+    EXPECT_THAT(reported(id.model), Not(HasSubstr("trapping")));
     expect_trapped(id, seed, 5, 0.0005, 8000);
     const Spread mine = spread_of(flow_of(id.model), {1, 1, 20}, 0.005, 100000),
                  true_spread = spread_of(truth, {1, 1, 20}, 0.005, 100000);
@@ -107,8 +107,8 @@ TEST(TrappingProperty, WakesAreTrappedInTheirOwnEnergy) {
       const Flow3 truth = whirl::testing::wake(seed, unlike);
       const Recording r = whirl::testing::flow_record(truth, {0.02, 0, 0}, 0.1, 1500, 0.01, seed);
       const Identification id = identify(r, trapping_options());
-      EXPECT_TRUE(id.usable()) << said(id.model);
-      EXPECT_THAT(said(id.model), Not(HasSubstr("against a trapping")));
+      EXPECT_TRUE(id.usable()) << reported(id.model);
+      EXPECT_THAT(reported(id.model), Not(HasSubstr("against a trapping")));
       expect_trapped(id, seed, 3, 0.005, 10000);
       const Spread mine = spread_of(flow_of(id.model), {0.3, 0, 0.1}, 0.02, 20000),
                    true_spread = spread_of(truth, {0.3, 0, 0.1}, 0.02, 20000);
@@ -125,7 +125,7 @@ TEST(TrappingProperty, WhatRunsAwayIsRefusedOrNotTrusted) {
     std::string why;
     try {
       const Identification id = identify(r, trapping_options());
-      if (id.summary.status != Status::ok) why = said(id.model);
+      if (id.summary.status != Status::ok) why = reported(id.model);
     } catch (const Error& e) {
       why = e.what();
     }

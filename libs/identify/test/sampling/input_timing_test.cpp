@@ -62,7 +62,7 @@ TEST(InputTimingProperty, GapsHideNoDeadTime) {
 }
 
 /// Largest error of a free run of another record by the noise that was added to it.
-double over_noise(const IdentifiedModel& model, const Recording& other) {
+double times_noise(const IdentifiedModel& model, const Recording& other) {
   double worst = 0;
   for (const StateScore& s : score(model, other)) {
     const Eigen::VectorXd& y = other[s.state];
@@ -78,7 +78,7 @@ TEST_P(HeldInputProperty, StraightLinesBetweenSamplesAreFound) {
   const double d = dead[GetParam()] * system.dt;
   const testing::Actuator lines{true, 0};
   const IdentifiedModel model = fit_sindy({testing::held_record(system, d, 1500, 0.01, 61, lines)}, options_of(system));
-  EXPECT_LT(over_noise(model, testing::held_record(system, d, 1000, 0.01, 62, lines)), 1.2) << system.name;
+  EXPECT_LT(times_noise(model, testing::held_record(system, d, 1000, 0.01, 62, lines)), 1.2) << system.name;
 }
 
 // A D/A converter, a dead time and an actuator that lags by two samples: all three are found.
@@ -93,7 +93,7 @@ TEST_P(HeldInputProperty, LaggingActuatorBehindHoldIsFound) {
   ASSERT_EQ(model.timing.size(), 1u);
   EXPECT_NEAR(model.timing[0].dead_time.value, d, 0.1 * system.dt);
   EXPECT_NEAR(model.equations.back().terms[0].coefficient.value, 0.5 / system.dt, 0.05 / system.dt);
-  EXPECT_LT(over_noise(model, testing::held_record(system, d, 1000, 0.01, 72, slow)), 1.2) << system.name;
+  EXPECT_LT(times_noise(model, testing::held_record(system, d, 1000, 0.01, 72, slow)), 1.2) << system.name;
 }
 
 // A valve moves a mass on a column of oil: 7.5 samples a period. One Runge-Kutta step a sample damps that by itself.

@@ -189,7 +189,7 @@ const Channel& Table::at(std::string_view name) const {
   if (const Channel* c = find(name)) return *c;
   std::string present;
   for (const Channel& c : columns) present += (present.empty() ? "" : ", ") + c.name;
-  throw Error(fmt::format("{}: no column '{}'; present: {}", source, name, present));
+  throw MissingColumn(std::string(name), fmt::format("{}: no column '{}'; present: {}", source, name, present));
 }
 
 }  // namespace whirl::io

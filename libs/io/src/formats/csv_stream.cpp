@@ -279,8 +279,9 @@ struct CsvStream::State {
                        to_string(c.unit->quantity), to_string(wanted.unit->quantity),
                        allowed_units(wanted.unit->quantity)));
     }
-    fail(fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name, wanted.name,
-                     wanted.unit ? wanted.unit->suffix : "mm", present));
+    const std::string message = fmt::format("no column '{}' (with its unit, e.g. '{}_{}'); present: {}", wanted.name,
+                                            wanted.name, wanted.unit ? wanted.unit->suffix : "mm", present);
+    throw MissingColumn(wanted.name, Error::in_file(source.name(), line, message).what());
   }
 
   /// `written`: the name with its unit, for messages.

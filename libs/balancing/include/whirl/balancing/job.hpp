@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/core/quantity.hpp"
 #include "whirl/diagnosis/correction.hpp"
 #include "whirl/diagnosis/influence.hpp"
 
@@ -46,9 +47,10 @@ struct JobFile {
   VectorConvention convention;
   std::vector<double> speeds;  ///< rad/s, ascending
   std::vector<std::string> probes;
-  std::vector<std::string> slow_roll;  ///< probes whose slow-roll vector was taken off
-  std::vector<double> stated_speeds;   ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
-  JobPlan plan;                        ///< runs.toml
+  Quantity quantity = Quantity::displacement;  ///< of the readings: displacement, velocity or acceleration
+  std::vector<std::string> slow_roll;          ///< probes whose slow-roll vector was taken off
+  std::vector<double> stated_speeds;  ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
+  JobPlan plan;                       ///< runs.toml
   /// runs.toml, by run: rate of the run-up over the square of the speed where it was read, 1; 0: the rotor stayed at
   /// its speeds; NaN: not stated.
   std::vector<double> sweeps;

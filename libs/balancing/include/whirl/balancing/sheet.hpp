@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "whirl/core/estimate.hpp"
+#include "whirl/core/quantity.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/diagnosis/unbalance_budget.hpp"
 #include "whirl/report/document.hpp"
@@ -42,8 +43,9 @@ struct BalancingSheet {
     bool inside = true;
   };
   std::string title, convention, criterion, amplitude;
-  bool lag = false;  ///< the reader's phases
-  double kind = 1;   ///< the reader's amplitude of a vector of one metre 0-p
+  Quantity quantity = Quantity::displacement;  ///< of all readings, SI
+  bool lag = false;                            ///< the reader's phases
+  double kind = 1;                             ///< the reader's amplitude of a vector of one metre 0-p
   std::vector<Plane> planes;
   std::vector<Row> rows;
   std::vector<Coefficient> influence;

@@ -19,6 +19,16 @@ class Error : public std::runtime_error {
   static Error in_field(std::string_view field, std::string_view value, std::string_view allowed);
 };
 
+/// A table without a column that is needed: a caller may know another that will do.
+class MissingColumn : public Error {
+ public:
+  MissingColumn(std::string column, const std::string& message) : Error(message), column_(std::move(column)) {}
+  const std::string& column() const { return column_; }
+
+ private:
+  std::string column_;
+};
+
 /// Throws Error unless `value` is finite and inside [low, high].
 void require_range(std::string_view field, double value, double low, double high, std::string_view unit = "");
 

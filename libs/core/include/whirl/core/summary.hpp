@@ -4,6 +4,8 @@
 #include <string_view>
 #include <vector>
 
+#include "whirl/core/finding.hpp"
+
 namespace whirl {
 
 /// Outcome of a numerical step. A poor outcome is data, not an exception.
@@ -22,6 +24,14 @@ struct Summary {
   double chi_square = std::numeric_limits<double>::quiet_NaN();  ///< whitened residual variance, 1 when the model fits
   std::string trust;                                             ///< one sentence: what the result may be trusted for
   std::vector<std::string> warnings;
+  std::vector<Finding> findings;  ///< what later steps decide on; each stands in `warnings` in words too
+
+  /// Adds a finding, its words (`because`, if any, after them) and its consequence for the status and the trust.
+  void add(Finding finding, std::string_view because = "");
+  /// First finding of a code; nullptr when there is none.
+  const Finding* find(FindingCode code) const;
+  /// First finding that takes the trust; nullptr when the result may be relied on beyond its records.
+  const Finding* distrust() const;
 
   void warn(std::string message) {
     warnings.push_back(std::move(message));

@@ -14,6 +14,7 @@ struct ChannelInfo {
   double minimum = 0, maximum = 0, mean = 0;
   double rms = 0;                     ///< about zero
   std::vector<std::string> findings;  ///< suspicious things, one sentence each
+  std::vector<std::string> damage;    ///< clipped, frozen, spikes: `records::check` tells more of these
 };
 
 /// What a record looks like, for `whirl info`.

@@ -64,7 +64,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 36> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 41> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -100,7 +100,12 @@ std::string_view parameter_unit(std::string_view name) {
        {"natural_frequency", "rad/s"},
        {"damping_ratio", "1"},
        {"delay", "s"},
-       {"bow", "m"}}};
+       {"bow", "m"},
+       {"k_tilt", "1/s^2"},
+       {"k_couple", "1/s^2"},
+       {"polar_ratio", "1"},
+       {"e_tilt_phase", "rad"},
+       {"second_frequency", "rad/s"}}};
   if (name.starts_with("runout")) return "m";  // runout1+_re
   while (true) {
     for (const auto& [key, unit] : units) {

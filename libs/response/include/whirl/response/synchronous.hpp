@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <complex>
 #include <vector>
 
 #include "whirl/core/rotor_model.hpp"
@@ -20,6 +21,13 @@ std::vector<SynchronousPoint> synchronous_answers(const RotorModel& rotor, doubl
 
 /// Free whirl without damping: Omega(radius) = sqrt(k1 + k2 radius^2), rad/s; NaN where the root is not real.
 double backbone(const RotorModel& rotor, double radius);
+
+/// What the further modes of a rotor (RotorModel::modes) add to the motion that its sensors see at a constant speed:
+/// the vector of exp(i Omega t), sum of participation_k Omega^2 / (omega_k^2 - Omega^2 + 2 i zeta_k omega_k Omega), m.
+/// They are linear and forced by the unbalance alone, so it is added to the answer of the main mode.
+std::complex<double> modes_vector(const RotorModel& rotor, double omega);
+/// Radius of the motion that sensors see: main mode of `answer` and further modes, m.
+double seen_radius(const RotorModel& rotor, const SynchronousPoint& answer);
 
 /// Band over the covariance of (k1, k2, c, eps_re, eps_im): quantiles 2.5, 50 and 97.5 % of the lowest and of the
 /// highest stable radius at every speed, and of the peak.

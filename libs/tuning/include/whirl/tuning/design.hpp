@@ -11,6 +11,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
+#include "whirl/identify/rotor_terms.hpp"
 #include "whirl/rotor/further_forces.hpp"
 #include "whirl/tuning/closed_loop.hpp"
 
@@ -62,7 +63,7 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model);
 
 /// The further forces of the model that the plants of with_forces lack: friction that is too sudden for 256 steps per
 /// tick, or negative. "Coulomb friction"; empty: none.
-std::string forces_left_out(const IdentifiedModel& model, const Hardware& hardware);
+std::vector<identification::RotorTerm> forces_left_out(const IdentifiedModel& model, const Hardware& hardware);
 
 /// The plant a design is tuned on: the identified rotor with the hardware's data sheets and further forces.
 rig::RigParameters tuning_plant(const RotorModel& model, const Hardware& hardware);

@@ -38,14 +38,15 @@ struct LoopMargins {
 };
 
 /// Margins of a response of a loop that is stable as it is: the first gain, phase and delay at which 1 + L = 0
-/// somewhere.
+/// somewhere. Between lines that lie apart L is the arc of a resonance through three of them. The margins hold
+/// together: modulus <= |1 - 1/gain|, modulus <= 2 sin(phase / 2).
 LoopMargins margins_of(const LoopResponse& response);
 
 struct MarginOptions {
-  int speeds = 20;    ///< from standstill to the top of the profile, both included
+  int speeds = 12;    ///< from standstill to the top of the profile, both included
   double settle = 3;  ///< s before the response counts
   double window = 4;  ///< s of one period of the excitation: resolution 1 / window
-  int repeats = 2;    ///< excitations with other phases, averaged
+  int repeats = 1;    ///< excitations with other phases, averaged
   /// Force of the excitation, N rms of an axis; 0: what deflects the shaft by 1 um.
   double force = 0;
   std::uint64_t seed = 1;
@@ -86,8 +87,11 @@ std::vector<SpeedMargins> loop_margins(const ControllerDesign& design, const rig
 LoopMargins worst_margins(const std::vector<SpeedMargins>& speeds);
 
 /// Why these margins do not do: a speed at which the loop is not stable, gain or delay margin below the judge's minima,
-/// or a peak sensitivity in zone D; empty: they do.
-std::string margin_failure(const std::vector<SpeedMargins>& speeds, double sample_time);
+/// or a peak sensitivity in zone D of a law whose gain does not follow the motion; empty: they do. The one rule of
+/// `design` and `margins`.
+std::string margin_failure(const std::vector<SpeedMargins>& speeds, const ControllerDesign& design);
+/// What is to be said of a peak sensitivity in zone D; empty: it lies below.
+std::string sensitivity_warning(const LoopMargins& worst);
 
 /// Margins on one plant that the machine may be.
 struct MarginStudy {

@@ -1,0 +1,114 @@
+#include "whirl/core/finding.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "whirl/core/nan.hpp"
+
+namespace whirl {
+namespace {
+
+struct CodeText {
+  FindingCode code;
+  std::string_view name;
+  std::string_view
+      trust;  ///< why the result is not to be trusted, after "Do not trust this model beyond these records: "
+};
+
+constexpr std::array kCodes{
+    CodeText{FindingCode::motion_unexplained, "motion_unexplained", "it leaves motion unexplained."},
+    CodeText{FindingCode::model_error, "model_error", ""},
+    CodeText{FindingCode::held_out_not_predicted, "held_out_not_predicted", "it does not predict a part held out."},
+    CodeText{FindingCode::held_out_diverges, "held_out_diverges", "it diverges on a part held out."},
+    CodeText{FindingCode::held_out_missed, "held_out_missed", "it does not predict a part held out to the noise."},
+    CodeText{FindingCode::held_out_not_tried, "held_out_not_tried", "nothing tests it."},
+    CodeText{FindingCode::parameter_differs, "parameter_differs", "parts of them give different parameters."},
+    CodeText{FindingCode::parts_differ, "parts_differ", "parts of them give different coefficients."},
+    CodeText{FindingCode::term_too_large, "term_too_large", "a term of a size that rotors do not have drives it."},
+    CodeText{FindingCode::inertia_impossible, "inertia_impossible", "no disc has its moments of inertia."},
+    CodeText{FindingCode::model_not_trusted, "model_not_trusted", "it comes from a model that is not to be trusted."},
+};
+
+const CodeText& entry(FindingCode code) {
+  for (const CodeText& c : kCodes)
+    if (c.code == code) return c;
+  return kCodes.front();
+}
+
+}  // namespace
+
+std::string_view to_string(FindingCode code) { return entry(code).name; }
+
+std::string_view to_string(Consequence consequence) {
+  switch (consequence) {
+    case Consequence::warning:
+      return "warning";
+    case Consequence::no_trust:
+      return "no_trust";
+    case Consequence::unusable:
+      return "unusable";
+  }
+  return "";
+}
+
+double Finding::amount(std::string_view name) const {
+  for (const Amount& a : amounts)
+    if (a.name == name) return a.value;
+  return kNaN;
+}
+
+std::string text(const Finding& f) {
+  const auto of = [&f](std::string_view name) { return f.amount(name); };
+  switch (f.code) {
+    case FindingCode::motion_unexplained:
+      return fmt::format("{} {:.0f} % of the motion unexplained beyond the noise", f.where, 100 * of("share"));
+    case FindingCode::model_error:
+      return fmt::format("model error: chi-square {:.2f} (1 when the model fits)", of("chi_square"));
+    case FindingCode::held_out_not_predicted:
+      return fmt::format("a model of the rest does not predict {}: error {:.0f} % of the motion beyond the noise",
+                         f.where, 100 * of("share"));
+    case FindingCode::held_out_diverges:
+      return fmt::format("the free run of a model of the rest diverges on {}", f.where);
+    case FindingCode::held_out_missed:
+      return fmt::format("a model of the rest predicts {} with an error of {:.3g} rms, {:.1f} times the noise", f.where,
+                         of("rmse"), of("rmse") / of("noise"));
+    case FindingCode::held_out_not_tried:
+      return "no prediction of " + f.where;
+    case FindingCode::parameter_differs:
+      return fmt::format(
+          "{} is {:.5g} by all records and {:.5g} without the part held out, {:.1f} standard "
+          "deviations apart: they do not follow one model",
+          f.where, of("all"), of("rest"), of("deviations"));
+    case FindingCode::parts_differ:
+      return fmt::format(
+          "parts of the records give different coefficients: {}, {:.1f} standard deviations apart: the "
+          "system changed, or something acts on a part of them only; intervals hold both",
+          f.where, of("deviations"));
+    case FindingCode::term_too_large:
+      return fmt::format(
+          "{} is {:.2g} times what rotors with such a term have: it stands for something that the model "
+          "lacks, and takes other parameters with it",
+          f.where, of("ratio"));
+    case FindingCode::inertia_impossible:
+      return fmt::format(
+          "polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something "
+          "that the model lacks, and takes other parameters with it",
+          of("polar_ratio"));
+    case FindingCode::model_not_trusted:
+      return "the model it is designed on is not to be trusted: " + f.where;
+  }
+  return {};
+}
+
+std::string trust_text(const Finding& finding) {
+  if (finding.consequence == Consequence::unusable) return "Do not use this model.";
+  if (finding.code == FindingCode::model_error)
+    return fmt::format(
+        "Do not trust this model beyond these records: chi-square is {:.3g} after the search for terms, "
+        "so that something it does not have drives the motion.",
+        finding.amount("chi_square"));
+  return fmt::format("Do not trust this model beyond these records: {}", entry(finding.code).trust);
+}
+
+}  // namespace whirl
