@@ -9,7 +9,7 @@
 
 #include "whirl/balancing/solve.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/io/output.hpp"
+#include "whirl/io/file.hpp"
 
 namespace whirl::balancing {
 namespace {

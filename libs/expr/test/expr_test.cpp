@@ -16,7 +16,7 @@ namespace {
 using ::testing::HasSubstr;
 
 Expr P(std::string_view text) { return Expr::parse(text); }
-std::string error_of(std::string_view text) {
+std::string parse_error(std::string_view text) {
   try {
     P(text);
   } catch (const Error& error) {
@@ -41,26 +41,26 @@ TEST(ExprParse, ReadsPrecedenceAndNames) {
 }
 
 TEST(ExprParse, ErrorsNameColumnAndExpectation) {
-  EXPECT_THAT(error_of("X6^2*cos(X5"), HasSubstr("column 12: expected ')' or an operator, found the end"));
-  EXPECT_THAT(error_of("X1 + * X2"), HasSubstr("column 6: expected a number, a variable or '(', found '*'"));
-  EXPECT_THAT(error_of("X1 X2"), HasSubstr("column 4: expected an operator or the end, found 'X'"));
-  EXPECT_THAT(error_of("foo(X1)"), HasSubstr("column 1: unknown function foo: known are abs"));
-  EXPECT_THAT(error_of("2*sin X1"), HasSubstr("column 7: expected '(' after sin"));
-  EXPECT_THAT(error_of("sin(X1, X2)"), HasSubstr("sin takes 1 argument, found 2"));
-  EXPECT_THAT(error_of("x/(1 - 1)"), HasSubstr("column 2: division by zero"));
-  EXPECT_THAT(error_of("log(-1)"), HasSubstr("column 1: log(-1) is not a finite number"));
-  EXPECT_THAT(error_of(""), HasSubstr("column 1: expected a number"));
-  EXPECT_THAT(error_of("1e999"), HasSubstr("column 1: number out of range"));
-  EXPECT_THAT(error_of("x # y"), HasSubstr("found '#'"));
-  EXPECT_THAT(error_of("x \xc3\xa9"), HasSubstr("found byte 0xc3"));
+  EXPECT_THAT(parse_error("X6^2*cos(X5"), HasSubstr("column 12: expected ')' or an operator, found the end"));
+  EXPECT_THAT(parse_error("X1 + * X2"), HasSubstr("column 6: expected a number, a variable or '(', found '*'"));
+  EXPECT_THAT(parse_error("X1 X2"), HasSubstr("column 4: expected an operator or the end, found 'X'"));
+  EXPECT_THAT(parse_error("foo(X1)"), HasSubstr("column 1: unknown function foo: known are abs"));
+  EXPECT_THAT(parse_error("2*sin X1"), HasSubstr("column 7: expected '(' after sin"));
+  EXPECT_THAT(parse_error("sin(X1, X2)"), HasSubstr("sin takes 1 argument, found 2"));
+  EXPECT_THAT(parse_error("x/(1 - 1)"), HasSubstr("column 2: division by zero"));
+  EXPECT_THAT(parse_error("log(-1)"), HasSubstr("column 1: log(-1) is not a finite number"));
+  EXPECT_THAT(parse_error(""), HasSubstr("column 1: expected a number"));
+  EXPECT_THAT(parse_error("1e999"), HasSubstr("column 1: number out of range"));
+  EXPECT_THAT(parse_error("x # y"), HasSubstr("found '#'"));
+  EXPECT_THAT(parse_error("x \xc3\xa9"), HasSubstr("found byte 0xc3"));
 }
 
 TEST(ExprParse, RefusesHostileInputWithoutOverflow) {
-  EXPECT_THAT(error_of(std::string(50000, '(')), HasSubstr("nested more than 200 levels"));
+  EXPECT_THAT(parse_error(std::string(50000, '(')), HasSubstr("nested more than 200 levels"));
   std::string towers = "x";
   for (int i = 0; i < 20000; ++i) towers += "^x";
-  EXPECT_THAT(error_of(towers), HasSubstr("nested more than 200 levels"));
-  EXPECT_THAT(error_of(std::string(200000, 'x')), HasSubstr("at most 100000"));
+  EXPECT_THAT(parse_error(towers), HasSubstr("nested more than 200 levels"));
+  EXPECT_THAT(parse_error(std::string(200000, 'x')), HasSubstr("at most 100000"));
   EXPECT_EQ(P(std::string(40000, '-') + "x"), P("x"));
   std::string terms = "0";
   for (int i = 0; i < 9000; ++i) terms += "+x" + std::to_string(i);

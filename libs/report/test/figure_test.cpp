@@ -25,7 +25,7 @@ pugi::xml_document parse(const std::string& xml) {
   return document;
 }
 
-std::string error_of(const Figure& figure) {
+std::string drawing_error(const Figure& figure) {
   try {
     (void)to_svg(figure);
   } catch (const Error& e) {
@@ -106,26 +106,26 @@ TEST(ReportFigure, MissingSamplesLeaveAGap) {
 }
 
 TEST(ReportFigure, ErrorsNameWhatIsWrong) {
-  EXPECT_THAT(error_of(Figure{}), HasSubstr("no panel"));
+  EXPECT_THAT(drawing_error(Figure{}), HasSubstr("no panel"));
   Figure figure = testing::long_trace();
   figure.panels[0].series[0].y.conservativeResize(10);
-  EXPECT_THAT(error_of(figure), HasSubstr("'open loop' of panel 'X' has 15000 values of x but 10 of y"));
+  EXPECT_THAT(drawing_error(figure), HasSubstr("'open loop' of panel 'X' has 15000 values of x but 10 of y"));
   figure = testing::long_trace();
   figure.panels[0].series[0].y.setConstant(NAN);
-  EXPECT_THAT(error_of(figure), HasSubstr("panel 'X', y has no finite value"));
+  EXPECT_THAT(drawing_error(figure), HasSubstr("panel 'X', y has no finite value"));
   figure = testing::long_trace();
   figure.panels[0].y.scale = Scale::logarithmic;
   figure.panels[0].series[0].y = -figure.panels[0].series[0].y.array().abs();
-  EXPECT_THAT(error_of(figure), HasSubstr("no positive value"));
+  EXPECT_THAT(drawing_error(figure), HasSubstr("no positive value"));
   figure = testing::long_trace();
   figure.panels[0].x.low = 3;
   figure.panels[0].x.high = 2;
-  EXPECT_THAT(error_of(figure), HasSubstr("must ascend"));
+  EXPECT_THAT(drawing_error(figure), HasSubstr("must ascend"));
   figure = testing::long_trace();
   figure.panels.push_back(figure.panels[0]);
   figure.panels[1].x.scale = Scale::logarithmic;
   figure.shared_x = true;
-  EXPECT_THAT(error_of(figure), HasSubstr("share x: must have the same scale"));
+  EXPECT_THAT(drawing_error(figure), HasSubstr("share x: must have the same scale"));
 }
 
 TEST(ReportFigure, HugeValuesStayDrawable) {

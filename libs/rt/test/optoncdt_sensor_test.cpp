@@ -90,7 +90,7 @@ TEST(OptoncdtSensor, ErrorCodesArriveAsErrors) {
   }
 }
 
-std::string error_of(const SensorOptions& o) {
+std::string options_error(const SensorOptions& o) {
   try {
     const Sensor sensor(o);
   } catch (const Error& e) {
@@ -103,19 +103,20 @@ TEST(OptoncdtSensor, StartUpErrorsNameDeviceCommandAndReason) {
   Simulator::Options refusing;
   refusing.refuse = "MEASRATE";
   const Simulator r(refusing);
-  EXPECT_THAT(error_of(options_for(r, false)), AllOf(HasSubstr(r.device()), HasSubstr("refused 'MEASRATE 4': E204")));
+  EXPECT_THAT(options_error(options_for(r, false)),
+              AllOf(HasSubstr(r.device()), HasSubstr("refused 'MEASRATE 4': E204")));
   Simulator::Options mute;
   mute.mute = true;
   const Simulator m(mute);
   SensorOptions o = options_for(m, false);
   o.timeout = 0.05;
-  EXPECT_THAT(error_of(o), HasSubstr("no answer to 'OUTPUT NONE' within 0.05 s"));
+  EXPECT_THAT(options_error(o), HasSubstr("no answer to 'OUTPUT NONE' within 0.05 s"));
   o.device = "/dev/null";
-  EXPECT_THAT(error_of(o), HasSubstr("is no serial line"));
+  EXPECT_THAT(options_error(o), HasSubstr("is no serial line"));
   o.device = "/nonexistent";
-  EXPECT_THAT(error_of(o), HasSubstr("cannot be opened"));
+  EXPECT_THAT(options_error(o), HasSubstr("cannot be opened"));
   o.baud = 5;
-  EXPECT_THAT(error_of(o), HasSubstr("baud = 5: must be between"));
+  EXPECT_THAT(options_error(o), HasSubstr("baud = 5: must be between"));
 }
 
 TEST(OptoncdtSensor, AnUnpluggedLineIsNoticed) {

@@ -290,11 +290,14 @@ TEST(LoopMarginsProperty, NarrowResonancesAreReadBetweenTheLines) {
     };
     const LoopMargins coarse = margins_of(response(0.25)), fine = margins_of(response(0.005));
     EXPECT_LE(coarse.modulus, std::abs(1 - 1 / coarse.gain_up) * (1 + 1e-9));
-    if (coarse.gain_down > 0) EXPECT_LE(coarse.modulus, std::abs(1 - 1 / coarse.gain_down) * (1 + 1e-9));
+    if (coarse.gain_down > 0) {
+      EXPECT_LE(coarse.modulus, std::abs(1 - 1 / coarse.gain_down) * (1 + 1e-9));
+    }
     EXPECT_LE(coarse.modulus, 2 * std::sin(0.5 * coarse.phase) * (1 + 1e-9));
     EXPECT_NEAR(coarse.modulus, fine.modulus, 0.1 * fine.modulus + 0.01) << n << ": " << f0 << " Hz, zeta " << zeta;
-    if (std::isfinite(fine.gain_up) && fine.gain_up < 8)
+    if (std::isfinite(fine.gain_up) && fine.gain_up < 8) {
       EXPECT_NEAR(coarse.gain_up, fine.gain_up, 0.1 * fine.gain_up + 0.02) << n;
+    }
   }
 }
 

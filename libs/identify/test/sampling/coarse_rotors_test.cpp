@@ -93,7 +93,7 @@ TEST(CoarseSamplingProperty, FewSamplesATurnGiveNoFalseTermAndNoFalseValue) {
         Machine machine{.zeta = up ? 0.02 : 0.008, .k2 = 1e7, .rate = rate};
         if (!up) std::swap(machine.from_hz, machine.to_hz);
         const IdentifiedModel m = identify_rotor(machine.record(noise, 7100 + static_cast<std::uint64_t>(all)));
-        SCOPED_TRACE(testing::Message() << "noise " << noise << ", " << rate << " Hz, " << (up ? "up" : "down"));
+        SCOPED_TRACE(::testing::Message() << "noise " << noise << ", " << rate << " Hz, " << (up ? "up" : "down"));
         ASSERT_NE(m.summary.status, Status::unusable) << m.summary.warnings.back();
         EXPECT_TRUE(m.rotor->modes.empty());
         for (const char* term : {"c2", "k1_drift", "c_drift", "k4", "coulomb"}) EXPECT_EQ(m.parameter(term), nullptr);

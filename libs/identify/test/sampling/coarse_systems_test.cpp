@@ -100,13 +100,13 @@ TEST(CoarseSystemsProperty, TheTermsAreThoseOfTheSystem) {
         SindyOptions options;
         options.states = s.names;
         const IdentifiedModel m = fit_sindy({record_of(s, noise, seed)}, options);
-        SCOPED_TRACE(testing::Message() << s.names.size() << " states, noise " << noise << ", seed " << seed);
+        SCOPED_TRACE(::testing::Message() << s.names.size() << " states, noise " << noise << ", seed " << seed);
         ASSERT_EQ(m.equations.size(), s.terms.size());
         for (std::size_t e = 0; e < s.terms.size(); ++e) {
           std::vector<std::string> found, sought;
           for (const EquationTerm& t : m.equations[e].terms) found.push_back(expr::Expr::parse(t.function).str());
           for (const std::string& t : s.terms[e]) sought.push_back(expr::Expr::parse(t).str());
-          EXPECT_THAT(found, testing::UnorderedElementsAreArray(sought)) << m.equations[e].lhs;
+          EXPECT_THAT(found, ::testing::UnorderedElementsAreArray(sought)) << m.equations[e].lhs;
         }
       }
     }
