@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::string error_of(std::string_view text) {
+std::string frf_error(std::string_view text) {
   try {
     frf_from_table(parse_table(text, "f.csv"), FrfKind::accelerance);
   } catch (const Error& e) {
@@ -41,12 +41,12 @@ TEST(FrfCsv, WrittenTableReadsBack) {
 }
 
 TEST(FrfCsv, RefusesWhatIsNoTableOfFrequencyResponses) {
-  EXPECT_EQ(error_of("freq_hz,a_re,a_im\n1,2,3\n2,3,4\n"), "no error");
-  EXPECT_THAT(error_of("freq_hz,a_re,a_im\n1,2,3\n2,3,4\n4,3,4\n"),
+  EXPECT_EQ(frf_error("freq_hz,a_re,a_im\n1,2,3\n2,3,4\n"), "no error");
+  EXPECT_THAT(frf_error("freq_hz,a_re,a_im\n1,2,3\n2,3,4\n4,3,4\n"),
               HasSubstr("f.csv:3: frequency 2 Hz is not on a uniform"));
-  EXPECT_THAT(error_of("freq_hz,a_re\n1,2\n2,3\n"), HasSubstr("no column 'a_im'"));
-  EXPECT_THAT(error_of("freq_hz,a_re,a_im,x_mm\n1,2,3,4\n2,3,4,5\n"), HasSubstr("and no others"));
-  EXPECT_THAT(error_of("freq_s,a_re,a_im\n1,2,3\n2,3,4\n"), HasSubstr("must be a frequency"));
+  EXPECT_THAT(frf_error("freq_hz,a_re\n1,2\n2,3\n"), HasSubstr("no column 'a_im'"));
+  EXPECT_THAT(frf_error("freq_hz,a_re,a_im,x_mm\n1,2,3,4\n2,3,4,5\n"), HasSubstr("and no others"));
+  EXPECT_THAT(frf_error("freq_s,a_re,a_im\n1,2,3\n2,3,4\n"), HasSubstr("must be a frequency"));
 }
 
 TEST(FrfCsvReference, TheMeasuredBuildingHasNineChannels) {
