@@ -57,6 +57,14 @@ TEST(StudyE2e, ReproduceWritesEveryFigureTableAndFile) {
               0.005e-3);
 }
 
+TEST(StudyE2e, ReproduceInterruptedLeavesNothing) {
+  const Folder folder;
+  const std::string command = "cd '" + (folder / "").string() + "' && timeout -s INT 3 '" + program() +
+                              "' reproduce --out study --evaluations 50000 --quiet >/dev/null 2>&1";
+  EXPECT_NE(std::system(command.c_str()), 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "study"));
+}
+
 // The chain of subcommands on files gives a model whose JSON holds the contract's keys.
 TEST(ChainE2e, RecordIdentifyValidateByFiles) {
   const Folder folder;

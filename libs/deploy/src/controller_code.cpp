@@ -12,6 +12,7 @@
 #include "whirl/control/method.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/code.hpp"
+#include "written.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -193,7 +194,7 @@ std::string banner(const ControllerDesign& d, const CodeOptions& options) {
       "functions of math.h; do "
       "not compile with -ffast-math, which removes the\n   tests for NaN. */",
       options.prefix, control::law_info(d.law).title, control::estimator_info(d.estimator).title, version(),
-      options.origin.empty() ? "" : "\n   from " + options.origin, options.prefix);
+      options.origin.empty() ? "" : "\n   from " + c_comment(options.origin), options.prefix);
 }
 
 }  // namespace

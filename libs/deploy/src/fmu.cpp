@@ -19,6 +19,7 @@
 #include "whirl/io/file.hpp"
 #include "whirl/io/run_program.hpp"
 #include "whirl/io/temporary.hpp"
+#include "written.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -194,7 +195,7 @@ std::vector<SourceFile> fmu_files(const ControllerDesign& design, const FmuOptio
 std::vector<SourceFile> fmu_files(const IdentifiedModel& model, const FmuOptions& options) {
   require(options);
   require_range("inner_step", options.inner_step, 1e-7, 1, "s");
-  const ModelSystem system = model_system(model);
+  const ModelSystem system = with_names_for(Language::fmi, model_system(model));
   if (system.discrete)
     throw Error("the model is a map from sample to sample: it has no continuous time for an FMU, export c instead");
   const ModelCode code = model_code(system, options.code);

@@ -9,12 +9,14 @@
 #include "template.hpp"
 #include "whirl/control/catalogue.hpp"
 #include "whirl/core/error.hpp"
+#include "written.hpp"
 
 namespace whirl::deploy {
 namespace {
 
 std::string made_by(const CodeOptions& o) {
-  return fmt::format("Made by whirl {}{}. SI units.", version(), o.origin.empty() ? "" : " from " + o.origin);
+  return fmt::format("Made by whirl {}{}. SI units.", version(),
+                     o.origin.empty() ? "" : " from " + line_comment(o.origin));
 }
 
 std::string names(const std::vector<SystemVariable>& all, const char* separator = ", ") {
@@ -54,15 +56,6 @@ std::string latex_symbol(std::string_view name) {
   return expr::latex_name(name);
 }
 
-std::string latex_text(std::string text) {
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '^') text.replace(i, 1, "\\^{}"), i += 3;
-    if (text[i] == '_' || text[i] == '%' || text[i] == '&' || text[i] == '#') text.insert(i++, "\\");
-    if (text[i] == '|' || text[i] == '<' || text[i] == '>') text.insert(i + 1, "$").insert(i, "$"), i += 2;
-  }
-  return text;
-}
-
 std::string latex_table(const std::vector<CodeParameter>& parameters, bool as_symbols) {
   std::string out = "\\begin{tabular}{lrll}\n\\toprule\nparameter & value & unit & meaning \\\\\n\\midrule\n";
   for (const CodeParameter& p : parameters) {
@@ -77,7 +70,8 @@ std::string latex_table(const std::vector<CodeParameter>& parameters, bool as_sy
 std::string unpack(const std::vector<SystemVariable>& all, const std::string& from) {
   std::string out;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    out += fmt::format("{} = {}({});  % {}, {}\n", all[i].name, from, i + 1, all[i].unit, all[i].meaning);
+    out += fmt::format("{} = {}({});  % {}, {}\n", all[i].name, from, i + 1, line_comment(all[i].unit),
+                       line_comment(all[i].meaning));
   }
   return out;
 }
@@ -94,7 +88,7 @@ std::string upper(std::string text) {
 std::string modelica_unit(std::string unit) {
   std::erase(unit, '^');
   std::replace(unit.begin(), unit.end(), ' ', '.');
-  return unit;
+  return quoted_text(unit);
 }
 
 std::vector<SourceFile> with_source(const ControllerCode& code, SourceFile more) {
@@ -138,7 +132,7 @@ std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOpt
   require_prefix(options.prefix);
   const ModelSystem s = model_system(model);
   std::string text = fmt::format("% {}: {}. {}\n% Needs the packages amsmath and booktabs.\n\\begin{{align*}}\n",
-                                 options.prefix, s.title, made_by(options));
+                                 options.prefix, line_comment(s.title), made_by(options));
   expr::PrintOptions print_options;
   print_options.name = latex_symbol;
   for (std::size_t i = 0; i < s.rates.size(); ++i) {
@@ -152,19 +146,20 @@ std::vector<SourceFile> export_latex(const IdentifiedModel& model, const CodeOpt
 
 std::vector<SourceFile> export_matlab(const IdentifiedModel& model, const CodeOptions& o) {
   require_prefix(o.prefix);
-  const ModelSystem s = model_system(model);
+  const ModelSystem s = with_names_for(Language::matlab, model_system(model));
   std::string text = fmt::format(
       "function [rate, output] = {0}(t, state, input, p)\n%{1}  {2}.\n%   [rate, output] = {0}(t, state, input, p)   "
       "{3}\n%   [rate, output] = "
       "{0}(t, state, input)      with the identified parameters\n%   p = {0}()                                  these "
       "parameters\n%\n%   state = "
       "[{4}], input = [{5}], output = [{6}]\n%   {7}\n",
-      o.prefix, upper(o.prefix), s.title,
+      o.prefix, upper(o.prefix), line_comment(s.title),
       s.discrete ? "next states of the map" : "right-hand side for ode45 and others", names(s.states, " "),
       names(s.inputs, " "), names(s.outputs, " "), made_by(o));
   text += "if nargin < 4\n";
   for (const CodeParameter& p : s.parameters)
-    text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, expr::number_text(p.value), p.unit, p.meaning);
+    text += fmt::format("  p.{} = {};  % {}, {}\n", p.name, expr::number_text(p.value), line_comment(p.unit),
+                        line_comment(p.meaning));
   text += "end\nif nargin == 0\n  rate = p;\n  return\nend\n";
   text += unpack(s.states, "state") + unpack(s.inputs, "input");
   expr::PrintOptions print_options;
@@ -190,9 +185,10 @@ std::vector<SourceFile> export_matlab(const ControllerDesign& design, const Code
 
 std::vector<SourceFile> export_python(const IdentifiedModel& model, const CodeOptions& o) {
   require_prefix(o.prefix);
-  const ModelSystem s = model_system(model);
-  std::string text = fmt::format("\"\"\"{}.\n\n{} States: {}. Inputs: {}. Outputs: {}.\n\"\"\"\n", s.title, made_by(o),
-                                 names(s.states), s.inputs.empty() ? "none" : names(s.inputs), names(s.outputs));
+  const ModelSystem s = with_names_for(Language::python, model_system(model));
+  std::string text = fmt::format("\"\"\"{}.\n\n{} States: {}. Inputs: {}. Outputs: {}.\n\"\"\"\n", quoted_text(s.title),
+                                 quoted_text(made_by(o)), names(s.states), s.inputs.empty() ? "none" : names(s.inputs),
+                                 names(s.outputs));
   text +=
       "try:\n    import numpy as np\nexcept ImportError:  # the functions below for single numbers\n    import "
       "math\n\n    class np:\n"
@@ -202,7 +198,8 @@ std::vector<SourceFile> export_python(const IdentifiedModel& model, const CodeOp
       "return (x > 0) - (x < 0)\n\n"
       "PARAMETERS = {\n";
   for (const CodeParameter& p : s.parameters)
-    text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, expr::number_text(p.value, true), p.unit, p.meaning);
+    text += fmt::format("    \"{}\": {},  # {}, {}\n", p.name, expr::number_text(p.value, true), line_comment(p.unit),
+                        line_comment(p.meaning));
   text += "}\n";
   expr::PrintOptions print_options;
   print_options.name = [&s](std::string_view name) {
@@ -236,18 +233,16 @@ std::vector<SourceFile> export_python(const ControllerDesign& design, const Code
 
 std::vector<SourceFile> export_modelica(const IdentifiedModel& model, const CodeOptions& o) {
   require_prefix(o.prefix);
-  const ModelSystem s = model_system(model);
+  const ModelSystem s = with_names_for(Language::modelica, model_system(model));
   std::string name = o.prefix;
   name[0] = upper(name.substr(0, 1))[0];
-  std::string text = fmt::format("model {} \"{}\"\n  // {}\n", name, s.title, made_by(o));
+  std::string text = fmt::format("model {} \"{}\"\n  // {}\n", name, quoted_text(s.title), made_by(o));
   const auto declare = [&](const char* kind, const std::string& n, const std::string& unit, const std::string& more,
                            const std::string& meaning) {
     std::string attributes = unit == "1" ? "" : fmt::format("unit=\"{}\"", modelica_unit(unit));
     if (!more.empty() && more.front() != ' ') attributes += (attributes.empty() ? "" : ", ") + more;
-    std::string quoted = meaning;
-    for (std::size_t i = 0; (i = quoted.find('"', i)) != std::string::npos; i += 2) quoted.insert(i, "\\");
     text += fmt::format("  {} {}{}{} \"{}\";\n", kind, n, attributes.empty() ? "" : "(" + attributes + ")",
-                        !more.empty() && more.front() == ' ' ? more : "", quoted);
+                        !more.empty() && more.front() == ' ' ? more : "", quoted_text(meaning));
   };
   // Connectors, so that a diagram can be drawn; compatible with those of Modelica.Blocks.Interfaces.
   if (!s.inputs.empty()) text += "  connector RealInput = input Real \"input signal\";\n";

@@ -10,6 +10,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/system.hpp"
 #include "whirl/expr/tape.hpp"
+#include "written.hpp"
 
 namespace whirl::deploy {
 namespace {
@@ -120,7 +121,8 @@ std::string sizes(const ModelSystem& s) {
   const auto list = [&](const char* array, const std::vector<SystemVariable>& all) {
     out += fmt::format("\n/* {}", array);
     for (std::size_t i = 0; i < all.size(); ++i) {
-      out += fmt::format("{}[{}] {}, {}: {}", i == 0 ? ": " : "\n      ", i, all[i].name, all[i].unit, all[i].meaning);
+      out += fmt::format("{}[{}] {}, {}: {}", i == 0 ? ": " : "\n      ", i, all[i].name, c_comment(all[i].unit),
+                         c_comment(all[i].meaning));
     }
     out += all.empty() ? ": none */" : " */";
   };
@@ -133,7 +135,7 @@ std::string sizes(const ModelSystem& s) {
 std::string rate_comment(const ModelSystem& s) {
   std::string out;
   for (std::size_t i = 0; i < s.states.size(); ++i) {
-    out += fmt::format("\n     {}{} = {}", s.states[i].name, s.discrete ? "[k+1]" : "'", s.rates[i].str());
+    out += fmt::format("\n     {}{} = {}", s.states[i].name, s.discrete ? "[k+1]" : "'", c_comment(s.rates[i].str()));
   }
   return out;
 }
@@ -151,12 +153,13 @@ TemplateSettings settings_of(const ModelSystem& s, const CodeOptions& options) {
   slot["banner"] = fmt::format(
       "/* {}: {}\n{}\n\n   Made by whirl {}{}.\n   SI units throughout. C99, no allocation, no input or output, no "
       "globals. */",
-      options.prefix, s.title, rate_comment(s), version(), options.origin.empty() ? "" : "\n   from " + options.origin);
+      options.prefix, c_comment(s.title), rate_comment(s), version(),
+      options.origin.empty() ? "" : "\n   from " + c_comment(options.origin));
   slot["parameters"] = "";
   slot["defaults"] = "";
   for (const CodeParameter& p : s.parameters) {
     slot["parameters"] += fmt::format("{}  whirl_real {}; /* {}, {} */", slot["parameters"].empty() ? "" : "\n", p.name,
-                                      p.unit, p.meaning);
+                                      c_comment(p.unit), c_comment(p.meaning));
     slot["defaults"] += fmt::format("{}  params->{} = {};", slot["defaults"].empty() ? "" : "\n", p.name,
                                     c_literal(p.value, options.single_precision));
   }

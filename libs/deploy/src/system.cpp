@@ -9,6 +9,7 @@
 
 #include "rotor_parameters.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/core/nan.hpp"
 #include "whirl/expr/unit.hpp"
 #include "whirl/identify/rotor_terms.hpp"
@@ -154,6 +155,7 @@ ModelSystem equation_system(const IdentifiedModel& model) {
     for (const SystemVariable& v : list) {
       if (v.name.find('\'') != std::string::npos)
         throw Error("the name " + v.name + " cannot be exported: it holds a prime");
+      if (!is_identifier(v.name)) throw Error::in_field("name of the model", one_line(v.name), kIdentifierRule);
     }
   }
   std::size_t number = 0;

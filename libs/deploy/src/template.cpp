@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -25,6 +27,14 @@ std::optional<bool> condition(std::string_view line, const TemplateSettings& s) 
     value = value || s.features.contains(line.substr(at + 4, end - at - 4));
   }
   return found ? std::optional(value) : std::nullopt;
+}
+
+/// The number that is all of the text.
+std::optional<double> number_of(std::string_view text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size() && !text.empty() ? std::optional(value)
+                                                                                   : std::nullopt;
 }
 
 struct Branch {
@@ -105,19 +115,22 @@ std::string fill_template(std::string_view text, const TemplateSettings& s) {
   for (std::size_t i = 0; i < in.size();) {
     const std::string_view rest = std::string_view(in).substr(i);
     const bool start = i == 0 || !is_word(in[i - 1]);
-    const std::size_t close = rest.find(')');
+    const bool call = start && (rest.starts_with("R(") || rest.starts_with("M("));
+    const std::string_view inside =
+        call ? rest.substr(2, std::min(rest.find(')'), rest.size()) - 2) : std::string_view();
+    const auto value = call && rest[0] == 'R' ? number_of(inside) : std::nullopt;
     if (start && rest.starts_with("whirl_")) {
       out += s.prefix + "_";
       i += 6;
     } else if (start && rest.starts_with("WHIRL_")) {
       out += upper + "_";
       i += 6;
-    } else if (start && rest.starts_with("R(") && close != std::string_view::npos) {
-      out += c_literal(std::stod(std::string(rest.substr(2, close - 2))), s.single_precision);
-      i += close + 1;
-    } else if (start && rest.starts_with("M(") && close != std::string_view::npos) {
-      out += std::string(rest.substr(2, close - 2)) + (s.single_precision ? "f" : "");
-      i += close + 1;
+    } else if (value) {
+      out += c_literal(*value, s.single_precision);
+      i += inside.size() + 3;
+    } else if (call && rest[0] == 'M' && !inside.empty() && std::all_of(inside.begin(), inside.end(), is_word)) {
+      out += std::string(inside) + (s.single_precision ? "f" : "");
+      i += inside.size() + 3;
     } else {
       out += in[i++];
     }

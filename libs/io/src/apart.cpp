@@ -11,6 +11,8 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
+#include <fstream>
+#include <new>
 
 #include "whirl/core/error.hpp"
 
@@ -20,6 +22,13 @@ namespace {
 constexpr rlim_t kSeconds = 20, kBytesPerSecond = 20'000'000;
 // Deflate gains a factor of 1032 at most, and a byte becomes a double.
 constexpr rlim_t kSmallest = rlim_t{1} << 26, kGain = 9000;
+// Asleep a process uses no time of the processor: it may wait for a slow disk or its turn so many times longer.
+constexpr rlim_t kPatience = 30;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kMemoryIsCounted = false;  // the sanitizers' own memory counts too
+#else
+constexpr bool kMemoryIsCounted = true;
+#endif
 constexpr std::size_t kPipeBuffer = 1 << 16;
 enum : char { kFailed = 'E', kValues = 'V' };
 
@@ -59,6 +68,20 @@ void limit(int what, rlim_t most) {
   setrlimit(what, &now);
 }
 
+/// Bytes that the process may write to now, its stack included (Linux, proc(5)); 0: not known.
+rlim_t memory_in_use() {
+  std::ifstream in("/proc/self/statm");
+  rlim_t pages[6] = {};
+  for (rlim_t& p : pages) in >> p;
+  return in ? pages[5] * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) : 0;
+}
+
+/// What a file of this size can come to in memory, three quarters of the machine's at most.
+rlim_t most_memory(std::size_t file_bytes) {
+  const rlim_t machine = static_cast<rlim_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  return std::min(machine / 4 * 3, 4 * kSmallest + kGain * static_cast<rlim_t>(file_bytes));
+}
+
 [[noreturn]] void tell(int descriptor, std::string_view message) {
   if (ftruncate(descriptor, 0) != 0 || lseek(descriptor, 0, SEEK_SET) != 0) _exit(1);
   try {
@@ -78,8 +101,10 @@ void limit(int what, rlim_t most) {
     std::signal(signal, SIG_DFL);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, seconds);
-  limit(RLIMIT_FSIZE, kSmallest + kGain * file_bytes);
-  alarm(static_cast<unsigned>(seconds));  // it may also sleep without end
+  const rlim_t most = most_memory(file_bytes), used = memory_in_use();
+  limit(RLIMIT_FSIZE, std::min(most, kSmallest + kGain * file_bytes));
+  if (kMemoryIsCounted && used > 0) limit(RLIMIT_DATA, used + most);
+  alarm(static_cast<unsigned>(kPatience * seconds));  // it may also sleep without end
   try {
     ParcelWriter out(descriptor);
     out.value(static_cast<char>(kValues));
@@ -87,6 +112,9 @@ void limit(int what, rlim_t most) {
     out.flush();
   } catch (const Error& e) {
     tell(descriptor, e.what());
+  } catch (const std::bad_alloc&) {
+    tell(descriptor,
+         fmt::format("{}: needs more memory than the {} MB it may have", name, most_memory(file_bytes) >> 20));
   } catch (const std::exception& e) {
     tell(descriptor, fmt::format("{}: cannot be read: {}", name, e.what()));
   }
@@ -146,10 +174,10 @@ void read_apart(const std::string& name, std::size_t file_bytes, const std::func
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
     const bool endless = signal == SIGALRM || signal == SIGXCPU || signal == SIGKILL;
-    throw Error::in_file(name, 0,
-                         endless
-                             ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s", seconds)
-                             : std::string("is damaged: the HDF5 library fails on it"));
+    throw Error::in_file(
+        name, 0,
+        endless ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s of computing", seconds)
+                : std::string("is damaged: the HDF5 library fails on it"));
   }
   ParcelReader parcel(name, memory.content());
   if (parcel.value<char>() == kFailed) throw Error(parcel.text());

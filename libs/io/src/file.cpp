@@ -217,7 +217,12 @@ std::string read_all(ByteSource source, std::size_t limit) {
 }  // namespace
 
 std::string read_text(const std::filesystem::path& path, std::size_t limit) {
-  return read_all(ByteSource(path), limit);
+  ByteSource source(path);
+  std::error_code none;
+  const std::uintmax_t size = std::filesystem::file_size(path, none);  // before anything is read of it
+  if (!none && size > limit && !source.compressed())
+    throw Error::in_file(source.name(), 0, fmt::format("{} bytes: larger than the limit of {} bytes", size, limit));
+  return read_all(std::move(source), limit);
 }
 std::string decompress(std::string_view bytes, std::string_view name, std::size_t limit) {
   return read_all(ByteSource(bytes, std::string(name)), limit);

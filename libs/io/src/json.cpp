@@ -9,6 +9,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 
 namespace whirl::io {
@@ -217,7 +218,7 @@ Json parse_json(std::string_view text, std::string_view source) {
 }
 
 Error JsonReader::error(std::string_view reason) const {
-  return Error(fmt::format("{}: {}: {}", source_, path_, reason));
+  return Error(fmt::format("{}: {}: {}", source_, one_line(path_), reason));
 }
 
 namespace {
@@ -385,7 +386,7 @@ Finding read_finding(const JsonReader& in) {
       "finding");
   f.consequence = read_code(in.at("consequence"), {Consequence::warning, Consequence::no_trust, Consequence::unusable},
                             "consequence");
-  f.where = in.at("where").text();
+  f.where = one_line(in.at("where").text());
   for (const JsonReader& a : in.at("amounts").items())
     f.amounts.push_back({a.at("name").text(), a.at("value").number_or_nan(), a.at("unit").text()});
   return f;
@@ -405,8 +406,8 @@ Summary read_summary(const JsonReader& in) {
   s.residual = in.at("residual").number_or_nan();
   s.condition_number = in.at("condition_number").number_or_nan();
   s.chi_square = in.at("chi_square").number_or_nan();
-  s.trust = in.at("trust").text();
-  for (const JsonReader& w : in.at("warnings").items()) s.warnings.push_back(w.text());
+  s.trust = one_line(in.at("trust").text());
+  for (const JsonReader& w : in.at("warnings").items()) s.warnings.push_back(one_line(w.text()));
   if (in.has("findings"))  // files of earlier versions have none
     for (const JsonReader& f : in.at("findings").items()) s.findings.push_back(read_finding(f));
   return s;
@@ -421,9 +422,9 @@ Json to_json(const Provenance& p) {
 
 Provenance read_provenance(const JsonReader& in) {
   Provenance p;
-  p.version = in.at("version").text();
-  for (const JsonReader& i : in.at("inputs").items()) p.inputs.push_back(i.text());
-  p.options = in.at("options").text();
+  p.version = one_line(in.at("version").text());
+  for (const JsonReader& i : in.at("inputs").items()) p.inputs.push_back(one_line(i.text()));
+  p.options = one_line(in.at("options").text());
   const JsonReader seed = in.at("seed");
   const std::string& digits = seed.text();
   const auto [end, ec] = std::from_chars(digits.data(), digits.data() + digits.size(), p.seed);

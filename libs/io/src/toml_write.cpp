@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "whirl/core/names.hpp"
 #include "whirl/io/settings.hpp"
 
 namespace whirl::io {
@@ -18,26 +19,11 @@ std::string number(double v, std::string_view key) {
   return out;
 }
 
-std::string text(std::string_view value) {
-  std::string out = "\"";
-  for (const char c : value) {
-    const auto code = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out.append("\\").push_back(c);
-    } else if (code < 0x20 || code == 0x7f) {
-      out += fmt::format("\\u{:04x}", code);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string written(const TomlEntry& e) {
   if (const auto* d = std::get_if<double>(&e.value)) return number(*d, e.key);
   if (const auto* i = std::get_if<long>(&e.value)) return fmt::format("{}", *i);
   if (const auto* b = std::get_if<bool>(&e.value)) return *b ? "true" : "false";
-  if (const auto* s = std::get_if<std::string>(&e.value)) return text(*s);
+  if (const auto* s = std::get_if<std::string>(&e.value)) return toml_quoted(*s);
   std::string out = "[";
   for (const double v : std::get<std::vector<double>>(e.value))
     out.append(out.size() > 1 ? ", " : "").append(number(v, e.key));
@@ -53,6 +39,23 @@ bool is_bare(std::string_view name, std::string_view more) {
 
 }  // namespace
 
+std::string toml_quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out.append("\\").push_back(c);
+    } else if (code < 0x20 || code == 0x7f) {
+      out += fmt::format("\\u{:04x}", code);
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string toml_comment(std::string_view text) { return "# " + one_line(text); }
+
 std::string to_toml(const std::vector<TomlEntry>& entries) {
   std::vector<std::string> tables{""};  // keys without a table must come first
   for (const TomlEntry& e : entries) {
@@ -67,7 +70,7 @@ std::string to_toml(const std::vector<TomlEntry>& entries) {
     for (const TomlEntry& e : entries) {
       if (e.table != table) continue;
       out += fmt::format("{} = {}", e.key, written(e));
-      if (!e.comment.empty()) out += "  # " + e.comment;
+      if (!e.comment.empty()) out += "  " + toml_comment(e.comment);
       out += '\n';
     }
   }

@@ -9,6 +9,7 @@
 #include "symmetry.hpp"
 #include "ties.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 
 namespace whirl::lagrange {
 namespace {
@@ -108,6 +109,9 @@ void check(const LagrangeProblem& problem) {
       throw Error(fmt::format("forces: '{}' is not a coordinate", name));
     }
   }
+  if (const auto wrong = name_problem(problem))
+    throw Error(fmt::format("names.{} = {}: {}", wrong->variable, one_line(library_name(problem, wrong->variable)),
+                            wrong->reason));
 }
 
 struct Energies {

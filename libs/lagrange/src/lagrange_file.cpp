@@ -63,6 +63,7 @@ LagrangeFile load(const io::Settings& settings) {
     p.order[name] = static_cast<int>(settings.integer("order." + name, 1, 0, 6));
   }
   for (const std::string& name : settings.keys("names")) p.names[name] = settings.text("names." + name, "");
+  if (const auto wrong = name_problem(p)) throw settings.error("names." + wrong->variable, wrong->reason);
   file.report = settings.texts("report", {});
   for (const std::string& text : file.report) {
     try {

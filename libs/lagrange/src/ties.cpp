@@ -133,15 +133,7 @@ expr::CandidateLibrary tied_library(const std::vector<ex>& accelerations, const 
                                     const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
                                     std::vector<std::string>& notes) {
   std::map<std::string, expr::Expr, std::less<>> renamed;
-  const auto rename = [&](const std::string& name) {
-    std::string stem = name;
-    for (auto it = problem.names.find(stem); !stem.empty(); it = problem.names.find(stem)) {
-      if (it != problem.names.end()) return it->second + name.substr(stem.size());
-      if (stem.back() != '\'') break;
-      stem.pop_back();
-    }
-    return name;
-  };
+  const auto rename = [&](const std::string& name) { return library_name(problem, name); };
   for (const auto& [name, unused] : problem.names) {
     if (!names.has(name) || !names.uses(names.at(name), Names::Kind::state))
       throw Error(fmt::format("names: '{}' is no variable", name));

@@ -2,7 +2,12 @@
 #include "algebra.hpp"
 #include "whirl/lagrange/derive.hpp"
 
-namespace whirl::lagrange::algebra {
+namespace whirl::lagrange {
+
+/// The name of a variable in the library: a derivative without an entry is its base with a prime.
+std::string library_name(const LagrangeProblem& problem, const std::string& name);
+
+namespace algebra {
 
 /// Splits accelerations into unknowns and functions: the library of LagrangeEquations. `moving`: the names whose second
 /// derivatives they are; `exact`: parameters with their values.
@@ -10,4 +15,5 @@ expr::CandidateLibrary tied_library(const std::vector<ex>& accelerations, const 
                                     const LagrangeProblem& problem, const GiNaC::exmap& exact, const Names& names,
                                     std::vector<std::string>& notes);
 
-}  // namespace whirl::lagrange::algebra
+}  // namespace algebra
+}  // namespace whirl::lagrange

@@ -1,5 +1,6 @@
 #include "whirl/lagrange/derive.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
@@ -7,7 +8,10 @@
 #include "systems.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/lagrange/lagrange_file.hpp"
 #include "whirl/rotor/equations.hpp"
+#include "whirl/testing/compiled.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl::lagrange {
 namespace {
@@ -320,6 +324,38 @@ TEST(Lagrange, SymmetriesTieTheParametersOfAGeneralPotential) {
     p.symmetries = {wrong};
     EXPECT_THROW((void)derive(p), Error) << wrong;
   }
+}
+
+// Two variables of one name would make one column of both; text that is no name would make another library.
+TEST(Lagrange, NamesInTheLibraryAreIdentifiersAndEachVariableHasItsOwn) {
+  const auto reason = [](const std::string& variable, const std::string& name) {
+    LagrangeProblem p = duffing_oscillator();
+    p.names = {{"x", "X1"}, {"x'", "X2"}};
+    p.names[variable] = name;
+    EXPECT_EQ(name_problem(p).has_value(), testing::error_of([&] { (void)derive(p); }) != "no error") << name;
+    return name_problem(p).value_or(NameProblem{"none", ""}).variable;
+  };
+  EXPECT_EQ(reason("x", "X1"), "none");
+  EXPECT_EQ(reason("x'", "X1"), "x'");
+  EXPECT_EQ(reason("x'", "t"), "x'");
+  EXPECT_EQ(reason("x", "X2'"), "x");  // that of x''
+  for (const char* text : {"", "X-inf", "X 1", "1X", "sin", "pi", "X1*X2", "X1\"]\nknown = [\""}) {
+    EXPECT_EQ(reason("x'", text), "x'") << text;
+  }
+}
+
+TEST(Lagrange, AFileWithANameTwiceIsRefusedWithItsLine) {
+  const testing::TemporaryFolder folder;
+  const auto refusal = [&](const std::string& name) {
+    folder.write("s.toml",
+                 "coordinates = [\"x\"]\nprescribed = [\"beta\"]\nkinetic = \"m*x'^2/2\"\n[parameters]\nm = \"kg\"\n"
+                 "[names]\nx = \"X1\"\nbeta = \"" +
+                     name + "\"\n");
+    return testing::error_of([&] { (void)read_lagrange_file(folder.path() / "s.toml"); });
+  };
+  EXPECT_EQ(refusal("X5"), "no error");
+  EXPECT_THAT(refusal("X1"), ::testing::HasSubstr("s.toml:8: names.beta"));
+  EXPECT_THAT(refusal("X-inf"), ::testing::HasSubstr("s.toml:8: names.beta"));
 }
 
 TEST(Lagrange, ParametersWithValuesLeaveTheUnknowns) {

@@ -22,6 +22,19 @@ std::string header(const StreamInfo& info) {
   return out + ",valid_1\n";
 }
 
+constexpr std::size_t kRoomForEvents = 1 << 16;  // bytes: why a record stopped is written also to a full disk
+
+/// run_001, run_002, ...: the first that is not there.
+std::filesystem::path new_folder(const std::filesystem::path& below) {
+  std::error_code failed;
+  for (int number = 1; number < 1'000'000; ++number) {
+    std::filesystem::path run = below / fmt::format("run_{:03}", number);
+    if (std::filesystem::create_directory(run, failed)) return run;
+    if (failed) throw Error::in_file(run.string(), 0, "folder cannot be created: " + failed.message());
+  }
+  throw Error::in_file(below.string(), 0, "holds a million records: start the monitor with another folder");
+}
+
 }  // namespace
 
 Recorder::Recorder(RecorderOptions options) : options_(std::move(options)) {
@@ -38,23 +51,21 @@ Recorder::Recorder(RecorderOptions options) : options_(std::move(options)) {
 void Recorder::start(const StreamInfo& info, const std::string& settings_json) {
   if (options_.folder.empty()) throw Error("recording is off: start the monitor with a folder for records");
   if (active()) throw Error(fmt::format("a record is running already: {}", run_.string()));
-  int number = 1;
-  std::error_code failed;
-  do {
-    run_ = options_.folder / fmt::format("run_{:03}", number++);
-  } while (!std::filesystem::create_directory(run_, failed) && !failed && number < 10000);
-  if (failed) throw Error::in_file(run_.string(), 0, "folder cannot be created: " + failed.message());
+  require_space();
+  run_ = new_folder(options_.folder);
   io::write_text(run_ / "settings.json", settings_json + "\n");
-  file_.open(run_ / "record.csv", std::ios::binary);
-  file_ << header(info);
-  if (!file_) {
-    file_.close();
-    throw Error::in_file((run_ / "record.csv").string(), 0, "cannot be written");
+  try {
+    events_.create(run_ / "events.csv", kRoomForEvents);
+    events_.append("t_s,event\n");
+    file_.create(run_ / "record.csv");
+    file_.append(header(info));
+  } catch (...) {
+    close();
+    throw;
   }
-  events_.open(run_ / "events.csv", std::ios::binary);
-  events_ << "t_s,event\n";
   rate_ = info.rate;
   last_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(info.channels.size()));
+  last_time_ = 0;
   bytes_ = checked_ = 0;
   samples_ = lost_ = 0;
   reason_.clear();
@@ -75,29 +86,61 @@ void Recorder::write(double t_first, const Eigen::Ref<const Eigen::MatrixXd>& bl
     fmt::format_to(std::back_inserter(text), ",{}\n", valid ? 1 : 0);
     if (!valid) ++lost_;
   }
-  file_.write(text.data(), static_cast<std::streamsize>(text.size()));
+  if (block.rows() > 0) last_time_ = t_first + static_cast<double>(block.rows() - 1) / rate_;
+  try {
+    file_.append({text.data(), text.size()});
+  } catch (const Error& e) {
+    return stop(e.what());
+  }
   bytes_ += text.size();
   samples_ += static_cast<std::uint64_t>(block.rows());
-  if (!file_) return stop("writing failed");
   if (bytes_ >= options_.size_limit) return stop("size limit reached");
   // Asking the file system costs time: once per 4 MB.
   if (bytes_ - checked_ > 4'000'000) {
     checked_ = bytes_;
-    std::error_code failed;
-    const auto space = std::filesystem::space(run_, failed);
-    if (!failed && space.available < options_.free_space) stop("disk nearly full");
+    if (disk_is_nearly_full()) stop("disk nearly full");
   }
 }
 
+bool Recorder::disk_is_nearly_full() const {
+  std::error_code failed;
+  const auto space = std::filesystem::space(options_.folder, failed);
+  return !failed && space.available < options_.free_space;
+}
+
+void Recorder::require_space() const {
+  if (!disk_is_nearly_full()) return;
+  throw Error::in_file(options_.folder.string(), 0,
+                       fmt::format("disk nearly full: a record needs {} MB free", options_.free_space / 1'000'000));
+}
+
 void Recorder::event(double t, const std::string& text) {
-  if (active()) events_ << fmt::format("{:.6f},{}\n", t, report::escape_csv(text)) << std::flush;
+  if (!active()) return;
+  try {
+    events_.append(fmt::format("{:.6f},{}\n", t, report::escape_csv(text)));
+  } catch (const Error& e) {
+    stop(e.what());
+  }
 }
 
 void Recorder::stop(const std::string& reason) {
   if (!active()) return;
-  file_.close();
-  events_.close();
   reason_ = reason;
+  try {
+    events_.append(fmt::format("{:.6f},{}\n", last_time_, report::escape_csv("record stopped: " + reason)));
+  } catch (const Error&) {  // the page says it in any case
+  }
+  close();
+}
+
+void Recorder::close() {
+  for (io::GrowingFile* file : {&file_, &events_}) {
+    try {
+      file->close();
+    } catch (const Error& e) {
+      reason_ = e.what();
+    }
+  }
 }
 
 }  // namespace whirl::monitor

@@ -5,6 +5,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "door.hpp"
 #include "page.hpp"
 #include "upload.hpp"
 #include "whirl/core/error.hpp"
@@ -30,12 +32,15 @@ namespace asio = boost::asio;
 using tcp = asio::ip::tcp;
 using json = nlohmann::json;
 using std::chrono_literals::operator""s;
+using std::chrono_literals::operator""ms;
 
 constexpr std::size_t kMaxRequest = 4096;     ///< bytes of one message of a client
 constexpr std::uint64_t kLargestBody = 1024;  ///< bytes, of a request for the page
 constexpr int kSendBuffer = 1 << 18;          ///< bytes
 constexpr std::size_t kHolders = 8;           ///< clients with the token, beside the viewers
 constexpr auto kRefusalEvery = 60s;           ///< a line at most about refused commands
+constexpr auto kWholeRequest = 5s;            ///< a request has come until then
+constexpr auto kAgain = 20ms;                 ///< until connections are taken again after the system refused one
 
 /// Beast of this age has its own string view.
 std::string_view plain(beast::string_view text) { return {text.data(), text.size()}; }
@@ -76,8 +81,10 @@ struct Service {
   std::vector<std::weak_ptr<StreamSession>> viewing;
   std::vector<std::weak_ptr<ClientQueue>> queues;  ///< all that were given to the hub
   Uploads uploads{hub, context, options.largest_file};
+  Door door{most_unfinished()};
   asio::io_context context{1};  ///< destroyed before what its handlers use
   tcp::acceptor acceptor;
+  asio::steady_timer again{context};
   std::thread thread;
 
   bool host_allowed(std::string_view host) const {
@@ -107,7 +114,7 @@ struct Service {
                            refused == 1 ? "a command" : fmt::format("{} commands", refused)));
     refused = 0;
   }
-  void accept();
+  void accept(bool exhausted_before = false);
   bool make_room();
 };
 
@@ -141,12 +148,18 @@ class StreamSession : public std::enable_shared_from_this<StreamSession> {
 /// One HTTP connection: a file of the page, or the step up to WebSocket.
 class PageSession : public std::enable_shared_from_this<PageSession> {
  public:
-  PageSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {}
+  PageSession(tcp::socket&& socket, Service& server) : server_(server), stream_(std::move(socket)) {
+    place_ = server_.door.enter([this] {
+      beast::error_code ignored;
+      stream_.socket().close(ignored);
+    });
+  }
   void read() {
+    place_->asked = false;
     parser_.emplace();
     parser_->header_limit(8192);
     parser_->body_limit(server_.options.largest_file);
-    stream_.expires_after(10s);
+    stream_.expires_after(kWholeRequest);
     http::async_read_header(stream_, buffer_, *parser_,
                             [self = shared_from_this()](beast::error_code failed, std::size_t) {
                               if (!failed) self->read_body();
@@ -160,6 +173,7 @@ class PageSession : public std::enable_shared_from_this<PageSession> {
 
   Service& server_;
   beast::tcp_stream stream_;
+  std::shared_ptr<Door::Place> place_;  ///< given up before the stream
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   http::response<http::string_body> response_;
@@ -172,6 +186,7 @@ void PageSession::read_body() {
                          server_.origin_allowed(plain(request[http::field::origin])) &&
                          same_secret(server_.options.token, std::string(plain(request["X-Whirl-Token"])));
     if (!allowed) server_.note_refusal();
+    place_.reset();
     return server_.uploads.take(std::move(stream_), std::move(buffer_), *parser_, allowed);
   }
   if (parser_->content_length().value_or(0) > kLargestBody) return;  // no request of the page has one
@@ -182,6 +197,7 @@ void PageSession::read_body() {
 }
 
 void PageSession::answer() {
+  place_->asked = true;
   const auto& request = parser_->get();
   const std::string_view target = plain(request.target());
   if (!server_.host_allowed(plain(request[http::field::host])) ||
@@ -199,6 +215,7 @@ void PageSession::answer() {
       return send(http::status::service_unavailable, "text/plain", "too many clients\n");
     }
     stream_.expires_never();
+    place_.reset();
     const auto session = std::make_shared<StreamSession>(stream_.release_socket(), server_, holder);
     if (!holder) server_.viewing.push_back(session);
     session->run(parser_->release());
@@ -233,6 +250,7 @@ void PageSession::send(http::status status, std::string_view type, std::string_v
     response_.body() = std::string(body);
     response_.prepare_payload();
   }
+  stream_.expires_after(10s);
   http::async_write(stream_, response_, [self = shared_from_this(), keep](beast::error_code failed, std::size_t) {
     if (!failed && keep) return self->read();
     beast::error_code ignored;
@@ -353,11 +371,19 @@ bool Service::make_room() {
   return true;
 }
 
-void Service::accept() {
+void Service::accept(bool exhausted_before) {
+  if (!exhausted_before) door.reserve();
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
     if (!acceptor.is_open()) return;
     if (!failed) std::make_shared<PageSession>(std::move(socket), *this)->read();
-    accept();
+    const bool exhausted =
+        failed == asio::error::no_descriptors || failed == beast::errc::too_many_files_open_in_system;
+    // Who waits longest goes, and failing that the descriptor kept for this moment: the next one that comes is taken.
+    if (!exhausted || door.close_oldest() || door.release()) return accept(exhausted);
+    again.expires_after(kAgain);
+    again.async_wait([this](beast::error_code ended) {
+      if (!ended && acceptor.is_open()) accept();
+    });
   });
 }
 

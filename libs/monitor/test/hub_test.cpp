@@ -1,10 +1,13 @@
 #include "whirl/monitor/hub.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <chrono>
 #include <cmath>
+#include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -12,6 +15,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/file.hpp"
 
 namespace whirl::monitor {
 namespace {
@@ -248,6 +252,46 @@ TEST(MonitorHub, LostValuesAreHeldAndMarkedInTheRecord) {
   std::getline(events, line);
   std::getline(events, line);
   EXPECT_EQ(line, "0.002000,\"lost, once\"");
+  std::filesystem::remove_all(folder);
+}
+
+// The disk is full in the middle of a block: whole lines, and the events say why. `ulimit -f` plays the disk.
+TEST(MonitorHub, ARecordOnAFullDiskEndsInAWholeLineAndSaysSo) {
+  const auto folder = std::filesystem::temp_directory_path() / "whirl_monitor_full_test";
+  std::filesystem::remove_all(folder);
+  Recorder recorder({folder, 1'000'000, 0});
+  recorder.start({"loop", 1000, {{"x", Quantity::displacement}}}, "{}");
+  const Eigen::MatrixXd block = Eigen::MatrixXd::Constant(100, 1, 1.2345678901e-3);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  rlimit full = before;
+  full.rlim_cur = 10'001;
+  setrlimit(RLIMIT_FSIZE, &full);
+  for (int i = 0; i < 10 && recorder.active(); ++i) recorder.write(0.1 * i, block);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_FALSE(recorder.active());
+  EXPECT_THAT(recorder.stopped_because(), HasSubstr("cannot be written"));
+  const Recording back = io::read_csv(folder / "run_001" / "record.csv");
+  EXPECT_EQ(static_cast<std::uint64_t>(back.size()), recorder.samples());
+  EXPECT_GT(back.size(), 100);
+  EXPECT_THAT(io::read_text(folder / "run_001" / "events.csv"), HasSubstr("record stopped: "));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(MonitorHub, ARecordNeverEntersAFolderThatIsThere) {
+  const auto folder = std::filesystem::temp_directory_path() / "whirl_monitor_many_test";
+  std::filesystem::remove_all(folder);
+  for (int i = 1; i <= 9999; ++i) std::filesystem::create_directories(folder / fmt::format("run_{:03}", i));
+  {
+    Recorder recorder({folder, 1'000'000, 0});
+    recorder.start({"loop", 1000, {{"x", Quantity::displacement}}}, "{}");
+    EXPECT_EQ(recorder.folder().filename(), "run_10000");
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "run_9999"));
+  Recorder none({folder, 1'000'000, std::uintmax_t{1} << 60});
+  EXPECT_THROW(none.start({"loop", 1000, {{"x", Quantity::displacement}}}, "{}"), Error);
   std::filesystem::remove_all(folder);
 }
 

@@ -2,10 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <boost/asio/connect.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/write.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -217,6 +220,57 @@ TEST_F(MonitorServer, ViewersNeverTakeThePlaceOfTheTokensHolder) {
     if (await(holder, "status")["items"][0][1] == "paused") return;
   }
   FAIL() << "not paused";
+}
+
+// Thousands of connections that say nothing do not keep out who does.
+TEST_F(MonitorServer, SilentConnectionsMakeRoomForAPersonWhoAsks) {
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  rlimit usual = before;
+  usual.rlim_cur = std::min<rlim_t>(1024, before.rlim_max);
+  setrlimit(RLIMIT_NOFILE, &usual);
+  std::vector<tcp::socket> silent;
+  for (int i = 0; i < 600; ++i) {
+    silent.push_back(connect());
+    if (i % 2 == 0) asio::write(silent.back(), asio::buffer("GET / HT", 8));
+    if (i % 100 != 99) continue;
+    const auto start = std::chrono::steady_clock::now();
+    EXPECT_EQ(request(http::verb::get, "/", host()).result(), http::status::ok) << i;
+    EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(1)) << i;
+  }
+  int ended = 0;
+  for (tcp::socket& socket : silent) {
+    beast::error_code failed;
+    char byte = 0;
+    socket.non_blocking(true);
+    socket.read_some(asio::buffer(&byte, 1), failed);
+    ended += failed != asio::error::would_block;
+  }
+  EXPECT_GE(ended, 600 - 128);
+  setrlimit(RLIMIT_NOFILE, &before);
+}
+
+// The process has no descriptor left: the one kept for it takes the next connection.
+TEST_F(MonitorServer, AReservedDescriptorServesWhenThereIsNoOther) {
+  EXPECT_EQ(request(http::verb::get, "/", host()).result(), http::status::ok);
+  tcp::socket socket(context_, tcp::v4());
+  rlimit before{};
+  getrlimit(RLIMIT_NOFILE, &before);
+  std::vector<int> all;
+  for (int fd; (fd = ::dup(0)) >= 0 && all.size() < 100;) all.push_back(fd);  // numbers below the limit to come
+  rlimit none = before;
+  none.rlim_cur = static_cast<rlim_t>(all.back()) + 1;
+  setrlimit(RLIMIT_NOFILE, &none);
+  socket.connect({asio::ip::make_address("127.0.0.1"), server_.port()});
+  http::request<http::string_body> r(http::verb::get, "/", 11);
+  r.set(http::field::host, host());
+  http::write(socket, r);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> answer;
+  http::read(socket, buffer, answer);
+  EXPECT_EQ(answer.result(), http::status::ok);
+  setrlimit(RLIMIT_NOFILE, &before);
+  for (const int fd : all) ::close(fd);
 }
 
 TEST_F(MonitorServer, RefusedCommandsAreToldOnceAndDoNotFillTheLog) {

@@ -169,11 +169,44 @@ TEST(UdpBoard, NumbersItsCommandsAndGivesTheNewestReadingWhateverTheOrder) {
   EXPECT_EQ(r.beta, 12.5) << "the first of two with the same tick";
   EXPECT_TRUE(udp.connected());
   EXPECT_FALSE(udp.read(r));
-  // Its count of ticks goes on behind 2^32.
-  r.tick = 7;
-  come(0xffffffffu), come(0);
-  for (int i = 0; i < 1000 && r.tick != 0; ++i) udp.read(r);
-  EXPECT_EQ(r.tick, 0u);
+}
+
+TEST(UdpBoard, ItsCountOfTicksGoesOnBehind2To32) {
+  Peer peer;
+  UdpBoard udp(peer.address);
+  udp.write({});
+  peer.receive();
+  BoardReading r;
+  for (const std::uint32_t tick : {0xffffffffu, 0u}) {
+    peer.send(reading(tick, 1, 3, kNumbers));
+    for (int i = 0; i < 1000 && !udp.read(r); ++i) ::usleep(1000);
+    EXPECT_EQ(r.tick, tick);
+  }
+}
+
+// A datagram that comes late or twice, also in a later call, is none; the motion is that of the newest.
+TEST(UdpBoard, LateAndDoubledReadingsAreDroppedAlsoBetweenCalls) {
+  Peer peer;
+  UdpBoard udp(peer.address);
+  udp.write({});
+  peer.receive();
+  BoardReading r;
+  const auto reads = [&](std::uint32_t tick, std::uint32_t session, double beta) {
+    std::vector<double> numbers = kNumbers;
+    numbers[0] = beta;
+    peer.send(reading(tick, 1 | session << 16, 3, numbers));
+    pollfd ready{udp.descriptor(), POLLIN, 0};
+    EXPECT_EQ(::poll(&ready, 1, 5000), 1);
+    return udp.read(r);
+  };
+  EXPECT_TRUE(reads(5000, 4, 1));
+  EXPECT_FALSE(reads(5000, 4, 9)) << "doubled";
+  EXPECT_FALSE(reads(4998, 4, 9)) << "late";
+  EXPECT_EQ(r.beta, 1);
+  EXPECT_EQ(r.tick, 5000U);
+  EXPECT_TRUE(reads(5001, 4, 2));
+  EXPECT_TRUE(reads(5000, 5, 3)) << "a board that was started again";
+  EXPECT_TRUE(reads(3, 5, 4)) << "one that gives no other session, and counts from its beginning";
 }
 
 TEST(UdpBoard, ABoardThatIsGoneIsSeenAndOneThatComesBackToo) {

@@ -13,6 +13,7 @@
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/output.hpp"
+#include "whirl/io/temporary.hpp"
 #include "whirl/modal/fit_modes.hpp"
 #include "whirl/modal/frf.hpp"
 #include "whirl/modal/stiffness.hpp"
@@ -22,13 +23,13 @@
 namespace whirl::study {
 namespace {
 
-// The study step by step; each writes its files and reports its progress.
+// The study step by step; each writes its files and reports its progress. The files get their names in the user's
+// folder when all steps are done: a study that is interrupted leaves what was there before.
 class StudyRunner {
  public:
   explicit StudyRunner(const StudyOptions& options) { study_.options = options; }
 
   Study run() {
-    io::make_folder(folder());
     io::write_text(folder() / "rig.toml", rig::rig_toml(options().rig));
     stiffness_test();
     hammer_test();
@@ -37,13 +38,27 @@ class StudyRunner {
     validate_models();
     design_controllers();
     close_loops();
+    publish();
     step("done", 1);
     return std::move(study_);
   }
 
  private:
   const StudyOptions& options() const { return study_.options; }
-  const std::filesystem::path& folder() const { return study_.options.folder; }
+  const std::filesystem::path& folder() const { return kept_.path(); }
+  /// Not while an OutputGroup lives: the steps read again what they wrote.
+  void publish() const {
+    io::make_folder(options().folder);
+    io::OutputGroup together;
+    for (const auto& file : std::filesystem::directory_iterator(folder())) {
+      io::ByteSource from(file.path());
+      io::ByteSink to(options().folder / file.path().filename());
+      std::string part(std::size_t{1} << 16, '\0');
+      for (std::size_t n; (n = from.read(part.data(), part.size())) > 0;) to.write({part.data(), n});
+      to.close();
+    }
+    together.commit();
+  }
   void step(const std::string& what, double fraction) const {
     if (options().progress) options().progress(what, fraction);
   }
@@ -261,6 +276,7 @@ class StudyRunner {
                tuning::tuning_plant(rotor, tuning::data_sheet(options().rig)));
   }
 
+  io::TemporaryFolder kept_{"study"};
   Study study_;
 };
 

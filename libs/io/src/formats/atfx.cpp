@@ -14,6 +14,7 @@
 
 #include "format.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
 
@@ -366,7 +367,11 @@ AtfxFile parse_atfx(std::string_view bytes, std::string_view name, const AtfxCom
 
 AtfxFile read_atfx(const std::filesystem::path& path) {
   return parse_atfx(read_text(path), path.string(), [&](const std::string& file) {
-    const std::filesystem::path part = path.parent_path() / file;
+    const std::filesystem::path named(file), part = path.parent_path() / named;
+    // No other file of this machine: whoever made this one would choose which.
+    if (named.is_absolute() || std::find(named.begin(), named.end(), "..") != named.end())
+      throw Error::in_file(path.string(), 0,
+                           fmt::format("its binary part '{}' must stand beside it or below", one_line(file)));
     if (!std::filesystem::exists(part)) {
       throw Error::in_file(path.string(), 0, fmt::format("its binary part '{}' is missing beside it", file));
     }

@@ -8,6 +8,7 @@
 
 #include "formats/text_lines.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/signals.hpp"
 
 namespace whirl::io::detail {
@@ -34,7 +35,7 @@ std::pair<std::string_view, std::string_view> instrument_form(std::string_view t
 }
 
 std::string plain_name(std::string_view text) {
-  std::string name(trim_blanks(text));
+  std::string name = one_line(trim_blanks(text));
   std::replace_if(
       name.begin(), name.end(), [](char c) { return c == ' ' || c == '\t'; }, '_');
   return name;
@@ -75,7 +76,8 @@ Heading parse_heading(std::string_view raw) {
   Heading h{std::string(text), plain_name(text)};
   if (h.text == "rpm") return {h.text, "speed", find_unit("rpm")};
   if (h.text == "hz" || h.text == "Hz") return {h.text, "freq", find_unit("hz")};
-  if (const NameWithUnit split = split_unit(text); split.unit != nullptr) return {h.text, split.name, split.unit};
+  if (const NameWithUnit split = split_unit(text); split.unit != nullptr)
+    return {h.text, one_line(split.name), split.unit};
   const auto [name, label] = instrument_form(trim_blanks(text));
   if (!label.empty()) {
     if (const UnitSuffix* unit = unit_from_label(label)) return {h.text, plain_name(name), unit, true};

@@ -8,6 +8,7 @@
 
 #include "format.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 
 namespace whirl::io {
@@ -97,6 +98,13 @@ SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& opt
       std::any_of(formats().begin(), formats().end(), [&](const Format& f) { return claims(f, extension); });
   if (known && !claims(own, extension)) {
     file.findings.push_back(fmt::format("named {} but its content is {}", extension, own.words));
+  }
+  for (SignalTable& table : file.tables) {
+    table.name = one_line(table.name);
+    for (Signal& signal : table.signals) signal.name = one_line(signal.name), signal.unit = one_line(signal.unit);
+  }
+  for (auto* list : {&file.contents, &file.findings}) {
+    for (std::string& text : *list) text = one_line(text);
   }
   return file;
 }

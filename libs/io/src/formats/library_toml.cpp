@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/settings.hpp"
 
@@ -27,6 +28,10 @@ std::vector<expr::Expr> terms(const Settings& settings, const std::string& path)
 expr::CandidateLibrary load(const Settings& settings, const std::vector<std::string>& sought) {
   const std::vector<std::string> lhs = settings.texts("equations", sought);
   if (lhs.empty()) throw settings.error("equations", "no equation is named; write e.g. equations = [\"x''\", \"y''\"]");
+  for (const std::string& left : lhs) {
+    if (!is_left_side(left))
+      throw settings.error("equations", fmt::format("'{}' {}", one_line(left.substr(0, 60)), kLeftSideRule));
+  }
   std::vector<expr::TiedGroup> groups;
   for (std::size_t g = 0; g < settings.count("group"); ++g) {
     const std::string group = fmt::format("group[{}]", g);
@@ -45,9 +50,11 @@ expr::CandidateLibrary load(const Settings& settings, const std::vector<std::str
     } catch (const Error& e) {
       throw settings.error(group + ".unit", e.what());
     }
-    groups.push_back(
-        expr::tied_group(settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient),
-                         places, coefficient, unit));
+    const std::string group_name =
+        settings.text(group + ".name", coefficient.empty() ? fmt::format("p{}", g + 1) : coefficient);
+    if (!is_label(group_name)) throw settings.error(group + ".name", kLabelRule);
+    if (!is_unit_text(unit)) throw settings.error(group + ".unit", kUnitRule);
+    groups.push_back(expr::tied_group(group_name, places, coefficient, unit));
     if (groups.back().entries.empty()) throw settings.error(group + ".terms", "must not be 0 everywhere");
   }
   const std::vector<expr::Expr> common = terms(settings, "common");
@@ -70,18 +77,9 @@ expr::CandidateLibrary load(const Settings& settings, const std::vector<std::str
   }
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 std::string list(const std::vector<std::string>& texts) {
   std::string out;
-  for (const std::string& text : texts) out += (out.empty() ? "" : ", ") + quoted(text);
+  for (const std::string& text : texts) out += (out.empty() ? "" : ", ") + toml_quoted(text);
   return "[" + out + "]";
 }
 
@@ -98,7 +96,7 @@ expr::CandidateLibrary read_library(const std::filesystem::path& path, const std
 
 std::string to_toml(const expr::CandidateLibrary& library, const std::vector<std::string>& comment) {
   std::string out;
-  for (const std::string& line : comment) out += "# " + line + "\n";
+  for (const std::string& line : comment) out += toml_comment(line) + "\n";
   out += "equations = " + list(library.lhs) + "\n";
   std::vector<std::vector<std::string>> untied(library.lhs.size());
   std::string tied;
@@ -111,16 +109,16 @@ std::string to_toml(const expr::CandidateLibrary& library, const std::vector<std
     }
     std::vector<std::string> texts;
     for (const expr::Expr& place : expr::group_terms(group, library.lhs.size())) texts.push_back(place.str());
-    tied += "\n[[group]]\nname = " + quoted(group.name) + "\n";
-    if (!group.coefficient.empty()) tied += "coefficient = " + quoted(group.coefficient) + "\n";
-    if (!group.unit.empty()) tied += "unit = " + quoted(group.unit) + "\n";
+    tied += "\n[[group]]\nname = " + toml_quoted(group.name) + "\n";
+    if (!group.coefficient.empty()) tied += "coefficient = " + toml_quoted(group.coefficient) + "\n";
+    if (!group.unit.empty()) tied += "unit = " + toml_quoted(group.unit) + "\n";
     tied += "terms = " + list(texts) + "\n";
   }
   std::string own, fixed;
   for (std::size_t i = 0; i < library.lhs.size(); ++i) {
-    if (!untied[i].empty()) own += quoted(library.lhs[i]) + " = " + list(untied[i]) + "\n";
+    if (!untied[i].empty()) own += toml_quoted(library.lhs[i]) + " = " + list(untied[i]) + "\n";
     if (!library.known.empty() && !library.known[i].is_number(0)) {
-      fixed += quoted(library.lhs[i]) + " = " + quoted(library.known[i].str()) + "\n";
+      fixed += toml_quoted(library.lhs[i]) + " = " + toml_quoted(library.known[i].str()) + "\n";
     }
   }
   if (!own.empty()) out += "\n[terms]\n" + own;

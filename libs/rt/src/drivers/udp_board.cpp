@@ -125,18 +125,26 @@ bool UdpBoard::read(BoardReading& out) noexcept {
   while (true) {
     const ssize_t n = ::recv(fd_, bytes.data(), bytes.size(), 0);
     if (n == -1) {
-      if (errno == ECONNREFUSED) connected_ = false;
+      if (errno == ECONNREFUSED) connected_ = seen_ = false;
       if (errno == EINTR || errno == ECONNREFUSED) continue;
       break;
     }
     connected_ = true;
     const auto reading = board::decode_reading(std::span(bytes).first(static_cast<std::size_t>(n)));
-    if (reading && (!fresh || static_cast<std::int32_t>(reading->tick - out.tick) > 0)) {
-      out = *reading;
-      fresh = true;
-    }
+    if (!reading || is_late(*reading)) continue;
+    out = *reading;
+    tick_ = out.tick;
+    session_ = out.session;
+    seen_ = fresh = true;
   }
   return fresh;
+}
+
+bool UdpBoard::is_late(const BoardReading& reading) const noexcept {
+  // Datagrams overtake each other by a few; a board that counts from its beginning again is another thing.
+  constexpr std::int32_t kMostOvertaken = 1000;  // ticks
+  const auto ahead = static_cast<std::int32_t>(reading.tick - tick_);
+  return seen_ && reading.session == session_ && ahead <= 0 && ahead > -kMostOvertaken;
 }
 
 void UdpBoard::write(const BoardCommand& command) noexcept {

@@ -17,10 +17,20 @@ namespace {
 
 using namespace recording;
 
+/// A link into another file is none, nor are values that stand in one.
+bool stands_here(hid_t file, const char* name) {
+  H5L_info_t link{};
+  if (H5Lget_info(file, name, &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD) return false;
+  const Handle data(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
+  if (!data) return false;
+  const Handle created(H5Dget_create_plist(data.get()), H5Pclose);
+  return H5Pget_external_count(created.get()) == 0 && H5Pget_layout(created.get()) != H5D_VIRTUAL;
+}
+
 template <class Row>
 std::vector<Row> read_rows(hid_t file, const char* name, const Handle& type) {
+  if (!stands_here(file, name)) return {};
   const Handle data(H5Dopen2(file, name, H5P_DEFAULT), H5Dclose);
-  if (!data) return {};
   const Handle space(H5Dget_space(data.get()), H5Sclose);
   const hssize_t count = H5Sget_simple_extent_npoints(space.get());
   std::vector<Row> rows(count > 0 ? static_cast<std::size_t>(count) : 0);

@@ -81,6 +81,13 @@ class JsonReader {
   long integer() const;
   bool flag() const;
   const std::string& text() const;
+  /// Text of one of the kinds of `core/names.hpp`; any other is refused with the rule.
+  const std::string& identifier() const;
+  const std::string& left_side() const;
+  const std::string& label() const;
+  const std::string& unit() const;
+  /// The key of this member, of the kind that a model's parameters have: `is_label`.
+  void require_label(std::string_view key) const;
   std::vector<double> numbers() const;
   Eigen::VectorXd vector() const;
   std::complex<double> complex() const;        ///< [re, im]

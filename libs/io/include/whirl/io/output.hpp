@@ -1,7 +1,10 @@
 #pragma once
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 // The one way of every file of whirl to the disk, behind ByteSink and write_text() (file.hpp): written beside, flushed
@@ -28,6 +31,29 @@ class WriterLock {
 
  private:
   int descriptor_ = -1;
+};
+
+/// A file that grows while something is watched, such as a record: readable at every moment, never in the place of
+/// another file. What append() gives stands in it whole or, when the disk is full, not at all.
+class GrowingFile {
+ public:
+  GrowingFile() = default;
+  ~GrowingFile();
+  GrowingFile(const GrowingFile&) = delete;
+  GrowingFile& operator=(const GrowingFile&) = delete;
+  /// Keeps `reserve` bytes of the disk for the file from the start, where the file system can. Throws Error when a file
+  /// has the name, or it cannot be made.
+  void create(const std::filesystem::path& path, std::size_t reserve = 0);
+  /// Throws Error naming the file and the reason; the file then ends where it did before.
+  void append(std::string_view bytes);
+  /// To the disk, and closed. Throws Error when that fails.
+  void close();
+  bool is_open() const { return descriptor_ >= 0; }
+
+ private:
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uintmax_t size_ = 0;
 };
 
 /// Makes a folder and those above it. Throws Error naming it.

@@ -112,4 +112,8 @@ struct TomlEntry {
 /// TOML text, tables in the order of their first entry. Doubles with every digit needed to read them back.
 std::string to_toml(const std::vector<TomlEntry>& entries);
 
+/// Any text as a TOML string or quoted key, and as the rest of a comment's line.
+std::string toml_quoted(std::string_view text);
+std::string toml_comment(std::string_view text);
+
 }  // namespace whirl::io

@@ -5,6 +5,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <map>
 
 #include "formats/arrays/arrays.hpp"
 #include "formats/arrays/bytes.hpp"
@@ -17,7 +18,8 @@ namespace whirl::io {
 namespace {
 
 constexpr std::string_view kMagic("\x93NUMPY", 6);
-constexpr double kMostInflation = 1040;  // of deflate
+constexpr double kMostInflation = 1040;                      // of deflate
+constexpr std::size_t kMostUnpacked = std::size_t{1} << 31;  // bytes of all members together
 
 struct Field {
   std::string name;
@@ -241,6 +243,21 @@ std::string inflate_member(std::string_view packed, std::size_t size, std::strin
   return out;
 }
 
+/// Members of an archive stand apart: one that stands in another is a small file that unpacks without end.
+class MemberPlaces {
+ public:
+  bool take(std::size_t from, std::size_t to) {
+    const auto after = taken_.lower_bound(from);
+    if (after != taken_.end() && after->first < to) return false;
+    if (after != taken_.begin() && std::prev(after)->second > from) return false;
+    taken_.emplace(from, to);
+    return true;
+  }
+
+ private:
+  std::map<std::size_t, std::size_t> taken_;
+};
+
 // Members of a ZIP archive by its central directory.
 SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const ResponseOptions* wanted) {
   const auto fail = [&](const std::string& message) { return Error::in_file(file_name, 0, message); };
@@ -252,6 +269,8 @@ SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const R
   if (end == std::string_view::npos || bytes.size() - end < 22) throw fail("ZIP archive without a directory: cut off");
   std::size_t at = number_at<std::uint32_t>(bytes, end + 16, false);
   const std::size_t members = number_at<std::uint16_t>(bytes, end + 10, false);
+  MemberPlaces places;
+  std::size_t unpacked_bytes = 0;
   for (std::size_t k = 0; k < members; ++k) {
     if (at > bytes.size() || bytes.size() - at < 46 || number_at<std::uint32_t>(bytes, at, false) != 0x02014b50)
       throw fail(fmt::format("byte {}: no entry of a ZIP directory", at));
@@ -272,6 +291,7 @@ SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const R
     const std::size_t from = local + 30 + number_at<std::uint16_t>(bytes, local + 26, false) +
                              number_at<std::uint16_t>(bytes, local + 28, false);
     if (from > bytes.size() || bytes.size() - from < packed) throw fail(fmt::format("member '{}' is cut off", member));
+    if (!places.take(local, from + packed)) throw fail(fmt::format("member '{}' stands inside another", member));
     const std::string_view data = bytes.substr(from, packed);
     at = next;
     if (!member.ends_with(".npy")) {
@@ -279,6 +299,9 @@ SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const R
       continue;
     }
     if (method != 0 && method != 8) throw fail(fmt::format("member '{}' is packed by method {}", member, method));
+    unpacked_bytes += method == 8 ? size : packed;
+    if (unpacked_bytes > kMostUnpacked)
+      throw fail(fmt::format("its members unpack to more than {} bytes together", kMostUnpacked));
     const std::string unpacked = method == 8 ? inflate_member(data, size, file_name, member) : std::string(data);
     NpyReader(unpacked, file_name, without_npy(member)).read(file, arrays);
   }

@@ -16,26 +16,13 @@
 namespace whirl::io {
 namespace {
 
-herr_t visit_object(hid_t, const char* path, const H5O_info_t* info, void* user) {
-  Hdf5Visit& visit = *static_cast<Hdf5Visit*>(user);
-  if (std::string_view(path).starts_with("#refs#")) return 0;  // what MATLAB's cells point to
-  if (info->type == H5O_TYPE_DATASET) {
-    try {
-      read_dataset(visit, path);
-    } catch (const std::exception& e) {  // not through the C library
-      visit.problem = e.what();
-    }
-  }
-  return visit.problem.empty() ? 0 : 1;
-}
-
 /// The numeric arrays of the opened file, into the parcel.
 void collect(hid_t file, Hdf5Visit visit, std::string_view name, bool matlab) {
   visit.file = file;
   visit.out.text(matlab ? "MAT v7.3" : "HDF5");
-  const herr_t status = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit_object, &visit);
+  const bool whole = walk(visit);
   if (!visit.problem.empty()) throw Error::in_file(name, 0, visit.problem);
-  if (status < 0) throw Error::in_file(name, 0, "the tree of groups is damaged");
+  if (!whole) throw Error::in_file(name, 0, "the tree of groups is damaged");
   visit.out.value(Piece::end);
 }
 

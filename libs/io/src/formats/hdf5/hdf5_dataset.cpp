@@ -134,6 +134,10 @@ void read_dataset(Hdf5Visit& visit, const char* path) {
     visit.problem = fmt::format("dataset '{}' cannot be opened", path);
     return;
   }
+  if (const std::string why = kept_elsewhere(data); !why.empty()) {
+    visit.problem = fmt::format("dataset '{}' {}", path, why);
+    return;
+  }
   const Hdf5Id type(H5Dget_type(data), H5Tclose), space(H5Dget_space(data), H5Sclose);
   const H5T_class_t kind = H5Tget_class(type);
   const bool complex = is_complex(type, kind);

@@ -20,4 +20,8 @@ struct Hdf5Visit {
 /// The numbers of a dataset, or what it is instead, into the parcel; a failure into `problem`.
 void read_dataset(Hdf5Visit& visit, const char* path);
 
+/// read_dataset of every dataset of the file, by groups in the order of their names; links to other files are not
+/// followed and named. False when the tree is damaged.
+bool walk(Hdf5Visit& visit);
+
 }  // namespace whirl::io

@@ -97,4 +97,12 @@ std::string unreadable(hid_t data, const char* path) {
       filter);
 }
 
+std::string kept_elsewhere(hid_t data) {
+  const Hdf5Id created(H5Dget_create_plist(data), H5Pclose);
+  const char* what = H5Pget_external_count(created) > 0      ? "keeps its values in another file"
+                     : H5Pget_layout(created) == H5D_VIRTUAL ? "is put together from other files"
+                                                             : nullptr;
+  return what == nullptr ? std::string() : fmt::format("{}: copy it into one file, e.g. with h5repack", what);
+}
+
 }  // namespace whirl::io

@@ -41,4 +41,8 @@ Hdf5Id double_member(const std::string& name);
 /// Why the library did not read a dataset.
 std::string unreadable(hid_t data, const char* path);
 
+/// Why the values of a dataset are not all in its own file (external storage, virtual dataset); empty: they are. Such a
+/// dataset is not read: whoever made the file would choose which other file of this machine is.
+std::string kept_elsewhere(hid_t data);
+
 }  // namespace whirl::io

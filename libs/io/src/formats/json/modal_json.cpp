@@ -74,8 +74,8 @@ FrequencyResponse from_json(const Json& document, std::string_view source) {
   const Eigen::Index lines = frf.frequency.size();
   for (const JsonReader& c : in.at("channels").items()) {
     FrfChannel channel;
-    channel.response = c.at("response").text();
-    channel.reference = c.at("reference").text();
+    channel.response = c.at("response").label();
+    channel.reference = c.at("reference").label();
     channel.value = read_complex_parts(c.at("value"));
     channel.coherence = c.at("coherence").vector();
     channel.variance = c.at("variance").vector();
@@ -160,8 +160,8 @@ ModalModel from_json(const Json& document, std::string_view source) {
   model.upper = read_complex_parts(in.at("upper_residual"));
   if (in.has("channels")) {  // older files name none
     for (const JsonReader& channel : in.at("channels").items()) {
-      model.responses.push_back(channel.at("response").text());
-      model.references.push_back(channel.at("reference").text());
+      model.responses.push_back(channel.at("response").label());
+      model.references.push_back(channel.at("reference").label());
     }
     model.window_decay = in.at("window_decay_1_s").number();
     model.upper_slope = read_complex_parts(in.at("upper_residual_slope"));

@@ -2,20 +2,36 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "formats/json/parts.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/core/nan.hpp"
+#include "whirl/expr/expr.hpp"
 
 namespace whirl::io {
 namespace {
 
-std::vector<std::string> read_texts(const JsonReader& in) {
+std::vector<std::string> read_identifiers(const JsonReader& in) {
   std::vector<std::string> out;
-  for (const JsonReader& i : in.items()) out.push_back(i.text());
+  for (const JsonReader& i : in.items()) {
+    if (std::find(out.begin(), out.end(), i.identifier()) != out.end())
+      throw i.error(fmt::format("'{}' stands twice", i.text()));
+    out.push_back(i.text());
+  }
   return out;
+}
+
+std::string read_term(const JsonReader& in) {
+  try {
+    (void)expr::Expr::parse(in.label());
+  } catch (const Error& e) {
+    throw in.error(e.what());
+  }
+  return in.text();
 }
 
 Json rotor_json(const RotorModel& r) {
@@ -47,7 +63,10 @@ RotorModel read_rotor(const JsonReader& in) {
 
 std::map<std::string, double> read_map(const JsonReader& in) {
   std::map<std::string, double> out;
-  for (const auto& [key, value] : in.members()) out[key] = value.number_or_nan();
+  for (const auto& [key, value] : in.members()) {
+    value.require_label(key);
+    out[key] = value.number_or_nan();
+  }
   return out;
 }
 
@@ -155,7 +174,7 @@ std::vector<InputTiming> read_timing(const JsonReader& in) {
   std::vector<InputTiming> timing;
   for (const JsonReader& t : in.items()) {
     InputTiming one;
-    one.input = t.at("input").text();
+    one.input = t.at("input").identifier();
     const std::string hold = t.at("hold").text();
     if (hold != "zero" && hold != "first" && hold != "band-limited")
       throw t.at("hold").error("must be zero, first or band-limited");
@@ -215,28 +234,31 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   const JsonReader in(document, std::string(source));
   in.require_schema("whirl.model", 1);
   IdentifiedModel model;
-  model.method = in.at("method").text();
+  model.method = in.at("method").label();
   const JsonReader parameters = in.at("parameters");
-  for (const auto& [name, value] : parameters.members()) model.parameters.emplace_back(name, read_estimate(value));
+  for (const auto& [name, value] : parameters.members()) {
+    value.require_label(name);
+    model.parameters.emplace_back(name, read_estimate(value));
+  }
   if (in.has("rotor")) {
     model.rotor = read_rotor(in.at("rotor"));
     for (const std::string_view name : kRotorParameters) (void)parameters.at(name);
   }
-  model.states = read_texts(in.at("states"));
-  model.inputs = read_texts(in.at("inputs"));
+  model.states = read_identifiers(in.at("states"));
+  model.inputs = read_identifiers(in.at("inputs"));
   for (const JsonReader& e : in.at("equations").items()) {
     Equation equation;
-    equation.lhs = e.at("lhs").text();
+    equation.lhs = e.at("lhs").left_side();
     for (const JsonReader& t : e.at("terms").items()) {
       EquationTerm term;
-      term.function = t.at("function").text();
+      term.function = read_term(t.at("function"));
       term.coefficient.value = t.at("coefficient").number();
       term.coefficient.sd = t.at("sd").number_or_nan();
       const std::vector<JsonReader> ends = t.at("ci95").items();
       if (ends.size() != 2) throw t.at("ci95").error("must be [low, high]");
       term.coefficient.low = ends[0].number_or_nan();
       term.coefficient.high = ends[1].number_or_nan();
-      term.unit = t.at("unit").text();
+      term.unit = t.at("unit").unit();
       equation.terms.push_back(std::move(term));
     }
     model.equations.push_back(std::move(equation));
@@ -244,6 +266,7 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   if (in.has("input_timing")) model.timing = read_timing(in.at("input_timing"));
   if (in.has("noise_correlation")) {
     for (const auto& [state, value] : in.at("noise_correlation").members()) {
+      value.require_label(state);
       if (!(std::abs(value.number()) < 1)) throw value.error("must lie between -1 and 1");
       model.noise_correlation.emplace_back(state, value.number());
     }
@@ -279,9 +302,12 @@ ControllerDesign from_json(const Json& document, std::string_view source) {
   const JsonReader in(document, std::string(source));
   in.require_schema("whirl.controller", 1);
   ControllerDesign design;
-  design.law = in.at("law").text();
-  design.estimator = in.at("estimator").text();
-  for (const auto& [key, value] : in.at("parameters").members()) design.parameters[key] = value.number();
+  design.law = in.at("law").label();
+  design.estimator = in.at("estimator").label();
+  for (const auto& [key, value] : in.at("parameters").members()) {
+    value.require_label(key);
+    design.parameters[key] = value.number();
+  }
   design.model = read_rotor(in.at("model"));
   design.sample_time = in.at("sample_time_s").number();
   if (!(design.sample_time > 0)) throw in.at("sample_time_s").error("must be above 0");

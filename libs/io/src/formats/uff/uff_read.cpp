@@ -43,6 +43,8 @@ class UffReader {
       read_block();
       follows_block = true;
     }
+    if (const auto present = static_cast<long>(file_.functions.size()); present < stated_)
+      warn(fmt::format("cut off: it states {} functions, {} are present", stated_, present));
     if (file_.units.size() > 1)
       warn("more than one unit system (dataset 164): the units of each value are not certain");
     return std::move(file_);
@@ -141,6 +143,10 @@ class UffReader {
   void read_function(const UffBinary& form) {
     UffFunction f;
     for (auto& id : f.id) id = text_of(header_line("ID lines of a function"));
+    if (long number = 0, count = 0; std::sscanf(f.id[3].c_str(), "function %ld of %ld", &number, &count) == 2) {
+      stated_ = std::max(stated_, count);
+      f.id[3] = "NONE";
+    }
     std::string_view line = header_line("header of a function");
     f.type = small(integer(lines_, line, 0, 5));
     f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), small(integer(lines_, line, 51, 4))};
@@ -205,8 +211,8 @@ class UffReader {
   // without any -1 is left to be read.
   void leave_function(const UffFunction& f) {
     long more = 0;
-    while (!lines_.done() && !names_dataset(lines_.peek())) {
-      if (block_ends()) break;
+    bool closed = false;
+    while (!closed && !(closed = block_ends()) && !names_dataset(lines_.peek())) {
       more += trim(lines_.next()).empty() ? 0 : 1;
     }
     if (more > 0) {
@@ -378,6 +384,7 @@ class UffReader {
   UffFile file_;
   UffWindow window_;
   bool window_said_ = false;
+  long stated_ = 0;  ///< number of functions, where the file says it
 };
 
 }  // namespace

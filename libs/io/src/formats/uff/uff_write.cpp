@@ -73,10 +73,17 @@ std::string exact_abscissa(const UffFunction& f) {
   return fmt::format("abscissa start {:.17g} step {:.17g}", f.x0, f.dx);
 }
 
-std::string function_body(const UffFunction& f) {
+/// The fourth ID line, where nothing else stands in it, states the number of functions: a file that is cut off between
+/// two would be a sound one of fewer.
+std::string function_body(const UffFunction& f, std::size_t number, std::size_t count) {
   std::string out;
   const std::string exact = exact_abscissa(f);
-  for (std::size_t i = 0; i < f.id.size(); ++i) out += id_line(i == 4 && !exact.empty() ? exact : f.id[i]);
+  for (std::size_t i = 0; i < f.id.size(); ++i) {
+    const bool free = f.id[i].empty() || f.id[i] == "NONE";
+    out += id_line(i == 4 && !exact.empty() ? exact
+                   : i == 3 && free         ? fmt::format("function {} of {}", number, count)
+                                            : f.id[i]);
+  }
   out += fmt::format("{:5d}{:10d}{:5d}{:10d} {}{:10d}{:4d} {}{:10d}{:4d}\n", f.type, 0, 0, 0,
                      field(f.response.name, 10), f.response.node, f.response.direction, field(f.reference.name, 10),
                      f.reference.node, f.reference.direction);
@@ -155,7 +162,8 @@ std::string format_uff(const UffFile& file) {
     out += block(2412, body);
   }
   for (const auto& s : file.shapes) out += block(55, shape_body(s));
-  for (const auto& f : file.functions) out += block(58, function_body(f));
+  for (std::size_t i = 0; i < file.functions.size(); ++i)
+    out += block(58, function_body(file.functions[i], i + 1, file.functions.size()));
   return out;
 }
 

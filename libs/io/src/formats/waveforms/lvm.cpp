@@ -159,7 +159,12 @@ class LvmReader {
 
 }  // namespace
 
-SignalFile parse_lvm(std::string_view bytes, std::string_view name) { return LvmReader(bytes, name).read(); }
+SignalFile parse_lvm(std::string_view bytes, std::string_view name) {
+  SignalFile file = LvmReader(bytes, name).read();
+  if (!bytes.empty() && bytes.back() != '\n' && bytes.back() != '\r')
+    file.findings.push_back("its last line has no line end: the last number may be cut off");
+  return file;
+}
 
 void write_lvm(const std::filesystem::path& path, const Recording& recording) {
   const auto per_channel = [&](const char* key, const auto& text) {

@@ -74,24 +74,55 @@ std::size_t unfinished_data(std::string_view bytes, bool big) {
   return 0;
 }
 
-// Samples a second and channels that the chunk `fmt ` states: libsndfile refuses a 0 without a name.
-void check_stated(std::string_view bytes, bool big, std::string_view name) {
+/// What the chunks before the samples state.
+struct Stated {
+  unsigned channels = 0, rate = 0, frame_bytes = 0;
+  std::size_t fmt_at = 0;               ///< 0: no chunk `fmt `
+  std::uint64_t data = 0, present = 0;  ///< bytes of samples; those that the file holds
+  bool unknown = false;                 ///< the writer did not know their number when it began
+};
+
+Stated stated_of(std::string_view bytes, bool big) {
+  Stated s;
+  std::uint64_t wide = 0;  // size of the data of RF64, whose chunk says 0xFFFFFFFF
   for (std::size_t at = 12; at + 8 <= bytes.size();) {
+    const std::string_view id = bytes.substr(at, 4), body = bytes.substr(at + 8);
     const std::size_t size = number_at<std::uint32_t>(bytes, at + 4, big);
-    if (bytes.substr(at, 4) == "fmt ") {
-      if (at + 16 > bytes.size()) return;
-      const auto channels = number_at<std::uint16_t>(bytes, at + 10, big);
-      const auto rate = number_at<std::uint32_t>(bytes, at + 12, big);
-      const auto refuse = [&](const char* field, std::size_t place, std::uint32_t value, const char* allowed) {
-        return Error::in_file(name, 0, fmt::format("byte {}: {} = {}: must be {}", place, field, value, allowed));
-      };
-      if (channels < 1 || channels > 1024) throw refuse("channels", at + 10, channels, "1 to 1024");
-      if (rate < 1) throw refuse("sample rate", at + 12, rate, "1 Hz or more");
-      return;
+    if (id == "ds64" && body.size() >= 16) wide = number_at<std::uint64_t>(body, 8, big);
+    if (id == "fmt " && body.size() >= 14) {
+      s.fmt_at = at;
+      s.channels = number_at<std::uint16_t>(body, 2, big);
+      s.rate = number_at<std::uint32_t>(body, 4, big);
+      s.frame_bytes = number_at<std::uint16_t>(body, 12, big);
     }
-    if (size > bytes.size() - at - 8) return;
+    if (id == "data") {
+      s.data = size == 0xFFFFFFFF ? wide : size;
+      s.present = std::min<std::uint64_t>(s.data, body.size());
+      s.unknown = size == 0xFFFFFFFF && wide == 0;
+      break;
+    }
+    if (size > body.size()) break;
     at += 8 + size + size % 2;
   }
+  return s;
+}
+
+/// Channels and rate: libsndfile refuses a 0 without a name.
+void check_stated(const Stated& s, std::string_view name) {
+  const auto refuse = [&](const char* field, std::size_t place, unsigned value, const char* allowed) {
+    return Error::in_file(name, 0, fmt::format("byte {}: {} = {}: must be {}", place, field, value, allowed));
+  };
+  if (s.fmt_at == 0) return;
+  if (s.channels < 1 || s.channels > 1024) throw refuse("channels", s.fmt_at + 10, s.channels, "1 to 1024");
+  if (s.rate < 1) throw refuse("sample rate", s.fmt_at + 12, s.rate, "1 Hz or more");
+}
+
+/// The sentence about a file that ends before the samples it states; empty: it does not.
+std::string cut_off(const Stated& s) {
+  if (s.unknown || s.present >= s.data) return {};
+  const std::uint64_t frame = std::max(1U, s.frame_bytes), stated = s.data / frame, present = s.present / frame;
+  return fmt::format("cut off: its header states {} samples, {} are present, {} are missing", stated, present,
+                     stated - present);
 }
 
 }  // namespace
@@ -102,7 +133,8 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   const std::string_view riff = bytes.substr(0, 4);
   if ((riff != "RIFF" && riff != "RIFX" && riff != "RF64" && riff != "BW64") || bytes.substr(8, 4) != "WAVE")
     throw fail("byte 0: not a WAV file");
-  check_stated(bytes, riff == "RIFX", name);
+  const Stated stated = stated_of(bytes, riff == "RIFX");
+  check_stated(stated, name);
   const std::size_t unfinished = unfinished_data(bytes, riff == "RIFX");
   std::string mended;
   if (riff == "BW64" || unfinished > 0) {
@@ -138,7 +170,9 @@ SignalFile parse_wav(std::string_view bytes, std::string_view name) {
   if (unfinished > 0)
     result.findings.push_back(
         fmt::format("its header states no samples, as of a writer that did not come to its end: {} were read", rows));
-  if (rows < info.frames)
+  if (std::string cut = unfinished > 0 ? "" : cut_off(stated); !cut.empty())
+    result.findings.push_back(std::move(cut));
+  else if (rows < info.frames)
     result.findings.push_back(fmt::format("header declares {} samples, {} are present", info.frames, rows));
   std::vector<std::string> names;
   const char* comment = sf_get_string(file.get(), SF_STR_COMMENT);

@@ -1,5 +1,6 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,13 @@ struct LagrangeEquations {
   expr::CandidateLibrary library;
   std::vector<std::string> notes;  ///< what the symmetries tied, what was truncated
 };
+
+/// An entry of `LagrangeProblem::names` and what is wrong with it.
+struct NameProblem {
+  std::string variable, reason;
+};
+/// None when every variable (each with its rate and acceleration, and t) has a name of its own that is an identifier.
+std::optional<NameProblem> name_problem(const LagrangeProblem& problem);
 
 /// Derives the equations by computer algebra (GiNaC). Throws Error with the text and the reason when a text cannot be
 /// parsed or uses an undeclared name, a symmetry cannot be had, the kinetic energy has no mass for a coordinate, or a

@@ -2,9 +2,9 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <string>
 
+#include "whirl/io/output.hpp"
 #include "whirl/monitor/frame_source.hpp"
 
 namespace whirl::monitor {
@@ -18,7 +18,8 @@ struct RecorderOptions {
 /// Writes the full stream, every sample in SI, to run_NNN/record.csv (for read_csv) with run_NNN/settings.json and
 /// run_NNN/events.csv (t_s,event) beside it.
 /// A lost value is written as the last one that came, so that every program reads the file; such rows have 0 in the
-/// last column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills.
+/// last column, `valid`, and are counted. Stops by itself at the size limit or when the disk fills: record.csv then
+/// ends in a whole line and events.csv says `record stopped` and why. Never writes into a folder that was there.
 class Recorder {
  public:
   /// Makes the folder. Throws Error when it cannot be written.
@@ -39,10 +40,14 @@ class Recorder {
   const std::string& stopped_because() const { return reason_; }
 
  private:
+  bool disk_is_nearly_full() const;
+  void require_space() const;
+  void close();
+
   RecorderOptions options_;
   std::filesystem::path run_;
-  std::ofstream file_, events_;
-  double rate_ = 0;
+  io::GrowingFile file_, events_;
+  double rate_ = 0, last_time_ = 0;
   Eigen::VectorXd last_;  ///< finite value of each channel
   std::uintmax_t bytes_ = 0, checked_ = 0;
   std::uint64_t samples_ = 0, lost_ = 0;

@@ -47,8 +47,14 @@ class UdpBoard : public Board {
   int descriptor() const noexcept override { return fd_; }
 
  private:
+  /// Sent before the one that was read last, or that one again: dropped, here or in a later call.
+  bool is_late(const BoardReading& reading) const noexcept;
+
   int fd_ = -1;
   std::uint32_t number_ = 0;
+  std::uint32_t tick_ = 0;  ///< of the reading that came last
+  std::uint16_t session_ = 0;
+  bool seen_ = false;
   bool connected_ = true;  ///< false when nobody listens there
 };
 

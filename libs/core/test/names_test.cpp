@@ -1,0 +1,39 @@
+#include "whirl/core/names.hpp"
+
+#include <gtest/gtest.h>
+
+namespace whirl {
+namespace {
+
+TEST(Names, IdentifiersAreVariablesOfEquations) {
+  for (const char* good : {"x", "_a", "X12", "x'", "beta''", "Weg_links"}) EXPECT_TRUE(is_identifier(good)) << good;
+  for (const char* bad : {"", "1x", "x y", "x'y", "'", "a-b", "\xCE\xB2", "x\n", "X5*/", "a.b", "x'''''''''"})
+    EXPECT_FALSE(is_identifier(bad)) << bad;
+  EXPECT_FALSE(is_identifier(std::string(129, 'x')));
+  EXPECT_TRUE(is_left_side("x[k+1]"));
+  EXPECT_FALSE(is_left_side("x[k+1]'"));
+  EXPECT_FALSE(is_left_side("x[k]"));
+}
+
+TEST(Names, LabelsAreOneLineForPeople) {
+  for (const char* good : {"", "e*cos(phi)", "v': x^3", "Probe 1 [mm]", "\xCE\xB2 und \xC3\xA4", "runout1+_re"})
+    EXPECT_TRUE(is_label(good)) << good;
+  for (const char* bad : {"a\nb", "a\rb", "\x1b[31m", "\xff", "\xc0\xaf", "a\xE2\x80\xA8z", "a\xE2\x80\xAE", "\xC2\x85"})
+    EXPECT_FALSE(is_label(bad)) << bad;
+}
+
+TEST(Names, UnitsHoldNoCommentSigns) {
+  for (const char* good : {"", "1", "m/s^2", "1/(m^2 s^2)", "kg m^2", "N*m", "\xC2\xB5m", "%", "m/s^0.5"})
+    EXPECT_TRUE(is_unit_text(good)) << good;
+  for (const char* bad : {"m*/s", "m/*s", "m//s", "1\n}", "m;", "\"", "m{s}", "\\m", "m**2", "#"})
+    EXPECT_FALSE(is_unit_text(bad)) << bad;
+}
+
+TEST(Names, OneLineKeepsWhatIsPrintableAndReplacesTheRest) {
+  EXPECT_EQ(one_line("a\nb\tc\x1b"), "a b c ");
+  EXPECT_EQ(one_line("\xCE\xB2\xff\xCE"), "\xCE\xB2??");
+  EXPECT_EQ(one_line("a\xE2\x80\xA9z"), "a z");
+}
+
+}  // namespace
+}  // namespace whirl

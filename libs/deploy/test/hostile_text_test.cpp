@@ -1,0 +1,310 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <pugixml.hpp>
+
+#include "whirl/core/error.hpp"
+#include "whirl/deploy/fmu.hpp"
+#include "whirl/deploy/languages.hpp"
+#include "whirl/io/library_toml.hpp"
+#include "whirl/io/model_json.hpp"
+#include "whirl/report/document.hpp"
+#include "whirl/testing/compiled.hpp"
+#include "whirl/testing/designs.hpp"
+
+// What stands in a result file came from somebody: whatever it says, it is refused or the source made of it has the
+// tokens that it has with harmless text.
+namespace whirl::deploy {
+namespace {
+
+const std::vector<std::string>& hostile() {
+  static const std::vector<std::string> texts{
+      "X5*/ __attribute__((constructor)) static void evil(void){ extern int system(const char*); system(\"id\"); } /*",
+      "1\n}\nimport os; os.system(\"id\")\nY = { #",
+      "*/",
+      "/*",
+      "*/*",
+      "/*/",
+      "m*/s",
+      "//",
+      "\n",
+      "\r",
+      "\r\nimport os",
+      "\x0b"
+      "import os",
+      "a\\",
+      "\\",
+      "\"",
+      "\"\"\"",
+      "\"\"\"\nimport os\n\"\"\"",
+      "\\\"\"\"",
+      "'",
+      "''' + __import__('os').system('id') + '''",
+      "#include </etc/passwd>",
+      "#if HAS_EVENTS",
+      "R(nonsense)",
+      "R(1.0",
+      "M(sin(",
+      "/*@banner@*/",
+      "whirl_x); system(\"id\"",
+      "%{",
+      "%\nsystem('id')",
+      "end; system('id'); %",
+      "\\input{/etc/passwd}",
+      "$\\write18{id}$",
+      "}{\\immediate\\write18{id}",
+      "\xE2\x80\xA8system('id')",
+      "\xE2\x80\xAE/* \xE2\x81\xA6",
+      "\xff\xfe",
+      "\xC2\x85"
+      "import os",
+      "??/",
+      "x\xCC\x88",
+      "</script><script>alert(1)</script>",
+      "\"/><Float64 name=\"evil",
+      "]]>",
+      "&#10;",
+      "__import__",
+      "a b",
+      "x;y",
+      "{0}{}",
+      "-X1+system",
+      "X1'\"]\nevil = [\""};
+  return texts;
+}
+
+IdentifiedModel harmless() {
+  IdentifiedModel m;
+  m.method = "weak";
+  m.states = {"X1", "X2"};
+  m.inputs = {"u1", "X6"};
+  m.parameters = {{"k1", {5667.1, 3.2, 5660, 5674}}};
+  m.equations = {{"X2'", {{"X1", {-5667.1, 3.2, -5674, -5660}, "1/s^2"}, {"sgn(X2)*u1", {1, 0.1, 0.9, 1.1}, "m/s^2"}}}};
+  m.sample_time = 1e-3;
+  m.summary.trust = "within the record";
+  m.summary.warnings = {"short record"};
+  m.provenance = {"0.2.0", {"a.csv sha256:00"}, "rate=1000", 42};
+  return m;
+}
+
+using Place = std::function<void(IdentifiedModel&, CodeOptions&, const std::string&)>;
+const std::vector<std::pair<const char*, Place>>& places() {
+  using M = IdentifiedModel;
+  using O = CodeOptions;
+  using S = std::string;
+  static const std::vector<std::pair<const char*, Place>> all{
+      {"state", [](M& m, O&, const S& s) { m.states[0] = s; }},
+      {"input", [](M& m, O&, const S& s) { m.inputs[1] = s; }},
+      {"unit", [](M& m, O&, const S& s) { m.equations[0].terms[0].unit = s; }},
+      {"function", [](M& m, O&, const S& s) { m.equations[0].terms[0].function = s; }},
+      {"left side", [](M& m, O&, const S& s) { m.equations[0].lhs = s; }},
+      {"method", [](M& m, O&, const S& s) { m.method = s; }},
+      {"parameter", [](M& m, O&, const S& s) { m.parameters[0].first = s; }},
+      {"timing",
+       [](M& m, O&, const S& s) {
+         m.timing = {{s, Hold::zero, {}}};
+       }},
+      {"noise",
+       [](M& m, O&, const S& s) {
+         m.noise_correlation = {{s, 0.5}};
+       }},
+      {"trust", [](M& m, O&, const S& s) { m.summary.trust = s; }},
+      {"warning", [](M& m, O&, const S& s) { m.summary.warnings[0] = s; }},
+      {"options", [](M& m, O&, const S& s) { m.provenance.options = s; }},
+      {"origin", [](M&, O& o, const S& s) { o.origin = s; }}};
+  return all;
+}
+
+/// The text without comments and with every string empty. `line` and `open` begin comments.
+std::string code_of(std::string_view text, std::string_view line, std::string_view open, std::string_view quotes) {
+  std::string out;
+  while (!text.empty()) {
+    const auto starts = [&](std::string_view with) { return !with.empty() && text.starts_with(with); };
+    const auto skip_to = [&](std::string_view end, bool keep) {
+      const std::size_t at = text.find(end);
+      text.remove_prefix(at == text.npos ? text.size() : at + (keep ? 0 : end.size()));
+    };
+    if (starts(line)) {
+      skip_to("\n", true);
+    } else if (starts(open)) {
+      text.remove_prefix(2);
+      skip_to("*/", false);
+    } else if (quotes.find(text.front()) != quotes.npos) {
+      const std::string end = text.starts_with("\"\"\"") ? "\"\"\"" : std::string(1, text.front());
+      text.remove_prefix(end.size());
+      while (!text.empty() && !text.starts_with(end)) text.remove_prefix(text.front() == '\\' ? 2 : 1);
+      text.remove_prefix(std::min(end.size(), text.size()));
+      out += "\"\"";
+    } else {
+      out += text.front();
+      text.remove_prefix(1);
+    }
+  }
+  return out;
+}
+
+/// Control sequences and special characters of LaTeX that act.
+std::string acting(std::string_view text) {
+  std::string out;
+  text.remove_prefix(std::min(text.find("\\begin"), text.size()));  // after the comment
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\\') {
+      std::size_t end = i + 1;
+      while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end])) != 0) ++end;
+      const std::string word(text.substr(i, std::max(end, i + 2) - i));
+      i += word.size() - 1;
+      constexpr std::string_view kText[] = {"\\_", "\\%", "\\&", "\\#", "\\$", "\\{", "\\}"};
+      if (std::find(std::begin(kText), std::end(kText), word) != std::end(kText)) continue;
+      if (word == "\\textbackslash" || word == "\\^" || word == "\\~") {
+        i += 2;  // {}
+        continue;
+      }
+      out += word;
+    } else if (std::string_view("{}&#%~^").find(text[i]) != std::string_view::npos) {
+      out += text[i];
+    }
+  }
+  return out;
+}
+
+/// Elements and the names of their attributes.
+std::string structure(const pugi::xml_node& node) {
+  std::string out = node.name();
+  for (const pugi::xml_attribute& a : node.attributes()) out += std::string(" ") + a.name();
+  for (const pugi::xml_node& child : node.children()) out += "(" + structure(child) + ")";
+  return out;
+}
+
+std::string skeleton(const SourceFile& file) {
+  const std::string& name = file.name;
+  if (name.ends_with(".c") || name.ends_with(".h")) return code_of(file.text, "//", "/*", "\"'");
+  if (name.ends_with(".py")) return code_of(file.text, "#", "", "\"'");
+  if (name.ends_with(".m")) return code_of(file.text, "%", "", "\"");
+  if (name.ends_with(".mo")) return code_of(file.text, "//", "/*", "\"");
+  if (name.ends_with(".tex")) return acting(file.text);
+  if (!name.ends_with(".xml")) return file.text;
+  pugi::xml_document xml;
+  return xml.load_string(file.text.c_str()) ? structure(xml) : "damaged";
+}
+
+/// Every file of every form: its name and its tokens.
+std::vector<std::pair<std::string, std::string>> all_forms(const IdentifiedModel& model, const CodeOptions& options) {
+  std::vector<std::pair<std::string, std::string>> out;
+  const auto add = [&](const std::string& form, const std::vector<SourceFile>& files) {
+    for (const SourceFile& f : files) out.emplace_back(form + " " + f.name, skeleton(f));
+  };
+  for (const char* form : {"c", "latex", "matlab", "python", "sfunction", "modelica"})
+    add(form, source_files(model, form, options));
+  for (const int version : {2, 3}) {
+    FmuOptions fmu;
+    fmu.code = options;
+    fmu.version = version;
+    add("fmu", fmu_files(model, fmu));
+  }
+  return out;
+}
+
+TEST(HostileTextExport, FilesAreRefusedOrTheTokensStay) {
+  const CodeOptions plain{"plant", false, "model.json sha256:00"};
+  const auto expected = all_forms(harmless(), plain);
+  int refused = 0, exported = 0;
+  for (const std::string& text : hostile()) {
+    for (const auto& [place, put] : places()) {
+      IdentifiedModel model = harmless();
+      CodeOptions options = plain;
+      put(model, options, text);
+      const std::string file = io::to_json(model).dump();
+      try {
+        model = io::from_json<IdentifiedModel>(io::parse_json(file, "m.json"), "m.json");
+      } catch (const Error& e) {
+        ++refused;
+        EXPECT_NE(std::string_view(e.what()).find("m.json: $."), std::string_view::npos) << e.what();
+        continue;
+      }
+      ++exported;
+      try {
+        EXPECT_EQ(all_forms(model, options), expected) << place << ": " << text;
+      } catch (const Error&) {  // a name that the equations do not have
+      }
+    }
+  }
+  EXPECT_GT(refused, 200);
+  EXPECT_GT(exported, 100);
+}
+
+// A program that makes a model itself meets the same rule.
+TEST(HostileTextExport, ModelsMadeInAProgramAreNoWayAround) {
+  const CodeOptions plain{"plant", false, "model.json"};
+  const auto expected = all_forms(harmless(), plain);
+  for (const std::string& text : hostile()) {
+    for (const auto& [place, put] : places()) {
+      IdentifiedModel model = harmless();
+      CodeOptions options = plain;
+      put(model, options, text);
+      try {
+        EXPECT_EQ(all_forms(model, options), expected) << place << ": " << text;
+      } catch (const Error&) {
+      }
+    }
+  }
+}
+
+TEST(HostileTextExport, ControllersNameTheirOriginInAComment) {
+  const ControllerDesign design = testing::design_of("pd", "lpf");
+  const auto all = [&](const std::string& origin) {
+    std::vector<std::string> out;
+    for (const char* form : {"c", "latex", "matlab", "python", "sfunction"}) {
+      for (const SourceFile& f : source_files(design, form, {"drive", false, origin})) out.push_back(skeleton(f));
+    }
+    return out;
+  };
+  const auto expected = all("controller.json");
+  for (const std::string& text : hostile()) EXPECT_EQ(all(text), expected) << text;
+}
+
+// Names that are words of a language or of the file made get an underscore more.
+TEST(HostileTextExport, WordsOfTheLanguageGetOtherNames) {
+  IdentifiedModel model = harmless();
+  model.states = {"import", "p"};
+  model.inputs = {"state", "end"};
+  model.equations = {{"import'", {{"p", {1, 0, 1, 1}, ""}}}, {"p'", {{"import*state", {2, 0, 2, 2}, ""}}}};
+  const std::string python = source_files(model, "python", {"plant", false, ""})[0].text;
+  EXPECT_NE(python.find("[import_, p_] = state\n    [state_, end] = inputs"), std::string::npos) << python;
+  const std::string matlab = source_files(model, "matlab", {"plant", false, ""})[0].text;
+  EXPECT_NE(matlab.find("end_ = input(2);"), std::string::npos) << matlab;
+  if (!testing::has_program("python3")) GTEST_SKIP() << "python3 is not installed";
+  const testing::TemporaryFolder folder;
+  folder.write("plant.py", python);
+  const auto run = testing::shell(folder.path(), "python3 -c 'import plant; print(plant.rates(0, [3, 5], [7, 0]))'");
+  EXPECT_EQ(run.text, "[5.0, 42.0]\n");
+}
+
+TEST(HostileTextExport, TomlAndPagesKeepTheirStructure) {
+  for (const std::string& text : hostile()) {
+    expr::CandidateLibrary library = io::parse_library_toml("equations = [\"x'\"]\ncommon = [\"x\"]", "l");
+    library.groups[0].name = text;
+    library.groups[0].coefficient = "K/m";
+    try {
+      const auto back = io::parse_library_toml(io::to_toml(library, {text}), "l");
+      EXPECT_EQ(back.groups.size(), 1U);
+      EXPECT_EQ(back.groups[0].name, text);
+    } catch (const Error& e) {
+      EXPECT_NE(std::string_view(e.what()).find("group[0].name"), std::string_view::npos) << e.what();
+    }
+    const std::string entry = io::to_toml({{"a", "key", text, text}});
+    EXPECT_EQ(std::count(entry.begin(), entry.end(), '\n'), 2) << entry;
+
+    const auto page = [](const std::string& s) {
+      report::Document document;
+      document.title = s;
+      document.blocks = {report::Heading{2, s}, report::Paragraph{s}, report::Code{s}, report::KeyValues{{{s, s}}}};
+      const std::string html = report::to_html(document);
+      return std::count(html.begin(), html.end(), '<');
+    };
+    EXPECT_EQ(page(text), page("harmless")) << text;
+  }
+}
+
+}  // namespace
+}  // namespace whirl::deploy

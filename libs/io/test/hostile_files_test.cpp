@@ -1,0 +1,213 @@
+// Files that were made to harm, and files that are cut off.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "whirl/io/file.hpp"
+#include "whirl/io/formats.hpp"
+#include "whirl/io/remarks.hpp"
+#include "whirl/io/signals.hpp"
+#include "whirl/io/uff.hpp"
+#include "whirl/testing/compiled.hpp"
+#include "whirl/testing/error_of.hpp"
+#include "whirl/testing/foreign_files.hpp"
+
+namespace whirl::io {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string content_of(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+/// An HDF5 file to which `add` gives what it holds, as HDF5 or, behind MATLAB's block, as MAT v7.3.
+std::filesystem::path made_hdf5(const testing::TemporaryFolder& folder, const char* name, bool matlab,
+                                const std::function<void(hid_t)>& add) {
+  const std::filesystem::path path = folder.path() / name;
+  const hid_t created = H5Pcreate(H5P_FILE_CREATE);
+  if (matlab) H5Pset_userblock(created, 512);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, created, H5P_DEFAULT);
+  add(file);
+  H5Fclose(file);
+  H5Pclose(created);
+  if (matlab) {
+    std::fstream block(path, std::ios::binary | std::ios::in | std::ios::out);
+    block << "MATLAB 7.3 MAT-file, by a test";
+  }
+  return path;
+}
+
+void add_numbers(hid_t file, const char* name, hid_t plist) {
+  const hsize_t size = 8;
+  const hid_t space = H5Screate_simple(1, &size, nullptr);
+  const hid_t data = H5Dcreate2(file, name, H5T_IEEE_F64LE, space, H5P_DEFAULT, plist, H5P_DEFAULT);
+  const double values[8] = {1, 2, 3, 4, 5, 6, 7, 8};
+  if (plist == H5P_DEFAULT) H5Dwrite(data, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values);
+  H5Dclose(data);
+  H5Sclose(space);
+}
+
+// Whoever makes a file chooses what is read with it: another file of the machine is none of its business.
+TEST(HostileFiles, HdfDatasetsThatStandInOtherFilesAreRefused) {
+  const testing::TemporaryFolder folder;
+  folder.write("secret.txt", std::string(64, 's'));
+  const std::filesystem::path source =
+      made_hdf5(folder, "source.h5", false, [](hid_t file) { add_numbers(file, "x", H5P_DEFAULT); });
+  for (const bool matlab : {false, true}) {
+    const char* const name = matlab ? "a.mat" : "a.h5";
+    const auto external = made_hdf5(folder, name, matlab, [&](hid_t file) {
+      const hid_t plist = H5Pcreate(H5P_DATASET_CREATE);
+      H5Pset_external(plist, (folder.path() / "secret.txt").c_str(), 0, 64);
+      add_numbers(file, "x", plist);
+      H5Pclose(plist);
+    });
+    EXPECT_THAT(testing::error_of([&] { (void)read_signals(external); }),
+                AllOf(HasSubstr(name), HasSubstr("dataset 'x' keeps its values in another file")));
+    EXPECT_THAT(testing::error_of([&] { (void)read_hdf5_rows(external, 0, 4); }), HasSubstr("in another file"));
+    const auto put_together = made_hdf5(folder, name, matlab, [&](hid_t file) {
+      const hid_t plist = H5Pcreate(H5P_DATASET_CREATE);
+      const hsize_t size = 8;
+      const hid_t space = H5Screate_simple(1, &size, nullptr);
+      H5Pset_virtual(plist, space, source.c_str(), "x", space);
+      add_numbers(file, "x", plist);
+      H5Sclose(space);
+      H5Pclose(plist);
+    });
+    EXPECT_THAT(testing::error_of([&] { (void)read_signals(put_together); }),
+                HasSubstr("put together from other files"));
+    const auto linked = made_hdf5(folder, name, matlab, [&](hid_t file) {
+      add_numbers(file, "y", H5P_DEFAULT);
+      H5Lcreate_external(source.c_str(), "x", file, "x", H5P_DEFAULT, H5P_DEFAULT);
+    });
+    const SignalFile file = read_signals(linked);
+    EXPECT_THAT(file.findings, ::testing::Contains(HasSubstr("1 links to other files (not followed)")));
+    ASSERT_EQ(file.tables.size(), 1U);
+    EXPECT_EQ(file.tables[0].signals.size(), 1U);
+  }
+}
+
+// Deep and wide trees are sound files.
+TEST(HostileFiles, NestedGroupsAndManyScalarsAreRead) {
+  const testing::TemporaryFolder folder;
+  const auto path = made_hdf5(folder, "deep.h5", false, [](hid_t file) {
+    hid_t at = file;
+    for (int i = 0; i < 3000; ++i) {
+      const hid_t next = H5Gcreate2(at, "g", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+      if (at != file) H5Gclose(at);
+      at = next;
+    }
+    H5Gclose(at);
+    add_numbers(file, "x", H5P_DEFAULT);
+  });
+  EXPECT_EQ(read_signals(path).tables.size(), 1U);
+}
+
+// One array of a megabyte of zeros packs into a kilobyte; a hundred entries that share it are a hundred megabytes.
+TEST(HostileFiles, MembersOfAnArchiveMayNotShareTheirBytes) {
+  const testing::TemporaryFolder folder;
+  const std::string member = testing::npy("'<f8'", "(1000,)", std::string(8000, '\0'));
+  const std::string sound = testing::zip({{"a.npy", member}, {"b.npy", member}}, true);
+  folder.write("sound.npz", sound);
+  EXPECT_EQ(read_signals(folder.path() / "sound.npz").tables.size(), 1U);
+  std::string shared = sound;  // the second entry of the directory points to the first member
+  const std::size_t second = shared.rfind("PK\x01\x02");
+  std::memset(shared.data() + second + 42, 0, 4);
+  folder.write("shared.npz", shared);
+  EXPECT_THAT(testing::error_of([&] { (void)read_signals(folder.path() / "shared.npz"); }),
+              HasSubstr("member 'b.npy' stands inside another"));
+}
+
+TEST(HostileFiles, TheSizeIsLookedAtBeforeReading) {
+  const testing::TemporaryFolder folder;
+  folder.write("big.wav", "RIFF\xff\xff\xff\xffWAVEfmt ");
+  std::filesystem::resize_file(folder.path() / "big.wav", std::uintmax_t{10} << 30);  // sparse
+  EXPECT_THAT(testing::error_of([&] { (void)read_signals(folder.path() / "big.wav"); }),
+              HasSubstr("larger than the limit of 1073741824 bytes"));
+}
+
+TEST(CutFiles, AWavSaysHowManySamplesAreMissing) {
+  const testing::TemporaryFolder folder;
+  Recording record;
+  record.dt = 1e-3;
+  record.add("x", Quantity::displacement, Eigen::VectorXd::LinSpaced(3000, 0, 1));
+  write_wav(folder.path() / "whole.wav", record);
+  const std::string whole = content_of(folder.path() / "whole.wav");
+  EXPECT_TRUE(parse_wav(whole, "a.wav").findings.empty());
+  const SignalFile cut = parse_wav(std::string_view(whole).substr(0, whole.size() - 8 * 1503), "a.wav");
+  ASSERT_EQ(cut.findings.size(), 1U);
+  EXPECT_EQ(cut.findings[0], "cut off: its header states 3000 samples, 1497 are present, 1503 are missing");
+}
+
+// Every format written here, cut at 60 places: an error, a finding, or nothing of it is missing. CSV alone cannot know
+// that a line more was to come.
+TEST(CutFilesProperty, NothingIsShorterInSilence) {
+  Recording record;
+  record.dt = 1e-3;
+  record.add("x", Quantity::displacement, Eigen::VectorXd::LinSpaced(200, 0, 1e-3));
+  record.add("y", Quantity::displacement, Eigen::VectorXd::LinSpaced(200, 1e-3, -2e-3));
+  record.add("speed", Quantity::angular_velocity, Eigen::VectorXd::LinSpaced(200, 100, 120));
+  const auto summary = [](const SignalFile& file) {
+    std::string out;
+    for (const SignalTable& table : file.tables) {
+      for (const Signal& s : table.signals)
+        out += fmt::format("{} {} {} {};", s.name, s.unit, s.value.size(), s.value.sum());
+    }
+    return out;
+  };
+  for (const std::string ending : {".csv.gz", ".h5", ".mat", ".npz", ".wav", ".lvm", ".uff", ".lvm.gz", ".uff.gz"}) {
+    const testing::TemporaryFolder folder;
+    const std::filesystem::path path = folder.path() / ("record" + ending);
+    write_recording(path, record);
+    const std::string whole = content_of(path), expected = summary(read_signals(path));
+    std::vector<std::size_t> places;
+    for (std::size_t i = 1; i <= 40; ++i) places.push_back(whole.size() * i / 41);
+    for (std::size_t i = 1; i <= 20; ++i) places.push_back(whole.size() - i);
+    for (const std::size_t place : places) {
+      std::ofstream(path, std::ios::binary) << whole.substr(0, place);
+      int remarks = 0;
+      const RemarkHandler before = set_remark_handler([&](const std::string&, const std::string&) { ++remarks; });
+      try {
+        const SignalFile file = read_signals(path);
+        if (file.findings.empty() && remarks == 0 && !file.tables.empty()) {
+          EXPECT_EQ(summary(file), expected) << ending << " cut at " << place << " of " << whole.size();
+        }
+      } catch (const Error&) {
+      }
+      set_remark_handler(before);
+    }
+  }
+}
+
+// A universal file holds one block a channel: a cut between two leaves a sound file of fewer channels.
+TEST(CutFilesProperty, AUniversalFileStatesTheNumberOfItsFunctions) {
+  Recording record;
+  record.dt = 1e-3;
+  for (const char* name : {"x", "y", "z"})
+    record.add(name, Quantity::displacement, Eigen::VectorXd::LinSpaced(50, 0, 1e-3));
+  const testing::TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "a.uff";
+  write_recording(path, record);
+  const std::string whole = content_of(path);
+  EXPECT_TRUE(read_uff(path).warnings.empty());
+  int silent = 0;
+  for (std::size_t place = 1; place < whole.size(); ++place) {
+    try {
+      const UffFile file = parse_uff(std::string_view(whole).substr(0, place), "a.uff");
+      if (file.functions.empty()) continue;  // no record: an error to whoever wants one
+      const bool complete = file.functions.size() == 3 && file.functions.back().value.size() == 50;
+      if (file.warnings.empty() && !complete && ++silent == 1) ADD_FAILURE() << place << " of " << whole.size();
+    } catch (const Error&) {
+    }
+  }
+  EXPECT_EQ(silent, 0);
+}
+
+}  // namespace
+}  // namespace whirl::io
