@@ -65,11 +65,13 @@ function(whirl_precompile target kind)
   set(owner whirl_headers_${kind})
   if(NOT TARGET ${owner})
     set(source "${PROJECT_BINARY_DIR}/headers.cpp")
-    file(CONFIGURE OUTPUT "${source}" CONTENT "")
     if(kind MATCHES "library|guarded")
+      file(CONFIGURE OUTPUT "${source}" CONTENT "")
       add_library(${owner} OBJECT "${source}")
     else()
-      add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are; never linked
+      set(source "${PROJECT_BINARY_DIR}/headers_program.cpp")
+      file(CONFIGURE OUTPUT "${source}" CONTENT "int main() {}\n") # Ninja links it, for nothing
+      add_executable(${owner} EXCLUDE_FROM_ALL "${source}") # compiled as programs are
     endif()
     target_link_libraries(${owner} PRIVATE whirl_flags fmt::fmt $<$<STREQUAL:${kind},guarded>:whirl_guards>
       $<$<STREQUAL:${kind},program>:whirl_guards> $<$<STREQUAL:${kind},test>:GTest::gtest> $<$<STREQUAL:${kind},test>:GTest::gmock>)
