@@ -14,6 +14,7 @@
 #include "commands/machine/run_io.hpp"
 #include "commands/modal/ambient.hpp"
 #include "commands/modal/nonlinear_mode.hpp"
+#include "commands/rotor/rotor.hpp"
 #include "defaults.hpp"
 #include "processor.hpp"
 #include "whirl/io/remarks.hpp"
@@ -125,6 +126,7 @@ int run(int argc, char** argv) {
   add_transient(app, session);
   add_export(app, session);
   add_rig(app, session);
+  add_rotor(app, session);
   add_io(app, session);
   add_reproduce(app, session);
   add_manual(app, session);

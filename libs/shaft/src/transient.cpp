@@ -116,7 +116,7 @@ class Integrator {
     }
   }
 
-  void observe(Run& run, Index k) const {
+  void observe(RotorRun& run, Index k) const {
     const Index n = system_.size();
     VectorXd x, y;
     if constexpr (kReal) {
@@ -182,9 +182,9 @@ class Integrator {
 };
 
 template <class Matrix>
-Run integrate_run(const System& s, const RunOptions& o, int parts) {
+RotorRun integrate_run(const System& s, const RunOptions& o, int parts) {
   const auto samples = static_cast<Index>(std::llround(o.duration / o.sample_time)) + 1;
-  Run run;
+  RotorRun run;
   run.step = o.sample_time / parts;
   run.time = VectorXd::LinSpaced(samples, 0, static_cast<double>(samples - 1) * o.sample_time);
   const double rate = (o.to - o.from) / o.duration;
@@ -209,28 +209,33 @@ bool isotropic_over(const System& s, double from, double to) {
 
 }  // namespace
 
-Run simulate_run(const System& s, const RunOptions& o) {
+RotorRun simulate_run(const System& s, const RunOptions& o) {
   if (!(o.duration > 0)) throw Error::in_field("duration", std::to_string(o.duration), "above 0 s");
   if (!(o.sample_time > 0)) throw Error::in_field("sample time", std::to_string(o.sample_time), "above 0 s");
   if (!(o.duration / o.sample_time < 1e8)) throw Error("more than 1e8 samples: a longer sample time is needed");
   if (!(o.from >= 0 && o.to >= 0)) throw Error("the speeds of a run are 0 and above");
   const bool circular = isotropic_over(s, o.from, o.to);
-  const auto once = [&](int parts) {
-    return circular ? integrate_run<MatrixXcd>(s, o, parts) : integrate_run<MatrixXd>(s, o, parts);
+  const auto once = [&](const RunOptions& options, int parts) {
+    return circular ? integrate_run<MatrixXcd>(s, options, parts) : integrate_run<MatrixXd>(s, options, parts);
   };
-  Run coarse = once(1);
-  for (int k = 1, parts = 2;; ++k, parts *= 2) {
-    Run fine = once(parts);
-    const double size = std::max(fine.x.cwiseAbs().maxCoeff(), fine.y.cwiseAbs().maxCoeff());
-    const double change =
-        std::max((fine.x - coarse.x).cwiseAbs().maxCoeff(), (fine.y - coarse.y).cwiseAbs().maxCoeff());
-    fine.step_error = size > 0 ? change / size / 15 : 0;
-    if (!(change > o.tolerance * size) || k == kHalvings) return fine;
+  RunOptions wide = o;
+  wide.sample_time *= 2;
+  RotorRun coarse = once(wide, 1);
+  for (int k = 0, parts = 1, every = 2;; ++k, parts *= 2, every = 1) {
+    RotorRun fine = once(o, parts);
+    double size = 0, change = 0;
+    for (Index at = 0; at < coarse.x.cols() && at * every < fine.x.cols(); ++at)
+      for (const auto& [a, b] : {std::pair{&fine.x, &coarse.x}, std::pair{&fine.y, &coarse.y}}) {
+        size = std::max(size, a->col(at * every).cwiseAbs().maxCoeff());
+        change = std::max(change, (a->col(at * every) - b->col(at)).cwiseAbs().maxCoeff());
+      }
+    fine.step_error = size > 0 ? change / size / 15 : 0;  // Richardson, order 4
+    if (!(fine.step_error > o.tolerance) || k == kHalvings) return fine;
     coarse = std::move(fine);
   }
 }
 
-RunPeak run_peak(const Run& run, Index node) {
+RunPeak run_peak(const RotorRun& run, Index node) {
   RunPeak p;
   for (Index k = 0; k < run.time.size(); ++k) {
     const double size = std::hypot(run.x(node, k), run.y(node, k));
