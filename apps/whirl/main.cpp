@@ -14,6 +14,7 @@
 #include "commands/machine/run_io.hpp"
 #include "commands/modal/ambient.hpp"
 #include "commands/modal/nonlinear_mode.hpp"
+#include "commands/rotor/rotor.hpp"
 #include "defaults.hpp"
 #include "processor.hpp"
 #include "whirl/io/remarks.hpp"
@@ -119,6 +120,8 @@ int run(int argc, char** argv) {
   add_balance(app, session);
   add_response(app, session);
   add_runup(app, session);
+  app.section("Flexible rotors: from geometry");
+  add_rotor(app, session);
   app.section("Control: design, judge, export");
   add_design(app, session);
   add_margins(app, session);

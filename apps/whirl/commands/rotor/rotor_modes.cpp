@@ -1,0 +1,99 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "rotor.hpp"
+#include "whirl/core/angles.hpp"
+#include "whirl/report/format.hpp"
+#include "whirl/report/table.hpp"
+#include "whirl/report/write_figure.hpp"
+#include "whirl/shaft/modes.hpp"
+#include "whirl/shaft/response.hpp"
+#include "whirl/shaft/rotor_json.hpp"
+
+namespace whirl::app {
+namespace {
+
+struct RotorModesOptions {
+  std::string rotor, figure;
+  double speed_rpm = 0;
+  int count = 6;
+};
+
+/// Deflection along the shaft at the instant of the largest one.
+report::Figure mode_figure(const shaft::System& system, const std::vector<shaft::Mode>& modes,
+                           const std::string& file) {
+  report::Figure figure;
+  figure.title = "Modes of the rotor";
+  figure.description = "Deflection of the shaft in each mode at the instant of its largest deflection.";
+  figure.columns = 2;
+  const auto n = static_cast<Eigen::Index>(system.nodes.size());
+  const Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(system.nodes.data(), n);
+  for (const shaft::Mode& m : modes) {
+    report::Panel& panel = figure.panel(fmt::format("{:.4g} Hz, {}", m.frequency() / kTwoPi, whirl_word(m.direction)),
+                                        {"position", {"mm", 1e-3}}, {"deflection, largest 1", {"", 1}});
+    panel.height = 130;
+    panel.line("x", z, m.x.real(), {.color = 0});
+    panel.line("y", z, m.y.real(), {.color = 1, .dash = report::Dash::dashed});
+    panel.y.low = -1.1;
+    panel.y.high = 1.1;
+  }
+  figure.runs = {std::filesystem::path(file).filename().string()};
+  return figure;
+}
+
+void say_sag(const LoadedRotor& loaded, const shaft::Sag& sag, Session& session) {
+  if (loaded.rotor.vertical) return;
+  session.say(fmt::format("mass               {:.4g} kg; largest sag {:.3g} um", loaded.rotor.mass(),
+                          1e6 * sag.y.cwiseAbs().maxCoeff()));
+  for (std::size_t k = 0; k < sag.reactions.size(); ++k)
+    session.say(fmt::format("{:<18} carries {:.4g} N", loaded.system.supports[k].name, sag.reactions[k].y()));
+}
+
+void rotor_modes(const RotorModesOptions& o, Session& session) {
+  const LoadedRotor loaded = load_rotor(o.rotor);
+  const double speed = o.speed_rpm * kRadPerSecPerRpm;
+  const std::vector<shaft::Mode> modes = shaft::modes(loaded.system, speed, o.count);
+  const shaft::MeshCheck mesh = shaft::check_mesh(loaded.rotor, speed, o.count);
+  const shaft::Sag sag = shaft::static_sag(loaded.system);
+  report::Table table;
+  table.caption = fmt::format("modes at {:g} rpm", o.speed_rpm);
+  table.columns = {{"mode", ""},     {"frequency", "Hz"}, {"frequency", "rpm"},
+                   {"damping", "%"}, {"whirl", ""},       {"mesh error", "%"}};
+  Summary summary;
+  for (std::size_t k = 0; k < modes.size(); ++k) {
+    const shaft::Mode& m = modes[k];
+    table.add({std::to_string(k + 1), report::format_fixed(m.frequency() / kTwoPi, 3),
+               report::format_fixed(m.frequency() / kRadPerSecPerRpm, 1), report::format_fixed(100 * m.damping(), 3),
+               whirl_word(m.direction), report::format_number(k < mesh.error.size() ? 100 * mesh.error[k] : 0, 2)});
+    if (m.damping() < -1e-9)
+      summary.warn(fmt::format("mode {} grows at {:g} rpm: the rotor is unstable", k + 1, o.speed_rpm));
+  }
+  session.say(report::to_text(table));
+  say_sag(loaded, sag, session);
+  if (mesh.coarse)
+    summary.warn(
+        fmt::format("the mesh is coarse: frequencies are off by up to {:.2g} %; raise elements in the rotor file",
+                    100 * mesh.worst));
+  session.result(shaft::modes_json(loaded.system, speed, modes, sag, mesh));
+  if (!o.figure.empty()) report::write_figure(mode_figure(loaded.system, modes, o.rotor), o.figure);
+  session.finish(summary);
+}
+
+}  // namespace
+
+void add_rotor_modes(CommandLine& rotor, Session& session) {
+  auto o = std::make_shared<RotorModesOptions>();
+  CommandLine* sub =
+      add_command(rotor, session, "modes", "Frequencies, damping and whirl direction at a speed; static sag",
+                  "Input: a rotor file of `whirl rotor new`. The error of the mesh is estimated from one with every "
+                  "element halved.\n\n"
+                  "Example: whirl rotor modes rotor.toml --speed-rpm 4000 --figure modes.svg",
+                  [o, &session] { rotor_modes(*o, session); });
+  sub->add_option("ROTOR", o->rotor, "rotor file")->input()->required();
+  sub->add_option("--speed-rpm", o->speed_rpm, "speed of the shaft")->range(0, 1e7)->show_default();
+  sub->add_option("--count", o->count, "modes listed")->range(1, 100)->show_default();
+  sub->add_option("--figure", o->figure, "mode shapes (.svg, .png, .pdf, .csv)")->output();
+}
+
+}  // namespace whirl::app

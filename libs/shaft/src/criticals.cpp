@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+
+#include "whirl/core/decompositions.hpp"
+#include "whirl/shaft/modes.hpp"
+
+namespace whirl::shaft {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::MatrixXd;
+using Eigen::VectorXcd;
+using Complex = std::complex<double>;
+
+namespace {
+
+constexpr int kScanned = 200;  // speeds between which supports that depend on speed are taken as smooth
+
+/// Answers of the eigenproblem with the supports' values at `speed`, ascending.
+std::vector<Critical> criticals_with_supports_at(const System& s, double speed, double ratio) {
+  const Index n = s.size();
+  System still = s;
+  still.rotating.setZero();
+  Equations<MatrixXd> e = plane_equations(still, speed);
+  e.stiffness = (e.stiffness + e.stiffness.transpose()).eval() / 2;
+  // In forward and backward circles, z = x + i y and its mirror: G does not couple them. (q_x, q_y) = T (f, b).
+  MatrixXcd inertia = ((e.mass + e.mass.transpose()) / 2).cast<Complex>();
+  inertia.topRightCorner(n, n) -= Complex(0, ratio) * s.gyroscopic;
+  inertia.bottomLeftCorner(n, n) += Complex(0, ratio) * s.gyroscopic;
+  // v = L^-H u: (L^-1 inertia L^-H) u = (1 / w^2) u. A small shift keeps a free rotor's stiffness definite.
+  const double shift = 1e-12 * e.stiffness.diagonal().cwiseAbs().maxCoeff() / e.mass.diagonal().cwiseAbs().maxCoeff();
+  const Eigen::LLT<MatrixXd> cholesky(MatrixXd(e.stiffness + shift * e.mass));
+  std::vector<Critical> found;
+  if (cholesky.info() != Eigen::Success) return found;
+  const MatrixXcd lower = MatrixXd(cholesky.matrixL()).cast<Complex>();
+  MatrixXcd reduced = lower.triangularView<Eigen::Lower>().solve(inertia);
+  reduced = lower.triangularView<Eigen::Lower>().solve(MatrixXcd(reduced.adjoint())).eval();
+  const Eigen::SelfAdjointEigenSolver<MatrixXcd> solver((reduced + reduced.adjoint()) / 2);
+  const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
+  for (Index k = 2 * n - 1; k >= 0; --k) {
+    const double value = solver.eigenvalues()[k];
+    if (value <= 1e-14 * largest) break;  // no real speed: the gyroscopic moment outruns the mode
+    const VectorXcd v = lower.adjoint().triangularView<Eigen::Upper>().solve(solver.eigenvectors().col(k));
+    const VectorXcd x = s.deflection * v.head(n), y = s.deflection * v.tail(n);
+    const double forward = (x + Complex(0, 1) * y).squaredNorm(), backward = (x - Complex(0, 1) * y).squaredNorm();
+    const double frequency = std::sqrt(1 / value);
+    found.push_back({ratio * frequency, frequency, (forward - backward) / (forward + backward)});
+  }
+  return found;
+}
+
+}  // namespace
+
+std::vector<Critical> criticals(const System& s, double highest, double spin_per_whirl) {
+  const auto below = [&](std::vector<Critical> list) {
+    std::erase_if(list, [&](const Critical& c) { return c.speed > highest; });
+    return list;
+  };
+  if (s.constant()) return below(criticals_with_supports_at(s, 0, spin_per_whirl));
+  // The k-th answer w_k(W) with the supports of speed W: critical where w_k(W) = W.
+  const auto at = [&](double speed) { return criticals_with_supports_at(s, speed, spin_per_whirl); };
+  std::vector<Critical> result;
+  std::vector<Critical> before = at(0);
+  for (int i = 1; i <= kScanned; ++i) {
+    const double from = highest * (i - 1) / kScanned, to = highest * i / kScanned;
+    std::vector<Critical> now = at(to);
+    for (std::size_t k = 0; k < std::min(before.size(), now.size()); ++k) {
+      if ((before[k].speed > from) == (now[k].speed > to)) continue;
+      const bool above = before[k].speed > from;
+      double low = from, high = to;
+      Critical best = now[k];
+      while (high - low > 1e-9 * high) {
+        const double middle = (low + high) / 2;
+        const std::vector<Critical> there = at(middle);
+        if (k >= there.size()) break;
+        best = there[k];
+        ((best.speed > middle) == above ? low : high) = middle;
+      }
+      result.push_back(best);
+    }
+    before = std::move(now);
+  }
+  std::sort(result.begin(), result.end(), [](const Critical& a, const Critical& b) { return a.speed < b.speed; });
+  return result;
+}
+
+}  // namespace whirl::shaft

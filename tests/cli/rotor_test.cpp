@@ -1,0 +1,53 @@
+#include <gtest/gtest.h>
+
+#include "program.hpp"
+#include "whirl/io/csv.hpp"
+#include "whirl/io/json.hpp"
+
+namespace whirl::testing {
+namespace {
+
+TEST(RotorE2e, EveryTemplateGoesThroughEveryCommand) {
+  const Folder folder;
+  for (const std::string name : {"jeffcott", "two-disc", "overhung", "centrifuge", "kit"}) {
+    const Outcome made = folder.whirl("rotor new --template " + name + " --out rotor.toml --force");
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    for (const char* call :
+         {"modes rotor.toml --speed-rpm 1000 --figure modes.svg",
+          "campbell rotor.toml --to-rpm 3000 --points 9 --out campbell.csv --figure campbell.svg",
+          "criticals rotor.toml --to-rpm 10000",
+          "response rotor.toml --to-rpm 3000 --points 50 --out response.csv --figure response.svg",
+          "run rotor.toml --from-rpm 600 --to-rpm 500 --seconds 0.2 --out run.csv --figure run.svg"}) {
+      const Outcome outcome = folder.whirl("rotor " + std::string(call) + " --force");
+      EXPECT_EQ(outcome.exit_code, 0) << name << ": " << call << "\n" << outcome.err;
+      const Outcome json = folder.whirl("rotor " + std::string(call) + " --force --json --quiet");
+      EXPECT_NO_THROW(io::parse_json(json.out, call)) << json.out;
+    }
+    EXPECT_EQ(io::read_table(folder / "campbell.csv").rows(), 9);
+    EXPECT_EQ(io::read_table(folder / "run.csv").rows(), 201);
+  }
+}
+
+TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --out rotor.toml").exit_code, 0);
+  const Outcome outcome = folder.whirl("rotor criticals rotor.toml --to-rpm 3000 --json --quiet");
+  const io::Json document = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader in(document, "stdout");
+  const auto list = in.at("criticals").items();
+  ASSERT_EQ(list.size(), 4u) << outcome.out;
+  EXPECT_NEAR(list[0].at("speed").number(), 82.6, 0.2);  // rad/s, as in the book
+  EXPECT_FALSE(in.has("unstable_from"));
+}
+
+TEST(RotorE2e, ErrorsNameThePlaceInTheFile) {
+  const Folder folder;
+  folder.write("rotor.toml", "[[section]]\nlength_mm = 500\nouter_mm = 20\ninner_mm = 30\n");
+  const Outcome outcome = folder.whirl("rotor modes rotor.toml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("rotor.toml:4"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("section[0].inner_mm = 30"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace whirl::testing
