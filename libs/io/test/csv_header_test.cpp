@@ -13,7 +13,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::string error_of(std::string_view text, const CsvOptions& options = {}) {
+std::string header_error(std::string_view text, const CsvOptions& options = {}) {
   try {
     parse_csv(text, "a.csv", options);
   } catch (const Error& e) {
@@ -63,9 +63,9 @@ TEST(CsvHeader, ForeignColumnsAreNamedAndCalibrated) {
   EXPECT_EQ(record.at("y").quantity, Quantity::voltage);
   EXPECT_EQ(parse_csv(text, "a.csv").channels[0].name, "Probe_1");
   options.columns = {"Time [s]", "Probe 1:x_mm*zero"};
-  EXPECT_THAT(error_of(text, options), HasSubstr("FACTOR"));
+  EXPECT_THAT(header_error(text, options), HasSubstr("FACTOR"));
   options.columns = {"Time [s]", "Probe 1:x_furlong"};
-  EXPECT_THAT(error_of(text, options), HasSubstr("furlong"));
+  EXPECT_THAT(header_error(text, options), HasSubstr("furlong"));
 }
 
 // Whoever names the probes wants the file's own time with them.
@@ -85,26 +85,27 @@ TEST(CsvHeader, TheTimeNeedNotBeNamed) {
 TEST(CsvHeader, LinesBeforeTheHeader) {
   const std::string text = "Test 5; spring\nRate: 100 Hz\n\nt [s];x [mm]\n0,0;1,5\n0,01;1,6\n";
   CsvOptions options;
-  EXPECT_THAT(error_of(text), AllOf(HasSubstr("a.csv:1:"), HasSubstr("--header-line 4")));
+  EXPECT_THAT(header_error(text), AllOf(HasSubstr("a.csv:1:"), HasSubstr("--header-line 4")));
   options.header_line = 4;
   const Recording record = parse_csv(text, "a.csv", options);
   EXPECT_DOUBLE_EQ(record.dt, 0.01);
   EXPECT_DOUBLE_EQ(record["x"][1], 1.6e-3);
   options.header_line = 40;
-  EXPECT_THAT(error_of(text, options), HasSubstr("has 6 lines"));
+  EXPECT_THAT(header_error(text, options), HasSubstr("has 6 lines"));
 }
 
 // What is no unit is not taken for one, and what contradicts is refused.
 TEST(CsvHeader, RefusesWhatItCannotKnow) {
-  EXPECT_THAT(error_of("t [s],x [filtered]\n0,1\n1,2\n"), AllOf(HasSubstr("a.csv:1:"), HasSubstr("x [filtered]")));
-  EXPECT_THAT(error_of("t,x\n0,1\n1,2\n"), AllOf(HasSubstr("'t_s'"), HasSubstr("--columns"), Not(HasSubstr("line 2"))));
-  EXPECT_THAT(error_of("t,x\ns,furlong\n0,1\n1,2\n"), AllOf(HasSubstr("a.csv:2:"), HasSubstr("furlong")));
-  EXPECT_THAT(error_of("t_s,x_mm\ns,um\n0,1\n1,2\n"), HasSubstr("'s' is not a number"));
-  EXPECT_THAT(error_of("t,x_mm\ns,um\n0,1\n1,2\n"), HasSubstr("is in um by the line below"));
-  EXPECT_THAT(error_of("t [s],x [mm],x [um]\n0,1,2\n1,2,3\n"), HasSubstr("two columns are called 'x'"));
-  EXPECT_THAT(error_of("t [s],[mm]\n0,1\n1,2\n"), HasSubstr("column 2 has no name"));
+  EXPECT_THAT(header_error("t [s],x [filtered]\n0,1\n1,2\n"), AllOf(HasSubstr("a.csv:1:"), HasSubstr("x [filtered]")));
+  EXPECT_THAT(header_error("t,x\n0,1\n1,2\n"),
+              AllOf(HasSubstr("'t_s'"), HasSubstr("--columns"), Not(HasSubstr("line 2"))));
+  EXPECT_THAT(header_error("t,x\ns,furlong\n0,1\n1,2\n"), AllOf(HasSubstr("a.csv:2:"), HasSubstr("furlong")));
+  EXPECT_THAT(header_error("t_s,x_mm\ns,um\n0,1\n1,2\n"), HasSubstr("'s' is not a number"));
+  EXPECT_THAT(header_error("t,x_mm\ns,um\n0,1\n1,2\n"), HasSubstr("is in um by the line below"));
+  EXPECT_THAT(header_error("t [s],x [mm],x [um]\n0,1,2\n1,2,3\n"), HasSubstr("two columns are called 'x'"));
+  EXPECT_THAT(header_error("t [s],[mm]\n0,1\n1,2\n"), HasSubstr("column 2 has no name"));
   // A first column in units of time is the time only where the header is an instrument's.
-  EXPECT_THAT(error_of("delay_ms,x_mm\n0,1\n1,2\n"), HasSubstr("no time column"));
+  EXPECT_THAT(header_error("delay_ms,x_mm\n0,1\n1,2\n"), HasSubstr("no time column"));
 }
 
 }  // namespace

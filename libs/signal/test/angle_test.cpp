@@ -8,6 +8,7 @@
 #include <random>
 
 #include "whirl/core/error.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::signal {
 namespace {

@@ -12,7 +12,7 @@
 namespace {
 using whirl::AmplitudeKind;
 using namespace std::complex_literals;
-constexpr double kPi = std::numbers::pi;
+constexpr double kHalfTurn = std::numbers::pi;
 
 Eigen::VectorXd noise(Eigen::Index n, unsigned seed) {
   std::mt19937_64 random(seed);
@@ -29,7 +29,7 @@ TEST(FftProperty, AgreesWithTheDefiningSumForEvenOddAndPrimeLengths) {
     for (Eigen::Index k = 0; k < n; ++k) {
       std::complex<double> sum = 0;
       for (Eigen::Index i = 0; i < n; ++i) {
-        sum += x[i] * std::exp(-2i * kPi * static_cast<double>(k * i) / static_cast<double>(n));
+        sum += x[i] * std::exp(-2i * kHalfTurn * static_cast<double>(k * i) / static_cast<double>(n));
       }
       EXPECT_LT(std::abs(fast[k] - sum), 1e-12 * static_cast<double>(n));
     }
@@ -71,7 +71,7 @@ TEST(SpectrumReference, SineAmplitudeInEachKindAndWindow) {
   const double dt = 1e-3, amplitude = 2.5;
   Eigen::VectorXd x(n);
   for (Eigen::Index i = 0; i < n; ++i)
-    x[i] = 0.7 + amplitude * std::cos(2 * kPi * 50 * static_cast<double>(i) * dt + 0.4);
+    x[i] = 0.7 + amplitude * std::cos(2 * kHalfTurn * 50 * static_cast<double>(i) * dt + 0.4);
   for (auto w : {whirl::signal::Window::rectangular, whirl::signal::Window::hann, whirl::signal::Window::flat_top}) {
     const auto peak = whirl::signal::amplitude_spectrum(x, dt, {.window = w});
     EXPECT_NEAR(peak.frequency[50], 50, 1e-9);
@@ -88,7 +88,7 @@ TEST(SpectrumReference, FlatTopShowsASineBetweenLinesWithinATenthPercent) {
   const Eigen::Index n = 500;
   Eigen::VectorXd x(n);
   for (Eigen::Index i = 0; i < n; ++i)
-    x[i] = std::sin(2 * kPi * 40.5 * static_cast<double>(i) / static_cast<double>(n));
+    x[i] = std::sin(2 * kHalfTurn * 40.5 * static_cast<double>(i) / static_cast<double>(n));
   EXPECT_NEAR(whirl::signal::amplitude_spectrum(x, 1, {.window = whirl::signal::Window::flat_top}).amplitude.maxCoeff(),
               1, 1.2e-3);
 }
@@ -98,7 +98,7 @@ TEST(SpectrumReference, FullSpectrumSeparatesForwardAndBackwardWhirl) {
   const double dt = 1e-3;
   Eigen::VectorXd x(n), y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double a = 2 * kPi * 30 * static_cast<double>(i) * dt;
+    const double a = 2 * kHalfTurn * 30 * static_cast<double>(i) * dt;
     const std::complex<double> z = 3.0 * std::polar(1.0, a + 0.3) + 1.25 * std::polar(1.0, -a + 1.1);
     x[i] = z.real();
     y[i] = z.imag();
@@ -128,6 +128,6 @@ TEST(WindowReference, NoiseBandwidthsAreTheTextbookOnes) {
   const Eigen::VectorXd w = whirl::signal::force_window(20, 5, 4);
   EXPECT_EQ(w[4], 1);
   EXPECT_EQ(w[9], 0);
-  EXPECT_NEAR(w[6], 0.5 + 0.5 * std::cos(kPi * 2 / 5), 1e-15);
+  EXPECT_NEAR(w[6], 0.5 + 0.5 * std::cos(kHalfTurn * 2 / 5), 1e-15);
 }
 }  // namespace
