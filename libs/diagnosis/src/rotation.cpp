@@ -9,6 +9,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/signal/angle.hpp"
 #include "whirl/signal/order.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::diagnosis {
 namespace {
@@ -86,10 +87,9 @@ double Rotation::sweep_rate(double dt) const {
 
 std::optional<Rotation> rotation_of(const Recording& record) {
   if (record.has("beta")) return from_encoder(record, record["beta"]);
-  const Channel* pulses = signal::pulse_channel(record);
-  if (pulses == nullptr) return std::nullopt;
-  const signal::AngleFit fit =
-      signal::angle_from_pulses(signal::pulse_times(pulses->samples, record.dt), record.dt, record.size());
+  if (signal::pulse_channel(record) == nullptr && signal::speed_channel(record) == nullptr) return std::nullopt;
+  std::vector<std::string> said;
+  const signal::AngleFit fit = signal::angle_of_tacho(record, "", {}, said);
   Rotation out;
   out.angle = at_samples(fit.angle.beta);
   out.speed = at_samples(fit.angle.omega);

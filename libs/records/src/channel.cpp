@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "whirl/signal/angle.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::records::detail {
 

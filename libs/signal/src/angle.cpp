@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "angle_spline.hpp"
-#include "pulse_turns.hpp"
+#include "tacho_marks.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"
@@ -15,6 +15,7 @@ namespace whirl::signal {
 namespace {
 
 using detail::SmoothCurve;
+constexpr int kLearned = 3;        // times that the places of marks are taken from the fit
 constexpr double kSmeared = 0.05;  // rad beyond the rotor's own step: a reading in the middle of a wrap
 
 double bic(const SmoothCurve& c, Eigen::Index readings) {
@@ -61,6 +62,45 @@ AngleFit evaluate(const SmoothCurve& curve, double dt, Eigen::Index samples) {
   fit.residual = curve.rms();
   fit.parameters = curve.parameters();
   return fit;
+}
+
+/// Moves the marks to where the curve sees them, the first one staying at 0, and the readings with them.
+void learn_marks(const SmoothCurve& curve, const Eigen::VectorXd& t, Eigen::VectorXd& y, detail::MarkedPulses& p) {
+  std::vector<std::vector<double>> off(p.pattern.marks.size());
+  for (Eigen::Index k = 0; k < t.size(); ++k)
+    off[p.mark[static_cast<std::size_t>(k)]].push_back(curve.at(t[k])[0] - y[k]);
+  std::vector<double> move(off.size(), 0);
+  for (std::size_t j = 0; j < off.size(); ++j) {
+    if (off[j].empty()) continue;
+    const auto middle = off[j].begin() + static_cast<std::ptrdiff_t>(off[j].size() / 2);
+    std::nth_element(off[j].begin(), middle, off[j].end());
+    move[j] = *middle;
+  }
+  for (std::size_t j = move.size(); j-- > 0;) {
+    move[j] -= move[0];
+    p.pattern.marks[j] += move[j] / kTwoPi;
+  }
+  for (Eigen::Index k = 0; k < t.size(); ++k) y[k] += move[p.mark[static_cast<std::size_t>(k)]];
+}
+
+/// Leaves out pulses far from the curve: disturbances near a mark.
+void drop_far(const SmoothCurve& curve, Eigen::VectorXd& t, Eigen::VectorXd& y, detail::CountedPulses& p) {
+  constexpr double kFarAway = 9;  // times the median distance, six deviations
+  std::vector<double> off;
+  for (Eigen::Index k = 0; k < t.size(); ++k) off.push_back(std::abs(curve.at(t[k])[0] - y[k]));
+  std::vector<double> sorted = off;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  Eigen::Index kept = 0;
+  for (Eigen::Index k = 0; k < t.size(); ++k) {
+    if (off[static_cast<std::size_t>(k)] > kFarAway * *middle) continue;
+    t[kept] = t[k];
+    y[kept++] = y[k];
+  }
+  p.missing += t.size() - kept;
+  p.extra += t.size() - kept;
+  t.conservativeResize(kept);
+  y.conservativeResize(kept);
 }
 
 // Smallest step of quantised readings; 0 when the steps are not its multiples.
@@ -131,55 +171,32 @@ AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, d
   return fit;
 }
 
-std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low, double middle) {
-  std::vector<double> times;
-  if (signal.size() < 2) return times;
-  // Levels of the signal but for three samples at either end, which may be disturbances; six pulses are needed anyway.
-  constexpr Eigen::Index kWild = 3;
-  std::vector<double> sorted(signal.begin(), signal.end());
-  const auto nth = [&](Eigen::Index k) {
-    std::nth_element(sorted.begin(), sorted.begin() + k, sorted.end());
-    return sorted[static_cast<std::size_t>(k)];
-  };
-  const Eigen::Index last = signal.size() - 1, wild = std::min(kWild, last / 2);
-  const double bottom = nth(wild), range = nth(last - wild) - bottom;
-  const double arm = bottom + low * range, level = bottom + middle * range;
-  bool armed = signal[0] < arm;
-  for (Eigen::Index i = 1; i < signal.size() && range > 0; ++i) {
-    if (signal[i] < arm) armed = true;
-    if (!armed || signal[i] < level || signal[i - 1] >= level) continue;
-    const double part = (level - signal[i - 1]) / (signal[i] - signal[i - 1]);
-    times.push_back(dt * (static_cast<double>(i - 1) + part));
-    armed = false;
-  }
-  return times;
-}
-
-const Channel* pulse_channel(const Recording& record) {
-  for (const char* name : {"key", "keyphasor", "tacho"}) {
-    if (const Channel* found = record.find(name)) return found;
-  }
-  return nullptr;
-}
-
 AngleFit angle_from_pulses(const std::vector<double>& times, double dt, Eigen::Index samples,
-                           const AngleFitOptions& options) {
+                           const AngleFitOptions& options, const TachoOptions& tacho, double quantum) {
   require_range("dt", dt, 1e-9, 1e3, "s");
-  if (times.size() < 6) {
-    throw Error::in_field("once-per-turn pulses", fmt::format("{}", times.size()), "at least 6");
-  }
-  if (!std::is_sorted(times.begin(), times.end())) throw Error("once-per-turn pulses: times are not ascending");
-  const detail::CountedPulses pulses = detail::count_turns(times);
+  if (times.size() < 6) throw Error::in_field("pulses of the tacho", fmt::format("{}", times.size()), "at least 6");
+  if (!std::is_sorted(times.begin(), times.end())) throw Error("pulses of the tacho: times are not ascending");
+  detail::MarkedPulses marked = detail::mark_pulses(times, tacho, quantum);
+  detail::CountedPulses& pulses = marked.pulses;
   const auto n = static_cast<Eigen::Index>(pulses.times.size());
-  const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(pulses.times.data(), n);
-  const Eigen::VectorXd y = kTwoPi * Eigen::Map<const Eigen::VectorXd>(pulses.turns.data(), n);
-  AngleFit fit = evaluate(choose_curve(t, y, options, 0), dt, samples);
+  Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(pulses.times.data(), n);
+  Eigen::VectorXd y = kTwoPi * Eigen::Map<const Eigen::VectorXd>(pulses.turns.data(), n);
+  SmoothCurve curve = choose_curve(t, y, options, 0);
+  for (int pass = 0; pass < kLearned && marked.pattern.marks.size() > 1; ++pass) {
+    learn_marks(curve, t, y, marked);
+    curve = choose_curve(t, y, options, 0);
+  }
+  if (marked.pattern.marks.size() > 1) {
+    drop_far(curve, t, y, pulses);
+    curve = choose_curve(t, y, options, 0);
+  }
+  AngleFit fit = evaluate(curve, dt, samples);
   fit.missing = pulses.missing;
   fit.extra = pulses.extra;
+  fit.pattern = std::move(marked.pattern);
   fit.summary.residual = fit.residual;
-  if (fit.missing + fit.extra > 0) {
-    fit.summary.warn(fmt::format("once-per-turn pulses: {} missing, {} extra repaired", fit.missing, fit.extra));
-  }
+  if (fit.missing + fit.extra > 0)
+    fit.summary.warn(fmt::format("pulses of the tacho: {} missing, {} extra repaired", fit.missing, fit.extra));
   return fit;
 }
 

@@ -9,6 +9,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::signal {
 namespace {

@@ -44,6 +44,7 @@ void add_convert(CommandLine& app, Session& session) {
   sub->add_option("OUT", o->out, "file to write")->output("signals")->required();
   o->responses.add_to(sub);
   o->record.add_to(sub);
+  o->record.add_tacho_to(sub);
 }
 
 }  // namespace whirl::app

@@ -88,7 +88,8 @@ void add_plot(CommandLine& app, Session& session) {
       "drawn as two\n"
       "runs, open and closed loop. Bode, polar, orders, cascade and run-map need the rotor angle: beta_rad, or the "
       "pulses of a\n"
-      "channel key, keyphasor or tacho. Phase is lag (the peak comes that angle after the mark) or, with --phase lead, "
+      "channel key, keyphasor or tacho (--pulses), or a speed_rpm, which has no phase. Phase is lag (the peak comes "
+      "that angle after the mark) or, with --phase lead, "
       "its negative.\n\n"
       "--what:\n" +
           list +
@@ -129,7 +130,9 @@ void add_plot(CommandLine& app, Session& session) {
   sub->add_option("--natural-hz", o->view.natural_frequencies, "natural frequencies to mark in maps")
       ->range(0, 1e9)
       ->delimiter(',');
+  o->record.turning = true;
   o->record.add_to(sub);
+  o->record.add_tacho_to(sub);
 }
 
 }  // namespace whirl::app

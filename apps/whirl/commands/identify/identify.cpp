@@ -37,6 +37,8 @@ identification::Identification stream_identify(const IdentifyFlags& flags, const
   if (flags.files.size() != 1) throw Error("--stream takes one file");
   if (!flags.library.empty() || flags.compare) throw Error("--stream takes neither --library nor --compare");
   if (!flags.record.rows.empty()) throw Error("--rows and --stream exclude each other");
+  if (flags.record.tacho_stated())
+    throw Error("--pulses and --stream exclude each other: `whirl convert` gives the angle");
   if (!flags.record.late.empty()) throw Error("--late and --stream exclude each other");
   RecordOptions reader = flags.record;
   reader.required = flags.required();

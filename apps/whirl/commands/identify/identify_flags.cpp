@@ -25,8 +25,7 @@ void IdentifyFlags::add_to(CommandLine* sub) {
          "measured; profile: the rate of an assumed profile is refined too; or vibration: none is measured, the "
          "motion itself tells the speed")
       ->one_of({"measured", "profile", "vibration"});
-  sub->add_option("--pulses", pulses,
-                  "channel of once-per-turn pulses (keyphasor) instead of beta; phases count from its rising edge");
+  record.add_tacho_to(sub);
   sub->add_option("--slow-roll", slow_roll,
                   "record at slow roll: its runout and bow are taken off the readings (vectors of "
                   "orders 1 to 3)")

@@ -129,11 +129,11 @@ void IdentifyFlags::check() const {
   only("--filter-ms", filter_ms > 0, {"paper", "consistent", "second-order"});
   only("--modes", !modes.empty(), {"weak", "paper"});
   if (slow_roll.empty() && slow_roll_reads != "unknown") throw Error("--slow-roll-reads needs --slow-roll FILE");
-  only("--pulses", !pulses.empty(), {"weak", "drive", "paper", "consistent"});
+  only("--pulses", record.tacho_stated(), {"weak", "drive", "paper", "consistent"});
   only("--slow-roll", !slow_roll.empty(), {"weak"});
   only("--angle profile", angle == "profile", {"weak"});
   only("--angle vibration", angle == "vibration", {"weak"});
-  if (angle == "vibration" && (!pulses.empty() || !slow_roll.empty()))
+  if (angle == "vibration" && (record.tacho_stated() || !slow_roll.empty()))
     throw Error("--angle vibration takes neither --pulses nor --slow-roll");
 }
 
@@ -155,8 +155,8 @@ bool IdentifyFlags::of_a_rotor() const {
 }
 
 Recording IdentifyFlags::with_angle(const Recording& read) const {
-  if (pulses.empty() && (!of_a_rotor() || angle != "measured")) return read;
-  return identification::with_angle_from_pulses(read, pulses);
+  if (!of_a_rotor() || angle != "measured") return read;
+  return identification::with_angle_from_pulses(read, "");
 }
 
 void IdentifyFlags::require_rotor_channels(const Recording& like) const {
@@ -180,7 +180,7 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
     throw Error(fmt::format(
         "{}: no column 'beta' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "
         "motion lags it by an angle that changes through the critical speed, so that the motion alone does not tell "
-        "it: give the angle (beta_rad, beta_deg), a channel of once-per-turn pulses (--pulses CHANNEL), an assumed "
+        "it: give the angle (beta_rad, beta_deg), a tacho (--pulses CHANNEL) or the speed (speed_rpm), an assumed "
         "speed profile as beta with --angle profile, or with --angle vibration let a steady run-up or run-down tell "
         "its own speed",
         like.source, present));

@@ -19,7 +19,7 @@ inline const std::vector<std::pair<std::string, regression::Selection>> kSelecti
 struct IdentifyFlags {
   std::vector<std::string> files;
   std::string out, method, modes, angle = "measured", output = "y", input = "u";
-  std::string slow_roll, slow_roll_reads = "unknown", pulses;
+  std::string slow_roll, slow_roll_reads = "unknown";
   double filter_ms = 0;
   RecordOptions record;
 

@@ -16,7 +16,7 @@ namespace {
 struct ValidateFlags {
   std::string model, out;
   std::vector<std::string> files, clean;
-  std::string unbalance = "identified", pulses;
+  std::string unbalance = "identified";
   double added_um = 0, added_deg = 0;
   RecordOptions record;
 };
@@ -43,8 +43,7 @@ void run_validate(const ValidateFlags& o, Session& session) {
   reader.gaps = true;
   for (const std::string& file : o.files) {
     const Recording record = reader.read(file);
-    records.push_back(model.rotor || !o.pulses.empty() ? identification::with_angle_from_pulses(record, o.pulses)
-                                                       : record);
+    records.push_back(model.rotor ? identification::with_angle_from_pulses(record, "") : record);
     records.back().source = file;
   }
   for (const std::string& file : o.clean) clean.push_back(o.record.read(file));
@@ -81,7 +80,7 @@ void add_validate(CommandLine& app, Session& session) {
       ->show_default();
   sub->add_option("--added-um", o->added_um, "eccentricity of a known added mass")->range(0, 1e6);
   sub->add_option("--added-deg", o->added_deg, "its angle from the angle zero")->range(-360, 360);
-  sub->add_option("--pulses", o->pulses, "channel of once-per-turn pulses that gives the angle, as for identify");
+  o->record.add_tacho_to(sub);
   sub->add_option("--out", o->out, "write validation.json")->output("whirl.validation");
   o->record.add_to(sub);
 }

@@ -59,7 +59,9 @@ void add_monitor(CommandLine& app, Session& session) {
   sub->add_option("FILE", o->file, "record to play")->input()->required();
   sub->add_option("--speed", o->speed, "times as fast as recorded, 0.01 to 10000")->range(0.01, 10000)->show_default();
   sub->add_flag("--loop", o->loop, "start again at the end");
+  o->record.turning = true;
   o->record.add_to(sub);
+  o->record.add_tacho_to(sub);
   o->view.add_to(sub);
 }
 

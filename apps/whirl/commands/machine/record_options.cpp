@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstdio>
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/evidence.hpp"
 #include "whirl/identify/record/channel_instants.hpp"
+#include "whirl/identify/rotor_angle.hpp"
+#include "whirl/io/remarks.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/signal/tacho.hpp"
 
 namespace whirl::app {
 namespace {
@@ -21,6 +25,19 @@ Recording part(const Recording& record, const std::string& rows) {
     throw Error::in_field("--rows", rows, fmt::format("FIRST:END with 0 <= FIRST < END <= {}", record.size()));
   }
   return identification::part_of(record, first, last - first);
+}
+
+/// "CHANNEL", "CHANNEL:N" or "N".
+std::pair<std::string, int> tacho_channel(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  const std::string tail = colon == std::string::npos ? text : text.substr(colon + 1);
+  int number = 0;
+  const auto [end, error] = std::from_chars(tail.data(), tail.data() + tail.size(), number);
+  const bool whole = error == std::errc() && end == tail.data() + tail.size();
+  if (!whole && colon == std::string::npos) return {text, 0};
+  if (!whole || number < 1 || number > 10000)
+    throw Error::in_field("--pulses", text, "CHANNEL, N or CHANNEL:N with N from 1 to 10000 pulses a turn");
+  return {colon == std::string::npos ? "" : text.substr(0, colon), number};
 }
 
 }  // namespace
@@ -40,7 +57,38 @@ Recording RecordOptions::read(const std::string& file) const {
   if (!rows.empty()) record = part(record, rows);
   for (const std::string& text : late)
     record = identification::at_common_instants(std::move(record), identification::late_channel(text));
+  return with_angle(std::move(record));
+}
+
+Recording RecordOptions::with_angle(Recording record) const {
+  if (tacho_stated()) {
+    const auto [channel, number] = tacho_channel(pulses);
+    using enum signal::Edge;
+    const signal::Edge chosen = edge == "rising"    ? rising
+                                : edge == "falling" ? falling
+                                : edge == "both"    ? both
+                                                    : automatic;
+    return identification::with_angle_from_pulses(record, channel, {number, missing, chosen});
+  }
+  if (!turning || record.has("beta")) return record;
+  try {
+    const Recording told = identification::with_angle_from_pulses(record, "");
+    if (const Channel* beta = told.find("beta")) record.add("beta", Quantity::angle, beta->samples);
+  } catch (const Error& e) {
+    io::remark(record.source, e.what());
+  }
   return record;
+}
+
+void RecordOptions::add_tacho_to(CommandLine* sub) {
+  sub->add_option("--pulses", pulses,
+                  "the tacho that gives the angle: CHANNEL, pulses a turn N, or CHANNEL:N; default key, keyphasor or "
+                  "tacho, and the number that its pattern shows");
+  sub->add_option("--missing", missing,
+                  "places of the N a turn without a pulse (a 36-1 wheel: --pulses 36 --missing 1)")
+      ->range(0, 100);
+  sub->add_option("--edge", edge, "of the pulses: rising, falling or both; default the leading one")
+      ->one_of({"rising", "falling", "both"});
 }
 
 void RecordOptions::add_to(CommandLine* sub, bool part) {

@@ -5,6 +5,7 @@
 #include "command_line.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/signal/tacho_pattern.hpp"
 
 namespace whirl::app {
 
@@ -16,13 +17,23 @@ struct RecordOptions {
   std::string rows;
   std::vector<std::string> late;  ///< CHANNEL=SECONDS
   std::vector<std::string> required;
-  bool gaps = false;  ///< gaps and uneven times are let through, each with a warning
+  std::string pulses;    ///< [CHANNEL][:N], or N: the tacho
+  int missing = -1;      ///< of its places a turn
+  std::string edge;      ///< of its pulses; empty: the leading one
+  bool turning = false;  ///< an angle is told from a tacho where the record has none, beside its channels
+  bool gaps = false;     ///< gaps and uneven times are let through, each with a warning
 
   io::CsvOptions csv() const;
   /// Reads the record and keeps the rows A:B (0-based, B excluded) when asked.
   Recording read(const std::string& file) const;
   /// The flags; `part`: --rows and --late too.
   void add_to(CommandLine* sub, bool part = true);
+  /// The flags of a tacho: --pulses, --missing, --edge.
+  void add_tacho_to(CommandLine* sub);
+  bool tacho_stated() const { return !pulses.empty() || missing >= 0 || !edge.empty(); }
+
+ private:
+  Recording with_angle(Recording record) const;
 };
 
 }  // namespace whirl::app

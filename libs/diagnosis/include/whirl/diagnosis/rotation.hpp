@@ -22,7 +22,7 @@ struct Rotation {
   double sweep_rate(double dt) const;
 };
 
-/// From the channel "beta" (encoder, wrapped or continuous), else from the pulses of "key", "keyphasor" or "tacho".
+/// From the channel "beta" (encoder, wrapped or continuous), else from a tacho or a speed (signal::angle_of_tacho).
 /// Nothing when the record has none of them, or the shaft does not turn twice. Standstill (below 2 % of the highest
 /// speed) at the begin and end is left out. Throws Error when the shaft turns backwards: the angle must rise.
 std::optional<Rotation> rotation_of(const Recording& record);

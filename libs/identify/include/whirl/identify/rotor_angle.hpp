@@ -3,14 +3,16 @@
 
 #include "whirl/core/recording.hpp"
 #include "whirl/identify/rotor_record.hpp"
+#include "whirl/signal/tacho_pattern.hpp"
 
 namespace whirl::identification {
 
-/// The record with a channel beta (rad) from the once-per-turn pulses of channel `pulses`, replacing one of that name;
-/// the angle is 0 at the rising edge of a pulse. `pulses` empty: a record that has beta stays as it is, else its
-/// channel key, keyphasor or tacho is taken, if it has one, with a remark. Pulses that were missing or extra are a
-/// remark too. Throws Error for a missing channel, samples that are not finite or fewer than 6 pulses.
-Recording with_angle_from_pulses(const Recording& record, const std::string& pulses);
+/// The record with a channel beta (rad) from the pulses or the speed of channel `pulses` (signal::with_tacho_angle),
+/// replacing one of that name. `pulses` empty: a record that has beta stays as it is, else its channel key, keyphasor,
+/// tacho, speed, rpm or omega is taken, if it has one. How the angle was found, and pulses that were missing or extra,
+/// are remarks.
+Recording with_angle_from_pulses(const Recording& record, const std::string& pulses,
+                                 const signal::TachoOptions& tacho = {});
 
 /// The record with an angle that its own vibration at one times the speed shows, for records without a tacho: the
 /// frequency of the largest line, stretch by stretch, is followed by a polynomial; then the phase behind it, less the

@@ -6,6 +6,7 @@
 #include "whirl/core/angle_signal.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/core/summary.hpp"
+#include "whirl/signal/tacho_pattern.hpp"
 
 namespace whirl::signal {
 
@@ -26,7 +27,8 @@ struct AngleFit {
   double residual = 0;          ///< rms of readings minus fit, rad
   double resolution = 0;        ///< smallest step seen in the readings, rad; 0 when they are not quantised
   int parameters = 0;           ///< of the chosen spline
-  long missing = 0, extra = 0;  ///< once-per-turn pulses found missing or rejected
+  long missing = 0, extra = 0;  ///< pulses of a tacho found missing or rejected
+  TachoPattern pattern;         ///< of the tacho
   Summary summary;              ///< warnings, e.g. a residual much above the resolution
 };
 
@@ -40,21 +42,14 @@ Eigen::VectorXd unwrapped(const Eigen::Ref<const Eigen::VectorXd>& readings);
 AngleFit angle_from_encoder(const Eigen::Ref<const Eigen::VectorXd>& readings, double dt,
                             const AngleFitOptions& options = {});
 
-/// Rising edges of a keyphasor signal: times (s, sample 0 at t = 0) of the crossings of the middle level, interpolated
-/// linearly. An edge counts only after the signal was below `low` of its range (hysteresis); its range leaves out the
-/// three largest and smallest samples.
-std::vector<double> pulse_times(const Eigen::Ref<const Eigen::VectorXd>& signal, double dt, double low = 0.3,
-                                double middle = 0.5);
-
-/// The channel of once-per-turn pulses by its name: key, keyphasor or tacho; null where there is none.
-const Channel* pulse_channel(const Recording& record);
-
-/// Angle from once-per-turn pulses at the times given (s, ascending), on `samples` samples from t = 0; the angle is 0
-/// at the first pulse. Turns are counted outwards from the longest stretch of even periods; pulses that the speed up to
-/// there does not expect are extra, turns without one missing. Before the first and after the last pulse the fit is
-/// continued. Throws Error for fewer than 6 pulses or none that are even.
+/// Angle from the pulses of a tacho at the times given (s, ascending), on `samples` samples from t = 0. How many marks
+/// pass in a turn and where they stand is learned from the times unless `tacho` states it; evenly spaced pulses that do
+/// not tell are taken as one a turn (`pattern.assumed`). The angle is a whole turn at the first mark: the pulse after
+/// the longest gap, of even pulses the first one. Pulses that the speed up to there does not expect are extra, marks
+/// without one missing. Before the first and after the last pulse the fit is continued. `quantum`: steps of the times,
+/// s; 0: exact. Throws Error for fewer than 6 pulses or without a pattern that holds, saying what was seen.
 AngleFit angle_from_pulses(const std::vector<double>& times, double dt, Eigen::Index samples,
-                           const AngleFitOptions& options = {});
+                           const AngleFitOptions& options = {}, const TachoOptions& tacho = {}, double quantum = 0);
 
 /// Known profile: beta = beta0 + omega0 t + alpha t^2 / 2.
 AngleSignal angle_from_profile(double beta0, double omega0, double alpha, double dt, Eigen::Index samples);
