@@ -82,7 +82,7 @@ def functions(root):
             continue
         start = None
         for line, text in enumerate((root / file).read_text().split("\n"), 1):
-            if start is None and re.match(r"[A-Za-z].*\(", text) and not text.endswith(";"):
+            if start is None and re.match(r"[A-Za-z].*\(", text) and not text.endswith(";") and 'R"' not in text:
                 start = line
             elif start is not None and text.startswith("}"):
                 if line - start + 1 > FUNCTION_LIMIT:
