@@ -22,6 +22,7 @@ from ._whirl import (  # noqa: F401
     Equation,
     Error,
     Estimate,
+    Finding,
     FrequencyResponse,
     Identification,
     Metrics,

@@ -29,6 +29,12 @@ class Status:
     warning: Status
     unusable: Status
 
+class Finding:
+    code: str
+    consequence: str
+    where: str
+    amounts: dict[str, float]
+
 class Summary:
     status: Status
     residual: float
@@ -36,6 +42,8 @@ class Summary:
     chi_square: float
     trust: str
     warnings: list[str]
+    findings: list[Finding]
+    trusted: bool
     usable: bool
 
 class Estimate:

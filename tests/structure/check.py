@@ -2,7 +2,7 @@
 """The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format,
 what .clang-tidy asks of the public headers, the API reference.
 
-Usage: check.py SOURCE_DIR tree|includes|folders|functions|format|tidy|api     exit code 1 and one line per deviation
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|format|tidy|api     exit code 1 and one line per deviation
 """
 import pathlib
 import re
@@ -94,6 +94,17 @@ def functions(root):
     return wrong
 
 
+def decisions(root):
+    """No decision reads a sentence: messages are compared in tests alone."""
+    reads = re.compile(r"what\(\)\.find\(|(warning|trust|finding|message)s?\b[^;]*\.(starts_with|ends_with|find|contains)\(\"")
+    wrong = []
+    for file in tracked(root):
+        if re.match(r"(libs/\w+/(src|include)|apps|python/src)/.*\.[ch]pp$", file):
+            wrong += [f"{file}:{line}: decides by a sentence: use a Finding or a type of Error"
+                      for line, text in enumerate((root / file).read_text().split("\n"), 1) if reads.search(text)]
+    return wrong
+
+
 def form(root):
     tool = shutil.which("clang-format")
     if tool is None:
@@ -142,7 +153,7 @@ def api(root):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "format": form,
+    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "format": form,
              "tidy": tidy, "api": api}
     wrong = check[sys.argv[2]](root)
     print("\n".join(wrong))

@@ -33,25 +33,26 @@ ChannelInfo info_of(Eigen::VectorXd x, Quantity q = Quantity::displacement) {
 TEST(Info, ACleanSineHasNoFindings) {
   const ChannelInfo c = info_of(sine(2));
   EXPECT_THAT(c.findings, IsEmpty());
+  EXPECT_THAT(c.damage, IsEmpty());
   EXPECT_NEAR(c.rms, std::sqrt(2.0), 1e-2);
   EXPECT_NEAR(c.maximum, 2, 1e-2);
 }
 
 TEST(Info, FindsWhatIsSuspicious) {
   EXPECT_THAT(info_of(Eigen::VectorXd::Zero(50)).findings, ElementsAre(HasSubstr("constant")));
-  EXPECT_THAT(info_of(sine(2).cwiseMin(1.5)).findings, ElementsAre(HasSubstr("clipped: the maximum 1.5 m")));
+  EXPECT_THAT(info_of(sine(2).cwiseMin(1.5)).damage, ElementsAre(HasSubstr("clipped: the maximum 1.5 m")));
   Eigen::VectorXd frozen = sine(2);
   frozen.segment(500, 50).setConstant(frozen[500]);
-  EXPECT_THAT(info_of(frozen).findings, ElementsAre(HasSubstr("frozen: 50 equal samples from 0.5 s on")));
+  EXPECT_THAT(info_of(frozen).damage, ElementsAre(HasSubstr("frozen: 50 equal samples from 0.5 s on")));
   EXPECT_THAT(info_of(sine(0.1, 5)).findings, ElementsAre(HasSubstr("remove the offset?")));
   EXPECT_THAT(info_of(sine(0.1, 5), Quantity::angular_velocity).findings, IsEmpty());
   Eigen::VectorXd spike = sine(1);
   spike[77] = 9;
-  EXPECT_THAT(info_of(spike).findings, ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
+  EXPECT_THAT(info_of(spike).damage, ElementsAre(HasSubstr("1 single-sample spikes, the first at 0.077 s")));
   // A hammer pulse of six samples in noise, and the corner that it makes in a response, are no spikes.
   Eigen::VectorXd pulse = 1e-3 * sine(1);
   for (int i = 0; i < 6; ++i) pulse[200 + i] += 50 * std::sin(std::numbers::pi * (i + 0.4) / 6);
-  for (const std::string& finding : info_of(pulse, Quantity::force).findings)
+  for (const std::string& finding : info_of(pulse, Quantity::force).damage)
     EXPECT_THAT(finding, Not(HasSubstr("spike")));
   const Eigen::VectorXd coarse = (sine(2) * 4).array().round();
   EXPECT_THAT(info_of(coarse).findings,
