@@ -18,7 +18,8 @@ TEST(Names, IdentifiersAreVariablesOfEquations) {
 TEST(Names, LabelsAreOneLineForPeople) {
   for (const char* good : {"", "e*cos(phi)", "v': x^3", "Probe 1 [mm]", "\xCE\xB2 und \xC3\xA4", "runout1+_re"})
     EXPECT_TRUE(is_label(good)) << good;
-  for (const char* bad : {"a\nb", "a\rb", "\x1b[31m", "\xff", "\xc0\xaf", "a\xE2\x80\xA8z", "a\xE2\x80\xAE", "\xC2\x85"})
+  for (const char* bad :
+       {"a\nb", "a\rb", "\x1b[31m", "\xff", "\xc0\xaf", "a\xE2\x80\xA8z", "a\xE2\x80\xAE", "\xC2\x85"})
     EXPECT_FALSE(is_label(bad)) << bad;
 }
 

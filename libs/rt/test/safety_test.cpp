@@ -121,7 +121,7 @@ TEST(SafetyGateRealtime, OnlyReasonsThatLeaveTheForceTrueMayFade) {
 }
 
 // A rotor turning at 10 rad/s, a law whose force turns with it, tripped from outside.
-struct TurningRig {
+struct SafetyRig {
   long tick = 0;
   Fault reason = Fault::none;
   Command written;
@@ -142,7 +142,7 @@ struct TurningLaw {
 };
 
 TEST(SafetyGateRealtime, TheFadingForceIsLimitedToo) {
-  TurningRig rig;
+  SafetyRig rig;
   TurningLaw law;
   SimulatedClock clock(1e-3);
   // Limited to 3 N by the gate; the fitted synchronous force of a clipped wave is larger than its limit.
@@ -166,7 +166,7 @@ struct GapClock {
 
 TEST(GapRealtime, AGapAboveTheLimitTripsWithItsOwnReason) {
   for (const long gap : {0L, 1L, 99L, 100L, 101L, 5000L}) {
-    TurningRig rig;
+    SafetyRig rig;
     TurningLaw law;
     GapClock clock;
     Loop loop(rig, law, clock);
