@@ -9,6 +9,7 @@
 #include "whirl/deploy/languages.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/io/settings.hpp"
 #include "whirl/report/document.hpp"
 #include "whirl/testing/compiled.hpp"
 #include "whirl/testing/designs.hpp"
@@ -59,7 +60,8 @@ const std::vector<std::string>& hostile() {
       "\xff\xfe",
       "\xC2\x85"
       "import os",
-      "??/",
+      "?"
+      "?/",
       "x\xCC\x88",
       "</script><script>alert(1)</script>",
       "\"/><Float64 name=\"evil",
@@ -292,7 +294,7 @@ TEST(HostileTextExport, TomlAndPagesKeepTheirStructure) {
     } catch (const Error& e) {
       EXPECT_NE(std::string_view(e.what()).find("group[0].name"), std::string_view::npos) << e.what();
     }
-    const std::string entry = io::to_toml({{"a", "key", text, text}});
+    const std::string entry = io::to_toml(std::vector<io::TomlEntry>{{"a", "key", text, text}});
     EXPECT_EQ(std::count(entry.begin(), entry.end(), '\n'), 2) << entry;
 
     const auto page = [](const std::string& s) {

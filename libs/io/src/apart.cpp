@@ -1,9 +1,11 @@
 #include "whirl/io/apart.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,7 +24,7 @@ namespace {
 constexpr rlim_t kSeconds = 20, kBytesPerSecond = 20'000'000;
 // Deflate gains a factor of 1032 at most, and a byte becomes a double.
 constexpr rlim_t kSmallest = rlim_t{1} << 26, kGain = 9000;
-// Asleep a process uses no time of the processor: it may wait for a slow disk or its turn so many times longer.
+// Waiting for its turn or for the disk does not count: so many times longer it may take by the clock.
 constexpr rlim_t kPatience = 30;
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kMemoryIsCounted = false;  // the sanitizers' own memory counts too
@@ -121,6 +123,28 @@ rlim_t most_memory(std::size_t file_bytes) {
   _exit(0);
 }
 
+/// Asleep by its own will (proc(5)): not waiting for a processor or the disk.
+bool is_asleep(pid_t process) {
+  std::ifstream in(fmt::format("/proc/{}/stat", process));
+  std::string text;
+  std::getline(in, text);
+  const std::size_t name = text.rfind(')');
+  return name != std::string::npos && name + 2 < text.size() && text[name + 2] == 'S';
+}
+
+/// Ends a process that sleeps so many seconds in all: the library can wait for a writer that does not come.
+void watch_sleep(pid_t child, rlim_t seconds) {
+  const auto ended = static_cast<int>(syscall(SYS_pidfd_open, child, 0));
+  if (ended < 0) return;  // its alarm is left
+  pollfd wait{ended, POLLIN, 0};
+  for (rlim_t slept = 0; slept < seconds;) {
+    const int ready = poll(&wait, 1, 1000);
+    if (ready > 0) break;
+    if (ready == 0 && is_asleep(child) && ++slept == seconds) kill(child, SIGKILL);
+  }
+  (void)close(ended);
+}
+
 }  // namespace
 
 void ParcelWriter::bytes(std::span<const std::byte> b) {
@@ -168,6 +192,7 @@ void read_apart(const std::string& name, std::size_t file_bytes, const std::func
   const pid_t child = fork();
   if (child < 0) throw Error::in_file(name, 0, std::string("cannot be examined: ") + std::strerror(errno));
   if (child == 0) work(name, memory.descriptor(), file_bytes, seconds, read);
+  watch_sleep(child, seconds);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
@@ -176,8 +201,10 @@ void read_apart(const std::string& name, std::size_t file_bytes, const std::func
     const bool endless = signal == SIGALRM || signal == SIGXCPU || signal == SIGKILL;
     throw Error::in_file(
         name, 0,
-        endless ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s of computing", seconds)
-                : std::string("is damaged: the HDF5 library fails on it"));
+        endless
+            ? fmt::format("is damaged: the HDF5 library does not come to an end within {} s of computing or sleeping",
+                          seconds)
+            : std::string("is damaged: the HDF5 library fails on it"));
   }
   ParcelReader parcel(name, memory.content());
   if (parcel.value<char>() == kFailed) throw Error(parcel.text());

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/units.hpp"
 #include "whirl/report/format.hpp"
@@ -18,7 +19,11 @@ namespace {
 /// Header that read_csv understands: "x_m", "omega_rad_s".
 std::string header(const StreamInfo& info) {
   std::string out = "t_s";
-  for (const ChannelInfo& c : info.channels) out += fmt::format(",{}_{}", c.name, io::si_suffix(c.quantity).suffix);
+  for (const ChannelInfo& c : info.channels) {
+    std::string name = one_line(c.name);  // of a file that is played
+    for (char& sign : name) sign = std::string_view(",;\"#").find(sign) == std::string_view::npos ? sign : '_';
+    out += fmt::format(",{}_{}", name, io::si_suffix(c.quantity).suffix);
+  }
   return out + ",valid_1\n";
 }
 

@@ -3,6 +3,7 @@
 
 #include "recording/layout.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/core/names.hpp"
 #include "whirl/io/apart.hpp"
 #include "whirl/io/input.hpp"
 
@@ -93,7 +94,7 @@ LoopRecord take(io::ParcelReader& in) {
     LoopEvent e;
     e.tick = in.value<decltype(e.tick)>();
     e.t = in.value<double>();
-    e.text = in.text();
+    e.text = one_line(in.text());
     out.events.push_back(std::move(e));
   }
   return out;
