@@ -12,7 +12,9 @@ struct Template {
   std::string_view name, text;
 };
 
-constexpr std::string_view kJeffcott = R"(# One disc midway between two bearings.
+// clang-format off
+constexpr std::string_view kJeffcott =
+    R"(# One disc midway between two bearings.
 [rotor]
 name = "Jeffcott rotor"
 
@@ -163,7 +165,8 @@ name = "impeller"
 position_mm = 1500
 )";
 
-constexpr std::string_view kCentrifuge = R"(# Laboratory centrifuge: a bowl on a thin spindle, a motor on rubber mounts.
+constexpr std::string_view kCentrifuge =
+    R"(# Laboratory centrifuge: a bowl on a thin spindle, a motor on rubber mounts.
 [rotor]
 name = "centrifuge"
 vertical = true
@@ -314,6 +317,7 @@ position_mm = 440
 angle_deg = 90
 )";
 
+// clang-format on
 constexpr std::array kRotorTemplates{Template{"jeffcott", kJeffcott}, Template{"two-disc", kTwoDisc},
                                      Template{"overhung", kOverhung}, Template{"centrifuge", kCentrifuge},
                                      Template{"kit", kKit}};

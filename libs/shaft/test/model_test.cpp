@@ -54,7 +54,14 @@ TEST(ShaftProperty, TemplatesMatchTheirSources) {
   EXPECT_NEAR(forward[0], 359, 0.05 * 359);
   EXPECT_NEAR(forward[1], 1166, 0.05 * 1166);
   EXPECT_NEAR(forward[2], 8121, 0.05 * 8121);
-  EXPECT_TRUE(stability_threshold(centrifuge, 10, 3000));  // the fit of bowl and spindle
+  // 1 N m s/rad in the fit of bowl and spindle: unstable near 9200 rpm.
+  Rotor loose = parse_rotor(rotor_template("centrifuge"), "centrifuge");
+  loose.joints[0].coefficient = 1;
+  loose.elements = 4;
+  const auto threshold = stability_threshold(assemble(loose), 600, 1200, 6, 6);
+  ASSERT_TRUE(threshold);
+  EXPECT_NEAR(threshold->speed / testing::kRpm, 9200, 0.05 * 9200);
+  EXPECT_GT(threshold->direction, 0.9);
 }
 
 TEST(ShaftProperty, CriticalsAreWhereCampbellLinesMeetTheSpeed) {
