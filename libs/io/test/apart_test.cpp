@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <vector>
@@ -111,6 +112,16 @@ TEST(ReadApart, TheMemoryIsBoundedAndOnlyComputingCounts) {
       [&](ParcelReader& in) { time = in.value<rlimit>(), alarm_at = in.value<unsigned>(); });
   EXPECT_EQ(time.rlim_cur, 20U);
   EXPECT_GE(alarm_at, 500U);
+}
+
+TEST(ReadApart, SleepWithoutEndIsEnded) {
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_THAT(error_of([&] {
+                read_apart(
+                    "a.h5", 10, [](ParcelWriter&) { sleep(300); }, nothing);
+              }),
+              HasSubstr("does not come to an end within 20 s"));
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
 }
 
 TEST(ReadApart, AParcelThatEndsBeforeItsNumbersIsRefused) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "whirl/io/atfx.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/formats.hpp"
 #include "whirl/io/remarks.hpp"
@@ -130,6 +131,31 @@ TEST(HostileFiles, TheSizeIsLookedAtBeforeReading) {
   std::filesystem::resize_file(folder.path() / "big.wav", std::uintmax_t{10} << 30);  // sparse
   EXPECT_THAT(testing::error_of([&] { (void)read_signals(folder.path() / "big.wav"); }),
               HasSubstr("larger than the limit of 1073741824 bytes"));
+}
+
+// The binary parts of an ATFX stand beside it: what it names elsewhere is another file of the machine.
+TEST(HostileFiles, BinaryPartsStandBesideTheirAtfx) {
+  const testing::TemporaryFolder folder;
+  folder.write("a/part.bin", std::string(64, 's'));
+  folder.write("secret.bin", std::string(64, 's'));
+  const auto read = [&](const std::string& part) {
+    folder.write("a/a.atfx",
+                 "<atfx_file><files><component><identifier>c</identifier><filename>" + part +
+                     "</filename></component></files><application_model><application_element><name>lc</name>"
+                     "<basetype>AoLocalColumn</basetype>"
+                     "<application_attribute><name>n</name><base_attribute>name</base_attribute>"
+                     "</application_attribute>"
+                     "<application_attribute><name>v</name><base_attribute>values</base_attribute>"
+                     "</application_attribute></application_element></application_model>"
+                     "<instance_data><lc><n>x</n><v><component><identifier>c</identifier>"
+                     "<datatype>ieeefloat8</datatype><length>8</length><inioffset>0</inioffset></component></v>"
+                     "</lc></instance_data></atfx_file>");
+    return testing::error_of([&] { EXPECT_EQ(read_atfx(folder.path() / "a/a.atfx").columns[0].size(), 8); });
+  };
+  EXPECT_EQ(read("part.bin"), "no error");
+  for (const std::string part :
+       {(folder.path() / "secret.bin").string(), std::string("../secret.bin"), std::string("b/../../secret.bin")})
+    EXPECT_THAT(read(part), HasSubstr("must stand beside it or below"));
 }
 
 TEST(CutFiles, AWavSaysHowManySamplesAreMissing) {

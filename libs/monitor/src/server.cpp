@@ -2,6 +2,7 @@
 #include "whirl/monitor/server.hpp"
 
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -378,8 +379,17 @@ void Service::accept(bool exhausted_before) {
     if (!failed) std::make_shared<PageSession>(std::move(socket), *this)->read();
     const bool exhausted =
         failed == asio::error::no_descriptors || failed == beast::errc::too_many_files_open_in_system;
-    // Who waits longest goes, and failing that the descriptor kept for this moment: the next one that comes is taken.
-    if (!exhausted || door.close_oldest() || door.release()) return accept(exhausted);
+    if (!exhausted) return accept();
+    // Without a descriptor the system says so also when nobody waits.
+    pollfd waiting{acceptor.native_handle(), POLLIN, 0};
+    if (::poll(&waiting, 1, 0) <= 0) {
+      acceptor.async_wait(tcp::acceptor::wait_read, [this](beast::error_code ended) {
+        if (!ended && acceptor.is_open()) accept(true);
+      });
+      return;
+    }
+    // Who waits longest goes, and failing that the descriptor kept for this moment.
+    if (door.close_oldest() || door.release()) return accept(true);
     again.expires_after(kAgain);
     again.async_wait([this](beast::error_code ended) {
       if (!ended && acceptor.is_open()) accept();

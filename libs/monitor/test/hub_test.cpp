@@ -283,7 +283,8 @@ TEST(MonitorHub, ARecordOnAFullDiskEndsInAWholeLineAndSaysSo) {
 TEST(MonitorHub, ARecordNeverEntersAFolderThatIsThere) {
   const auto folder = std::filesystem::temp_directory_path() / "whirl_monitor_many_test";
   std::filesystem::remove_all(folder);
-  for (int i = 1; i <= 9999; ++i) std::filesystem::create_directories(folder / fmt::format("run_{:03}", i));
+  std::filesystem::create_directory(folder);
+  for (int i = 1; i <= 9999; ++i) std::filesystem::create_directory(folder / fmt::format("run_{:03}", i));
   {
     Recorder recorder({folder, 1'000'000, 0});
     recorder.start({"loop", 1000, {{"x", Quantity::displacement}}}, "{}");

@@ -267,7 +267,9 @@ TEST_F(MonitorServer, AReservedDescriptorServesWhenThereIsNoOther) {
   http::write(socket, r);
   beast::flat_buffer buffer;
   http::response<http::string_body> answer;
-  http::read(socket, buffer, answer);
+  beast::error_code failed;
+  http::read(socket, buffer, answer, failed);
+  EXPECT_FALSE(failed) << failed.message();
   EXPECT_EQ(answer.result(), http::status::ok);
   setrlimit(RLIMIT_NOFILE, &before);
   for (const int fd : all) ::close(fd);
