@@ -153,7 +153,7 @@ TEST(HostileFiles, BinaryPartsStandBesideTheirAtfx) {
     return testing::error_of([&] { EXPECT_EQ(read_atfx(folder.path() / "a/a.atfx").columns[0].size(), 8); });
   };
   EXPECT_EQ(read("part.bin"), "no error");
-  for (const std::string part :
+  for (const std::string& part :
        {(folder.path() / "secret.bin").string(), std::string("../secret.bin"), std::string("b/../../secret.bin")})
     EXPECT_THAT(read(part), HasSubstr("must stand beside it or below"));
 }
