@@ -150,11 +150,11 @@ void add_rotor_run(CommandLine& rotor, Session& session) {
   sub->add_option("--to-rpm", o->to_rpm, "last speed")->range(0, 1e7)->required();
   sub->add_option("--seconds", o->seconds, "length of the run")->range(1e-3, 1e5)->required();
   sub->add_option("--rate-hz", o->rate_hz, "samples a second")->range(1, 1e6)->show_default();
+  sub->add_flag("--full", o->full, "every coordinate instead of the reduced model");
   sub->add_option("--modes", o->modes, "modes of a plane that the reduced model keeps")
       ->range(1, 1000)
       ->show_default()
       ->excludes("--full");
-  sub->add_flag("--full", o->full, "every coordinate instead of the reduced model");
   sub->add_flag("--weight", o->weight, "gravity acts");
   sub->add_option("--out", o->out, "CSV file to write")->output("record");
   sub->add_option("--figure", o->figure, "deflection over speed (.svg, .png, .pdf, .csv)")->output();
