@@ -10,6 +10,7 @@
 #include <numeric>
 #include <vector>
 
+#include "usual_unit.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::io {
@@ -152,9 +153,6 @@ std::string allowed_units(Quantity quantity) {
   return out;
 }
 
-namespace {
-
-/// The unit in which a quantity of this name is mostly recorded; for an example.
 std::string_view usual_unit(std::string_view name) {
   const std::string word = lower(name);
   const auto is = [&](std::initializer_list<std::string_view> words) {
@@ -168,8 +166,6 @@ std::string_view usual_unit(std::string_view name) {
   if (is({"v", "vx", "vy", "velocity"})) return "m_s";
   return "mm";
 }
-
-}  // namespace
 
 std::string unit_problem(std::string_view name) {
   const std::size_t at = name.find('_', 1);

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "whirl/core/error.hpp"
-#include "whirl/testing/records/tachos.hpp"
+#include "whirl/testing/systems/tachos.hpp"
 
 namespace whirl::signal {
 namespace {

@@ -176,6 +176,13 @@ void IdentifyFlags::require_rotor_channels(const Recording& like) const {
                                 : "This method needs two directions of a rotor's motion; the default one takes one"));
   }
   if (angle == "vibration") return;
+  for (const Channel& c : like.channels) {
+    if (like.has("beta") || c.quantity != Quantity::angle) continue;
+    throw Error(
+        fmt::format("{}: no column 'beta', but '{}' is an angle; if it is the rotor's, name the columns: --columns "
+                    "x y \"{}:beta\"",
+                    like.source, c.name, c.name));
+  }
   if (!like.has("beta")) {
     throw Error(fmt::format(
         "{}: no column 'beta' (with its unit); present: {}. The force of the unbalance turns with the rotor, and the "

@@ -37,6 +37,7 @@ FrequencyResponse from_shaker(const FrfFlags& o, const std::vector<Recording>& r
       {"--window-end-percent", o.window_end_percent != other.window_end_percent},
       {"--exclude", !o.frf.exclude.empty()},
       {"--keep-odd-blows", o.keep_odd},
+      {"--repair", o.frf.repair},
       {"--drop-double-hits", o.frf.drop_double_hits}};
   for (const auto& [flag, given] : for_blows) {
     if (given)
@@ -135,6 +136,8 @@ void add_frf(CommandLine& app, Session& session) {
   sub->add_flag(
       "--keep-odd-blows", o->keep_odd,
       "average blows too that certainly disagree with the others (reversed, other unit, delayed, incoherent)");
+  sub->add_flag("--repair", o->frf.repair,
+                "bridge single samples that look like spikes; without it they are reported, and no sample is changed");
   sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave blows with a second hit out");
 }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "formats/text_lines.hpp"
+#include "usual_unit.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/names.hpp"
 #include "whirl/io/signals.hpp"
@@ -82,6 +83,10 @@ Heading parse_heading(std::string_view raw) {
   if (!label.empty()) {
     if (const UnitSuffix* unit = unit_from_label(label)) return {h.text, plain_name(name), unit, true};
   }
+  if (const std::size_t last = text.rfind('_'); last != std::string_view::npos && last > 0 && text.size() > last + 2) {
+    if (const UnitSuffix* unit = unit_from_label(text.substr(last + 1)))  // "x_inch"
+      return {h.text, plain_name(text.substr(0, last)), unit};
+  }
   if (text.ends_with("_re") || text.ends_with("_im")) h.unit = &si_suffix(Quantity::dimensionless);
   return h;
 }
@@ -109,6 +114,57 @@ bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& 
   return true;
 }
 
+namespace {
+
+std::string small_letters(std::string_view text) {
+  std::string out(text);
+  std::transform(out.begin(), out.end(), out.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return out;
+}
+
+/// whirl's name for what a heading may mean.
+std::string guessed_name(const Heading& h) {
+  std::string name = small_letters(h.name);
+  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+      {"zeit", "t"},          {"time", "t"},      {"winkel", "beta"}, {"angle", "beta"},         {"drehzahl", "speed"},
+      {"drehwinkel", "beta"}, {"kraft", "force"}, {"weg", "x"},       {"beschleunigung", "acc"}, {"timestamp", "t"},
+      {"rpm", "speed"},       {"phasor", "key"},  {"trigger", "key"}};
+  for (const auto& [word, known] : kWords)
+    if (name == word) return std::string(known);
+  std::erase_if(name, [](char c) { return !((c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'); });
+  return name.empty() ? "c" : name;
+}
+
+}  // namespace
+
+void use_known_names(std::vector<Heading>& headings) {
+  constexpr std::string_view kKnown[] = {"t",     "time", "x",  "y",   "z",         "beta",  "speed",
+                                         "omega", "ux",   "uy", "key", "keyphasor", "tacho", "force"};
+  for (Heading& h : headings) {
+    const std::string name = small_letters(h.name);
+    if (name == h.name || std::find(std::begin(kKnown), std::end(kKnown), name) == std::end(kKnown)) continue;
+    const auto same = [&](const Heading& other) { return &other != &h && small_letters(other.name) == name; };
+    if (std::none_of(headings.begin(), headings.end(), same)) h.name = name;
+  }
+}
+
+std::string proposed_columns(const std::vector<Heading>& headings, bool numbers) {
+  std::string out;
+  std::vector<std::string> taken;
+  for (std::size_t i = 0; i < headings.size() && i < 12; ++i) {
+    const Heading& h = headings[i];
+    std::string name = guessed_name(h);
+    while (std::find(taken.begin(), taken.end(), name) != taken.end()) name += "b";
+    taken.push_back(name);
+    const std::string_view unit = h.unit != nullptr ? h.unit->suffix : usual_unit(name);
+    std::string spec = fmt::format("{}:{}_{}", numbers ? std::to_string(i + 1) : shown(h.text), name, unit);
+    if (spec.find_first_of(" ()[]*;&'$") != std::string::npos) spec = '"' + spec + '"';
+    out += (out.empty() ? "" : " ") + spec;
+  }
+  return headings.size() > 12 ? out + " ..." : out;
+}
+
 ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& headings) {
   const auto place = [&](std::string_view wanted) {
     for (std::size_t i = 0; i < headings.size(); ++i)
@@ -116,6 +172,15 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
     for (std::size_t i = 0; i < headings.size(); ++i)
       if (headings[i].foreign && (headings[i].name == wanted || instrument_form(headings[i].text).first == wanted))
         return i;
+    // A name alone, and headings in other letters, where they mean one column.
+    for (const bool names : {true, false}) {
+      std::size_t found = headings.size();
+      long count = 0;
+      for (std::size_t i = 0; i < headings.size(); ++i)
+        if (small_letters(names ? headings[i].name : headings[i].text) == small_letters(wanted) && !wanted.empty())
+          found = i, ++count;
+      if (count == 1) return found;
+    }
     return headings.size();
   };
   const std::size_t whole = place(spec), colon = whole < headings.size() ? std::string::npos : spec.rfind(':');
@@ -150,7 +215,7 @@ ColumnChoice choose_column(const std::string& spec, const std::vector<Heading>& 
   }
   const Heading wanted = parse_heading(to);
   choice.name = wanted.name;
-  choice.unit = wanted.unit != nullptr ? wanted.unit : h.foreign ? h.unit : nullptr;
+  choice.unit = wanted.unit != nullptr ? wanted.unit : h.unit;
   if (wanted.unit == nullptr && choice.unit != nullptr && wanted.text.find('_', 1) != std::string::npos)
     choice.unit = nullptr;  // "x_furlong" asks for a unit that is not known
   return choice;

@@ -26,6 +26,12 @@ std::string in_utf8(std::string_view raw);
 /// not known or another one than in the heading.
 bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& fields);
 
+/// Names that whirl knows (`x`, `beta`, `time`, ...) in small letters, unless another column is called so.
+void use_known_names(std::vector<Heading>& headings);
+
+/// The complete `--columns` of a table: names and units as far as they can be guessed. `numbers`: columns by number.
+std::string proposed_columns(const std::vector<Heading>& headings, bool numbers);
+
 /// A column chosen by `CsvOptions::columns`: which heading, and how it is called.
 struct ColumnChoice {
   std::size_t heading = 0;

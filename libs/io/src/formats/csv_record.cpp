@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "formats/csv_gaps.hpp"
+#include "formats/csv_rates.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/remarks.hpp"
@@ -27,6 +28,7 @@ std::vector<Channel> read_columns(CsvStream& stream, Eigen::Index min_samples) {
     for (std::size_t c = 0; c < n; ++c) parts[c].emplace_back(block.col(static_cast<Eigen::Index>(c)).head(rows));
     total += rows;
   }
+  if (total == 0) throw Error::in_file(stream.source(), 0, "has a header and no data: export the readings with it");
   if (total < min_samples) {
     throw Error::in_file(stream.source(), 0, fmt::format("{} samples; at least {} are needed", total, min_samples));
   }
@@ -69,12 +71,22 @@ double simplest_step(double dt, double tolerance) {
 std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorXd& t, const CsvOptions& options,
                                    Recording& record) {
   const Eigen::Index n = t.size();
+  const bool few_digits = options.rate && t[n - 1] > t[0] && (t.tail(n - 1) - t.head(n - 1)).minCoeff() >= 0;
+  if (few_digits && detail::agrees_coarsely(t, *options.rate)) {
+    remark(record.source, "the times have too few digits; the rate that was given is taken");
+    record.t0 = t[0];
+    record.dt = 1 / *options.rate;
+    return std::nullopt;
+  }
   for (Eigen::Index i = 1; i < n; ++i) {
     if (!(t[i] > t[i - 1])) {
+      const bool reversed = (t.tail(n - 1) - t.head(n - 1)).maxCoeff() < 0;
       throw Error::in_file(
           stream.source(), stream.line_of(i),
           fmt::format("time {} s does not follow {} s of the line before; time must increase{}", t[i], t[i - 1],
-                      t[i] == t[i - 1] ? " (too few digits? leave the time out and state the rate)" : ""));
+                      reversed           ? " (newest line first: sort the lines by time)"
+                      : t[i] == t[i - 1] ? " (too few digits? state the rate: --rate HZ)"
+                                         : ""));
     }
   }
   const UnitSuffix& unit = *stream.columns()[static_cast<std::size_t>(stream.time_column())].unit;
@@ -94,6 +106,7 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
   // exact.
   double rounding =
       stream.time_decimals() < 0 ? 0 : std::pow(10.0, -stream.time_decimals()) * unit.multiply / unit.divide;
+  if (options.rate && rounding > 0) rounding = std::max(rounding, detail::six_digits(t));
   // With the rate stated, the grid is known and a missing sample is off by a whole step.
   if (rounding > (options.rate ? 0.9 : 0.25) * mean_step) rounding = 0;
   double dt = simplest_step(mean_step, exact / steps);
@@ -119,7 +132,7 @@ std::optional<double> uniform_time(const CsvStream& stream, const Eigen::VectorX
                          fmt::format("time is not uniform: step {:.9g} s here, {:.9g} s on average; every time stamp "
                                      "must be within {} % of a step of a uniform grid{}",
                                      t[worst] - t[worst - 1], dt, 100 * options.time_tolerance,
-                                     options.rate ? "" : " (times rounded? state the rate)"));
+                                     options.rate ? "" : " (times rounded? state the rate: --rate HZ)"));
   }
   record.t0 = t[0];
   record.dt = dt;
@@ -136,7 +149,9 @@ Recording read_record(CsvStream stream, const CsvOptions& options, CsvDialect* d
   record.source = stream.source();
   record.channels = read_columns(stream, std::max<Eigen::Index>(options.min_samples, 2));
   if (const int time = stream.time_column(); time >= 0) {
-    const Eigen::VectorXd t = record.channels[static_cast<std::size_t>(time)].samples;
+    Eigen::VectorXd t = record.channels[static_cast<std::size_t>(time)].samples;
+    for (const std::string& said : detail::join_rates(t, record.channels, static_cast<std::size_t>(time)))
+      remark(record.source, said);
     const std::optional<double> uneven = uniform_time(stream, t, options, record);
     record.channels.erase(record.channels.begin() + time);
     if (uneven) remark(record.source, detail::take_to_even_grid(stream, t, options.time_tolerance, *uneven, record));

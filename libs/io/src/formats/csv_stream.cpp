@@ -6,7 +6,9 @@
 #include <cstring>
 #include <limits>
 
+#include "formats/csv_fields.hpp"
 #include "formats/csv_header.hpp"
+#include "formats/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
@@ -16,70 +18,14 @@ namespace {
 
 constexpr std::size_t kLineBuffer = std::size_t{1} << 20;  // also the longest line
 constexpr std::size_t kMaxColumns = 4096;
-constexpr std::string_view kBlank = " \t";
-
-std::string_view trim_of(std::string_view text, std::string_view what = kBlank) {
-  const std::size_t first = text.find_first_not_of(what);
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(what) - first + 1);
-}
-
-std::string_view unquote(std::string_view text) {
-  text = trim_of(text, " ");
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"') text = trim_of(text.substr(1, text.size() - 2));
-  return text;
-}
-
-/// Splits at the delimiter outside of quotes.
-std::vector<std::string_view> split(std::string_view line, char delimiter) {
-  std::vector<std::string_view> fields;
-  bool quoted = false;
-  std::size_t start = 0;
-  for (std::size_t i = 0; i <= line.size(); ++i) {
-    if (i == line.size() || (line[i] == delimiter && !quoted)) {
-      fields.push_back(line.substr(start, i - start));
-      start = i + 1;
-    } else if (line[i] == '"') {
-      quoted = !quoted;
-    }
-  }
-  return fields;
-}
-
+using detail::is_missing;
+using detail::is_number;
+using detail::parse_number;
+using detail::Parsed;
 using detail::shown;
-
-enum class Parsed { good, bad, not_finite };
-
-Parsed parse_number(std::string_view text, double& value) {
-  if (!text.empty() && text.front() == '+') {
-    text.remove_prefix(1);
-    if (!text.empty() && text.front() == '-') return Parsed::bad;
-  }
-  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (end != text.data() + text.size() || ec == std::errc::invalid_argument) return Parsed::bad;
-  if (ec == std::errc::result_out_of_range) {
-    // from_chars does not tell overflow from underflow; a negative exponent means underflow, which is zero.
-    const std::size_t e = text.find_first_of("eE");
-    if (e == std::string_view::npos || text.substr(e + 1, 1) != "-") return Parsed::not_finite;
-    value = 0;
-  }
-  return std::isfinite(value) ? Parsed::good : Parsed::not_finite;
-}
-
-/// What loggers write where there is no value.
-bool is_missing(std::string_view text) {
-  std::string small(text);
-  std::transform(small.begin(), small.end(), small.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-  return small.empty() || small == "nan" || small == "-nan" || small == "na" || small == "n/a" || small == "null";
-}
-
-bool is_number(std::string_view text) {
-  double value = 0;
-  std::string copy(text);
-  std::replace(copy.begin(), copy.end(), ',', '.');
-  return parse_number(copy, value) != Parsed::bad;
-}
+using detail::split;
+using detail::trim_of;
+using detail::unquote;
 
 }  // namespace
 
@@ -111,6 +57,9 @@ struct CsvStream::State {
   std::size_t begin = 0, end = 0;
   bool eof = false;
   bool blank_seen = false;
+
+  detail::StampColumns stamps;
+  std::string even_blanks;  // a line of values between blanks, with one of them each
 
   State(ByteSource s, const CsvOptions& o) : source(std::move(s)), options(o) {
     dialect.compressed = source.compressed();
@@ -162,6 +111,12 @@ struct CsvStream::State {
     ++line;
     if (last > first && last[-1] == '\r') --last;
     out = {first, static_cast<std::size_t>(last - first)};
+    if (dialect.delimiter == ' ') {
+      even_blanks.clear();
+      for (const char c : trim_of(out))
+        if ((c != ' ' && c != '\t') || even_blanks.back() != ' ') even_blanks += c == '\t' ? ' ' : c;
+      out = even_blanks;
+    }
     return true;
   }
 
@@ -173,6 +128,11 @@ struct CsvStream::State {
       begin = 3;
     } else if (start.substr(0, 2) == "\xff\xfe" || start.substr(0, 2) == "\xfe\xff") {
       fail("is UTF-16 text; save it as UTF-8", 0);
+    } else if (start.substr(0, 4) == "PK\x03\x04" || start.substr(0, 4) == "\xd0\xcf\x11\xe0") {
+      fail(
+          "is a workbook (.xlsx, .xls, .ods), not text; open it and save the sheet as 'CSV UTF-8', or run: libreoffice "
+          "--headless --convert-to csv FILE",
+          0);
     }
     std::string_view text;
     do {  // blank lines and comments may stand before the header
@@ -186,9 +146,19 @@ struct CsvStream::State {
     if (text.find('\0') != std::string_view::npos) fail("holds zero bytes: this is no CSV file");
     if (text.find('\r') != std::string_view::npos) fail("lines end with CR alone: save them with LF or CR LF");
 
-    dialect.delimiter = text.find(';') != std::string_view::npos    ? ';'
-                        : text.find('\t') != std::string_view::npos ? '\t'
-                                                                    : ',';
+    if (text.size() == 5 && text.substr(0, 4) == "sep=") {  // written for spreadsheets
+      const char said = text[4];
+      if (!get_line(text)) fail("has no header and no data", 0);
+      dialect.delimiter = said;
+    } else {
+      dialect.delimiter = delimiter_of(text);
+    }
+    if (dialect.delimiter == ' ') {
+      begin = static_cast<std::size_t>(text.data() - buffer.get()), --line;
+      get_line(text);
+    }
+    const std::size_t header_begin =
+        dialect.delimiter == ' ' ? 0 : static_cast<std::size_t>(text.data() - buffer.get());
     std::vector<std::string_view> fields = split(text, dialect.delimiter);
     if (fields.size() > 1 && trim_of(fields.back()).empty()) {
       dialect.trailing_delimiter = true;
@@ -199,16 +169,24 @@ struct CsvStream::State {
     const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
     if (headless) {
       if (options.columns.empty()) {
+        std::string proposal = "1:t_s";
+        constexpr std::string_view kNames[] = {"x_mm", "y_mm", "beta_rad"};
+        for (std::size_t i = 1; i < fields.size() && i <= 3; ++i)
+          proposal += fmt::format(" {}:{}", i + 1, kNames[i - 1]);
         fail(
-            "no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or state "
-            "the columns");
+            fmt::format("no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or name "
+                        "those you need by their numbers, e.g. --columns {}",
+                        proposal));
       }
       header.resize(fields.size());
-      begin = static_cast<std::size_t>(text.data() - buffer.get());  // the line is data: read it again
+      if (dialect.delimiter == ' ') fail("values between blanks need a header line: write one, or save with commas");
+      begin = header_begin;  // the line is data: read it again
       --line;
     } else {
       for (const std::string_view f : fields) header.push_back(detail::parse_heading(unquote(f)));
       read_units();
+      detail::use_known_names(header);
+      find_stamps();
     }
     first_line = line + 1;
     target.assign(fields.size(), -1);
@@ -241,10 +219,37 @@ struct CsvStream::State {
     }
   }
 
+  /// The delimiter of a header line. Blanks, where as many words stand in the header as numbers in the next line.
+  char delimiter_of(std::string_view text) const {
+    for (const char c : {';', '\t', ','})
+      if (text.find(c) != std::string_view::npos) return c;
+    const std::string_view ahead(buffer.get() + begin, end - begin);
+    const auto words = [](std::string_view t) {
+      std::vector<std::string_view> out;
+      for (const std::string_view f : split(t, ' '))
+        if (!trim_of(f, " \t\r").empty()) out.push_back(trim_of(f, " \t\r"));
+      return out;
+    };
+    const auto names = words(text), values = words(ahead.substr(0, ahead.find('\n')));
+    const bool numbers = std::all_of(values.begin(), values.end(), [](auto v) { return is_number(v); });
+    return names.size() > 1 && names.size() == values.size() && numbers ? ' ' : ',';
+  }
+
+  void find_stamps() {
+    const std::string_view ahead(buffer.get() + begin, end - begin);
+    std::string_view text = ahead.substr(0, ahead.find('\n'));
+    if (text.ends_with('\r')) text.remove_suffix(1);
+    const bool numbered = std::any_of(header.begin(), header.end(), [](const detail::Heading& h) {
+      return h.unit != nullptr && h.unit->quantity == Quantity::time && names_time(h);
+    });
+    stamps.find(fields_of(text), numbered, header);
+  }
+
   void choose_columns() {
     const long at = line;
     if (options.columns.empty()) {
-      for (std::size_t i = 0; i < header.size(); ++i) add_column({i, header[i].name, header[i].unit}, header[i].text);
+      for (std::size_t i = 0; i < header.size(); ++i)
+        if (!stamps.unread(i)) add_column({i, header[i].name, header[i].unit}, header[i].text);
     }
     for (const std::string& spec : options.columns) {
       const detail::ColumnChoice choice = placed(at, [&] { return detail::choose_column(spec, header); });
@@ -289,11 +294,13 @@ struct CsvStream::State {
     if (choice.name.empty()) fail(fmt::format("column {} has no name", choice.heading + 1));
     if (!choice.unit) {
       std::string problem = "column " + unit_problem(shown(written));
-      problem.insert(problem.rfind("; allowed units"), header_hint());
-      fail(problem);
+      fail(problem.substr(0, problem.rfind("; allowed units")) + header_hint() +
+           (written.find('_', 1) != std::string::npos ? problem.substr(problem.rfind("; allowed units")) : ""));
     }
     for (const CsvColumn& other : columns) {
-      if (other.name == choice.name) fail(fmt::format("two columns are called '{}'", shown(choice.name)));
+      if (other.name == choice.name)
+        fail(fmt::format("two columns are called '{}'; name those you need by their numbers: --columns {}",
+                         shown(choice.name), detail::proposed_columns(header, true)));
     }
     const int at = static_cast<int>(columns.size());
     target[choice.heading] = at;
@@ -306,7 +313,7 @@ struct CsvStream::State {
 
   /// How to name the columns on the command line, and the line among the first that looks like the header, if another.
   std::string header_hint() const {
-    std::string hint = ", or name the columns: --columns HEADER:x_mm";
+    std::string hint = ", or name the columns: --columns " + detail::proposed_columns(header, false);
     std::string_view ahead(buffer.get() + begin, end - begin);
     for (long at = line + 1; at <= line + 100 && !ahead.empty(); ++at) {
       const std::size_t newline = ahead.find('\n');
@@ -319,7 +326,7 @@ struct CsvStream::State {
           return detail::parse_heading(unquote(f)).unit != nullptr;
         });
         if (known < 2 || known + 1 < static_cast<long>(fields.size())) continue;
-        return hint + fmt::format("; line {} looks like the header: --header-line {}", at, at);
+        return fmt::format("; line {} looks like the header: --header-line {}", at, at);
       }
     }
     return hint;
@@ -334,9 +341,20 @@ struct CsvStream::State {
       }
       dialect.decimal = *options.decimal;
     } else if (dialect.delimiter != ',') {
-      const std::string_view ahead(buffer.get() + begin, end - begin);
-      const std::size_t sign = ahead.find_first_of(".,");
-      if (sign != std::string_view::npos) dialect.decimal = ahead[sign];
+      std::string_view ahead(buffer.get() + begin, end - begin);
+      if (const std::size_t last = ahead.rfind('\n'); last != std::string_view::npos) ahead = ahead.substr(0, last);
+      std::size_t column = 0;
+      while (!ahead.empty()) {  // dates and times have points of their own
+        const std::size_t stop = std::min(ahead.find_first_of(std::string{dialect.delimiter, '\n'}), ahead.size());
+        const std::string_view field = ahead.substr(0, stop);
+        const std::size_t sign = stamps.has(column) ? field.npos : field.find_first_of(".,");
+        if (sign != std::string_view::npos) {
+          dialect.decimal = field[sign];
+          return;
+        }
+        column = stop < ahead.size() && ahead[stop] == '\n' ? 0 : column + 1;
+        ahead.remove_prefix(std::min(stop + 1, ahead.size()));
+      }
     }
   }
 
@@ -347,7 +365,11 @@ struct CsvStream::State {
     };
     if (options.gaps && target[file_column] != time && is_missing(text))
       return std::numeric_limits<double>::quiet_NaN();
-    if (text.empty()) fail(fmt::format("{}: empty; every value must be a finite number", column_name(file_column)));
+    if (text.empty())
+      fail(
+          fmt::format("{}: empty; every value must be a finite number (info, identify and validate take missing "
+                      "readings; several rates in one table: export one table for each rate)",
+                      column_name(file_column)));
     std::string copy(text);
     if (dialect.delimiter != ',') {
       const char other = dialect.decimal == ',' ? '.' : ',';
@@ -358,7 +380,10 @@ struct CsvStream::State {
     }
     double value = 0;
     const Parsed outcome = parse_number(copy, value);
-    if (outcome == Parsed::bad) bad("is not a number; every value must be a finite number");
+    if (outcome == Parsed::bad)
+      bad(target[file_column] == time
+              ? "is not a number; every value must be a finite number (a line of remarks or sums? delete it)"
+              : "is not a number; every value must be a finite number (correct it, or delete the line)");
     if (outcome == Parsed::not_finite) bad("is not finite; every value must be a finite number");
     return value;
   }
@@ -366,10 +391,12 @@ struct CsvStream::State {
   [[noreturn]] void ragged(std::string_view text) const {
     const std::size_t have = split(text, dialect.delimiter).size();
     const std::size_t want = target.size() + (dialect.trailing_delimiter ? 1 : 0);
+    const char* advice = have < want ? "; the line is cut short: complete or delete it" : "";
+    if (dialect.delimiter == ',' && have > want && have <= 2 * want && !dialect.trailing_delimiter)
+      advice =
+          "; decimal commas need ';' between the values: export with ';' or tabs between them, or with decimal points";
     fail(fmt::format("{} values, but the {} {}{}", have, header[0].text.empty() ? "first line has" : "header has", want,
-                     dialect.delimiter == ',' && have == 2 * want && !dialect.trailing_delimiter
-                         ? "; decimal commas need ';' between the values"
-                         : ""));
+                     advice));
   }
 
   void note_time_digits(const char* p, const char* q) {
@@ -390,7 +417,8 @@ struct CsvStream::State {
       const char* q = p;
       double value = 0;
       bool fast = false;
-      if (t >= 0) {
+      const bool of_time = stamps.has(i);
+      if (t >= 0 && !of_time) {
         const auto [stop, ec] = std::from_chars(p, e, value);
         q = stop;
         fast = ec == std::errc{} && (q == e || *q == dialect.delimiter) && std::isfinite(value) &&
@@ -404,13 +432,22 @@ struct CsvStream::State {
       const bool last = i + 1 == n;
       const bool more = q < e;
       if (more == (last && !dialect.trailing_delimiter)) ragged(text);
-      if (t >= 0) {
+      if (of_time) {
+        const std::string_view written = unquote(trim_of({p, static_cast<std::size_t>(q - p)}, " \t\r"));
+        if (!stamps.take(i, written))
+          fail(fmt::format("{}: '{}' is no date or time as in the first line", column_name(i), shown(written)));
+      } else if (t >= 0) {
         if (!fast) value = slow_value({p, static_cast<std::size_t>(q - p)}, i);
         if (t == time) note_time_digits(p, q);
         const CsvColumn& column = columns[static_cast<std::size_t>(t)];
         row[t * stride] = column.unit->to_si(column.factor * value);
       }
       p = more ? q + 1 : q;
+    }
+    if (const int at = stamps.time_column(); at >= 0) {
+      const double seconds = stamps.seconds();
+      if (const int t = target[static_cast<std::size_t>(at)]; t >= 0) row[t * stride] = seconds;
+      decimals = std::max(decimals, stamps.decimals());
     }
     if (dialect.trailing_delimiter && !trim_of({p, static_cast<std::size_t>(e - p)}).empty()) ragged(text);
   }

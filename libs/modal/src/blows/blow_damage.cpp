@@ -32,6 +32,19 @@ double across(const Eigen::VectorXd& x, Eigen::Index first, Eigen::Index last, E
   return sum;
 }
 
+// The cubic misses [first, last] by far more than it misses the samples about it: a signal near half the sampling rate
+// is off every cubic, a spike alone is.
+bool stands_out(const Eigen::VectorXd& x, Eigen::Index first, Eigen::Index last) {
+  constexpr Eigen::Index kAbout = 24;
+  constexpr double kFar = 4;
+  double here = 0, about = 0;
+  for (Eigen::Index i = first; i <= last; ++i) here = std::max(here, std::abs(x[i] - across(x, first, last, i)));
+  const Eigen::Index from = std::max<Eigen::Index>(2, first - kAbout), to = std::min(x.size() - 3, last + kAbout);
+  for (Eigen::Index i = from; i <= to; ++i)
+    if (i < first - 2 || i > last + 2) about = std::max(about, std::abs(x[i] - across(x, i, i, i)));
+  return here > kFar * about;
+}
+
 // Runs of one or two samples that the check has masked, with good ones about them and well away from the pulse.
 Eigen::Index bridge(Eigen::VectorXd& x, const Eigen::ArrayX<bool>& usable, Eigen::Index offset, const Pulse& pulse) {
   Eigen::Index count = 0;
@@ -42,7 +55,8 @@ Eigen::Index bridge(Eigen::VectorXd& x, const Eigen::ArrayX<bool>& usable, Eigen
     Eigen::Index last = i;
     while (!good(last + 1)) ++last;
     const bool away = last < pulse.first - guard || i > pulse.last + guard;
-    if (last <= i + 1 && last + 2 < n && away && good(i - 1) && good(i - 2) && good(last + 2)) {
+    const bool single = last <= i + 1 && last + 2 < n && away && good(i - 1) && good(i - 2) && good(last + 2);
+    if (single && stands_out(x, i, last)) {
       for (Eigen::Index k = i; k <= last; ++k) x[k] = across(x, i, last, k);
       count += last - i + 1;
     }
@@ -56,8 +70,8 @@ Eigen::Index bridge(Eigen::VectorXd& x, const Eigen::ArrayX<bool>& usable, Eigen
 std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& recordings,
                                                   std::vector<Recording>& blows, const std::vector<Pulse>& pulses,
                                                   const std::vector<std::size_t>& owner,
-                                                  const std::vector<std::string>& responses,
-                                                  std::vector<std::string>& bridged) {
+                                                  const std::vector<std::string>& responses, bool repair,
+                                                  std::vector<std::string>& spikes) {
   std::vector<std::vector<std::string>> result(blows.size());
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     Recording moving;
@@ -78,10 +92,11 @@ std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& 
         const Eigen::Index count = bridge(samples, mask->usable, offset, pulses[b]);
         if (count == 0) continue;
         for (Channel& channel : blows[b].channels)
-          if (channel.name == name) channel.samples = samples;
-        bridged.push_back(fmt::format("blow {} at {:.4g} s: {} spike{} of {} bridged: look for loose contacts", b + 1,
-                                      blows[b].t0 + blows[b].dt * static_cast<double>(pulses[b].peak), count,
-                                      count == 1 ? "" : "s", name));
+          if (repair && channel.name == name) channel.samples = samples;
+        spikes.push_back(
+            fmt::format("blow {} at {:.4g} s: {} sample{} of {} look{} like a spike{}: look for loose contacts", b + 1,
+                        blows[b].t0 + blows[b].dt * static_cast<double>(pulses[b].peak), count, count == 1 ? "" : "s",
+                        name, count == 1 ? "s" : "", repair ? "; bridged" : "; kept (--repair bridges them)"));
       }
     }
     for (const records::Finding& f : report.findings) {

@@ -226,7 +226,8 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
 
 namespace {
 
-/// The recordings without single-sample spikes of the force, which are no blows; nothing where there are none.
+/// The recordings without single-sample spikes of the force, which are no blows, for finding the blows; nothing where
+/// there are none.
 std::vector<Recording> without_force_spikes(const std::vector<Recording>& recordings, const FrfOptions& options,
                                             std::vector<std::string>& told) {
   std::vector<Recording> mended;
@@ -241,20 +242,32 @@ std::vector<Recording> without_force_spikes(const std::vector<Recording>& record
       for (const Eigen::Index i : spikes) channel.samples[i] = 0.5 * (channel.samples[i - 1] + channel.samples[i + 1]);
     }
     told.push_back(
-        fmt::format("{}{}: {} spike{} of single samples, the first at {:.4g} s, bridged: no blow; look for "
-                    "loose contacts",
+        fmt::format("{}{}: {} spike{} of single samples, the first at {:.4g} s: no blow; look for loose "
+                    "contacts{}",
                     recording.source.empty() ? "" : recording.source + ": ", force.name, spikes.size(),
-                    spikes.size() == 1 ? "" : "s", recording.t0 + recording.dt * static_cast<double>(spikes.front())));
+                    spikes.size() == 1 ? "" : "s", recording.t0 + recording.dt * static_cast<double>(spikes.front()),
+                    options.repair ? "; bridged" : "; kept (--repair bridges them)"));
   }
   return mended;
+}
+
+/// The force of each blow as it was recorded.
+void as_recorded(std::vector<Recording>& blows, const std::vector<Recording>& recordings,
+                 const std::vector<std::size_t>& owner, const std::string& force) {
+  for (std::size_t b = 0; b < blows.size(); ++b) {
+    const Recording& recording = recordings[owner[b]];
+    const auto first = static_cast<Eigen::Index>(std::llround((blows[b].t0 - recording.t0) / recording.dt));
+    for (Channel& channel : blows[b].channels)
+      if (channel.name == force) channel.samples = recording[force].segment(first, channel.samples.size());
+  }
 }
 
 }  // namespace
 
 FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOptions& options,
                                std::vector<BlowReport>* reports) {
-  std::vector<std::string> bridged;
-  const std::vector<Recording> mended = without_force_spikes(given, options, bridged);
+  std::vector<std::string> spikes;
+  const std::vector<Recording> mended = without_force_spikes(given, options, spikes);
   const std::vector<Recording>& recordings = mended.empty() ? given : mended;
   std::vector<std::size_t> owner;
   std::vector<Recording> blows = all_blows(recordings, options, owner);
@@ -278,13 +291,16 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
   const double length = dt * static_cast<double>(n);
   result.window_decay = -std::log(options.window_end) / length;
   const Eigen::VectorXd decay = signal::exponential_window(n, dt, result.window_decay);
-  const auto damage = blow_damage(recordings, blows, pulses, owner, names_of(result), bridged);
-  for (const std::string& text : bridged) result.summary.warn(text);
+  const auto damage = blow_damage(recordings, blows, pulses, owner, names_of(result), options.repair, spikes);
+  for (const std::string& text : spikes) result.summary.warn(text);
+  std::vector<BlowCheck> checks;
+  for (const Recording& blow : blows) checks.push_back(check_blow(blow[force_name], dt, options.converter_range));
+  if (!mended.empty() && !options.repair) as_recorded(blows, given, owner, force_name);
   std::vector<BlowReport> found;
   std::vector<BlowSpectra> spectra;
   std::vector<std::size_t> measured;  // blow of each of `spectra`
   for (std::size_t b = 0; b < blows.size(); ++b) {
-    const BlowCheck check = check_blow(blows[b][force_name], dt, options.converter_range);
+    const BlowCheck& check = checks[b];
     found.push_back(report_blow(blows[b], check, pulses[b].quiet, b, damage[b], options, result));
     if (!found.back().used) continue;
     spectra.push_back(transform(blows[b], pulses[b], check, force_name, decay, options, result));
