@@ -18,7 +18,7 @@ using Complex = std::complex<double>;
 namespace {
 
 constexpr Index kBlock = 4;           // more than the multiplicity of an eigenvalue
-constexpr double kResidual = 1e-9;    // relative to the forces of stiffness and inertia
+constexpr double kResidual = 1e-9;    // of an eigenpair of the inverse, relative
 constexpr double kOverdamped = 1e-6;  // |Im| / |pole| below which a pole does not oscillate
 constexpr double kLost = 1e-10;       // a new direction of the basis that is shorter than this is rounding
 
@@ -102,13 +102,6 @@ void solve_small(const MatrixXcd& h, VectorXcd& values, MatrixXcd& vectors) {
   vectors = solver.eigenvectors();
 }
 
-template <class Matrix>
-double residual(const Equations<Matrix>& e, const Eigenpair& pair) {
-  const VectorXcd inertia = pair.pole * pair.pole * (e.mass * pair.shape), elastic = e.stiffness * pair.shape;
-  const VectorXcd sum = inertia + pair.pole * (e.damping * pair.shape) + elastic;
-  return sum.norm() / (inertia.norm() + elastic.norm());
-}
-
 }  // namespace
 
 template <class Matrix>
@@ -137,10 +130,10 @@ std::vector<Eigenpair> lowest_pairs(const Equations<Matrix>& e, int count) {
     for (const Index k : order) {
       if (pairs.size() == static_cast<std::size_t>(count)) break;
       // The image of a Ritz vector is nearer to the eigenvector than itself.
-      const VectorXcd state = (image * vectors.col(k)).eval();
+      const VectorXcd state = image * vectors.col(k), ritz = whole ? vectors.col(k) : VectorXcd(basis * vectors.col(k));
+      worst = std::max(worst, (state - values[k] * ritz).norm() / state.norm());
       Eigenpair pair{pole(k), state.head(n)};
       pair.shape /= pair.shape.norm();
-      worst = std::max(worst, residual(e, pair));
       pairs.push_back(std::move(pair));
     }
     const bool complete = pairs.size() == static_cast<std::size_t>(count);

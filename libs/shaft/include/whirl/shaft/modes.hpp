@@ -22,8 +22,8 @@ struct Mode {
 };
 
 /// The `count` modes that oscillate with the smallest |pole|, by |pole|; eigenpairs of the full equations, each to a
-/// residual of 1e-9 (block Krylov space of the inverse, enlarged until they are; Saad, Numerical Methods for Large
-/// Eigenvalue Problems, 2011, ch. 6). Throws Error when that fails.
+/// residual of 1e-9 of the inverse (block Krylov space of it, enlarged until they are; Saad, Numerical Methods for
+/// Large Eigenvalue Problems, 2011, ch. 6). Throws Error when that fails.
 std::vector<Mode> modes(const System& system, double speed, int count);
 
 struct CampbellPoint {
