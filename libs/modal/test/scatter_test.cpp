@@ -13,7 +13,7 @@ using whirl::testing::make_beam;
 using whirl::testing::make_roving;
 using whirl::testing::score;
 
-std::vector<std::complex<double>> poles_of(const whirl::testing::Roving& data) {
+std::vector<std::complex<double>> scatter_poles(const whirl::testing::Roving& data) {
   std::vector<std::complex<double>> poles;
   for (std::size_t i = 0; i < data.frequency.size(); ++i) {
     const double zeta = data.damping[i];
@@ -63,7 +63,7 @@ TEST(ModesWithScatterProperty, IntervalsCoverTheMeanFrequency) {
   int modes = 0, frequency = 0, damping = 0;
   for (unsigned seed = 301; seed <= 306; ++seed) {
     const auto data = make_roving({.frequency_scatter = 2e-4, .seed = seed});
-    const auto s = score(poles_of(data), whirl::modal::fit_modes(data.frf));
+    const auto s = score(scatter_poles(data), whirl::modal::fit_modes(data.frf));
     modes += s.frequency;
     frequency += s.covered_frequency;
     damping += s.covered_damping;
@@ -116,7 +116,7 @@ TEST(ModesProperty, IntervalsCoverUnderAnErrorOfTheForceCommonToAllResponses) {
   int modes = 0, frequency = 0, damping = 0;
   for (unsigned seed = 401; seed <= 406; ++seed) {
     const auto data = make_roving({.noise = 0.002, .common_noise = 0.02, .seed = seed});
-    const auto s = score(poles_of(data), whirl::modal::fit_modes(data.frf));
+    const auto s = score(scatter_poles(data), whirl::modal::fit_modes(data.frf));
     modes += s.frequency;
     frequency += s.covered_frequency;
     damping += s.covered_damping;
@@ -131,7 +131,7 @@ TEST(ModesProperty, StructuralDampingAskedForGivesItsOwnFrequencies) {
   whirl::modal::ModeOptions asked;
   asked.damping = whirl::modal::DampingChoice::hysteretic;
   for (unsigned seed = 501; seed <= 503; ++seed) {
-    const auto s = score(poles_of(make_roving({.hysteretic = true, .seed = seed})),
+    const auto s = score(scatter_poles(make_roving({.hysteretic = true, .seed = seed})),
                          whirl::modal::fit_modes(make_roving({.hysteretic = true, .seed = seed}).frf, asked));
     modes += s.frequency;
     frequency += s.covered_frequency;

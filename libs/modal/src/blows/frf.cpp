@@ -226,6 +226,21 @@ BlowSpectra transform(const Recording& blow, const Pulse& pulse, const BlowCheck
 
 namespace {
 
+/// Whether the structure answers at sample i: a blow shorter than a sample looks like a spike of the force, but the
+/// responses begin with it.
+bool answered(const Recording& recording, const Channel& force, Eigen::Index i) {
+  constexpr Eigen::Index kAbout = 20;
+  constexpr double kRises = 5;
+  const auto rms = [](const Eigen::VectorXd& x, Eigen::Index from, Eigen::Index to) {
+    from = std::max<Eigen::Index>(from, 0), to = std::min(to, x.size());
+    return to > from ? x.segment(from, to - from).norm() / std::sqrt(static_cast<double>(to - from)) : 0.0;
+  };
+  return std::ranges::any_of(recording.channels, [&](const Channel& c) {
+    return c.name != force.name && c.quantity != Quantity::force &&
+           rms(c.samples, i, i + kAbout) > kRises * rms(c.samples, i - 1 - kAbout, i - 1);
+  });
+}
+
 /// The recordings without single-sample spikes of the force, which are no blows, for finding the blows; nothing where
 /// there are none.
 std::vector<Recording> without_force_spikes(const std::vector<Recording>& recordings, const FrfOptions& options,
@@ -234,7 +249,8 @@ std::vector<Recording> without_force_spikes(const std::vector<Recording>& record
   for (std::size_t r = 0; r < recordings.size(); ++r) {
     const Recording& recording = recordings[r];
     const Channel& force = force_channel(recording, options);
-    const std::vector<Eigen::Index> spikes = force_spikes(force.samples);
+    std::vector<Eigen::Index> spikes = force_spikes(force.samples);
+    std::erase_if(spikes, [&](Eigen::Index i) { return answered(recording, force, i); });
     if (spikes.empty()) continue;
     if (mended.empty()) mended = recordings;
     for (Channel& channel : mended[r].channels) {
