@@ -14,7 +14,7 @@
 namespace whirl::deploy {
 namespace {
 
-IdentifiedModel rotor_model() {
+IdentifiedModel profiled_rotor() {
   IdentifiedModel m;
   m.rotor = testing::design_of("pd", "lpf").model;
   return m;
@@ -26,7 +26,7 @@ std::filesystem::path packed(const testing::TemporaryFolder& folder, int version
   options.code.prefix = "rotor";
   options.co_simulation = co_simulation;
   const auto path = folder.path() / "rotor.fmu";
-  pack_fmu(fmu_files(rotor_model(), options), options, path);
+  pack_fmu(fmu_files(profiled_rotor(), options), options, path);
   return path;
 }
 
@@ -53,7 +53,7 @@ TEST(FmuPlantExport, UncontrolledRunEqualsTheSimulationAndAControllerSuppressesI
     EXPECT_EQ(open.version(), version);
     const double free_peak = peak(open, [](const Measurement&) { return Command{}; });
     const rotor::Response reference =
-        rotor::simulate(*rotor_model().rotor, rotor::angle_signal(options.profile, 1e-3), {0, 0}, {0, 0});
+        rotor::simulate(*profiled_rotor().rotor, rotor::angle_signal(options.profile, 1e-3), {0, 0}, {0, 0});
     EXPECT_NEAR(free_peak, reference.z.tail(reference.z.size() - 501).cwiseAbs().maxCoeff(), 1e-6 * free_peak);
     ControllerDesign design = testing::design_of("tsmc", "kfe");
     design.delay = 0;

@@ -20,7 +20,7 @@ void write_all(const testing::TemporaryFolder& folder, const std::vector<SourceF
   for (const SourceFile& f : files) folder.write(f.name, f.text);
 }
 
-IdentifiedModel rotor_model() {
+IdentifiedModel exported_rotor() {
   IdentifiedModel m;
   m.rotor = testing::design_of("pd", "lpf").model;
   m.rotor->k1_conj = {20, -15};
@@ -97,16 +97,16 @@ TEST(Forms, ByNameAndPrefixFromAFile) {
   const ControllerDesign design = testing::design_of("pd", "lpf");
   CodeOptions options;
   EXPECT_EQ(source_files(design, "latex", options).front().text, export_latex(design, options).front().text);
-  EXPECT_EQ(source_files(rotor_model(), "modelica", options).front().name, "Controller.mo");
+  EXPECT_EQ(source_files(exported_rotor(), "modelica", options).front().name, "Controller.mo");
   EXPECT_THROW(source_files(design, "modelica", options), Error);
-  EXPECT_THROW(source_files(rotor_model(), "fortran", options), Error);
+  EXPECT_THROW(source_files(exported_rotor(), "fortran", options), Error);
   EXPECT_EQ(prefix_of("out/Controller-tsmc.json"), "controller_tsmc");
   EXPECT_EQ(prefix_of("5g.json"), "whirl_5g");
 }
 
 TEST(LanguageExport, PythonFunctionGivesTheSameNumbers) {
   if (!testing::has_program("python3")) GTEST_SKIP() << "python3 is not installed";
-  for (const IdentifiedModel& model : {rotor_model(), equations()}) {
+  for (const IdentifiedModel& model : {exported_rotor(), equations()}) {
     const testing::TemporaryFolder folder;
     write_all(folder, export_python(model, {"plant", false, ""}));
     const Points p = points(model);
@@ -127,7 +127,7 @@ TEST(LanguageExport, PythonFunctionGivesTheSameNumbers) {
 
 TEST(LanguageExport, OctaveFunctionGivesTheSameNumbers) {
   if (!testing::has_program("octave")) GTEST_SKIP() << "octave is not installed";
-  for (const IdentifiedModel& model : {rotor_model(), equations()}) {
+  for (const IdentifiedModel& model : {exported_rotor(), equations()}) {
     const testing::TemporaryFolder folder;
     write_all(folder, export_matlab(model, {"plant", false, ""}));
     const Points p = points(model);
@@ -252,7 +252,7 @@ typedef struct { _Alignas(16) unsigned char work[8192]; double x[16], dx[16], in
 )");
   folder.write("cg_sfun.h", "#define whirl_test_end 1\n");
   write_all(folder, export_sfunction(design, {"drive", false, ""}));
-  write_all(folder, export_sfunction(rotor_model(), {"plant", false, ""}));
+  write_all(folder, export_sfunction(exported_rotor(), {"plant", false, ""}));
   const Answers a = answers(design);
   std::string driver = "#include \"drive_sfun.c\"\n#include <stdio.h>\nstatic const double in[][6] = {\n";
   for (const Measurement& m : a.in) {
@@ -283,7 +283,7 @@ int main(void) {
 }
 
 TEST(LanguageExport, LatexAndModelicaHoldEveryEquationAndParameter) {
-  const IdentifiedModel model = rotor_model();
+  const IdentifiedModel model = exported_rotor();
   const ModelSystem s = model_system(model);
   const std::string tex = export_latex(model, {"plant", false, ""}).front().text;
   const SourceFile modelica = export_modelica(model, {"plant", false, ""}).front();
