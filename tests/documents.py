@@ -23,8 +23,16 @@ def help_text(program, place):
 
 
 def subcommands(text):
-    part = re.search(r"\nSubcommands:\n((?:  .*\n|\n(?=  ))+)", text)
-    return re.findall(r"^  (\w+)", part[1], re.M) if part else []
+    """Names under the headings of groups: after "Usage ... SUBCOMMAND", a line of two blanks, a name without a dash, its summary."""
+    if "SUBCOMMAND" not in text:
+        return []
+    names, flags = [], False
+    for line in text.split("\n"):
+        if re.match(r"\S.*:$", line):
+            flags = line.startswith(("Options", "Positionals"))
+        elif not flags and (m := re.match(r"  ([a-z][\w-]*)  +\S", line)):
+            names.append(m[1])
+    return names
 
 
 def tree(program):

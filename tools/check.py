@@ -23,9 +23,15 @@ SLOW = ROOT / "tests/slow.txt"
 QUICK = 0.2  # s; a test above it belongs into tests/slow.txt
 
 
+def family(test):
+    """A test without its parameter, which ctest and the program itself name in different ways."""
+    suite, _, name = test.partition(".")
+    return f"{suite}.{name.partition('/')[0]}"
+
+
 def slow_tests():
-    """Names of tests above QUICK, as ctest names them."""
-    return {line.split()[0] for line in SLOW.read_text().splitlines() if line and not line.startswith("#")}
+    """Families of tests above QUICK."""
+    return {family(line.split()[0]) for line in SLOW.read_text().splitlines() if line and not line.startswith("#")}
 
 
 def programs(build):
@@ -127,7 +133,7 @@ def main():
     for name, path in available.items():
         if o.lib and name != f"whirl_{o.lib}_test":
             continue
-        names = [t for t in tests_of(path) if t not in slow]
+        names = [t for t in tests_of(path) if family(t) not in slow]
         shards = max(1, min(4 * cores if o.lib else 4, len(names)))
         jobs += [(path, names[k::shards], k) for k in range(shards)]
     with concurrent.futures.ThreadPoolExecutor(cores) as pool:

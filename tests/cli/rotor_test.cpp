@@ -18,9 +18,10 @@ TEST(RotorE2e, EveryTemplateGoesThroughEveryCommand) {
           "criticals rotor.toml --to-rpm 10000",
           "response rotor.toml --to-rpm 3000 --points 50 --out response.csv --figure response.svg",
           "run rotor.toml --from-rpm 600 --to-rpm 500 --seconds 0.2 --out run.csv --figure run.svg"}) {
-      const Outcome outcome = folder.whirl("rotor " + std::string(call) + " --force");
+      const std::string again = std::string(call).find("--out") != std::string::npos ? " --force" : "";
+      const Outcome outcome = folder.whirl("rotor " + std::string(call) + again);
       EXPECT_EQ(outcome.exit_code, 0) << name << ": " << call << "\n" << outcome.err;
-      const Outcome json = folder.whirl("rotor " + std::string(call) + " --force --json --quiet");
+      const Outcome json = folder.whirl("rotor " + std::string(call) + again + " --json --quiet");
       EXPECT_NO_THROW(io::parse_json(json.out, call)) << json.out;
     }
     EXPECT_EQ(io::read_table(folder / "campbell.csv").rows(), 9);

@@ -46,7 +46,8 @@ TEST(CsvLogger, StampsAreTheTime) {
 }
 
 TEST(CsvLogger, NamesInOtherLettersAreKnown) {
-  const Recording r = parse_csv("Time_s,X_mm,Y_mm,Beta_rad\n0,1,2,3\n1,2,3,4\n", "a.csv");
+  const Recording r =
+      parse_csv("Time_s,X_mm,Y_mm,Beta_rad\n0,1,2,3\n1,2,3,4\n", "a.csv", {.required = {"x", "y", "beta"}});
   EXPECT_EQ(r["x"][0], 1e-3);
   EXPECT_EQ(r["beta"][1], 4);
   for (const char* spec : {"X:x", "X_mm:x", "x", "X_MM:x", "X:x_mm"})

@@ -34,7 +34,7 @@ TachoTally tally_of(int seeds, double chance, bool stated) {
       return std::uniform_real_distribution<double>(low, high)(random);
     };
     for (const testing::Wheel& wheel : testing::wheels(random)) {
-      testing::Run run;
+      testing::TachoRun run;
       run.seconds = between(5, 12);
       run.slow = between(2, 6);
       run.fast = between(12, 40);
@@ -87,7 +87,7 @@ TEST(TachoProperty, AStatedNumberOfPulsesIsTaken) {
 /// A shaft at 20 to 25 turns a second on which an unbalance acts, with the tacho of `wheel`.
 Recording vibrating(const testing::Wheel& wheel, unsigned seed, double rate = 20000) {
   std::mt19937_64 random(seed);
-  testing::Run run;
+  testing::TachoRun run;
   run.seconds = 4, run.slow = 20, run.fast = 25;
   const testing::TachoRecord seen = tacho_record(wheel, run, rate, 0, 0.6, random);
   Recording record;

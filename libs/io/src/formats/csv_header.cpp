@@ -138,12 +138,12 @@ std::string guessed_name(const Heading& h) {
 
 }  // namespace
 
-void use_known_names(std::vector<Heading>& headings) {
-  constexpr std::string_view kKnown[] = {"t",     "time", "x",  "y",   "z",         "beta",  "speed",
-                                         "omega", "ux",   "uy", "key", "keyphasor", "tacho", "force"};
+void use_known_names(std::vector<Heading>& headings, const std::vector<std::string>& required) {
+  std::vector<std::string> known{"t", "time"};
+  for (const std::string& wanted : required) known.emplace_back(split_unit(wanted).name);
   for (Heading& h : headings) {
     const std::string name = small_letters(h.name);
-    if (name == h.name || std::find(std::begin(kKnown), std::end(kKnown), name) == std::end(kKnown)) continue;
+    if (name == h.name || std::find(known.begin(), known.end(), name) == known.end()) continue;
     const auto same = [&](const Heading& other) { return &other != &h && small_letters(other.name) == name; };
     if (std::none_of(headings.begin(), headings.end(), same)) h.name = name;
   }

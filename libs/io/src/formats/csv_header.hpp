@@ -27,7 +27,7 @@ std::string in_utf8(std::string_view raw);
 bool take_units(std::vector<Heading>& headings, const std::vector<std::string>& fields);
 
 /// Names that whirl knows (`x`, `beta`, `time`, ...) in small letters, unless another column is called so.
-void use_known_names(std::vector<Heading>& headings);
+void use_known_names(std::vector<Heading>& headings, const std::vector<std::string>& required);
 
 /// The complete `--columns` of a table: names and units as far as they can be guessed. `numbers`: columns by number.
 std::string proposed_columns(const std::vector<Heading>& headings, bool numbers);

@@ -185,7 +185,10 @@ struct CsvStream::State {
     } else {
       for (const std::string_view f : fields) header.push_back(detail::parse_heading(unquote(f)));
       read_units();
-      detail::use_known_names(header);
+      std::vector<std::string> wanted = options.required;
+      for (const std::string& spec : options.columns)
+        if (spec.find(':') == std::string::npos) wanted.push_back(spec);
+      detail::use_known_names(header, wanted);
       find_stamps();
     }
     first_line = line + 1;

@@ -59,7 +59,7 @@ inline std::vector<Wheel> wheels(std::mt19937_64& random) {
 }
 
 /// A run of a machine: turns and speed (turns/s) at any time, from rest or not.
-struct Run {
+struct TachoRun {
   double seconds = 10, slow = 5, fast = 30, bend = 1, ripple = 0, ripple_hz = 0;
   bool down = false;
 
@@ -80,7 +80,7 @@ struct TachoRecord {
 
 /// `chance`: of each pulse to be lost, half as much of one to be added. The probe averages over `smear` samples (0: it
 /// switches).
-inline TachoRecord tacho_record(const Wheel& wheel, const Run& run, double rate, double chance, double smear,
+inline TachoRecord tacho_record(const Wheel& wheel, const TachoRun& run, double rate, double chance, double smear,
                                 std::mt19937_64& random) {
   constexpr int kSteps = 8;  // of the integration in a sample
   std::uniform_real_distribution<double> u(0, 1);
