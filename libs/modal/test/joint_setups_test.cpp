@@ -13,12 +13,12 @@ using namespace whirl;
 using modal::OperationalModes;
 using whirl::testing::make_roving_setups;
 
-struct Score {
+struct SetupScore {
   int found = 0, frequency = 0, damping = 0, extra = 0;
   std::vector<double> mac;
 };
 
-void add(const whirl::testing::RovingSetups& truth, const OperationalModes& found, Score& score) {
+void add_setup(const whirl::testing::RovingSetups& truth, const OperationalModes& found, SetupScore& score) {
   std::vector<bool> used(found.modes.size());
   for (std::size_t k = 0; k < truth.frequency.size(); ++k) {
     std::size_t best = found.modes.size();
@@ -49,13 +49,13 @@ bool warns(const OperationalModes& found, const std::string& text) {
 
 // Forces of another size and direction in every record.
 TEST(JointSetupsProperty, OneModelOfThreeRecordsGivesModesAndShapesOfFourteenPoints) {
-  Score score;
+  SetupScore score;
   for (unsigned seed = 61; seed <= 65; ++seed) {
     const auto truth = make_roving_setups({.structure = seed - 52, .seed = seed});
     const OperationalModes found = modal::identify_joint(truth.records);
     ASSERT_EQ(found.channels.size(), 14u);
     EXPECT_EQ(found.channels[2], "p2");
-    add(truth, found, score);
+    add_setup(truth, found, score);
     EXPECT_FALSE(warns(found, "differs between"));
     ASSERT_EQ(found.tones.size(), 2u);
   }
@@ -71,22 +71,22 @@ TEST(JointSetupsProperty, OneModelOfThreeRecordsGivesModesAndShapesOfFourteenPoi
 TEST(JointSetups, OneRecordAloneIsAsWithoutJoining) {
   const auto truth = make_roving_setups({.setups = 1, .moving = 4, .structure = 3, .seed = 71});
   const OperationalModes alone = modal::identify_operational(truth.records[0]);
-  Score score;
-  add(truth, modal::identify_joint(truth.records), score);
+  SetupScore score;
+  add_setup(truth, modal::identify_joint(truth.records), score);
   EXPECT_EQ(score.found, static_cast<int>(alone.modes.size()));
   EXPECT_EQ(score.extra, 0);
 }
 
 // Warming moves all frequencies by 0.3 % from record to record: more than each record's own error.
 TEST(MergedSetupsProperty, StructuresThatChangeBetweenSetUpsAreSaidAndTheIntervalsHold) {
-  Score score;
+  SetupScore score;
   int said = 0;
   for (unsigned seed = 81; seed <= 84; ++seed) {
     const auto truth = make_roving_setups({.frequency_spread = 0.003, .structure = seed - 70, .seed = seed});
     std::vector<OperationalModes> setups;
     for (const Recording& record : truth.records) setups.push_back(modal::identify_operational(record));
     const OperationalModes found = modal::merge_setups(setups);
-    add(truth, found, score);
+    add_setup(truth, found, score);
     said += warns(found, "between the set-ups");
   }
   EXPECT_GE(score.found, 29);
