@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "program.hpp"
+#include "made_files.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::testing {
@@ -13,8 +13,7 @@ double number(const io::Json& json, const char* key) { return *json.find(key)->g
 // Identification to comparison by files: tables, page, controllers; the numbers of one method are those of `whirl run`.
 TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  copy_model(folder);
   const std::string arguments =
       "compare model.json --mass-kg 1.5 --laws pd:lpf:no-feedforward tsmc_paper lsmc:kfe --evaluations 10 --seeds 2 "
       "--quiet ";
@@ -76,8 +75,7 @@ TEST(CompareE2e, TheChainOnARigWithAStrongModeHoldsThere) {
 
 TEST(CompareE2e, UnknownMethodsAreNamed) {
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  copy_model(folder);
   for (const char* law : {"tsmcc", "tsmc:kfx", "tsmc:kfe:ff"}) {
     const Outcome outcome = folder.whirl(std::string("compare model.json --mass-kg 1.5 --laws ") + law);
     EXPECT_EQ(outcome.exit_code, 2) << law;

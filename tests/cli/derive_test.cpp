@@ -8,7 +8,7 @@
 #include <complex>
 #include <random>
 
-#include "program.hpp"
+#include "made_files.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/model_json.hpp"
 
@@ -80,8 +80,7 @@ TEST(DeriveE2e, RotorFileGivesTheFiveTiedUnknowns) {
 // mass.
 TEST(DeriveE2e, PhysicalParametersComeBackFromAnIdentifiedModel) {
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv --quiet").exit_code, 0);
-  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  copy_model(folder);
   const Outcome found = folder.whirl("derive " + example("anisotropic.toml") + " --model model.json --json");
   ASSERT_EQ(found.exit_code, 0) << found.err;
   const io::Json document = io::parse_json(found.out, "stdout");

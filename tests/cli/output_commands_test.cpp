@@ -26,7 +26,7 @@ const Writer kWriters[] = {
     {"frf blow_1.csv blow_2.csv --out o.json", "o.json"},
     {"modes frf.json --out o.json", "o.json"},
     {"derive system.toml --out o.toml", "o.toml"},
-    {"identify record.csv --no-holdout --out o.json", "o.json"},
+    {"identify record.csv --no-holdout --method paper --out o.json", "o.json"},
     {"validate model.json record.csv --out o.json", "o.json"},
     {"simulate model.json --from-rpm 300 --to-rpm 900 --seconds 1 --out o.csv", "o.csv"},
     {"design model.json --mass-kg 1.5 --evaluations 5 --out o.json", "o.json"},

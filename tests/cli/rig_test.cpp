@@ -3,7 +3,7 @@
 #include <complex>
 
 #include "loop/served.hpp"
-#include "program.hpp"
+#include "made_files.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
 
@@ -68,8 +68,7 @@ TEST(DesignE2e, ASlowRollGivesTheRunoutToRemove) {
   const Folder folder;
   folder.write("slow.toml", "[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n");
   ASSERT_EQ(folder.whirl("rig record --rig slow.toml --out slow.csv").exit_code, 0);
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  copy_model(folder);
   const std::string design = "design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 10 --quiet ";
   const Outcome outcome = folder.whirl(design + "--slow-roll slow.csv --out controller.json");
   EXPECT_NE(outcome.exit_code, 2) << outcome.err;
@@ -85,8 +84,7 @@ TEST(DesignE2e, ASlowRollGivesTheRunoutToRemove) {
 // The advice of the record taken: the correction mass balances the rig to the grade asked for.
 TEST(BalanceE2e, MassAndAngleCancelTheUnbalance) {
   const Folder folder;
-  ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-  ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+  copy_model(folder);
   const Outcome outcome = folder.whirl("balance model.json --mass-kg 1.5 --radius-mm 82.73 --speed-rpm 1797 --json");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const io::Json advice = io::parse_json(outcome.out, "stdout");

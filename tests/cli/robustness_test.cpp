@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "program.hpp"
+#include "made_files.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::testing {
@@ -10,8 +10,7 @@ namespace {
 class RobustnessE2e : public ::testing::Test {
  protected:
   void SetUp() override {
-    ASSERT_EQ(folder.whirl("rig record --added-mass-g 5 --out down.csv").exit_code, 0);
-    ASSERT_EQ(folder.whirl("identify down.csv --out model.json --quiet").exit_code, 0);
+    copy_model(folder);
     ASSERT_EQ(
         folder.whirl("design model.json --mass-kg 1.5 --law pd --estimator kfe --evaluations 5 --out c.json --quiet")
             .exit_code,

@@ -74,7 +74,11 @@ class Grower {
     score_.delay = options.delay;
     score_.terms = growth_.terms;
     score_.sensor = options.terms;
-    fit_ = growth_.active.terms.empty() ? fit(growth_) : fit_to_the_end(growth_);
+    fit_ = fit(growth_);
+    if (!growth_.active.terms.empty() && ran_out(fit_, growth_)) {
+      const double half = 0.5 * fit_.summary.chi_square;
+      fit_ = fit_to_the_end(growth_, std::move(fit_), half);
+    }
     for (const RotorTerm& term : growth_.active.terms) {  // given from the start
       const std::string name(name_of(term.kind).label);
       taken_.push_back({name, name, start_of(fit_)});
@@ -117,21 +121,29 @@ class Grower {
     }
     return found;
   }
-  /// A fit that ran out of steps goes on from where it stands: the better term must not lose by them.
-  OutputErrorFit fit_to_the_end(const Growth& g) const {
-    constexpr int kMore = 100;
-    OutputErrorFit found = fit(g);
-    if (found.summary.status == Status::unusable || found.iterations < g.active.max_iterations) return found;
-    const Start at = start_of(found);
-    Growth on = g;
-    on.start = at.model;
-    on.delay = at.delay;
-    on.active.terms = at.terms;
-    on.active.sensor = found.sensor;
-    on.active.decays = found.decays;
-    on.active.max_iterations = kMore;
-    OutputErrorFit further = fit(on, at.eps);
-    return further.summary.status == Status::unusable ? found : further;
+  static bool ran_out(const OutputErrorFit& fit, const Growth& g) {
+    return fit.summary.status != Status::unusable && fit.iterations >= g.active.max_iterations;
+  }
+  /// A fit that ran out of steps goes on from where it stands, as long as it would come below the chi-square `target`
+  /// at the pace of its last steps: the better term must not lose by them, and a hopeless one costs no second.
+  OutputErrorFit fit_to_the_end(const Growth& g, OutputErrorFit found, double target) const {
+    for (const auto& [steps, then] : {std::pair{20, 80}, std::pair{80, 0}}) {
+      const Start at = start_of(found);
+      Growth on = g;
+      on.start = at.model;
+      on.delay = at.delay;
+      on.active.terms = at.terms;
+      on.active.sensor = found.sensor;
+      on.active.decays = found.decays;
+      on.active.max_iterations = steps;
+      OutputErrorFit further = fit(on, at.eps);
+      const double before = found.summary.chi_square, after = further.summary.chi_square;
+      if (further.summary.status == Status::unusable || !(after < before)) break;
+      const bool converged = further.iterations < steps;
+      found = std::move(further);
+      if (converged || !(after * std::pow(after / before, double(then) / steps) < target)) break;
+    }
+    return found;
   }
   /// The better of two fits, from where the growing model stands and from `before`: without a large term the other
   /// values are far from their place.
@@ -242,37 +254,52 @@ bool Grower::step() {
     return false;
   }
   const std::vector<std::string> terms = next_terms(score, growth_, refused_, options_.score_threshold);
-  std::optional<OutputErrorFit> best;
-  Growth with;
-  std::string chosen;
   struct Tried {
     std::string term;
+    Growth with;
     double chi_square;
     Start found;
   };
   std::vector<Tried> tried;
+  std::optional<OutputErrorFit> best;
+  std::size_t chosen = 0;
+  std::vector<std::pair<std::size_t, OutputErrorFit>> slow;  // that ran out of steps; a fit holds its motions
+  const auto take = [&](std::size_t k, OutputErrorFit&& trial) {
+    tried[k].chi_square = trial.summary.chi_square;
+    tried[k].found = start_of(trial);
+    if (best && k != chosen && trial.summary.chi_square >= best->summary.chi_square) return;
+    best = std::move(trial);
+    chosen = k;
+  };
   for (const std::string& term : terms) {
-    const Growth trial = with_term(growth_, term, options_);
-    if (too_many(trial)) continue;
-    OutputErrorFit trial_fit = tried.size() < kLikely ? fit_to_the_end(trial) : fit(trial);
-    tried_ += trial_fit.iterations;
-    if (trial_fit.summary.status == Status::unusable) continue;
-    tried.push_back({term, trial_fit.summary.chi_square, start_of(trial_fit)});
-    if (best && trial_fit.summary.chi_square >= best->summary.chi_square) continue;
-    best = std::move(trial_fit);
-    with = trial;
-    chosen = term;
+    Growth with = with_term(growth_, term, options_);
+    if (too_many(with)) continue;
+    OutputErrorFit trial = fit(with);
+    tried_ += trial.iterations;
+    if (trial.summary.status == Status::unusable) continue;
+    tried.push_back({term, std::move(with), 0, {}});
+    const std::size_t k = tried.size() - 1;
+    if (k < kLikely && ran_out(trial, tried[k].with)) slow.emplace_back(k, trial);
+    take(k, std::move(trial));
+  }
+  for (auto& [k, trial] : slow) {
+    // The best one goes on for what would be told apart, another one to be better than that.
+    const double least = best->summary.chi_square, apart = kTie * std::max(1.0, least) / values_;
+    OutputErrorFit further = fit_to_the_end(tried[k].with, std::move(trial), least - (k == chosen ? apart : 0));
+    tried_ += further.iterations;
+    take(k, std::move(further));
   }
   // The trajectory must confirm the weak equations.
-  if (best && gain(fit_, *best) >= threshold_of(chosen, growth_, options_.score_threshold) && explains_enough(*best)) {
+  const std::string term = best ? tried[chosen].term : "";
+  if (best && gain(fit_, *best) >= threshold_of(term, growth_, options_.score_threshold) && explains_enough(*best)) {
     for (Tried& t : tried) {
-      if (label(t.term, growth_) != label(chosen, growth_) &&
+      if (label(t.term, growth_) != label(term, growth_) &&
           values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
-        near_.push_back({chosen, t.term, std::move(t.found)});
+        near_.push_back({term, t.term, std::move(t.found)});
     }
-    taken_.push_back({chosen, label(chosen, growth_), start_of(fit_)});
+    taken_.push_back({term, label(term, growth_), start_of(fit_)});
     grown_.added.push_back(taken_.back().label);
-    if (chosen.starts_with("mode ") && growth_.modes[std::stoul(chosen.substr(5)) - 1].searched) {
+    if (term.starts_with("mode ") && growth_.modes[std::stoul(term.substr(5)) - 1].searched) {
       grown_.warnings.push_back(
           fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
                       "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
@@ -280,12 +307,12 @@ bool Grower::step() {
                       taken_.back().label));
     }
     fit_ = std::move(*best);
-    growth_ = std::move(with);
+    growth_ = std::move(tried[chosen].with);
     if (growth_.start.modes.size() >= kMostSearched)
       for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
     refused_.clear();
     refine_grid();
-    if (chosen.starts_with("runout") && !growth_.bow) try_bow();
+    if (term.starts_with("runout") && !growth_.bow) try_bow();
     return true;
   }
   refused_.insert(refused_.end(), terms.begin(), terms.end());

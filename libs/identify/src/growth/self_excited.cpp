@@ -55,7 +55,9 @@ bool refine(const std::vector<RotorRecord>& records, Eigen::Index parts, WhirlSt
   std::vector<Complex> eps;
   for (const Complex& e : start.eps) eps.insert(eps.end(), static_cast<std::size_t>(parts), e);
   const OutputErrorFit fit = fit_output_error_rotor(in_parts(records, parts), start.model, options, eps);
-  if (fit.summary.status == Status::unusable || !(fit.summary.chi_square < kExplained)) return false;
+  if (fit.summary.status == Status::unusable) return false;
+  whirl.chi_square = std::min(whirl.chi_square, fit.summary.chi_square);
+  if (!(fit.summary.chi_square < kExplained)) return false;
   whirl.parts = parts;
   whirl.chi_square = fit.summary.chi_square;
   start.model.k1 = fit.model.k1, start.model.k2 = fit.model.k2, start.model.c = fit.model.c;

@@ -1,4 +1,5 @@
 #pragma once
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,9 @@ namespace whirl::identification::detail {
 /// A start with the force that drives the whirl.
 struct WhirlStart {
   WeakRotorFit fit;
-  double unstable = 0;     ///< rad/s, small motion grows from here on
-  Eigen::Index parts = 0;  ///< of a record that one motion each follows, as few as were found; 0: none
-  double chi_square = 0;   ///< over these
+  double unstable = 0;           ///< rad/s, small motion grows from here on
+  Eigen::Index parts = 0;        ///< of a record that one motion each follows, as few as were found; 0: none
+  double chi_square = INFINITY;  ///< over these, or the least over any parts
 
   /// What is to be said where no motion over a whole record is found.
   std::string reason() const;

@@ -125,6 +125,8 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
   if (plain && misfit(*plain) < kMissing) return *std::move(plain);
   if (options.terms && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
     for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
+      // Parts with starts of their own follow a true whirl better than any single motion.
+      if (plain && misfit(*plain) < whirl.chi_square) continue;
       OutputErrorOptions with = active;
       with.terms = whirl.fit.terms;
       detail::GrownRotor other = detail::grow_rotor(records, whirl.fit.model, whirl.fit.eps, with, options, false);
