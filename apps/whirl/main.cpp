@@ -17,6 +17,7 @@
 #include "commands/rotor/rotor.hpp"
 #include "defaults.hpp"
 #include "processor.hpp"
+#include "usage.hpp"
 #include "whirl/io/remarks.hpp"
 #include "whirl/io/temporary.hpp"
 
@@ -30,7 +31,7 @@ void Session::note(const std::string& file, const std::string& remark) {
   const std::pair<std::string, std::string> entry{file, remark};
   if (std::find(remarks.begin(), remarks.end(), entry) != remarks.end()) return;
   remarks.push_back(entry);
-  fmt::print(stderr, "whirl: warning: {}: {}\n", file, remark);
+  complain("warning", file + ": " + remark);
 }
 
 void Session::result(const io::Json& value) const {
@@ -45,11 +46,10 @@ void Session::result(const io::Json& value) const {
 }
 
 void Session::finish(const Summary& summary) {
-  for (const std::string& warning : summary.warnings) fmt::print(stderr, "whirl: warning: {}\n", warning);
+  for (const std::string& warning : summary.warnings) complain("warning", warning);
   if (!summary.trust.empty()) say(summary.trust);
   if (summary.status == Status::unusable) {
-    fmt::print(stderr, "whirl: the numbers are not usable{}\n",
-               summary.warnings.empty() ? "" : ": " + summary.warnings.back());
+    complain("the numbers are not usable", summary.warnings.empty() ? "" : summary.warnings.back());
     exit_code = 1;
   }
 }
@@ -150,13 +150,13 @@ int run(int argc, char** argv) {
     const int code = app.parse(static_cast<int>(arguments.size()), arguments.data());
     return code != 0 ? code : session.exit_code;
   } catch (const Error& e) {
-    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    complain("error", e.what());
     return 2;
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "whirl: error: not enough memory for this input\n");
     return 2;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "whirl: error: {}\n", e.what());
+    complain("error", e.what());
     return 2;
   }
 }

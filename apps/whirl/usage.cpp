@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "whirl/core/names.hpp"
 #include "whirl/io/units.hpp"
 
 namespace whirl::app {
@@ -47,11 +48,15 @@ std::string call_of(const CLI::App& app) {
 }
 
 int say(const std::string& what, const CLI::App& app, bool help) {
-  fmt::print(stderr, "whirl: error: {}{}\n", what, help ? "; see " + call_of(app) + " --help" : "");
+  complain("error", what + (help ? "; see " + call_of(app) + " --help" : ""));
   return 2;
 }
 
 }  // namespace
+
+void complain(const char* kind, const std::string& text) {
+  fmt::print(stderr, "whirl: {}: {}\n", kind, one_line(text));
+}
 
 CLI::Validator finite_number(bool several) {
   return {[several](std::string& text) {

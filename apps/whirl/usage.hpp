@@ -7,6 +7,9 @@
 
 namespace whirl::app {
 
+/// "whirl: KIND: TEXT" on stderr, one line: what a file or an argument brought into the text commands no terminal.
+void complain(const char* kind, const std::string& text);
+
 // What a value on the command line must be. A refusal reads "--flag = value: must be ...", like every error of the
 // program.
 // `several`: the flag takes a list, whose values are separated by spaces.

@@ -96,5 +96,24 @@ TEST(HelpE2e, EverySubcommandTeachesWithAnExample) {
   }
 }
 
+// Bytes that command a terminal, in names of files, flags and fields: none reaches it.
+TEST(BadInputE2e, WhatCommandsATerminalIsNotPrinted) {
+  const Folder folder;
+  folder.write("good.csv", good_record());
+  folder.write("field.json", "{\"schema\": \"whirl.model/1\", \"a\\u001b[2Jb\": 1}");
+  folder.write("field.toml", "[rotor]\n\"k\\u001b[2J\" = 3\n");
+  folder.write("value.csv", "t_s,x_mm,y_mm,beta_rad\n0,1,1,0\n0.001,\x1b[31m,1,0\n");
+  folder.write("unit.csv", "t_s,x_\x1b[31m,y_mm,beta_rad\n0,1,1,0\n0.001,1,1,0\n");
+  for (const char* call :
+       {"info $(printf 'no\\033[31mfile.csv')", "identify good.csv $(printf -- '--meth\\033od') 1",
+        "identify good.csv --method $(printf 'a\\033b')", "validate field.json good.csv",
+        "rig record --rig field.toml --out r.csv", "info value.csv", "info unit.csv", "$(printf 'a\\033b')"}) {
+    const Outcome outcome = folder.whirl(call);
+    EXPECT_EQ(outcome.exit_code, 2) << call << "\n" << outcome.err;
+    for (const std::string& text : {outcome.err, outcome.out})
+      EXPECT_EQ(text.find('\x1b'), std::string::npos) << call << "\n" << text;
+  }
+}
+
 }  // namespace
 }  // namespace whirl::testing
