@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "whirl/pages/text/design.hpp"
 #include "whirl/pages/text/identification.hpp"
 #include "whirl/pages/text/modes.hpp"
 
@@ -112,6 +113,34 @@ TEST(ModesText, ModesUnderOperationAreCountedAndTonesAreNot) {
   ASSERT_EQ(table.rows.size(), 3u);
   EXPECT_EQ(table.rows[1][0], "2");
   EXPECT_EQ(table.rows[2][0], "harmonic");
+}
+
+// The table says of each requirement whether it is met, by the limits of the verdict; what is not stated has no row.
+TEST(DesignText, EachRequirementIsMetOrNotByItsLimit) {
+  ControllerDesign design;
+  design.law = "tsmc";
+  design.estimator = "kfe";
+  design.sample_time = 1e-3;
+  design.margins = {{"gain_margin", 1.05},    {"delay_margin_s", 4e-3},   {"peak_sensitivity", 4.2},
+                    {"nominal_peak_m", 4e-6}, {"peak_m", 7e-3},           {"open_peak_m", 6.6e-3},
+                    {"kappa", -0.5},          {"disturbance_bound", 1.5}, {"certified", 0}};
+  const report::Table table = pages::requirements_table(design);
+  const auto row = [&](const std::string& name) {
+    for (const auto& r : table.rows)
+      if (r[0].starts_with(name)) return r;
+    return std::vector<std::string>(4);
+  };
+  EXPECT_EQ(row("gain margin, upwards"),
+            (std::vector<std::string>{"gain margin, upwards", "1.05 times", "at least 1.1", "NO"}));
+  EXPECT_EQ(row("further delay"), (std::vector<std::string>{"further delay", "4 ms", "at least 0.5 ms", "yes"}));
+  EXPECT_EQ(row("peak sensitivity")[1], "4.2, zone C");
+  EXPECT_EQ(row("peak sensitivity")[3], "yes");
+  EXPECT_EQ(row("vibration, nominal run")[3], "yes");
+  EXPECT_EQ(row("vibration, any plant tried")[3], "NO");
+  EXPECT_EQ(row("switching gain")[1], "1 m/s^2");
+  EXPECT_EQ(row("switching gain")[3], "NO");
+  EXPECT_EQ(row("certified")[3], "NO");
+  EXPECT_EQ(row("time to reach")[0], "");
 }
 
 }  // namespace

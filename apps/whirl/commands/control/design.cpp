@@ -8,6 +8,7 @@
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/pages/text/design.hpp"
 #include "whirl/report/table.hpp"
 
 namespace whirl::app {
@@ -53,7 +54,6 @@ void add_design(CommandLine& app, Session& session) {
     std::vector<std::string> set;
   };
   auto o = std::make_shared<Options>();
-  o->design.estimator = "lpf";
   CommandLine* sub = add_command(
       app, session, "design", "A controller tuned on the identified model",
       "Input: model.json, and the mass that turns forces into accelerations: --mass-kg, or --stiffness stiffness.json\n"
@@ -87,12 +87,8 @@ void add_design(CommandLine& app, Session& session) {
         result.provenance = io::provenance(inputs, session.command_line, d.seed);
         if (o->plant.is_fmu()) say_on_fmu(session, o->plant, d.hardware, result, result.summary);
         if (!o->out.empty()) io::save(o->out, result);
-        report::Table table;
-        table.caption = fmt::format("{} with estimator {}", result.law, result.estimator);
-        table.columns = {{"quantity", "", report::Align::left}, {"value", ""}};
-        for (const auto& [name, value] : result.parameters) table.add({name, fmt::format("{:.6g}", value)});
-        for (const auto& [name, value] : result.margins) table.add({"margin: " + name, fmt::format("{:.4g}", value)});
-        session.say(report::to_text(table));
+        session.say(report::to_text(pages::requirements_table(result)));
+        if (o->out.empty()) session.say(report::to_text(pages::parameters_table(result)));
         session.result(to_json(result));
         session.finish(result.summary);
       });
