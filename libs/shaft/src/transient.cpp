@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "pencil_inverse.hpp"
 #include "synchronous_solution.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -64,6 +65,7 @@ class Integrator {
  public:
   using Vector = Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 1>;
   static constexpr bool kReal = std::is_same_v<Matrix, MatrixXd>;
+  static constexpr std::size_t kStages = kReal ? 1 : 2;  // real: the second is the conjugate of the first
 
   Integrator(const System& s, const RunOptions& o, double step)
       : system_(s), drive_{o.from, (o.to - o.from) / o.duration}, step_(step), constant_(s.constant()) {
@@ -80,40 +82,33 @@ class Integrator {
       else
         gravity_ = kImaginary * down;
     }
+    directions_ = directions();
+    dq_ = dv_ = stage_ = inner_ = VectorXcd::Zero(gravity_.size());
+    state_ = VectorXcd::Zero(3 * gravity_.size());
+    for (std::size_t j = 0; constant_ && j < kStages; ++j) prepare(j);
     start(o);
   }
 
   void advance(double t) {
     const double middle = drive_.speed(t + step_ / 2);
-    if (!constant_) {
-      now_ = equations(middle);
-    } else {
-      now_.mass = base_.mass;
-      now_.damping = base_.damping + middle * turning_damping_;
-      now_.stiffness = base_.stiffness + middle * turning_stiffness_;
+    if (constant_) {
+      advance_prepared(t, middle);
+      return;
     }
+    const Equations<Matrix> e = equations(middle);
     const Vector first = force(t + stages_.at[0] * step_), second = force(t + stages_.at[1] * step_);
-    VectorXcd dq = VectorXcd::Zero(q_.size()), dv = dq;
-    const Vector momentum = now_.mass * v_ + now_.damping * q_, inertia = now_.mass * q_;
-    for (const std::size_t j : {std::size_t{0}, std::size_t{1}}) {
-      const Complex s = stages_.rate[j] / step_, e = stages_.one[j];
+    const Vector momentum = e.mass * v_ + e.damping * q_, inertia = e.mass * q_;
+    dq_.setZero();
+    dv_.setZero();
+    for (std::size_t j = 0; j < kStages; ++j) {
+      const Complex s = stages_.rate[j] / step_, one = stages_.one[j];
       const auto row = static_cast<Index>(j);
-      const MatrixXcd dynamic = s * s * now_.mass + s * now_.damping + now_.stiffness;
-      const VectorXcd right =
-          s * e * (momentum + s * inertia) + stages_.inverse(row, 0) * first + stages_.inverse(row, 1) * second;
-      lu_.compute(dynamic);
-      const VectorXcd wq = lu_.solve(right);
-      dq += stages_.out[j] * wq;
-      dv += stages_.out[j] * (s * wq - s * e * q_);
-      if (kReal) break;  // the second stage is the conjugate of the first
+      lu_.compute(s * s * e.mass + s * e.damping + e.stiffness);
+      stage_ = lu_.solve(VectorXcd(s * one * (momentum + s * inertia) + stages_.inverse(row, 0) * first +
+                                   stages_.inverse(row, 1) * second));
+      add_stage(j);
     }
-    if constexpr (kReal) {
-      q_ += 2 * dq.real();
-      v_ += 2 * dv.real();
-    } else {
-      q_ += dq;
-      v_ += dv;
-    }
+    end_step();
   }
 
   void observe(RotorRun& run, Index k) const {
@@ -140,18 +135,80 @@ class Integrator {
       return circular_equations(system_, speed);
   }
 
-  /// (W^2 - i W') u e^{i theta} + b e^{i theta} + gravity.
-  Vector force(double t) const {
+  /// Coordinates of the force (W^2 - i W') u e^{i theta} + b e^{i theta} + gravity in the columns of `directions`.
+  Eigen::Matrix<double, 5, 1> force_at(double t) const {
     const double w = drive_.speed(t);
-    const Complex turn = std::polar(1.0, drive_.angle(t));
-    const VectorXcd f = (Complex(w * w, -drive_.rate) * turn) * system_.unbalance + turn * system_.bow;
+    const Complex turn = std::polar(1.0, drive_.angle(t)), unbalance = Complex(w * w, -drive_.rate) * turn;
+    return {unbalance.real(), unbalance.imag(), turn.real(), turn.imag(), 1};
+  }
+  Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> directions() const {
+    Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> all(gravity_.size(), 5);
+    const auto both = [](const VectorXcd& u) -> Vector {
+      if constexpr (kReal) {
+        Vector planes(2 * u.size());
+        planes << u.real(), u.imag();
+        return planes;
+      } else {
+        return u;
+      }
+    };
+    all.col(0) = both(system_.unbalance);
+    all.col(1) = both(kImaginary * system_.unbalance);
+    all.col(2) = both(system_.bow);
+    all.col(3) = both(kImaginary * system_.bow);
+    all.col(4) = gravity_;
+    return all;
+  }
+  Vector force(double t) const { return directions_ * force_at(t).template cast<typename Matrix::Scalar>(); }
+
+  /// Where only the speed changes, one Schur form serves every step.
+  struct Prepared {
+    PencilInverse inverse;
+    MatrixXcd by_state;  // left() times what acts on (v, q, speed q)
+    Eigen::Matrix<Complex, Eigen::Dynamic, 5> by_force;
+  };
+  void prepare(std::size_t j) {
+    const Complex s = stages_.rate[j] / step_, one = stages_.one[j];
+    Prepared& p = prepared_[j];
+    p.inverse = PencilInverse(s * s * base_.mass + s * base_.damping + base_.stiffness,
+                              s * turning_damping_ + turning_stiffness_);
+    const MatrixXcd left = s * one * p.inverse.left();
+    const Index n = gravity_.size();
+    p.by_state.resize(n, 3 * n);
+    p.by_state << left * base_.mass, left * (base_.damping + s * base_.mass), left * turning_damping_;
+    p.by_force = p.inverse.left() * directions_;
+  }
+  void advance_prepared(double t, double middle) {
+    const Index n = q_.size();
+    state_.head(n) = v_;
+    state_.segment(n, n) = q_;
+    state_.tail(n) = middle * q_;
+    const Eigen::Matrix<double, 5, 1> first = force_at(t + stages_.at[0] * step_),
+                                      second = force_at(t + stages_.at[1] * step_);
+    dq_.setZero();
+    dv_.setZero();
+    for (std::size_t j = 0; j < kStages; ++j) {
+      const auto row = static_cast<Index>(j);
+      const Eigen::Matrix<Complex, 5, 1> forces = stages_.inverse(row, 0) * first + stages_.inverse(row, 1) * second;
+      inner_.noalias() = prepared_[j].by_state * state_;
+      inner_.noalias() += prepared_[j].by_force * forces;
+      prepared_[j].inverse.solve(middle, inner_, stage_);
+      add_stage(j);
+    }
+    end_step();
+  }
+  void add_stage(std::size_t j) {
+    const Complex s = stages_.rate[j] / step_;
+    dq_ += stages_.out[j] * stage_;
+    dv_ += stages_.out[j] * (s * stage_ - s * stages_.one[j] * q_);
+  }
+  void end_step() {
     if constexpr (kReal) {
-      Vector both(gravity_);
-      both.head(f.size()) += f.real();
-      both.tail(f.size()) += f.imag();
-      return both;
+      q_ += 2 * dq_.real();
+      v_ += 2 * dv_.real();
     } else {
-      return f + gravity_;
+      q_ += dq_;
+      v_ += dv_;
     }
   }
 
@@ -175,9 +232,12 @@ class Integrator {
   double step_;
   bool constant_;
   GaussStages stages_;
-  Equations<Matrix> base_, now_;
+  Equations<Matrix> base_;
   Matrix turning_damping_, turning_stiffness_;
+  Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 5> directions_;
   Vector gravity_, q_, v_;
+  VectorXcd dq_, dv_, stage_, inner_, state_;
+  std::array<Prepared, kStages> prepared_;
   Eigen::PartialPivLU<MatrixXcd> lu_;
 };
 
