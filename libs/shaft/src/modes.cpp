@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "eigenpairs.hpp"
+#include "mode_pairs.hpp"
 
 namespace whirl::shaft {
 
@@ -43,72 +43,25 @@ Mode observed(const System& s, Complex pole, const VectorXcd& qx, const VectorXc
 
 }  // namespace
 
+std::vector<Eigenpair> pairs_at(const System& s, double speed, int count) {
+  return s.isotropic(speed) ? lowest_pairs(circular_equations(s, speed), count)
+                            : lowest_pairs(plane_equations(s, speed), count);
+}
+
+Mode mode_of(const System& s, const Eigenpair& p) {
+  const Index n = s.size();
+  if (p.shape.size() == 2 * n) return observed(s, p.pole, p.shape.head(n), p.shape.tail(n));
+  // x + i y = v e^{p t}. Forward: X = v, Y = -i v. A pole below the real axis whirls backward: the conjugate has
+  // X = conj(v), Y = i conj(v).
+  const bool forward = p.pole.imag() > 0;
+  const VectorXcd v = forward ? p.shape : VectorXcd(p.shape.conjugate());
+  return observed(s, forward ? p.pole : std::conj(p.pole), v, (forward ? -kI : kI) * v);
+}
+
 std::vector<Mode> modes(const System& s, double speed, int count) {
   std::vector<Mode> list;
-  if (s.isotropic(speed)) {
-    for (const Eigenpair& p : lowest_pairs(circular_equations(s, speed), count)) {
-      // x + i y = v e^{p t}. Forward: X = v, Y = -i v. A pole below the real axis whirls backward: the conjugate has
-      // X = conj(v), Y = i conj(v).
-      const bool forward = p.pole.imag() > 0;
-      const VectorXcd v = forward ? p.shape : VectorXcd(p.shape.conjugate());
-      list.push_back(observed(s, forward ? p.pole : std::conj(p.pole), v, (forward ? -kI : kI) * v));
-    }
-    return list;
-  }
-  const Index n = s.size();
-  for (const Eigenpair& p : lowest_pairs(plane_equations(s, speed), count))
-    list.push_back(observed(s, p.pole, p.shape.head(n), p.shape.tail(n)));
+  for (const Eigenpair& p : pairs_at(s, speed, count)) list.push_back(mode_of(s, p));
   return list;
-}
-
-namespace {
-
-/// Likeness of two shapes, 0 to 1 (modal assurance criterion).
-double likeness(const Mode& a, const Mode& b) {
-  const Complex product = a.x.dot(b.x) + a.y.dot(b.y) + a.body_x.dot(b.body_x) + a.body_y.dot(b.body_y);
-  const auto square = [](const Mode& m) {
-    return m.x.squaredNorm() + m.y.squaredNorm() + m.body_x.squaredNorm() + m.body_y.squaredNorm();
-  };
-  return std::norm(product) / (square(a) * square(b));
-}
-
-/// `found` in the order of `before`: pairs are taken by likeness, largest first; likeness counts less the farther the
-/// frequency has moved.
-std::vector<Mode> continued(const std::vector<Mode>& before, std::vector<Mode> found) {
-  const std::size_t n = std::min(before.size(), found.size());
-  struct Pair {
-    double score;
-    std::size_t old, now;
-  };
-  std::vector<Pair> pairs;
-  for (std::size_t i = 0; i < before.size(); ++i)
-    for (std::size_t j = 0; j < found.size(); ++j) {
-      const double moved = std::log(std::abs(found[j].pole) / std::abs(before[i].pole));
-      pairs.push_back({likeness(before[i], found[j]) - 2 * std::abs(moved), i, j});
-    }
-  std::sort(pairs.begin(), pairs.end(), [](const Pair& a, const Pair& b) { return a.score > b.score; });
-  std::vector<bool> old_used(before.size()), now_used(found.size());
-  std::vector<Mode> result(n);
-  for (const Pair& p : pairs) {
-    if (old_used[p.old] || now_used[p.now] || p.old >= n) continue;
-    old_used[p.old] = now_used[p.now] = true;
-    result[p.old] = std::move(found[p.now]);
-  }
-  return result;
-}
-
-}  // namespace
-
-std::vector<CampbellPoint> campbell(const System& system, const std::vector<double>& speeds, int count) {
-  std::vector<CampbellPoint> points;
-  for (const double speed : speeds) {
-    // A few more than asked for: lines that come from above are needed where they cross.
-    std::vector<Mode> found = modes(system, speed, count + 4);
-    if (!points.empty()) found = continued(points.back().modes, std::move(found));
-    points.push_back({speed, std::move(found)});
-  }
-  for (CampbellPoint& p : points) p.modes.resize(std::min(p.modes.size(), static_cast<std::size_t>(count)));
-  return points;
 }
 
 std::optional<Threshold> stability_threshold(const System& system, double from, double to, int count, int steps) {

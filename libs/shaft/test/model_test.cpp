@@ -89,6 +89,38 @@ TEST(ShaftProperty, CampbellLinesKeepTheirDirection) {
     for (const CampbellPoint& p : points) EXPECT_NEAR(p.modes[m].direction, points[0].modes[m].direction, 1e-6);
 }
 
+// Lines that are followed from speed to speed against all modes found anew at each: isotropic and not, damped, supports
+// over speed, steps small and large. No mode is on two lines.
+TEST(ShaftProperty, CampbellLinesAreTheModesOfEverySpeed) {
+  Rotor over_speed = testing::friswell(testing::diagonal(1e6, 0.8e6), 20);
+  over_speed.supports[0].law.speeds = {0, 400};
+  over_speed.supports[0].law.stiffness = {testing::diagonal(0.6e6, 0.5e6), testing::diagonal(1.4e6, 1.2e6)};
+  over_speed.supports[0].law.damping.assign(2, testing::diagonal(50, 10));
+  for (const Rotor& rotor :
+       {testing::friswell(testing::diagonal(1e6, 1e6), 10), testing::friswell(testing::diagonal(1e6, 0.5e6), 200),
+        testing::overhung(4, 2), over_speed}) {
+    const System s = assemble(rotor);
+    for (const double step : {3.0, 40.0}) {
+      std::vector<double> speeds;
+      for (int k = 0; k * step <= 400; ++k) speeds.push_back(k * step);
+      for (const CampbellPoint& p : campbell(s, speeds, 6)) {
+        ASSERT_EQ(p.modes.size(), 6u);
+        const std::vector<Mode> all = modes(s, p.speed, 12);
+        std::vector<bool> used(all.size());
+        for (const Mode& m : p.modes) {
+          const auto distance = [&](const Mode& a) { return std::abs(a.pole - m.pole); };
+          std::size_t best = all.size();
+          for (std::size_t k = 0; k < all.size(); ++k)
+            if (!used[k] && (best == all.size() || distance(all[k]) < distance(all[best]))) best = k;
+          EXPECT_LT(distance(all[best]), 1e-6 * std::abs(m.pole)) << p.speed << " rad/s";
+          EXPECT_NEAR(all[best].direction, m.direction, 1e-3) << p.speed << " rad/s";
+          used[best] = true;
+        }
+      }
+    }
+  }
+}
+
 TEST(ShaftProperty, OrbitAxesAndProbes) {
   const std::complex<double> x(3, 0), y(0, -2);  // x = 3 cos t, y = 2 sin t: forward
   const Orbit o = orbit(x, y);
