@@ -20,7 +20,7 @@ PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/R
 SECTIONS = {
     "How-to": ["choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md"],
     "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "python.md", "reliability.md"],
-    "Background": ["method.md", "references.md", "paper-errata.md", "validation.md", "validation-modal.md", "validation-control.md",
+    "Background": ["method.md", "references.md", "paper-errata.md", "peers.md", "validation.md", "validation-modal.md", "validation-control.md",
                    "validation-realtime.md", "architecture.md", "releasing.md", "changes.md"],
 }
 
