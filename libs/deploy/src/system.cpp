@@ -225,14 +225,13 @@ void add_further_forces(const IdentifiedModel& model, ModelSystem& s) {
   const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   if (terms.empty()) return;
   const auto symbol = [](const char* name) { return expr::Expr::symbol(name); };
-  const std::map<std::string, expr::Expr, std::less<>> names{{"X1", symbol("x")},    {"X2", symbol("vx")},
-                                                             {"X3", symbol("y")},    {"X4", symbol("vy")},
-                                                             {"X5", symbol("beta")}, {"X6", symbol("omega")}};
+  const std::map<std::string, expr::Expr, std::less<>> names{
+      {"X1", symbol("x")},    {"X2", symbol("vx")},    {"X3", symbol("y")},    {"X4", symbol("vy")},
+      {"X5", symbol("beta")}, {"X6", symbol("omega")}, {"X7", symbol("alpha")}};
   for (const identification::RotorTerm& term : terms) {
-    const identification::RotorTermName& name = name_of(term.kind);
-    const std::string parameter(name.parameter);
-    s.parameters.push_back({parameter, std::string(name.unit.empty() ? "1" : name.unit), std::string(name.label),
-                            term.value, -kInfinity, kInfinity});
+    const std::string parameter(term.parameter()), unit(term.unit());
+    s.parameters.push_back(
+        {parameter, unit.empty() ? "1" : unit, std::string(term.entry->label), term.value, -kInfinity, kInfinity});
     for (const bool x : {true, false}) {
       expr::Expr& rate = s.rates[x ? 1 : 3];
       for (const auto& [function, sign] : identification::term_text(term, x))

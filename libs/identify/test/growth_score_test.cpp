@@ -6,6 +6,7 @@
 
 #include "growth/rotor_candidates.hpp"
 #include "growth/score.hpp"
+#include "terms/catalogue.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -15,13 +16,12 @@ TEST(RotorCandidates, ANameOfAModeHoldsWhenAnotherIsTaken) {
   Growth g;
   for (const double hz : {10.0, 10.4, 30.0, 60.0}) g.modes.push_back({{2 * std::numbers::pi * hz, 0.02, 0}, true});
   for (const double hz : {10.0, 60.0}) g.decays.push_back({{2 * std::numbers::pi * hz, 0.02}});
-  const RotorIdentifyOptions options;
-  const Growth one = with_term(with_term(g, "mode 1", options), "decay 1", options);
-  EXPECT_EQ(label("mode 4", one), "mode 60 Hz");
-  EXPECT_EQ(label("decay 2", one), "decay 60 Hz");
+  const Growth one = with_term(with_term(g, {&terms::mode(), 1}, true), {&terms::decay(), 1}, true);
+  EXPECT_EQ(label({&terms::mode(), 4}, one), "mode 60 Hz");
+  EXPECT_EQ(label({&terms::decay(), 2}, one), "decay 60 Hz");
   EXPECT_FALSE(one.modes[0].open || one.modes[1].open) << "the taken one and its neighbour";
   EXPECT_TRUE(one.modes[2].open && one.modes[3].open);
-  const Growth two = with_term(with_term(one, "mode 4", options), "decay 2", options);
+  const Growth two = with_term(with_term(one, {&terms::mode(), 4}, true), {&terms::decay(), 2}, true);
   ASSERT_EQ(two.start.modes.size(), 2U);
   EXPECT_DOUBLE_EQ(two.start.modes[1].omega, 2 * std::numbers::pi * 60);
   EXPECT_DOUBLE_EQ(two.active.decays[1].omega, 2 * std::numbers::pi * 60);

@@ -1,7 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <map>
+#include <random>
+
 #include "../src/output_error/rotor/output_error_kernel.hpp"
 #include "rotor_synthetic.hpp"
+#include "whirl/expr/expr.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 #include "whirl/identify/weak_rotor.hpp"
 #include "whirl/rotor/modal_response.hpp"
@@ -19,34 +23,134 @@ Eigen::VectorXcd half_forcing(const AngleSignal& a) {
   return f;
 }
 
-// Each force beyond the plain rotor, beside all the others: the derivative by its coefficient against differences.
+/// A term of each part of every force, of a size that matters on rotor_a; sizes by parameter.
+std::vector<RotorTerm> every_force() {
+  const std::map<std::string_view, double> sizes{{"k3", 1e16},
+                                                 {"k2_axis", 1e8},
+                                                 {"c2", 5},
+                                                 {"friction", 0.01},
+                                                 {"gyroscopic", 0.02},
+                                                 {"c_rotating", 0.5},
+                                                 {"k_cross", 50},
+                                                 {"k1_speed", 1},
+                                                 {"c_speed", 0.01},
+                                                 {"k1_drift", 20},
+                                                 {"c_drift", 0.5},
+                                                 {"e2_forward_re", 1e-4},
+                                                 {"e2_forward_im", 5e-5},
+                                                 {"e2_backward_re", 3e-5},
+                                                 {"e2_backward_im", 2e-5},
+                                                 {"k_radius", 1e6},
+                                                 {"k_hertz", 1e4},
+                                                 {"c_film", 1e6},
+                                                 {"k1_loss", 100},
+                                                 {"c_cross", 0.3},
+                                                 {"k1_turning_re", 60},
+                                                 {"k1_turning_im", -40},
+                                                 {"k1_step", -100},
+                                                 {"eps_step_re", 3e-5},
+                                                 {"eps_step_im", -2e-5}};
+  std::vector<RotorTerm> terms;
+  for (const TermEntry* entry : term_catalogue()) {
+    for (std::size_t part = 0; entry->force != nullptr && part < entry->parameters.size(); ++part) {
+      const std::string_view name = entry->parameters[part].name;
+      EXPECT_TRUE(sizes.contains(name)) << "a size for " << name;
+      if (!sizes.contains(name)) continue;
+      double reference = entry->drifts ? 0.7 : 0;
+      if (!entry->drifts && entry->reference != nullptr) reference = entry->reference(1e-3, 75, 0);
+      terms.push_back({entry, part, sizes.at(name), reference});
+    }
+  }
+  return terms;
+}
+
+// Each force beyond the plain rotor, beside others: the derivatives by its coefficient and by its reference against
+// differences.
 TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivatives) {
   const RotorModel m = rotor_a();
   const Sweep sweep{20, 5, 2, 0.3, 1e-3};
   const AngleSignal angle = sweep.angle();
   const Eigen::VectorXcd f = half_forcing(angle);
   const Complex z0(2e-4, -1e-4), v0(0.01, 0.02);
-  const std::array<double, 15> sizes{1e16, 1e8, 5, 0.01, 0.02, 0.5, 50, 1, 0.01, 20, 0.5, 1e-4, 5e-5, 3e-5, 2e-5};
-  std::vector<RotorTerm> terms;
-  for (std::size_t k = 0; k < sizes.size(); ++k) {
-    terms.push_back({kRotorTermNames[k].kind, sizes[k], k == 3 ? 1e-3 : k == 9 || k == 10 ? 0.7 : 0.0});
+  const std::vector<RotorTerm> all = every_force();
+  constexpr std::size_t kTogether = 9;  // as a fit may have
+  for (std::size_t first = 0; first < all.size(); first += kTogether) {
+    const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
+    const std::vector<RotorTerm> terms(begin,
+                                       begin + static_cast<std::ptrdiff_t>(std::min(kTogether, all.size() - first)));
+    const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0),
+                                                                    {terms, angle, 0.2}, {1e-3}, z0, v0);
+    ASSERT_TRUE(s.finite);
+    const auto check = [&](Eigen::Index lane, double step, auto&& move, std::string_view name) {
+      const auto run = [&](double by) {
+        std::vector<RotorTerm> moved = terms;
+        for (RotorTerm& t : moved) move(t, by);
+        return detail::main_mode(m, m.eps, f, {moved, angle, 0.2}, {1e-3}, z0, v0).z;
+      };
+      const Eigen::VectorXcd d = (run(step) - run(-step)) / (2 * step);
+      Eigen::VectorXcd found(d.size());
+      found.real() = s.dx.col(detail::kProfile + lane);
+      found.imag() = s.dy.col(detail::kProfile + lane);
+      EXPECT_GT(d.norm(), 0) << name;
+      EXPECT_LT((found - d).norm(), 1e-4 * d.norm()) << name;
+    };
+    const std::vector<Eigen::Index> references = detail::reference_lanes(terms);
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+      const RotorTerm& own = terms[k];
+      check(
+          static_cast<Eigen::Index>(k), 1e-3 * own.value,
+          [&](RotorTerm& t, double by) { t.value += t.entry == own.entry && t.part == own.part ? by : 0; },
+          own.parameter());
+      if (references[k] < 0 || own.part > 0) continue;
+      check(
+          static_cast<Eigen::Index>(terms.size()) + references[k], 1e-5,
+          [&](RotorTerm& t, double by) { t.reference += t.entry == own.entry ? by : 0; }, own.entry->reference_name);
+    }
   }
-  const detail::Sensitivities s =
-      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), {terms, angle, 0.2}, {1e-3}, z0, v0);
-  ASSERT_TRUE(s.finite);
-  const auto run = [&](std::size_t k, double by) {
-    std::vector<RotorTerm> moved = terms;
-    moved[k].value += by;
-    return detail::main_mode(m, m.eps, f, {moved, angle, 0.2}, {1e-3}, z0, v0).z;
-  };
-  for (std::size_t k = 0; k < terms.size(); ++k) {
-    const double step = 1e-3 * sizes[k];
-    const Eigen::VectorXcd d = (run(k, step) - run(k, -step)) / (2 * step);
-    Eigen::VectorXcd found(d.size());
-    found.real() = s.dx.col(detail::kProfile + static_cast<Eigen::Index>(k));
-    found.imag() = s.dy.col(detail::kProfile + static_cast<Eigen::Index>(k));
-    EXPECT_GT(d.norm(), 0) << kRotorTermNames[k].label;
-    EXPECT_LT((found - d).norm(), 1e-4 * d.norm()) << kRotorTermNames[k].label;
+}
+
+// What a term adds to the equations is its force, at any state. Of a change at one instant: before and after it.
+TEST(RotorTermCatalogueProperty, TheTextOfATermIsItsForce) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal;
+  for (const RotorTerm& term : every_force()) {
+    for (int draw = 0; draw < 20; ++draw) {
+      TermPoint p{1e-3 * normal(random), 1e-3 * normal(random), 0.1 * normal(random), 0.1 * normal(random)};
+      p.w = 80 + 30 * normal(random), p.beta = 3 * normal(random), p.time = 3 * normal(random),
+      p.alpha = 20 * normal(random);
+      if (std::abs(p.time - term.reference) < 0.05) continue;
+      const TermForce force = term_force(term, p);
+      const std::map<std::string, double, std::less<>> at{{"X1", p.x},    {"X2", p.vx}, {"X3", p.y},     {"X4", p.vy},
+                                                          {"X5", p.beta}, {"X6", p.w},  {"X7", p.alpha}, {"t", p.time}};
+      for (const bool x : {true, false}) {
+        double sum = 0;
+        for (const auto& [function, sign] : term_text(term, x))
+          sum += sign * expr::evaluate(expr::Expr::parse(function), at);
+        EXPECT_NEAR(sum, x ? force.x : force.y, 1e-9 * std::hypot(force.x, force.y)) << term.parameter();
+      }
+    }
+  }
+}
+
+// The derivatives of every force by the state against differences.
+TEST(RotorTermCatalogueProperty, TheDerivativesOfAForceAreThose) {
+  std::mt19937_64 random(12);
+  std::normal_distribution<double> normal;
+  for (const RotorTerm& term : every_force()) {
+    TermPoint p{
+        1e-3 * normal(random), 1e-3 * normal(random), 0.1 * normal(random), 0.1 * normal(random), 90, 1.3, 0.9, 5};
+    const TermForce f = term_force(term, p);
+    const auto slope = [&](double TermPoint::*state, double step) {
+      TermPoint more = p, less = p;
+      more.*state += step, less.*state -= step;
+      const TermForce a = term_force(term, more), b = term_force(term, less);
+      return Complex((a.x - b.x) / (2 * step), (a.y - b.y) / (2 * step));
+    };
+    const double scale = std::abs(f.x) + std::abs(f.y);
+    EXPECT_LT(std::abs(slope(&TermPoint::x, 1e-8) - Complex(f.x_x, f.y_x)), 1e-4 * scale / 1e-3) << term.parameter();
+    EXPECT_LT(std::abs(slope(&TermPoint::y, 1e-8) - Complex(f.x_y, f.y_y)), 1e-4 * scale / 1e-3) << term.parameter();
+    EXPECT_LT(std::abs(slope(&TermPoint::vx, 1e-6) - Complex(f.x_vx, f.y_vx)), 1e-4 * scale / 0.1) << term.parameter();
+    EXPECT_LT(std::abs(slope(&TermPoint::vy, 1e-6) - Complex(f.x_vy, f.y_vy)), 1e-4 * scale / 0.1) << term.parameter();
   }
 }
 

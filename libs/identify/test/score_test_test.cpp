@@ -24,7 +24,7 @@ TEST(ScoreTestReference, NothingIsAddedToAnIsotropicRotor) {
   for (const double snr : {10.0, 20.0, 40.0}) {
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const ScoreTest test = run(rotor_a(), snr, seed);
-      EXPECT_LT(test.candidates.front().score, 16) << test.candidates.front().term << " at " << snr << " dB";
+      EXPECT_LT(test.candidates.front().score, 16) << test.candidates.front().term->label << " at " << snr << " dB";
       EXPECT_GT(test.chi_square, 0.8);
       EXPECT_LT(test.chi_square, 1.3);
     }
@@ -36,13 +36,13 @@ TEST(ScoreTestReference, StiffnessDifferenceIsFoundAndRepairedByOneTerm) {
   truth.k1_conj = 0.01 * truth.k1;  // Kx and Ky differ by 2 %
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const ScoreTest before = run(truth, 20, seed);
-    EXPECT_EQ(before.candidates.front().term, "conj z");
+    EXPECT_EQ(before.candidates.front().term->label, "conj z");
     EXPECT_GT(before.candidates.front().score, 100);
     EXPECT_GT(before.chi_square, 1.3);
     OutputErrorOptions active;
     active.conj_stiffness = true;
     const ScoreTest after = run(truth, 20, seed, active);
-    EXPECT_LT(after.candidates.front().score, 16) << after.candidates.front().term;
+    EXPECT_LT(after.candidates.front().score, 16) << after.candidates.front().term->label;
     EXPECT_LT(after.chi_square, 1.3);
   }
 }
@@ -53,7 +53,8 @@ TEST(ScoreTestReference, ForcedModesAreToldFromDecoys) {
   ScoreTestOptions options;
   options.modes = {{kTurn * 12.4, 0.02, 0}, {kTurn * 21, 0.02, 0}, {kTurn * 44, 0.01, 0}};
   const ScoreTest test = run(truth, 20, 4, {}, options);
-  EXPECT_EQ(test.candidates.front().term, "mode 2");
+  EXPECT_EQ(test.candidates.front().term->label, "mode");
+  EXPECT_EQ(test.candidates.front().place, 2);
 }
 
 }  // namespace

@@ -15,8 +15,7 @@ using Eigen::Index;
 constexpr std::array kAnisotropy{"k1_conj_re", "k1_conj_im", "c_conj_re", "c_conj_im"};
 
 bool is_further(const std::string& name) {
-  return std::ranges::find(kAnisotropy, name) != kAnisotropy.end() ||
-         std::ranges::any_of(identification::kRotorTermNames, [&](const auto& t) { return t.parameter == name; });
+  return std::ranges::find(kAnisotropy, name) != kAnisotropy.end() || identification::is_force_parameter(name);
 }
 
 bool same_size(const Estimate& a, const Estimate& b) {

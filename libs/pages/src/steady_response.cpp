@@ -11,7 +11,6 @@ namespace whirl::pages {
 namespace {
 
 using Eigen::Index;
-using identification::name_of;
 
 /// The model with the unbalance asked for, and its rotor where the unbalance forces one.
 struct Forced {
@@ -19,15 +18,9 @@ struct Forced {
   std::optional<RotorModel> rotor;
 };
 
-/// A drift as at its reference: a steady response knows no time.
-bool drifts(const identification::RotorTerm& term) {
-  return term.kind == identification::RotorTermKind::stiffness_drift ||
-         term.kind == identification::RotorTermKind::damping_drift;
-}
-
 void add_further_forces(const IdentifiedModel& model, IdentifiedModel& equations) {
   for (const identification::RotorTerm& term : identification::terms_of(model)) {
-    if (drifts(term)) continue;
+    if (term.entry->drifts) continue;  // as at its reference: a steady response knows no time
     for (Equation& e : equations.equations) {
       for (const auto& [function, sign] : identification::term_text(term, e.lhs == "X2'"))
         e.terms.push_back({function, Estimate::from_sd(sign * term.value, 0), ""});
@@ -188,9 +181,9 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
   if (forced.rotor) {
     warn_of_hertz(o, *forced.rotor, found.summary);
     for (const identification::RotorTerm& term : identification::terms_of(model)) {
-      if (drifts(term))
+      if (term.entry->drifts)
         found.summary.warn(fmt::format("the model has {}: this response holds at {:g} s of its record",
-                                       name_of(term.kind).label, term.reference));
+                                       term.entry->label, term.reference));
     }
   }
   found.radius = o.coordinate.empty() && system.driven_by_angle() && system.size() == 2;

@@ -366,7 +366,7 @@ std::string carried(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   const std::vector<identification::RotorTerm> left = forces_left_out(model, hardware);
   std::erase_if(terms, [&](const auto& t) {
-    return std::ranges::find(left, t.kind, &identification::RotorTerm::kind) != left.end();
+    return std::ranges::find(left, t.entry, &identification::RotorTerm::entry) != left.end();
   });
   return names_of(terms);
 }

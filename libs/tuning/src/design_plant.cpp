@@ -133,52 +133,14 @@ int substeps_for(double rate, const rig::RigTiming& timing) {
 
 /// 1/s; 0 without friction, infinite for friction that pushes.
 double friction_rate(const identification::RotorTerm& term) {
-  if (term.kind != identification::RotorTermKind::coulomb_friction) return 0;
+  if (!term.entry->dry) return 0;
   return term.value >= 0 && term.reference > 0 ? term.value / term.reference : std::numeric_limits<double>::infinity();
 }
 
 void add_force(rotor::FurtherForces<double>& f, const identification::RotorTerm& term) {
-  using Kind = identification::RotorTermKind;
-  switch (term.kind) {
-    case Kind::quintic_stiffness:
-      f.k3 = term.value;
-      break;
-    case Kind::cubic_per_axis:
-      f.k2_axis = term.value;
-      break;
-    case Kind::quadratic_damping:
-      f.c2 = term.value;
-      break;
-    case Kind::coulomb_friction:
-      f.friction = term.value, f.friction_speed = term.reference;
-      break;
-    case Kind::gyroscopic:
-      f.gyroscopic = term.value;
-      break;
-    case Kind::rotating_damping:
-      f.c_rotating = term.value;
-      break;
-    case Kind::cross_coupled:
-      f.k_cross = term.value;
-      break;
-    case Kind::stiffness_with_speed:
-      f.k1_speed = term.value;
-      break;
-    case Kind::damping_with_speed:
-      f.c_speed = term.value;
-      break;
-    case Kind::stiffness_drift:
-      f.k1_drift = term.value, f.drift_start = term.reference;
-      break;
-    case Kind::damping_drift:
-      f.c_drift = term.value, f.drift_start = term.reference;
-      break;
-    case Kind::twice_forward_re:  // the plants have none: forces_left_out
-    case Kind::twice_forward_im:
-    case Kind::twice_backward_re:
-    case Kind::twice_backward_im:
-      break;
-  }
+  if (term.entry->plant == nullptr) return;  // the plants have none: forces_left_out
+  f.*term.entry->plant = term.value;
+  if (term.entry->plant_reference != nullptr) f.*term.entry->plant_reference = term.reference;
 }
 
 }  // namespace
@@ -200,7 +162,7 @@ Hardware with_forces(Hardware hardware, const IdentifiedModel& model) {
 std::vector<identification::RotorTerm> forces_left_out(const IdentifiedModel& model, const Hardware& hardware) {
   std::vector<identification::RotorTerm> left = identification::terms_of(model);
   std::erase_if(left, [&](const auto& t) {
-    return !identification::is_twice(t.kind) && substeps_for(friction_rate(t), hardware.timing) != 0;
+    return t.entry->plant != nullptr && substeps_for(friction_rate(t), hardware.timing) != 0;
   });
   return left;
 }

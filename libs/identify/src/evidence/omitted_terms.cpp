@@ -13,80 +13,15 @@
 namespace whirl::identification::detail {
 namespace {
 
-bool is(const std::string& term, RotorTermKind kind) { return term == name_of(kind).label; }
-
-/// What is known of a term before the records.
-struct Prior {
-  double chance;    ///< share of rotors that have it
-  double positive;  ///< share of these where the coefficient is positive
-  /// Weight that a model with the term has at least, once the records do not speak against it: below two deviations
-  /// the evidence for a common term is none, and it is as likely as not.
-  double least;
-};
-
-/// Seals and journal bearings, springs beyond the cubic and warming are common. Cross coupling as a rule drives the
-/// forward whirl (swirl with the rotation).
-Prior prior_of(const std::string& term) {
-  if (is(term, RotorTermKind::cross_coupled)) return {0.4, 0.8, 0.5};
-  if (is(term, RotorTermKind::quintic_stiffness) || is(term, RotorTermKind::stiffness_drift)) return {0.4, 0.5, 0.5};
-  return {0.1, 0.5, 0};
-}
-
-/// Sizes of the motion that the priors refer to.
-struct Motion {
-  double peak = 0, top_speed = 0, seconds = 0;
-};
-
-Motion motion_of(const OutputErrorFit& fit) {
-  Motion m;
+/// Sizes of the motion and of the rotor that the priors refer to.
+TermScale scale_of(const RotorModel& rotor, const OutputErrorFit& fit) {
+  TermScale s{.k1 = rotor.k1, .k2 = rotor.k2, .c = std::abs(rotor.c)};
   for (const OutputErrorRecord& r : fit.records) {
-    m.peak = std::max(m.peak, r.main.cwiseAbs().maxCoeff());
-    m.top_speed = std::max(m.top_speed, r.angle.omega.cwiseAbs().maxCoeff());
-    m.seconds = std::max(m.seconds, 0.5 * r.angle.dt * static_cast<double>(r.angle.beta.size()));
+    s.peak = std::max(s.peak, r.main.cwiseAbs().maxCoeff());
+    s.top_speed = std::max(s.top_speed, r.angle.omega.cwiseAbs().maxCoeff());
+    s.seconds = std::max(s.seconds, 0.5 * r.angle.dt * static_cast<double>(r.angle.beta.size()));
   }
-  return m;
-}
-
-/// Standard deviation of a coefficient among rotors that have the term: forces of a size that does not hide the spring
-/// and the damping; 0 for terms without such a prior.
-double usual_size(const std::string& term, const RotorModel& rotor, const Motion& m) {
-  const double w = std::sqrt(rotor.k1), c = std::abs(rotor.c), v = w * m.peak;
-  if (term == "sensor gain" || term == "sensor angle") return 0.03;
-  if (term == "probe curve") return 0.01 / (m.peak * m.peak);  // data sheets: about 1 % of the range
-  if (term == "sampling skew") return 0;                       // converters differ: microseconds to a sample
-  const auto name = std::find_if(kRotorTermNames.begin(), kRotorTermNames.end(),
-                                 [&](const RotorTermName& n) { return n.label == term; });
-  if (name == kRotorTermNames.end()) return 0;
-  switch (name->kind) {
-    case RotorTermKind::quintic_stiffness:  // the next term of a series in |z|^2
-      return rotor.k2 * rotor.k2 / rotor.k1;
-    case RotorTermKind::cubic_per_axis:  // a reading of its own
-      return 0;
-    case RotorTermKind::quadratic_damping:
-      return c / v;
-    case RotorTermKind::coulomb_friction:
-      return 0.3 * c * v;
-    case RotorTermKind::gyroscopic:
-      return 0.05;
-    case RotorTermKind::rotating_damping:
-      return 0.3 * c;
-    case RotorTermKind::cross_coupled:
-      return 0.3 * c * w;
-    case RotorTermKind::stiffness_with_speed:
-      return 0.02 * rotor.k1 / m.top_speed;
-    case RotorTermKind::damping_with_speed:
-      return 0.5 * c / m.top_speed;
-    case RotorTermKind::stiffness_drift:
-      return 0.01 * rotor.k1 / m.seconds;
-    case RotorTermKind::damping_drift:
-      return 0.5 * c / m.seconds;
-    case RotorTermKind::twice_forward_re:
-    case RotorTermKind::twice_forward_im:
-    case RotorTermKind::twice_backward_re:
-    case RotorTermKind::twice_backward_im:
-      return 0;  // couplings differ
-  }
-  return 0;
+  return s;
 }
 
 /// One model with one more term, of either sign.
@@ -116,7 +51,7 @@ double posterior_square(const AbsentTerm& c, double usual, double scale) {
   const double t2 = c.value * c.value / variance;
   const double evidence = std::sqrt(1 - shrink) * std::exp(std::min(0.5 * t2 * shrink, 50.0));
   const double mean = shrink * c.value, sd = std::sqrt(shrink * variance);
-  const Prior prior = prior_of(c.term);
+  const TermPrior& prior = c.term->prior;
   double all = 0, square = 0;
   for (const double sign : {1.0, -1.0}) {
     const double of_sign = sign > 0 ? prior.positive : 1 - prior.positive;
@@ -151,55 +86,51 @@ void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& 
     with += fmt::format("{}+- {:.2g} {}", comma, std::hypot(e.sd, more), unit);
   }
   if (with.empty()) return;
-  const bool swirl = is(o.term->term, RotorTermKind::cross_coupled);
-  const bool cubic = is(o.term->term, RotorTermKind::quintic_stiffness);
-  const bool curve = o.term->term == "probe curve";
+  const TermEntry& entry = *o.term->term;
   result.ambiguities.push_back(
       {fmt::format("without or with {}: too small to be seen in these records, not small enough to be excluded",
-                   o.term->term),
-       fmt::format("{} (standard deviations) without it, {} with it{}", without, with,
-                   swirl ? "; the damping ratio is that of the forward whirl, c - k_cross / speed" : ""),
-       swirl   ? "a free decay (blow) at rest and at speed"
-       : cubic ? "a run with more unbalance"
-       : curve ? "calibrate the probes over the whole orbit"
-               : "a second run, or less noise"});
+                   entry.label),
+       fmt::format("{} (standard deviations) without it, {} with it{}", without, with, entry.hidden_note),
+       std::string(entry.hidden_decider)});
 }
 
 }  // namespace
 
 void judge_sizes(const RotorIdentification& result, Summary& summary) {
   constexpr double kMost = 6;
-  const Motion motion = motion_of(result.fit);
-  const bool explained = std::max(result.chi_square_weak, result.fit.summary.chi_square) < 1.3;
-  const double unstable = unstable_from(result.fit.model, result.fit.terms, motion.top_speed);
-  for (const RotorTerm& t : result.fit.terms) {
-    const RotorTermName& name = name_of(t.kind);
+  const OutputErrorFit& fit = result.fit;
+  TermScale scale = scale_of(fit.model, fit);
+  const bool explained = std::max(result.chi_square_weak, fit.summary.chi_square) < 1.3;
+  const double unstable = unstable_from(fit.model, fit.terms, scale.top_speed);
+  // k1 and c of the rotor hold at the start of a drift and at rest; sizes are those in the middle.
+  double c = fit.model.c;
+  for (const RotorTerm& t : fit.terms) {
+    if (!t.entry->moves_middle) continue;
+    const TermForce f = term_force(t, {.w = 0.5 * scale.top_speed, .time = t.reference + 0.5 * scale.seconds});
+    scale.k1 -= t.value * f.x_x;
+    c -= t.value * f.x_vx;
+  }
+  scale.c = std::abs(c);
+  for (const RotorTerm& t : fit.terms) {
+    const TermEntry& entry = *t.entry;
     // A whirl that is seen to grow by itself shows the size of what drives it.
-    if (explained && std::isfinite(unstable) && drives_whirl(t.kind)) continue;
-    RotorModel middle = result.fit.model;  // k1 and c hold at the start of a drift
-    for (const RotorTerm& d : result.fit.terms) {
-      if (d.kind == RotorTermKind::stiffness_drift) middle.k1 += 0.5 * motion.seconds * d.value;
-      if (d.kind == RotorTermKind::damping_drift) middle.c += 0.5 * motion.seconds * d.value;
-      if (d.kind == RotorTermKind::stiffness_with_speed) middle.k1 += 0.5 * motion.top_speed * d.value;
-      if (d.kind == RotorTermKind::damping_with_speed) middle.c += 0.5 * motion.top_speed * d.value;
-    }
-    const double usual = std::abs(usual_size(std::string(name.label), middle, motion));
+    if (entry.usual == nullptr || (explained && std::isfinite(unstable) && entry.drives_whirl)) continue;
+    const double usual = std::abs(entry.usual(scale));
     if (!(usual > 0) || std::abs(t.value) <= kMost * usual) continue;
     summary.add({FindingCode::term_too_large,
                  Consequence::no_trust,
-                 {{"value", t.value, std::string(name.unit)}, {"ratio", std::abs(t.value) / usual}},
-                 fmt::format("{} ({} = {:.3g}{}{})", name.label, name.parameter, t.value, name.unit.empty() ? "" : " ",
-                             name.unit)});
+                 {{"value", t.value, std::string(t.unit())}, {"ratio", std::abs(t.value) / usual}},
+                 fmt::format("{} ({} = {:.3g}{}{})", entry.label, t.parameter(), t.value, t.unit().empty() ? "" : " ",
+                             t.unit())});
   }
 }
 
 void widen_for_omitted(const GrownRotor& grown, double scale, RotorIdentification& result) {
   IdentifiedModel& model = result.model;
-  const RotorModel& rotor = *model.rotor;
-  const Motion motion = motion_of(result.fit);
+  const TermScale sizes = scale_of(*model.rotor, result.fit);
   std::vector<Omitted> omitted;
   for (const AbsentTerm& c : grown.absent) {
-    const double usual = usual_size(c.term, rotor, motion);
+    const double usual = c.term->usual(sizes);
     if (!(usual > 0) || !(c.sd > 0)) continue;
     if (const double square = posterior_square(c, usual, scale); square > 0) omitted.push_back({&c, square});
   }

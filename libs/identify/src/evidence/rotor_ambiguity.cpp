@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "problem/rotor_equations.hpp"
+#include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
@@ -73,18 +74,6 @@ std::string difference(const IdentifiedModel& model, const IdentifiedModel& othe
       text += fmt::format("{}{} {:.5g} or {:.5g} {}", text.empty() ? "" : ", ", name, a.value, b.value, unit);
   }
   return text.empty() ? "k1, k2, c and e are the same within their intervals" : text;
-}
-
-std::string experiment_for(const std::string& a, const std::string& b) {
-  const std::string both = a + ", " + b;
-  const auto has = [&](const char* word) { return both.find(word) != std::string::npos; };
-  if (has("AC coupling")) return "the data sheet of the pickup and its integrator, or a record with DC coupling";
-  if (has("sensor") || has("conj")) return "calibrate the probes, or pull the shaft along x and along y";
-  if (has("time")) return "a run-up after the run-down, or a run at another rate";
-  if (has("gyroscopic") || has("rotating") || has("cross") || has("speed")) {
-    return "a free decay (blow) at rest and at speed, or a run over another speed range";
-  }
-  return "a run with more unbalance";
 }
 
 void bow_beside_runout(bool better, RotorIdentification& result) {
@@ -159,7 +148,7 @@ void delay_of_filter(RotorIdentification& result) {
 }
 
 void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
-  const ScoreCandidate* c = grown.test.find(std::string(name_of(RotorTermKind::cubic_per_axis).label));
+  const ScoreCandidate* c = grown.test.find(terms::cubic_per_axis());
   const Estimate& k2 = *result.model.parameter("k2");
   if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > 5 * c->sd) return;
   result.ambiguities.push_back(
@@ -193,8 +182,9 @@ double damping_of_terms(const std::vector<RotorRecord>& records, const OutputErr
       const OutputErrorRecord& own = fit.records[r];
       for (Eigen::Index i = 0; i < own.main.size(); ++i) {
         const std::complex<double> z = own.main[i], v = own.main_rate[i];
-        const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                       own.angle.beta[2 * i], records[r].t0 + records[r].dt * static_cast<double>(i));
+        const double time = records[r].t0 + records[r].dt * static_cast<double>(i);
+        const TermForce f = term_force(term, {z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
+                                              own.angle.beta[2 * i], time, own.angle.alpha[2 * i]});
         power += term.value * (f.x * v.real() + f.y * v.imag());
         squares += std::norm(v);
       }
@@ -319,7 +309,7 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
                      ? fmt::format("without or with {}: there is a weak sign of it", reading.other)
                      : fmt::format("{} or {}: the records cannot tell them apart", reading.taken, reading.other);
     a.consequence = difference(found, other);
-    a.experiment = experiment_for(reading.taken, reading.other);
+    a.experiment = to_string(reading.decider);
     model.summary.warn(fmt::format("{}; {}; to decide: {}", a.readings, a.consequence, a.experiment));
     result.ambiguities.push_back(std::move(a));
     widen(model, other);

@@ -138,7 +138,8 @@ void state_self_excited(const OutputErrorFit& fit, const Cover& cover, Summary& 
   const double from = unstable_from(fit.model, fit.terms, cover.high / kHzPerRadPerSec);
   if (!std::isfinite(from)) return;
   std::vector<RotorTerm> driving;
-  std::ranges::copy_if(fit.terms, std::back_inserter(driving), [](const RotorTerm& t) { return drives_whirl(t.kind); });
+  std::ranges::copy_if(fit.terms, std::back_inserter(driving),
+                       [](const RotorTerm& t) { return t.entry->drives_whirl; });
   if (driving.empty()) return;
   summary.warn(fmt::format(
       "the rotor whirls by itself {}: {} is more than the outer damping holds, and small motion grows to a forward "

@@ -10,31 +10,32 @@
 namespace whirl::identification::detail {
 namespace {
 
-/// `active` with what it lacks, at 0.
+/// `active` with what it lacks of the usual terms, at 0.
 OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active, const std::vector<RotorTerm>& terms,
                             bool sensor) {
   active.decays = fit.decays;
   active.terms = fit.terms;
   active.sensor = fit.sensor;
+  active.start_drift = fit.clock_drift;
+  const std::vector<Eigen::Index> references = reference_lanes(fit.terms);
+  const auto lanes =
+      static_cast<std::size_t>(kMostLanes - kProfile - active.profile_degree - active.delay - active.clock_drift -
+                               (references.empty() ? 0 : *std::ranges::max_element(references) + 1));
   for (RotorTerm t : terms) {
-    if (is_twice(t.kind)) continue;  // none is usual
-    if (std::any_of(fit.terms.begin(), fit.terms.end(), [&](const RotorTerm& f) { return f.kind == t.kind; })) continue;
+    if (t.entry->usual == nullptr || active.terms.size() >= lanes) continue;
+    if (std::ranges::any_of(fit.terms, [&](const RotorTerm& f) { return f.is(*t.entry); })) continue;
     t.value = 0;
     active.terms.push_back(t);
   }
-  active.sensor_gain |= sensor;
-  active.sensor_angle |= sensor;
-  active.sensor_skew |= sensor;
-  active.sensor_cubic |= sensor;
+  for (const TermEntry* entry : term_catalogue()) {
+    if (sensor && entry->sensor != nullptr && entry->usual != nullptr && !active.estimates(*entry))
+      active.sensors.push_back(entry);
+  }
   return active;
 }
 
-std::string term_of(const Parameter& q, const OutputErrorOptions& all) {
-  if (q.kind == Kind::sensor_gain) return "sensor gain";
-  if (q.kind == Kind::sensor_angle) return "sensor angle";
-  if (q.kind == Kind::sensor_skew) return "sampling skew";
-  if (q.kind == Kind::cubic) return "probe curve";
-  return std::string(name_of(all.terms[static_cast<std::size_t>(q.index)].kind).label);
+const TermEntry& term_of(const Parameter& q, const OutputErrorOptions& all) {
+  return q.kind == Kind::sensor ? *q.sensor : *all.terms[static_cast<std::size_t>(q.index)].entry;
 }
 
 }  // namespace
@@ -77,7 +78,7 @@ std::vector<AbsentTerm> absent_terms(const std::vector<RotorRecord>& records, co
     const Evidence e = evidence(left[k], 1);
     if (!(e.score > 0)) continue;
     const Eigen::VectorXd follow = -(scale.asDiagonal() * own.solve(scale.asDiagonal() * sum.normal(known, absent[k])));
-    AbsentTerm t{term_of(parameters[static_cast<std::size_t>(j)], all), e.score, e.coefficient[0], e.sd,
+    AbsentTerm t{&term_of(parameters[static_cast<std::size_t>(j)], all), e.score, e.coefficient[0], e.sd,
                  Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rotor.size()))};
     for (std::size_t i = 0; i < rotor.size(); ++i) {
       if (rotor[i] >= 0) t.moves[static_cast<Eigen::Index>(i)] = follow[rotor[i]];

@@ -9,7 +9,7 @@ namespace whirl::identification::detail {
 
 /// A term with one real coefficient that a rotor model lacks, as the trajectory sees it.
 struct AbsentTerm {
-  std::string term;          ///< label of RotorTermName, "sensor gain", "sensor angle" or "sampling skew"
+  const TermEntry* term;
   double score = 0;          ///< fall of twice the negative logarithm of the likelihood, to first order
   double value = 0, sd = 0;  ///< coefficient that it would get; sd from the noise alone
   /// By how much k1, k2, c and then eps (real, imaginary) of every record move per unit of that coefficient.

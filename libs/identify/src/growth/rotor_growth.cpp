@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "growth/rotor_candidates.hpp"
+#include "terms/catalogue.hpp"
 #include "whirl/identify/score_test.hpp"
 
 namespace whirl::identification::detail {
@@ -19,7 +20,9 @@ using Complex = std::complex<double>;
 // Likelihood ratios: tried again with the final model; not told apart (three sigma). Score of a hint (3.3 sigma).
 constexpr double kNear = 40, kTie = 9, kHint = 10.8;
 constexpr double kMuch = 4;               // chi-square of a model that lacks something large
-constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel
+constexpr double kMissing = 1.3;          // and of one that lacks anything
+constexpr std::ptrdiff_t kMostTerms = 6;  // forces beyond RotorModel that the motion causes
+constexpr std::size_t kMostForces = 10;   // and all that a fit takes
 constexpr int kMostSubsteps = 16;
 constexpr std::size_t kLikely = 2;        // candidates of the highest scores: fitted to the end
 constexpr std::size_t kMostSearched = 4;  // modes taken up before the search of unlisted ones ends
@@ -51,15 +54,11 @@ std::vector<std::size_t> open_of(const std::vector<Candidate>& candidates, std::
   return places;
 }
 
-/// The score test counts the open candidates; a term names a place of the whole list, which stays when others are
-/// taken.
-void rename_by_place(std::string& term, const std::string& kind, const std::vector<std::size_t>& places) {
-  if (term.starts_with(kind)) term = fmt::format("{}{}", kind, places[std::stoul(term.substr(kind.size())) - 1] + 1);
-}
-
 /// Whether the model has more forces beyond RotorModel than one record can carry.
 bool too_many(const Growth& growth) {
-  return std::ranges::count_if(growth.active.terms, [](const RotorTerm& t) { return !is_twice(t.kind); }) > kMostTerms;
+  const std::vector<RotorTerm>& terms = growth.active.terms;
+  return terms.size() > kMostForces ||
+         std::ranges::count_if(terms, [](const RotorTerm& t) { return !t.entry->external; }) > kMostTerms;
 }
 
 /// The search of one model.
@@ -80,9 +79,8 @@ class Grower {
       fit_ = fit_to_the_end(growth_, std::move(fit_), half);
     }
     for (const RotorTerm& term : growth_.active.terms) {  // given from the start
-      const std::string name(name_of(term.kind).label);
-      taken_.push_back({name, name, start_of(fit_)});
-      grown_.added.push_back(name);
+      taken_.push_back({{term.entry}, std::string(term.entry->label), start_of(fit_)});
+      grown_.added.push_back(taken_.back().label);
     }
     halved_ = fit_.summary.chi_square;
     keep_grid();
@@ -116,6 +114,7 @@ class Grower {
       active.decays = found.decays;
       active.terms = found.terms;
       active.sensor = found.sensor;
+      active.start_drift = found.clock_drift;
       const std::vector<Complex> eps = start_of(found).eps;
       found = fit_with_forces(records_, found.model, active, eps, found.delay, bow_forces(found));
     }
@@ -135,6 +134,7 @@ class Grower {
       on.active.terms = at.terms;
       on.active.sensor = found.sensor;
       on.active.decays = found.decays;
+      on.active.start_drift = found.clock_drift;
       on.active.max_iterations = steps;
       OutputErrorFit further = fit(on, at.eps);
       const double before = found.summary.chi_square, after = further.summary.chi_square;
@@ -154,9 +154,11 @@ class Grower {
     then.start.modes = g.start.modes;
     then.delay = g.active.delay ? before.delay : g.delay;
     for (RotorTerm& t : then.active.terms) {
-      const auto at =
-          std::find_if(before.terms.begin(), before.terms.end(), [&](const RotorTerm& b) { return b.kind == t.kind; });
-      if (at != before.terms.end()) t.value = at->value;
+      const auto at = std::find_if(before.terms.begin(), before.terms.end(),
+                                   [&](const RotorTerm& b) { return b.is(*t.entry) && b.part == t.part; });
+      if (at == before.terms.end()) continue;
+      t.value = at->value;
+      if (t.entry->by_reference != nullptr) t.reference = at->reference;
     }
     OutputErrorFit there = fit(then, before.eps);
     const auto usable = [](const OutputErrorFit& f) { return f.summary.status != Status::unusable; };
@@ -179,6 +181,7 @@ class Grower {
       if (!growth_.active.record_c.empty()) growth_.active.record_c[r] = fit_.records[r].c_change;
     }
     growth_.delay = fit_.delay;
+    growth_.active.start_drift = fit_.clock_drift;
     if (growth_.bow) growth_.forces = bow_forces(fit_);
     for (std::size_t r = 0; r < eps_.size(); ++r) eps_[r] = fit_.records[r].eps;
   }
@@ -202,15 +205,21 @@ class Grower {
     const std::vector<std::size_t> modes = open_of(growth_.modes, score_.modes);
     const std::vector<std::size_t> decays = open_of(growth_.decays, score_.decays);
     ScoreTest test = score_rotor_terms(records_, fit_, growth_.active, score_);
+    if (test.chi_square > kMissing) find_instants(test);
+    // The score test counts the open candidates; a term names a place of the whole list, which stays when others are
+    // taken.
     for (ScoreCandidate& c : test.candidates) {
-      rename_by_place(c.term, "mode ", modes);
-      rename_by_place(c.term, "decay ", decays);
+      if (c.term->frequency == nullptr) continue;
+      const bool is_mode = c.term == &terms::mode();
+      c.place = static_cast<int>((is_mode ? modes : decays)[static_cast<std::size_t>(c.place - 1)]) + 1;
+      if (is_mode && growth_.mode(c.place).above) c.term = &terms::modes_above();
     }
     grown_.chi_square = test.chi_square;
     grown_.condition_number = test.condition_number;
     grown_.test = test;
     return test;
   }
+  void find_instants(ScoreTest& test);
   bool step();
   void try_bow();
   bool gives_up();
@@ -218,7 +227,7 @@ class Grower {
   bool explains_enough(const OutputErrorFit& larger) const;
   void prune();
   void find_others();
-  void find_second_high_pass();
+  void find_second_kind();
   void warn_of_missing(const ScoreTest& test);
 
   const std::vector<RotorRecord>& records_;
@@ -233,17 +242,65 @@ class Grower {
   OutputErrorFit fit_;
   GrownRotor grown_;
   struct Taken {
-    std::string term, label;
+    TermId term;
+    std::string label;
     Start before;  // the fit without it
   };
   struct Near {
-    std::string taken, other;  // term taken, term that did nearly as well
-    Start with;                // the fit with that one
+    TermId taken, other;  // term taken, term that did nearly as well
+    Start with;           // the fit with that one
   };
   std::vector<Taken> taken_;
   std::vector<Near> near_;
-  std::vector<std::string> refused_;
+  std::vector<TermId> refused_;
 };
+
+/// Forces that begin at one instant: the instant of the highest score, over the record and then ever nearer about it,
+/// and with it the start of a fit, as candidates of the test.
+void Grower::find_instants(ScoreTest& test) {
+  constexpr int kCoarse = 48, kFine = 9, kRounds = 3;
+  if (!options_.terms) return;
+  double first = INFINITY, last = -INFINITY;
+  for (const RotorRecord& r : records_) {
+    first = std::min(first, r.t0);
+    last = std::max(last, r.t0 + r.dt * static_cast<double>(r.size()));
+  }
+  for (const TermEntry* entry : term_catalogue()) {
+    if (entry->by_reference == nullptr) continue;
+    ScoreTestOptions alone;
+    alone.half_width = score_.half_width;
+    alone.delay = false;
+    alone.runout_harmonics = 0;
+    alone.forces = score_.forces;
+    std::ranges::copy_if(growth_.terms, std::back_inserter(alone.terms),
+                         [&](const RotorTerm& t) { return t.is(*entry); });
+    double from = first, to = last;
+    std::optional<ScoreCandidate> best;
+    double instant = 0;
+    for (int round = 0; round <= kRounds; ++round) {
+      const int count = round == 0 ? kCoarse : kFine;
+      alone.instants.clear();
+      for (int k = 1; k <= count; ++k) alone.instants.push_back(from + (to - from) * k / (count + 1));
+      for (const ScoreCandidate& c : score_rotor_terms(records_, fit_, growth_.active, alone).candidates) {
+        if (c.term != entry || (best && c.score <= best->score)) continue;
+        best = c;
+        instant = alone.instants[static_cast<std::size_t>(c.place - 1)];
+      }
+      if (!best) break;
+      const double step = (to - from) / (count + 1);
+      from = instant - step, to = instant + step;
+    }
+    if (!best) continue;
+    best->place = 0;
+    for (RotorTerm& t : growth_.terms) {
+      if (!t.is(*entry)) continue;
+      t.reference = instant;
+      t.value = best->coefficient[static_cast<Eigen::Index>(t.part)];
+    }
+    test.candidates.push_back(*std::move(best));
+  }
+  std::ranges::sort(test.candidates, std::ranges::greater(), &ScoreCandidate::score);
+}
 
 /// One more term; false when none is left that the evidence asks for.
 bool Grower::step() {
@@ -253,9 +310,9 @@ bool Grower::step() {
     warn_of_missing(score);
     return false;
   }
-  const std::vector<std::string> terms = next_terms(score, growth_, refused_, options_.score_threshold);
+  const std::vector<TermId> terms = next_terms(score.candidates, growth_, refused_, options_.score_threshold);
   struct Tried {
-    std::string term;
+    TermId term;
     Growth with;
     double chi_square;
     Start found;
@@ -271,8 +328,8 @@ bool Grower::step() {
     best = std::move(trial);
     chosen = k;
   };
-  for (const std::string& term : terms) {
-    Growth with = with_term(growth_, term, options_);
+  for (const TermId& term : terms) {
+    Growth with = with_term(growth_, term, options_.refine_poles);
     if (too_many(with)) continue;
     OutputErrorFit trial = fit(with);
     tried_ += trial.iterations;
@@ -290,8 +347,8 @@ bool Grower::step() {
     take(k, std::move(further));
   }
   // The trajectory must confirm the weak equations.
-  const std::string term = best ? tried[chosen].term : "";
-  if (best && gain(fit_, *best) >= threshold_of(term, growth_, options_.score_threshold) && explains_enough(*best)) {
+  const TermId term = best ? tried[chosen].term : TermId{};
+  if (best && gain(fit_, *best) >= threshold_of(*term.entry, options_.score_threshold) && explains_enough(*best)) {
     for (Tried& t : tried) {
       if (label(t.term, growth_) != label(term, growth_) &&
           values_ * (t.chi_square - best->summary.chi_square) < kNear * best->summary.chi_square)
@@ -299,7 +356,8 @@ bool Grower::step() {
     }
     taken_.push_back({term, label(term, growth_), start_of(fit_)});
     grown_.added.push_back(taken_.back().label);
-    if (term.starts_with("mode ") && growth_.modes[std::stoul(term.substr(5)) - 1].searched) {
+    grown_.mode_found |= term.entry == &terms::mode();
+    if (term.entry->one_at_a_time && growth_.mode(term.place).searched) {
       grown_.warnings.push_back(
           fmt::format("{} is found in these records alone: k1, c and e are those of the first mode, and those of the "
                       "disk only where it does not tilt and its supports stay at rest; to decide: a hammer test "
@@ -312,7 +370,7 @@ bool Grower::step() {
       for (CandidateMode& c : growth_.modes) c.open = c.open && !c.searched;
     refused_.clear();
     refine_grid();
-    if (term.starts_with("runout") && !growth_.bow) try_bow();
+    if (term.entry == &terms::runout() && !growth_.bow) try_bow();
     return true;
   }
   refused_.insert(refused_.end(), terms.begin(), terms.end());
@@ -324,14 +382,14 @@ bool Grower::step() {
 /// Runout of the probe's track or a bow of the shaft: they differ by the damping force i c omega b alone.
 void Grower::try_bow() {
   settle();
-  const Growth bowed = with_term(growth_, kBow, options_);
+  const Growth bowed = with_term(growth_, {&terms::bow()}, options_.refine_poles);
   OutputErrorFit trial = fit(bowed);
   if (trial.summary.status == Status::unusable || gain(fit_, trial) < kTie) return;
   const Start before = start_of(fit_);
   fit_ = std::move(trial);
   growth_ = bowed;
-  taken_.push_back({kBow, kBow, before});
-  grown_.added.push_back(kBow);
+  taken_.push_back({{&terms::bow()}, std::string(terms::bow().label), before});
+  grown_.added.push_back(taken_.back().label);
 }
 
 /// Where much stays unexplained, any term of many takes up a little of it, at one long fit each: what the model lacks
@@ -382,7 +440,7 @@ void Grower::prune() {
     OutputErrorFit without;
     if (less) without = fit_from_either(*less, at->before);
     if (!less || without.summary.status == Status::unusable ||
-        gain(without, fit_) >= threshold_of(at->term, growth_, options_.score_threshold)) {
+        gain(without, fit_) >= threshold_of(*at->term.entry, options_.score_threshold)) {
       ++at;
       continue;
     }
@@ -399,48 +457,53 @@ void Grower::prune() {
 /// Models that the records cannot tell from this one: with another term in the place of one taken up, or with a term
 /// whose evidence is strong but not enough.
 void Grower::find_others() {
-  const auto is_taken = [&](const std::string& term) {
+  const auto is_taken = [&](const TermId& term) {
     return std::any_of(taken_.begin(), taken_.end(), [&](const Taken& t) { return t.term == term; });
   };
   for (const auto& [taken, other, with] : near_) {
     if (!is_taken(taken) || is_taken(other)) continue;
     const std::optional<Growth> less = without_term(growth_, taken);
     if (!less) continue;
-    OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_), with);
+    OutputErrorFit replaced = fit_from_either(with_term(*less, other, options_.refine_poles), with);
     if (replaced.summary.status != Status::unusable && gain(replaced, fit_) < kTie)
-      grown_.others.push_back({label(taken, growth_), label(other, growth_), std::move(replaced)});
+      grown_.others.push_back({label(taken, growth_), label(other, growth_),
+                               std::min(taken.entry->decider, other.entry->decider), std::move(replaced)});
   }
-  find_second_high_pass();
+  find_second_kind();
   if (fit_.summary.chi_square > kMuch) return;  // every term shows a sign of what is missing
   for (const ScoreCandidate& c : grown_.test.candidates) {
-    if (!c.in_model || is_special(c.term) || c.score < kHint) continue;
-    const Growth with = with_term(growth_, c.term, options_);
+    if (!c.term->in_model || !c.term->hinted || c.score < kHint) continue;
+    const Growth with = with_term(growth_, {c.term, c.place}, options_.refine_poles);
     if (too_many(with)) continue;
     OutputErrorFit more = fit(with);
     if (more.summary.status != Status::unusable && gain(fit_, more) >= kTie)
-      grown_.others.push_back({"", c.term, std::move(more)});
+      grown_.others.push_back({"", std::string(c.term->label), c.term->decider, std::move(more)});
   }
 }
 
-/// A high-pass of the first order, or one of the second that turns the phase as much (Butterworth): what they leave of
-/// the size of the motion differs, and that is e and k2.
-void Grower::find_second_high_pass() {
-  if (!growth_.active.sensor_high_pass || growth_.active.sensor_high_pass_square) return;
-  Growth twice = growth_;
-  twice.active.sensor = fit_.sensor;
-  twice.active.sensor.high_pass_square = 0.5 * fit_.sensor.high_pass * fit_.sensor.high_pass;
-  OutputErrorFit other = fit(twice);
-  if (other.summary.status != Status::unusable && gain(other, fit_) < kTie)
-    grown_.others.push_back({kFirstHighPass, kSecondHighPass, std::move(other)});
+/// An error of the probes that needs one of the model in its place.
+void Grower::find_second_kind() {
+  for (const TermEntry* second : term_catalogue()) {
+    if (second->after == nullptr || !growth_.active.estimates(second->after()) || growth_.active.estimates(*second))
+      continue;
+    Growth with = growth_;
+    with.active.sensor = fit_.sensor;
+    second->start(with.active.sensor);
+    OutputErrorFit other = fit(with);
+    if (other.summary.status != Status::unusable && gain(other, fit_) < kTie)
+      grown_.others.push_back(
+          {std::string(second->after().label), std::string(second->label), second->decider, std::move(other)});
+  }
 }
 
 void Grower::warn_of_missing(const ScoreTest& test) {
   if (test.candidates.empty() || test.chi_square <= 1.3) return;
   const ScoreCandidate& first = test.candidates.front();
-  if (first.score < threshold_of(first.term, growth_, options_.score_threshold)) return;
-  grown_.warnings.push_back(fmt::format(
-      "the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model does not have",
-      label(first.term, growth_), first.score, threshold_of(first.term, growth_, options_.score_threshold)));
+  const double threshold = threshold_of(*first.term, options_.score_threshold);
+  if (first.score < threshold) return;
+  grown_.warnings.push_back(
+      fmt::format("the records hold a term {} (score {:.0f}, threshold {:.0f}) that the rotor model does not have",
+                  label({first.term, first.place}, growth_), first.score, threshold));
 }
 
 }  // namespace

@@ -14,6 +14,7 @@ namespace whirl::identification::detail {
 struct OtherReading {
   std::string taken;  ///< term in the model; empty: the model without `other`
   std::string other;  ///< term in its place
+  Decider decider;
   OutputErrorFit fit;
 };
 
@@ -22,6 +23,7 @@ struct GrownRotor {
   OutputErrorFit fit;
   OutputErrorOptions active;
   std::vector<std::string> added;
+  bool mode_found = false;  ///< a mode within the speeds is among them
   std::vector<std::string> warnings;
   std::vector<OtherReading> others;
   ScoreTest test;                  ///< of the final model

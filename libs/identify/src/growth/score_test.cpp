@@ -1,19 +1,15 @@
 #include "whirl/identify/score_test.hpp"
 
-#include <fmt/format.h>
-
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <tuple>
 
-#include "growth/rotor_candidates.hpp"
 #include "growth/score.hpp"
-#include "output_error/rotor/output_error_parameters.hpp"
-#include "output_error/rotor/reading_shift.hpp"
-#include "weak/weak_rows.hpp"
+#include "terms/score_point.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/rotor/modal_response.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -21,48 +17,9 @@ namespace {
 using detail::Complex;
 
 struct Candidate {
-  std::string term;
-  bool in_model;
+  detail::TermId term;
   Eigen::MatrixXd columns;
 };
-
-/// Force of a term with coefficient 1 along the simulated motion.
-Eigen::VectorXcd force_along(RotorTerm term, const OutputErrorRecord& own, double t0, double dt) {
-  Eigen::VectorXcd force(own.main.size());
-  for (Eigen::Index i = 0; i < force.size(); ++i) {
-    const Complex z = own.main[i], v = own.main_rate[i];
-    const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                   own.angle.beta[2 * i], t0 + dt * static_cast<double>(i));
-    force[i] = {f.x, f.y};
-  }
-  return force;
-}
-
-/// Springs about the simulated motion: an error n of z is taken for the force stiffness n + turned conj n.
-struct Linearised {
-  Eigen::VectorXd stiffness;
-  Eigen::VectorXcd turned;
-};
-
-Linearised linearised(const OutputErrorFit& fit, const OutputErrorRecord& own, const RotorRecord& record) {
-  const RotorModel& m = fit.model;
-  Linearised l{(m.k1 + own.k1_change + 2 * m.k2 * own.main.cwiseAbs2().array()).matrix(),
-               (m.k2 * own.main.array().square() + m.k1_conj).matrix()};
-  for (const RotorTerm& term : fit.terms) {
-    for (Eigen::Index i = 0; i < own.main.size(); ++i) {
-      const Complex z = own.main[i], v = own.main_rate[i];
-      const TermForce f = term_force(term, z.real(), z.imag(), v.real(), v.imag(), own.angle.omega[2 * i],
-                                     own.angle.beta[2 * i], record.t0 + record.dt * static_cast<double>(i));
-      l.stiffness[i] -= 0.5 * term.value * (f.x_x + f.y_y);
-      l.turned[i] -= 0.5 * term.value * Complex(f.x_x - f.y_y, f.y_x + f.x_y);
-    }
-  }
-  return l;
-}
-
-bool has_term(const OutputErrorOptions& active, RotorTermKind kind) {
-  return std::any_of(active.terms.begin(), active.terms.end(), [&](const RotorTerm& t) { return t.kind == kind; });
-}
 
 /// Rows of all records, stacked as they come.
 struct Stacked {
@@ -81,14 +38,6 @@ std::vector<std::pair<int, bool>> tied_columns(const OutputErrorOptions& active)
   return tied;
 }
 
-Eigen::VectorXcd half_grid_forcing(const AngleSignal& a) {
-  Eigen::VectorXcd f(a.beta.size());
-  for (Eigen::Index i = 0; i < f.size(); ++i) {
-    f[i] = std::polar(1.0, a.beta[i]) * Complex(a.omega[i] * a.omega[i], -a.alpha[i]);
-  }
-  return f;
-}
-
 /// ScoreCandidate::moves of a column that the active ones follow with the coefficients `stands_for`.
 Eigen::VectorXd moves_of(const Eigen::VectorXd& stands_for, Eigen::Index shared, std::size_t records) {
   const auto n = static_cast<Eigen::Index>(records);
@@ -101,64 +50,76 @@ Eigen::VectorXd moves_of(const Eigen::VectorXd& stands_for, Eigen::Index shared,
 /// Adds the whitened rows of one record.
 class RecordRows {
  public:
-  RecordRows(Stacked& into, const RotorRecord& record, std::size_t number, const OutputErrorFit& fit,
-             const OutputErrorOptions& active, const ScoreTestOptions& options, const detail::WeakRows& rows,
-             bool both_axes)
-      : both_(both_axes),
-        s_(into),
-        record_(record),
+  RecordRows(Stacked& into, const detail::ScorePoint& at, std::size_t number)
+      : s_(into),
+        at_(at),
         number_(number),
-        fit_(fit),
-        active_(active),
-        options_(options),
-        w_(rows),
-        own_(fit.records[number]),
-        carrier_(rows.carrier()),
-        forcing_(rows.forcing()),
-        gain_error_(Complex(0, 1) * own_.main.imag()),
-        angle_error_(Complex(0, 1) * own_.main.real()),
-        skew_error_(Complex(0, 1) * detail::later_rate(own_.main.imag(), 0) / record.dt),
-        coupled_error_(record.dt * detail::high_passed_rate(own_.main, detail::high_pass_of(fit.sensor, record.dt))),
-        curve_error_(detail::cubes(own_.main)),
-        linear_(linearised(fit, own_, record)),
-        whiten_(rows.whitener(linear_.stiffness, linear_.turned.cwiseAbs(), fit.model.c + own_.c_change)) {
+        whiten_(
+            at.rows.whitener(at.springs.stiffness, at.springs.turned.cwiseAbs(), at.fit.model.c + at.own.c_change)) {
     if (!whiten_.factorize()) throw Error("score test: the noise covariance is singular");
   }
 
   void add() {
     active();
-    linear_candidates();
-    force_candidates();
-    nonlinear_candidates();
+    for (const TermEntry* entry : term_catalogue()) {
+      if (entry->both_axes && !at_.both) continue;
+      for (const detail::ScoreColumns& c : candidates(*entry)) candidate({entry, c.place}, c.columns, c.real);
+    }
     s_.top += rows();
   }
 
  private:
-  Eigen::Index rows() const { return 2 * w_.size(); }
-  Eigen::VectorXcd own_rows(const Eigen::VectorXcd& error) const {
-    return w_.rotor(error, linear_.stiffness, fit_.model.c) +
-           w_.apply(0, linear_.turned.cwiseProduct(error.conjugate()));
+  Eigen::Index rows() const { return 2 * at_.rows.size(); }
+  Eigen::VectorXcd force_rows(const RotorTerm& term) const {
+    Eigen::VectorXcd force(at_.own.main.size());
+    for (Eigen::Index i = 0; i < force.size(); ++i) {
+      const TermForce f = term_force(term, at_.state(i));
+      force[i] = {f.x, f.y};
+    }
+    return at_.force(force);
   }
-  /// Whatever the motion is: w^2 e^{2 i beta}, w^2 e^{-2 i beta} and i times these (rotor_terms.hpp).
-  Eigen::VectorXcd twice_rows(RotorTermKind kind) const {
-    const bool backward = kind >= RotorTermKind::twice_backward_re;
-    const bool turned = kind == RotorTermKind::twice_forward_im || kind == RotorTermKind::twice_backward_im;
-    Eigen::VectorXcd force = carrier_.cwiseProduct(carrier_);
-    if (backward) force = force.conjugate().eval();
-    for (Eigen::Index i = 0; i < force.size(); ++i) force[i] *= own_.angle.omega[2 * i] * own_.angle.omega[2 * i];
-    return (turned ? Complex(0, 1) : Complex(1, 0)) * w_.apply(0, force);
+  /// What a probe reads too much by the error is an error of z.
+  Eigen::VectorXcd probe_rows(const TermEntry& entry) const {
+    SensorAxes sound;
+    sound.high_pass = at_.fit.sensor.high_pass, sound.high_pass_square = at_.fit.sensor.high_pass_square;
+    return at_.error(entry.reading({sound, at_.own.main, at_.own.main, 0, 0, at_.record.dt}));
   }
-  Eigen::VectorXcd force_rows(RotorTerm term) const {
-    if (is_twice(term.kind)) return twice_rows(term.kind);
-    return w_.apply(0, force_along(term, own_, record_.t0, record_.dt));
+  /// What the model does not have of an entry.
+  std::vector<detail::ScoreColumns> candidates(const TermEntry& entry) const {
+    if (entry.columns != nullptr) return entry.columns(at_);
+    const OutputErrorOptions& active = at_.active;
+    if (entry.sensor != nullptr) {
+      const bool open = entry.after != nullptr ? active.estimates(entry.after()) : at_.options.sensor;
+      if (!open || active.estimates(entry)) return {};
+      return {{0, {probe_rows(entry)}, true}};
+    }
+    if (std::ranges::any_of(active.terms, [&](const RotorTerm& t) { return t.is(entry); })) return {};
+    if (entry.by_reference == nullptr) return force_columns(entry, 0, std::nullopt);
+    std::vector<detail::ScoreColumns> of_instants;
+    for (std::size_t k = 0; k < at_.options.instants.size(); ++k)
+      for (const detail::ScoreColumns& c : force_columns(entry, static_cast<int>(k) + 1, at_.options.instants[k]))
+        of_instants.push_back(c);
+    return of_instants;
+  }
+  /// Of the candidate forces that are parts of the entry; `instant`: their reference.
+  std::vector<detail::ScoreColumns> force_columns(const TermEntry& entry, int place_of,
+                                                  std::optional<double> instant) const {
+    detail::ScoreColumns all{.place = place_of, .real = true};
+    for (RotorTerm term : at_.options.terms) {
+      if (!term.is(entry)) continue;
+      term.reference = instant.value_or(term.reference);
+      all.columns.push_back(force_rows(term));
+    }
+    if (all.columns.empty()) return {};
+    return {all};
   }
   Eigen::MatrixXcd whitened(Eigen::MatrixXcd v) const {
     whiten_.solve_lower(v);
-    return v / std::sqrt(0.5 * record_.noise_variance());
+    return v / std::sqrt(0.5 * at_.record.noise_variance());
   }
 
   void place(Eigen::MatrixXd& into, const detail::WeakSystem& system) const {
-    const std::vector<std::pair<int, bool>> tied = tied_columns(active_);
+    const std::vector<std::pair<int, bool>> tied = tied_columns(at_.active);
     const Eigen::MatrixXcd t = whitened(system.terms);
     for (std::size_t k = 0; k < tied.size(); ++k) {
       const auto [column, imaginary] = tied[k];
@@ -173,44 +134,39 @@ class RecordRows {
   }
 
   void active() {
+    const auto& [fit, own, record] = std::tie(at_.fit, at_.own, at_.record);
     const Eigen::VectorXcd measured = detail::unread_by(
-        fit_.sensor, (own_.readings.size() ? own_.readings : record_.z) - own_.beside, own_.main, record_.dt);
-    const detail::WeakSystem noisy = detail::weak_system(w_, measured, record_.noise_variance(), forcing_);
+        fit.sensor, (own.readings.size() ? own.readings : record.z) - own.beside, own.main, record.dt);
+    const detail::WeakSystem noisy = detail::weak_system(at_.rows, measured, record.noise_variance(), at_.forcing);
     place(s_.active, noisy);
-    place(s_.instruments, detail::weak_system(w_, own_.main, 0, forcing_));
+    place(s_.instruments, detail::weak_system(at_.rows, own.main, 0, at_.forcing));
     Eigen::VectorXcd right = noisy.right;
-    if (!options_.forces.empty()) {
-      right -= w_.apply(0, options_.forces[number_](Eigen::seqN(Eigen::Index{0}, record_.size(), Eigen::Index{2})));
-    }
+    if (const auto& known = at_.options.forces; !known.empty())
+      right -= at_.force(known[number_](Eigen::seqN(Eigen::Index{0}, record.size(), Eigen::Index{2})));
     s_.right.segment(s_.top, rows()) = detail::stack(whitened(right).col(0));
-    // What a probe reads too much is an error of z; columns of motion known without noise serve on both sides.
-    auto simulated = static_cast<Eigen::Index>(tied_columns(active_).size());
+    // Columns of motion known without noise serve on both sides.
+    auto simulated = static_cast<Eigen::Index>(tied_columns(at_.active).size());
     const auto simulated_column = [&](const Eigen::VectorXcd& column) {
       const Eigen::VectorXd v = detail::stack(whitened(column).col(0));
       s_.active.col(simulated).segment(s_.top, rows()) = v;
       s_.instruments.col(simulated++).segment(s_.top, rows()) = v;
     };
-    for (std::size_t r = 1; r < fit_.records.size(); ++r) {
+    for (std::size_t r = 1; r < fit.records.size(); ++r) {
       const auto of_record = [&](const Eigen::VectorXcd& motion) {
-        r == number_ ? simulated_column(w_.apply(0, motion)) : static_cast<void>(++simulated);
+        r == number_ ? simulated_column(at_.force(motion)) : static_cast<void>(++simulated);
       };
-      if (!active_.record_k1.empty()) of_record(own_.main);
-      if (!active_.record_c.empty()) of_record(own_.main_rate);
+      if (!at_.active.record_k1.empty()) of_record(own.main);
+      if (!at_.active.record_c.empty()) of_record(own.main_rate);
     }
-    for (const RotorTerm& term : active_.terms) simulated_column(force_rows(term));
-    if (active_.sensor_gain) simulated_column(own_rows(gain_error_));
-    if (active_.sensor_angle) simulated_column(own_rows(angle_error_));
-    if (active_.sensor_skew) simulated_column(own_rows(skew_error_));
-    if (active_.sensor_high_pass) simulated_column(own_rows(coupled_error_));
-    if (active_.sensor_high_pass_square) simulated_column(own_rows(coupled_twice()));
-    if (active_.sensor_cubic) simulated_column(own_rows(curve_error_));
+    for (const RotorTerm& term : at_.active.terms) simulated_column(force_rows(term));
+    for (const TermEntry* entry : term_catalogue())
+      if (at_.active.estimates(*entry)) simulated_column(probe_rows(*entry));
   }
 
-  void candidate(const std::string& term, bool in_model, const std::vector<Eigen::VectorXcd>& columns,
-                 bool real = false) {
+  void candidate(const detail::TermId& term, const std::vector<Eigen::VectorXcd>& columns, bool real) {
     const Eigen::Index each = real ? 1 : 2;  // real unknowns for a complex column
     const auto count = static_cast<Eigen::Index>(columns.size());
-    if (number_ == 0) s_.candidates.push_back({term, in_model, Eigen::MatrixXd::Zero(s_.right.size(), each * count)});
+    if (number_ == 0) s_.candidates.push_back({term, Eigen::MatrixXd::Zero(s_.right.size(), each * count)});
     Eigen::MatrixXd& c = s_.candidates[next_++].columns;
     for (Eigen::Index k = 0; k < count; ++k) {
       const Eigen::VectorXcd v = whitened(columns[static_cast<std::size_t>(k)]).col(0);
@@ -219,108 +175,9 @@ class RecordRows {
     }
   }
 
-  /// Readings that turn forward, and where both axes are measured backward.
-  void candidate_pair(const std::string& term, const Eigen::VectorXcd& forward) {
-    if (both_) {
-      candidate(term, true, {own_rows(forward), own_rows(forward.conjugate())});
-    } else {
-      candidate(term, true, {own_rows(forward)});
-    }
-  }
-
-  /// Anisotropy, further modes, decays, delay and runout.
-  void linear_candidates() {
-    const Eigen::VectorXcd conj = own_.main.conjugate();
-    if (both_ && !active_.conj_stiffness) candidate("conj z", true, {w_.apply(0, conj)});
-    if (both_ && !active_.conj_damping) candidate("conj z'", true, {w_.apply(1, conj)});
-    const Eigen::VectorXcd on_half_grid = options_.modes.empty() ? Eigen::VectorXcd() : half_grid_forcing(own_.angle);
-    for (std::size_t k = 0; k < options_.modes.size(); ++k) {
-      const ForcedMode& mode = options_.modes[k];
-      const Eigen::VectorXcd q =
-          rotor::modal_response(mode.omega, mode.zeta, on_half_grid, record_.dt, own_.angle.omega[0]);
-      candidate(fmt::format("mode {}", k + 1), true, {own_rows(own_.eps * q)});
-    }
-    for (std::size_t k = 0; k < options_.decays.size(); ++k) {
-      const DecayingMode& mode = options_.decays[k];
-      const Complex pole(-mode.zeta * mode.omega, mode.omega * std::sqrt(1 - mode.zeta * mode.zeta));
-      const Eigen::VectorXcd plus =
-          along([&](Eigen::Index i) { return std::exp(pole * (record_.dt * static_cast<double>(i))); });
-      candidate_pair(fmt::format("decay {}", k + 1), plus);
-    }
-    if (options_.delay && !active_.delay) {
-      // d F / d delay: the forcing of an earlier angle.
-      const Eigen::VectorXcd late = along([&](Eigen::Index i) {
-        const double speed = own_.angle.omega[2 * i];
-        return own_.eps * (Complex(0, -speed) * forcing_[i] - 2 * speed * own_.angle.alpha[2 * i] * carrier_[i]);
-      });
-      candidate("delay", true, {w_.apply(0, late)}, true);
-    }
-    Eigen::VectorXcd harmonic = carrier_;
-    for (int h = 1; h <= options_.runout_harmonics; ++h) {
-      if (h > active_.runout_harmonics) candidate_pair(fmt::format("runout {}", h), harmonic);
-      harmonic = harmonic.cwiseProduct(carrier_).eval();
-    }
-  }
-
-  void force_candidates() {
-    for (auto term = options_.terms.begin(); term != options_.terms.end();) {
-      const RotorTermKind kind = term->kind;
-      std::vector<Eigen::VectorXcd> columns;
-      for (; term != options_.terms.end() && name_of(term->kind).label == name_of(kind).label; ++term)
-        if (!has_term(active_, kind)) columns.push_back(force_rows(*term));
-      if (!columns.empty()) candidate(std::string(name_of(kind).label), true, columns, true);
-    }
-    if (both_ && options_.sensor && !active_.sensor_gain) candidate("sensor gain", true, {own_rows(gain_error_)}, true);
-    if (both_ && options_.sensor && !active_.sensor_angle)
-      candidate("sensor angle", true, {own_rows(angle_error_)}, true);
-    if (both_ && options_.sensor && !active_.sensor_skew)
-      candidate("sampling skew", true, {own_rows(skew_error_)}, true);
-    if (options_.sensor && !active_.sensor_high_pass)
-      candidate(detail::kFirstHighPass, true, {own_rows(coupled_error_)}, true);
-    if (active_.sensor_high_pass && !active_.sensor_high_pass_square)
-      candidate(detail::kSecondHighPass, true, {own_rows(coupled_twice())}, true);
-    if (options_.sensor && !active_.sensor_cubic) candidate("probe curve", true, {own_rows(curve_error_)}, true);
-  }
-
-  /// Terms that no model here holds: they name what is missing.
-  void nonlinear_candidates() {
-    const Eigen::VectorXcd& z = own_.main;
-    const Eigen::VectorXcd conj = z.conjugate();
-    const Eigen::VectorXcd radius = z.cwiseAbs().cast<Complex>(), square = z.cwiseAbs2().cast<Complex>();
-    candidate("|z| z", false, {w_.apply(0, radius.cwiseProduct(z))}, true);
-    if (both_) {
-      candidate("|z|^2 conj z", false, {w_.apply(0, square.cwiseProduct(conj))});
-      candidate("conj(z)^3", false, {w_.apply(0, conj.cwiseProduct(conj).cwiseProduct(conj))});
-    }
-    candidate("z^2", false, {w_.apply(0, z.cwiseProduct(z))});
-    candidate("conj(z)^2", false, {w_.apply(0, conj.cwiseProduct(conj))});
-    candidate("|z|^2", false, {w_.apply(0, square)});
-  }
-
-  Eigen::VectorXcd coupled_twice() const {
-    return record_.dt * record_.dt *
-           detail::high_passed_rate(own_.main, detail::high_pass_of(fit_.sensor, record_.dt), true);
-  }
-
-  template <class F>
-  Eigen::VectorXcd along(F value) const {
-    Eigen::VectorXcd v(own_.main.size());
-    for (Eigen::Index i = 0; i < v.size(); ++i) v[i] = value(i);
-    return v;
-  }
-
-  bool both_;  ///< some record shows both axes
   Stacked& s_;
-  const RotorRecord& record_;
+  const detail::ScorePoint& at_;
   std::size_t number_;
-  const OutputErrorFit& fit_;
-  const OutputErrorOptions& active_;
-  const ScoreTestOptions& options_;
-  const detail::WeakRows& w_;
-  const OutputErrorRecord& own_;
-  Eigen::VectorXcd carrier_, forcing_;  ///< e^{i beta}, F
-  Eigen::VectorXcd gain_error_, angle_error_, skew_error_, coupled_error_, curve_error_;
-  Linearised linear_;
   BandedCholesky<Complex> whiten_;
   std::size_t next_ = 0;
 };
@@ -347,7 +204,8 @@ ScoreTest score(const Stacked& s, std::size_t records) {
   for (const Candidate& c : s.candidates) {
     const detail::Evidence e = detail::evidence(detail::remainder(thin, c.columns, residual), variance);
     if (!(e.score > 0)) continue;
-    ScoreCandidate candidate{c.term, e.score, c.in_model};
+    ScoreCandidate candidate{c.term.entry, c.term.place, e.score};
+    candidate.coefficient = e.coefficient;
     if (c.columns.cols() == 1) {
       candidate.value = e.coefficient[0];
       candidate.sd = e.sd;
@@ -363,8 +221,8 @@ ScoreTest score(const Stacked& s, std::size_t records) {
 
 }  // namespace
 
-const ScoreCandidate* ScoreTest::find(const std::string& term) const {
-  const auto at = std::find_if(candidates.begin(), candidates.end(), [&](const auto& c) { return c.term == term; });
+const ScoreCandidate* ScoreTest::find(const TermEntry& term) const {
+  const auto at = std::find_if(candidates.begin(), candidates.end(), [&](const auto& c) { return c.term == &term; });
   return at == candidates.end() ? nullptr : &*at;
 }
 
@@ -383,16 +241,15 @@ ScoreTest score_rotor_terms(const std::vector<RotorRecord>& records, const Outpu
     total += 2 * rows.back().size();
   }
   Stacked s;
-  s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size()) + active.sensor_gain +
-             active.sensor_angle + active.sensor_skew + active.sensor_high_pass + active.sensor_high_pass_square +
-             active.sensor_cubic +
+  s.shared = static_cast<Eigen::Index>(tied_columns(active).size() + active.terms.size() + active.sensors.size()) +
              static_cast<Eigen::Index>((records.size() - 1) * (!active.record_k1.empty() + !active.record_c.empty()));
   s.active = Eigen::MatrixXd::Zero(total, s.shared + 4 * static_cast<Eigen::Index>(records.size()));
   s.instruments = s.active;
   s.right.resize(total);
   const bool both_axes = !std::ranges::all_of(records, &RotorRecord::one_axis);
   for (std::size_t r = 0; r < records.size(); ++r) {
-    RecordRows(s, records[r], r, fit, active, options, rows[r], both_axes).add();
+    const detail::ScorePoint at(records[r], rows[r], fit, r, active, options, both_axes);
+    RecordRows(s, at, r).add();
   }
   return score(s, records.size());
 }

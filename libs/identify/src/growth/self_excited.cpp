@@ -77,8 +77,9 @@ std::vector<WhirlStart> self_excited_starts(const std::vector<RotorRecord>& reco
   double top = 0;
   for (const RotorRecord& r : records) top = std::max(top, r.speed_high());
   std::vector<WhirlStart> starts;
-  for (const RotorTermKind force : {RotorTermKind::rotating_damping, RotorTermKind::cross_coupled}) {
-    weak.whirl_force = force;
+  for (const TermEntry* entry : term_catalogue()) {
+    if (!entry->drives_whirl) continue;
+    weak.whirl_force = RotorTerm{entry};
     WhirlStart whirl{fit_weak_rotor(records, weak)};
     const WeakRotorFit& start = whirl.fit;
     const bool explains = first.model.c <= 0 || start.summary.chi_square < kLess * first.summary.chi_square;
@@ -96,14 +97,14 @@ std::vector<WhirlStart> self_excited_starts(const std::vector<RotorRecord>& reco
 }
 
 std::string WhirlStart::reason() const {
-  const RotorTermName& name = name_of(fit.terms[0].kind);
+  const RotorTerm& term = fit.terms[0];
   const double from = unstable / (2 * std::numbers::pi);
   return fmt::format(
       "the rotor whirls by itself {}: {} parts of a record, each with a start of its own, follow {} ({} = {:.4g} {}) "
       "beside c = {:.4g} 1/s and k1 = {:.6g} 1/s^2 (chi-square {:.3g}), but no single motion was found that follows a "
       "whole record, where the whirl amplifies every deviation: identify from a record that stays below that speed",
-      from > 0 ? fmt::format("from {:.4g} Hz on", from) : "at any speed", parts, name.label, name.parameter,
-      fit.terms[0].value, name.unit, fit.model.c, fit.model.k1, chi_square);
+      from > 0 ? fmt::format("from {:.4g} Hz on", from) : "at any speed", parts, term.entry->label, term.parameter(),
+      term.value, term.unit(), fit.model.c, fit.model.k1, chi_square);
 }
 
 }  // namespace whirl::identification::detail

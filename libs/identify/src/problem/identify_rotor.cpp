@@ -235,6 +235,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
   result.fit = std::move(grown.fit);
   result.active = std::move(grown.active);
   result.added = std::move(grown.added);
+  result.mode_found = grown.mode_found;
   result.chi_square_weak = grown.chi_square;
   model.summary.condition_number = grown.condition_number;
   const double scale = std::max({1.0, result.chi_square_weak, result.fit.summary.chi_square});

@@ -75,7 +75,7 @@ Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, boo
   const char* in_phase = x ? "X6^2*cos(X5) + X7*sin(X5)" : "X6^2*sin(X5) - X7*cos(X5)";
   const char* quadrature = x ? "X7*cos(X5) - X6^2*sin(X5)" : "X6^2*cos(X5) + X7*sin(X5)";
   for (const RotorTerm& term : fit.terms) {
-    const std::string name(name_of(term.kind).parameter);
+    const std::string name(term.parameter());
     for (const auto& [function, factor] : term_text(term, x)) {
       // Rotating damping damps as c does: one term of the equation.
       const auto same = std::find_if(e.terms.begin(), e.terms.end(),
@@ -84,7 +84,7 @@ Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, boo
         same->coefficient = function == v ? view.sum({{-1, "c"}, {sign, "c_conj_re"}, {factor, name}})
                                           : view.sum({{-1, "k1_conj_im"}, {factor, name}});
       } else {
-        e.terms.push_back({function, view.sum({{factor, name}}), std::string(name_of(term.kind).unit)});
+        e.terms.push_back({function, view.sum({{factor, name}}), std::string(term.unit())});
       }
     }
   }
@@ -120,13 +120,15 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
   if (view.has("offset_re") || !view.has("offset_im")) p.emplace_back("offset_x", view["offset_re"]);
   if (view.has("offset_im") || !view.has("offset_re")) p.emplace_back("offset_y", view["offset_im"]);
   for (const RotorTerm& term : fit.terms) {
-    const RotorTermName& name = name_of(term.kind);
-    p.emplace_back(name.parameter, view[std::string(name.parameter)]);
-    const bool kept = std::any_of(p.begin(), p.end(), [&](const auto& q) { return q.first == reference_name(name); });
-    if (term.reference != 0 && !kept) p.emplace_back(reference_name(name), Estimate{term.reference, NAN, NAN, NAN});
+    const std::string name(term.parameter()), reference(term.entry->reference_name);
+    p.emplace_back(name, view[name]);
+    const bool kept = std::any_of(p.begin(), p.end(), [&](const auto& q) { return q.first == reference; });
+    if (term.reference != 0 && !kept)
+      p.emplace_back(reference, view.has(reference) ? view[reference] : Estimate{term.reference, NAN, NAN, NAN});
   }
-  for (const char* name :
-       {"sensor_gain", "sensor_angle", "sensor_skew", "sensor_high_pass", "sensor_high_pass_square", "sensor_cubic"}) {
+  for (const TermEntry* entry : term_catalogue()) {
+    if (entry->sensor == nullptr) continue;
+    const std::string name(entry->parameters[0].name);
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
   return p;
@@ -134,7 +136,8 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
 
 /// What stands beside the rotor in the readings: delay, decays, runout, further modes.
 void add_beside(const ParameterView& view, const OutputErrorFit& fit, NamedEstimates& p) {
-  if (view.has("delay")) p.emplace_back("delay", view["delay"]);
+  for (const char* name : {"delay", "clock_drift"})
+    if (view.has(name)) p.emplace_back(name, view[name]);
   for (std::size_t j = 0; j < fit.decays.size(); ++j) {
     for (const auto& [part, name] : {std::pair("omega", "w"), std::pair("zeta", "zeta")}) {
       const std::string key = fmt::format("{}_decay{}", name, j + 1);
@@ -162,12 +165,12 @@ void add_beside(const ParameterView& view, const OutputErrorFit& fit, NamedEstim
 }  // namespace
 
 SensorAxes sensor_of(const IdentifiedModel& model) {
-  const auto value = [&](const char* name) {
-    const Estimate* e = model.parameter(name);
-    return e != nullptr ? e->value : 0.0;
-  };
-  return {value("sensor_gain"),      value("sensor_angle"), value("sensor_skew"),
-          value("sensor_high_pass"), value("sensor_cubic"), value("sensor_high_pass_square")};
+  SensorAxes axes;
+  for (const TermEntry* entry : term_catalogue()) {
+    if (entry->sensor == nullptr) continue;
+    if (const Estimate* e = model.parameter(std::string(entry->parameters[0].name))) axes.*entry->sensor = e->value;
+  }
+  return axes;
 }
 
 void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model) {

@@ -4,63 +4,80 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <complex>
 #include <limits>
+
+#include "terms/catalogue.hpp"
+#include "whirl/core/error.hpp"
 
 namespace whirl::identification {
 
-std::string reference_name(const RotorTermName& name) {
-  return name.kind == RotorTermKind::coulomb_friction ? "friction_speed" : "drift_start";
+std::span<const TermEntry* const> term_catalogue() {
+  static const std::vector<const TermEntry*> entries = [] {
+    using namespace terms;
+    std::vector<const TermEntry*> list;
+#define TERM(name) list.push_back(&name())
+#include "terms/list.hpp"
+#undef TERM
+    return list;
+  }();
+  return entries;
+}
+
+namespace {
+
+/// Of the forces, the one with that parameter.
+std::optional<RotorTerm> find_force(std::string_view parameter) {
+  for (const TermEntry* entry : term_catalogue()) {
+    for (std::size_t part = 0; entry->force != nullptr && part < entry->parameters.size(); ++part)
+      if (entry->parameters[part].name == parameter) return RotorTerm{entry, part};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+RotorTerm force_term(std::string_view parameter) {
+  const std::optional<RotorTerm> term = find_force(parameter);
+  if (!term) throw Error(fmt::format("'{}' is no parameter of a force", parameter));
+  return *term;
+}
+
+bool is_force_parameter(std::string_view name) { return find_force(name).has_value(); }
+
+std::string_view to_string(Decider decider) {
+  switch (decider) {
+    case Decider::dc_coupling:
+      return "the data sheet of the pickup and its integrator, or a record with DC coupling";
+    case Decider::one_clock:
+      return "displacement and angle by one recorder";
+    case Decider::second_run:
+      return "a second run: what changed at one instant stays changed";
+    case Decider::probes:
+      return "calibrate the probes, or pull the shaft along x and along y";
+    case Decider::another_rate:
+      return "a run-up after the run-down, or a run at another rate";
+    case Decider::free_decay:
+      return "a free decay (blow) at rest and at speed, or a run over another speed range";
+    case Decider::unbalance:
+      return "a run with more unbalance";
+  }
+  return "?";
 }
 
 std::vector<TermText> term_text(const RotorTerm& term, bool x) {
-  const std::string own = x ? "X1" : "X3", v = x ? "X2" : "X4", other = x ? "X3" : "X1", other_v = x ? "X4" : "X2";
-  const double turn = x ? -1 : 1;  // of i z and i z'
-  const std::string since = term.reference == 0 ? "t" : fmt::format("(t - {:.17g})", term.reference);
-  switch (term.kind) {
-    case RotorTermKind::quintic_stiffness:
-      return {{own + "*(X1^2 + X3^2)^2", -1}};
-    case RotorTermKind::cubic_per_axis:
-      return {{own + "^3", -1}};
-    case RotorTermKind::quadratic_damping:
-      return {{v + "*sqrt(X2^2 + X4^2)", -1}};
-    case RotorTermKind::coulomb_friction:
-      return {{fmt::format("{}/sqrt(X2^2 + X4^2 + {:.17g})", v, term.reference * term.reference), -1}};
-    case RotorTermKind::gyroscopic:
-      return {{"X6*" + other_v, turn}};
-    case RotorTermKind::rotating_damping:
-      return {{v, -1}, {"X6*" + other, turn}};
-    case RotorTermKind::cross_coupled:
-      return {{other, turn}};
-    case RotorTermKind::stiffness_with_speed:
-      return {{"abs(X6)*" + own, -1}};
-    case RotorTermKind::damping_with_speed:
-      return {{"abs(X6)*" + v, -1}};
-    case RotorTermKind::stiffness_drift:
-      return {{since + "*" + own, -1}};
-    case RotorTermKind::damping_drift:
-      return {{since + "*" + v, -1}};
-    case RotorTermKind::twice_forward_re:
-      return {{x ? "X6^2*cos(2*X5)" : "X6^2*sin(2*X5)", 1}};
-    case RotorTermKind::twice_forward_im:
-      return {{x ? "X6^2*sin(2*X5)" : "X6^2*cos(2*X5)", turn}};
-    case RotorTermKind::twice_backward_re:
-      return {{x ? "X6^2*cos(2*X5)" : "X6^2*sin(2*X5)", -turn}};
-    case RotorTermKind::twice_backward_im:
-      return {{x ? "X6^2*sin(2*X5)" : "X6^2*cos(2*X5)", 1}};
-  }
-  return {};
+  const TermAxis axis = x ? TermAxis{x, "X1", "X2", "X3", "X4", -1} : TermAxis{x, "X3", "X4", "X1", "X2", 1};
+  return term.entry->text(axis, term);
 }
 
 std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
   std::vector<RotorTerm> terms;
-  for (const RotorTermName& name : kRotorTermNames) {
-    const Estimate* value = model.parameter(std::string(name.parameter));
-    if (value == nullptr) continue;
-    const bool refers = name.kind == RotorTermKind::coulomb_friction || name.kind == RotorTermKind::stiffness_drift ||
-                        name.kind == RotorTermKind::damping_drift;
-    const Estimate* reference = refers ? model.parameter(reference_name(name)) : nullptr;
-    terms.push_back({name.kind, value->value, reference != nullptr ? reference->value : 0});
+  for (const TermEntry* entry : term_catalogue()) {
+    for (std::size_t part = 0; entry->force != nullptr && part < entry->parameters.size(); ++part) {
+      const Estimate* value = model.parameter(std::string(entry->parameters[part].name));
+      if (value == nullptr) continue;
+      const Estimate* reference = model.parameter(std::string(entry->reference_name));
+      terms.push_back({entry, part, value->value, reference != nullptr ? reference->value : 0});
+    }
   }
   return terms;
 }
@@ -68,43 +85,36 @@ std::vector<RotorTerm> terms_of(const IdentifiedModel& model) {
 std::string names_of(const std::vector<RotorTerm>& terms) {
   std::string names;
   for (auto term = terms.begin(); term != terms.end(); ++term) {
-    const std::string_view label = name_of(term->kind).label;
-    if (std::any_of(terms.begin(), term, [&](const RotorTerm& t) { return name_of(t.kind).label == label; })) continue;
-    names += (names.empty() ? "" : ", ") + std::string(label);
+    if (std::any_of(terms.begin(), term, [&](const RotorTerm& t) { return t.is(*term->entry); })) continue;
+    names += (names.empty() ? "" : ", ") + std::string(term->entry->label);
   }
   return names;
 }
 
-namespace {
-
-/// Of a term whose part in small motion about rest depends on the speed.
-bool changes_with_speed(RotorTermKind kind) {
-  return kind == RotorTermKind::gyroscopic || kind == RotorTermKind::rotating_damping ||
-         kind == RotorTermKind::stiffness_with_speed || kind == RotorTermKind::damping_with_speed;
-}
-
-}  // namespace
-
 double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& terms, double most) {
   constexpr int kSteps = 1000;
+  // The part of the terms in small motion about rest: x'' and y'' by x, y, x', y'.
+  const auto linear = [&](double w) {
+    Eigen::Matrix<double, 2, 4> sum = Eigen::Matrix<double, 2, 4>::Zero();
+    for (const RotorTerm& term : terms) {
+      if (term.entry->dry) continue;
+      const TermForce f = term_force(term, {.w = w, .time = term.reference});
+      Eigen::Matrix<double, 2, 4> more;
+      more << f.x_x, f.x_y, f.x_vx, f.x_vy, f.y_x, f.y_y, f.y_vx, f.y_vy;
+      sum += term.value * more;
+    }
+    return sum;
+  };
   const auto growth = [&](double w) {
-    // x, y, x', y' about rest.
     Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
     a.topRightCorner<2, 2>().setIdentity();
     const double kr = rotor.k1_conj.real(), ki = rotor.k1_conj.imag(), cr = rotor.c_conj.real(),
                  ci = rotor.c_conj.imag();
     a.bottomRows<2>() << -rotor.k1 - kr, -ki, -rotor.c - cr, -ci, -ki, -rotor.k1 + kr, -ci, -rotor.c + cr;
-    for (const RotorTerm& term : terms) {
-      if (term.kind == RotorTermKind::coulomb_friction) continue;
-      const TermForce f = term_force(term, 0, 0, 0, 0, w, 0, term.reference);
-      Eigen::Matrix<double, 2, 4> more;
-      more << f.x_x, f.x_y, f.x_vx, f.x_vy, f.y_x, f.y_y, f.y_vx, f.y_vy;
-      a.bottomRows<2>() += term.value * more;
-    }
+    a.bottomRows<2>() += linear(w);
     return a.eigenvalues().real().maxCoeff();
   };
-  const int steps =
-      std::ranges::any_of(terms, [](const RotorTerm& t) { return changes_with_speed(t.kind); }) ? kSteps : 0;
+  const int steps = linear(0) != linear(most) ? kSteps : 0;
   for (int k = 0; k <= steps; ++k) {
     const double w = most * k / kSteps;
     if (growth(w) > 0) return w;

@@ -15,25 +15,12 @@ double free_frequency(const RotorModel& rotor, const std::vector<RotorTerm>& ter
   double squared = std::pow(rotor::free_frequency(rotor, radius), 2), dry = 0;
   for (const RotorTerm& term : terms) {
     const double size = std::abs(term.value);
-    switch (term.kind) {
-      case RotorTermKind::quintic_stiffness:
-        squared += 5 * size * std::pow(radius, 4);
-        break;
-      case RotorTermKind::cubic_per_axis:
-        squared += 3 * size * radius * radius;
-        break;
-      case RotorTermKind::coulomb_friction:  // reversal at rest: a rate of its own
-        if (term.reference > 0) dry = 0.2 * size / term.reference;
-        break;
-      case RotorTermKind::gyroscopic:
-        squared += std::pow(size * speed, 2);
-        break;
-      case RotorTermKind::stiffness_with_speed:
-        squared += size * speed;
-        break;
-      default:
-        break;
+    if (term.entry->dry) {  // reversal at rest: a rate of its own
+      if (term.reference > 0) dry = 0.2 * size / term.reference;
+      continue;
     }
+    const TermForce f = term_force(term, {.x = radius, .w = speed, .time = term.reference});
+    squared += size * std::abs(f.x_x) + std::pow(size * f.x_vy, 2);
   }
   return std::max(std::sqrt(squared), dry);
 }

@@ -16,8 +16,7 @@ constexpr double kModelError = 1.3, kGivenUp = 2;
 /// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
 bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
   if (!options.search_modes || found.fit.records.empty()) return false;
-  const bool searched = !options.modal && std::any_of(found.added.begin(), found.added.end(),
-                                                      [](const std::string& a) { return a.starts_with("mode "); });
+  const bool searched = !options.modal && found.mode_found;
   const double worst = std::max(found.chi_square_weak, found.fit.summary.chi_square);
   return searched || found.model.summary.status == Status::unusable || !(worst <= kModelError);
 }

@@ -166,6 +166,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.terms = terms_of(model);
   free.free_terms = false;
   free.sensor = detail::sensor_of(model);
+  if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
   const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
   if (fit.summary.status == Status::unusable) {
     v.summary.fail(fit.summary.warnings.back());

@@ -8,11 +8,11 @@
 namespace whirl::identification::detail {
 
 WeakUnknowns::WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout,
-                           std::optional<RotorTermKind> whirl_force, std::size_t records)
+                           const std::optional<RotorTerm>& whirl_force, std::size_t records)
     : columns_({{"k1", 0, false}, {"k2", 1, false}, {"c", 2, false}}), each_(runout ? 6 : 4), records_(records) {
   if (conj_stiffness) columns_.insert(columns_.end(), {{"k1_conj_re", 5, false}, {"k1_conj_im", 5, true}});
   if (conj_damping) columns_.insert(columns_.end(), {{"c_conj_re", 6, false}, {"c_conj_im", 6, true}});
-  if (whirl_force) columns_.push_back({name_of(*whirl_force).parameter.data(), kWhirlForce, false});
+  if (whirl_force) columns_.push_back({whirl_force->parameter().data(), kWhirlForce, false});
 }
 
 std::vector<std::string> WeakUnknowns::names() const {

@@ -14,7 +14,7 @@ namespace whirl::identification::detail {
 /// and if asked for the force of the runout (real, imaginary part) of each record.
 class WeakUnknowns {
  public:
-  WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, std::optional<RotorTermKind> whirl_force,
+  WeakUnknowns(bool conj_stiffness, bool conj_damping, bool runout, const std::optional<RotorTerm>& whirl_force,
                std::size_t records);
 
   Eigen::Index size() const { return own(records_); }

@@ -35,16 +35,21 @@ std::vector<Prepared> prepare(const std::vector<RotorRecord>& records, const Wea
   return prepared;
 }
 
-/// Force of the term with coefficient 1 in the weak equations.
-Eigen::VectorXcd force_rows(const Prepared& p, const Eigen::VectorXcd& z, RotorTermKind kind) {
-  if (kind == RotorTermKind::cross_coupled) return p.rows.apply(0, Complex(0, 1) * z);
-  const Eigen::VectorXd speed = p.record.angle.omega(Eigen::seqN(Eigen::Index{0}, z.size(), Eigen::Index{2}));
-  return p.rows.apply(1, z) + p.rows.apply(0, Complex(0, 1) * speed.cwiseProduct(z));
+/// A linear force with coefficient 1 in the weak equations: -d z' + s z with d and s of the angle's instants.
+Eigen::VectorXcd force_rows(const Prepared& p, const Eigen::VectorXcd& z, const RotorTerm& term) {
+  Eigen::VectorXcd along(z.size());
+  double damping = 0;
+  for (Eigen::Index i = 0; i < z.size(); ++i) {
+    const TermForce f = term_force(term, {.w = p.record.angle.omega[2 * i], .beta = p.record.angle.beta[2 * i]});
+    along[i] = Complex(f.x_x, f.y_x) * z[i];
+    damping = -f.x_vx;
+  }
+  return damping * p.rows.apply(1, z) + p.rows.apply(0, along);
 }
 
 /// Rows of one record, those of a whirl force and of its runout if sought, right-hand side last: with `model` whitened
 /// by the noise that it lets through. False when that covariance is singular.
-bool rows_of(const Prepared& p, Complex offset, Complex runout, std::optional<RotorTermKind> whirl_force,
+bool rows_of(const Prepared& p, Complex offset, Complex runout, const std::optional<RotorTerm>& whirl_force,
              const RotorModel* model, Eigen::MatrixXcd& block) {
   const double s2 = p.record.noise_variance();
   Eigen::VectorXcd z = (p.record.z.array() - offset).matrix();
@@ -67,7 +72,7 @@ bool rows_of(const Prepared& p, Complex offset, Complex runout, std::optional<Ro
 /// One pass of generalised least squares about the model of the pass before;
 /// why it fails, or nothing.
 std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknowns& unknowns,
-                 std::optional<RotorTermKind> whirl_force, bool whitened, WeakRotorFit& fit) {
+                 const std::optional<RotorTerm>& whirl_force, bool whitened, WeakRotorFit& fit) {
   Eigen::Index total = 0;
   for (const Prepared& p : prepared) total += 2 * p.rows.size();
   Eigen::MatrixXd a = Eigen::MatrixXd::Zero(total, unknowns.size());
@@ -95,7 +100,10 @@ std::string pass(const std::vector<Prepared>& prepared, const detail::WeakUnknow
   fit.summary.chi_square = s.chi_square;
   fit.rows = total;
   unknowns.set_shared(fit.values, fit.model);
-  if (whirl_force) fit.terms = {{*whirl_force, fit.values[unknowns.shared() - 1]}};
+  if (whirl_force) {
+    fit.terms = {*whirl_force};
+    fit.terms[0].value = fit.values[unknowns.shared() - 1];
+  }
   const double k1 = fit.model.k1;
   for (std::size_t r = 0; r < prepared.size(); ++r) {
     const Eigen::Index own = unknowns.own(r);

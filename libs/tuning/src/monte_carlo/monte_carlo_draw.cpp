@@ -89,8 +89,8 @@ RigDraw::RigDraw(const RotorModel& centre, const IdentifiedModel& model, const H
     : centre_(centre), hardware_(hardware), options_(options), root_(covariance_root(model)) {
   std::vector<identification::RotorTerm> terms = identification::terms_of(model);
   for (identification::RotorTerm& term : terms) {
-    const Estimate* value = model.parameter(std::string(name_of(term.kind).parameter));
-    term = {term.kind, value->sd, 0};
+    const Estimate* value = model.parameter(std::string(term.parameter()));
+    term.value = value->sd, term.reference = 0;
   }
   forces_sd_ = further_forces(terms);
 }

@@ -35,7 +35,7 @@ struct RotorIdentifyOptions {
   bool search_modes = true;
   bool refine_poles = true;  ///< w and zeta of added modes and decays are refined
   bool delay = true;         ///< candidate: displacement channels that lag the angle
-  bool terms = true;         ///< candidates: the forces of RotorTermKind and the axes of the y probe
+  bool terms = true;         ///< candidates: the forces of RotorTerm and the axes of the y probe
   int runout_harmonics = 3;  ///< candidates: shaft runout at orders 1 .. n read by the probes, 0 to 4
 };
 
@@ -45,6 +45,7 @@ struct RotorIdentification {
   OutputErrorFit fit;              ///< of the last refinement; records in the order given
   OutputErrorOptions active;       ///< terms that were estimated
   std::vector<std::string> added;  ///< terms added by the score test, in order, e.g. "conj z", "mode 21.2 Hz"
+  bool mode_found = false;         ///< one of them is a mode within the speeds
   double chi_square_weak = 0;      ///< of the final model
   /// Readings that the records cannot tell apart: a bow beside runout, springs along the axes beside a radial one,
   /// terms whose likelihood is nearly that of one taken up. The intervals of the model cover the readings.
@@ -58,7 +59,7 @@ struct RotorIdentification {
 /// 2. AngleSource::profile: search of the rate within +- profile_search by the weak residual;
 /// 3. output-error refinement with sensor offset, initial state and, for a profile, the angle correction;
 /// 4. score test (score_rotor_terms): the most significant term among conj z, conj z', modes, decays, runout, sensor
-///    delay, sensor axes and the forces of RotorTermKind is added while it reaches the threshold and the trajectory
+///    delay, sensor axes and the forces of RotorTerm is added while it reaches the threshold and the trajectory
 ///    confirms it, each time refining and simulating again; significant terms that the model cannot hold are named in
 ///    the warnings. Where several candidates are significant the trajectory decides between them; a term that later
 ///    ones make needless is taken out again. The threshold grows with the number of candidates;
@@ -69,7 +70,7 @@ struct RotorIdentification {
 /// beta', X7 = beta''; terms with a common unknown are written as one function. parameters: k1, k2, c, e, e_phase,
 /// natural_frequency (rad/s), damping_ratio, offset_x, offset_y, and where added k1_conj_re, k1_conj_im, c_conj_re,
 /// c_conj_im (natural_frequency and damping_ratio: of the forward whirl as the records passed it; k1, k2 and c of the
-/// equations: their intervals cover the terms that the records do not exclude), the parameters of kRotorTermNames,
+/// equations: their intervals cover the terms that the records do not exclude), the parameters of term_catalogue(),
 /// sensor_gain, sensor_angle (rad), sensor_skew (s), sensor_high_pass (rad/s), sensor_high_pass_square
 /// (rad^2/s^2), sensor_cubic (1/m^2), delay (s),
 /// runout1+_re, ..., mode1_omega, mode1_zeta, mode1_re,

@@ -1,5 +1,6 @@
 #pragma once
 #include <Eigen/Core>
+#include <algorithm>
 #include <complex>
 #include <string>
 #include <vector>
@@ -49,12 +50,16 @@ struct OutputErrorOptions {
   int given_mode = -1;               ///< place of a forced mode whose w and zeta stay all the same; -1: none
   /// Common delay of the displacement channels against the angle (positive: displacement is older), s, shared.
   bool delay = false;
+  bool clock_drift = false;  ///< the delay grows in proportion to the time of the record
+  double start_drift = 0;    ///< starting value of that share
   /// Forces beyond RotorModel, with their starting values; at most 10.
   std::vector<RotorTerm> terms;
-  bool free_terms = true;  ///< their coefficients are estimated
-  SensorAxes sensor;       ///< starting value
-  bool sensor_gain = false, sensor_angle = false, sensor_skew = false;
-  bool sensor_high_pass = false, sensor_high_pass_square = false, sensor_cubic = false;
+  bool free_terms = true;                      ///< their coefficients are estimated
+  SensorAxes sensor;                           ///< starting value
+  std::vector<const TermEntry*> sensors = {};  ///< errors of the probes that are estimated
+  bool estimates(const TermEntry& sensor_error) const {
+    return std::ranges::find(sensors, &sensor_error) != sensors.end();
+  }
   /// Shaft runout read by the probes beside the motion: harmonics 1 .. n of the angle, forward and backward, per
   /// record.
   int runout_harmonics = 0;
@@ -90,7 +95,8 @@ struct OutputErrorRecord {
 struct OutputErrorFit {
   RotorModel model;  ///< eps, offset and participations of the first record
   std::vector<DecayingMode> decays;
-  double delay = 0;  ///< s
+  double delay = 0;        ///< s
+  double clock_drift = 0;  ///< share of the time by which the delay grows
   std::vector<RotorTerm> terms;
   SensorAxes sensor;
   std::vector<OutputErrorRecord> records;

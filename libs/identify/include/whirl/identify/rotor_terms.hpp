@@ -1,69 +1,51 @@
 #pragma once
-#include <array>
+#include <Eigen/Core>
 #include <cmath>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "whirl/core/identified_model.hpp"
+#include "whirl/rotor/further_forces.hpp"
 
 namespace whirl::identification {
 
-/// Forces that a rotor may have beyond RotorModel, per unit mass, with one real coefficient each. w: rotor speed,
-/// rad/s; b: its angle, rad; t: time since the drift reference, s.
-enum class RotorTermKind {
-  quintic_stiffness,     ///< -k3 |z|^4 z
-  cubic_per_axis,        ///< -k2_axis (x^3 + i y^3): springs along the axes
-  quadratic_damping,     ///< -c2 |z'| z'
-  coulomb_friction,      ///< -friction z' / sqrt(|z'|^2 + v0^2), v0 a small speed
-  gyroscopic,            ///< +gyroscopic i w z': a disc that tilts with the shaft
-  rotating_damping,      ///< -c_rotating (z' - i w z): internal damping of the shaft
-  cross_coupled,         ///< +k_cross i z: seals, journal bearings
-  stiffness_with_speed,  ///< -k1_speed |w| z
-  damping_with_speed,    ///< -c_speed |w| z'
-  stiffness_drift,       ///< -k1_drift t z: warming
-  damping_drift,         ///< -c_drift t z'
-  twice_forward_re,      ///< +e2_forward_re w^2 exp(2 i b): misalignment, shafts of unequal stiffness under weight
-  twice_forward_im,      ///< +e2_forward_im i w^2 exp(2 i b)
-  twice_backward_re,     ///< +e2_backward_re w^2 exp(-2 i b): with the forward ones a force along a fixed direction
-  twice_backward_im,     ///< +e2_backward_im i w^2 exp(-2 i b)
-};
+struct TermEntry;
+struct SensorAxes;
+namespace detail {
+struct Growth;
+struct ProbePoint;
+struct ScoreColumns;
+class ScorePoint;
+}  // namespace detail
 
+/// A force beyond RotorModel per unit mass, with one real coefficient. An entry with several parameters has as many.
 struct RotorTerm {
-  RotorTermKind kind;
+  const TermEntry* entry = nullptr;
+  std::size_t part = 0;  ///< of the parameters of the entry
   double value = 0;
-  double reference = 0;  ///< v0 of Coulomb friction, m/s; the time at which k1 and c hold, s, of a drift
+  double reference = 0;  ///< TermEntry::reference_name
+  std::string_view parameter() const;
+  std::string_view unit() const;
+  bool is(const TermEntry& other) const { return entry == &other; }
 };
 
-/// How an engineer calls a term, its parameter and the unit of it. Terms of one label are one candidate.
-struct RotorTermName {
-  RotorTermKind kind;
-  std::string_view label, parameter, unit;
+/// State of the rotor: m, m/s, speed rad/s, angle rad, time s, acceleration of the angle rad/s^2.
+struct TermPoint {
+  double x = 0, y = 0, vx = 0, vy = 0, w = 0, beta = 0, time = 0, alpha = 0;
 };
-inline constexpr std::array<RotorTermName, 15> kRotorTermNames{{
-    {RotorTermKind::quintic_stiffness, "quintic stiffness", "k3", "1/(m^4 s^2)"},
-    {RotorTermKind::cubic_per_axis, "cubic stiffness per axis", "k2_axis", "1/(m^2 s^2)"},
-    {RotorTermKind::quadratic_damping, "quadratic damping", "c2", "1/m"},
-    {RotorTermKind::coulomb_friction, "Coulomb friction", "friction", "m/s^2"},
-    {RotorTermKind::gyroscopic, "gyroscopic term", "gyroscopic", ""},
-    {RotorTermKind::rotating_damping, "rotating damping", "c_rotating", "1/s"},
-    {RotorTermKind::cross_coupled, "cross-coupled stiffness", "k_cross", "1/s^2"},
-    {RotorTermKind::stiffness_with_speed, "stiffness changing with speed", "k1_speed", "1/(rad s)"},
-    {RotorTermKind::damping_with_speed, "damping changing with speed", "c_speed", "1/rad"},
-    {RotorTermKind::stiffness_drift, "stiffness drifting in time", "k1_drift", "1/s^3"},
-    {RotorTermKind::damping_drift, "damping drifting in time", "c_drift", "1/s^2"},
-    {RotorTermKind::twice_forward_re, "force at twice the speed", "e2_forward_re", "m"},
-    {RotorTermKind::twice_forward_im, "force at twice the speed", "e2_forward_im", "m"},
-    {RotorTermKind::twice_backward_re, "force at twice the speed", "e2_backward_re", "m"},
-    {RotorTermKind::twice_backward_im, "force at twice the speed", "e2_backward_im", "m"},
-}};
-constexpr const RotorTermName& name_of(RotorTermKind kind) { return kRotorTermNames[static_cast<std::size_t>(kind)]; }
 
-/// The parameter that keeps the reference of a Coulomb or drift term.
-std::string reference_name(const RotorTermName& name);
+/// Force of a term for coefficient 1, and its derivatives.
+struct TermForce {
+  double x = 0, y = 0;                            ///< m/s^2 per unit of the coefficient
+  double x_x = 0, x_y = 0, y_x = 0, y_y = 0;      ///< by the displacement
+  double x_vx = 0, x_vy = 0, y_vx = 0, y_vy = 0;  ///< by the velocity
 
-/// Those among the parameters of a model.
-std::vector<RotorTerm> terms_of(const IdentifiedModel& model);
+  void displaced(const TermPoint& p, double g) { x = -g * p.x, y = -g * p.y, x_x = y_y = -g; }   ///< -g z
+  void damped(const TermPoint& p, double g) { x = -g * p.vx, y = -g * p.vy, x_vx = y_vy = -g; }  ///< -g z'
+};
 
 /// What a term adds to the equation of x'' or y'', as a function of the paper's states; its coefficient enters with
 /// `sign`.
@@ -71,16 +53,104 @@ struct TermText {
   std::string function;
   double sign;
 };
+/// The equation that a text is for: its states and the sign of the other axis in i z.
+struct TermAxis {
+  bool x;
+  std::string own, rate, other, other_rate;
+  double turn;
+};
+
+/// Sizes of a motion that usual coefficients refer to.
+struct TermScale {
+  double k1 = 0, k2 = 0, c = 0;                 ///< 1/s^2, 1/(m^2 s^2), 1/s (size)
+  double peak = 0, top_speed = 0, seconds = 0;  ///< m, rad/s, s
+  double w() const { return std::sqrt(k1); }
+  double v() const { return w() * peak; }
+};
+
+/// What is known of a term before the records.
+struct TermPrior {
+  double chance = 0.1;    ///< share of rotors that have it
+  double positive = 0.5;  ///< share of these where the coefficient is positive
+  /// Weight that a model with the term has at least, once the records do not speak against it: below two deviations
+  /// the evidence for a common term is none, and it is as likely as not.
+  double least = 0;
+};
+
+/// The measurement that decides between two terms; of two the first counts.
+enum class Decider { dc_coupling, one_clock, probes, second_run, another_rate, free_decay, unbalance };
+std::string_view to_string(Decider decider);
+
+struct TermParameter {
+  std::string_view name, unit;
+};
+
+/// All that the search, the kernel, the verdict and the text know of a term. One file of src/terms holds one entry, and
+/// nothing else of the tree knows what it is; a term of three kinds: a force, an error of the probes, or what brings
+/// its own `with` and `columns`.
+struct TermEntry {
+  std::string_view label;                      ///< as an engineer calls it
+  std::vector<TermParameter> parameters = {};  ///< as they stand in a model; none: they are the rotor's own
+
+  // A force.
+  TermForce (*force)(const TermPoint& point, double reference, std::size_t part) = nullptr;
+  /// Derivative of x and y by the reference, where that is estimated too.
+  TermForce (*by_reference)(const TermPoint& point, double reference, std::size_t part) = nullptr;
+  std::vector<TermText> (*text)(const TermAxis& axis, const RotorTerm& term) = nullptr;
+  std::string_view reference_name = {};  ///< the parameter that keeps RotorTerm::reference
+  double (*reference)(double peak, double frequency, double start) = nullptr;  ///< m, rad/s, s
+  bool external = false;                                                       ///< it acts whatever the motion is
+  bool drives_whirl = false;  ///< it can drive a forward whirl by itself
+  bool drifts = false;        ///< it changes with time
+  bool moves_middle = false;  ///< spring or damping in the middle of a run are not those at its start or at rest
+  bool dry = false;           ///< it holds small motion
+  std::size_t parts_of_one_axis = 8;                      ///< where one axis reads forward and backward alike
+  double rotor::FurtherForces<double>::*plant = nullptr;  ///< as the plants of a design have it; null: they have none
+  double rotor::FurtherForces<double>::*plant_reference = nullptr;
+
+  // An error of the probes.
+  double SensorAxes::*sensor = nullptr;
+  Eigen::VectorXcd (*reading)(const detail::ProbePoint& at) = nullptr;  ///< derivative of the readings by it
+  bool not_negative = false;
+  const TermEntry& (*after)() = nullptr;      ///< the one that it needs
+  void (*start)(SensorAxes& axes) = nullptr;  ///< beside that one
+
+  // In the search. Null: that of a force or of an error of the probes.
+  detail::Growth (*with)(detail::Growth growth, int place, bool poles) = nullptr;
+  std::optional<detail::Growth> (*without)(detail::Growth growth, int place) = nullptr;
+  std::vector<detail::ScoreColumns> (*columns)(const detail::ScorePoint& at) = nullptr;
+  double (*frequency)(const detail::Growth& growth, int place) = nullptr;  ///< for its name, rad/s
+  std::vector<int> (*tries)(const detail::Growth& growth) = nullptr;       ///< places tried for one candidate
+  bool numbered = false;                                                   ///< its name has the place
+  bool one_at_a_time = false;    ///< those next to each other are one candidate
+  bool both_axes = false;        ///< seen by two probes only
+  bool in_model = true;          ///< a model can hold it
+  bool plain_threshold = false;  ///< it needs no more score for the number of terms
+  double chances = 1;            ///< tries of which one may look like it by chance, beside the number of terms
+  std::string_view charge = {};  ///< of a high-pass: the parameter of what it holds at sample 0, per record
+  bool hinted = true;            ///< a weak sign of it is worth a word
+
+  // Before the records, and what is said of it.
+  double (*usual)(const TermScale& scale) = nullptr;  ///< coefficient among rotors that have it; null: none is usual
+  TermPrior prior = {};
+  Decider decider = Decider::unbalance;
+  std::string_view hidden_note = {};  ///< where it may hide beside k1, k2 or c
+  std::string_view hidden_decider = "a second run, or less noise";
+};
+
+inline std::string_view RotorTerm::parameter() const { return entry->parameters[part].name; }
+inline std::string_view RotorTerm::unit() const { return entry->parameters[part].unit; }
+
+/// All entries, in the order of their parameters.
+std::span<const TermEntry* const> term_catalogue();
+/// The force with that parameter, coefficient 0; throws Error where there is none.
+RotorTerm force_term(std::string_view parameter);
+/// Whether a model parameter of that name is the coefficient of a force.
+bool is_force_parameter(std::string_view name);
+
+/// Those among the parameters of a model.
+std::vector<RotorTerm> terms_of(const IdentifiedModel& model);
 std::vector<TermText> term_text(const RotorTerm& term, bool x);
-
-/// Of a force that acts whatever the motion is.
-constexpr bool is_twice(RotorTermKind kind) { return kind >= RotorTermKind::twice_forward_re; }
-
-/// Of a force that can drive a forward whirl by itself.
-constexpr bool drives_whirl(RotorTermKind kind) {
-  return kind == RotorTermKind::rotating_damping || kind == RotorTermKind::cross_coupled;
-}
-
 /// "Coulomb friction, gyroscopic term"; empty without terms.
 std::string names_of(const std::vector<RotorTerm>& terms);
 
@@ -89,76 +159,8 @@ std::string names_of(const std::vector<RotorTerm>& terms);
 /// motion, is left out.
 double unstable_from(const RotorModel& rotor, const std::vector<RotorTerm>& terms, double most);
 
-/// Force of a term for coefficient 1, and its derivatives.
-struct TermForce {
-  double x = 0, y = 0;                            ///< m/s^2 per unit of the coefficient
-  double x_x = 0, x_y = 0, y_x = 0, y_y = 0;      ///< by the displacement
-  double x_vx = 0, x_vy = 0, y_vx = 0, y_vy = 0;  ///< by the velocity
-};
-
-inline TermForce term_force(const RotorTerm& term, double x, double y, double vx, double vy, double w, double beta,
-                            double time) {
-  TermForce f;
-  const auto displaced = [&](double g) { f.x = -g * x, f.y = -g * y, f.x_x = f.y_y = -g; };
-  const auto damped = [&](double g) { f.x = -g * vx, f.y = -g * vy, f.x_vx = f.y_vy = -g; };
-  switch (term.kind) {
-    case RotorTermKind::quintic_stiffness: {
-      const double r2 = x * x + y * y;
-      displaced(r2 * r2);
-      f.x_x -= 4 * r2 * x * x, f.y_y -= 4 * r2 * y * y, f.x_y = f.y_x = -4 * r2 * x * y;
-      break;
-    }
-    case RotorTermKind::cubic_per_axis:
-      f.x = -x * x * x, f.y = -y * y * y, f.x_x = -3 * x * x, f.y_y = -3 * y * y;
-      break;
-    case RotorTermKind::quadratic_damping: {
-      const double v = std::sqrt(vx * vx + vy * vy), by = v > 0 ? 1 / v : 0;
-      damped(v);
-      f.x_vx -= by * vx * vx, f.y_vy -= by * vy * vy, f.x_vy = f.y_vx = -by * vx * vy;
-      break;
-    }
-    case RotorTermKind::coulomb_friction: {
-      const double v = std::sqrt(vx * vx + vy * vy + term.reference * term.reference), by = 1 / (v * v * v);
-      damped(1 / v);
-      f.x_vx += by * vx * vx, f.y_vy += by * vy * vy, f.x_vy = f.y_vx = by * vx * vy;
-      break;
-    }
-    case RotorTermKind::gyroscopic:
-      f.x = -w * vy, f.y = w * vx, f.x_vy = -w, f.y_vx = w;
-      break;
-    case RotorTermKind::rotating_damping:
-      damped(1);
-      f.x -= w * y, f.y += w * x, f.x_y = -w, f.y_x = w;
-      break;
-    case RotorTermKind::cross_coupled:
-      f.x = -y, f.y = x, f.x_y = -1, f.y_x = 1;
-      break;
-    case RotorTermKind::stiffness_with_speed:
-      displaced(std::abs(w));
-      break;
-    case RotorTermKind::damping_with_speed:
-      damped(std::abs(w));
-      break;
-    case RotorTermKind::stiffness_drift:
-      displaced(time - term.reference);
-      break;
-    case RotorTermKind::damping_drift:
-      damped(time - term.reference);
-      break;
-    case RotorTermKind::twice_forward_re:
-      f.x = w * w * std::cos(2 * beta), f.y = w * w * std::sin(2 * beta);
-      break;
-    case RotorTermKind::twice_forward_im:
-      f.x = -w * w * std::sin(2 * beta), f.y = w * w * std::cos(2 * beta);
-      break;
-    case RotorTermKind::twice_backward_re:
-      f.x = w * w * std::cos(2 * beta), f.y = -w * w * std::sin(2 * beta);
-      break;
-    case RotorTermKind::twice_backward_im:
-      f.x = w * w * std::sin(2 * beta), f.y = w * w * std::cos(2 * beta);
-      break;
-  }
-  return f;
+inline TermForce term_force(const RotorTerm& term, const TermPoint& point) {
+  return term.entry->force(point, term.reference, term.part);
 }
 
 }  // namespace whirl::identification

@@ -11,13 +11,14 @@ namespace whirl::identification {
 
 /// Evidence for one term that the present model lacks.
 struct ScoreCandidate {
-  std::string term;  ///< "conj z", "conj z'", "mode 2", "decay 1", "runout 1", "delay", "quintic stiffness", ...
+  const TermEntry* term;
+  int place = 0;  ///< of modes, decays and instants: of the list given, from 1; of runout: its order
   /// Drop of the residual sum of squares by the residual variance, divided by 1 + 0.18 (unknowns - 1), so that 16 is
   /// four sigma for a term of one, two or four real unknowns.
   double score = 0;
-  bool in_model = false;  ///< RotorModel or OutputErrorOptions can take it up
   /// Coefficient that a term with one real unknown would get, and its standard deviation; 0 for others.
   double value = 0, sd = 0;
+  Eigen::VectorXd coefficient = {};  ///< of all real unknowns
   /// By how much k1, k2, c and then eps (real, imaginary) of every record move per unit of that coefficient.
   Eigen::VectorXd moves = {};
 };
@@ -29,7 +30,7 @@ struct ScoreTest {
   double chi_square = 0;
   double condition_number = 0;  ///< of the whitened, column-scaled weak equations
 
-  const ScoreCandidate* find(const std::string& term) const;
+  const ScoreCandidate* find(const TermEntry& term) const;
 };
 
 struct ScoreTestOptions {
@@ -37,11 +38,12 @@ struct ScoreTestOptions {
   std::vector<ForcedMode> modes;     ///< candidates; participation is not used
   std::vector<DecayingMode> decays;  ///< candidates
   std::vector<RotorTerm> terms;      ///< candidates; the coefficients are not used
-  bool sensor = false;               ///< candidates: gain and angle of the y probe
+  bool sensor = false;               ///< candidates: errors of the probes
+  std::vector<double> instants;      ///< s, at which forces that begin at one instant are tried; places count them
   /// Known accelerations of the main mode on the half grid, per record; empty: none.
   std::vector<Eigen::VectorXcd> forces;
   bool delay = true;         ///< candidate: the displacement channels lag the angle
-  int runout_harmonics = 3;  ///< candidates "runout 1" .. "runout n" beyond those already in the model
+  int runout_harmonics = 3;  ///< candidates: runout of order 1 .. n beyond those already in the model
 };
 
 /// Forward score test on whitened weak equations with instrumental variables: the columns of the terms already in the

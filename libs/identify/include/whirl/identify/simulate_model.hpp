@@ -65,7 +65,7 @@ ModelRun simulate(const CompiledModel& model, const Eigen::Ref<const Eigen::Matr
                   double limit = std::numeric_limits<double>::infinity(), int substeps = 0);
 
 /// Motion of an identified rotor along an angle, as the probes would see it but for runout, delay and errors of the
-/// probes: RotorModel with its modes, and the forces of RotorTermKind, whose drifts count from the angle's first
+/// probes: RotorModel with its modes, and the forces of RotorTerm, whose drifts count from the angle's first
 /// sample. From the steady whirl of the RotorModel at the first speed, with as many steps a sample as the motion needs.
 /// Throws Error for a model without `rotor`; a motion that diverges is not finite.
 rotor::Response simulate_rotor(const IdentifiedModel& model, const AngleSignal& angle);

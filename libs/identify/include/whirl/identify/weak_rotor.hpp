@@ -19,8 +19,8 @@ struct WeakRotorOptions {
   bool conj_stiffness = false;  ///< term -k1_conj conj(z): stiffness differs between two axes
   bool conj_damping = false;    ///< term -c_conj conj(z')
   bool runout = false;          ///< beside the motion z turns runout e^{i beta}, per record
-  /// rotating_damping or cross_coupled: a force that drives a forward whirl by itself, beside the others.
-  std::optional<RotorTermKind> whirl_force;
+  /// A linear force that drives a forward whirl by itself (TermEntry::drives_whirl), beside the others.
+  std::optional<RotorTerm> whirl_force;
 };
 
 /// Result of the weak fit. Parameters in the order of `names`.

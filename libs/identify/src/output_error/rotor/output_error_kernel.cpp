@@ -1,5 +1,6 @@
 #include "output_error/rotor/output_error_kernel.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -47,6 +48,9 @@ struct LaneArray {
   void set(Eigen::Index lane, double value) {
     parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] = value;
   }
+  void add(Eigen::Index lane, double value) {
+    parts[static_cast<std::size_t>(lane / kRegisterWidth)][lane % kRegisterWidth] += value;
+  }
 };
 
 /// Extended: with forces beyond RotorModel.
@@ -60,6 +64,7 @@ struct Stepper {
   const Eigen::MatrixXcd& profile;
   const TermForces& extra;
   double half_step;
+  const std::vector<Eigen::Index>& references;
 
   // Explicit part of d a / d p: each lane's own column of the equation.
   void direct(double x, double y, double vx, double vy, Eigen::Index half, Array& gx, Array& gy) const {
@@ -103,16 +108,15 @@ struct Stepper {
     Local l = local(model, eps, s.x, s.y, s.vx, s.vy, forcing[half]);
     direct(s.x, s.y, s.vx, s.vy, half, gx, gy);
     if constexpr (Extended) {
-      const double time = extra.t0 + half_step * static_cast<double>(half);
       if (extra.known != nullptr) {
         l.ax += (*extra.known)[half].real();
         l.ay += (*extra.known)[half].imag();
       }
+      const TermPoint point = extra.point(s.x, s.y, s.vx, s.vy, half, half_step);
       Eigen::Index lane = kProfile + profile.cols();
       for (const RotorTerm& term : extra.terms) {
         const auto force = [&] {
-          const TermForce f =
-              term_force(term, s.x, s.y, s.vx, s.vy, extra.angle.omega[half], extra.angle.beta[half], time);
+          const TermForce f = term_force(term, point);
           gx.set(lane, f.x);
           gy.set(lane++, f.y);
           return f;
@@ -122,6 +126,15 @@ struct Stepper {
           force();
         else
           add_term(term, force(), l);
+      }
+      for (std::size_t k = 0; k < references.size(); ++k) {
+        if (references[k] < 0) continue;
+        const RotorTerm& term = extra.terms[k];
+        const TermForce f = term.entry->by_reference(point, term.reference, term.part);
+        const Eigen::Index own = lane + references[k];
+        if (term.part == 0) gx.set(own, 0), gy.set(own, 0);
+        gx.add(own, term.value * f.x);
+        gy.add(own, term.value * f.y);
       }
     }
     r.ax = l.ax;
@@ -198,6 +211,17 @@ struct Stepper {
 
 }  // namespace
 
+std::vector<Eigen::Index> reference_lanes(const std::vector<RotorTerm>& terms) {
+  std::vector<Eigen::Index> lanes;
+  Eigen::Index next = -1;
+  for (const RotorTerm& term : terms) {
+    const bool estimated = term.entry->by_reference != nullptr;
+    if (estimated && term.part == 0) ++next;
+    lanes.push_back(estimated ? next : -1);
+  }
+  return lanes;
+}
+
 Sensitivities main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing,
                                       const Eigen::MatrixXcd& profile, const TermForces& terms, const StepGrid& grid,
                                       Complex z0, Complex dz0) {
@@ -212,7 +236,9 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
   constexpr int kNarrow = 16, kWide = 24;
   out.finite = true;
   const Eigen::Index n = grid.samples(forcing.size());
-  const auto needed = kProfile + profile.cols() + static_cast<Eigen::Index>(terms.terms.size());
+  const std::vector<Eigen::Index> references = reference_lanes(terms.terms);
+  const Eigen::Index more = references.empty() ? 0 : *std::ranges::max_element(references) + 1;
+  const auto needed = kProfile + profile.cols() + static_cast<Eigen::Index>(terms.terms.size()) + more;
   const int lanes = needed <= kNarrow ? kNarrow : needed <= kWide ? kWide : kMostLanes;
   out.motion.z.resize(n);
   out.motion.v.resize(n);
@@ -220,10 +246,10 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
   out.dy.resize(n, lanes);
   const auto run = [&]<int Lanes>() {
     if (!terms.any()) {
-      const Stepper<Lanes, false> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step()};
+      const Stepper<Lanes, false> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step(), references};
       on_wide_registers([&] { stepper.run(grid, z0, dz0, out); });
     } else {
-      const Stepper<Lanes, true> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step()};
+      const Stepper<Lanes, true> stepper{model, eps, forcing, profile, terms, 0.5 * grid.step(), references};
       on_wide_registers([&] { stepper.run(grid, z0, dz0, out); });
     }
   };
@@ -249,10 +275,7 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
       l.ay += (*terms.known)[half].imag();
     }
     for (const RotorTerm& term : terms.terms) {
-      add_term(term,
-               term_force(term, px, py, pvx, pvy, terms.angle.omega[half], terms.angle.beta[half],
-                          terms.t0 + q * static_cast<double>(half)),
-               l);
+      add_term(term, term_force(term, terms.point(px, py, pvx, pvy, half, q)), l);
     }
     return l;
   };

@@ -42,7 +42,21 @@ struct TermForces {
   double t0;
   const Eigen::VectorXcd* known = nullptr;  ///< acceleration on that grid, m/s^2; may be null
   bool any() const { return !terms.empty() || known != nullptr; }
+  TermPoint point(double x, double y, double vx, double vy, Eigen::Index half, double half_step) const {
+    return {x,
+            y,
+            vx,
+            vy,
+            angle.omega[half],
+            angle.beta[half],
+            t0 + half_step * static_cast<double>(half),
+            angle.alpha[half]};
+  }
 };
+
+/// Of each term the lane of its reference beyond those of the coefficients, in the order of the entries that have one;
+/// -1: not estimated.
+std::vector<Eigen::Index> reference_lanes(const std::vector<RotorTerm>& terms);
 
 struct Sensitivities {
   MainMotion motion;
@@ -63,7 +77,8 @@ struct StepGrid {
 };
 
 /// RK4 of the main mode and its sensitivities. `forcing`: F on the grid. `profile`: derivative of F by the angle
-/// corrections on the grid, one column each (may have none); then follows one lane for each of `terms`. z0, dz0:
+/// corrections on the grid, one column each (may have none); then follows one lane for each of `terms`, and one for the
+/// reference of each entry that has it estimated. z0, dz0:
 /// initial state. At most kMostLanes lanes. The second form writes into `out` and keeps its memory.
 Sensitivities main_mode_sensitivities(const RotorModel& model, std::complex<double> eps,
                                       const Eigen::VectorXcd& forcing, const Eigen::MatrixXcd& profile,

@@ -65,7 +65,7 @@ Slot lane_slot(Point& p, const Parameter& q) {
     case kConjCIm:
       return {nullptr, &p.model.c_conj, q.index == kConjCIm};
     default:
-      if (q.record < 0) return {&p.delay};
+      if (q.record < 0) return {q.imaginary ? &p.clock_drift : &p.delay};
       return {&p.profile[static_cast<std::size_t>(q.record)][q.index - kProfile]};
   }
 }
@@ -79,18 +79,10 @@ Slot slot(Point& p, const Parameter& q) {
       return lane_slot(p, q);
     case Kind::term:
       return {&p.terms[k].value};
-    case Kind::sensor_gain:
-      return {&p.sensor.gain};
-    case Kind::sensor_angle:
-      return {&p.sensor.angle};
-    case Kind::sensor_skew:
-      return {&p.sensor.skew};
-    case Kind::high_pass:
-      return {&p.sensor.high_pass};
-    case Kind::high_pass_square:
-      return {&p.sensor.high_pass_square};
-    case Kind::cubic:
-      return {&p.sensor.cubic};
+    case Kind::reference:
+      return {&p.terms[k].reference};
+    case Kind::sensor:
+      return {&(p.sensor.*q.sensor->sensor)};
     case Kind::charge:
       return {nullptr, q.index == 0 ? &r->charge : &r->charge_rate, q.imaginary};
     case Kind::offset:
@@ -160,16 +152,20 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
   if (options.conj_stiffness) add_lanes(list, -1, {{"k1_conj_re", kConjKRe}, {"k1_conj_im", kConjKIm}});
   if (options.conj_damping) add_lanes(list, -1, {{"c_conj_re", kConjCRe}, {"c_conj_im", kConjCIm}});
   if (options.delay) list.push_back({"delay", Kind::lane, -1, kProfile + options.profile_degree});
+  if (options.clock_drift)
+    list.push_back({"clock_drift", Kind::lane, -1, kProfile + options.profile_degree + options.delay, true});
   for (int k = 0; options.free_terms && k < static_cast<int>(options.terms.size()); ++k) {
-    list.push_back(
-        {std::string(name_of(options.terms[static_cast<std::size_t>(k)].kind).parameter), Kind::term, -1, k});
+    list.push_back({std::string(options.terms[static_cast<std::size_t>(k)].parameter()), Kind::term, -1, k});
   }
-  if (options.sensor_gain) list.push_back({"sensor_gain", Kind::sensor_gain, -1});
-  if (options.sensor_angle) list.push_back({"sensor_angle", Kind::sensor_angle, -1});
-  if (options.sensor_skew) list.push_back({"sensor_skew", Kind::sensor_skew, -1});
-  if (options.sensor_high_pass) list.push_back({"sensor_high_pass", Kind::high_pass, -1});
-  if (options.sensor_high_pass_square) list.push_back({"sensor_high_pass_square", Kind::high_pass_square, -1});
-  if (options.sensor_cubic) list.push_back({"sensor_cubic", Kind::cubic, -1});
+  for (int k = 0; options.free_terms && k < static_cast<int>(options.terms.size()); ++k) {
+    const RotorTerm& term = options.terms[static_cast<std::size_t>(k)];
+    if (term.entry->by_reference != nullptr && term.part == 0)
+      list.push_back({std::string(term.entry->reference_name), Kind::reference, -1, k});
+  }
+  for (const TermEntry* entry : term_catalogue()) {
+    if (options.estimates(*entry))
+      list.push_back({std::string(entry->parameters[0].name), Kind::sensor, -1, 0, false, entry});
+  }
   for (int k = 0; options.poles && k < modes; ++k) {
     if (k == options.given_mode) continue;
     list.push_back({fmt::format("w_mode{}", k + 1), Kind::pole_w, -1, k});
@@ -191,9 +187,10 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
     for (int k = 0; k < options.profile_degree; ++k) {
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
-    if (options.sensor_high_pass || options.sensor.high_pass > 0) add_complex(list, "charge", Kind::charge, r, 0);
-    if (options.sensor_high_pass_square || options.sensor.high_pass_square > 0)
-      add_complex(list, "charge_rate", Kind::charge, r, 1);
+    for (const TermEntry* entry : term_catalogue()) {
+      if (!entry->charge.empty() && (options.estimates(*entry) || options.sensor.*entry->sensor > 0))
+        add_complex(list, std::string(entry->charge), Kind::charge, r, entry->after != nullptr);
+    }
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
     for (int k = 0; options.participation && k < modes; ++k) {
@@ -211,7 +208,7 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
 
 void move(Point& p, const Parameter& q, double d) {
   const Slot at = slot(p, q);
-  if (q.kind == Kind::high_pass || q.kind == Kind::high_pass_square) {
+  if (q.kind == Kind::sensor && q.sensor->not_negative) {
     *at.real = std::max(0.0, *at.real + d);
   } else if (q.kind == Kind::pole_w || q.kind == Kind::decay_w) {
     *at.real = bounded(*at.real, d, INFINITY);
@@ -220,6 +217,9 @@ void move(Point& p, const Parameter& q, double d) {
   } else {
     at.add(d);
   }
+  if (q.kind != Kind::reference) return;
+  for (RotorTerm& t : p.terms)  // all parts of an entry have one
+    if (t.is(*p.terms[static_cast<std::size_t>(q.index)].entry)) t.reference = *at.real;
 }
 
 double value(const Point& p, const Parameter& q) {

@@ -14,12 +14,8 @@ namespace whirl::identification::detail {
 enum class Kind {
   lane,
   term,
-  sensor_gain,
-  sensor_angle,
-  sensor_skew,
-  high_pass,
-  high_pass_square,
-  cubic,
+  reference,
+  sensor,
   charge,
   offset,
   participation,
@@ -34,9 +30,10 @@ enum class Kind {
 struct Parameter {
   std::string name;
   Kind kind;
-  int record;     // -1: shared
-  int index = 0;  // lane, term, mode, amplitude; charge: 1 of the slope
-  bool imaginary = false;
+  int record;              // -1: shared
+  int index = 0;           // lane, term (reference: the first of its entry), mode, amplitude; charge: 1 of the slope
+  bool imaginary = false;  // of a delay: its growth
+  const TermEntry* sensor = nullptr;
 };
 
 /// The estimate while it moves; angle corrections are kept as coefficients of (t / horizon)^k, k = 1 ...
@@ -45,7 +42,7 @@ struct Point {
   std::vector<OutputErrorRecord> records;
   std::vector<Eigen::VectorXd> profile;
   std::vector<DecayingMode> decays;
-  double delay = 0;
+  double delay = 0, clock_drift = 0;
   std::vector<RotorTerm> terms;
   SensorAxes sensor;
 };
@@ -55,6 +52,13 @@ struct Lean {
   double x, y;
 };
 Lean lean(const SensorAxes& sensor);
+/// Where an error of the probes is asked for its part in the readings.
+struct ProbePoint {
+  const SensorAxes& sensor;
+  const Eigen::VectorXcd &main, &signal;  ///< simulated motion, and as the probes give it to the converters, m
+  Complex charge, charge_rate;            ///< of a high-pass, OutputErrorRecord
+  double dt;
+};
 /// Of readings dt apart.
 HighPass high_pass_of(const SensorAxes& sensor, double dt);
 /// v^3 of each axis.

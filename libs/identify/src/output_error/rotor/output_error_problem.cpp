@@ -45,19 +45,6 @@ RotorModel model_of(const Point& p, const OutputErrorRecord& record) {
   return m;
 }
 
-/// Derivatives of what the probes give by the coefficient of their curve and by the corner of their high-pass.
-Eigen::VectorXcd by_cubic(const Eigen::VectorXcd& main, const HighPass& corner) {
-  return corner.any() ? high_passed(cubes(main), corner) : cubes(main);
-}
-Eigen::VectorXcd by_corner(const SensorAxes& sensor, const OutputErrorRecord& record, bool square, double dt) {
-  const HighPass corner = high_pass_of(sensor, dt);
-  const Eigen::Index n = record.main.size();
-  Eigen::VectorXcd rate = high_passed_rate(record.main + sensor.cubic * cubes(record.main), corner, square) +
-                          record.charge * discharge_rate(n, corner, false, square);
-  if (record.charge_rate != 0.0) rate += record.charge_rate * discharge_rate(n, corner, true, square);
-  return (square ? dt * dt : dt) * rate;
-}
-
 /// Place and velocity at sample 0 of a motion of at least the frequency w: a cubic over a third of a period.
 std::pair<Complex, Complex> start_of_curve(const Eigen::VectorXcd& z, double dt, double w) {
   constexpr double kShare = 1.0 / 3;
@@ -265,21 +252,14 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
     auto x = slopes_.col(column).head(n), y = slopes_.col(column).tail(n);
     if (q.kind == Kind::lane || q.kind == Kind::term) {
       integrated.emplace_back(column, q.kind == Kind::lane ? q.index : kProfile + s.profile.cols() + q.index);
-    } else if (q.kind == Kind::sensor_gain || q.kind == Kind::sensor_angle) {
-      x.setZero();
-      const bool by_gain = q.kind == Kind::sensor_gain;
-      const double gain = 1 + p.sensor.gain;
-      const Lean by = by_gain ? Lean{own.x / gain, own.y / gain} : Lean{own.y, -own.x};
-      y = later(by.y * z.imag() + by.x * z.real(), p.sensor.skew / dt);
-    } else if (q.kind == Kind::sensor_skew) {
-      x.setZero();
-      y = later_rate(own.y * z.imag() + own.x * z.real(), p.sensor.skew / dt) / dt;
-    } else if (q.kind == Kind::high_pass || q.kind == Kind::high_pass_square || q.kind == Kind::cubic) {
-      const Eigen::VectorXcd g = q.kind == Kind::cubic
-                                     ? by_cubic(main, corner)
-                                     : by_corner(p.sensor, p.records[r], q.kind == Kind::high_pass_square, dt);
+    } else if (q.kind == Kind::reference) {
+      const Eigen::Index first = kProfile + s.profile.cols() + static_cast<Eigen::Index>(p.terms.size());
+      integrated.emplace_back(column, first + reference_lanes(p.terms)[static_cast<std::size_t>(q.index)]);
+    } else if (q.kind == Kind::sensor) {
+      const OutputErrorRecord& record = p.records[r];
+      const Eigen::VectorXcd g = q.sensor->reading({p.sensor, main, z, record.charge, record.charge_rate, dt});
       x = g.real();
-      y = later(own.y * g.imag() + own.x * g.real(), p.sensor.skew / dt);
+      y = g.imag();
     } else if (q.kind == Kind::charge) {
       (q.imaginary ? x : y).setZero();
       (q.imaginary ? y : x) = discharge(n, corner, q.index == 1);

@@ -39,6 +39,7 @@ detail::Point start_point(std::size_t records, const RotorModel& start, const Ou
   point.model = start;
   point.decays = options.decays;
   point.delay = start_delay;
+  point.clock_drift = options.start_drift;
   point.terms = options.terms;
   point.sensor = options.sensor;
   for (std::size_t r = 0; r < records; ++r) {
@@ -74,6 +75,7 @@ void take_over(const std::vector<detail::Parameter>& parameters, detail::Point&&
   }
   fit.decays = point.decays;
   fit.delay = point.delay;
+  fit.clock_drift = point.clock_drift;
   fit.terms = point.terms;
   fit.sensor = point.sensor;
   fit.records = std::move(point.records);

@@ -11,8 +11,16 @@ namespace {
 
 constexpr Complex kI{0, 1};
 
-void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correction, double delay, AngleSignal& angle) {
+void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correction, double delay, double drift,
+                   AngleSignal& angle) {
   angle = measured.angle;
+  if (drift != 0) {  // older by a share of the time
+    for (Eigen::Index i = 0; i < angle.beta.size(); ++i) {
+      const double late = drift * 0.5 * measured.dt * static_cast<double>(i);
+      angle.beta[i] -= late * angle.omega[i] - (0.5 * late * late) * angle.alpha[i];
+      angle.omega[i] = (angle.omega[i] - late * angle.alpha[i]) * (1 - drift);
+    }
+  }
   if (delay != 0) {  // the angle when the displacement was taken
     angle.beta -= delay * angle.omega - (0.5 * delay * delay) * angle.alpha;
     angle.omega -= delay * angle.alpha;
@@ -37,10 +45,11 @@ void correct_angle(const RotorRecord& measured, const Eigen::VectorXd& correctio
 }
 
 // F and its derivatives by the coefficients of the angle correction, then by the delay.
-Eigen::VectorXcd forcing_of(const AngleSignal& a, int profile_degree, bool delay, Eigen::MatrixXcd& profile) {
+Eigen::VectorXcd forcing_of(const AngleSignal& a, int profile_degree, bool delay, bool drift,
+                            Eigen::MatrixXcd& profile) {
   const Eigen::Index n = a.beta.size();
   Eigen::VectorXcd f(n);
-  profile.resize(n, profile_degree + (delay ? 1 : 0));
+  profile.resize(n, profile_degree + delay + drift);
   const double horizon = 0.5 * a.dt * static_cast<double>(n - 1);
   for (Eigen::Index i = 0; i < n; ++i) {
     const double w = a.omega[i];
@@ -57,7 +66,9 @@ Eigen::VectorXcd forcing_of(const AngleSignal& a, int profile_degree, bool delay
       if (k > 1) power *= u;
     }
     // The third derivative of the angle is left out: it only turns the step, not the solution.
-    if (delay) profile(i, profile_degree) = -kI * w * f[i] - e * Complex(2 * w * a.alpha[i], 0);
+    const Complex late = -kI * w * f[i] - e * Complex(2 * w * a.alpha[i], 0);
+    if (delay) profile(i, profile_degree) = late;
+    if (drift) profile(i, profile_degree + delay) = 0.5 * a.dt * static_cast<double>(i) * late - 2 * w * w * e;
   }
   return f;
 }
@@ -137,11 +148,11 @@ void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputE
   OutputErrorRecord& record = p.records[r];
   const int substeps = steps_of(options);
   const bool first = s.forcing.size() == 0;
-  const bool turning = options.profile_degree > 0 || options.delay;
+  const bool turning = options.profile_degree > 0 || options.delay || options.clock_drift;
   if (first || turning) {
-    correct_angle(measured, p.profile[r], p.delay, record.angle);
+    correct_angle(measured, p.profile[r], p.delay, p.clock_drift, record.angle);
     s.angle = substeps == 1 ? record.angle : rotor::refine(record.angle, substeps);
-    s.forcing = forcing_of(s.angle, options.profile_degree, options.delay, s.profile);
+    s.forcing = forcing_of(s.angle, options.profile_degree, options.delay, options.clock_drift, s.profile);
     if (known != nullptr) s.known = refined_force(*known, record.angle, s.angle, substeps);
     refresh_runout(record, options.runout_harmonics, s);
   }

@@ -58,7 +58,7 @@ std::vector<rig::RigMode> structure_modes(const ModalModel& modal, double rotor_
 /// `modes` with those of the data sheet: one within 5 % in frequency is replaced, the others are added.
 std::vector<rig::RigMode> known_modes(std::vector<rig::RigMode> modes, const std::vector<rig::RigMode>& data_sheet);
 
-/// The hardware with the model's further forces (RotorTermKind) and as many Runge-Kutta steps as its friction needs.
+/// The hardware with the model's further forces (RotorTerm) and as many Runge-Kutta steps as its friction needs.
 Hardware with_forces(Hardware hardware, const IdentifiedModel& model);
 
 /// The further forces of the model that the plants of with_forces lack: friction that is too sudden for 256 steps per

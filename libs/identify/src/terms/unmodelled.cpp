@@ -1,0 +1,59 @@
+#include "terms/term.hpp"
+
+/// Terms that no model here holds: they name what is missing.
+namespace whirl::identification::terms {
+namespace {
+
+TermEntry unmodelled(std::string_view label, bool both_axes, decltype(TermEntry::columns) columns) {
+  return {.label = label, .columns = columns, .both_axes = both_axes, .in_model = false};
+}
+
+}  // namespace
+
+const TermEntry& square_radial() {
+  static const TermEntry entry = unmodelled("|z| z", false, [](const ScorePoint& at) -> Candidates {
+    const Eigen::VectorXcd& z = at.own.main;
+    return {{0, {at.force(z.cwiseAbs().cast<Complex>().cwiseProduct(z))}, true}};
+  });
+  return entry;
+}
+
+const TermEntry& cubic_conj() {
+  static const TermEntry entry = unmodelled("|z|^2 conj z", true, [](const ScorePoint& at) -> Candidates {
+    const Eigen::VectorXcd& z = at.own.main;
+    return {{0, {at.force(z.cwiseAbs2().cast<Complex>().cwiseProduct(z.conjugate()))}}};
+  });
+  return entry;
+}
+
+const TermEntry& conj_cubed() {
+  static const TermEntry entry = unmodelled("conj(z)^3", true, [](const ScorePoint& at) -> Candidates {
+    const Eigen::VectorXcd c = at.own.main.conjugate();
+    return {{0, {at.force(c.cwiseProduct(c).cwiseProduct(c))}}};
+  });
+  return entry;
+}
+
+const TermEntry& square() {
+  static const TermEntry entry = unmodelled("z^2", false, [](const ScorePoint& at) -> Candidates {
+    return {{0, {at.force(at.own.main.cwiseProduct(at.own.main))}}};
+  });
+  return entry;
+}
+
+const TermEntry& conj_square() {
+  static const TermEntry entry = unmodelled("conj(z)^2", false, [](const ScorePoint& at) -> Candidates {
+    const Eigen::VectorXcd c = at.own.main.conjugate();
+    return {{0, {at.force(c.cwiseProduct(c))}}};
+  });
+  return entry;
+}
+
+const TermEntry& square_size() {
+  static const TermEntry entry = unmodelled("|z|^2", false, [](const ScorePoint& at) -> Candidates {
+    return {{0, {at.force(at.own.main.cwiseAbs2().cast<Complex>())}}};
+  });
+  return entry;
+}
+
+}  // namespace whirl::identification::terms
