@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "whirl/core/error.hpp"
+#include "whirl/pages/text/findings.hpp"
+
 namespace whirl::pages {
 namespace {
 
@@ -11,17 +16,28 @@ io::Json::Array texts(const std::vector<std::string>& lines) {
   return out;
 }
 
-/// What the record check finds in a table of uniformly sampled time signals with known units.
-records::RecordReport check(const io::SignalTable& table, const std::string& source) {
+/// A table of uniformly sampled time signals with known units; no channels for another one.
+Recording time_signals(const io::SignalTable& table, const std::string& source) {
   Recording record;
   record.source = source;
   record.t0 = table.start;
   record.dt = table.step;
-  if (table.abscissa != Quantity::time || !(table.step > 0)) return {};
+  if (table.abscissa != Quantity::time || !(table.step > 0)) return record;
   for (const io::Signal& s : table.signals) {
     if (s.quantity && s.imaginary.size() == 0 && !record.has(s.name)) record.add(s.name, *s.quantity, s.value);
   }
-  return records::check(record);
+  return record;
+}
+
+/// Of a record with an angle that cannot be read, or with forces (no rotor turns there), nothing: those who need the
+/// angle say why.
+diagnosis::VibrationFindings vibration_of_table(const Recording& record) {
+  if (std::ranges::any_of(record.channels, [](const Channel& c) { return c.quantity == Quantity::force; })) return {};
+  try {
+    return diagnosis::find_vibration(record);
+  } catch (const Error&) {
+    return {};
+  }
 }
 
 io::Json to_json(const records::Finding& f) {
@@ -64,9 +80,12 @@ io::Json to_json(const io::TableInfo& table) {
 }  // namespace
 
 FileReport report_file(const io::SignalFile& file) {
-  FileReport report{io::describe(file), {}};
+  FileReport report{io::describe(file), {}, {}};
   for (std::size_t k = 0; k < file.tables.size(); ++k) {
-    report.records.push_back(check(file.tables[k], file.source));
+    const Recording record = time_signals(file.tables[k], file.source);
+    const bool known = !record.channels.empty();
+    report.records.push_back(known ? records::check(record) : records::RecordReport{});
+    report.findings.push_back(known ? vibration_of_table(record) : diagnosis::VibrationFindings{});
     if (report.records.back().findings.empty()) continue;
     for (io::ChannelInfo& c : report.info.tables[k].channels)
       c.damage.clear();  // the record check says it with the time and what follows
@@ -79,6 +98,8 @@ std::string to_text(const FileReport& report) {
   for (const records::RecordReport& r : report.records) {
     for (const records::Finding& f : r.findings) text += fmt::format("  ! {}\n", f.text());
   }
+  for (const diagnosis::VibrationFindings& f : report.findings)
+    if (f.angle != diagnosis::AngleSource::none) text += to_text(f, "  * ");
   return text;
 }
 
@@ -92,6 +113,7 @@ io::Json to_json(const FileReport& report) {
     io::Json::Array findings;
     for (const records::Finding& f : report.records[k].findings) findings.push_back(to_json(f));
     table.set("record_check", std::move(findings));
+    table.set("vibration", to_json(report.findings[k]));
     tables.push_back(std::move(table));
   }
   json.set("tables", std::move(tables));

@@ -13,6 +13,8 @@
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/run_json.hpp"
 #include "whirl/pages/run_report_tables.hpp"
+#include "whirl/pages/text/findings.hpp"
+#include "whirl/pages/verdict.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {
@@ -31,6 +33,7 @@ class RunReport {
   Document build() {
     doc_.title = o_.title;
     doc_.subtitle = fmt::format("{} files, whirl {}", in_.files.size(), version());
+    verdict();
     findings();
     if (!in_.records.empty() || !in_.bode.empty()) runs();
     if (!in_.stiffness.empty() || !in_.modes.empty() || !in_.responses.empty()) tests();
@@ -43,6 +46,13 @@ class RunReport {
   }
 
  private:
+  void verdict() {
+    if (in_.records.empty()) return;
+    for (const auto& [name, record] : in_.records) verdicts_.push_back(verdict_on(name, record, o_.service_speed));
+    doc_.section("Verdict");
+    doc_.table(verdict_table(verdicts_, o_.machine_name, o_.date));
+  }
+
   // What a reader should know before anything else; all from the inputs.
   void findings() {
     doc_.section("Findings");
@@ -60,6 +70,15 @@ class RunReport {
                                report::format_amplitude(m.closed.all, AmplitudeKind::peak),
                                report::format_amplitude(m.open.all, AmplitudeKind::peak),
                                format_fixed(100 * m.suppression.all, 1), format_fixed(m.force_rms, 2)));
+      any = true;
+    }
+    for (const Verdict& v : verdicts_) {
+      std::vector<std::string> lines;
+      for (const diagnosis::VibrationFinding& f : v.vibration.findings) lines.push_back(text(f));
+      for (const diagnosis::Unjudged& u : v.vibration.unjudged) lines.push_back(text(u));
+      if (lines.empty()) continue;
+      doc_.subsection("Vibration of " + v.record);
+      doc_.bullets(std::move(lines));
       any = true;
     }
     for (const CriticalRow& c : criticals()) {
@@ -291,6 +310,7 @@ class RunReport {
   const ReportInputs& in_;
   const ReportOptions& o_;
   Document doc_;
+  std::vector<Verdict> verdicts_;
   std::vector<CriticalRow> critical_rows_;
   std::vector<std::string> left_out_;
 };

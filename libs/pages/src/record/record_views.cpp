@@ -14,6 +14,7 @@
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/passages.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/diagnosis/vibration_findings.hpp"
 #include "whirl/io/units.hpp"
 #include "whirl/signal/order.hpp"
 #include "whirl/signal/spectrum.hpp"
@@ -136,6 +137,17 @@ Index hide_ringing(Eigen::MatrixXcd& envelope, const std::vector<double>& orders
   return hidden;
 }
 
+// One channel with whatever tells the angle.
+Recording only(const Recording& r, const std::string& channel) {
+  Recording out = r;
+  std::erase_if(out.channels, [&](const Channel& c) {
+    const bool motion = c.quantity == Quantity::displacement || c.quantity == Quantity::velocity ||
+                        c.quantity == Quantity::acceleration;
+    return motion && c.name != channel;
+  });
+  return out;
+}
+
 Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   const Recording r = cut(run.record, o);
   const diagnosis::Rotation turning = required_rotation(r);
@@ -146,7 +158,14 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
                            : std::clamp(std::max(0.25 * turning.speed.mean() / kTwoPi, least), 0.5, 0.05 / r.dt);
   };
   const double narrow = chosen(0), wide = chosen(4 * std::sqrt(turning.sweep_rate(r.dt) / kTwoPi));
-  const VectorXd part = r[channel].segment(turning.first, turning.size());
+  // An electric line in the filter of an order is not the order's.
+  VectorXd samples = r[channel];
+  std::string taken;
+  for (const diagnosis::ElectricLine& line : diagnosis::find_vibration(only(r, channel)).electric) {
+    samples = line.taken_off(samples, r.dt);
+    taken += fmt::format("; electric line of {:.2f} Hz taken off", line.frequency);
+  }
+  const VectorXd part = samples.segment(turning.first, turning.size());
   Eigen::MatrixXcd envelope = signal::track_orders(part, turning.angle, r.dt, o.orders, {.bandwidth = narrow});
   if (wide > narrow) {
     const Eigen::MatrixXcd quick = signal::track_orders(part, turning.angle, r.dt, o.orders, {.bandwidth = wide});
@@ -160,7 +179,8 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   Figure figure = report::order_tracks(time, turning.speed, o.orders, envelope, r.at(channel).quantity, o.phase);
   figure.panels.front().title = fmt::format("{}, {}: Vold-Kalman, two poles, {:.3g} Hz{}{}", run.name, channel, narrow,
                                             wide > narrow ? fmt::format(" (1X {:.3g} Hz)", wide) : "",
-                                            hidden > 0 ? "; gaps: free vibration crosses the order" : "");
+                                            hidden > 0 ? "; gaps: free vibration crosses the order" : "") +
+                                taken;
   return figure;
 }
 

@@ -42,6 +42,7 @@ std::optional<signal::SynchronousCurve> read_bode_table(const std::filesystem::p
 
 struct ReportOptions {
   std::string title = "Rotor vibration report";
+  std::string machine_name, date;  ///< of the verdict; as the user writes them
   double service_speed = 0;  ///< rad/s, largest continuous speed: zones, grade and separation margin are stated for it
   double slow_roll = 0;      ///< rad/s: the mean 1X vector below this speed is taken off
   bool with_paper = false;   ///< numbers of the paper's Table 4 beside the segments

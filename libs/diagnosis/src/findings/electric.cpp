@@ -1,0 +1,125 @@
+// Lines at the frequency of the supply and twice it: a frequency that stays while the orders move with the speed.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "findings/channel_study.hpp"
+
+namespace whirl::diagnosis::detail {
+namespace {
+
+constexpr std::size_t kQuarter = 4;
+constexpr double kPairReach = 0.47;   // orders from 1X or 2X within which a line may be a sideband
+constexpr double kPairChance = 1e-6;  // of its mirror
+constexpr double kPairShare = 0.5;    // of its amplitude that the mirror has
+
+struct Search {
+  Line line;
+  double chance = 1;
+  std::vector<LineValue> values;
+};
+
+// The line is there throughout the record: the quarter of the blocks that show it best does not count.
+double throughout(std::vector<double> chances) {
+  std::ranges::sort(chances);
+  if (chances.size() >= kQuarter)
+    chances.erase(chances.begin(), chances.begin() + static_cast<std::ptrdiff_t>(chances.size() / kQuarter));
+  return fisher(chances);
+}
+
+Search at_frequency(const std::vector<LineBlock>& blocks, double frequency) {
+  Search out{{0, frequency}, 1, {}};
+  std::vector<double> chances;
+  for (const LineBlock& b : blocks) {
+    const LineValue value = b.added(out.line);
+    if (!(value.share >= kLeastShare)) continue;
+    chances.push_back(value.chance);
+    out.values.push_back(value);
+  }
+  out.chance = throughout(chances);
+  return out;
+}
+
+double total_power(const Search& s) {
+  double sum = 0;
+  for (const LineValue& v : s.values) sum += v.power;
+  return sum;
+}
+
+// The frequency that all blocks show best, about `nominal`.
+Search search(const std::vector<LineBlock>& blocks, double nominal) {
+  double longest = 0;
+  for (const LineBlock& b : blocks) longest = std::max(longest, b.duration());
+  const double reach = kMainsTolerance * nominal, step = 0.5 / longest;
+  const int half = static_cast<int>(std::floor(reach / step));
+  Search best;
+  for (int k = -half; k <= half; ++k) {
+    Search here = at_frequency(blocks, nominal + k * step);
+    if (here.values.empty()) continue;
+    const bool better =
+        here.chance < best.chance || (here.chance == best.chance && total_power(here) > total_power(best));
+    if (best.values.empty() || better) best = std::move(here);
+  }
+  if (best.values.empty()) return best;
+  for (double fine = 0.5 * step; fine > 0.02 * step; fine *= 0.5) {
+    for (const double move : {-fine, fine}) {
+      Search here = at_frequency(blocks, best.line.frequency + move);
+      if (here.values.size() == best.values.size() && total_power(here) > total_power(best)) {
+        here.chance = std::min(here.chance, best.chance);
+        best = std::move(here);
+      }
+    }
+  }
+  best.chance *= 2 * half + 1;
+  return best;
+}
+
+// The line and its mirror about 1X or 2X are a pair of sidebands, which may lie where the supply is.
+bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s) {
+  const double size = ChannelStudy::mean_amplitude(s.values);
+  return std::ranges::any_of(std::array{1.0, 2.0}, [&](double carrier) {
+    std::vector<double> chances;
+    std::vector<LineValue> values;
+    for (const LineBlock& b : blocks) {
+      const double across = 2 * carrier * b.turning() - s.line.frequency;
+      if (std::abs(s.line.frequency / b.turning() - carrier) > kPairReach) continue;
+      values.push_back(b.added({0, across}));
+      if (values.back().share >= kLeastShare) chances.push_back(values.back().chance);
+    }
+    return fisher(chances) < kPairChance && ChannelStudy::mean_amplitude(values) > kPairShare * size;
+  });
+}
+
+}  // namespace
+
+void find_electric(ChannelStudy& s) {
+  const std::vector<LineBlock> blocks = blocks_of(s.channel, order_lines(), kLongBlock, kSteadyBlock);
+  for (const LineBlock& b : blocks) {
+    for (const Line& l : order_lines()) {
+      const LineValue v = b.fitted(l);
+      if (v.share >= kLeastShare) s.largest = std::max(s.largest, v.amplitude());
+    }
+  }
+  const double tests = static_cast<double>(s.options.mains.size());
+  for (const double mains : s.options.mains) {
+    for (const auto& [multiple, code] :
+         {std::pair{1, VibrationCode::line_frequency}, std::pair{2, VibrationCode::twice_line_frequency}}) {
+      Search found = search(blocks, multiple * mains);
+      if (found.values.empty()) continue;
+      VibrationFinding f;
+      f.code = code;
+      f.size = ChannelStudy::mean_amplitude(found.values);
+      f.chance = found.chance * tests;
+      f.frequency = found.line.frequency;
+      f.causes = multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
+                               : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
+      if (!s.runs() && is_sideband(blocks, found)) continue;
+      if (s.add(f)) s.electric.push_back(found.line);
+    }
+  }
+  std::vector<Line> lines = order_lines();
+  lines.insert(lines.end(), s.electric.begin(), s.electric.end());
+  s.blocks = s.electric.empty() ? blocks : blocks_of(s.channel, lines, kLongBlock, kSteadyBlock);
+}
+
+}  // namespace whirl::diagnosis::detail

@@ -1,0 +1,31 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "whirl/core/recording.hpp"
+#include "whirl/diagnosis/vibration_findings.hpp"
+#include "whirl/report/table.hpp"
+
+namespace whirl::pages {
+
+/// What a record says about its machine.
+struct Verdict {
+  std::string record;
+  diagnosis::VibrationFindings vibration;
+  /// Zone of the largest unfiltered shaft vibration of its displacement channels, at the speed judged (ISO 20816-3);
+  /// 0 where it has none or does not reach the speed.
+  char zone = 0;
+  double peak_to_peak = 0;  ///< m, of that channel
+  double speed = 0;         ///< rad/s, judged: the service speed, else the highest
+  std::string channel;
+};
+/// `service_speed` rad/s; 0: the highest of the record. Of the samples within 2 % of that speed one in a thousand at
+/// either end does not count.
+Verdict verdict_on(const std::string& name, const Recording& record, double service_speed);
+
+/// Machine, date, standard, zone, findings, next step; a row per record. Empty `machine` and `date` stand as not
+/// stated.
+report::Table verdict_table(const std::vector<Verdict>& verdicts, const std::string& machine, const std::string& date);
+
+}  // namespace whirl::pages
