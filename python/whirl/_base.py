@@ -1,12 +1,13 @@
-"""What scikit-learn asks of an estimator, with or without scikit-learn."""
+"""The rules of scikit-learn for an estimator, with or without scikit-learn."""
+import copy
 import warnings
 
 try:  # scikit-learn is optional: with it the estimator can be cloned, searched over and put into pipelines
-    from sklearn.base import BaseEstimator
+    from sklearn.base import BaseEstimator, clone
 except ImportError:  # pragma: no cover
 
     class BaseEstimator:
-        """The two methods that scikit-learn asks of an estimator."""
+        """The two methods that scikit-learn needs of an estimator."""
 
         def get_params(self, deep=True):
             import inspect
@@ -17,6 +18,10 @@ except ImportError:  # pragma: no cover
             for name, value in params.items():
                 setattr(self, name, value)
             return self
+
+    def clone(estimator):
+        """The same settings, not fitted."""
+        return copy.deepcopy(estimator)
 
 
 def frame_names(x):
@@ -49,3 +54,12 @@ def require_fitted_names(estimator, x):
         if not unseen and not missing:
             text += "Feature names must be in the same order as they were in fit.\n"
         raise ValueError(text)
+
+
+def not_fitted(estimator):
+    """The error of a call that needs fit first; scikit-learn's own where it is installed."""
+    try:
+        from sklearn.exceptions import NotFittedError as kind
+    except ImportError:  # pragma: no cover
+        kind = ValueError
+    return kind(f"this {type(estimator).__name__} is not fitted yet: call fit first")
