@@ -1,7 +1,7 @@
 """Results of the studies as dataclasses. Each has `summary`, `to_pandas()`, `to_json()`, most have `plot()`."""
 import html
 import json
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ class Result:
     """Base: `document` is the content of the JSON file that the program writes of the same study."""
 
     summary: Summary
-    document: dict = field(default_factory=dict)
+    document: dict
 
     def _columns(self):
         """The table of the result: column name -> values."""
@@ -54,11 +54,20 @@ class Result:
 class NonlinearMode(Result):
     """One mode x'' + c x' + q |x'| x' + f sgn(x') + k1 x + k3 x^3 + k5 x^5 = u, per unit of modal mass."""
 
-    model: Model = None
+    model: Model
 
-    def __post_init__(self):
-        self.parameters = {name: _estimate(self.document[name])[0] for name in ("k1", "k3", "k5", "c", "q", "f")}
-        self.lowest, self.highest = self.document["lowest"], self.document["highest"]
+    @property
+    def parameters(self):
+        return {name: _estimate(self.document[name])[0] for name in ("k1", "k3", "k5", "c", "q", "f")}
+
+    @property
+    def lowest(self):
+        """Smallest amplitude that the data covered."""
+        return self.document["lowest"]
+
+    @property
+    def highest(self):
+        return self.document["highest"]
 
     def frequency(self, amplitude):
         """Backbone, Hz, at amplitudes (peak) of the first harmonic."""
@@ -76,10 +85,10 @@ class NonlinearMode(Result):
 class Decay(NonlinearMode):
     """A mode from a free decay: `points` hold amplitude, omega, rate over time, with standard deviations."""
 
-    def __post_init__(self):
-        super().__post_init__()
+    @property
+    def points(self):
         points = self.document["points"]
-        self.points = {name: np.array([p[name] for p in points]) for name in points[0]}
+        return {name: np.array([p[name] for p in points]) for name in points[0]}
 
     def _columns(self):
         return self.points
@@ -102,11 +111,11 @@ class SineTest(NonlinearMode):
     """A mode from stepped or swept sine: `points` hold frequency_Hz, force, amplitude (peak), phase_rad; `gain` in m/s^2
     per newton, the inverse of the modal mass."""
 
-    points: dict = field(default_factory=dict)
+    points: dict
 
-    def __post_init__(self):
-        super().__post_init__()
-        self.gain = _estimate(self.document["gain"])[0]
+    @property
+    def gain(self):
+        return _estimate(self.document["gain"])[0]
 
     def _columns(self):
         return self.points
@@ -132,17 +141,17 @@ class Transient(Result):
     """Modes from the 1X vector of one fast run: speeds in rad/s, vectors in m peak. `steady` is the fit that takes each
     point for a steady one, for comparison."""
 
-    modes: list = field(default_factory=list)
-    runout: complex = 0
-    alpha: float = np.nan  # rad/s^2
-    fit_percent: float = np.nan
-    peak_speed: float = np.nan
-    peak_speed_measured: float = np.nan
-    beats: list = field(default_factory=list)
-    beats_measured: list = field(default_factory=list)
-    omega: Any = None
-    measured: Any = None
-    simulated: Any = None
+    modes: list
+    runout: complex
+    alpha: float  # rad/s^2
+    fit_percent: float
+    peak_speed: float
+    peak_speed_measured: float
+    beats: list
+    beats_measured: list
+    omega: np.ndarray
+    measured: np.ndarray
+    simulated: np.ndarray
     steady: Any = None
 
     def _columns(self):
@@ -208,7 +217,7 @@ class Margins(Result):
 class Comparison(Result):
     """Control laws on the same rig: `controllers` by label, `best` the label of the one to use."""
 
-    controllers: dict[str, Controller] = field(default_factory=dict)
+    controllers: dict[str, Controller]
 
     @property
     def best(self):
@@ -321,9 +330,9 @@ class Derivation(Result):
     """Equations of motion from energies: `text` and `latex`, `library` as TOML for identification, and with a model the
     physical `parameters`, `combinations` and `reported` terms as estimates."""
 
-    text: str = ""
-    latex: str = ""
-    library: str = ""
+    text: str
+    latex: str
+    library: str
 
     def _named(self):
         return {name: _estimate(entry) for part in ("parameters", "combinations", "reported")
