@@ -241,7 +241,7 @@ def test_check_and_info(folder, model):
                               units={"x": "m", "y": "m", "beta": "rad"})
     found = whirl.check(spoiled)
     kinds = {f.kind for f in found.findings}
-    assert {"dropout", "clipping"} <= kinds and not found.refused and "x" in repr(found)
+    assert {"dropout", "clipped"} <= kinds and not found.refused and "x" in repr(found)
     assert not found.usable["x"][1005:1035].any() and found.usable["x"].shape == x.shape
     assert set(found.to_pandas()["kind"]) == kinds and "<table>" in found._repr_html_()
     assert whirl.check(record, mains=[]).refused is False

@@ -192,4 +192,5 @@ def install():
     w.Recording._repr_html_ = lambda self: table_html(
         {"channel": self.names, "unit": [self.units[n] for n in self.names], "minimum": [float(np.min(self[n])) for n in self.names],
          "maximum": [float(np.max(self[n])) for n in self.names]}, f"{self.source}: {len(self)} samples every {self.dt:g} s")
+    w.Estimate.__reduce__ = lambda self: (w.Estimate, (self.value, self.sd, self.low, self.high))
     w.Equation.__repr__ = lambda self: f"{self.lhs} = " + " + ".join(repr(term) for term in self.terms)

@@ -160,7 +160,7 @@ TEST(UnscaledFrolsProperty, TheFirstTermIsTheMostCorrelatedAndSupportsGrow) {
   }
 }
 
-TEST(Unscaled, BadInputIsToldByName) {
+TEST(Unscaled, BadInputIsNamed) {
   const GramBlock sums = random_rows(50, 4, 0.1, 1).sums();
   EXPECT_THROW(solve_unscaled(sums, {.method = "lasso"}), Error);
   EXPECT_THROW(solve_unscaled(sums, {.threshold = -1}), Error);
