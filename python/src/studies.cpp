@@ -5,7 +5,7 @@
 #include "bindings.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/identify/model_run.hpp"
+#include "whirl/identify/record/model_run.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/library_toml.hpp"
 #include "whirl/io/signals.hpp"

@@ -294,7 +294,7 @@ def other_coefficients_in_the_optimizer(ps):
 
 
 @idiom
-def stlsq_that_tells_its_steps(ps):
+def stlsq_that_prints_its_steps(ps):
     finds(ps.SINDy(optimizer=ps.STLSQ(threshold=0.2, alpha=0.5, max_iter=30, verbose=True)).fit(lorenz(), t=DT))
 
 

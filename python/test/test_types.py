@@ -72,8 +72,10 @@ def test_misuse_is_found(tmp_path):
 OUTSIDE = ("metaclass differs", "stub does not have *args argument", 'stub argument "self" differs', "whirl._base.")
 
 
-def test_stubs_say_what_the_package_has():
-    checked = subprocess.run([sys.executable, "-m", "mypy.stubtest", "--ignore-missing-stub", "--concise", "whirl"], cwd=PACKAGE.parent,
+def test_stubs_say_what_the_package_has(tmp_path):
+    (tmp_path / "mypy.ini").write_text("[mypy]\nignore_missing_imports = True\n")  # pandas and others have no stubs
+    checked = subprocess.run([sys.executable, "-m", "mypy.stubtest", "--ignore-missing-stub", "--concise", "--mypy-config-file",
+                              tmp_path / "mypy.ini", "whirl"], cwd=PACKAGE.parent,
                              env={"PYTHONPATH": str(PACKAGE.parent), "PATH": "/usr/bin:/bin"}, capture_output=True, text=True)
     wrong = [line for line in checked.stdout.splitlines() if not any(part in line for part in OUTSIDE)]
     assert not wrong, "\n".join(wrong)

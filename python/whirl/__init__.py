@@ -164,7 +164,7 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
     samples ({"u": "zero"}, "first" or "band-limited"; else by evidence), `dead_time` in s ({"u": 0.02}); `hidden`: states
     without a channel, at most; `denominators`: candidate terms of rational right-hand sides. `progress(what, fraction)`
     is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
-    Readings that the records cannot tell apart stand in `ambiguities`. Raises Error for missing channels.
+    Interpretations that the records cannot separate are listed in `ambiguities`. Raises Error for missing channels.
     """
     records = [records] if isinstance(records, Recording) else _recordings(records)
     if hidden < 0:

@@ -2,7 +2,7 @@ from pathlib import Path
 from typing import Callable, Mapping, Sequence
 
 from . import plot as plot
-from ._types import Frame
+from ._base import Frame
 from ._whirl import Error as Error
 from ._whirl import Status as Status
 from ._whirl import Finding as Finding

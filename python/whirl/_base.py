@@ -1,6 +1,15 @@
-"""The rules of scikit-learn for an estimator, with or without scikit-learn."""
+"""What the modules share: the rules of scikit-learn for an estimator, with or without scikit-learn, and types."""
 import copy
 import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Trajectories = ArrayLike  # samples x states, or a list of such
+Frame = Any  # pandas.DataFrame, where pandas is installed
+Axes = Any  # of matplotlib
 
 try:  # scikit-learn is optional: with it the estimator can be cloned, searched over and put into pipelines
     from sklearn.base import BaseEstimator, clone

@@ -1,5 +1,13 @@
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Trajectories = ArrayLike
+Frame = Any
+Axes = Any
+
 class BaseEstimator:
     def get_params(self, deep: bool = ...) -> dict[str, Any]: ...
     def set_params(self, **params: Any) -> Any: ...

@@ -1,6 +1,6 @@
 from typing import Any, Sequence
 
-from ._types import Array, Trajectories
+from ._base import Array, Trajectories
 from .libraries import Library
 
 class SparseModel:

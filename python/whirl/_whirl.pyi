@@ -4,7 +4,7 @@ from typing import Any, Iterator, Mapping, Sequence, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._types import Array, Axes, Frame
+from ._base import Array, Axes, Frame
 
 __version__: str
 

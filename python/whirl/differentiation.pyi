@@ -2,7 +2,7 @@ from typing import Any, Callable
 
 from numpy.typing import ArrayLike
 
-from ._types import Array
+from ._base import Array
 
 class Differentiation:
     smoothed_x_: Array

@@ -249,7 +249,7 @@ class GeneralizedLibrary(Library):
     """The terms of all `libraries`, and the products of those that a row of `tensor_array` marks with 1.
 
     `inputs_per_library`: indices of the variables that each library sees; `exclude_libraries`: indices of those that
-    stand in products only.
+    appear in products only.
     """
 
     def __init__(self, libraries=(), tensor_array=None, inputs_per_library=None, exclude_libraries=()):

@@ -3,7 +3,7 @@ from typing import Any, Callable, Sequence
 from numpy.typing import ArrayLike, NDArray
 import numpy as np
 
-from ._types import Array
+from ._base import Array
 
 class Library:
     n_features_in_: int

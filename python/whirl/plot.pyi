@@ -1,7 +1,7 @@
 from typing import Sequence
 
 from ._whirl import FrequencyResponse, Recording, Run, SteadyResponse
-from ._types import Axes
+from ._base import Axes
 
 def recording(record: Recording, channels: Sequence[str] | None = ..., axes: Axes = ...) -> Axes: ...
 def frequency_response(frf: FrequencyResponse, axes: Axes = ...) -> Axes: ...

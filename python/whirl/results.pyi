@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 import numpy as np
 
 from ._whirl import Controller, Estimate, Model, RunupMode, Summary
-from ._types import Array, Axes, Frame
+from ._base import Array, Axes, Frame
 
 __all__ = ["Comparison", "Decay", "Derivation", "Margins", "NonlinearMode", "Result", "Robustness", "RunUpPlan", "SineTest", "Transient"]
 

@@ -20,7 +20,7 @@ class SINDy(SparseModel):
     """Sparse identification of x' = f(x, u), or of maps x[k+1] = f(x, u); an estimator of scikit-learn.
 
     Without `optimizer`, `differentiation_method`, rates and Python functions, `fit` is whirl's own: weak form, then
-    refinement on free runs; it needs no threshold and no derivative, and `model_` has intervals and a verdict. With any
+    refinement by simulation; it needs no threshold and no derivative, and `model_` has intervals and a verdict. With any
     of these it is the classical chain: derivative, candidate matrix, sparse regression. `whirl.compat.pysindy` has the
     names and arguments of PySINDy.
 
@@ -126,7 +126,7 @@ class SINDy(SparseModel):
         self._compiled = _whirl._Compiled(self.model_) if self.model_.equations else None
 
     def simulate(self, x0, t, u=None):
-        """Free run from x0 over the times t (maps: number of steps); u: one row per time, or a function of time."""
+        """Simulation from x0 over the times t (maps: number of steps); u: one row per time, or a function of time."""
         self._check_fitted()
         samples = int(t) if np.ndim(t) == 0 else len(t)
         if samples < 1:
@@ -204,7 +204,7 @@ def _check_names(names, library):
 
 
 def _usable_names(columns, inputs):
-    """Names for the variables from the columns of frames; none where one cannot stand in a formula."""
+    """Names for the variables from the columns of frames; none where one cannot be used in a formula."""
     if columns is None or inputs is None:
         return []
     names = columns + inputs

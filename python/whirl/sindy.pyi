@@ -4,7 +4,7 @@ from numpy.typing import ArrayLike
 
 from ._whirl import Model
 from ._model import SparseModel
-from ._types import Array, Trajectories
+from ._base import Array, Trajectories
 
 class SINDy(SparseModel):
     model_: Model | None

@@ -13,7 +13,7 @@ from ._whirl import (
     StiffnessLaw,
     VirtualRig,
 )
-from ._types import Frame
+from ._base import Frame
 from .results import Comparison, Decay, Derivation, Margins, Robustness, RunUpPlan, SineTest, Transient
 
 def simulate(model: Model, from_rpm: float | None = ..., to_rpm: float | None = ..., seconds: float | None = ..., *, dwell_s: float = ...,

@@ -6,7 +6,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/model_run.hpp"
+#include "whirl/identify/record/model_run.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"

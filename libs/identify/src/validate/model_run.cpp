@@ -1,4 +1,4 @@
-#include "whirl/identify/model_run.hpp"
+#include "whirl/identify/record/model_run.hpp"
 
 #include <fmt/format.h>
 

@@ -82,7 +82,7 @@ class SINDy(_Common):
         return self.differentiation_method(as_states(x), t)
 
     def simulate(self, x0, t, u=None, integrator="solve_ivp", interpolator=None, integrator_kws=None, interpolator_kws=None):
-        """Free run from x0 at the times t by scipy's "solve_ivp" (default: LSODA, rtol = atol = 1e-12) or "odeint".
+        """Simulation from x0 at the times t by scipy's "solve_ivp" (default: LSODA, rtol = atol = 1e-12) or "odeint".
 
         u: a function of time, or one row per time, between which `interpolator` (default: scipy's interp1d) runs."""
         from scipy.integrate import odeint, solve_ivp

@@ -3,7 +3,7 @@ from typing import Any, Callable, Sequence
 from numpy.typing import ArrayLike
 
 from ..._model import SparseModel
-from ..._types import Array, Trajectories
+from ..._base import Array, Trajectories
 
 class _Common(SparseModel):
     optimizer: Any

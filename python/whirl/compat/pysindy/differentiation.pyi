@@ -1,6 +1,6 @@
 from typing import Any, Callable, ClassVar
 
-from ..._types import Array
+from ..._base import Array
 from ...differentiation import Differentiation
 from ...differentiation import FiniteDifference as _FiniteDifference
 from ...differentiation import SmoothedFiniteDifference as _SmoothedFiniteDifference

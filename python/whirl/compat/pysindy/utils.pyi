@@ -2,7 +2,7 @@ from typing import Any, Callable, Sequence
 
 from numpy.typing import ArrayLike
 
-from ..._types import Array
+from ..._base import Array
 
 def lorenz(t: float, x: ArrayLike, sigma: float = ..., beta: float = ..., rho: float = ...) -> list[float]: ...
 def lorenz_u(t: ArrayLike) -> Array: ...
