@@ -214,10 +214,24 @@ def test_the_target_of_scikit_learn_is_the_rates(attractor):
     for times in (DT, DT * np.arange(len(attractor))):
         with pytest.raises(TypeError, match="t="):
             whirl.SINDy().fit(attractor, times)
+    with pytest.raises(TypeError, match="t="):
+        whirl.SINDy().fit([attractor, attractor[:2000]], [DT * np.arange(5000), DT * np.arange(2000)])
     with pytest.warns(UserWarning, match="left out"):
         whirl.SINDy(optimizer=whirl.STLSQ()).fit(attractor, attractor[:, 0], t=DT)
     with pytest.raises(ValueError, match="Reshape"):
         whirl.SINDy().fit(attractor[:, 0], t=DT)
+
+
+def test_optimizers_and_differentiation_of_ones_own(attractor):
+    class Solver:
+        def solve(self, theta, y):
+            return np.linalg.lstsq(theta, y, rcond=None)[0]
+
+    def differences(x, t):
+        return np.gradient(x, t, axis=0)
+
+    model = whirl.SINDy(optimizer=Solver(), differentiation_method=differences).fit(attractor, t=DT)
+    assert model.score(attractor, t=DT) > 0.999 and model.complexity == 30
 
 
 def test_short_trajectories_are_fitted_with_a_warning(attractor):

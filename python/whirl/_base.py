@@ -12,7 +12,8 @@ Frame = Any  # pandas.DataFrame, where pandas is installed
 Axes = Any  # of matplotlib
 
 try:  # scikit-learn is optional: with it the estimator can be cloned, searched over and put into pipelines
-    from sklearn.base import BaseEstimator, clone
+    from sklearn.base import BaseEstimator
+    from sklearn.base import clone as _clone
 except ImportError:  # pragma: no cover
 
     class BaseEstimator:
@@ -28,9 +29,13 @@ except ImportError:  # pragma: no cover
                 setattr(self, name, value)
             return self
 
-    def clone(estimator):
-        """The same settings, not fitted."""
+    def _clone(estimator, safe=True):
         return copy.deepcopy(estimator)
+
+
+def clone(estimator):
+    """The same settings, not fitted; of an object that is no estimator a copy."""
+    return _clone(estimator, safe=False)
 
 
 def frame_names(x):

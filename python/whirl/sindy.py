@@ -178,19 +178,25 @@ def _target(x, y, x_dot):
     """The rates, from the two ways to give them."""
     if y is None:
         return x_dot
-    if isinstance(y, (list, tuple)) and len(y) and np.ndim(y[0]) > 1 or np.ndim(y) == 2 and np.shape(y) == np.shape(x):
+    listed = isinstance(y, (list, tuple)) and len(y) > 0
+    if listed and np.ndim(y[0]) > 1 or not listed and np.ndim(y) == 2 and np.shape(y) == np.shape(x):
         if x_dot is not None:
             raise ValueError("y and x_dot: give one of them")
         return y
-    values = np.asarray(y)
-    if values.ndim == 0 or values.ndim == 1 and len(values) > 2 and values.dtype.kind in "fiumM" and _even(as_seconds(values)):
+    parts = y if listed and np.ndim(y[0]) == 1 else [y]
+    if all(_is_time(part) for part in parts):
         raise TypeError("the second argument is scikit-learn's target; the sample time or times go in t=...")
-    warnings.warn(f"y of shape {values.shape} is left out: it is taken as the rates where it has the shape of x")
+    shapes = ", ".join(str(np.shape(part)) for part in parts)
+    warnings.warn(f"y of shape {shapes} is left out: it is taken as the rates where it has the shape of x")
     return x_dot
 
 
-def _even(times):
-    steps = np.diff(times)
+def _is_time(y):
+    """A sample time, or times in equal steps."""
+    values = np.asarray(y)
+    if values.ndim != 1 or len(values) < 3 or values.dtype.kind not in "fiumM":
+        return values.ndim == 0
+    steps = np.diff(as_seconds(values))
     return steps[0] > 0 and np.abs(steps - steps[0]).max() <= 1e-3 * steps[0]
 
 

@@ -70,8 +70,6 @@ class SINDy(_Common):
     def score(self, x, t, x_dot=None, u=None, metric=None, **metric_kws):
         """`metric(true, predicted, **metric_kws)` of the rates, by default R^2."""
         self._check_fitted()
-        if metric is None:
-            from sklearn.metrics import r2_score as metric
         return self._score(self._trajectories(x, t, x_dot, self._inputs(u)), self.differentiation_method, metric, metric_kws)
 
     def differentiate(self, x, t=1):
@@ -128,8 +126,6 @@ class DiscreteSINDy(_Common):
     def score(self, x, t, u=None, x_next=None, metric=None, **metric_kws):
         """`metric(true, predicted, **metric_kws)` of the next values, by default R^2."""
         self._check_fitted()
-        if metric is None:
-            from sklearn.metrics import r2_score as metric
         return self._score(self._trajectories(x, 1, x_next, self._inputs(u)), None, metric, metric_kws)
 
     def simulate(self, x0, t, u=None, stop_condition=None):
