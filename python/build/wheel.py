@@ -56,9 +56,10 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
             record.append(f"{path},sha256={digest},{len(data)}")
 
-        for file in sorted((build / "python" / "whirl").iterdir()):
-            if file.is_file():
-                add(f"whirl/{file.name}", file.read_bytes())
+        package = build / "python" / "whirl"
+        for file in sorted(package.rglob("*")):
+            if file.is_file() and (file.parent == package or file.suffix in (".py", ".pyi")):
+                add(f"whirl/{file.relative_to(package).as_posix()}", file.read_bytes())
         info = f"whirl-{VERSION}.dist-info"
         add(f"{info}/METADATA", METADATA.encode())
         add(f"{info}/WHEEL", f"Wheel-Version: 1.0\nGenerator: whirl\nRoot-Is-Purelib: false\nTag: {_tag()}\n".encode())

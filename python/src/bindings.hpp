@@ -31,11 +31,16 @@ void add_json(Class& cls) {
 /// Ends a long call when the user has pressed Ctrl-C; called from progress reports.
 void stop_when_interrupted();
 
+/// A JSON document as dictionaries, lists, texts and numbers.
+py::object as_python(const io::Json& document);
+
 void bind_values(py::module_& m);
 void bind_identification(py::module_& m);
 void bind_modal(py::module_& m);
 void bind_control(py::module_& m);
 void bind_steady(py::module_& m);
 void bind_sparse(py::module_& m);
+void bind_plants(py::module_& m);
+void bind_studies(py::module_& m);
 
 }  // namespace whirl::python

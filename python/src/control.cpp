@@ -13,7 +13,6 @@
 #include "whirl/rig/records.hpp"
 #include "whirl/rig/rig_file.hpp"
 #include "whirl/tuning/closed_loop.hpp"
-#include "whirl/tuning/design.hpp"
 
 namespace whirl::python {
 namespace {
@@ -83,38 +82,6 @@ void bind_rig(py::module_& m) {
           py::kw_only(), py::arg("blows") = 5, py::arg("seed") = 1, "One record per blow: force, acc_x, acc_y.");
 }
 
-ControllerDesign design_controller(const IdentifiedModel& model, const std::string& law, const std::string& estimator,
-                                   std::optional<double> mass_kg, const StiffnessLaw* stiffness,
-                                   const RigParameters* data_sheets, bool feedforward,
-                                   std::map<std::string, double> fixed, int evaluations, std::uint64_t seed,
-                                   const std::function<void(double)>& progress) {
-  tuning::DesignOptions options;
-  options.law = law;
-  options.estimator = estimator;
-  options.feedforward = feedforward;
-  options.fixed = std::move(fixed);
-  options.evaluations = evaluations;
-  options.seed = seed;
-  options.hardware = tuning::data_sheet(data_sheets != nullptr ? *data_sheets : RigParameters{});
-  if (stiffness != nullptr) {
-    if (!model.rotor) throw Error("the model has no rotor parameters: identify with method='weak'");
-    options.gain = model.rotor->k1 / stiffness->k1.value;
-  } else if (mass_kg) {
-    require_range("mass_kg", *mass_kg, 1e-9, 1e9, "kg");
-    options.gain = 1 / *mass_kg;
-  } else if (!model.rotor || model.rotor->gain == 0) {
-    throw Error("the rotor's mass is needed: give mass_kg or stiffness");
-  }
-  options.progress = [&](const tuning::DesignProgress& p) {
-    stop_when_interrupted();
-    if (!progress) return;
-    const py::gil_scoped_acquire lock;
-    progress(std::min(1.0, static_cast<double>(p.evaluation) / static_cast<double>(p.budget)));
-  };
-  const py::gil_scoped_release unlocked;
-  return tuning::design(model, options);
-}
-
 void bind_design(py::module_& m) {
   auto design = py::class_<ControllerDesign>(m, "Controller", "A controller as data");
   design.def_readonly("law", &ControllerDesign::law)
@@ -128,14 +95,6 @@ void bind_design(py::module_& m) {
         return fmt::format("<whirl.Controller {} with {}: {}>", d.law, d.estimator, to_string(d.summary.status));
       });
   add_json<ControllerDesign>(design);
-  m.def("design", &design_controller, py::arg("model"), py::kw_only(), py::arg("law") = "tsmc",
-        py::arg("estimator") = "kfe", py::arg("mass_kg") = py::none(), py::arg("stiffness") = py::none(),
-        py::arg("data_sheets") = py::none(), py::arg("feedforward") = true,
-        py::arg("fixed") = std::map<std::string, double>{}, py::arg("evaluations") = 160, py::arg("seed") = 1,
-        py::arg("progress") = py::none(),
-        "A controller tuned on the identified model. The mass comes from mass_kg or from the stiffness law of a pull\n"
-        "test; `data_sheets`: a VirtualRig whose sensors, actuators and profile are known.");
-
   py::class_<tuning::ClosedLoopMetrics>(m, "Metrics",
                                         "How a controller did; peaks are zero-to-peak of the true disk centre, m")
       .def_property_readonly("open", [](const tuning::ClosedLoopMetrics& v) { return segment_dict(v.open); })

@@ -11,6 +11,8 @@ void stop_when_interrupted() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
+py::object as_python(const io::Json& document) { return py::module_::import("json").attr("loads")(document.dump()); }
+
 PYBIND11_MODULE(_whirl, m) {
   m.doc() = "C++ core of the Python package whirl";
   py::register_exception<Error>(m, "Error", PyExc_ValueError);
@@ -29,6 +31,8 @@ PYBIND11_MODULE(_whirl, m) {
   bind_control(m);
   bind_steady(m);
   bind_sparse(m);
+  bind_plants(m);
+  bind_studies(m);
 }
 
 }  // namespace whirl::python

@@ -9,6 +9,7 @@
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/regression/regression.hpp"
+#include "whirl/regression/unscaled.hpp"
 #include "whirl/signal/derivative.hpp"
 #include "whirl/signal/noise.hpp"
 
@@ -118,6 +119,29 @@ regression::SolveOptions solve_options(const py::kwargs& settings) {
   return o;
 }
 
+regression::Penalty penalty_of(const std::string& name) {
+  if (name == "l0") return regression::Penalty::l0;
+  if (name == "l1") return regression::Penalty::l1;
+  if (name == "l2") return regression::Penalty::l2;
+  throw Error::in_field("penalty", name, "l0, l1 or l2");
+}
+
+/// (models x terms, mean square of each, whether it came to its end) of a regression with absolute thresholds.
+std::tuple<RowMatrix, std::vector<double>, bool> unscaled_path(
+    const Eigen::Ref<const RowMatrix>& theta, const Eigen::Ref<const Eigen::VectorXd>& y, const std::string& method,
+    double threshold, double ridge, int max_iterations, bool by_residual, const std::string& penalty,
+    Eigen::VectorXd weight, double nu, double tolerance, std::vector<int> keep, Eigen::VectorXd start) {
+  const regression::UnscaledOptions options{
+      method, threshold, ridge,           max_iterations,  by_residual, penalty_of(penalty), std::move(weight),
+      nu,     tolerance, std::move(keep), std::move(start)};
+  const py::gil_scoped_release unlocked;
+  const regression::UnscaledPath path =
+      regression::solve_unscaled(regression::make_problem(theta, y, 1).total, options);
+  RowMatrix models(static_cast<Eigen::Index>(path.xi.size()), theta.cols());
+  for (std::size_t k = 0; k < path.xi.size(); ++k) models.row(static_cast<Eigen::Index>(k)) = path.xi[k];
+  return {std::move(models), path.mean_square, path.converged};
+}
+
 }  // namespace
 
 void bind_sparse(py::module_& m) {
@@ -141,6 +165,11 @@ void bind_sparse(py::module_& m) {
         return regression::solve(regression::make_problem(theta, y), options).xi;
       },
       "Coefficients of y = theta xi, sparse by one of regression_methods().");
+  m.def("_unscaled_path", &unscaled_path, py::arg("theta"), py::arg("y"), py::arg("method"), py::kw_only(),
+        py::arg("threshold") = 0.1, py::arg("ridge") = 0.05, py::arg("max_iterations") = 20,
+        py::arg("by_residual") = false, py::arg("penalty") = "l0", py::arg("weight") = Eigen::VectorXd(),
+        py::arg("nu") = 1.0, py::arg("tolerance") = 1e-5, py::arg("keep") = std::vector<int>(),
+        py::arg("start") = Eigen::VectorXd());
   m.def(
       "smooth",
       [](const Eigen::Ref<const Eigen::VectorXd>& x, double dt) {

@@ -38,14 +38,14 @@ py::object solved_job(const std::filesystem::path& runs, const std::string& phas
   options.prior = prior;
   options.mass = mass_kg;
   options.radius = radius_mm * 1e-3;
-  std::string text;
+  io::Json document;
   {
     const py::gil_scoped_release unlocked;
     const balancing::JobFile file =
         balancing::read_job(runs.string(), {phase, amplitude, angles}, slow_roll_rpm * kRadPerSecPerRpm);
-    text = balancing::solve_job(runs.string(), file, options).json.dump();
+    document = balancing::solve_job(runs.string(), file, options).json;
   }
-  return py::module_::import("json").attr("loads")(text);
+  return as_python(document);
 }
 
 void bind_balance(py::module_& m) {

@@ -206,6 +206,11 @@ void bind_summary(py::module_& m) {
         return text + ">";
       });
   py::class_<Estimate>(m, "Estimate", "A number with its uncertainty, SI")
+      .def(py::init([](double value, double sd, double low, double high) {
+             return Estimate{.value = value, .sd = sd, .low = low, .high = high};
+           }),
+           py::arg("value"), py::arg("sd") = std::nan(""), py::arg("low") = std::nan(""),
+           py::arg("high") = std::nan(""))
       .def_readonly("value", &Estimate::value)
       .def_readonly("sd", &Estimate::sd, "standard deviation; nan when not known")
       .def_readonly("low", &Estimate::low, "lower end of the 95 % interval")

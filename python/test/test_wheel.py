@@ -13,7 +13,8 @@ assert pathlib.Path(whirl.__file__).is_relative_to(sys.prefix), whirl.__file__
 t = np.arange(2000) * 5e-3
 x = np.column_stack([np.cos(2 * t), -2 * np.sin(2 * t)])
 model = whirl.SINDy(feature_library=whirl.PolynomialLibrary(1)).fit(x, t=t)
-print(model.equations(2), whirl.__version__)
+import whirl.compat.pysindy as ps
+print(model.equations(2), ps.STLSQ().fit(x, x).complexity, whirl.__version__)
 """
 
 

@@ -11,7 +11,7 @@ x[0] = 0.3
 for k in range(499):
     x[k + 1] = 3.8 * x[k] * (1 - x[k])
 
-model = whirl.SINDy(discrete_time=True, feature_names=["x"]).fit(x)
+model = whirl.SINDy(discrete_time=True, feature_names=["x"]).fit(x[:, None])
 model.print(precision=4)
 
 # %%

@@ -32,7 +32,10 @@ from ._whirl import (  # noqa: F401
     OperationalMode,
     OperationalModes,
     Recording,
+    RecordFinding,
+    RecordReport,
     Run,
+    RunupMode,
     Status,
     SteadyResponse,
     StiffnessLaw,
@@ -43,10 +46,11 @@ from ._whirl import (  # noqa: F401
     __version__,
     at_common_instants,
     balance,
-    design,
+    check,
     export,
     finite_difference,
     frf,
+    info,
     load,
     modes,
     oma,
@@ -61,13 +65,36 @@ from ._whirl import (  # noqa: F401
     validate,
     write,
 )
-from ._whirl import _identify
+from ._whirl import _design, _identify
 from ._whirl import read as _read
+from . import _display
 from . import plot as _plot
-from .differentiation import FiniteDifference, SmoothingSpline  # noqa: F401
-from .libraries import CustomLibrary, FourierLibrary, PolynomialLibrary, TermLibrary  # noqa: F401
-from .optimizers import STLSQ, SparseRegression  # noqa: F401
+from .differentiation import FiniteDifference, SmoothedFiniteDifference, SmoothingSpline, SpectralDerivative  # noqa: F401
+from .libraries import (  # noqa: F401
+    ConcatLibrary,
+    CustomLibrary,
+    FourierLibrary,
+    GeneralizedLibrary,
+    IdentityLibrary,
+    PolynomialLibrary,
+    TensoredLibrary,
+    TermLibrary,
+)
+from .optimizers import FROLS, SR3, SSR, STLSQ, EnsembleOptimizer, SparseRegression  # noqa: F401
+from .results import (  # noqa: F401
+    Comparison,
+    Decay,
+    Derivation,
+    Margins,
+    Robustness,
+    RunUpPlan,
+    SineTest,
+    Transient,
+)
 from .sindy import SINDy  # noqa: F401
+from .studies import compare, decay, derive, margins, report, robustness, runup, simulate, sine, transient  # noqa: F401
+
+_display.install()
 
 
 def _place(pattern, group):
@@ -137,7 +164,7 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
     samples ({"u": "zero"}, "first" or "band-limited"; else by evidence), `dead_time` in s ({"u": 0.02}); `hidden`: states
     without a channel, at most; `denominators`: candidate terms of rational right-hand sides. `progress(what, fraction)`
     is called now and then. Methods as in `whirl identify`: automatic, weak, sindy, paper, consistent, second-order.
-    Readings that the records cannot tell apart stand in `ambiguities`. Raises Error for missing channels.
+    Interpretations that the records cannot separate are listed in `ambiguities`. Raises Error for missing channels.
     """
     records = [records] if isinstance(records, Recording) else _recordings(records)
     if hidden < 0:
@@ -146,3 +173,12 @@ def identify(records, method="automatic", *, states=(), inputs=(), order=1, libr
         raise TypeError("progress must be a function of (what, fraction)")
     return _identify(records, method, _names(states), _names(inputs), order, _names(library), discrete, holdout,
                      _names(bounds), least_decay, bool(trapping), dict(hold or {}), dict(dead_time or {}), hidden, list(denominators), progress)
+
+
+def design(model, *, law="tsmc", estimator="kfe", mass_kg=None, stiffness=None, modes=None, data_sheets=None, feedforward=True,
+           fixed=None, evaluations=160, seed=1, progress=None):
+    """A controller tuned on the identified model. The mass comes from mass_kg or from the stiffness law of a static
+    stiffness test; `modes`: of a hammer test, the tuning plant gets them; `data_sheets`: a VirtualRig whose sensors,
+    actuators and profile are known; `fixed`: parameters that are not tuned. `progress(fraction)` is called now and then."""
+    return _design(model, mass_kg, stiffness, modes, data_sheets, law=law, estimator=estimator, feedforward=feedforward,
+                   fixed=dict(fixed or {}), evaluations=evaluations, seed=seed, progress=progress)

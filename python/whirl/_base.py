@@ -1,12 +1,23 @@
-"""What scikit-learn asks of an estimator, with or without scikit-learn."""
+"""What the modules share: the rules of scikit-learn for an estimator, with or without scikit-learn, and types."""
+import copy
 import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Array = NDArray[np.float64]
+Trajectories = ArrayLike  # samples x states, or a list of such
+Frame = Any  # pandas.DataFrame, where pandas is installed
+Axes = Any  # of matplotlib
 
 try:  # scikit-learn is optional: with it the estimator can be cloned, searched over and put into pipelines
     from sklearn.base import BaseEstimator
+    from sklearn.base import clone as _clone
 except ImportError:  # pragma: no cover
 
     class BaseEstimator:
-        """The two methods that scikit-learn asks of an estimator."""
+        """The two methods that scikit-learn needs of an estimator."""
 
         def get_params(self, deep=True):
             import inspect
@@ -17,6 +28,14 @@ except ImportError:  # pragma: no cover
             for name, value in params.items():
                 setattr(self, name, value)
             return self
+
+    def _clone(estimator, safe=True):
+        return copy.deepcopy(estimator)
+
+
+def clone(estimator):
+    """The same settings, not fitted; of an object that is no estimator a copy."""
+    return _clone(estimator, safe=False)
 
 
 def frame_names(x):
@@ -49,3 +68,12 @@ def require_fitted_names(estimator, x):
         if not unseen and not missing:
             text += "Feature names must be in the same order as they were in fit.\n"
         raise ValueError(text)
+
+
+def not_fitted(estimator):
+    """The error of a call that needs fit first; scikit-learn's own where it is installed."""
+    try:
+        from sklearn.exceptions import NotFittedError as kind
+    except ImportError:  # pragma: no cover
+        kind = ValueError
+    return kind(f"this {type(estimator).__name__} is not fitted yet: call fit first")

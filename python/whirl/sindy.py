@@ -1,29 +1,35 @@
 """A scikit-learn estimator for sparse identification of dynamics."""
+import warnings
+
 import numpy as np
 
 from . import _whirl
-from ._base import BaseEstimator, frame_names, require_fitted_names
-from .differentiation import SmoothingSpline
+from ._base import clone, require_fitted_names
+from ._model import SparseModel, as_seconds, drive_at
+from .differentiation import FiniteDifference, SmoothingSpline
 from .libraries import PolynomialLibrary
 from .optimizers import STLSQ
 
-
+# The weak form needs as many samples in one trajectory (libs/identify, fit_sindy).
+_WEAK_SAMPLES = 25
 # Time, constants and functions of the terms (libs/expr).
 _TAKEN = {"t", "pi", "abs", "sgn", "exp", "log", "sqrt", "sin", "cos", "tan", "tanh", "min", "max"}
 
 
-class SINDy(BaseEstimator):
-    """Sparse identification of x' = f(x, u), or of maps x[k+1] = f(x, u).
+class SINDy(SparseModel):
+    """Sparse identification of x' = f(x, u), or of maps x[k+1] = f(x, u); an estimator of scikit-learn.
 
-    Without `optimizer`, `differentiation_method`, x_dot and Python functions, `fit` is whirl's own: weak form, then
-    refinement on free runs; it needs no threshold and no derivative, and `model_` has intervals and a verdict. With any
-    of these it is the classical chain: derivative, candidate matrix, sparse regression.
+    Without `optimizer`, `differentiation_method`, rates and Python functions, `fit` is whirl's own: weak form, then
+    refinement by simulation; it needs no threshold and no derivative, and `model_` has intervals and a verdict. With any
+    of these it is the classical chain: derivative, candidate matrix, sparse regression. `whirl.compat.pysindy` has the
+    names and arguments of PySINDy.
 
     Parameters
     ----------
-    optimizer : STLSQ or SparseRegression, or any object with solve(theta, y) -> coefficients
-    feature_library : PolynomialLibrary, FourierLibrary, TermLibrary, CustomLibrary, their sums and products
-    differentiation_method : FiniteDifference or SmoothingSpline
+    optimizer : STLSQ, SR3, SSR, FROLS, EnsembleOptimizer or SparseRegression, a linear regressor of scikit-learn, or any
+        object with solve(theta, y) -> coefficients
+    feature_library : PolynomialLibrary, FourierLibrary, TermLibrary, CustomLibrary, ..., their sums and products
+    differentiation_method : FiniteDifference, SmoothingSpline, ..., or a function of (x, t)
     feature_names : names of the states (and inputs); default: the columns of a pandas.DataFrame where they can be names
         of variables, else x0, x1, ..., u0, ...
     t_default : sample time where fit is given none, s
@@ -32,6 +38,8 @@ class SINDy(BaseEstimator):
     Attributes after fit: coefficients_ (states x features), model_ (a whirl.Model, where the terms are text),
     n_features_in_, feature_names_, and feature_names_in_ (the columns, when fitted with a DataFrame).
     """
+
+    _columns_only = True
 
     def __init__(self, optimizer=None, feature_library=None, differentiation_method=None, feature_names=None,
                  t_default=1.0, discrete_time=False):
@@ -42,227 +50,116 @@ class SINDy(BaseEstimator):
         self.t_default = t_default
         self.discrete_time = discrete_time
 
-    # -- fitting
-
-    def fit(self, x, t=None, x_dot=None, u=None):
+    def fit(self, x, y=None, *, t=None, x_dot=None, u=None):
         """x: samples x states (array or pandas.DataFrame), or a list of such trajectories; t: sample time or times (one
-        for all, or a list), in s or as dates."""
-        several = isinstance(x, (list, tuple)) and len(x) > 0 and (np.ndim(x[0]) > 1 or hasattr(x[0], "toarray"))
-        columns, input_columns = [frame_names(part) for part in (x if several else [x])], frame_names(u[0] if several and u is not None else u)
-        if any(names != columns[0] for names in columns):
-            raise ValueError(f"trajectories have the columns {columns}: must be the same")
-        if columns and columns[0] is not None:
-            self.feature_names_in_ = np.asarray(columns[0], dtype=object)
-        elif hasattr(self, "feature_names_in_"):
-            del self.feature_names_in_
-        trajectories = [_states(part) for part in (x if several else [x])]
-        k = len(trajectories)
-        inputs = [None if part is None else _states(part, "u") for part in _each(u, several, k)]
-        rates = [None if part is None else _states(part, "x_dot") for part in _each(x_dot, several, k)]
-        steps = [self._step(part, len(data)) for part, data in zip(_each(t, isinstance(t, (list, tuple)) and several, k), trajectories)]
-        n, m = trajectories[0].shape[1], 0 if inputs[0] is None else inputs[0].shape[1]
-        if min(map(len, trajectories)) < 5:
-            raise ValueError(f"n_samples = {min(map(len, trajectories))}: a trajectory needs at least 5 samples")
-        for data, drive, rate in zip(trajectories, inputs, rates):
-            if data.shape[1] != n:
-                raise ValueError(f"trajectories have {n} and {data.shape[1]} states: must be the same")
-            if (drive is None) != (m == 0):
-                raise ValueError("u: every trajectory needs its inputs, or none")
-            if drive is not None and (len(drive) != len(data) or drive.shape[1] != m):
-                raise ValueError(f"u has shape {drive.shape}: must be ({len(data)}, {m})")
-            if (rate is None) != (rates[0] is None):
-                raise ValueError("x_dot: every trajectory needs its rates, or none")
-            if rate is not None and rate.shape != data.shape:
-                raise ValueError(f"x_dot has shape {rate.shape}: must be {data.shape}")
-        names = list(self.feature_names) if self.feature_names is not None else _variables(columns[0], input_columns if m else [])
-        _check_has(self.optimizer, "optimizer", "solve", "STLSQ() or SparseRegression()")
-        _check_has(self.differentiation_method, "differentiation_method", "differentiate", "FiniteDifference() or SmoothingSpline()")
-        _check_has(self.feature_library, "feature_library", "evaluate", "PolynomialLibrary() or another library")
+        for all, or a list), in s or as dates; x_dot: measured rates; u: inputs.
+
+        y is scikit-learn's target: the rates, like x_dot, where it has the shape of x; any other y is left out with a
+        warning.
+        """
+        x_dot = _target(x, y, x_dot)
+        data = self._trajectories(x, t, x_dot, u, self.t_default)
+        shortest = min(map(len, data.states))
+        if shortest < 5:
+            raise ValueError(f"n_samples = {shortest}: a trajectory needs at least 5 samples")
+        self._name(data)
+        short = _is_short(data)
+        classical = (self.optimizer is not None or self.differentiation_method is not None or data.rates[0] is not None
+                     or self.library_.terms(self._variables) is None)
+        if short and not classical:
+            warnings.warn(f"no trajectory has {_WEAK_SAMPLES} samples, the least for the weak form: fitted by differences and "
+                          "STLSQ(), without intervals and verdict")
+        if classical or short:
+            self.model_ = self._compiled = None
+            self.optimizer_ = clone(self.optimizer) if self.optimizer is not None else STLSQ()
+            self._fit_chain(data, self._method(data), self.optimizer_)
+        else:
+            self._fit_weak(data)
+        return self
+
+    def _name(self, data):
+        n, m = data.n, data.m
+        names = list(self.feature_names) if self.feature_names is not None else _usable_names(data.columns, data.input_columns if m else [])
+        _check_has(self.optimizer, "optimizer", ("fit", "solve"), "STLSQ(), SparseRegression() or a linear regressor of scikit-learn")
+        _check_has(self.differentiation_method, "differentiation_method", ("__call__",), "FiniteDifference() or SmoothingSpline()")
+        _check_has(self.feature_library, "feature_library", ("evaluate",), "PolynomialLibrary() or another library")
         if names and len(names) not in (n, n + m):
             raise ValueError(f"{len(names)} feature names: must be {n} (states) or {n + m} (states and inputs)")
         names = names or [f"x{i}" for i in range(n)]
+        library = self.feature_library if self.feature_library is not None else PolynomialLibrary(2)
+        every = names[:n] + (names[n:] or [f"u{i}" for i in range(m)])
+        _check_names(every, library)
+        if data.columns is not None:
+            self.feature_names_in_ = np.asarray(data.columns, dtype=object)
+        elif hasattr(self, "feature_names_in_"):
+            del self.feature_names_in_
         self.n_features_in_ = n
-        self.state_names_ = names[:n]
-        self.input_names_ = names[n:] or [f"u{i}" for i in range(m)]
-        self.feature_names_ = self.state_names_ + self.input_names_
-        self.library_ = self.feature_library if self.feature_library is not None else PolynomialLibrary(2)
-        self._check_names()
-        classical = (self.optimizer is not None or self.differentiation_method is not None or rates[0] is not None
-                     or self.library_.terms(self.feature_names_) is None)
-        if classical:
-            self._fit_classical(trajectories, steps, rates, inputs)
-        else:
-            self._fit_weak(trajectories, steps, inputs)
-        return self
+        self.state_names_, self.input_names_ = every[:n], every[n:]
+        self.feature_names_ = self._variables = every
+        self.library_ = library
+        self.features_ = library.names(every)
 
-    def _check_names(self):
-        names = self.feature_names_
-        for name in names:
-            if not isinstance(name, str) or names.count(name) > 1:
-                raise ValueError(f"feature name {name!r}: must be text, used once")
-            if (name in _TAKEN or not name.isidentifier()) and self.library_.terms(names) is not None:
-                raise ValueError(f"feature name {name!r}: must be a word of letters, digits and underscores, and none of "
-                                 f"{', '.join(sorted(_TAKEN))}")
+    def _method(self, data):
+        if self.differentiation_method is not None:
+            return clone(self.differentiation_method)
+        return FiniteDifference(order=2) if _is_short(data) else SmoothingSpline()
 
-    def _step(self, t, samples):
-        if t is None:
-            return float(self.t_default)
-        if np.ndim(t) == 0:
-            t = float(_seconds(t))
-            if not 0 < t < np.inf:
-                raise ValueError(f"t = {t}: the sample time must be positive and finite")
-            return float(t)
-        t = _seconds(t)
-        if t.shape != (samples,):
-            raise ValueError(f"t has shape {t.shape}: must be ({samples},), one time per sample")
-        if samples < 2:
-            raise ValueError("t: at least two times are needed")
-        steps = np.diff(t)
-        if not (steps > 0).all() or np.abs(steps - steps.mean()).max() > 0.05 * steps.mean():
-            raise ValueError("t: times must rise in equal steps")
-        return float(steps.mean())
-
-    def _fit_weak(self, trajectories, steps, inputs):
+    def _fit_weak(self, data):
         records = []
-        for i, (data, dt, drive) in enumerate(zip(trajectories, steps, inputs)):
-            columns = {name: column for name, column in zip(self.state_names_, data.T)}
+        for i, (states, dt, drive) in enumerate(zip(data.states, data.times, data.inputs)):
+            columns = dict(zip(self.state_names_, states.T))
             if drive is not None:
                 columns.update(zip(self.input_names_, drive.T))
-            records.append(_whirl.Recording(columns, dt=dt, source=f"trajectory {i + 1}"))
-        terms = self.library_.terms(self.feature_names_)
+            when = {"t": dt} if np.ndim(dt) else {"dt": dt}
+            try:
+                records.append(_whirl.Recording(columns, source=f"trajectory {i + 1}", **when))
+            except _whirl.Error as error:
+                raise ValueError(f"{error}; differentiation_method=FiniteDifference() takes uneven times") from None
+        terms = self.library_.terms(self._variables)
         self.model_ = _whirl._fit_sindy(records, self.state_names_, self.input_names_, terms, self.discrete_time)
-        self.features_ = self.library_.names(self.feature_names_)
         self.coefficients_ = np.zeros((len(self.state_names_), len(terms)))
-        place = {_canonical(term): j for j, term in enumerate(terms)}
+        place = {_whirl._canonical(term): j for j, term in enumerate(terms)}
         for equation in self.model_.equations:
             i = self.state_names_.index(equation.lhs.rstrip("'").split("[")[0])
             for term in equation.terms:
-                self.coefficients_[i, place[_canonical(term.function)]] = term.coefficient.value
+                self.coefficients_[i, place[_whirl._canonical(term.function)]] = term.coefficient.value
         self._compiled = _whirl._Compiled(self.model_) if self.model_.equations else None
 
-    def _fit_classical(self, trajectories, steps, rates, inputs):
-        method = self.differentiation_method if self.differentiation_method is not None else SmoothingSpline()
-        rows, targets = [], []
-        for data, dt, rate, drive in zip(trajectories, steps, rates, inputs):
-            if self.discrete_time:
-                values, rate, part = data[:-1], data[1:], slice(0, len(data) - 1)
-            elif rate is not None:
-                values, part = data, slice(0, len(data))
-            else:
-                values, rate, part = method.differentiate(data, dt)
-            rows.append(values if drive is None else np.hstack([values, drive[part]]))
-            targets.append(rate)
-        theta = self.library_.evaluate(np.vstack(rows), self.feature_names_)
-        solver = self.optimizer if self.optimizer is not None else STLSQ()
-        self.model_ = None
-        self._compiled = None
-        self.features_ = self.library_.names(self.feature_names_)
-        self.coefficients_ = np.vstack([solver.solve(theta, y) for y in np.vstack(targets).T])
-
-    # -- use
-
-    def predict(self, x, u=None):
-        """Rates (maps: next values) at the rows of x."""
-        if hasattr(x, "columns") or "feature_names_in_" in self.__dict__:
-            require_fitted_names(self, x)
-        return self._rates(x, u)
-
-    def _rates(self, x, u=None):
-        if self.__dict__.get("_compiled") is not None:
-            return self._compiled.predict(x, u)
-        self._check_fitted()
-        x = _states(x)
-        if x.shape[1] != self.n_features_in_:
-            raise ValueError(f"X has {x.shape[1]} features, but {type(self).__name__} is expecting {self.n_features_in_} features as input")
-        variables = x if u is None else np.hstack([x, _states(u, "u")])
-        return self.library_.evaluate(variables, self.feature_names_) @ self.coefficients_.T
-
     def simulate(self, x0, t, u=None):
-        """Free run from x0 over the times t (maps: number of steps); u: one row per time, or a function of time."""
+        """Simulation from x0 over the times t (maps: number of steps); u: one row per time, or a function of time."""
         self._check_fitted()
         samples = int(t) if np.ndim(t) == 0 else len(t)
-        dt = 1.0 if np.ndim(t) == 0 else self._step(t, samples)
-        times = np.arange(samples) * dt if np.ndim(t) == 0 else _seconds(t)
-        if callable(u):
-            u = np.array([np.atleast_1d(u(time)) for time in times])
-        drive = None if u is None else _states(u, "u")
         if samples < 1:
             raise ValueError(f"t = {t}: at least one sample is needed")
-        start = np.asarray(x0, dtype=float).ravel()
-        if not np.isfinite(start).all():
-            raise ValueError("x0 contains NaN or infinity")
-        if start.shape != (self.n_features_in_,):
-            raise ValueError(f"x0 has {start.size} values: the model has {self.n_features_in_} states")
-        if self._compiled is not None:
-            return self._compiled.simulate(start, dt, samples, drive)
+        step = 1.0 if np.ndim(t) == 0 else self._time(t, samples, None)
+        times = np.arange(samples) * 1.0 if np.ndim(t) == 0 else as_seconds(t)
+        drive, start = drive_at(u, times), self._start(x0)
+        if self._compiled is not None and np.ndim(step) == 0:
+            return self._compiled.simulate(start, step, samples, drive)
+        if self.discrete_time:
+            return self._iterate(start, samples, drive)
         out = np.empty((samples, start.size))
         out[0] = start
-        for k in range(samples - 1):
+        for k, h in enumerate(np.diff(times)):
             a = None if drive is None else drive[k:k + 1]
             b = None if drive is None else drive[k + 1:k + 2]
             middle = None if drive is None else 0.5 * (a + b)
             state = out[k:k + 1]
-            if self.discrete_time:
-                out[k + 1] = self._rates(state, a)[0]
-                continue
             r1 = self._rates(state, a)
-            r2 = self._rates(state + dt / 2 * r1, middle)
-            r3 = self._rates(state + dt / 2 * r2, middle)
-            r4 = self._rates(state + dt * r3, b)
-            out[k + 1] = (state + dt / 6 * (r1 + 2 * r2 + 2 * r3 + r4))[0]
+            r2 = self._rates(state + h / 2 * r1, middle)
+            r3 = self._rates(state + h / 2 * r2, middle)
+            r4 = self._rates(state + h * r3, b)
+            out[k + 1] = (state + h / 6 * (r1 + 2 * r2 + 2 * r3 + r4))[0]
         return out
 
-    def score(self, x, t=None, x_dot=None, u=None):
-        """R^2 of the predicted rates (maps: next values), mean over states; 1 is perfect."""
+    def score(self, x, y=None, *, t=None, x_dot=None, u=None, metric=None, **metric_kws):
+        """R^2 of the predicted rates (maps: next values), mean over states; 1 is perfect. `metric(true, predicted)`:
+        another one, e.g. of sklearn.metrics. y as in fit."""
         self._check_fitted()
+        x_dot = _target(x, y, x_dot)
         require_fitted_names(self, x)
-        data = _states(x)
-        drive = None if u is None else _states(u, "u")
-        if self.discrete_time:
-            data, target, rows = data[:-1], data[1:], slice(0, len(data) - 1)
-        elif x_dot is not None:
-            target, rows = _states(x_dot, "x_dot"), slice(0, len(data))
-        else:
-            method = self.differentiation_method if self.differentiation_method is not None else SmoothingSpline()
-            data, target, rows = method.differentiate(data, self._step(t, len(data)))
-        error = target - self._rates(np.ascontiguousarray(data), None if drive is None else drive[rows])
-        spread = ((target - target.mean(axis=0)) ** 2).sum(axis=0)
-        return float(np.mean(1 - (error**2).sum(axis=0) / np.where(spread > 0, spread, 1)))
-
-    def coefficients(self):
-        """states x features."""
-        self._check_fitted()
-        return self.coefficients_
-
-    def get_feature_names(self):
-        self._check_fitted()
-        return self.features_
-
-    def equations(self, precision=3):
-        """Right-hand sides as text, one per state."""
-        self._check_fitted()
-        out = []
-        for row in self.coefficients_:
-            terms = [f"{c:.{precision}f} {name}" for c, name in zip(row, self.features_) if c != 0]
-            out.append(" + ".join(terms) or f"{0:.{precision}f}")
-        return out
-
-    def print(self, lhs=None, precision=3):
-        """Prints the equations; with intervals where the fit has them, see `model_`."""
-        for name, right in zip(lhs or self.state_names_, self.equations(precision)):
-            left = f"({name})[k+1]" if self.discrete_time else f"({name})'"
-            print(f"{left} = {right}")
-
-    @property
-    def complexity(self):
-        """Number of terms."""
-        return int(np.count_nonzero(self.coefficients()))
-
-    def _check_fitted(self):
-        if not hasattr(self, "coefficients_"):
-            from sklearn.exceptions import NotFittedError
-
-            raise NotFittedError("this SINDy is not fitted yet: call fit first")
+        data = self._trajectories(x, t, x_dot, u, self.t_default)
+        return self._score(data, self._method(data), metric, metric_kws)
 
     def __getstate__(self):
         return {k: v for k, v in self.__dict__.items() if k != "_compiled"}
@@ -273,35 +170,47 @@ class SINDy(BaseEstimator):
         self._compiled = _whirl._Compiled(model) if model is not None and model.equations else None
 
 
-def _states(x, name="x"):
-    """x as an array of samples x states; ValueError for anything else."""
-    if hasattr(x, "toarray"):
-        raise TypeError(f"sparse data is not supported: {name} must be dense")
-    x = np.asarray(x)
-    if x.dtype.kind == "c":
-        raise ValueError(f"Complex data not supported: {name} has complex values")
-    x = np.asarray(x, dtype=float)
-    if x.ndim == 1:
-        x = x[:, None]
-    if x.ndim != 2:
-        raise ValueError(f"{name} has shape {x.shape}: must be samples x states")
-    if x.shape[1] == 0:
-        raise ValueError(f"{name} has 0 feature(s) (shape={x.shape}) while a minimum of 1 is required.")
-    if not np.isfinite(x).all():
-        raise ValueError(f"{name} contains NaN or infinity")
-    return x
+def _is_short(data):
+    return max(map(len, data.states)) < _WEAK_SAMPLES
 
 
-def _seconds(t):
-    """Times as numbers in s; dates count from the first one, which a cast would take for nanoseconds."""
-    t = np.asarray(t)
-    if t.dtype.kind == "M":
-        t = t - t.flat[0]
-    return t / np.timedelta64(1, "s") if t.dtype.kind == "m" else np.asarray(t, dtype=float)
+def _target(x, y, x_dot):
+    """The rates, from the two ways to give them."""
+    if y is None:
+        return x_dot
+    listed = isinstance(y, (list, tuple)) and len(y) > 0
+    if listed and np.ndim(y[0]) > 1 or not listed and np.ndim(y) == 2 and np.shape(y) == np.shape(x):
+        if x_dot is not None:
+            raise ValueError("y and x_dot: give one of them")
+        return y
+    parts = y if listed and np.ndim(y[0]) == 1 else [y]
+    if all(_is_time(part) for part in parts):
+        raise TypeError("the second argument is scikit-learn's target; the sample time or times go in t=...")
+    shapes = ", ".join(str(np.shape(part)) for part in parts)
+    warnings.warn(f"y of shape {shapes} is left out: it is taken as the rates where it has the shape of x")
+    return x_dot
 
 
-def _variables(columns, inputs):
-    """Names for the variables from the columns of frames; none where one cannot stand in a formula."""
+def _is_time(y):
+    """A sample time, or times in equal steps."""
+    values = np.asarray(y)
+    if values.ndim != 1 or len(values) < 3 or values.dtype.kind not in "fiumM":
+        return values.ndim == 0
+    steps = np.diff(as_seconds(values))
+    return steps[0] > 0 and np.abs(steps - steps[0]).max() <= 1e-3 * steps[0]
+
+
+def _check_names(names, library):
+    for name in names:
+        if not isinstance(name, str) or names.count(name) > 1:
+            raise ValueError(f"feature name {name!r}: must be text, used once")
+        if (name in _TAKEN or not name.isidentifier()) and library.terms(names) is not None:
+            raise ValueError(f"feature name {name!r}: must be a word of letters, digits and underscores, and none of "
+                             f"{', '.join(sorted(_TAKEN))}")
+
+
+def _usable_names(columns, inputs):
+    """Names for the variables from the columns of frames; none where one cannot be used in a formula."""
     if columns is None or inputs is None:
         return []
     names = columns + inputs
@@ -309,20 +218,6 @@ def _variables(columns, inputs):
     return names if usable else []
 
 
-def _each(value, several, count):
-    """One value for each trajectory: of a list, or the same for all."""
-    if not several or value is None:
-        return [value] * count
-    if isinstance(value, np.ndarray) and value.ndim < 3 or len(value) != count:
-        raise ValueError(f"a list of {count} trajectories needs a list of {count} of each of t, u and x_dot, not {len(value)}")
-    return list(value)
-
-
-def _check_has(part, name, method, example):
-    if part is not None and not hasattr(part, method):
+def _check_has(part, name, methods, example):
+    if part is not None and not any(hasattr(part, method) for method in methods):
         raise ValueError(f"{name} = {part!r}: must be {example}")
-
-
-def _canonical(term):
-    """One spelling of a term."""
-    return _whirl._canonical(term)

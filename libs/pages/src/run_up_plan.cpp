@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "whirl/core/angles.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/identify/rotor_terms.hpp"
+#include "whirl/identify/simulate_model.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/rotor/speed_profile.hpp"
@@ -111,12 +115,60 @@ void draw_run(report::Panel& panel, const RunUpSheet& s, double rate, bool up) {
 
 RunUpSheet run_up_sheet(const RotorModel& rotor, const std::vector<double>& covariance,
                         const response::RunUpOptions& options, const std::optional<Drive>& drive) {
-  RunUpSheet s{rotor, options, response::plan_run_up(rotor, options), {}, {}, {}, {}, {}, {}};
+  RunUpSheet s{rotor, options, response::plan_run_up(rotor, options), {}, {}, {}, {}, {}, {}, {}, {}};
   s.up_rate = suggest(rotor, covariance, options, s.plan.up, true, s.up_band);
   s.down_rate = suggest(rotor, covariance, options, s.plan.down, false, s.down_band);
   if (drive) s.drive = try_drive(rotor, *drive, options, s.up_rate.value_or(s.plan.up.fastest_useful));
   judge(s, drive);
   return s;
+}
+
+namespace {
+
+/// The plan is that of the RotorModel; what the model has beside it is run once at the rates suggested.
+void add_further_forces(IdentifiedModel model, RunUpSheet& sheet) {
+  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
+  if (terms.empty()) return;
+  model.rotor = sheet.rotor;
+  const response::RunUpOptions& o = sheet.options;
+  sheet.further = names_of(terms);
+  Summary& summary = sheet.summary;
+  summary.warn("the plan is that of a rotor without the model's " + sheet.further);
+  if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
+    summary.fail(fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range",
+                             sheet.further, w / kRadPerSecPerRpm));
+  for (const auto& [rate, from, to] :
+       {std::tuple(sheet.up_rate, o.from, o.to), std::tuple(sheet.down_rate, o.to, o.from)}) {
+    if (!rate) continue;
+    rotor::SpeedProfile profile;
+    profile.omega_start = from;
+    profile.omega_end = to;
+    profile.ramp_time = std::abs(to - from) / *rate;
+    const double fastest = std::max(o.to, sheet.rotor.natural_frequency());
+    const rotor::Response run =
+        identification::simulate_rotor(model, rotor::angle_signal(profile, 2 * std::numbers::pi / 20 / fastest));
+    const double peak = (run.z.array() - sheet.rotor.offset).abs().maxCoeff();
+    sheet.further_runs.push_back({*rate, peak, from < to});
+    if (o.limit > 0 && !(peak <= o.limit))
+      summary.fail(fmt::format("with its {} the run at {} exceeds the limit", sheet.further, rpm_s(*rate)));
+  }
+}
+
+}  // namespace
+
+RunUpSheet run_up_sheet(const IdentifiedModel& model, double unbalance, const response::RunUpOptions& options,
+                        const std::optional<Drive>& drive) {
+  if (!model.rotor) throw Error("the model has no rotor parameters: a run-up is planned for an identified rotor");
+  RotorModel rotor = *model.rotor;
+  rotor.eps *= unbalance;
+  std::vector<double> covariance = model.rotor_covariance;
+  for (std::size_t k = 0; covariance.size() == 25 && k < 25; ++k) {
+    const bool row = k / 5 >= 3, column = k % 5 >= 3;
+    covariance[k] *= (row ? unbalance : 1) * (column ? unbalance : 1);
+  }
+  RunUpSheet sheet = run_up_sheet(rotor, covariance, options, drive);
+  add_further_forces(model, sheet);
+  return sheet;
 }
 
 report::Figure run_up_figure(const RunUpSheet& s) {

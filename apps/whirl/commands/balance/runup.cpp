@@ -1,15 +1,10 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <tuple>
 
 #include "response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/rotor_terms.hpp"
-#include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
@@ -58,36 +53,6 @@ void say_direction(Session& session, const char* name, const response::RateCurve
                             c.fastest_useful / kRadPerSecPerRpm));
 }
 
-/// The plan is that of the RotorModel; what the model has beside it is run once at the rates suggested.
-void say_further_forces(Session& session, IdentifiedModel model, const pages::RunUpSheet& sheet, Summary& summary) {
-  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
-  if (terms.empty()) return;
-  model.rotor = sheet.rotor;
-  const response::RunUpOptions& o = sheet.options;
-  const std::string names = names_of(terms);
-  summary.warn("the plan is that of a rotor without the model's " + names);
-  if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
-    summary.fail(fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range", names,
-                             w / kRadPerSecPerRpm));
-  for (const auto& [rate, from, to] :
-       {std::tuple(sheet.up_rate, o.from, o.to), std::tuple(sheet.down_rate, o.to, o.from)}) {
-    if (!rate) continue;
-    rotor::SpeedProfile profile;
-    profile.omega_start = from;
-    profile.omega_end = to;
-    profile.ramp_time = std::abs(to - from) / *rate;
-    const double fastest = std::max(o.to, sheet.rotor.natural_frequency());
-    const rotor::Response run =
-        identification::simulate_rotor(model, rotor::angle_signal(profile, 2 * std::numbers::pi / 20 / fastest));
-    const double peak = (run.z.array() - sheet.rotor.offset).abs().maxCoeff();
-    session.say(fmt::format("with {:<13} {} at {:.4g} rpm/s {}", names, mm(peak), *rate / kRadPerSecPerRpm,
-                            from < to ? "up" : "down"));
-    if (o.limit > 0 && !(peak <= o.limit))
-      summary.fail(
-          fmt::format("with its {} the run at {:.4g} rpm/s exceeds the limit", names, *rate / kRadPerSecPerRpm));
-  }
-}
-
 /// What of the plan lies beyond the records of the model.
 void say_extrapolation(const identification::DataRange& range, const pages::RunUpSheet& sheet, Summary& summary) {
   double largest = 0;
@@ -102,20 +67,13 @@ void run(const RunupOptions& o, Session& session) {
   if (identification::has_tilt(model))
     throw Error(o.model + ": the disc of this model tilts: whirl simulate runs it through its speeds");
   if (!model.rotor) throw Error(o.model + ": the model has no rotor parameters");
-  RotorModel rotor = *model.rotor;
-  rotor.eps *= o.unbalance;
-  std::vector<double> covariance = model.rotor_covariance;
-  for (std::size_t k = 0; covariance.size() == 25 && k < 25; ++k) {
-    const bool row = k / 5 >= 3, column = k % 5 >= 3;
-    covariance[k] *= (row ? o.unbalance : 1) * (column ? o.unbalance : 1);
-  }
   response::RunUpOptions options;
   options.from = o.from_rpm * kRadPerSecPerRpm;
   options.to = o.to_rpm * kRadPerSecPerRpm;
   options.limit = o.limit_mm * 1e-3;
   options.slowest = o.slowest * kRadPerSecPerRpm;
   options.fastest = o.fastest * kRadPerSecPerRpm;
-  pages::RunUpSheet sheet = pages::run_up_sheet(rotor, covariance, options, drive_of(o));
+  pages::RunUpSheet sheet = pages::run_up_sheet(model, o.unbalance, options, drive_of(o));
   say_direction(session, "run-up", sheet.plan.up, sheet.up_rate, sheet.up_band, o);
   say_direction(session, "run-down", sheet.plan.down, sheet.down_rate, sheet.down_band, o);
   if (sheet.drive) {
@@ -125,7 +83,9 @@ void run(const RunupOptions& o, Session& session) {
                                                                    sheet.drive->run.seconds, mm(sheet.drive->run.peak))
                                                      : "stalls"));
   }
-  say_further_forces(session, model, sheet, sheet.summary);
+  for (const pages::FurtherRun& r : sheet.further_runs)
+    session.say(fmt::format("with {:<13} {} at {:.4g} rpm/s {}", sheet.further, mm(r.peak), r.rate / kRadPerSecPerRpm,
+                            r.up ? "up" : "down"));
   if (const auto range = identification::load_data_range(o.model)) say_extrapolation(*range, sheet, sheet.summary);
   const io::Json json = to_json(sheet);
   session.result(json);

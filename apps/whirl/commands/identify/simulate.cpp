@@ -1,21 +1,17 @@
-#include "whirl/rotor/simulate.hpp"
-
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "commands/balance/response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/sindy.hpp"
+#include "whirl/identify/record/model_run.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/report/format.hpp"
-#include "whirl/signal/angle.hpp"
 
 namespace whirl::app {
 namespace {
@@ -39,72 +35,24 @@ Channel channel(std::string name, Eigen::VectorXd samples, Quantity quantity) {
 /// A model without rotor parameters: free run over the inputs of a record.
 Recording run_equations(const IdentifiedModel& model, const SimulateOptions& o) {
   if (o.record.empty()) throw Error("a model without rotor parameters needs --record: a file with its inputs");
-  const Recording in = io::read_recording(o.record);
-  if (identification::has_drive(model)) return identification::simulate_drive(model, in);
-  if (identification::has_tilt(model))
-    return identification::simulate_tilt_rotor(model, signal::angle_from_encoder(in["beta"], in.dt).angle, in.t0);
-  const identification::ModelRun result = identification::simulate(model, in);
-  if (result.diverged)
-    throw Error(fmt::format("the motion diverges after {:.4g} s", static_cast<double>(result.valid) * result.dt));
-  Recording out = in;
-  out.channels.clear();
-  for (const std::string& input : model.inputs)
-    if (in.find(input) != nullptr) out.channels.push_back(*in.find(input));
-  for (std::size_t k = 0; k < result.states.size(); ++k) {
-    const Channel* measured = in.find(result.states[k]);
-    out.channels.push_back(channel(result.states[k], result.values.col(static_cast<Index>(k)),
-                                   measured != nullptr ? measured->quantity : Quantity::dimensionless));
-  }
-  return out;
+  return identification::run_over_record(model, io::read_recording(o.record));
 }
 
-/// The angle of the speed profile asked for.
-AngleSignal profile_of(const SimulateOptions& o) {
+/// A rotor over the speed profile asked for.
+Recording run_rotor(const IdentifiedModel& model, const SimulateOptions& o, double& peak, double& at) {
   if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
-  require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
-  require_range("--dwell-s", o.dwell_s, 0, 1e6, "s");
-  require_range("--rate-hz", o.rate_hz, 1, 1e7, "Hz");
-  if ((o.seconds + o.dwell_s) * o.rate_hz > 5e7)
-    throw Error("more than 50 million samples: lower --rate-hz or --seconds");
-  rotor::SpeedProfile profile;
-  profile.omega_start = o.from_rpm * kRadPerSecPerRpm;
-  profile.omega_end = o.to_rpm * kRadPerSecPerRpm;
-  profile.ramp_time = o.seconds;
-  profile.dwell_end = o.dwell_s;
-  return rotor::angle_signal(profile, 1 / o.rate_hz);
-}
-
-/// A rotor that tilts over the speed profile; the steady whirl at its first speed before.
-Recording run_tilt(const IdentifiedModel& model, const SimulateOptions& o, double& peak, double& at) {
-  if (o.unbalance != 1 || o.eccentricity_um >= 0)
-    throw Error(
-        "the disc of this model tilts: what another unbalance does to its tilt is not known, run it without "
-        "--unbalance and --eccentricity-um");
-  const AngleSignal angle = profile_of(o);
-  Recording out = identification::simulate_tilt_rotor(model, angle);
-  Index worst = 0;
-  const auto offset = [&](const char* name) { return model.parameter(name)->value; };
-  const Eigen::ArrayXd x = out["x"].array() - offset("offset_x"), y = out["y"].array() - offset("offset_y");
-  peak = (x.square() + y.square()).sqrt().maxCoeff(&worst);
-  at = angle.omega[2 * worst];
-  return out;
-}
-
-Recording run_rotor(IdentifiedModel model, const SimulateOptions& o, double& peak, double& at) {
-  RotorModel& rotor = *model.rotor;
-  rotor.eps *= o.unbalance;
-  if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
-  const AngleSignal angle = profile_of(o);
-  const rotor::Response response = identification::simulate_rotor(model, angle);
-  Index worst = 0;
-  peak = response.z.size() > 0 ? (response.z.array() - rotor.offset).abs().maxCoeff(&worst) : 0;
-  at = angle.omega[2 * worst];
-  if (!std::isfinite(peak)) throw Error("the motion diverges: the model is not stable over this profile");
-  Recording out = response.recording();
-  Eigen::VectorXd beta(response.z.size());
-  for (Index i = 0; i < beta.size(); ++i) beta[i] = angle.beta[2 * i];
-  out.channels.push_back(channel("beta", std::move(beta), Quantity::angle));
-  return out;
+  identification::SpeedRun run;
+  run.from = o.from_rpm * kRadPerSecPerRpm;
+  run.to = o.to_rpm * kRadPerSecPerRpm;
+  run.seconds = o.seconds;
+  run.dwell = o.dwell_s;
+  run.rate = o.rate_hz;
+  run.unbalance = o.unbalance;
+  if (o.eccentricity_um >= 0) run.eccentricity = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * kRadPerDegree);
+  identification::SpeedRunMotion motion = identification::run_over_speeds(model, run);
+  peak = motion.peak;
+  at = motion.speed;
+  return std::move(motion.record);
 }
 
 /// A run from rest at one level of the drive; --limit-rpm: the least level that gets there.
@@ -142,9 +90,8 @@ void run(const SimulateOptions& o, Session& session) {
   if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
   double peak = 0, at = 0;
   Recording result;
-  const bool tilts = identification::has_tilt(model);
-  if ((model.rotor || tilts) && o.record.empty()) {
-    result = tilts ? run_tilt(model, o, peak, at) : run_rotor(model, o, peak, at);
+  if ((model.rotor || identification::has_tilt(model)) && o.record.empty()) {
+    result = run_rotor(model, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
                             at / kRadPerSecPerRpm));
   } else {

@@ -1,6 +1,9 @@
 #pragma once
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "whirl/core/identified_model.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/report/figure.hpp"
@@ -21,6 +24,13 @@ struct DriveVerdict {
   double needed = 0;  ///< torque for the suggested rate: inertia * rate + friction + reaction of the whirl, N m
 };
 
+/// A run at a suggested rate with the forces that the plan leaves out.
+struct FurtherRun {
+  double rate = 0;  ///< rad/s^2
+  double peak = 0;  ///< m
+  bool up = true;
+};
+
 /// Run-up and run-down of one rotor: what was asked, found and suggested.
 struct RunUpSheet {
   RotorModel rotor;
@@ -30,6 +40,8 @@ struct RunUpSheet {
   std::optional<response::PeakBand> up_band, down_band;  ///< of the peak at the suggested rate
   std::optional<DriveVerdict> drive;
   Summary summary;
+  std::string further;                   ///< names of the model's forces beside RotorModel; empty: none
+  std::vector<FurtherRun> further_runs;  ///< at the suggested rates
 };
 
 /// Plans, and suggests for each direction the slowest rate that keeps the limit (over the covariance, where there is
@@ -38,6 +50,12 @@ struct RunUpSheet {
 /// numbers or empty.
 RunUpSheet run_up_sheet(const RotorModel& rotor, const std::vector<double>& covariance,
                         const response::RunUpOptions& options, const std::optional<Drive>& drive);
+
+/// The same of an identified rotor with `unbalance` times its eccentricity and with its covariance. What the model has
+/// beside RotorModel is run once at the suggested rates: warns of it, fails where the rotor whirls by itself or exceeds
+/// the limit. Throws Error for a model without rotor parameters.
+RunUpSheet run_up_sheet(const IdentifiedModel& model, double unbalance, const response::RunUpOptions& options,
+                        const std::optional<Drive>& drive);
 
 /// Peak over rate with the limit; below it the suggested run with the slow run behind it.
 report::Figure run_up_figure(const RunUpSheet& sheet);
