@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "whirl/core/error.hpp"
+#include "whirl/pages/vibration_tables.hpp"
+
 namespace whirl::pages {
 namespace {
 
@@ -11,20 +16,20 @@ io::Json::Array texts(const std::vector<std::string>& lines) {
   return out;
 }
 
-/// What the record check finds in a table of uniformly sampled time signals with known units.
-records::RecordReport check(const io::SignalTable& table, const std::string& source) {
+/// A table of uniformly sampled time signals with known units; no channels for another one.
+Recording recording_of(const io::SignalTable& table, const std::string& source) {
   Recording record;
   record.source = source;
   record.t0 = table.start;
   record.dt = table.step;
-  if (table.abscissa != Quantity::time || !(table.step > 0)) return {};
+  if (table.abscissa != Quantity::time || !(table.step > 0)) return record;
   for (const io::Signal& s : table.signals) {
     if (s.quantity && s.imaginary.size() == 0 && !record.has(s.name)) record.add(s.name, *s.quantity, s.value);
   }
-  return records::check(record);
+  return record;
 }
 
-io::Json to_json(const records::Finding& f) {
+io::Json finding_json(const records::Finding& f) {
   io::Json json = io::Json::object();
   json.set("kind", std::string(records::to_string(f.kind)));
   json.set("severity", std::string(records::to_string(f.severity)));
@@ -36,7 +41,7 @@ io::Json to_json(const records::Finding& f) {
   return json;
 }
 
-io::Json to_json(const io::TableInfo& table) {
+io::Json table_json(const io::TableInfo& table) {
   io::Json json = io::Json::object();
   json.set("name", table.name);
   json.set("abscissa", table.abscissa);
@@ -64,9 +69,18 @@ io::Json to_json(const io::TableInfo& table) {
 }  // namespace
 
 FileReport report_file(const io::SignalFile& file) {
-  FileReport report{io::describe(file), {}};
+  FileReport report{io::describe(file), {}, {}};
   for (std::size_t k = 0; k < file.tables.size(); ++k) {
-    report.records.push_back(check(file.tables[k], file.source));
+    const Recording record = recording_of(file.tables[k], file.source);
+    std::optional<diagnosis::Rotation> rotation;
+    const bool whole = std::ranges::all_of(record.channels, [](const Channel& c) { return c.samples.allFinite(); });
+    try {
+      if (whole) rotation = diagnosis::rotation_of(record);
+    } catch (const Error& e) {
+      report.info.findings.push_back(std::string("no 1X: ") + e.what());
+    }
+    report.vibration.push_back(diagnosis::vibration_of(record, rotation));
+    report.records.push_back(record.channels.empty() ? records::RecordReport{} : records::check(record));
     if (report.records.back().findings.empty()) continue;
     for (io::ChannelInfo& c : report.info.tables[k].channels)
       c.damage.clear();  // the record check says it with the time and what follows
@@ -76,6 +90,13 @@ FileReport report_file(const io::SignalFile& file) {
 
 std::string to_text(const FileReport& report) {
   std::string text = io::to_string(report.info);
+  for (const std::vector<diagnosis::ChannelVibration>& table : report.vibration) {
+    if (table.empty()) continue;
+    std::vector<RunVibration> rows;
+    for (const diagnosis::ChannelVibration& v : table) rows.push_back({"", v});
+    text += report::to_text(vibration_table(rows));
+    if (const report::Table housing = housing_table(rows); !housing.rows.empty()) text += report::to_text(housing);
+  }
   for (const records::RecordReport& r : report.records) {
     for (const records::Finding& f : r.findings) text += fmt::format("  ! {}\n", f.text());
   }
@@ -88,10 +109,13 @@ io::Json to_json(const FileReport& report) {
   json.set("format", report.info.format);
   io::Json::Array tables;
   for (std::size_t k = 0; k < report.info.tables.size(); ++k) {
-    io::Json table = to_json(report.info.tables[k]);
+    io::Json table = table_json(report.info.tables[k]);
     io::Json::Array findings;
-    for (const records::Finding& f : report.records[k].findings) findings.push_back(to_json(f));
+    for (const records::Finding& f : report.records[k].findings) findings.push_back(finding_json(f));
     table.set("record_check", std::move(findings));
+    io::Json vibration = io::Json::array();
+    for (const diagnosis::ChannelVibration& v : report.vibration[k]) vibration.push(to_json(v));
+    table.set("vibration", std::move(vibration));
     tables.push_back(std::move(table));
   }
   json.set("tables", std::move(tables));
