@@ -159,6 +159,13 @@ def logger():
         np.savetxt(file, np.column_stack([t, 0.8 * np.cos(beta), 0.8 * np.sin(beta), np.degrees(beta)]), fmt="%.9g", delimiter=",")
 
 
+def casing():
+    """An accelerometer on a bearing housing of a machine at 1480 rpm: 1X, 2X and a line at 100 Hz, with noise."""
+    t = np.arange(0, 6, 1 / 5120)
+    acc = sum(a * np.cos(2 * np.pi * f * t + p) for a, f, p in ((0.5, 24.7, 0), (0.3, 49.3, 1), (0.8, 100, 2)))
+    table("casing.csv", ["t_s", "DE_acc_m_s2"], t, acc + random.normal(0, 0.05, t.size))
+
+
 def laboratory():
     if folder.is_dir() and any(folder.iterdir()) and not (folder / ".documents-run").exists():
         sys.exit(f"{folder}: is not empty and not from this script: give another folder")
@@ -167,6 +174,7 @@ def laboratory():
     (folder / ".documents-run").touch()
     responses()
     systems()
+    casing()
     shutil.copy(root / "examples/05_derive/anisotropic.toml", folder / "rotor.toml")
     shutil.copy(root / "examples/09_balance/runs.csv", folder)
     (folder / "slow.toml").write_text("[profile]\nstart_rpm = 33.4\nend_rpm = 23.9\nramp_s = 9\ndwell_end_s = 0\n")

@@ -2,7 +2,7 @@
 """The tree against docs/architecture.md: folders, include direction, sizes of folders and functions, format,
 what .clang-tidy asks of the public headers, the API reference.
 
-Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|format|tidy|api     exit code 1 and one line per deviation
+Usage: check.py SOURCE_DIR tree|includes|folders|functions|decisions|units|format|tidy|api     exit code 1 and one line per deviation
 """
 import pathlib
 import re
@@ -105,6 +105,14 @@ def decisions(root):
     return wrong
 
 
+def units(root):
+    """The unit of a figure's axis comes from its quantity, or from report/units.hpp: no literal in the code that draws."""
+    literal = re.compile(r'\{"(nm|µm|um|mm|m|mil|mm/s|m/s|m/s²|g|N|kN|Hz|kHz|rpm|rpm/s|rad/s|°|deg|%|s|ms|dB|V)", *[0-9k(]')
+    return [f"{file}:{line}: unit literal: take AmplitudeScale::unit_for, engineering_unit or report/units.hpp"
+            for file in tracked(root) if re.match(r"(libs/(report/src/figures|pages/src|study/src|modal/src)|apps)/.*\.[ch]pp$", file)
+            for line, text in enumerate((root / file).read_text().split("\n"), 1) if literal.search(text)]
+
+
 def form(root):
     tool = shutil.which("clang-format")
     if tool is None:
@@ -153,7 +161,7 @@ def api(root):
 
 def main():
     root = pathlib.Path(sys.argv[1])
-    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "format": form,
+    check = {"tree": tree, "includes": includes, "folders": folders, "functions": functions, "decisions": decisions, "units": units, "format": form,
              "tidy": tidy, "api": api}
     wrong = check[sys.argv[2]](root)
     print("\n".join(wrong))

@@ -7,6 +7,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/standards.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::balancing {
 namespace {
@@ -165,9 +166,9 @@ report::Figure polar(const BalancingSheet& s) {
   figure.columns = 2;
   const double sign = s.lag ? -1 : 1;
   for (Index m = 0; m < s.before.size(); ++m) {
-    report::Panel& panel = figure.panel(
-        s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", {"deg", kRadPerDegree}},
-        {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), unit_of(s)});
+    report::Panel& panel =
+        figure.panel(s.rows[static_cast<std::size_t>(m)].name, {s.lag ? "phase lag" : "phase lead", report::kDegree},
+                     {fmt::format("amplitude {}, phase {}", s.amplitude, s.lag ? "lag" : "lead"), unit_of(s)});
     panel.kind = report::Panel::Kind::polar;
     panel.clockwise = s.lag;  // vectors stand as they are, rotation counter-clockwise
     Eigen::VectorXd angle(static_cast<Index>(s.runs.size())), radius(angle.size());

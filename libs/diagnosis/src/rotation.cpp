@@ -101,7 +101,7 @@ signal::SynchronousCurve order_curve(const Recording& record, const Rotation& ro
                                      double order, int turns, double slow_roll) {
   const signal::OrderVectors v = signal::order_vectors(record[channel].segment(rotation.first, rotation.size()),
                                                        rotation.angle, record.dt, order, turns);
-  signal::SynchronousCurve curve{channel, v.speed, v.value, v.time};
+  signal::SynchronousCurve curve{channel, v.speed, v.value, v.time, record.at(channel).quantity, order};
   if (slow_roll <= 0) return curve;
   std::complex<double> sum = 0;
   long count = 0;

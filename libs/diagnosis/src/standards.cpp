@@ -1,6 +1,7 @@
 #include "whirl/diagnosis/standards.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -9,6 +10,34 @@
 #include "whirl/core/error.hpp"
 
 namespace whirl::diagnosis {
+namespace {
+
+struct HousingLimits {
+  std::string_view word;
+  MachineClass machine;
+  std::array<double, 3> limits;  ///< mm/s rms: A/B, B/C, C/D
+};
+constexpr std::array<HousingLimits, 4> kHousing{{{"1-rigid", {1, false}, {2.3, 4.5, 7.1}},
+                                                 {"1-flexible", {1, true}, {3.5, 7.1, 11.0}},
+                                                 {"2-rigid", {2, false}, {1.4, 2.8, 4.5}},
+                                                 {"2-flexible", {2, true}, {2.3, 4.5, 7.1}}}};
+
+const HousingLimits& housing(const MachineClass& machine) {
+  for (const HousingLimits& h : kHousing) {
+    if (h.machine.group == machine.group && h.machine.flexible == machine.flexible) return h;
+  }
+  throw Error::in_field("group", std::to_string(machine.group), "1 or 2");
+}
+
+template <class Limit>
+char zone_of(double value, Limit&& limit) {
+  for (const char zone : {'A', 'B', 'C'}) {
+    if (value <= limit(zone)) return zone;
+  }
+  return 'D';
+}
+
+}  // namespace
 
 using Eigen::Index;
 
@@ -55,10 +84,25 @@ double shaft_vibration_limit(char zone, double speed) {
 }
 
 char shaft_vibration_zone(double peak_to_peak, double speed) {
-  for (const char zone : {'A', 'B', 'C'}) {
-    if (peak_to_peak <= shaft_vibration_limit(zone, speed)) return zone;
+  return zone_of(peak_to_peak, [&](char zone) { return shaft_vibration_limit(zone, speed); });
+}
+
+std::optional<MachineClass> machine_class(std::string_view word) {
+  for (const HousingLimits& h : kHousing) {
+    if (h.word == word) return h.machine;
   }
-  return 'D';
+  return std::nullopt;
+}
+
+std::string_view to_string(const MachineClass& machine) { return housing(machine).word; }
+
+double housing_vibration_limit(char zone, const MachineClass& machine) {
+  if (zone < 'A' || zone > 'C') throw Error::in_field("zone", std::string(1, zone), "A, B or C");
+  return 1e-3 * housing(machine).limits[static_cast<std::size_t>(zone - 'A')];
+}
+
+char housing_vibration_zone(double velocity_rms, const MachineClass& machine) {
+  return zone_of(velocity_rms, [&](char zone) { return housing_vibration_limit(zone, machine); });
 }
 
 double balance_grade(double eccentricity, double speed) { return eccentricity * speed; }

@@ -73,8 +73,8 @@ report::Figure effort_figure(const Comparison& c) {
   report::Figure figure;
   figure.title = "Whole-run peak against effort";
   figure.description = "One mark per method: rms force against the largest displacement; lower left is better.";
-  report::Panel& panel = figure.panel("", {"force, rms", {"N", 1}, report::Scale::linear},
-                                      {"largest |x|, peak", {"mm", 1e-3}, report::Scale::logarithmic});
+  report::Panel& panel = figure.panel("", {"force, rms", report::si(Quantity::force), report::Scale::linear},
+                                      {"largest |x|, peak", {}, report::Scale::logarithmic});
   panel.height = 380;
   const auto add = [&](bool everywhere, const char* name, report::Mark mark, int color) {
     std::vector<double> x, y;
@@ -90,6 +90,7 @@ report::Figure effort_figure(const Comparison& c) {
   add(true, "stable in every condition", report::Mark::circle, 0);
   add(false, "fails in some condition", report::Mark::cross, 1);
   panel.horizontal(kPaperClosed[4], "paper, TSMC");
+  report::show_y_as(panel, Quantity::displacement);
   draw_floor(panel, c);
   return figure;
 }
@@ -98,8 +99,8 @@ report::Figure segment_figure(const Comparison& c) {
   report::Figure figure;
   figure.title = "Segments of Table 4";
   figure.description = "Open- and closed-loop peaks per segment on a logarithmic axis, with the paper's.";
-  report::Panel& panel = figure.panel("", {"segment", {}, report::Scale::linear},
-                                      {"largest |x|, peak", {"mm", 1e-3}, report::Scale::logarithmic});
+  report::Panel& panel =
+      figure.panel("", {"segment", {}, report::Scale::linear}, {"largest |x|, peak", {}, report::Scale::logarithmic});
   panel.categories = {"1 before", "2 entering", "3 through", "4 to rest", "whole run"};
   panel.x.low = -0.4, panel.x.high = 4.4;
   panel.height = 300;
@@ -117,6 +118,7 @@ report::Figure segment_figure(const Comparison& c) {
   for (const tuning::ComparedResult* r : shown(c)) {
     panel.line(r->label, x, segment_values(r->nominal.closed), {.color = color++, .mark = report::Mark::square});
   }
+  report::show_y_as(panel, Quantity::displacement);
   draw_floor(panel, c);
   return figure;
 }

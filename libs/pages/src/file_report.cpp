@@ -6,6 +6,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/pages/text/findings.hpp"
+#include "whirl/pages/vibration_tables.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -17,7 +18,7 @@ io::Json::Array texts(const std::vector<std::string>& lines) {
 }
 
 /// A table of uniformly sampled time signals with known units; no channels for another one.
-Recording time_signals(const io::SignalTable& table, const std::string& source) {
+Recording recording_of(const io::SignalTable& table, const std::string& source) {
   Recording record;
   record.source = source;
   record.t0 = table.start;
@@ -40,7 +41,7 @@ diagnosis::VibrationFindings vibration_of_table(const Recording& record) {
   }
 }
 
-io::Json to_json(const records::Finding& f) {
+io::Json finding_json(const records::Finding& f) {
   io::Json json = io::Json::object();
   json.set("kind", std::string(records::to_string(f.kind)));
   json.set("severity", std::string(records::to_string(f.severity)));
@@ -52,7 +53,7 @@ io::Json to_json(const records::Finding& f) {
   return json;
 }
 
-io::Json to_json(const io::TableInfo& table) {
+io::Json table_json(const io::TableInfo& table) {
   io::Json json = io::Json::object();
   json.set("name", table.name);
   json.set("abscissa", table.abscissa);
@@ -80,10 +81,18 @@ io::Json to_json(const io::TableInfo& table) {
 }  // namespace
 
 FileReport report_file(const io::SignalFile& file) {
-  FileReport report{io::describe(file), {}, {}};
+  FileReport report{io::describe(file), {}, {}, {}};
   for (std::size_t k = 0; k < file.tables.size(); ++k) {
-    const Recording record = time_signals(file.tables[k], file.source);
+    const Recording record = recording_of(file.tables[k], file.source);
     const bool known = !record.channels.empty();
+    std::optional<diagnosis::Rotation> rotation;
+    const bool whole = std::ranges::all_of(record.channels, [](const Channel& c) { return c.samples.allFinite(); });
+    try {
+      if (whole) rotation = diagnosis::rotation_of(record);
+    } catch (const Error& e) {
+      report.info.findings.push_back(std::string("no 1X: ") + e.what());
+    }
+    report.vibration.push_back(diagnosis::vibration_of(record, rotation));
     report.records.push_back(known ? records::check(record) : records::RecordReport{});
     report.findings.push_back(known ? vibration_of_table(record) : diagnosis::VibrationFindings{});
     if (report.records.back().findings.empty()) continue;
@@ -95,6 +104,13 @@ FileReport report_file(const io::SignalFile& file) {
 
 std::string to_text(const FileReport& report) {
   std::string text = io::to_string(report.info);
+  for (const std::vector<diagnosis::ChannelVibration>& table : report.vibration) {
+    if (table.empty()) continue;
+    std::vector<RunVibration> rows;
+    for (const diagnosis::ChannelVibration& v : table) rows.push_back({"", v});
+    text += report::to_text(vibration_table(rows));
+    if (const report::Table housing = housing_table(rows); !housing.rows.empty()) text += report::to_text(housing);
+  }
   for (const records::RecordReport& r : report.records) {
     for (const records::Finding& f : r.findings) text += fmt::format("  ! {}\n", f.text());
   }
@@ -109,11 +125,14 @@ io::Json to_json(const FileReport& report) {
   json.set("format", report.info.format);
   io::Json::Array tables;
   for (std::size_t k = 0; k < report.info.tables.size(); ++k) {
-    io::Json table = to_json(report.info.tables[k]);
+    io::Json table = table_json(report.info.tables[k]);
     io::Json::Array findings;
-    for (const records::Finding& f : report.records[k].findings) findings.push_back(to_json(f));
+    for (const records::Finding& f : report.records[k].findings) findings.push_back(finding_json(f));
     table.set("record_check", std::move(findings));
-    table.set("vibration", to_json(report.findings[k]));
+    table.set("vibration_findings", to_json(report.findings[k]));
+    io::Json vibration = io::Json::array();
+    for (const diagnosis::ChannelVibration& v : report.vibration[k]) vibration.push(to_json(v));
+    table.set("vibration", std::move(vibration));
     tables.push_back(std::move(table));
   }
   json.set("tables", std::move(tables));

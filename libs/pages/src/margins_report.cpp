@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "whirl/core/angles.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -105,7 +106,7 @@ report::Document margins_report(const std::vector<MarginStudy>& studies, const C
     Eigen::VectorXd at(1), zero(1);
     at << -1, zero << 0;
     plane.scatter("-1", at, zero);
-    report::Panel& peak = figure.panel("", {"frequency, below zero against the rotation", {"Hz", 1}}, {"|S|", {}});
+    report::Panel& peak = figure.panel("", {"frequency, below zero against the rotation", report::kHertz}, {"|S|", {}});
     peak.line("|S|", f, s);
     for (const auto& [limit, zone] : {std::pair(3.0, "A/B"), std::pair(4.0, "B/C"), std::pair(5.0, "C/D")}) {
       peak.horizontal(limit, zone);

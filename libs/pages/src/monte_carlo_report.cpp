@@ -6,6 +6,7 @@
 
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/format.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -101,13 +102,17 @@ report::Document monte_carlo_report(const tuning::MonteCarloResult& r, const tun
   report::Figure histogram;
   histogram.title = "Distribution of the whole-run peak";
   histogram.description = "Machines per class of the largest displacement.";
-  report::Panel& bars = histogram.panel("", {"largest |x|, peak", {"mm", 1e-3}}, {"machines", {}});
+  report::Panel& bars = histogram.panel(
+      "",
+      {"largest |x|, peak", report::engineering_unit(Quantity::displacement, peak.maxCoeff<Eigen::PropagateNumbers>())},
+      {"machines", {}});
   bars.histogram("", peak, std::clamp(static_cast<int>(std::sqrt(static_cast<double>(n))), 5, 60));
   report::Figure cause;
   cause.title = "Peak against natural frequency";
   cause.description = "One mark per machine.";
-  report::Panel& marks = cause.panel("", {"natural frequency", {"Hz", 2 * M_PI}}, {"largest |x|, peak", {"mm", 1e-3}});
+  report::Panel& marks = cause.panel("", {"natural frequency", report::kHertzOfAngular}, {"largest |x|, peak", {}});
   marks.scatter("", frequency, peak);
+  report::show_y_as(marks, Quantity::displacement);
   if (o.limit > 0) {
     bars.vertical(o.limit, "limit");
     marks.horizontal(o.limit, "limit");

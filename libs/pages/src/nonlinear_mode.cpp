@@ -8,6 +8,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/io/model_json.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -62,10 +63,10 @@ report::Figure decay_figure(const response::DecayCurve& curve, const response::N
   const VectorXd grid = VectorXd::LinSpaced(200, mode.lowest, mode.highest);
   const VectorXd backbone = grid.unaryExpr([&](double x) { return mode.frequency(x); });
   const VectorXd ratio = grid.unaryExpr([&](double x) { return mode.rate(x) / mode.frequency(x); });
-  report::Panel& top = figure.panel("", {"amplitude, peak", unit}, {"frequency", {"Hz", kTwoPi}});
+  report::Panel& top = figure.panel("", {"amplitude, peak", unit}, {"frequency", report::kHertzOfAngular});
   top.error_bars("windows", a, f, fl, fh, {.color = 7});
   top.line("mode", grid, backbone, {.color = 0, .width = 1.8});
-  report::Axis damping{"damping ratio", {"%", 0.01}};
+  report::Axis damping{"damping ratio", report::kPercentOfOne};
   damping.low = std::min(0.0, ratio.minCoeff());
   damping.high = ratio.maxCoeff();
   for (Index k = 0; k < n; ++k) {
@@ -89,7 +90,7 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
   figure.title = "Steady sine";
   figure.description = "Measured amplitude and phase over frequency at every force level, and the fitted mode.";
   figure.shared_x = true;
-  report::Panel& top = figure.panel("", {"frequency", {"Hz", kTwoPi}}, {"amplitude, peak", {"mm", 1e-3}});
+  report::Panel& top = figure.panel("", {"frequency", report::kHertzOfAngular}, {"amplitude, peak", {}});
   std::vector<double> levels;
   const auto level = [](const response::SteadyPoint& p) { return p.level > 0 ? p.level : p.force; };
   // Records of one level never agree to the last digit.
@@ -118,7 +119,8 @@ report::Figure steady_figure(const std::vector<response::SteadyPoint>& points, c
     top.scatter(k == 0 ? "mode" : "", of(w), of(model), {.color = color, .mark = report::Mark::cross});
     phases.emplace_back(of(w), of(phase));
   }
-  report::Panel& low = figure.panel("", {"frequency", {"Hz", kTwoPi}}, {"phase lead", {"deg", std::numbers::pi / 180}});
+  report::show_y_as(figure.panels.front(), Quantity::displacement);
+  report::Panel& low = figure.panel("", {"frequency", report::kHertzOfAngular}, {"phase lead", report::kDegree});
   for (std::size_t k = 0; k < phases.size(); ++k)
     low.scatter("", phases[k].first, phases[k].second,
                 {.color = static_cast<int>(k % 6), .mark = report::Mark::circle});

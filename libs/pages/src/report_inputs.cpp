@@ -1,9 +1,7 @@
-#include <complex>
-
 #include "whirl/core/error.hpp"
-#include "whirl/io/csv.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/pages/bode_table.hpp"
 #include "whirl/pages/run_report.hpp"
 
 namespace whirl::pages {
@@ -40,38 +38,17 @@ void add_json(ReportInputs& in, const std::filesystem::path& file, const std::st
 
 }  // namespace
 
-std::optional<signal::SynchronousCurve> read_bode_table(const std::filesystem::path& file) {
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  io::Table table;
-  try {
-    table = io::read_table(file);
-  } catch (const Error&) {
-    return std::nullopt;  // a record: its reader says what is wrong with it
-  }
-  const Channel *amplitude = nullptr, *phase = nullptr, *speed = table.find("speed");
-  for (const Channel& c : table.columns) {
-    if (c.name.starts_with("amp")) amplitude = &c;
-    if (c.name.starts_with("phase")) phase = &c;
-  }
-  if (speed == nullptr || amplitude == nullptr || phase == nullptr) return std::nullopt;
-  signal::SynchronousCurve curve{file.stem().string(), speed->samples, {}};
-  curve.vector.resize(speed->samples.size());
-  for (Eigen::Index i = 0; i < curve.vector.size(); ++i)
-    curve.vector[i] = std::polar(amplitude->samples[i], phase->samples[i]);
-  return curve;
-}
-
-ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files) {
+ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files, const ReadRecord& read) {
   ReportInputs in;
   in.files = files;
   for (const std::filesystem::path& file : files) {
     const std::string name = file.filename().string();
     if (name.ends_with(".json") || name.ends_with(".json.gz")) {
       add_json(in, file, name);
-    } else if (auto curve = read_bode_table(file)) {
-      in.bode.push_back({name, *std::move(curve)});
+    } else if (std::vector<signal::SynchronousCurve> curves = read_bode_table(file); !curves.empty()) {
+      in.bode.push_back({name, std::move(curves)});
     } else {
-      Recording record = io::read_recording(file);
+      Recording record = read ? read(file) : io::read_recording(file);
       (record.has("x_open") && record.has("x_true") ? in.logs : in.records).push_back({name, std::move(record)});
     }
   }

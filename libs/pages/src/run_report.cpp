@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "record/record_maps.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
@@ -15,6 +16,7 @@
 #include "whirl/pages/run_report_tables.hpp"
 #include "whirl/pages/text/findings.hpp"
 #include "whirl/pages/verdict.hpp"
+#include "whirl/pages/vibration_tables.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {
@@ -82,16 +84,61 @@ class RunReport {
       any = true;
     }
     for (const CriticalRow& c : criticals()) {
-      doc_.callout(
-          Callout::Kind::note, "Largest 1X amplitude of " + c.run,
-          fmt::format("{} at {:.0f} rpm in channel {}{}.", report::format_amplitude(c.amplitude, AmplitudeKind::peak),
-                      c.critical / kRadPerSecPerRpm, c.channel,
-                      c.reading
-                          ? fmt::format(", amplification factor {} by half power", format_fixed(c.reading->factor, 1))
-                          : ""));
+      doc_.callout(Callout::Kind::note, "Largest 1X amplitude of " + c.run,
+                   fmt::format("{} at {:.0f} rpm in channel {}{}.",
+                               report::format_amplitude(c.amplitude, AmplitudeKind::peak, c.curve.quantity),
+                               c.critical / kRadPerSecPerRpm, c.channel,
+                               c.reading ? fmt::format(", amplification factor {} by half power",
+                                                       format_fixed(c.reading->factor, 1))
+                                         : ""));
       any = true;
     }
+    any = housing_findings() || any;
     if (!any) doc_.paragraph("The inputs hold nothing to be judged; see the sections below.");
+  }
+
+  // The housing sensor with the highest level of each run, and its zone where the class of the machine is stated.
+  bool housing_findings() {
+    bool any = false;
+    for (const auto& [name, record] : in_.records) {
+      const RunVibration* worst = nullptr;
+      for (const RunVibration& v : vibration()) {
+        if (v.run == name && v.channel.housing &&
+            (worst == nullptr || v.channel.housing->rms > worst->channel.housing->rms))
+          worst = &v;
+      }
+      if (worst == nullptr) continue;
+      any = true;
+      const double level = worst->channel.housing->rms;
+      const std::string text =
+          fmt::format("{} in channel {}, {:g} Hz to {:g} Hz",
+                      report::format_amplitude(level, AmplitudeKind::rms, Quantity::velocity), worst->channel.channel,
+                      worst->channel.housing->low, worst->channel.housing->high);
+      if (!o_.machine) {
+        doc_.callout(Callout::Kind::note, "Housing vibration of " + name,
+                     text + ". No zone: the class of the machine is not stated (--machine).");
+        continue;
+      }
+      if (worst->channel.synchronous && !worst->channel.synchronous->steady) {
+        doc_.callout(Callout::Kind::note, "Housing vibration of " + name,
+                     text + ". The speed of the run changes: the zones judge steady running.");
+        continue;
+      }
+      const char zone = diagnosis::housing_vibration_zone(level, *o_.machine);
+      doc_.callout(zone < 'C' ? Callout::Kind::agrees : Callout::Kind::warning, "Housing vibration of " + name,
+                   fmt::format("{}: zone {} of ISO 20816-3, {}.", text, zone, diagnosis::to_string(*o_.machine)));
+    }
+    return any;
+  }
+
+  // What each channel of each record says, made once.
+  const std::vector<RunVibration>& vibration() {
+    if (!vibration_.empty()) return vibration_;
+    for (const auto& [name, record] : in_.records) {
+      for (diagnosis::ChannelVibration& v : diagnosis::vibration_of(record, readable_rotation(record), o_.slow_roll))
+        vibration_.push_back({name, std::move(v)});
+    }
+    return vibration_;
   }
 
   // The 1X curves of every record and Bode table, made once.
@@ -104,16 +151,15 @@ class RunReport {
       critical_rows_.push_back({run, curve.name, curve.speed[top], largest, diagnosis::amplification(curve), curve});
     };
     for (const auto& [name, record] : in_.records) {
-      const auto turning = diagnosis::rotation_of(record);
+      const auto turning = readable_rotation(record);
       if (!turning) continue;
-      for (const char* channel : {"x", "y"}) {
-        if (record.has(channel)) add(name, diagnosis::order_curve(record, *turning, channel, 1, 1, o_.slow_roll));
+      for (const Channel& c : record.channels) {
+        if (c.quantity == Quantity::displacement || diagnosis::of_a_housing(c, record))
+          add(name, diagnosis::order_curve(record, *turning, c.name, 1, 1, o_.slow_roll));
       }
     }
-    for (const auto& [name, curve] : in_.bode) {
-      signal::SynchronousCurve c = curve;
-      c.name = "1X";
-      add(name, c);
+    for (const auto& [name, curves] : in_.bode) {
+      for (const signal::SynchronousCurve& c : curves) add(name, c);
     }
     return critical_rows_;
   }
@@ -137,31 +183,62 @@ class RunReport {
     }
   }
 
+  // Sensors of the shaft and of the housing, those of one quantity together; x and y before other displacements.
+  static std::vector<std::vector<std::string>> sensors_by_quantity(const Recording& record) {
+    std::vector<std::vector<std::string>> out;
+    for (const Quantity q : {Quantity::displacement, Quantity::velocity, Quantity::acceleration}) {
+      std::vector<std::string> names;
+      for (const Channel& c : record.channels) {
+        if (c.quantity == q && (q == Quantity::displacement || diagnosis::of_a_housing(c, record)))
+          names.push_back(c.name);
+      }
+      std::ranges::stable_partition(names, [](const std::string& n) { return n == "x" || n == "y"; });
+      if (!names.empty()) out.push_back(std::move(names));
+    }
+    return out;
+  }
+
+  // Figures of the channels of `v`, which have one quantity; maps and orders are those of the first.
+  void draw_vibration(const std::vector<ViewedRun>& run, const ViewOptions& v) {
+    const std::string of = v.channels.empty() ? "" : fmt::format(" Channels {}.", fmt::join(v.channels, ", "));
+    draw("spectrum", run, v, "Spectrum of the whole record." + of);
+    draw("run-map", run, v, "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
+    draw("waterfall", run, v, "Waterfall: spectra over time.");
+    draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
+    draw("bode", run, v,
+         "Bode plot of the 1X vectors, one per revolution." + of + " " + std::string(kBeats) + slow_roll_note());
+    draw("polar", run, v, "Polar plot of the same vectors.");
+    draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
+  }
+
   void runs() {
     doc_.section("Runs");
     doc_.table(run_table(in_.records));
+    if (!vibration().empty()) doc_.table(vibration_table(vibration()));
     for (const auto& [name, record] : in_.records) {
       doc_.subsection(name);
       left_out_.clear();
       const std::vector<ViewedRun> run{{name, record}};
       ViewOptions v = view_options();
       draw("traces", run, v, "Time traces of " + name + ".");
-      draw("run-map", run, v,
-           "Run map: spectra over rotor speed with orders and natural frequencies (Campbell style).");
-      draw("waterfall", run, v, "Waterfall: spectra over time.");
-      draw("cascade", run, v, "Cascade: spectra at their rotor speeds.");
-      draw("bode", run, v,
-           "Bode plot of the 1X vectors, one per revolution. " + std::string(kBeats) + slow_roll_note());
-      draw("polar", run, v, "Polar plot of the same vectors.");
-      draw("orders", run, v, "Orders followed through the run by a Vold-Kalman filter.");
-      draw("orbit", run, v, "Orbit around the largest radius; dots where the rotor angle is zero.");
-      draw("full-spectrum", run, v, "Full spectrum: forward whirl at positive, backward whirl at negative frequency.");
+      const std::vector<std::vector<std::string>> sensors = sensors_by_quantity(record);
+      if (sensors.empty()) draw_vibration(run, v);
+      for (const std::vector<std::string>& channels : sensors) {
+        v.channels = channels;
+        draw_vibration(run, v);
+      }
+      v.channels.clear();
+      if (record.has("x") && record.has("y")) {
+        draw("orbit", run, v, "Orbit around the largest radius; dots where the rotor angle is zero.");
+        draw("full-spectrum", run, v,
+             "Full spectrum: forward whirl at positive, backward whirl at negative frequency.");
+      }
       if (!left_out_.empty())
         doc_.callout(Callout::Kind::note, "Figures left out", fmt::format("{}", fmt::join(left_out_, "; ")));
     }
-    for (const auto& [name, curve] : in_.bode) {
+    for (const auto& [name, curves] : in_.bode) {
       doc_.subsection(name);
-      report::Figure bode = synchronous_view("bode", {curve}), polar = synchronous_view("polar", {curve});
+      report::Figure bode = synchronous_view("bode", curves), polar = synchronous_view("polar", curves);
       bode.runs = polar.runs = {name};
       doc_.figure(bode, "Bode plot of the 1X vectors. " + std::string(kBeats));
       doc_.figure(polar, "Polar plot of the same vectors.");
@@ -297,13 +374,15 @@ class RunReport {
 
   void judgement() {
     const report::Table zones = zone_table(criticals(), o_.service_speed);
+    const report::Table housing = housing_table(vibration(), o_.machine);
     const report::Table grades = grade_table(in_.models, criticals(), o_.service_speed);
-    if (zones.rows.empty() && grades.rows.empty()) return;
+    if (zones.rows.empty() && housing.rows.empty() && grades.rows.empty()) return;
     doc_.section("Judged by the standards' numbers");
     doc_.callout(Callout::Kind::note, "Guidance, not a statement of compliance",
                  "Limits are those commonly quoted of ISO 20816-3, ISO 21940-11 and API 617; compare with the current "
                  "editions.");
     if (!zones.rows.empty()) doc_.table(zones);
+    if (!housing.rows.empty()) doc_.table(housing);
     if (!grades.rows.empty()) doc_.table(grades);
   }
 
@@ -312,6 +391,7 @@ class RunReport {
   Document doc_;
   std::vector<Verdict> verdicts_;
   std::vector<CriticalRow> critical_rows_;
+  std::vector<RunVibration> vibration_;
   std::vector<std::string> left_out_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "record/record_maps.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/rotation.hpp"
 #include "whirl/pages/run_json.hpp"
@@ -34,21 +35,15 @@ std::optional<double> amplitude_at(const signal::SynchronousCurve& curve, double
 report::Table run_table(const std::vector<NamedFile<Recording>>& records) {
   report::Table t;
   t.caption = "Records";
-  t.columns = {{"record", "", Align::left},
-               {"rate", "Hz"},
-               {"duration", "s"},
-               {"speed", "rpm"},
-               {"sweep", "rpm/s"},
-               {"largest |x|, peak", "mm"},
+  t.columns = {{"record", "", Align::left},  {"rate", "Hz"}, {"duration", "s"}, {"speed", "rpm"}, {"sweep", "rpm/s"},
                {"channels", "", Align::left}};
   for (const auto& [name, r] : records) {
     std::vector<std::string> names;
     for (const Channel& c : r.channels) names.push_back(c.name);
-    const auto turning = diagnosis::rotation_of(r);
+    const auto turning = readable_rotation(r);
     t.add({name, report::format_number(r.rate(), 5), report::format_number(r.duration(), 4),
            turning ? rpm(turning->speed[0]) + " → " + rpm(turning->speed[turning->size() - 1]) : "–",
            turning ? fmt::format("{:.0f}", turning->sweep_rate(r.dt) / kRadPerSecPerRpm) : "–",
-           r.has("x") ? format_fixed(1e3 * r["x"].cwiseAbs().maxCoeff(), 3) : "–",
            fmt::format("{}", fmt::join(names, ", "))});
   }
   t.notes = {"Sweep: largest rate of change of the speed over a twentieth of the run."};
@@ -59,7 +54,7 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
   report::Table t;
   t.caption = "Critical speeds: largest 1X amplitude and half-power amplification factor";
   t.columns = {{"run", "", Align::left}, {"channel", "", Align::left}, {"critical", "rpm"},
-               {"1X, peak", "µm"},       {"0.707 at", "rpm"},          {"AF", ""},
+               {"1X, peak", ""},         {"0.707 at", "rpm"},          {"AF", ""},
                {"sweep", "rpm/s"},       {"sweep · AF²", ""}};
   const bool service = service_speed > 0;
   if (service) {
@@ -67,7 +62,8 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
     t.columns.push_back({"asked for", "%"});
   }
   for (const CriticalRow& r : rows) {
-    std::vector<std::string> row{r.run, r.channel, rpm(r.critical), um(r.amplitude)};
+    std::vector<std::string> row{r.run, r.channel, rpm(r.critical),
+                                 report::format_quantity(r.amplitude, r.curve.quantity)};
     if (r.reading) {
       const diagnosis::Amplification& a = *r.reading;
       row.insert(row.end(), {rpm(a.low) + ", " + rpm(a.high), format_fixed(a.factor, 1),
@@ -116,6 +112,7 @@ report::Table zone_table(const std::vector<CriticalRow>& rows, double service_sp
            std::string(1, diagnosis::shaft_vibration_zone(2 * amplitude, speed))});
   };
   for (const CriticalRow& r : rows) {
+    if (r.curve.quantity != Quantity::displacement) continue;  // a housing is judged by `housing_table`
     const double speed = service_speed > 0 ? service_speed : r.curve.speed.maxCoeff();
     if (const auto a = amplitude_at(r.curve, speed))
       add(r, service_speed > 0 ? "service speed" : "highest speed", speed, *a);

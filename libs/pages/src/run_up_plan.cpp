@@ -13,6 +13,7 @@
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/report/format.hpp"
+#include "whirl/report/units.hpp"
 #include "whirl/rotor/speed_profile.hpp"
 
 namespace whirl::pages {
@@ -175,8 +176,7 @@ report::Figure run_up_figure(const RunUpSheet& s) {
   report::Figure figure;
   figure.title = "Run-up and run-down";
   figure.description = "Largest radius over the acceleration in both directions, and the suggested runs over speed.";
-  report::Panel& top =
-      figure.panel("", {"acceleration", {"rpm/s", kRadPerSecPerRpm}}, {"largest radius, peak", {"mm", 1e-3}});
+  report::Panel& top = figure.panel("", {"acceleration", report::kRpmPerSecond}, {"largest radius, peak", {}});
   top.x.scale = report::Scale::logarithmic;
   for (const auto& [name, curve, color] : {std::tuple{"run-up", &s.plan.up, 0}, {"run-down", &s.plan.down, 1}}) {
     const auto n = static_cast<Index>(curve->passages.size());
@@ -187,9 +187,10 @@ report::Figure run_up_figure(const RunUpSheet& s) {
     }
     top.line(name, rate, peak, {.color = color, .mark = report::Mark::circle});
   }
+  report::show_y_as(top, Quantity::displacement);
   if (s.options.limit > 0) top.horizontal(s.options.limit, "limit");
   if (s.up_rate) top.vertical(*s.up_rate, "suggested up");
-  report::Panel& low = figure.panel("", {"speed", {"rpm", kRadPerSecPerRpm}}, {"radius, peak", {"mm", 1e-3}});
+  report::Panel& low = figure.panel("", {"speed", report::kRpm}, {"radius, peak", {}});
   // The runs decide the scale: a slow run may reach far above them.
   double largest = s.options.limit;
   for (const auto& [curve, rate] : {std::pair{&s.plan.up, &s.up_rate}, {&s.plan.down, &s.down_rate}})
@@ -206,6 +207,7 @@ report::Figure run_up_figure(const RunUpSheet& s) {
   low.line("infinitely slow run-up", speed, radius, {.color = 7, .dash = report::Dash::dashed});
   if (s.up_rate) draw_run(low, s, *s.up_rate, true);
   if (s.down_rate) draw_run(low, s, *s.down_rate, false);
+  report::show_y_as(low, Quantity::displacement);
   if (s.options.limit > 0) low.horizontal(s.options.limit, "limit");
   return figure;
 }

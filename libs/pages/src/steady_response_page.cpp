@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -6,6 +8,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/pages/steady_response.hpp"
 #include "whirl/report/format.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::pages {
 namespace {
@@ -108,7 +111,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
   figure.shared_x = true;
   const std::vector<double>&x = curve.x, &y = curve.y;
   const double largest = *std::max_element(y.begin(), y.end());
-  const report::Axis speed{"speed", {"rpm", kRadPerSecPerRpm}};
+  const report::Axis speed{"speed", report::kRpm};
   const report::Unit unit =
       f.radius || f.rotor ? report::engineering_unit(Quantity::displacement, largest) : report::Unit{};
   report::Panel& top = figure.panel("", speed, {f.radius ? "radius, peak" : f.coordinate + ", peak", unit});
@@ -132,7 +135,7 @@ report::Figure steady_figure(const SteadyResponse& f) {
     top.scatter(e.kind == response::EventKind::fold ? "" : to_string(e.kind),
                 Eigen::VectorXd::Constant(1, e.solution.omega), Eigen::VectorXd::Constant(1, f.amplitude(e.solution)),
                 {.color = 6, .mark = e.kind == response::EventKind::fold ? report::Mark::circle : report::Mark::cross});
-  report::Panel& low = figure.panel("", speed, {"phase of " + f.coordinate, {"deg", std::numbers::pi / 180}});
+  report::Panel& low = figure.panel("", speed, {"phase of " + f.coordinate, report::kDegree});
   low.height = 160;
   std::array<bool, 4> named_low{};
   add_lines(low, x, curve.phase, curve.kind, named_low);
@@ -156,6 +159,26 @@ report::Figure steady_peak_figure(const SteadyResponse& f) {
   panel.line("speed rising", peaks.force, peaks.up, {.color = 0, .width = 1.6});
   panel.line("speed falling", peaks.force, peaks.down, {.color = 1, .width = 1.6, .dash = report::Dash::dashed});
   return figure;
+}
+
+std::string steady_csv(const SteadyResponse& f) {
+  const bool length = f.radius || f.rotor;
+  const double unit = length ? 1e-6 : 1;
+  std::string out = fmt::format("rpm,amp_{},phase_deg,curve_1,stable_1,extrapolated_1\n", length ? "um" : "1");
+  int number = 0;
+  const auto add = [&](const response::ResponseCurve& curve) {
+    for (const response::CurvePoint& p : curve.points) {
+      const double a = f.amplitude(p.solution);
+      out += fmt::format("{:.9g},{:.9g},{:.9g},{},{:d},{:d}\n", p.solution.omega / kRadPerSecPerRpm, a / unit,
+                         std::arg(p.solution.harmonic(f.index, 1)) / kRadPerDegree, number, p.stable,
+                         !f.known.holds(a, p.solution.omega));
+    }
+    ++number;
+  };
+  add(f.curve);
+  for (const auto* others : {&f.branches, &f.isolas})
+    for (const response::ResponseCurve& other : *others) add(other);
+  return out;
 }
 
 io::Json to_json(const SteadyResponse& f) {

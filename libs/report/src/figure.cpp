@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::report {
 namespace {
@@ -87,6 +89,14 @@ void Panel::span(double low, double high, std::string label, int color) {
 }
 void Panel::annotate(double at_x, double at_y, std::string text, bool above) {
   annotations.push_back({at_x, at_y, std::move(text), above});
+}
+
+void show_y_as(Panel& panel, Quantity quantity) {
+  double largest = 0;
+  for (const Series& s : panel.series) {
+    for (const double v : s.y) largest = std::isfinite(v) ? std::max(largest, std::abs(v)) : largest;
+  }
+  panel.y.unit = engineering_unit(quantity, largest);
 }
 
 Panel& Figure::panel(std::string panel_title, Axis x, Axis y) {

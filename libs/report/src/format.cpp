@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "whirl/report/amplitude_scale.hpp"
+
 namespace whirl::report {
 namespace {
 
@@ -81,6 +83,20 @@ std::string format_number(double value, int digits) {
   return format_fixed(value / std::pow(10.0, exponent), digits - 1) + power_of_ten(exponent);
 }
 
+std::string_view short_name(AmplitudeKind kind) {
+  return kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
+}
+
+Unit AmplitudeScale::unit_for(Quantity quantity, double largest) const {
+  return unit && unit->first == quantity ? unit->second : engineering_unit(quantity, largest);
+}
+
+std::string AmplitudeScale::text(double value, Quantity quantity, int digits) const {
+  const Unit shown = unit_for(quantity, std::abs(value));
+  const std::string number = format_number(value / shown.factor, digits);
+  return fmt::format("{}{}{} {}", number, shown.symbol.empty() ? "" : " ", shown.symbol, short_name(kind));
+}
+
 std::string format_quantity(double value, Quantity quantity, int digits) {
   const Unit unit = engineering_unit(quantity, std::abs(value));
   const std::string number = format_number(value / unit.factor, digits);
@@ -88,8 +104,7 @@ std::string format_quantity(double value, Quantity quantity, int digits) {
 }
 
 std::string format_amplitude(double value, AmplitudeKind kind, Quantity quantity, int digits) {
-  const std::string_view name = kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
-  return fmt::format("{} {}", format_quantity(value, quantity, digits), name);
+  return AmplitudeScale(kind).text(value, quantity, digits);
 }
 
 RoundedEstimate round_estimate(const Estimate& estimate) {

@@ -8,21 +8,11 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/signal/fft.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::signal {
-namespace {
 
-double factor_from_peak(AmplitudeKind kind) {
-  switch (kind) {
-    case AmplitudeKind::peak:
-      return 1;
-    case AmplitudeKind::peak_to_peak:
-      return 2;
-    case AmplitudeKind::rms:
-      return 1 / std::numbers::sqrt2;
-  }
-  return 1;
-}
+namespace {
 
 Eigen::Index checked_block(Eigen::Index n, double dt, const SpectrumOptions& options) {
   require_range("dt", dt, 1e-15, 1e15, "s");

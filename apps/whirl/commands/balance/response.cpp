@@ -6,6 +6,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
 #include "whirl/pages/steady_response.hpp"
@@ -82,7 +83,11 @@ void run(ResponseFlags o, Session& session) {
   const io::Json json = to_json(found);
   session.result(json);
   session.write_together();
-  if (!o.out.empty()) io::save_json(o.out, json);
+  if (o.out.ends_with(".csv")) {
+    io::write_text(o.out, pages::steady_csv(found));
+  } else if (!o.out.empty()) {
+    io::save_json(o.out, json);
+  }
   if (!o.peak_figure.empty()) report::write_figure(pages::steady_peak_figure(found), o.peak_figure);
   if (!o.figure.empty()) report::write_figure(pages::steady_figure(found), o.figure);
   session.finish(found.summary);
@@ -129,7 +134,8 @@ void add_response(CommandLine& app, Session& session) {
   sub->add_option("--peak-figure", o->peak_figure, "the peaks over the forcing (.svg, .png, .pdf, .csv)")
       ->output()
       ->needs("--peaks-to");
-  sub->add_option("--out", o->out, "write the curve as JSON")->output("whirl.response");
+  sub->add_option("--out", o->out, "write the curve as JSON, or with the ending .csv as a table (rpm, amp, phase_deg)")
+      ->output("whirl.response|table");
   sub->add_option("--figure", o->figure, "amplitude and phase over speed (.svg, .png, .pdf, .csv)")->output();
 }
 

@@ -6,6 +6,7 @@
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/signals.hpp"
+#include "whirl/pages/bode_table.hpp"
 #include "whirl/pages/run_report.hpp"
 #include "whirl/report/terminal_plot.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -26,7 +27,7 @@ report::TerminalOptions terminal() {
 
 struct PlotOptions {
   std::vector<std::string> files, out;
-  std::string what = "traces", window, amplitude = "peak", phase = "lag";
+  std::string what = "traces", window, amplitude = "peak", unit, phase = "lag";
   double slow_roll_rpm = 0;
   RecordOptions record;
   pages::ViewOptions view;
@@ -39,21 +40,25 @@ void draw(PlotOptions* o, Session& session) {
                           : o->window == "flat-top" ? signal::Window::flat_top
                                                     : signal::Window::rectangular;
   }
-  view_options.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
-                      : o->amplitude == "rms" ? AmplitudeKind::rms
-                                              : AmplitudeKind::peak_to_peak;
+  view_options.scale.kind = o->amplitude == "peak"  ? AmplitudeKind::peak
+                            : o->amplitude == "rms" ? AmplitudeKind::rms
+                                                    : AmplitudeKind::peak_to_peak;
+  if (!o->unit.empty()) view_options.scale.unit = pages::motion_unit(o->unit);
   view_options.phase = o->phase == "lead" ? report::Phase::lead : report::Phase::lag;
   view_options.slow_roll = o->slow_roll_rpm * kRadPerSecPerRpm;
   report::Figure figure;
   std::vector<signal::SynchronousCurve> tables;
+  std::size_t files_of_tables = 0;
   if (o->what == "bode" || o->what == "polar" || o->what == "nyquist") {
     for (const std::string& file : o->files) {
-      if (auto curve = pages::read_bode_table(file)) tables.push_back(*std::move(curve));
+      const std::vector<signal::SynchronousCurve> curves = pages::read_bode_table(file);
+      files_of_tables += curves.empty() ? 0 : 1;
+      tables.insert(tables.end(), curves.begin(), curves.end());
     }
   }
   if (!tables.empty()) {
-    if (tables.size() != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
-    figure = pages::synchronous_view(o->what, tables, view_options.phase);
+    if (files_of_tables != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
+    figure = pages::synchronous_view(o->what, tables, view_options.phase, view_options.scale);
     for (const std::string& file : o->files) figure.runs.push_back(std::filesystem::path(file).filename().string());
   } else {
     std::vector<pages::ViewedRun> runs;
@@ -99,7 +104,8 @@ void add_plot(CommandLine& app, Session& session) {
   sub->add_option("FILE", o->files, "records, or Bode tables")->input()->required();
   sub->add_option("--what", o->what, "which figure, see below")->show_default();
   sub->add_option("--out", o->out, "FILE.svg, .png, .pdf, .csv or .txt; may be given more than once")->output("figure");
-  sub->add_option("--channels", o->view.channels, "for traces all of them, otherwise the first; default x and y")
+  sub->add_option("--channels", o->view.channels,
+                  "default x and y, else the motions of one quantity; one of them in maps, orders, phase-plane")
       ->delimiter(',');
   sub->add_option("--from", o->view.begin, "begin, s")->range(-1e9, 1e9);
   sub->add_option("--to", o->view.end, "end, s")->range(-1e9, 1e9);
@@ -110,8 +116,20 @@ void add_plot(CommandLine& app, Session& session) {
       ->range(0, 1e9);
   sub->add_option("--window", o->window, "default hann; flat-top for maps without a rotor angle")
       ->one_of({"hann", "flat-top", "rectangular"});
-  sub->add_option("--amplitude", o->amplitude, "of spectra and maps: peak, p-p or rms")
-      ->one_of({"peak", "p-p", "rms"})
+  sub->add_option("--amplitude", o->amplitude,
+                  "of spectra, maps, bode, polar, nyquist and orders: peak, p-p (pp) or rms")
+      ->one_of({"peak", "p-p", "pp", "rms"})
+      ->show_default();
+  sub->add_option(
+      "--unit", o->unit,
+      "of the motion: um, mm, mil, mm_s, in_s, m_s2, g, ...; that of another quantity integrates the channel "
+      "(acceleration in mm_s)");
+  sub->add_option(
+         "--lowest-hz", o->view.lowest_frequency,
+         "of an integration; below it slow motion and drift are left out. The vectors of bode, polar and orders "
+         "need no limit")
+      ->range(1e-6, 1e9)
+      ->needs("--unit")
       ->show_default();
   sub->add_option("--phase", o->phase, "of bode, polar and orders: lag, counted against the rotation, or lead")
       ->one_of({"lag", "lead"})

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "command.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/output.hpp"
@@ -11,15 +12,63 @@
 #include "whirl/report/write_figure.hpp"
 
 namespace whirl::app {
-void add_report(CommandLine& app, Session& session) {
-  struct Options {
-    std::vector<std::filesystem::path> files;
-    std::filesystem::path out = "report.html", figures, pdf;
-    std::vector<std::string> formats{"svg", "csv"};
-    double service_rpm = 0, slow_roll_rpm = 0;
-    pages::ReportOptions report;
+namespace {
+
+struct ReportFlags {
+  std::vector<std::filesystem::path> files;
+  std::filesystem::path out = "report.html", figures, pdf;
+  std::vector<std::string> formats{"svg", "csv"};
+  double service_rpm = 0, slow_roll_rpm = 0;
+  std::string machine;
+  RecordOptions record;
+  pages::ReportOptions report;
+};
+
+void write_report(ReportFlags& o, Session& session) {
+  o.report.service_speed = o.service_rpm * kRadPerSecPerRpm;
+  o.report.slow_roll = o.slow_roll_rpm * kRadPerSecPerRpm;
+  o.report.command_line = session.command_line;
+  session.progress("report: reading", 0);
+  o.report.machine = diagnosis::machine_class(o.machine);
+  const pages::ReportInputs inputs = pages::read_report_inputs(
+      o.files, [&](const std::filesystem::path& file) { return o.record.read(file.string()); });
+  session.progress("report: drawing", 0.3);
+  const report::Document document = pages::run_report(inputs, o.report);
+  const std::string page = report::to_html(document),
+                    pdf = o.pdf.empty() ? std::string() : pages::printed_page(page, o.pdf);
+  session.write_together();
+  io::write_text(o.out, page);
+  if (!o.pdf.empty()) io::write_text(o.pdf, pdf);
+  const auto figure_file = [&](long number, const std::string& format) {
+    return o.figures / fmt::format("figure_{:02}.{}", number, format);
   };
-  auto o = std::make_shared<Options>();
+  long figures = 0;
+  if (!o.figures.empty()) {
+    io::make_folder(o.figures);
+    for (const report::Block& block : document.blocks) {
+      const auto* figure = std::get_if<report::FigureBlock>(&block);
+      if (figure == nullptr) continue;
+      ++figures;
+      for (const std::string& format : o.formats) {
+        session.check_output(figure_file(figures, format), "figure");
+        report::write_figure(figure->figure, figure_file(figures, format));
+      }
+    }
+  }
+  session.progress("report", 1);
+  session.say(fmt::format("report: {} ({:.2f} MB)", o.out.string(), 1e-6 * static_cast<double>(page.size())));
+  if (figures > 0) session.say(fmt::format("{} figures in {}", figures, o.figures.string()));
+  if (!o.pdf.empty()) session.say("PDF: " + o.pdf.string());
+  session.result(io::start_document("whirl.report", 1)
+                     .set("report", o.out.string())
+                     .set("pdf", o.pdf.string())
+                     .set("figures", figures));
+}
+
+}  // namespace
+
+void add_report(CommandLine& app, Session& session) {
+  auto o = std::make_shared<ReportFlags>();
   CommandLine* sub = add_command(
       app, session, "report", "One page from any set of runs and results",
       "Input, in any order: records (any format of `whirl info`), logs of `whirl run --log`, Bode tables "
@@ -30,46 +79,12 @@ void add_report(CommandLine& app, Session& session) {
       "identified\n"
       "equations with intervals, prediction of every record, closed loop with segments and effort, critical speeds "
       "with\n"
-      "amplification factor and sweep rate, separation margin, shaft vibration zones, balance grade, provenance.\n\n"
+      "amplification factor and sweep rate, separation margin, zones of shaft and housing vibration, balance grade, "
+      "provenance.\n"
+      "A velocity or an acceleration is a sensor of a bearing housing: its level in mm/s rms, 10 Hz to 1 kHz, is "
+      "stated, with the zone of --machine.\n\n"
       "Example: whirl report rundown.csv model.json controller.json log.csv --service-rpm 1800 --out report.html",
-      [o, &session] {
-        o->report.service_speed = o->service_rpm * kRadPerSecPerRpm;
-        o->report.slow_roll = o->slow_roll_rpm * kRadPerSecPerRpm;
-        o->report.command_line = session.command_line;
-        session.progress("report: reading", 0);
-        const pages::ReportInputs inputs = pages::read_report_inputs(o->files);
-        session.progress("report: drawing", 0.3);
-        const report::Document document = pages::run_report(inputs, o->report);
-        const std::string page = report::to_html(document),
-                          pdf = o->pdf.empty() ? std::string() : pages::printed_page(page, o->pdf);
-        session.write_together();
-        io::write_text(o->out, page);
-        if (!o->pdf.empty()) io::write_text(o->pdf, pdf);
-        const auto figure_file = [&](long number, const std::string& format) {
-          return o->figures / fmt::format("figure_{:02}.{}", number, format);
-        };
-        long figures = 0;
-        if (!o->figures.empty()) {
-          io::make_folder(o->figures);
-          for (const report::Block& block : document.blocks) {
-            const auto* figure = std::get_if<report::FigureBlock>(&block);
-            if (figure == nullptr) continue;
-            ++figures;
-            for (const std::string& format : o->formats) {
-              session.check_output(figure_file(figures, format), "figure");
-              report::write_figure(figure->figure, figure_file(figures, format));
-            }
-          }
-        }
-        session.progress("report", 1);
-        session.say(fmt::format("report: {} ({:.2f} MB)", o->out.string(), 1e-6 * static_cast<double>(page.size())));
-        if (figures > 0) session.say(fmt::format("{} figures in {}", figures, o->figures.string()));
-        if (!o->pdf.empty()) session.say("PDF: " + o->pdf.string());
-        session.result(io::start_document("whirl.report", 1)
-                           .set("report", o->out.string())
-                           .set("pdf", o->pdf.string())
-                           .set("figures", figures));
-      });
+      [o, &session] { write_report(*o, session); });
   sub->add_option("FILES", o->files, "records, logs, tables and results")->input()->required();
   sub->add_option("--out", o->out, "HTML page to write")->output("HTML")->show_default();
   sub->add_option("--pdf", o->pdf, "also print the page to this PDF (needs chromium)")->output("PDF");
@@ -85,6 +100,14 @@ void add_report(CommandLine& app, Session& session) {
                   "largest continuous speed: margin, zones and grade are stated for it")
       ->range(0, 1e6);
   sub->add_option("--slow-roll-rpm", o->slow_roll_rpm, "take off the mean 1X vector below this speed")->range(0, 1e6);
+  sub->add_option("--machine", o->machine,
+                  "group and support of ISO 20816-3, for the zones of housing vibration: group 1 above 300 kW, group 2 "
+                  "above 15 kW to 300 kW; rigid: the lowest natural frequency on its support is 25 % above the main "
+                  "excitation")
+      ->one_of({"1-rigid", "1-flexible", "2-rigid", "2-flexible"});
+  o->record.turning = true;
+  o->record.add_to(sub, false);
+  o->record.add_tacho_to(sub);
   sub->add_flag("--paper", o->report.with_paper, "the paper's Table 4 beside the segments");
 }
 

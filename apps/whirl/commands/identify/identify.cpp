@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <memory>
 
 #include "command.hpp"
@@ -12,6 +15,21 @@
 namespace whirl::app {
 namespace {
 
+/// Refuses a rotor's record whose motion is a velocity or an acceleration: the model reads displacements.
+void refuse_other_motions(const Recording& record, const std::string& name) {
+  for (const Channel& c : record.channels) {
+    const bool other = c.quantity == Quantity::velocity || c.quantity == Quantity::acceleration;
+    if ((!name.empty() && c.name != name) || !other) continue;
+    throw Error(fmt::format(
+        "{}: '{}' is {} {}: the equations of a rotor are identified from displacements of the shaft (x_mm, y_um). From "
+        "this sensor, `whirl transient {} --channel {}` fits the modes of a run, `whirl plot --what bode --unit um` "
+        "draws its displacement, `whirl oma` takes it without a rotor angle; for any other system name the states "
+        "(--states)",
+        record.source, c.name, c.quantity == Quantity::acceleration ? "an" : "a", to_string(c.quantity), record.source,
+        c.name));
+  }
+}
+
 /// A record; of a rotor y alone will do for x, and where neither is there, what else it may be is said.
 Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::string& file) {
   try {
@@ -24,6 +42,11 @@ Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::
       return reader.read(file);
     } catch (const MissingColumn& other) {
       if (other.column() != "y") throw;
+      reader.required.clear();
+      const Recording all = reader.read(file);
+      const bool probe =
+          std::ranges::any_of(all.channels, [](const Channel& c) { return c.quantity == Quantity::displacement; });
+      if (!probe) refuse_other_motions(all, "");
       throw Error(
           what +
           ". Probes of other names: --columns \"Probe 1:x\" \"Probe 2:y\". Any other system than a rotor: name its "
@@ -82,6 +105,9 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     std::vector<Recording> records;
     const auto read = [&](const std::string& file) {
       const Recording record = flags.with_angle(read_for(flags, reader, file));
+      if (flags.of_a_rotor()) {
+        for (const char* name : {"x", "y"}) refuse_other_motions(record, name);
+      }
       flags.require_rotor_channels(record);
       return record;
     };

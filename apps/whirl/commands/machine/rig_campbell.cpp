@@ -8,6 +8,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
 #include "whirl/rig/rig_file.hpp"
 #include "whirl/rig/tilt.hpp"
@@ -22,11 +23,10 @@ struct CampbellOptions {
 
 /// Frequencies of `file` over its speed, the running speed (1X), and the speeds at which they meet.
 report::Figure diagram(const io::Table& file, const std::vector<double>& critical, const std::string& rig) {
-  const report::Unit rpm{"rpm", kTwoPi / 60};
   report::Figure figure;
   figure.title = "Campbell diagram";
   figure.description = "Frequencies of free whirl over rotor speed, with the running speed.";
-  report::Panel& panel = figure.panel("", {"rotor speed", rpm}, {"frequency", {"Hz", 1}});
+  report::Panel& panel = figure.panel("", {"rotor speed", report::kRpm}, {"frequency", report::kHertz});
   panel.height = 340;
   const Eigen::VectorXd& speed = file.columns[0].samples;
   const std::pair<const char*, report::Style> branches[] = {
@@ -41,7 +41,7 @@ report::Figure diagram(const io::Table& file, const std::vector<double>& critica
   std::string list;
   for (std::size_t k = 0; k < critical.size(); ++k) {
     at[static_cast<Eigen::Index>(k)] = critical[k];
-    list += fmt::format("{}{:.0f}", k > 0 ? ", " : "", critical[k] / rpm.factor);
+    list += fmt::format("{}{:.0f}", k > 0 ? ", " : "", critical[k] / report::kRpm.factor);
   }
   if (at.size() > 0) panel.scatter("critical speed of the unbalance: " + list + " rpm", at, at / kTwoPi, {.color = 6});
   panel.y.low = 0;

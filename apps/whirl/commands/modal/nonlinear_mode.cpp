@@ -67,7 +67,8 @@ void run_decay(const NonlinearModeOptions& o, Session& session) {
                           channel->name, curve.from, curve.to, curve.points.size(), curve.noise));
   const bool length = channel->quantity == Quantity::displacement;
   finish(o, session, mode, curve, {},
-         pages::decay_figure(curve, mode, length ? report::Unit{"mm", 1e-3} : report::Unit{"", 1}));
+         pages::decay_figure(curve, mode,
+                             length ? report::engineering_unit(Quantity::displacement, mode.highest) : report::Unit{}));
 }
 
 /// Points of a table of steady-state responses, or windows of a record with a swept sine.

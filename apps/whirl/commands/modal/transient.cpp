@@ -1,10 +1,16 @@
-
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <complex>
+
 #include "command.hpp"
+#include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/diagnosis/vibration.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/modal/transient_runup.hpp"
+#include "whirl/pages/bode_table.hpp"
 #include "whirl/pages/estimate_text.hpp"
 #include "whirl/report/table.hpp"
 
@@ -28,29 +34,72 @@ io::Json fit_json(const modal::TransientRunupFit& fit) {
   return json;
 }
 
+struct TransientFlags {
+  std::string file, channel, speed, amplitude, phase;
+  RecordOptions record;
+  modal::TransientRunupOptions fit;
+};
+
+/// Columns named one by one, each with the usual name where it is not.
+std::vector<signal::SynchronousCurve> named_columns(const TransientFlags& o) {
+  const io::Table table = io::read_table(o.file);
+  const auto column = [&](const std::string& stated, const char* usual) -> const Eigen::VectorXd& {
+    return table[stated.empty() ? usual : stated];
+  };
+  const Eigen::VectorXd &amplitude = column(o.amplitude, "amp_1x"), &phase = column(o.phase, "phase_1x");
+  signal::SynchronousCurve curve{"1X", column(o.speed, "speed"), Eigen::VectorXcd(amplitude.size())};
+  for (Eigen::Index i = 0; i < amplitude.size(); ++i) curve.vector[i] = std::polar(amplitude[i], phase[i]);
+  return {std::move(curve)};
+}
+
+/// 1X vectors, one per revolution, of the sensors of a record.
+std::vector<signal::SynchronousCurve> of_a_record(const TransientFlags& o) {
+  const Recording record = o.record.read(o.file);
+  const auto turning = diagnosis::rotation_of(record);
+  if (!turning)
+    throw Error(fmt::format(
+        "{}: no rotor angle: needs a channel beta (rad), pulses (key, keyphasor, tacho; --pulses) or a speed_rpm",
+        o.file));
+  std::vector<signal::SynchronousCurve> out;
+  for (const Channel& c : record.channels) {
+    if (c.quantity == Quantity::displacement || diagnosis::of_a_housing(c, record))
+      out.push_back(diagnosis::order_curve(record, *turning, c.name));
+  }
+  return out;
+}
+
+modal::RunupResponse run_of(const TransientFlags& o, Session& session) {
+  const bool columns = !o.speed.empty() || !o.amplitude.empty() || !o.phase.empty();
+  std::vector<signal::SynchronousCurve> curves = columns ? named_columns(o) : pages::read_bode_table(o.file);
+  if (curves.empty()) curves = of_a_record(o);
+  std::string present;
+  for (const signal::SynchronousCurve& c : curves) present += (present.empty() ? "" : ", ") + c.name;
+  const auto chosen = std::ranges::find_if(
+      curves, [&](const signal::SynchronousCurve& c) { return o.channel.empty() || c.name == o.channel; });
+  if (chosen == curves.end())
+    throw Error(o.channel.empty() ? fmt::format("{}: no displacement, velocity or acceleration", o.file)
+                                  : fmt::format("{}: no channel '{}'; present: {}", o.file, o.channel, present));
+  if (curves.size() > 1)
+    session.say(fmt::format("channel {} of {}{}", chosen->name, present, o.channel.empty() ? " (--channel)" : ""));
+  const signal::SynchronousCurve curve = signal::in_quantity(*chosen, Quantity::displacement);
+  return {curve.speed, curve.time, curve.vector};
+}
+
 }  // namespace
 
 void add_transient(CommandLine& app, Session& session) {
-  struct Options {
-    std::string file, speed = "speed", amplitude = "amp_1x", phase = "phase_1x";
-    modal::TransientRunupOptions fit;
-  };
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<TransientFlags>();
   CommandLine* sub = add_command(
       app, session, "transient", "Modes from the 1X vector of one fast run through critical speeds",
-      "Input: CSV table with one row per revolution: rpm, amp_1x_um (zero-to-peak), phase_1x_deg (phase of the average "
-      "of\n"
-      "x exp(-i theta); a phase LAG enters with minus). A Bode plot of a fast run misplaces the critical speed and "
-      "shows\n"
+      "Input: a record with a rotor angle (as `whirl plot --what bode` takes it), the CSV that this plot writes, or a "
+      "table with\n"
+      "one row per revolution: rpm, amp_1x_um (zero-to-peak; amp_pp_um, amp_rms_mm_s), phase_1x_deg (phase of the "
+      "average of\n"
+      "x exp(-i theta); phase_lag_deg for a lag). A Bode plot of a fast run misplaces the critical speed and shows\n"
       "beats that are no resonances; the transient fit accounts for both. The steady-state fit stands beside it.\n\n"
       "Example: whirl transient runup_bode.csv --modes 2",
       [o, &session] {
-        const io::Table table = io::read_table(o->file);
-        modal::RunupResponse run;
-        const Eigen::VectorXd &amplitude = table[o->amplitude], &phase = table[o->phase];
-        run.omega = table[o->speed];
-        run.vector.resize(amplitude.size());
-        for (Eigen::Index i = 0; i < amplitude.size(); ++i) run.vector[i] = std::polar(amplitude[i], phase[i]);
+        const modal::RunupResponse run = run_of(*o, session);
         modal::TransientRunupOptions steady_options = o->fit;
         steady_options.model = modal::RunupModel::steady;
         const modal::TransientRunupFit fit = modal::fit_transient_runup(run, o->fit);
@@ -68,13 +117,18 @@ void add_transient(CommandLine& app, Session& session) {
         session.result(io::Json::object().set("transient", fit_json(fit)).set("steady", fit_json(steady)));
         session.finish(fit.summary);
       });
-  sub->add_option("FILE", o->file, "1X vectors (CSV)")->input()->required();
+  sub->add_option("FILE", o->file, "record, or 1X vectors (CSV)")->input()->required();
   sub->add_option("--modes", o->fit.modes, "1 or 2")->range(1, 2)->show_default();
-  sub->add_option("--speed-column", o->speed,
-                  "name of the speed column; a column headed by a unit of speed alone (rpm) is called speed")
-      ->show_default();
-  sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column")->show_default();
-  sub->add_option("--phase-column", o->phase, "name of the phase column")->show_default();
+  sub->add_option("--channel", o->channel, "sensor of the record or of the table; default the first");
+  sub->add_option(
+      "--speed-column", o->speed,
+      "name of the speed column of a table; default speed, as a column headed by a unit of speed alone (rpm) "
+      "is called");
+  sub->add_option("--amplitude-column", o->amplitude, "name of the amplitude column; default amp_1x");
+  sub->add_option("--phase-column", o->phase, "name of the phase column; default phase_1x");
+  o->record.turning = true;
+  o->record.add_to(sub);
+  o->record.add_tacho_to(sub);
 }
 
 }  // namespace whirl::app

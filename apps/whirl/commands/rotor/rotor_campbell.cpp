@@ -5,6 +5,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
 #include "whirl/shaft/modes.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -46,8 +47,7 @@ report::Figure campbell_figure(const Eigen::VectorXd& speed, const std::vector<C
   figure.title = "Campbell diagram";
   figure.description = "Frequencies of free whirl and their damping over rotor speed, with the running speed.";
   figure.shared_x = true;
-  const report::Unit rpm{"rpm", kRadPerSecPerRpm};
-  report::Panel& panel = figure.panel("", {"rotor speed", rpm}, {"frequency", {"Hz", kTwoPi}});
+  report::Panel& panel = figure.panel("", {"rotor speed", report::kRpm}, {"frequency", report::kHertzOfAngular});
   panel.height = 320;
   int number = 0;
   for (const CampbellLine& line : lines) {
@@ -63,7 +63,7 @@ report::Figure campbell_figure(const Eigen::VectorXd& speed, const std::vector<C
   for (std::size_t k = 0; k < criticals.size(); ++k) at[static_cast<Eigen::Index>(k)] = criticals[k].speed;
   if (at.size() > 0) panel.scatter("critical speed", at, at, {.color = 6});
   panel.y.low = 0;
-  report::Panel& damping = figure.panel("", {"rotor speed", rpm}, {"damping ratio", {"%", 0.01}});
+  report::Panel& damping = figure.panel("", {"rotor speed", report::kRpm}, {"damping ratio", report::kPercentOfOne});
   damping.height = 160;
   number = 0;
   for (const CampbellLine& line : lines) damping.line(fmt::format("{}", ++number), speed, line.damping);

@@ -30,8 +30,10 @@ report::Figure mode_figure(const shaft::System& system, const std::vector<shaft:
   const auto n = static_cast<Eigen::Index>(system.nodes.size());
   const Eigen::VectorXd z = Eigen::Map<const Eigen::VectorXd>(system.nodes.data(), n);
   for (const shaft::Mode& m : modes) {
-    report::Panel& panel = figure.panel(fmt::format("{:.4g} Hz, {}", m.frequency() / kTwoPi, whirl_word(m.direction)),
-                                        {"position", {"mm", 1e-3}}, {"deflection, largest 1", {"", 1}});
+    report::Panel& panel =
+        figure.panel(fmt::format("{:.4g} Hz, {}", m.frequency() / kTwoPi, whirl_word(m.direction)),
+                     {"position", report::engineering_unit(Quantity::displacement, z.cwiseAbs().maxCoeff())},
+                     {"deflection, largest 1", {}});
     panel.height = 130;
     panel.line("x", z, m.x.real(), {.color = 0});
     panel.line("y", z, m.y.real(), {.color = 1, .dash = report::Dash::dashed});

@@ -7,6 +7,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
 #include "whirl/shaft/response.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -60,12 +61,12 @@ report::Figure response_figure(const Eigen::VectorXd& speed, const std::vector<R
   figure.title = "Unbalance response";
   figure.description = "Amplitude and phase lag of the synchronous motion over rotor speed.";
   figure.shared_x = true;
-  const report::Unit rpm{"rpm", kRadPerSecPerRpm};
   report::Panel& amplitude =
-      figure.panel("", {"rotor speed", rpm}, {"amplitude, peak", {"um", 1e-6}, report::Scale::logarithmic});
+      figure.panel("", {"rotor speed", report::kRpm}, {"amplitude, peak", {}, report::Scale::logarithmic});
   amplitude.height = 260;
   for (const ResponseCurve& c : curves) amplitude.line(c.reading.name, speed, c.amplitude);
-  report::Panel& phase = figure.panel("", {"rotor speed", rpm}, {"phase lag", {"deg", kRadPerDegree}});
+  report::show_y_as(amplitude, Quantity::displacement);
+  report::Panel& phase = figure.panel("", {"rotor speed", report::kRpm}, {"phase lag", report::kDegree});
   phase.height = 140;
   for (const ResponseCurve& c : curves) phase.line("", speed, c.phase);
   figure.runs = {std::filesystem::path(file).filename().string()};

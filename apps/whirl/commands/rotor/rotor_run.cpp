@@ -7,6 +7,7 @@
 #include "whirl/io/csv.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
+#include "whirl/report/units.hpp"
 #include "whirl/report/write_figure.hpp"
 #include "whirl/shaft/reduction.hpp"
 #include "whirl/shaft/rotor_json.hpp"
@@ -66,14 +67,14 @@ report::Figure run_figure(const shaft::RotorRun& run, const std::vector<RunPlace
   report::Figure figure;
   figure.title = "Run of the rotor";
   figure.description = "Distance of the shaft from the line of its bearings over speed.";
-  report::Panel& panel =
-      figure.panel("", {"rotor speed", {"rpm", kRadPerSecPerRpm}}, {"deflection, peak", {"um", 1e-6}});
+  report::Panel& panel = figure.panel("", {"rotor speed", report::kRpm}, {"deflection, peak", {}});
   panel.height = 300;
   for (const RunPlace& p : places) {
     const Eigen::VectorXd size =
         (run.x.row(p.node).array().square() + run.y.row(p.node).array().square()).sqrt().matrix().transpose();
     panel.line(p.name, run.speed, size);
   }
+  report::show_y_as(panel, Quantity::displacement);
   figure.runs = {std::filesystem::path(file).filename().string()};
   return figure;
 }

@@ -134,4 +134,25 @@ std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpe
   return result;
 }
 
+std::size_t largest_agreeing(const std::vector<BlowSpectra>& blows) {
+  const std::size_t n = blows.size();
+  std::vector<std::size_t> with(n, 1);
+  const auto alike = [&](std::size_t i, std::size_t j) {
+    for (std::size_t c = 0; c < blows[i].responses.size(); ++c) {
+      const VectorXcd a = blows[i].responses[c].cwiseProduct(blows[j].force);
+      const VectorXcd b = blows[j].responses[c].cwiseProduct(blows[i].force);
+      const double aa = a.squaredNorm(), bb = b.squaredNorm();
+      if (!(aa > 0) || !(bb > 0)) continue;  // a dead response tells nothing
+      if (!agrees({std::sqrt(bb / aa), a.dot(b).real() / std::sqrt(aa * bb), 0, 0})) return false;
+    }
+    return true;
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (alike(i, j)) ++with[i], ++with[j];
+    }
+  }
+  return with.empty() ? 0 : *std::ranges::max_element(with);
+}
+
 }  // namespace whirl::modal

@@ -22,4 +22,9 @@ std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpe
                                                        const std::vector<std::string>& names, double dt,
                                                        Eigen::Index samples);
 
+/// How many blows the largest group holds that agrees with one of its blows in every response (that blow included),
+/// by correlation above 0.5 and a gain within 30 % at no delay. Half of the blows or fewer: they are not those of one
+/// point, or noise.
+std::size_t largest_agreeing(const std::vector<BlowSpectra>& blows);
+
 }  // namespace whirl::modal

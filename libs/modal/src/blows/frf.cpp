@@ -61,10 +61,41 @@ std::vector<std::string> names_of(const FrequencyResponse& result) {
   return names;
 }
 
+// Blows on several points have no common response: their average would be that of no point. Disagreement that noise
+// may explain is left to the coherence.
+void require_one_point(const std::vector<BlowSpectra>& blows, bool clean) {
+  if (blows.size() < 3 || !clean) return;
+  const std::size_t most = largest_agreeing(blows);
+  if (2 * most > blows.size()) return;
+  throw Error(fmt::format(
+      "at most {} of {} blows agree in every response: they are not those of one point and direction. Points of a "
+      "roving test are estimated one by one: one `whirl frf` for each point, with --reference naming it, and `whirl "
+      "modes` takes all files; --keep-odd-blows averages them all the same",
+      most, blows.size()));
+}
+
+// Whether the responses of every blow rise well above what they were before it.
+bool well_above_noise(const std::vector<Recording>& blows, const std::vector<Pulse>& pulses,
+                      const std::vector<std::string>& responses) {
+  constexpr double kAbove = 10;  // rms: the correlation of two such blows of one point is above 0.98
+  constexpr Eigen::Index kLeastQuiet = 8;
+  for (std::size_t b = 0; b < blows.size(); ++b) {
+    const Eigen::Index quiet = pulses[b].quiet;
+    if (quiet < kLeastQuiet) return false;
+    for (const std::string& name : responses) {
+      const Eigen::VectorXd& x = blows[b][name];
+      const double rest = x.head(quiet).mean();
+      const auto rms = [&](const auto& part) { return std::sqrt((part.array() - rest).square().mean()); };
+      if (rms(x.tail(x.size() - quiet)) < kAbove * rms(x.head(quiet))) return false;
+    }
+  }
+  return true;
+}
+
 // Names the blows that disagree with the others, and leaves out those that certainly do.
 void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::size_t>& measured,
-                    const FrfOptions& options, double dt, Eigen::Index samples, std::vector<BlowReport>& found,
-                    FrequencyResponse& result) {
+                    const FrfOptions& options, double dt, Eigen::Index samples, bool clean,
+                    std::vector<BlowReport>& found, FrequencyResponse& result) {
   if (spectra.size() < 2) return;
   Eigen::VectorXd ff = Eigen::VectorXd::Zero(spectra.front().force.size());
   for (const BlowSpectra& blow : spectra) ff += blow.force.cwiseAbs2();
@@ -74,6 +105,7 @@ void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::si
     excited.push_back({blow.force.segment(1, lines - 1), {}});
     for (const auto& a : blow.responses) excited.back().responses.push_back(a.segment(1, lines - 1));
   }
+  if (options.drop_odd) require_one_point(excited, clean);
   const auto verdicts = judge_blows(excited, names_of(result), dt, samples);
   std::vector<BlowSpectra> kept;
   for (std::size_t i = 0; i < spectra.size(); ++i) {
@@ -322,7 +354,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
     spectra.push_back(transform(blows[b], pulses[b], check, force_name, decay, options, result));
     measured.push_back(b);
   }
-  drop_odd_blows(spectra, measured, options, dt, n, found, result);
+  drop_odd_blows(spectra, measured, options, dt, n, well_above_noise(blows, pulses, names_of(result)), found, result);
   CrossSpectra sums = sum(spectra, n / 2 + 1, result.channels.size());
   result.averages += static_cast<long>(spectra.size());
   if (reports != nullptr) *reports = found;

@@ -47,9 +47,11 @@ Eigen::MatrixXd over_speed(const signal::Spectrogram& map, const VectorXd& speed
 signal::Spectrogram spectra_of(const Recording& r, const std::optional<diagnosis::Rotation>& turning, bool full,
                                const std::string& channel, double highest, const signal::SpectrumOptions& s,
                                Index columns) {
+  // A mean position or an offset is no vibration.
+  const auto motion = [&](const std::string& name) -> VectorXd { return r[name].array() - r[name].mean(); };
   if (turning && turning->angle[turning->size() - 1] - turning->angle[0] > 8 * kTwoPi) {
     const auto part = [&](const std::string& name) -> VectorXd {
-      return r[name].segment(turning->first, turning->size());
+      return motion(name).segment(turning->first, turning->size());
     };
     const VectorXd y = full ? part("y") : VectorXd();
     signal::Spectrogram map = signal::turning_spectrogram(part(full ? "x" : channel), full ? &y : nullptr,
@@ -57,14 +59,22 @@ signal::Spectrogram spectra_of(const Recording& r, const std::optional<diagnosis
     map.time.array() += r.dt * static_cast<double>(turning->first);
     return map;
   }
-  return full ? signal::full_spectrogram(r["x"], r["y"], r.dt, s, columns)
-              : signal::spectrogram(r[channel], r.dt, s, columns);
+  return full ? signal::full_spectrogram(motion("x"), motion("y"), r.dt, s, columns)
+              : signal::spectrogram(motion(channel), r.dt, s, columns);
 }
 
 }  // namespace
 
 std::string_view window_name(signal::Window window) {
   return window == signal::Window::hann ? "Hann" : window == signal::Window::flat_top ? "flat-top" : "rectangular";
+}
+
+std::optional<diagnosis::Rotation> readable_rotation(const Recording& record) {
+  try {
+    return diagnosis::rotation_of(record);
+  } catch (const Error&) {
+    return std::nullopt;
+  }
 }
 
 diagnosis::Rotation required_rotation(const Recording& record) {
@@ -82,7 +92,7 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   signal::SpectrumOptions s;
   // Against the rotor angle an order lies on a line of the block, where every window shows its amplitude.
   s.window = o.window.value_or(turning ? signal::Window::hann : signal::Window::flat_top);
-  s.kind = o.kind;
+  s.kind = o.scale.kind;
   const double sweep = turning ? turning->sweep_rate(r.dt) / kTwoPi : 0;
   s.block = o.resolution > 0 ? std::lround(r.rate() / o.resolution)
             // Half of what the sweep lets pass, for the amplitude of a fast passage.
@@ -102,17 +112,19 @@ report::Figure map_view(const std::string& what, const Recording& r, const std::
   const double low = map.frequency[0], high = map.frequency[map.frequency.size() - 1];
 
   const VectorXd speed = turning ? speed_at(map.time, *turning, r.dt) : VectorXd();
+  const Quantity quantity = r.at(full ? "x" : channel).quantity;
   report::Figure figure;
   if (over_rpm) {
     const double slowest = turning->speed.minCoeff(), fastest = turning->highest_speed();
     const Index bins = what == "cascade" ? 40 : 160;
     const Eigen::MatrixXd amplitude = over_speed(map, speed, slowest, fastest, bins);
-    figure = what == "cascade"
-                 ? report::cascade(VectorXd::LinSpaced(bins, slowest, fastest), map.frequency, amplitude, o.kind)
-                 : report::run_map(slowest, fastest, high, amplitude, o.kind, o.natural_frequencies);
+    figure =
+        what == "cascade"
+            ? report::cascade(VectorXd::LinSpaced(bins, slowest, fastest), map.frequency, amplitude, o.scale, quantity)
+            : report::run_map(slowest, fastest, high, amplitude, o.scale, o.natural_frequencies, quantity);
   } else {
-    figure = report::waterfall(r.t0 + map.time[0], r.t0 + map.time[map.time.size() - 1], high, map.amplitude, o.kind,
-                               speed, full ? low : 0);
+    figure = report::waterfall(r.t0 + map.time[0], r.t0 + map.time[map.time.size() - 1], high, map.amplitude, o.scale,
+                               speed, full ? low : 0, quantity);
     for (const double f : o.natural_frequencies) {
       figure.panels.front().horizontal(f, report::format_number(f, 4) + " Hz",
                                        {.color = 3, .width = 1, .dash = report::Dash::dotted});

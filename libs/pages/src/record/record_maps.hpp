@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -8,6 +9,9 @@
 namespace whirl::pages {
 
 std::string_view window_name(signal::Window window);
+
+/// rotation_of; nothing where the angle of the record cannot be read.
+std::optional<diagnosis::Rotation> readable_rotation(const Recording& record);
 
 /// rotation_of; throws Error saying what is missing when there is none.
 diagnosis::Rotation required_rotation(const Recording& record);

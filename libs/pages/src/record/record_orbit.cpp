@@ -8,6 +8,7 @@
 #include "record/record_maps.hpp"
 #include "record/record_part.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 #include "whirl/signal/order.hpp"
 
 namespace whirl::pages {
@@ -68,7 +69,8 @@ double mean_between(const Recording& r, const std::string& channel, double begin
   return weighted_mean(r[channel].segment(first, last - first));
 }
 
-void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turns) {
+void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turns,
+                  const report::AmplitudeScale& scale) {
   const Index top = turns.largest(), n = turns.x.time.size();
   bool one = true;
   for (Index i = 0; i < n && one; ++i) one = turns.agrees(i, top);
@@ -83,12 +85,12 @@ void draw_ellipse(report::Panel& panel, const Recording& part, const Turns& turn
   };
   panel.line("1X", path(cx, x), path(cy, y), {.color = 1, .width = 1.6});
   panel.scatter("", VectorXd::Constant(1, cx + x.real()), VectorXd::Constant(1, cy + y.real()), {.color = 1});
+  const double factor = signal::factor_from_peak(scale.kind);
   const signal::OrbitEllipse e = signal::orbit_ellipse(x, y);
   const double speed = (one ? turns.x.speed.mean() : turns.x.speed[top]) / kRadPerSecPerRpm;
-  panel.title =
-      fmt::format("1X at {:.0f} rpm{}: {}, {} by {}", speed, one ? "" : ", one turn",
-                  e.area >= 0 ? "forward" : "backward", report::format_amplitude(e.semi_major, AmplitudeKind::peak),
-                  report::format_amplitude(e.semi_minor, AmplitudeKind::peak));
+  panel.title = fmt::format("1X at {:.0f} rpm{}: {}, {} by {}", speed, one ? "" : ", one turn",
+                            e.area >= 0 ? "forward" : "backward", scale.text(factor * e.semi_major, turns.x.quantity),
+                            scale.text(factor * e.semi_minor, turns.x.quantity));
 }
 
 }  // namespace
@@ -118,7 +120,7 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
                               : fmt::format("{:.4g} to {:.4g} s", parts[i].t0, parts[i].t0 + parts[i].duration()),
                           parts[i]});
   const Recording& part = parts.back();
-  Figure figure = report::orbit(part_names, part.t0, part.t0 + part.duration());
+  Figure figure = report::orbit(part_names, part.t0, part.t0 + part.duration(), o.scale);
   figure.panels.front().probes = shaft_probes();
   const auto turning = diagnosis::rotation_of(last);
   if (!turning) return figure;
@@ -133,7 +135,7 @@ Figure orbit(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   here.angle = turning->angle.segment(first - turning->first, end - first);
   here.speed = turning->speed.segment(first - turning->first, end - first);
   const auto whole_turns = std::floor(here.angle[here.size() - 1] / kTwoPi) - std::ceil(here.angle[0] / kTwoPi);
-  if (whole_turns >= o.turns) draw_ellipse(figure.panels.front(), part, Turns(part, here, o));
+  if (whole_turns >= o.turns) draw_ellipse(figure.panels.front(), part, Turns(part, here, o), o.scale);
   return figure;
 }
 
@@ -162,7 +164,7 @@ Figure centreline(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
     size = std::max({size, line.x.cwiseAbs().maxCoeff(), line.y.cwiseAbs().maxCoeff()});
     lines.push_back(std::move(line));
   }
-  const report::Unit unit = report::engineering_unit(Quantity::displacement, size);
+  const report::Unit unit = o.scale.unit_for(runs.back().record.at("x").quantity, size);
   report::Panel& panel = figure.panel(fmt::format("mean position over {} turns, from the first", kCentrelineTurns),
                                       {"x", unit}, {"y", unit});
   panel.equal_aspect = true;

@@ -6,14 +6,47 @@
 #include <cmath>
 
 #include "whirl/core/error.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::pages {
 
 using Eigen::Index;
 
-const std::string& channel_of(const ViewOptions& o) {
-  static const std::string x = "x";
-  return o.channels.empty() ? x : o.channels.front();
+std::vector<std::string> channels_of(const ViewOptions& o, const Recording& record) {
+  if (!o.channels.empty()) return o.channels;
+  std::vector<std::string> out;
+  for (const char* name : {"x", "y"}) {
+    if (record.has(name)) out.emplace_back(name);
+  }
+  if (!out.empty()) return out;
+  std::optional<Quantity> quantity;
+  for (const Channel& c : record.channels) {
+    if (!signal::integrations(c.quantity, c.quantity) || (quantity && *quantity != c.quantity)) continue;
+    quantity = c.quantity;
+    out.push_back(c.name);
+  }
+  if (out.empty() && !record.channels.empty()) out.push_back(record.channels.front().name);
+  return out;
+}
+
+Recording in_asked_quantity(Recording record, const ViewOptions& o) {
+  if (!o.scale.unit) return record;
+  // Up to where the flank of the band ends at half the sample rate.
+  const signal::Band band{o.lowest_frequency, 0.45 * record.rate()};
+  for (Channel& c : record.channels) {
+    const auto times = signal::integrations(c.quantity, o.scale.unit->first);
+    if (!times || *times == 0) continue;
+    c.samples = signal::integrated(c.samples, record.dt, *times, band);
+    c.quantity = o.scale.unit->first;
+  }
+  return record;
+}
+
+std::string integration_text(const Channel& channel, const ViewOptions& o) {
+  const auto times = o.scale.unit ? signal::integrations(channel.quantity, o.scale.unit->first) : std::nullopt;
+  if (!times || *times == 0) return "";
+  return fmt::format("{} of {} by {} from {:g} Hz on", to_string(o.scale.unit->first), channel.name,
+                     *times > 0 ? "integration" : "differentiation", o.lowest_frequency);
 }
 
 std::vector<report::NamedRun> named(const std::vector<ViewedRun>& runs) {

@@ -62,57 +62,75 @@ Figure traces(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
       channels.push_back(c.name);
     }
   }
-  return report::time_traces(named(runs), channels);
+  return report::time_traces(named(runs), channels, {}, o.scale);
+}
+
+/// Spectra of the channels of one quantity.
+struct QuantitySpectra {
+  Quantity quantity;
+  std::vector<report::SpectrumCurve> curves;
+};
+
+/// Lines up to the highest frequency. The mean is left out: it is a position or an offset, no vibration.
+report::SpectrumCurve lines_of(std::string name, const signal::AmplitudeSpectrum& a, double highest) {
+  std::vector<Index> kept;
+  for (Index i = 0; i < a.frequency.size(); ++i) {
+    if (a.frequency[i] != 0 && std::abs(a.frequency[i]) <= highest) kept.push_back(i);
+  }
+  return {std::move(name), a.frequency(kept), a.amplitude(kept)};
+}
+
+std::vector<std::pair<std::string, double>> order_marks(const Recording& record) {
+  const auto turning = readable_rotation(record);
+  if (!turning) return {};
+  const double mean = turning->speed.mean();
+  if (turning->speed.maxCoeff() - turning->speed.minCoeff() >= 0.02 * mean) return {};
+  return {{"1X", mean / kTwoPi}, {"2X", 2 * mean / kTwoPi}};
 }
 
 Figure spectra(const std::vector<ViewedRun>& runs, const ViewOptions& o, bool full) {
   signal::SpectrumOptions s;
   s.window = o.window.value_or(signal::Window::hann);
-  s.kind = o.kind;
-  std::vector<report::SpectrumCurve> curves;
+  s.kind = o.scale.kind;
   double line = 0;
-  std::vector<std::string> channels{channel_of(o)};
-  if (!full && runs.size() == 1) channels = o.channels;
-  if (channels.empty()) {
-    for (const char* name : {"x", "y"}) {
-      if (runs.front().record.has(name)) channels.emplace_back(name);
-    }
-    if (channels.empty()) channels.push_back(runs.front().record.channels.front().name);
-  }
-  Quantity quantity = Quantity::displacement;
+  std::vector<std::string> channels = channels_of(o, runs.front().record);
+  if (full || runs.size() > 1) channels.resize(1);
+  std::vector<QuantitySpectra> groups;
   for (const ViewedRun& run : runs) {
-    const Recording r = cut(run.record, o);
+    const Recording r = in_asked_quantity(cut(run.record, o), o);
+    const double highest = o.highest_frequency > 0 ? o.highest_frequency : 0.5 * r.rate();
     s.block = o.resolution > 0 ? std::min<Index>(r.size(), std::lround(r.rate() / o.resolution)) : 0;
     for (const std::string& channel : channels) {
-      const signal::AmplitudeSpectrum a =
-          full ? signal::full_spectrum(r["x"], r["y"], r.dt, s) : signal::amplitude_spectrum(r[channel], r.dt, s);
-      if (!full) quantity = r.at(channel).quantity;
+      const auto centred = [&](const std::string& name) -> VectorXd { return r[name].array() - r[name].mean(); };
+      const std::string read = full ? "x" : channel;
+      const signal::AmplitudeSpectrum a = full ? signal::full_spectrum(centred("x"), centred("y"), r.dt, s)
+                                               : signal::amplitude_spectrum(centred(channel), r.dt, s);
       line = a.noise_bandwidth;
-      const double highest = o.highest_frequency > 0 ? o.highest_frequency : 0.5 * r.rate();
-      Index from = 0, to = a.frequency.size();
-      while (from < to && a.frequency[from] < -highest) ++from;
-      while (to > from && a.frequency[to - 1] > highest) --to;
-      curves.push_back({runs.size() > 1 ? run.name
-                        : full          ? ""
-                                        : channel,
-                        a.frequency.segment(from, to - from), a.amplitude.segment(from, to - from)});
-      if (full) break;
+      const Quantity quantity = r.at(read).quantity;
+      auto group = std::ranges::find(groups, quantity, &QuantitySpectra::quantity);
+      if (group == groups.end()) group = groups.insert(group, {quantity, {}});
+      group->curves.push_back(lines_of(runs.size() > 1 ? run.name : full ? "" : channel, a, highest));
     }
   }
-  std::vector<std::pair<std::string, double>> marks;
-  if (const auto turning = diagnosis::rotation_of(cut(runs.back().record, o))) {
-    const double mean = turning->speed.mean();
-    if (turning->speed.maxCoeff() - turning->speed.minCoeff() < 0.02 * mean)
-      marks = {{"1X", mean / kTwoPi}, {"2X", 2 * mean / kTwoPi}};
+  const auto marks = order_marks(cut(runs.back().record, o));
+  Figure figure;
+  for (const QuantitySpectra& g : groups) {
+    Figure one = full ? report::full_spectrum(g.curves, o.scale, g.quantity)
+                      : report::spectrum(g.curves, o.scale, g.quantity, marks);
+    if (figure.panels.empty()) {
+      figure = std::move(one);
+    } else {
+      figure.panels.push_back(std::move(one.panels.front()));
+    }
   }
-  Figure figure = full ? report::full_spectrum(curves, o.kind) : report::spectrum(curves, o.kind, quantity, marks);
   if (full) {
     for (const auto& [name, f] : marks) {
       figure.panels.front().vertical(f, "+" + name);
       figure.panels.front().vertical(-f, "−" + name);
     }
   }
-  figure.panels.front().title = fmt::format("{} window, noise bandwidth {:.3g} Hz", window_name(s.window), line);
+  figure.panels.front().title =
+      fmt::format("{} window, noise bandwidth {:.3g} Hz, without the mean", window_name(s.window), line);
   return figure;
 }
 
@@ -151,7 +169,7 @@ Recording only(const Recording& r, const std::string& channel) {
 Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   const Recording r = cut(run.record, o);
   const diagnosis::Rotation turning = required_rotation(r);
-  const std::string& channel = channel_of(o);
+  const std::string channel = channels_of(o, r).front();
   // A quarter of the distance of two orders, so that they are told apart; 1X not slower than a passage.
   const auto chosen = [&](double least) {
     return o.bandwidth > 0 ? o.bandwidth
@@ -176,7 +194,16 @@ Figure order_tracks(const ViewedRun& run, const ViewOptions& o) {
   const Index hidden = hide_ringing(envelope, o.orders, narrow, r, turning, channel);
   const VectorXd time = VectorXd::LinSpaced(part.size(), r.t0 + r.dt * static_cast<double>(turning.first),
                                             r.t0 + r.dt * static_cast<double>(turning.first + part.size() - 1));
-  Figure figure = report::order_tracks(time, turning.speed, o.orders, envelope, r.at(channel).quantity, o.phase);
+  Quantity quantity = r.at(channel).quantity;
+  if (const auto times = o.scale.unit ? signal::integrations(quantity, o.scale.unit->first) : std::nullopt) {
+    for (std::size_t k = 0; k < o.orders.size(); ++k) {
+      for (Index i = 0; i < envelope.rows(); ++i)
+        envelope(i, static_cast<Index>(k)) *=
+            std::pow(std::complex<double>(0, o.orders[k] * turning.speed[i]), -*times);
+    }
+    quantity = o.scale.unit->first;
+  }
+  Figure figure = report::order_tracks(time, turning.speed, o.orders, envelope, quantity, o.phase, o.scale);
   figure.panels.front().title = fmt::format("{}, {}: Vold-Kalman, two poles, {:.3g} Hz{}{}", run.name, channel, narrow,
                                             wide > narrow ? fmt::format(" (1X {:.3g} Hz)", wide) : "",
                                             hidden > 0 ? "; gaps: free vibration crosses the order" : "") +
@@ -190,27 +217,21 @@ Figure synchronous(const std::string& what, const std::vector<ViewedRun>& runs, 
   for (const ViewedRun& run : runs) {
     const Recording r = cut(run.record, o);
     const diagnosis::Rotation turning = required_rotation(r);
-    std::vector<std::string> channels{channel_of(o)};
-    if (o.channels.empty() && runs.size() == 1 && r.has("y")) channels.emplace_back("y");
+    std::vector<std::string> channels = channels_of(o, r);
+    if (runs.size() > 1) channels.resize(1);
     for (const std::string& channel : channels) {
       curves.push_back(diagnosis::order_curve(r, turning, channel, order, o.turns, o.slow_roll));
       if (runs.size() > 1) curves.back().name = run.name;
     }
   }
-  Figure figure = synchronous_view(what, curves, o.phase);
-  if (order != 1) {
-    for (report::Panel& p : figure.panels) {
-      const auto at = p.y.label.find("1X");
-      if (at != std::string::npos) p.y.label.replace(at, 2, fmt::format("{:g}X", order));
-    }
-  }
-  return figure;
+  return synchronous_view(what, std::move(curves), o.phase, o.scale);
 }
 
 Figure phase_plane(const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   const Recording& r = runs.back().record;
   const double begin = std::max(o.begin, r.t0), end = std::min(o.end, r.t0 + r.duration());
-  return report::phase_plane(named(runs), channel_of(o), {{fmt::format("{:g} to {:g} s", begin, end), begin, end}});
+  return report::phase_plane(named(runs), channels_of(o, r).front(),
+                             {{fmt::format("{:g} to {:g} s", begin, end), begin, end}}, o.scale);
 }
 
 }  // namespace
@@ -242,23 +263,38 @@ std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& n
                                 {"omega", "omega"}})}};
 }
 
-Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves,
-                        report::Phase phase) {
+std::pair<Quantity, report::Unit> motion_unit(const std::string& suffix) {
+  const io::UnitSuffix* unit = io::find_unit(suffix);
+  if (unit == nullptr || !signal::integrations(unit->quantity, unit->quantity))
+    throw Error::in_field(
+        "--unit", suffix,
+        fmt::format("{}, {} or {}", io::allowed_units(Quantity::displacement), io::allowed_units(Quantity::velocity),
+                    io::allowed_units(Quantity::acceleration)));
+  std::string symbol;
+  for (const char c : suffix) symbol += c == '_' ? std::string("/") : c == '2' ? std::string("²") : std::string(1, c);
+  return {unit->quantity, {suffix == "um" ? "µm" : symbol, unit->to_si(1)}};
+}
+
+Figure synchronous_view(const std::string& what, std::vector<signal::SynchronousCurve> curves, report::Phase phase,
+                        const report::AmplitudeScale& scale) {
+  if (scale.unit) {
+    for (signal::SynchronousCurve& c : curves) c = signal::in_quantity(std::move(c), scale.unit->first);
+  }
   if (what == "polar" || what == "nyquist") {
-    Figure plane = what == "polar" ? report::polar_1x(curves, phase) : report::nyquist_1x(curves);
+    Figure plane = what == "polar" ? report::polar_1x(curves, phase, scale) : report::nyquist_1x(curves, scale);
     // The angle of a vector counts from the probe that measured it, wherever that stands.
     plane.panels.front().probes = {{0, "probe"}};
     plane.panels.front().rotation = true;
     return plane;
   }
-  Figure figure = report::bode_1x(curves, phase);
+  Figure figure = report::bode_1x(curves, phase, scale);
   // The closed loop or the last of several runs is judged by its reader; the first one is the machine as it is.
   const std::vector<diagnosis::Passage> found = diagnosis::passages(curves.front());
   std::string list;
   VectorXd x(static_cast<Index>(found.size())), y(x.size());
   for (std::size_t k = 0; k < found.size(); ++k) {
     x[static_cast<Index>(k)] = found[k].speed;
-    y[static_cast<Index>(k)] = found[k].amplitude;
+    y[static_cast<Index>(k)] = signal::factor_from_peak(scale.kind) * found[k].amplitude;
     list += fmt::format("{}{:.0f}", k ? ", " : "", found[k].speed / kRadPerSecPerRpm);
   }
   if (x.size() > 0)
@@ -269,28 +305,36 @@ Figure synchronous_view(const std::string& what, const std::vector<signal::Synch
 Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const ViewOptions& o) {
   if (runs.empty()) throw Error("figure: no run given");
   Figure figure;
+  const bool vectors = what == "bode" || what == "polar" || what == "nyquist" || what == "orders";
+  const auto parts = [&] {
+    std::vector<ViewedRun> out;
+    for (const ViewedRun& r : runs) out.push_back({r.name, in_asked_quantity(cut(r.record, o), o)});
+    return out;
+  };
   if (what == "traces") {
-    std::vector<ViewedRun> parts;
-    for (const ViewedRun& r : runs) parts.push_back({r.name, cut(r.record, o)});
-    figure = traces(parts, o);
+    figure = traces(parts(), o);
   } else if (what == "orbit") {
-    figure = orbit(runs, o);
+    std::vector<ViewedRun> converted;
+    for (const ViewedRun& r : runs) converted.push_back({r.name, in_asked_quantity(r.record, o)});
+    figure = orbit(converted, o);
   } else if (what == "spectrum" || what == "full-spectrum") {
     figure = spectra(runs, o, what == "full-spectrum");
   } else if (what == "centreline") {
+    if (o.scale.unit && o.scale.unit->first != runs.back().record.at("x").quantity)
+      throw Error(fmt::format("centreline: a mean position has the quantity of its probe, {}; it is not integrated",
+                              to_string(runs.back().record.at("x").quantity)));
     figure = centreline(runs, o);
   } else if (what == "bode" || what == "polar" || what == "nyquist") {
     figure = synchronous(what, runs, o);
   } else if (what == "orders") {
     figure = order_tracks(runs.back(), o);
   } else if (what == "phase-plane") {
-    figure = phase_plane(runs, o);
+    figure = phase_plane(parts(), o);
   } else if (what == "funnel") {
-    std::vector<ViewedRun> parts;
-    for (const ViewedRun& r : runs) parts.push_back({r.name, cut(r.record, o)});
-    figure = report::funnel(named(parts));
+    figure = report::funnel(named(parts()), o.scale);
   } else if (what == "waterfall" || what == "full-waterfall" || what == "cascade" || what == "run-map") {
-    figure = map_view(what, cut(runs.back().record, o), channel_of(o), o);
+    const Recording r = in_asked_quantity(cut(runs.back().record, o), o);
+    figure = map_view(what, r, channels_of(o, r).front(), o);
   } else {
     std::vector<std::string> names;
     for (const View& v : kViews) names.emplace_back(v.name);
@@ -300,7 +344,14 @@ Figure view(const std::string& what, const std::vector<ViewedRun>& runs, const V
   }
   const bool one = what == "orders" || what == "phase-plane" || what.ends_with("waterfall") || what == "cascade" ||
                    what == "run-map";  // of the last run
-  for (std::size_t i = one ? runs.size() - 1 : 0; i < runs.size(); ++i) figure.runs.push_back(run_line(runs[i], o));
+  for (std::size_t i = one ? runs.size() - 1 : 0; i < runs.size(); ++i) {
+    figure.runs.push_back(run_line(runs[i], o));
+    for (const std::string& name : vectors ? std::vector<std::string>{} : channels_of(o, runs[i].record)) {
+      const Channel* channel = runs[i].record.find(name);
+      const std::string said = channel != nullptr ? integration_text(*channel, o) : "";
+      if (!said.empty()) figure.runs.push_back(said);
+    }
+  }
   return figure;
 }
 

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "phase.hpp"
-#include "units.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::report {
 namespace {

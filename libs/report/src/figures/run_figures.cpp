@@ -6,14 +6,13 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::report {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-const Unit kSecond{"s", 1};
 
 void require_runs(const std::vector<NamedRun>& runs) {
   if (runs.empty()) throw Error("figure: no run given");
@@ -32,12 +31,12 @@ double largest(const std::vector<NamedRun>& runs, const std::string& channel) {
   return value;
 }
 
-Axis axis_of(const std::vector<NamedRun>& runs, const std::string& channel) {
+Axis axis_of(const std::vector<NamedRun>& runs, const std::string& channel, const AmplitudeScale& scale) {
   // Without the channel in any run, at() says so for the last.
   const auto with = std::ranges::find_if(runs, [&](const NamedRun& run) { return run.recording.has(channel); });
   const Channel& first = (with == runs.end() ? runs.back() : *with).recording.at(channel);
   return {fmt::format("{} {}", to_string(first.quantity), channel),
-          engineering_unit(first.quantity, largest(runs, channel))};
+          scale.unit_for(first.quantity, largest(runs, channel))};
 }
 
 void add_segments(Panel& panel, const std::vector<Segment>& segments) {
@@ -65,13 +64,13 @@ VectorXd rate_of(const Recording& r, const std::string& channel) {
 }  // namespace
 
 Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::string>& channels,
-                   const std::vector<Segment>& segments) {
+                   const std::vector<Segment>& segments, const AmplitudeScale& scale) {
   require_runs(runs);
   Figure figure;
   figure.title = "Time traces";
   figure.shared_x = true;
   for (const std::string& channel : channels) {
-    Panel& panel = figure.panel("", {"time", kSecond}, axis_of(runs, channel));
+    Panel& panel = figure.panel("", {"time", kSecond}, axis_of(runs, channel, scale));
     for (std::size_t i = 0; i < runs.size(); ++i) {
       const Recording& r = runs[i].recording;
       if (r.has(channel))
@@ -82,13 +81,27 @@ Figure time_traces(const std::vector<NamedRun>& runs, const std::vector<std::str
   return figure;
 }
 
+namespace {
+
+/// What the runs measure along x; `figure` needs it along x and y alike.
+Quantity quantity_of_plane(const std::vector<NamedRun>& runs) {
+  const Recording& r = runs.back().recording;
+  const Quantity x = r.at("x").quantity, y = r.at("y").quantity;
+  if (x != y)
+    throw Error(fmt::format("{}: x is a {}, y a {}: a path needs one quantity in both directions", r.source,
+                            to_string(x), to_string(y)));
+  return x;
+}
+
+}  // namespace
+
 Figure radius(const std::vector<NamedRun>& runs, const std::vector<Segment>& segments, double interval) {
   require_runs(runs);
   Figure figure;
   figure.title = "Radius";
   const double size = std::max(largest(runs, "x"), largest(runs, "y"));
   Panel& panel = figure.panel("", {"time", kSecond},
-                              {"radius, peak", engineering_unit(Quantity::displacement, size), Scale::logarithmic});
+                              {"radius, peak", engineering_unit(quantity_of_plane(runs), size), Scale::logarithmic});
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const Recording& r = runs[i].recording;
     const Index block = std::max<Index>(1, std::lround(interval / r.dt)), blocks = r.size() / block;
@@ -118,13 +131,13 @@ Figure control_force(const std::vector<NamedRun>& runs, double limit, const std:
   return figure;
 }
 
-Figure orbit(const std::vector<NamedRun>& runs, double begin, double end) {
+Figure orbit(const std::vector<NamedRun>& runs, double begin, double end, const AmplitudeScale& scale) {
   require_runs(runs);
   Figure figure;
   figure.title = "Orbit";
   figure.width = 460;
   const double size = std::max(largest(runs, "x"), largest(runs, "y"));
-  const Unit unit = engineering_unit(Quantity::displacement, size);
+  const Unit unit = scale.unit_for(quantity_of_plane(runs), size);
   Panel& panel = figure.panel(fmt::format("{:g} to {:g} s", begin, end), {"x", unit}, {"y", unit});
   panel.equal_aspect = true;
   panel.height = 380;
@@ -150,12 +163,18 @@ Figure orbit(const std::vector<NamedRun>& runs, double begin, double end) {
   return figure;
 }
 
-Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel,
-                   const std::vector<Segment>& segments) {
+Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel, const std::vector<Segment>& segments,
+                   const AmplitudeScale& scale) {
   require_runs(runs);
   Figure figure;
   figure.title = "Phase plane";
   figure.columns = segments.size() > 1 ? 2 : 1;
+  const Recording& last = runs.back().recording;
+  const Quantity quantity = last.at(channel).quantity;
+  if (quantity != Quantity::displacement && quantity != Quantity::velocity)
+    throw Error(fmt::format("{}: '{}' is a {}: a phase plane needs a displacement or a velocity", last.source, channel,
+                            to_string(quantity)));
+  const Quantity rate = quantity == Quantity::displacement ? Quantity::velocity : Quantity::acceleration;
   for (const Segment& segment : segments) {
     double size = 0, speed = 0;
     Panel panel;
@@ -174,18 +193,18 @@ Figure phase_plane(const std::vector<NamedRun>& runs, const std::string& channel
       throw Error(fmt::format("figure: no run has samples in segment '{}' ({:g} to {:g} s)", segment.name,
                               segment.begin, segment.end));
     }
-    panel.x = {"displacement " + channel, engineering_unit(Quantity::displacement, size)};
-    panel.y = {"velocity", engineering_unit(Quantity::velocity, speed)};
+    panel.x = {fmt::format("{} {}", to_string(quantity), channel), scale.unit_for(quantity, size)};
+    panel.y = {std::string(to_string(rate)), scale.unit_for(rate, speed)};
     figure.panels.push_back(std::move(panel));
   }
   return figure;
 }
 
-Figure funnel(const std::vector<NamedRun>& runs) {
+Figure funnel(const std::vector<NamedRun>& runs, const AmplitudeScale& scale) {
   require_runs(runs);
   Figure figure;
   figure.title = "Path of the disk centre over time";
-  const Unit unit = engineering_unit(Quantity::displacement, std::max(largest(runs, "x"), largest(runs, "y")));
+  const Unit unit = scale.unit_for(quantity_of_plane(runs), std::max(largest(runs, "x"), largest(runs, "y")));
   Panel& panel = figure.panel("", {"time", kSecond}, {"y", unit});
   panel.kind = Panel::Kind::projected;
   panel.z = {"x", unit};

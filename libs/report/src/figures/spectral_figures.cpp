@@ -4,20 +4,17 @@
 #include <cmath>
 
 #include "phase.hpp"
-#include "units.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/units.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::report {
 namespace {
 
 using Eigen::Index;
 using Eigen::VectorXd;
-
-std::string_view short_name(AmplitudeKind kind) {
-  return kind == AmplitudeKind::peak ? "peak" : kind == AmplitudeKind::rms ? "rms" : "p-p";
-}
 
 template <class Curve, class F>
 void require_curves(const std::vector<Curve>& curves, F&& sizes_agree) {
@@ -27,7 +24,12 @@ void require_curves(const std::vector<Curve>& curves, F&& sizes_agree) {
   }
 }
 
-Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Quantity quantity, std::string title) {
+Axis amplitude_axis(const std::string& what, Quantity quantity, const AmplitudeScale& scale, double largest) {
+  return {fmt::format("{}, {}", what, short_name(scale.kind)), scale.unit_for(quantity, largest)};
+}
+
+Figure spectra(const std::vector<SpectrumCurve>& curves, const AmplitudeScale& scale, Quantity quantity,
+               std::string title) {
   require_curves(curves, [](const SpectrumCurve& c) { return c.frequency.size() == c.amplitude.size(); });
   double largest = 0;
   for (const SpectrumCurve& c : curves) {
@@ -37,8 +39,8 @@ Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Qua
   Figure figure;
   figure.title = std::move(title);
   Panel& panel = figure.panel("", {"frequency", kHertz},
-                              {fmt::format("{}, {}", to_string(quantity), short_name(kind)),
-                               engineering_unit(quantity, largest), Scale::logarithmic});
+                              amplitude_axis(std::string(to_string(quantity)), quantity, scale, largest));
+  panel.y.scale = Scale::logarithmic;
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const int color = curves.size() > 1 && i == 0 ? 7 : static_cast<int>(curves.size() > 1 ? i - 1 : i) % 6;
     panel.line(curves.size() > 1 ? curves[i].name : "", curves[i].frequency,
@@ -53,8 +55,30 @@ Figure spectra(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Qua
   return figure;
 }
 
+/// The synchronous vectors of one figure, with what they share.
+struct Vectors {
+  Quantity quantity;
+  std::string name;  ///< "1X amplitude"
+  double largest = 0, smallest = INFINITY, factor;
+
+  Vectors(const std::vector<signal::SynchronousCurve>& curves, const AmplitudeScale& scale)
+      : factor(signal::factor_from_peak(scale.kind)) {
+    require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
+    quantity = curves.front().quantity;
+    name = fmt::format("{:g}X amplitude", curves.front().order);
+    for (const signal::SynchronousCurve& c : curves) {
+      if (c.quantity != quantity)
+        throw Error(fmt::format("figure: '{}' is a {}, '{}' a {}: channels of one quantity share a figure",
+                                curves.front().name, to_string(quantity), c.name, to_string(c.quantity)));
+      const double top = factor * c.vector.cwiseAbs().maxCoeff();
+      largest = std::max(largest, top);
+      smallest = std::min(smallest, top);
+    }
+  }
+};
+
 /// Amplitudes in dB below the largest, cut at -80 dB.
-HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
+HeatMap decibel_map(const Eigen::MatrixXd& amplitude, const AmplitudeScale& scale, Quantity quantity) {
   double largest = 0;
   for (Index j = 0; j < amplitude.cols(); ++j) {
     for (Index i = 0; i < amplitude.rows(); ++i) {
@@ -65,39 +89,39 @@ HeatMap decibel_map(const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
   HeatMap map;
   map.values =
       amplitude.unaryExpr([&](double a) { return std::isnan(a) ? a : std::max(-80.0, 20 * std::log10(a / largest)); });
-  map.color = {"re " + format_amplitude(largest, kind), {"dB", 1}};
+  map.color = {"re " + scale.text(largest, quantity), kDecibel};
   map.color.high = 0;
   return map;
 }
 
 }  // namespace
 
-Figure spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind, Quantity quantity,
+Figure spectrum(const std::vector<SpectrumCurve>& curves, const AmplitudeScale& scale, Quantity quantity,
                 const std::vector<std::pair<std::string, double>>& marks) {
-  Figure figure = spectra(curves, kind, quantity, "Spectrum");
+  Figure figure = spectra(curves, scale, quantity, "Spectrum");
   for (const auto& [name, frequency] : marks) figure.panels.front().vertical(frequency, name);
   return figure;
 }
 
-Figure full_spectrum(const std::vector<SpectrumCurve>& curves, AmplitudeKind kind) {
-  Figure figure = spectra(curves, kind, Quantity::displacement, "Full spectrum");
+Figure full_spectrum(const std::vector<SpectrumCurve>& curves, const AmplitudeScale& scale, Quantity quantity) {
+  Figure figure = spectra(curves, scale, quantity, "Full spectrum");
   figure.panels.front().x.label = "backward whirl ← frequency → forward whirl";
   figure.panels.front().vertical(0, "");
   return figure;
 }
 
 Figure waterfall(double time_begin, double time_end, double frequency_high, const Eigen::MatrixXd& amplitude,
-                 AmplitudeKind kind, const VectorXd& speed, double frequency_low) {
+                 const AmplitudeScale& scale, const VectorXd& speed, double frequency_low, Quantity quantity) {
   if (speed.size() != 0 && speed.size() != amplitude.cols()) {
     throw Error(
         fmt::format("figure: waterfall has {} columns but {} speeds: must be equal", amplitude.cols(), speed.size()));
   }
   Figure figure;
   figure.title = frequency_low < 0 ? "Waterfall of full spectra" : "Waterfall";
-  Panel& panel = figure.panel("", {"time", {"s", 1}},
-                              {frequency_low < 0 ? "backward ← frequency → forward" : "frequency", kHertz});
+  Panel& panel =
+      figure.panel("", {"time", kSecond}, {frequency_low < 0 ? "backward ← frequency → forward" : "frequency", kHertz});
   panel.height = frequency_low < 0 ? 380 : 280;
-  HeatMap map = decibel_map(amplitude, kind);
+  HeatMap map = decibel_map(amplitude, scale, quantity);
   map.x_low = time_begin;
   map.x_high = time_end;
   map.y_low = frequency_low;
@@ -119,7 +143,8 @@ Figure waterfall(double time_begin, double time_end, double frequency_high, cons
   return figure;
 }
 
-Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::MatrixXd& amplitude, AmplitudeKind kind) {
+Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::MatrixXd& amplitude,
+               const AmplitudeScale& scale, Quantity quantity) {
   if (amplitude.cols() != speed.size() || amplitude.rows() != frequency.size() || speed.size() < 2) {
     throw Error(fmt::format(
         "figure: cascade of {} x {} amplitudes with {} frequencies and {} speeds: must agree, with two speeds or more",
@@ -129,8 +154,7 @@ Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::Ma
   figure.title = "Cascade";
   Panel& panel = figure.panel("", {"frequency", kHertz}, {"rotor speed", kRpm});
   panel.kind = Panel::Kind::projected;
-  panel.z = {fmt::format("amplitude, {}", short_name(kind)),
-             engineering_unit(Quantity::displacement, amplitude.maxCoeff())};
+  panel.z = amplitude_axis(std::string(to_string(quantity)), quantity, scale, amplitude.maxCoeff());
   panel.height = 420;
   for (Index j = 0; j < speed.size(); ++j) {
     panel.line3("", frequency, VectorXd::Constant(frequency.size(), speed[j]), amplitude.col(j),
@@ -146,14 +170,14 @@ Figure cascade(const VectorXd& speed, const VectorXd& frequency, const Eigen::Ma
 }
 
 Figure run_map(double speed_low, double speed_high, double frequency_high, const Eigen::MatrixXd& amplitude,
-               AmplitudeKind kind, const std::vector<double>& natural_frequencies) {
+               const AmplitudeScale& scale, const std::vector<double>& natural_frequencies, Quantity quantity) {
   Figure figure;
   figure.title = "Amplitude over speed and frequency";
   Panel& panel = figure.panel("", {"rotor speed", kRpm}, {"frequency", kHertz});
   panel.height = 320;
   panel.y.low = 0;
   panel.y.high = frequency_high;
-  HeatMap map = decibel_map(amplitude, kind);
+  HeatMap map = decibel_map(amplitude, scale, quantity);
   map.x_low = speed_low;
   map.x_high = speed_high;
   map.y_high = frequency_high;
@@ -170,57 +194,50 @@ Figure run_map(double speed_low, double speed_high, double frequency_high, const
   return figure;
 }
 
-Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase convention) {
-  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
-  double largest = 0, smallest = INFINITY;
-  for (const signal::SynchronousCurve& c : curves) {
-    const double top = c.vector.cwiseAbs().maxCoeff();
-    largest = std::max(largest, top);
-    smallest = std::min(smallest, top);
-  }
+Figure bode_1x(const std::vector<signal::SynchronousCurve>& curves, Phase convention, const AmplitudeScale& scale) {
+  const Vectors all(curves, scale);
   // A run far below the other, as the closed loop below the open one, is seen on a logarithmic axis only.
-  const bool wide = smallest > 0 && largest > 10 * smallest;
+  const bool wide = all.smallest > 0 && all.largest > 10 * all.smallest;
   Figure figure;
-  figure.title = "Bode plot of the 1X vector";
+  figure.title = fmt::format("Bode plot of the {:g}X vector", curves.front().order);
   figure.shared_x = true;
   const Axis x{"rotor speed", kRpm};
-  figure.panel("", x,
-               {"1X amplitude, peak", engineering_unit(Quantity::displacement, largest),
-                wide ? Scale::logarithmic : Scale::linear});
+  figure.panel("", x, amplitude_axis(all.name, all.quantity, scale, all.largest));
   figure.panel("", x, {phase_name(convention), kDegree});
   Panel& amplitude = figure.panels[0];
   Panel& phase = figure.panels[1];
   phase.height = 120;
-  amplitude.y.low = wide ? 0.05 * smallest : 0;
+  if (wide) amplitude.y.scale = Scale::logarithmic;
+  amplitude.y.low = wide ? 0.05 * all.smallest : 0;
   std::vector<PhaseCurve> phases;
   for (std::size_t i = 0; i < curves.size(); ++i) {
     const signal::SynchronousCurve& c = curves[i];
     const Style style{.color = wide ? (i == 0 ? 7 : static_cast<int>(i - 1) % 6) : static_cast<int>(i) % 6};
+    const VectorXd size = all.factor * c.vector.cwiseAbs();
     amplitude.line(curves.size() > 1 ? c.name : "", c.speed,
-                   c.vector.cwiseAbs().unaryExpr([&](double v) { return wide && !(v > 0) ? NAN : v; }), style);
+                   size.unaryExpr([&](double v) { return wide && !(v > 0) ? NAN : v; }), style);
     phases.push_back({c.speed, c.vector, style});
   }
   draw_phases(phase, phases, convention);
   return figure;
 }
 
-Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase, int labels) {
-  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
-  double largest = 0;
-  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase, const AmplitudeScale& scale,
+                int labels) {
+  const Vectors all(curves, scale);
   Figure figure;
-  figure.title = "Polar plot of the 1X vector";
+  figure.title = fmt::format("Polar plot of the {:g}X vector", curves.front().order);
   figure.width = 480;
-  Panel& panel = figure.panel("", {},
-                              {fmt::format("angle = {}{}; radius = 1X amplitude, peak", phase_name(phase),
-                                           phase == Phase::lag ? " (against the rotation)" : ""),
-                               engineering_unit(Quantity::displacement, largest)});
+  Axis radius = amplitude_axis(all.name, all.quantity, scale, all.largest);
+  radius.label = fmt::format("angle = {}{}; radius = {}", phase_name(phase),
+                             phase == Phase::lag ? " (against the rotation)" : "", radius.label);
+  Panel& panel = figure.panel("", {}, radius);
   panel.kind = Panel::Kind::polar;
   panel.clockwise = phase == Phase::lag;
   const double sign = panel.clockwise ? -1 : 1;
   panel.height = 380;
   for (const signal::SynchronousCurve& c : curves) {
-    panel.line(curves.size() > 1 ? c.name : "", sign * c.vector.array().arg(), c.vector.cwiseAbs());
+    panel.line(curves.size() > 1 ? c.name : "", sign * c.vector.array().arg(), all.factor * c.vector.cwiseAbs());
   }
   // Speeds at equal steps of the way along the curve, where the reader needs them.
   const signal::SynchronousCurve& first = curves.front();
@@ -229,35 +246,32 @@ Figure polar_1x(const std::vector<signal::SynchronousCurve>& curves, Phase phase
   for (int k = 0; k < labels && way.size() > 0; ++k) {
     const double wanted = (k + 0.5) / labels * way(way.size() - 1);
     const Index at = std::lower_bound(way.data(), way.data() + way.size() - 1, wanted) - way.data();
-    panel.annotate(sign * std::arg(first.vector(at)), std::abs(first.vector(at)),
-                   fmt::format("{:.0f} rpm", first.speed(at) / kRpm.factor));
-    panel.scatter("", VectorXd::Constant(1, sign * std::arg(first.vector(at))),
-                  VectorXd::Constant(1, std::abs(first.vector(at))), {.color = 0});
+    const double angle = sign * std::arg(first.vector(at)), size = all.factor * std::abs(first.vector(at));
+    panel.annotate(angle, size, fmt::format("{:.0f} rpm", first.speed(at) / kRpm.factor));
+    panel.scatter("", VectorXd::Constant(1, angle), VectorXd::Constant(1, size), {.color = 0});
   }
   return figure;
 }
 
-Figure nyquist_1x(const std::vector<signal::SynchronousCurve>& curves) {
-  require_curves(curves, [](const signal::SynchronousCurve& c) { return c.speed.size() == c.vector.size(); });
-  double largest = 0;
-  for (const signal::SynchronousCurve& c : curves) largest = std::max(largest, c.vector.cwiseAbs().maxCoeff());
+Figure nyquist_1x(const std::vector<signal::SynchronousCurve>& curves, const AmplitudeScale& scale) {
+  const Vectors all(curves, scale);
   Figure figure;
-  figure.title = "Nyquist plot of the 1X vector";
+  figure.title = fmt::format("Nyquist plot of the {:g}X vector", curves.front().order);
   figure.width = 480;
-  const Unit unit = engineering_unit(Quantity::displacement, largest);
-  Panel& panel = figure.panel("", {"real part, peak", unit}, {"imaginary part, peak", unit});
+  Panel& panel = figure.panel("", amplitude_axis("real part", all.quantity, scale, all.largest),
+                              amplitude_axis("imaginary part", all.quantity, scale, all.largest));
   panel.equal_aspect = true;
   panel.height = 380;
   panel.vertical(0, "");
   panel.horizontal(0, "");
   for (const signal::SynchronousCurve& c : curves) {
-    panel.line(curves.size() > 1 ? c.name : "", c.vector.real(), c.vector.imag());
+    panel.line(curves.size() > 1 ? c.name : "", all.factor * c.vector.real(), all.factor * c.vector.imag());
   }
   return figure;
 }
 
 Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vector<double>& orders,
-                    const Eigen::MatrixXcd& envelope, Quantity quantity, Phase phase) {
+                    const Eigen::MatrixXcd& envelope, Quantity quantity, Phase phase, const AmplitudeScale& scale) {
   if (envelope.rows() != time.size() || speed.size() != time.size() ||
       envelope.cols() != static_cast<Index>(orders.size()) || orders.empty()) {
     throw Error("figure: order tracks need one row per time and speed and one column per order");
@@ -265,9 +279,10 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
   Figure figure;
   figure.title = "Order tracks";
   figure.shared_x = true;
-  const Axis t{"time", {"s", 1}};
+  const Axis t{"time", kSecond};
   const double largest = envelope.cwiseAbs().unaryExpr([](double a) { return std::isnan(a) ? 0 : a; }).maxCoeff();
-  figure.panel("", t, {fmt::format("{}, peak", to_string(quantity)), engineering_unit(quantity, largest)});
+  const double factor = signal::factor_from_peak(scale.kind);
+  figure.panel("", t, amplitude_axis(std::string(to_string(quantity)), quantity, scale, factor * largest));
   figure.panel("", t, {phase_name(phase), kDegree}).height = 120;
   Panel& speeds = figure.panel("", t, {"rotor speed", kRpm});
   speeds.height = 90;
@@ -276,7 +291,8 @@ Figure order_tracks(const VectorXd& time, const VectorXd& speed, const std::vect
   for (std::size_t k = 0; k < orders.size(); ++k) {
     const auto column = static_cast<Index>(k);
     const int color = static_cast<int>(k) % 6;
-    figure.panels[0].line(fmt::format("{:g}X", orders[k]), time, envelope.col(column).cwiseAbs(), {.color = color});
+    figure.panels[0].line(fmt::format("{:g}X", orders[k]), time, factor * envelope.col(column).cwiseAbs(),
+                          {.color = color});
     phases.push_back({time, envelope.col(column), {.color = color, .width = 0.8}, 0.005 * largest});
   }
   draw_phases(figure.panels[1], phases, phase);
@@ -300,14 +316,12 @@ Figure suppression(const std::vector<Suppression>& rows, AmplitudeKind kind) {
   const VectorXd place = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1));
   Figure figure;
   figure.title = "Suppression";
-  Panel& amplitude = figure.panel(
-      "", {},
-      {fmt::format("amplitude, {}", short_name(kind)), engineering_unit(Quantity::displacement, open.maxCoeff())});
+  Panel& amplitude = figure.panel("", {}, amplitude_axis("amplitude", Quantity::displacement, kind, open.maxCoeff()));
   amplitude.categories = names;
   amplitude.height = 190;
   amplitude.bars("without control", place, open, {.color = 7});
   amplitude.bars("with control", place, closed, {.color = 0});
-  Panel& share = figure.panel("", {}, {"suppression", {"%", 1}});
+  Panel& share = figure.panel("", {}, {"suppression", kPercent});
   share.categories = names;
   share.height = 190;
   share.y.high = 112;

@@ -1,6 +1,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <optional>
+#include <string_view>
 
 #include "whirl/signal/synchronous_curve.hpp"
 
@@ -12,7 +13,7 @@ namespace whirl::diagnosis {
 /// Half-power reading of a peak of the 1X amplitude over speed (API 617, API 684).
 struct Amplification {
   double critical = 0;       ///< speed of the largest amplitude, rad/s
-  double amplitude = 0;      ///< there, m peak
+  double amplitude = 0;      ///< there, SI unit of the curve's quantity, peak
   double low = 0, high = 0;  ///< speeds at 0.707 of it, rad/s
   double factor = 0;         ///< AF = critical / (high - low); critically damped below 2.5
   double sweep_rate = 0;     ///< d Omega / dt at the peak, rad/s^2, from one vector per revolution
@@ -31,6 +32,26 @@ double required_margin(double amplification_factor, bool critical_below);
 char shaft_vibration_zone(double peak_to_peak, double speed);
 /// Upper limit of zone 'A', 'B' or 'C' at a speed, m peak-to-peak.
 double shaft_vibration_limit(char zone, double speed);
+
+/// Class of a machine for the zones of housing vibration, ISO 20816-3:2022, Annex A.
+struct MachineClass {
+  /// 1: above 300 kW (to 50 MW), or an electrical machine with a shaft height of 315 mm or more; 2: above 15 kW to
+  /// 300 kW, or a shaft height from 160 to 315 mm.
+  int group = 1;
+  /// Rigid support: the lowest natural frequency of machine and support, in the direction measured, is at least 25 %
+  /// above the main frequency of excitation; flexible otherwise.
+  bool flexible = false;
+};
+/// "1-rigid", "1-flexible", "2-rigid", "2-flexible"; nothing for another word.
+std::optional<MachineClass> machine_class(std::string_view word);
+std::string_view to_string(const MachineClass& machine);
+
+/// Upper limit of zone 'A', 'B' or 'C' of housing vibration, m/s rms from 10 Hz to 1 kHz, steady running (ISO
+/// 20816-3:2022, Tables A.1 and A.2, the values of ISO 10816-3):
+///   group 1 rigid 2.3, 4.5, 7.1 mm/s, flexible 3.5, 7.1, 11.0; group 2 rigid 1.4, 2.8, 4.5, flexible 2.3, 4.5, 7.1.
+double housing_vibration_limit(char zone, const MachineClass& machine);
+/// Zone A to D of a broad-band velocity, m/s rms.
+char housing_vibration_zone(double velocity_rms, const MachineClass& machine);
 
 /// Balance grade of ISO 21940-11: e Omega, in m/s (G 6.3 is 6.3e-3 m/s). `eccentricity` m.
 double balance_grade(double eccentricity, double speed);

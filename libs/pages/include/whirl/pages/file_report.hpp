@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/diagnosis/vibration.hpp"
 #include "whirl/diagnosis/vibration_findings.hpp"
 #include "whirl/io/info.hpp"
 #include "whirl/io/json.hpp"
@@ -12,8 +13,9 @@ namespace whirl::pages {
 /// What a file of any format holds, with the record check of its tables.
 struct FileReport {
   io::FileInfo info;
-  std::vector<records::RecordReport> records;          ///< one per table of `info`
-  std::vector<diagnosis::VibrationFindings> findings;  ///< likewise
+  std::vector<records::RecordReport> records;                       ///< one per table of `info`
+  std::vector<diagnosis::VibrationFindings> findings;               ///< likewise
+  std::vector<std::vector<diagnosis::ChannelVibration>> vibration;  ///< of each table; empty where it has no motion
 };
 
 /// Tables of uniformly sampled time signals with known units go through `records::check`; what it says with time and

@@ -8,6 +8,7 @@
 #include "whirl/core/recording.hpp"
 #include "whirl/report/figure.hpp"
 #include "whirl/report/rotor_figures.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 #include "whirl/signal/window.hpp"
 
 namespace whirl::pages {
@@ -24,13 +25,16 @@ std::vector<ViewedRun> viewed_runs(const Recording& record, const std::string& n
 
 /// What a figure takes from its runs. Times in s of the record, 0 or empty: chosen from the record.
 struct ViewOptions {
-  std::vector<std::string> channels;  ///< traces; the others take the first as their channel
+  std::vector<std::string> channels;  ///< empty: x and y, else the motions of the record, else its first channel
   double begin = -std::numeric_limits<double>::infinity();
   double end = std::numeric_limits<double>::infinity();
   double highest_frequency = 0;          ///< Hz
   double resolution = 0;                 ///< Hz between lines
   std::optional<signal::Window> window;  ///< Hann for spectra, flat top for maps, whose reader compares amplitudes
-  AmplitudeKind kind = AmplitudeKind::peak;
+  /// Kind of amplitudes, and their unit: one of another motion (mm/s of an acceleration) asks for its integration,
+  /// exact in the vectors of an order, from `lowest_frequency` (Hz) on in samples and their spectra.
+  report::AmplitudeScale scale;
+  double lowest_frequency = signal::Band{}.low;
   std::vector<double> orders{1, 2};         ///< of order tracks; Bode and polar plots take the first
   double bandwidth = 0;                     ///< Hz, of the Vold-Kalman filter
   int turns = 1;                            ///< revolutions per vector of Bode and polar plots
@@ -52,7 +56,11 @@ report::Figure view(const std::string& what, const std::vector<ViewedRun>& runs,
 
 /// Bode ("bode", with the passages of critical speeds marked), polar ("polar") or Nyquist ("nyquist") plot of 1X
 /// vectors.
-report::Figure synchronous_view(const std::string& what, const std::vector<signal::SynchronousCurve>& curves,
-                                report::Phase phase = report::Phase::lag);
+report::Figure synchronous_view(const std::string& what, std::vector<signal::SynchronousCurve> curves,
+                                report::Phase phase = report::Phase::lag, const report::AmplitudeScale& scale = {});
+
+/// The unit written as a suffix (um, mil, mm_s, in_s, m_s2, g) with its quantity. Throws Error for what is no unit of a
+/// displacement, velocity or acceleration.
+std::pair<Quantity, report::Unit> motion_unit(const std::string& suffix);
 
 }  // namespace whirl::pages

@@ -1,5 +1,7 @@
 #pragma once
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +9,7 @@
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
 #include "whirl/core/stiffness_law.hpp"
+#include "whirl/diagnosis/standards.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/pages/record_views.hpp"
 #include "whirl/report/document.hpp"
@@ -22,9 +25,9 @@ struct NamedFile {
 /// Files of a project, sorted by what they hold.
 struct ReportInputs {
   std::vector<std::filesystem::path> files;
-  std::vector<NamedFile<Recording>> records;              ///< open-loop runs
-  std::vector<NamedFile<Recording>> logs;                 ///< closed-loop runs (`whirl run --log`)
-  std::vector<NamedFile<signal::SynchronousCurve>> bode;  ///< tables rpm, amp, phase
+  std::vector<NamedFile<Recording>> records;                           ///< open-loop runs
+  std::vector<NamedFile<Recording>> logs;                              ///< closed-loop runs (`whirl run --log`)
+  std::vector<NamedFile<std::vector<signal::SynchronousCurve>>> bode;  ///< tables of `read_bode_table`
   std::vector<NamedFile<IdentifiedModel>> models;
   std::vector<NamedFile<ControllerDesign>> controllers;
   std::vector<NamedFile<FrequencyResponse>> responses;
@@ -34,18 +37,19 @@ struct ReportInputs {
   std::vector<NamedFile<io::Json>> validations;  ///< whirl.validation
 };
 
-/// Reads records (any format), Bode tables and JSON results. Throws Error for a file that holds none of them.
-ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files);
+/// How a record is read: with the columns and the tacho that the caller states.
+using ReadRecord = std::function<Recording(const std::filesystem::path&)>;
 
-/// A Bode table (columns speed, amp..., phase...); nothing when the file is something else.
-std::optional<signal::SynchronousCurve> read_bode_table(const std::filesystem::path& file);
+/// Reads records (any format), Bode tables and JSON results. Throws Error for a file that holds none of them.
+ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files, const ReadRecord& read = {});
 
 struct ReportOptions {
   std::string title = "Rotor vibration report";
   std::string machine_name, date;  ///< of the verdict; as the user writes them
   double service_speed = 0;  ///< rad/s, largest continuous speed: zones, grade and separation margin are stated for it
   double slow_roll = 0;      ///< rad/s: the mean 1X vector below this speed is taken off
-  bool with_paper = false;   ///< numbers of the paper's Table 4 beside the segments
+  std::optional<diagnosis::MachineClass> machine;  ///< for the zones of housing vibration
+  bool with_paper = false;                         ///< numbers of the paper's Table 4 beside the segments
   std::string command_line;
 };
 

@@ -14,7 +14,7 @@ namespace whirl::pages {
 /// The largest 1X amplitude of one channel of one run.
 struct CriticalRow {
   std::string run, channel;
-  double critical = 0, amplitude = 0;  ///< rad/s, m peak
+  double critical = 0, amplitude = 0;  ///< rad/s; SI unit of the curve's quantity, peak
   std::optional<diagnosis::Amplification> reading;
   signal::SynchronousCurve curve;
 };

@@ -62,6 +62,9 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions optio
 report::Figure steady_figure(const SteadyResponse& found);
 /// The peaks over the size of the forcing.
 report::Figure steady_peak_figure(const SteadyResponse& found);
+/// The points as a table that `read_bode_table` takes: rpm, amp (peak; in um for a rotor), phase_deg, and curve (0 the
+/// curve, then branches and isolas), stable, extrapolated.
+std::string steady_csv(const SteadyResponse& found);
 /// `whirl.response/1`.
 io::Json to_json(const SteadyResponse& found);
 

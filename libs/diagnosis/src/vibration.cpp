@@ -1,0 +1,85 @@
+#include "whirl/diagnosis/vibration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "whirl/signal/spectrum.hpp"
+
+namespace whirl::diagnosis {
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+constexpr double kOneSpeed = 0.03;   // of the mean speed: a drive's slip between no load and full load is below it
+constexpr double kLongestBlock = 4;  // s, of the spectrum whose largest line is named
+
+/// Mean, largest distance from it and rms about it of the finite samples. False: none is finite.
+bool describe(const VectorXd& x, ChannelVibration& out) {
+  const auto finite = x.array().isFinite();
+  const auto count = static_cast<double>(finite.count());
+  if (count == 0) return false;
+  out.mean = finite.select(x, 0.0).sum() / count;
+  const VectorXd motion = finite.select(x.array() - out.mean, 0.0);
+  out.largest = motion.cwiseAbs().maxCoeff();
+  out.rms = std::sqrt(motion.squaredNorm() / count);
+  return true;
+}
+
+void find_largest_line(const VectorXd& x, double dt, ChannelVibration& out) {
+  const Index block = std::min(x.size(), static_cast<Index>(std::lround(kLongestBlock / dt)));
+  if (block < 16) return;
+  const signal::AmplitudeSpectrum s =
+      signal::amplitude_spectrum(x.array() - out.mean, dt, {.window = signal::Window::flat_top, .block = block});
+  Index at = 0;
+  // The flat top states amplitudes between lines too; its first lines hold the slowest motion of the block.
+  const Index first = 6, lines = s.amplitude.size() - first;
+  if (lines < 1) return;
+  out.line = s.amplitude.tail(lines).maxCoeff(&at);
+  out.frequency = out.line > 0 ? s.frequency[at + first] : 0;
+}
+
+SynchronousPart synchronous_part(const signal::SynchronousCurve& curve, bool steady) {
+  if (steady) return {std::abs(curve.vector.mean()), curve.speed.mean(), true};
+  Index top = 0;
+  const double amplitude = curve.vector.cwiseAbs().maxCoeff(&top);
+  return {amplitude, curve.speed[top], false};
+}
+
+}  // namespace
+
+bool at_one_speed(const Rotation& rotation) {
+  return rotation.speed.maxCoeff() - rotation.speed.minCoeff() <= 2 * kOneSpeed * rotation.speed.mean();
+}
+
+bool of_a_housing(const Channel& channel, const Recording& record) {
+  if (channel.quantity != Quantity::velocity && channel.quantity != Quantity::acceleration) return false;
+  // A hammer, a shaker or a controller: a test or a loop, whose signals are no vibration of a machine in operation.
+  if (std::ranges::any_of(record.channels, [](const Channel& c) { return c.quantity == Quantity::force; }))
+    return false;
+  const Channel* state = channel.name.starts_with("d") ? record.find(channel.name.substr(1)) : nullptr;
+  return state == nullptr || state->quantity != Quantity::displacement;
+}
+
+std::vector<ChannelVibration> vibration_of(const Recording& record, const std::optional<Rotation>& rotation,
+                                           double slow_roll) {
+  std::vector<ChannelVibration> out;
+  for (const Channel& c : record.channels) {
+    const auto to_velocity = signal::integrations(c.quantity, Quantity::velocity);
+    ChannelVibration v;
+    v.channel = c.name;
+    v.quantity = c.quantity;
+    if (!to_velocity || !describe(c.samples, v)) continue;
+    if (c.samples.allFinite()) {
+      find_largest_line(c.samples, record.dt, v);
+      if (rotation) {
+        const signal::SynchronousCurve curve = order_curve(record, *rotation, c.name, 1, 1, slow_roll);
+        if (curve.vector.size() > 0) v.synchronous = synchronous_part(curve, at_one_speed(*rotation));
+      }
+    }
+    if (of_a_housing(c, record)) v.housing = signal::band_level(c.samples, record.dt, *to_velocity);
+    out.push_back(std::move(v));
+  }
+  return out;
+}
+
+}  // namespace whirl::diagnosis
