@@ -46,6 +46,7 @@ void Session::result(const io::Json& value) const {
 
 void Session::finish(const Summary& summary) {
   for (const std::string& warning : summary.warnings) fmt::print(stderr, "whirl: warning: {}\n", warning);
+  for (const std::string& note : summary.notes) say("note               " + note);
   if (!summary.trust.empty()) say(summary.trust);
   if (summary.status == Status::unusable) {
     fmt::print(stderr, "whirl: the numbers are not usable{}\n",

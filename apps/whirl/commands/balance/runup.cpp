@@ -8,9 +8,10 @@
 #include "response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
-#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -46,9 +47,8 @@ void say_direction(Session& session, const char* name, const response::RateCurve
   session.say(line);
   if (rate) {
     const double seconds = (o.to_rpm - o.from_rpm) * kRadPerSecPerRpm / *rate;
-    session.say(
-        fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRadPerSecPerRpm, seconds,
-                    band ? ", peak " + mm(band->low) + " to " + mm(band->high) + " (95 % of the covariance)" : ""));
+    session.say(fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRadPerSecPerRpm, seconds,
+                            band ? ", peak " + mm(band->low) + " to " + mm(band->high) + " (95 % interval)" : ""));
   }
   if (o.limit_mm > 0 && c.slowest_safe)
     session.say(
@@ -65,7 +65,6 @@ void say_further_forces(Session& session, IdentifiedModel model, const pages::Ru
   model.rotor = sheet.rotor;
   const response::RunUpOptions& o = sheet.options;
   const std::string names = names_of(terms);
-  summary.warn("the plan is that of a rotor without the model's " + names);
   if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
     summary.fail(fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range", names,
                              w / kRadPerSecPerRpm));
@@ -99,11 +98,11 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
 
 void run(const RunupOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
-  if (identification::has_tilt(model))
-    throw Error(o.model + ": the disc of this model tilts: whirl simulate runs it through its speeds");
+  Summary parts;
+  take_parts(identification::Consumer::runup, model, parts, o.model);
   if (!model.rotor) throw Error(o.model + ": the model has no rotor parameters");
   RotorModel rotor = *model.rotor;
-  rotor.eps *= o.unbalance;
+  identification::scale_unbalance(rotor, o.unbalance);
   std::vector<double> covariance = model.rotor_covariance;
   for (std::size_t k = 0; covariance.size() == 25 && k < 25; ++k) {
     const bool row = k / 5 >= 3, column = k % 5 >= 3;
@@ -115,7 +114,8 @@ void run(const RunupOptions& o, Session& session) {
   options.limit = o.limit_mm * 1e-3;
   options.slowest = o.slowest * kRadPerSecPerRpm;
   options.fastest = o.fastest * kRadPerSecPerRpm;
-  pages::RunUpSheet sheet = pages::run_up_sheet(rotor, covariance, options, drive_of(o));
+  pages::RunUpSheet sheet = pages::run_up_sheet(rotor, covariance, options, drive_of(o), std::move(parts));
+  pages::cover_readings(model, o.unbalance, sheet);
   say_direction(session, "run-up", sheet.plan.up, sheet.up_rate, sheet.up_band, o);
   say_direction(session, "run-down", sheet.plan.down, sheet.down_rate, sheet.down_band, o);
   if (sheet.drive) {

@@ -2,13 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "commands/balance/response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
@@ -92,8 +96,14 @@ Recording run_tilt(const IdentifiedModel& model, const SimulateOptions& o, doubl
 
 Recording run_rotor(IdentifiedModel model, const SimulateOptions& o, double& peak, double& at) {
   RotorModel& rotor = *model.rotor;
-  rotor.eps *= o.unbalance;
-  if (o.eccentricity_um >= 0) rotor.eps = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
+  identification::scale_unbalance(rotor, o.unbalance);
+  if (o.eccentricity_um >= 0) {
+    const std::complex<double> wanted = std::polar(o.eccentricity_um * 1e-6, o.phase_deg * std::numbers::pi / 180);
+    if (rotor.eps == 0.0 && !rotor.modes.empty())
+      throw Error("--eccentricity-um: the model has no unbalance to which its further modes refer");
+    if (rotor.eps != 0.0) identification::scale_unbalance(rotor, wanted / rotor.eps);
+    rotor.eps = wanted;
+  }
   const AngleSignal angle = profile_of(o);
   const rotor::Response response = identification::simulate_rotor(model, angle);
   Index worst = 0;
@@ -105,6 +115,36 @@ Recording run_rotor(IdentifiedModel model, const SimulateOptions& o, double& pea
   for (Index i = 0; i < beta.size(); ++i) beta[i] = angle.beta[2 * i];
   out.channels.push_back(channel("beta", std::move(beta), Quantity::angle));
   return out;
+}
+
+/// The smallest and the largest of the peaks by every reading of the records.
+std::pair<double, double> peaks_of_readings(const IdentifiedModel& model, const SimulateOptions& o, double own,
+                                            Summary& summary) {
+  std::pair<double, double> range{own, own};
+  for (const identification::ModelReading& reading : identification::other_readings(model, true)) {
+    double peak = 0, at = 0;
+    if (const Estimate* bow = reading.model.parameter("bow")) {
+      // The shaft moves as the probe reads: the motion of the reading as runout, and the bow beside it.
+      const Estimate* phase = reading.model.parameter("bow_phase");
+      const std::complex<double> bent = std::polar(bow->value, phase != nullptr ? phase->value : 0.0);
+      const Recording run = run_rotor(model, o, peak, at);
+      peak = 0;
+      for (Index i = 0; i < run.size(); ++i) {
+        const std::complex<double> z(run["x"][i], run["y"][i]);
+        peak = std::max(peak, std::abs(z - model.rotor->offset + bent * std::polar(1.0, run["beta"][i])));
+      }
+    } else {
+      try {
+        run_rotor(reading.model, o, peak, at);
+      } catch (const Error&) {  // its motion diverges
+        summary.add({FindingCode::readings_differ, Consequence::warning, {}, reading.reading},
+                    ": its motion diverges over this profile");
+        continue;
+      }
+    }
+    range = {std::min(range.first, peak), std::max(range.second, peak)};
+  }
+  return range;
 }
 
 /// A run from rest at one level of the drive; --limit-rpm: the least level that gets there.
@@ -140,13 +180,21 @@ void run(const SimulateOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (o.drive != 0) return run_drive(model, o, session);
   if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
+  Summary summary = model.summary;
+  identification::take_parts(identification::Consumer::simulate, model, summary, o.model);
   double peak = 0, at = 0;
+  std::pair<double, double> readings;
   Recording result;
   const bool tilts = identification::has_tilt(model);
   if ((model.rotor || tilts) && o.record.empty()) {
     result = tilts ? run_tilt(model, o, peak, at) : run_rotor(model, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
                             at / kRadPerSecPerRpm));
+    if (!tilts) readings = peaks_of_readings(model, o, peak, summary);
+    if (readings.second > readings.first)
+      session.say(fmt::format("all readings       {} to {}",
+                              report::format_amplitude(readings.first, AmplitudeKind::peak),
+                              report::format_amplitude(readings.second, AmplitudeKind::peak)));
   } else {
     if (o.seconds > 0 || o.unbalance != 1 || o.eccentricity_um >= 0)
       throw Error("--seconds, --unbalance and --eccentricity-um belong to a rotor's speed profile, not to --record");
@@ -156,15 +204,16 @@ void run(const SimulateOptions& o, Session& session) {
   io::Json json = io::Json::object();
   json.set("samples", static_cast<double>(result.size())).set("dt", result.dt);
   if (peak > 0) json.set("peak_radius_m", peak).set("peak_omega", at);
-  session.result(json);
+  if (readings.second > readings.first)
+    json.set("peak_radius_readings_m", io::Json::array().push(readings.first).push(readings.second));
   session.say(fmt::format("samples            {} at {:g} Hz{}", result.size(), 1 / result.dt,
                           o.out.empty() ? "" : ", written to " + o.out));
-  Summary summary = model.summary;
   if (const auto range = identification::load_data_range(o.model); range && o.record.empty() && peak > 0) {
     if (const std::string text = range->beyond(peak, o.from_rpm * kRadPerSecPerRpm, o.to_rpm * kRadPerSecPerRpm);
         !text.empty())
       summary.warn(text);
   }
+  session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "whirl/core/identified_model.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/report/figure.hpp"
@@ -35,9 +36,13 @@ struct RunUpSheet {
 /// Plans, and suggests for each direction the slowest rate that keeps the limit (over the covariance, where there is
 /// one) or, without a limit, the fastest useful one. Fails where no rate keeps the limit or the drive stalls; warns of
 /// a rate that decides between two branches and of a drive that is too weak for the suggestion. `covariance`: 25
-/// numbers or empty.
+/// numbers or empty; `parts`: what was said of the model before.
 RunUpSheet run_up_sheet(const RotorModel& rotor, const std::vector<double>& covariance,
-                        const response::RunUpOptions& options, const std::optional<Drive>& drive);
+                        const response::RunUpOptions& options, const std::optional<Drive>& drive, Summary parts = {});
+/// Makes the intervals of the peaks hold those of the readings of the model's records that its covariance does not
+/// cover: one run of each at the suggested rates with all its forces. Fails where one exceeds the limit. `unbalance`:
+/// times the identified one.
+void cover_readings(const IdentifiedModel& model, double unbalance, RunUpSheet& sheet);
 
 /// Peak over rate with the limit; below it the suggested run with the slow run behind it.
 report::Figure run_up_figure(const RunUpSheet& sheet);
