@@ -47,6 +47,7 @@ void Session::result(const io::Json& value) const {
 
 void Session::finish(const Summary& summary) {
   for (const std::string& warning : summary.warnings) complain("warning", warning);
+  for (const std::string& note : summary.notes) say("note               " + note);
   if (!summary.trust.empty()) say(summary.trust);
   if (summary.status == Status::unusable) {
     complain("the numbers are not usable", summary.warnings.empty() ? "" : summary.warnings.back());

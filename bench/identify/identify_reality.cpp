@@ -54,13 +54,13 @@ struct Row {
     const std::vector<std::string>& added = found.added;
     std::string said;
     for (const std::string& t : added) said += t + "; ";
-    for (const identification::Ambiguity& a : found.ambiguities) {
+    for (const Ambiguity& a : found.model.ambiguities) {
       // Said of any rotor whose record is too weak to exclude the term: no finding.
       if (a.readings.find("not small enough to be excluded") == std::string::npos) said += a.readings + "; ";
     }
     named += std::any_of(names.begin(), names.end(),
                          [&](const std::string& n) { return said.find(n) != std::string::npos; });
-    ambiguous += !found.ambiguities.empty();
+    ambiguous += !found.model.ambiguities.empty();
     const Status s = model.summary.status;
     (s == Status::ok ? ok : s == Status::warning ? warning : unusable)++;
     if (!model.summary.warnings.empty()) message = model.summary.warnings.front();

@@ -78,7 +78,7 @@ void bind_identification(py::module_& m) {
           "ambiguities",
           [](const Identification& v) {
             std::vector<py::dict> out;
-            for (const Ambiguity& a : v.evidence.ambiguities)
+            for (const Ambiguity& a : v.model.ambiguities)
               out.emplace_back(py::arg("readings") = a.readings, py::arg("consequence") = a.consequence,
                                py::arg("experiment") = a.experiment);
             return out;

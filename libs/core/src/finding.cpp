@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
 
 #include "whirl/core/nan.hpp"
 
@@ -28,7 +29,20 @@ constexpr std::array kCodes{
     CodeText{FindingCode::term_too_large, "term_too_large", "a term of a size that rotors do not have drives it."},
     CodeText{FindingCode::inertia_impossible, "inertia_impossible", "no disc has its moments of inertia."},
     CodeText{FindingCode::model_not_trusted, "model_not_trusted", "it comes from a model that is not to be trusted."},
+    CodeText{FindingCode::part_left_out, "part_left_out", "it lacks a part of the model."},
+    CodeText{FindingCode::readings_differ, "readings_differ", "its records allow another reading."},
+    CodeText{FindingCode::held_out_cannot_check, "held_out_cannot_check", "nothing tests it."},
 };
+
+/// " (k1_drift 3.2 1/s^3, e_2 12 um)"; empty without amounts.
+std::string amounts_text(const std::vector<Amount>& amounts) {
+  std::string out;
+  for (const Amount& a : amounts) {
+    out +=
+        fmt::format("{}{} {:.3g}{}{}", out.empty() ? " (" : ", ", a.name, a.value, a.unit.empty() ? "" : " ", a.unit);
+  }
+  return out.empty() ? out : out + ")";
+}
 
 const CodeText& entry(FindingCode code) {
   for (const CodeText& c : kCodes)
@@ -42,6 +56,8 @@ std::string_view to_string(FindingCode code) { return entry(code).name; }
 
 std::string_view to_string(Consequence consequence) {
   switch (consequence) {
+    case Consequence::note:
+      return "note";
     case Consequence::warning:
       return "warning";
     case Consequence::no_trust:
@@ -97,6 +113,15 @@ std::string text(const Finding& f) {
           of("polar_ratio"));
     case FindingCode::model_not_trusted:
       return "the model it is designed on is not to be trusted: " + f.where;
+    case FindingCode::part_left_out:
+      return fmt::format("left out: {} of the model{}", f.where, amounts_text(f.amounts));
+    case FindingCode::readings_differ:
+      return fmt::format("the records allow another reading of the model, {}{}", f.where, amounts_text(f.amounts));
+    case FindingCode::held_out_cannot_check:
+      return fmt::format(
+          "the resonance at {:.4g} Hz cannot be checked: without {} the records turn at {:.3g} to {:.3g} Hz{}",
+          of("frequency"), f.where, of("low"), of("high"),
+          std::isnan(of("share")) ? "" : fmt::format(" and show {:.0f} % of the largest motion", 100 * of("share")));
   }
   return {};
 }

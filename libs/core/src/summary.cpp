@@ -7,6 +7,11 @@ namespace whirl {
 void Summary::add(Finding finding, std::string_view because) {
   std::string said = text(finding);
   said += because;
+  if (finding.consequence == Consequence::note) {
+    notes.push_back(std::move(said));
+    findings.push_back(std::move(finding));
+    return;
+  }
   if (finding.consequence == Consequence::unusable) {
     fail(std::move(said));
   } else {
@@ -23,8 +28,9 @@ const Finding* Summary::find(FindingCode code) const {
 }
 
 const Finding* Summary::distrust() const {
-  const auto at =
-      std::ranges::find_if(findings, [](const Finding& f) { return f.consequence != Consequence::warning; });
+  const auto at = std::ranges::find_if(findings, [](const Finding& f) {
+    return f.consequence == Consequence::no_trust || f.consequence == Consequence::unusable;
+  });
   return at == findings.end() ? nullptr : &*at;
 }
 

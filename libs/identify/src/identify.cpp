@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bounds/linear_bounds.hpp"
 #include "evidence/compare_all.hpp"
@@ -148,6 +149,18 @@ HeldOut hold_out(const IdentifyOptions& o, const std::vector<Recording>& records
   }
 }
 
+bool both_probes(const Recording& r) { return r.has("x") && r.has("y") && r.has("beta"); }
+
+/// Resonances that the records show only in the part held out.
+std::vector<Finding> not_shown(const IdentifyOptions& o, const std::vector<Recording>& records,
+                               const IdentifiedModel& model, const std::string& held) {
+  if (held.empty() || !std::ranges::all_of(records, both_probes)) return {};
+  const DataRange all = data_range(records);
+  DataRange rest = data_range(split_of(o, records).train);
+  if (records.size() > 1) rest.amplitude = std::numeric_limits<double>::infinity();  // each has its own unbalance
+  return detail::not_shown_by_rest(model, all, rest, held);
+}
+
 }  // namespace
 
 std::string_view to_string(Method method) {
@@ -249,7 +262,6 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
       evidence_options.rotor.angle_source = AngleSource::measured;
     }
     id.model = std::move(found.model);
-    id.evidence.ambiguities = std::move(found.ambiguities);
     id.evidence.assumptions = std::move(found.assumptions);
   } else {
     id.model = fit(o, records, &id.evidence);
@@ -264,6 +276,13 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     if (o.holdout != 0) id.evidence.held_out = hold_out(evidence_options, records, id.model, rest);
   }
   progress(1);
+  if (o.method == Method::weak && o.holdout != 0 && id.model.summary.status != Status::unusable)
+    id.evidence.not_shown = not_shown(evidence_options, records, id.model, id.evidence.held_out.what);
+  if (!id.evidence.not_shown.empty()) {
+    id.evidence.held_out.scores.clear();
+    id.evidence.held_out.reason = text(id.evidence.not_shown.front());
+    rest.reset();
+  }
   if (rest && o.method == Method::weak) detail::compare_with_rest(*rest, id.model);
   for (const std::string& w : read.warnings) id.model.summary.warn(w);
   detail::judge_evidence(id);
@@ -351,7 +370,6 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   detail::check_bounds(o);
   Identification found = at_their_instants(without_damage(identify_once(records, o), records, o), records, o);
-  const auto both_probes = [](const Recording& r) { return r.has("x") && r.has("y") && r.has("beta"); };
   if (rotor(o.method) && std::all_of(records.begin(), records.end(), both_probes))
     found.evidence.range = data_range(records);
   return found;

@@ -115,7 +115,7 @@ TEST(OmittedTermsProperty, AWiderIntervalNamesTheTermAndTheIntervalWithoutIt) {
     const Estimate &c = *r.model.parameter("c"), &zeta = *r.model.parameter("damping_ratio");
     const bool wide = c.sd / c.value > 3 * zeta.sd / zeta.value;
     bool named = false;
-    for (const Ambiguity& a : r.ambiguities)
+    for (const Ambiguity& a : r.model.ambiguities)
       named |= a.readings.find("not small enough to be excluded") != std::string::npos &&
                a.consequence.find("c ") != std::string::npos;
     EXPECT_EQ(named, wide) << seed;
@@ -193,7 +193,7 @@ TEST(SlowRollProperty, OfUnknownOriginItLeavesBothReadingsOpen) {
   ASSERT_TRUE(id.usable());
   EXPECT_TRUE(id.model.parameter("e")->covers(s.drawn.machine.e));
   std::string said;
-  for (const Ambiguity& a : id.evidence.ambiguities) said += a.readings;
+  for (const Ambiguity& a : id.model.ambiguities) said += a.readings;
   EXPECT_THAT(said, HasSubstr("bow of the shaft"));
 }
 
@@ -420,7 +420,7 @@ TEST(ProbeReadingsProperty, EitherOfTwoProbesThatDisagreeMayBeRight) {
       EXPECT_TRUE(r.model.parameter("k2")->covers(d.machine.cubic / (gain * gain)));
       const Estimate& phase = *r.model.parameter("e_phase");
       EXPECT_LT(std::abs(std::remainder(phase.value - d.machine.e_phase - turn, 2 * std::numbers::pi)), 3 * phase.sd);
-      EXPECT_TRUE(std::ranges::any_of(r.ambiguities, [](const Ambiguity& a) {
+      EXPECT_TRUE(std::ranges::any_of(r.model.ambiguities, [](const Ambiguity& a) {
         return a.readings.find("or the y probe is right") != std::string::npos;
       }));
     }

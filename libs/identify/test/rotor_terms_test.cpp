@@ -54,7 +54,8 @@ TEST(RotorAmbiguityProperty, BowBesideRunoutIsSaidAndCovered) {
     const Machine m = draw_machine(Oddity::bow, seed).machine;
     const RotorIdentification r = found_in(Oddity::bow, seed, 30);
     bool said = false;
-    for (const Ambiguity& a : r.ambiguities) said = said || a.readings.find("bow of the shaft") != std::string::npos;
+    for (const Ambiguity& a : r.model.ambiguities)
+      said = said || a.readings.find("bow of the shaft") != std::string::npos;
     EXPECT_TRUE(said) << seed;
     EXPECT_TRUE(r.model.parameter("e")->covers(m.e)) << seed;
     expect_close(r, "k2", m.cubic);

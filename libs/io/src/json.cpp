@@ -366,6 +366,7 @@ Json to_json(const Summary& s) {
                       .set("amounts", std::move(amounts)));
   }
   out.set("chi_square", s.chi_square).set("trust", s.trust).set("warnings", s.warnings);
+  if (!s.notes.empty()) out.set("notes", s.notes);
   return std::move(out.set("findings", std::move(findings)));
 }
 
@@ -379,13 +380,14 @@ Code read_code(const JsonReader& in, std::initializer_list<Code> known, std::str
 Finding read_finding(const JsonReader& in) {
   using enum FindingCode;
   Finding f;
-  f.code = read_code(
-      in.at("code"),
-      {motion_unexplained, model_error, held_out_not_predicted, held_out_diverges, held_out_missed, held_out_not_tried,
-       parameter_differs, parts_differ, term_too_large, inertia_impossible, model_not_trusted},
-      "finding");
-  f.consequence = read_code(in.at("consequence"), {Consequence::warning, Consequence::no_trust, Consequence::unusable},
-                            "consequence");
+  f.code = read_code(in.at("code"),
+                     {motion_unexplained, model_error, held_out_not_predicted, held_out_diverges, held_out_missed,
+                      held_out_not_tried, parameter_differs, parts_differ, term_too_large, inertia_impossible,
+                      model_not_trusted, part_left_out, readings_differ, held_out_cannot_check},
+                     "finding");
+  f.consequence =
+      read_code(in.at("consequence"),
+                {Consequence::note, Consequence::warning, Consequence::no_trust, Consequence::unusable}, "consequence");
   f.where = one_line(in.at("where").text());
   for (const JsonReader& a : in.at("amounts").items())
     f.amounts.push_back({a.at("name").text(), a.at("value").number_or_nan(), a.at("unit").text()});
@@ -408,6 +410,8 @@ Summary read_summary(const JsonReader& in) {
   s.chi_square = in.at("chi_square").number_or_nan();
   s.trust = one_line(in.at("trust").text());
   for (const JsonReader& w : in.at("warnings").items()) s.warnings.push_back(one_line(w.text()));
+  if (in.has("notes"))
+    for (const JsonReader& n : in.at("notes").items()) s.notes.push_back(one_line(n.text()));
   if (in.has("findings"))  // files of earlier versions have none
     for (const JsonReader& f : in.at("findings").items()) s.findings.push_back(read_finding(f));
   return s;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <complex>
 
@@ -14,8 +15,30 @@ namespace {
 using Eigen::Index;
 constexpr std::array kAnisotropy{"k1_conj_re", "k1_conj_im", "c_conj_re", "c_conj_im"};
 
+/// The number of the further mode that a parameter belongs to ("mode2_re": 1), and which of its numbers it is.
+std::optional<std::pair<std::size_t, std::string>> mode_part(const std::string& name) {
+  const std::size_t underscore = name.find('_');
+  if (!name.starts_with("mode") || underscore == std::string::npos || underscore < 5) return std::nullopt;
+  std::size_t number = 0;
+  const auto [end, error] = std::from_chars(name.data() + 4, name.data() + underscore, number);
+  if (error != std::errc{} || end != name.data() + underscore || number == 0) return std::nullopt;
+  return std::pair(number - 1, name.substr(underscore + 1));
+}
+
+void move_mode(const std::string& name, double by, RotorModel& rotor) {
+  const auto part = mode_part(name);
+  if (!part || part->first >= rotor.modes.size()) return;
+  ForcedMode& mode = rotor.modes[part->first];
+  constexpr double kLeastDamping = 1e-6;
+  if (part->second == "omega") mode.omega = std::max(mode.omega + by, 1e-9);
+  if (part->second == "zeta") mode.zeta = std::max(mode.zeta + by, kLeastDamping);
+  if (part->second == "re") mode.participation += by;
+  if (part->second == "im") mode.participation += std::complex<double>(0, by);
+}
+
 bool is_further(const std::string& name) {
-  return std::ranges::find(kAnisotropy, name) != kAnisotropy.end() || identification::is_force_parameter(name);
+  return mode_part(name).has_value() || std::ranges::find(kAnisotropy, name) != kAnisotropy.end() ||
+         identification::is_force_parameter(name);
 }
 
 bool same_size(const Estimate& a, const Estimate& b) {
@@ -154,6 +177,7 @@ IdentifiedModel ModelDraws::operator()() {
     if (name == "k1_conj_im") r.k1_conj += std::complex<double>(0, by);
     if (name == "c_conj_re") r.c_conj += by;
     if (name == "c_conj_im") r.c_conj += std::complex<double>(0, by);
+    move_mode(name, by, r);
   }
   return drawn;
 }

@@ -10,7 +10,7 @@ namespace whirl::pages {
 
 /// Models drawn from what an identification leaves open.
 ///
-/// A rotor's k1, k2, c and eps come from `rotor_covariance`, its anisotropy and further forces from
+/// A rotor's k1, k2, c and eps come from `rotor_covariance`, its anisotropy, further forces and further modes from
 /// `parameter_covariance`, both jointly (a model without the latter: from their own intervals). Coefficients of other
 /// equations come from `parameter_covariance` where each is a parameter, by name or by size and deviation, else from
 /// their own intervals; those of the same size and deviation are one number (a tied library).

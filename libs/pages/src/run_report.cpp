@@ -282,6 +282,12 @@ class RunReport {
       doc_.equations(model);
       if (report::Table table = report::parameter_table(model); !table.rows.empty()) doc_.table(table);
       doc_.table(report::coefficient_table(model));
+      if (!model.ambiguities.empty()) {
+        std::vector<std::string> open;
+        for (const Ambiguity& a : model.ambiguities)
+          open.push_back(fmt::format("{}: {}. To decide: {}", a.readings, a.consequence, a.experiment));
+        doc_.paragraph("What its records cannot tell apart:").bullets(std::move(open));
+      }
       doc_.summary(model.summary, "Model " + name);
     }
     validation();

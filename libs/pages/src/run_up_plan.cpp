@@ -9,6 +9,8 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/io/model_json.hpp"
@@ -115,8 +117,8 @@ void draw_run(report::Panel& panel, const RunUpSheet& s, double rate, bool up) {
 }  // namespace
 
 RunUpSheet run_up_sheet(const RotorModel& rotor, const std::vector<double>& covariance,
-                        const response::RunUpOptions& options, const std::optional<Drive>& drive) {
-  RunUpSheet s{rotor, options, response::plan_run_up(rotor, options), {}, {}, {}, {}, {}, {}, {}, {}};
+                        const response::RunUpOptions& options, const std::optional<Drive>& drive, Summary parts) {
+  RunUpSheet s{rotor, options, response::plan_run_up(rotor, options), {}, {}, {}, {}, {}, std::move(parts), {}, {}};
   s.up_rate = suggest(rotor, covariance, options, s.plan.up, true, s.up_band);
   s.down_rate = suggest(rotor, covariance, options, s.plan.down, false, s.down_band);
   if (drive) s.drive = try_drive(rotor, *drive, options, s.up_rate.value_or(s.plan.up.fastest_useful));
@@ -134,7 +136,6 @@ void add_further_forces(IdentifiedModel model, RunUpSheet& sheet) {
   const response::RunUpOptions& o = sheet.options;
   sheet.further = names_of(terms);
   Summary& summary = sheet.summary;
-  summary.warn("the plan is that of a rotor without the model's " + sheet.further);
   if (const double w = identification::unstable_from(sheet.rotor, terms, o.to); std::isfinite(w))
     summary.fail(fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the range",
                              sheet.further, w / kRadPerSecPerRpm));
@@ -155,20 +156,62 @@ void add_further_forces(IdentifiedModel model, RunUpSheet& sheet) {
   }
 }
 
+/// Makes the intervals of the peaks hold those of the readings that the covariance does not cover: one run of each at
+/// the suggested rates with all its forces.
+void cover_readings(const IdentifiedModel& model, double unbalance, RunUpSheet& s) {
+  const response::RunUpOptions& o = s.options;
+  for (identification::ModelReading& reading : identification::other_readings(model)) {
+    identification::scale_unbalance(*reading.model.rotor, unbalance);
+    for (const bool up : {true, false}) {
+      const std::optional<double>& rate = up ? s.up_rate : s.down_rate;
+      if (!rate) continue;
+      rotor::SpeedProfile profile;
+      profile.omega_start = up ? o.from : o.to;
+      profile.omega_end = up ? o.to : o.from;
+      profile.ramp_time = (o.to - o.from) / *rate;
+      const double dt = 2 * std::numbers::pi / 60 / std::max(o.to, 1.5 * s.rotor.natural_frequency());
+      const rotor::Response run = identification::simulate_rotor(reading.model, rotor::angle_signal(profile, dt));
+      const double peak = (run.z.array() - s.rotor.offset).abs().maxCoeff();
+      std::optional<response::PeakBand>& band = up ? s.up_band : s.down_band;
+      const double own = response::passage(s.rotor, profile.omega_start, profile.omega_end, *rate).peak;
+      if (!band) band = response::PeakBand{own, own};
+      if (!std::isfinite(peak)) {
+        s.summary.add({FindingCode::readings_differ, Consequence::warning, {}, reading.reading},
+                      ": its motion diverges");
+        if (o.limit > 0) s.summary.fail(fmt::format("with {} the motion exceeds the limit", reading.reading));
+        continue;
+      }
+      band->low = std::min(band->low, peak);
+      band->high = std::max(band->high, peak);
+      s.summary.add({FindingCode::readings_differ,
+                     Consequence::note,
+                     {{up ? "peak up" : "peak down", peak, "m"}},
+                     reading.reading});
+      if (o.limit > 0 && !(peak <= o.limit))
+        s.summary.fail(fmt::format("with {} the {} at {} exceeds the limit: {}", reading.reading,
+                                   up ? "run-up" : "run-down", rpm_s(*rate),
+                                   report::format_amplitude(peak, AmplitudeKind::peak)));
+    }
+  }
+}
+
 }  // namespace
 
 RunUpSheet run_up_sheet(const IdentifiedModel& model, double unbalance, const response::RunUpOptions& options,
-                        const std::optional<Drive>& drive) {
+                        const std::optional<Drive>& drive, std::string_view file) {
+  Summary parts;
+  take_parts(identification::Consumer::runup, model, parts, file);
   if (!model.rotor) throw Error("the model has no rotor parameters: a run-up is planned for an identified rotor");
   RotorModel rotor = *model.rotor;
-  rotor.eps *= unbalance;
+  identification::scale_unbalance(rotor, unbalance);
   std::vector<double> covariance = model.rotor_covariance;
   for (std::size_t k = 0; covariance.size() == 25 && k < 25; ++k) {
     const bool row = k / 5 >= 3, column = k % 5 >= 3;
     covariance[k] *= (row ? unbalance : 1) * (column ? unbalance : 1);
   }
-  RunUpSheet sheet = run_up_sheet(rotor, covariance, options, drive);
+  RunUpSheet sheet = run_up_sheet(rotor, covariance, options, drive, std::move(parts));
   add_further_forces(model, sheet);
+  cover_readings(model, unbalance, sheet);
   return sheet;
 }
 

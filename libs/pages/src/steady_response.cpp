@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "model_draws.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
+#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/report/format.hpp"
 
 namespace whirl::pages {
@@ -36,8 +41,7 @@ Forced forced_model(IdentifiedModel model, const SteadyOptions& o) {
   Forced f{std::move(model), {}};
   if (!f.model.rotor || !o.input.empty()) return f;
   f.rotor = *f.model.rotor;
-  f.rotor->eps *= o.unbalance;
-  for (ForcedMode& mode : f.rotor->modes) mode.participation *= o.unbalance;
+  identification::scale_unbalance(*f.rotor, o.unbalance);
   IdentifiedModel equations = response::rotor_equations(*f.rotor);
   add_further_forces(f.model, equations);
   f.model.states = equations.states;
@@ -104,19 +108,77 @@ void add_band(const IdentifiedModel& model, const Forced& forced, const response
   if (!draws.any()) return;
   std::vector<response::ResponseCurve> curves{found.curve};
   curves.insert(curves.end(), found.branches.begin(), found.branches.end());
+  std::optional<RotorModel> seen_by = forced.rotor;  // of the draw that is looked at
   const auto draw = [&]() -> std::optional<response::PeriodicSystem> {
-    return response::PeriodicSystem(forced_model(draws(), o).model, forcing_of(o, rotor));
+    Forced drawn = forced_model(draws(), o);
+    seen_by = drawn.rotor;
+    return response::PeriodicSystem(drawn.model, forcing_of(o, rotor));
   };
   found.band = response::curve_band(
       system, curves, force, o.curve,
       [&](const response::PeriodicSolution& s) {
-        return found.amplitude(seen(s, found.turning ? forced.rotor : std::nullopt));
+        return found.amplitude(seen(s, found.turning ? seen_by : std::nullopt));
       },
       draw);
   if (found.band->lost > 0)
     found.summary.warn(fmt::format(
         "for {} of {} models drawn from the covariance no response was found: they are not in the 95 % interval",
         found.band->lost, found.band->lost + found.band->draws));
+}
+
+/// The band of another reading of the model's records, or its curve where that has no band.
+response::CurveBand band_of(const SteadyResponse& other) {
+  if (other.band) return *other.band;
+  response::CurveBand out;
+  std::vector<std::pair<double, double>> points;
+  for (const response::CurvePoint& p : other.curve.points)
+    if (p.stable) points.emplace_back(p.solution.omega, other.amplitude(p.solution));
+  std::ranges::sort(points);
+  out.omega.resize(static_cast<Index>(points.size()));
+  out.low.resize(out.omega.size());
+  for (std::size_t k = 0; k < points.size(); ++k)
+    out.omega[static_cast<Index>(k)] = points[k].first, out.low[static_cast<Index>(k)] = points[k].second;
+  out.high = out.low;
+  if (out.low.size() > 0) out.peak_low = out.peak_high = out.low.maxCoeff();
+  return out;
+}
+
+double at(const Eigen::VectorXd& omega, const Eigen::VectorXd& values, double w) {
+  const Index n = omega.size();
+  const Index next = std::lower_bound(omega.data(), omega.data() + n, w) - omega.data();
+  if (next == 0 || next == n) return values[std::min(next, n - 1)];
+  const double part = (w - omega[next - 1]) / (omega[next] - omega[next - 1]);
+  return values[next - 1] + part * (values[next] - values[next - 1]);
+}
+
+/// The band covers what the other readings of the records answer.
+void cover_readings(const IdentifiedModel& model, const SteadyOptions& o, SteadyResponse& found) {
+  for (const identification::ModelReading& reading : identification::other_readings(model)) {
+    SteadyOptions plain = o;
+    plain.isolas = false;
+    plain.peaks_to = 0;
+    plain.known.reset();
+    const SteadyResponse other = steady_response(reading.model, plain);
+    if (other.curve.points.empty()) {
+      found.summary.add({FindingCode::readings_differ, Consequence::warning, {}, reading.reading},
+                        ": no steady response of it was found, and the interval does not cover it");
+      continue;
+    }
+    const response::CurveBand theirs = band_of(other);
+    if (!found.band) found.band = band_of(found);
+    response::CurveBand& own = *found.band;
+    for (Index k = 0; k < own.omega.size(); ++k) {
+      own.low[k] = std::min(own.low[k], at(theirs.omega, theirs.low, own.omega[k]));
+      own.high[k] = std::max(own.high[k], at(theirs.omega, theirs.high, own.omega[k]));
+    }
+    own.peak_low = std::min(own.peak_low, theirs.peak_low);
+    own.peak_high = std::max(own.peak_high, theirs.peak_high);
+    found.summary.add(
+        {FindingCode::readings_differ,
+         Consequence::note,
+         {{"peak from", theirs.peak_low, other.radius ? "m" : ""}, {"to", theirs.peak_high, other.radius ? "m" : ""}},
+         reading.reading});
+  }
 }
 
 response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& o, const SteadyResponse& found) {
@@ -178,15 +240,10 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
   const response::PeriodicSystem system(forced.model, forcing_of(o, forced.rotor.has_value()));
   found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
   found.summary = found.curve.summary;
-  if (forced.rotor) {
-    warn_of_hertz(o, *forced.rotor, found.summary);
-    for (const identification::RotorTerm& term : identification::terms_of(model)) {
-      if (term.entry->drifts)
-        found.summary.warn(fmt::format("the model has {}: this response holds at {:g} s of its record",
-                                       term.entry->label, term.reference));
-    }
-  }
-  found.radius = o.coordinate.empty() && system.driven_by_angle() && system.size() == 2;
+  take_parts(identification::Consumer::response, model, found.summary);
+  if (forced.rotor) warn_of_hertz(o, *forced.rotor, found.summary);
+  found.radius = o.coordinate.empty() && system.driven_by_angle() &&
+                 (system.size() == 2 || identification::has_tilt(model));  // x and y come first
   choose_coordinate(o.coordinate, system.names(), found);
   if (found.curve.points.empty()) return found;
   found.branches = response::other_branches(system, found.curve, force, o.curve);
@@ -201,6 +258,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
     for (response::ResponseCurve& branch : found.branches) see(forced.rotor, branch);
     for (response::ResponseCurve& isola : found.isolas) see(forced.rotor, isola);
   }
+  cover_readings(model, o, found);
   if (o.known) {
     found.known = *o.known;
     warn_of_extrapolation(found);

@@ -51,8 +51,7 @@ TEST(IdentificationText, EvidenceSaysWhatIsNotKnown) {
   EXPECT_TRUE(holds(to_text(evidence, summary), "not known"));
   summary.chi_square = 1.02;
   evidence.held_out = {"the last 30 %", {{"x", 0.02, 0.1, 0.01}}, 0, {}, "too short"};
-  evidence.ambiguities.push_back({"a bow or runout", "e differs", "a slow roll"});
-  const std::string text = to_text(evidence, summary);
+  const std::string text = to_text(evidence, summary, {{"a bow or runout", "e differs", "a slow roll"}});
   EXPECT_TRUE(holds(text, "1.02"));
   EXPECT_TRUE(holds(text, "no prediction, too short"));
   EXPECT_TRUE(holds(text, "to decide: a slow roll"));

@@ -8,6 +8,7 @@
 #include <nlopt.hpp>
 #include <numbers>
 
+#include "design_parts.hpp"
 #include "design_scenarios.hpp"
 #include "monte_carlo/training.hpp"
 #include "robustness_parallel.hpp"
@@ -261,8 +262,7 @@ std::string refusal(const IdentifiedModel& model, const Hardware& hardware) {
     if (!(mode.omega > 0 && mode.omega < 1.1 * top) || mode.zeta > 0.2) continue;
     if (std::abs(mode.participation) < 0.05 * std::abs(model.rotor->eps)) continue;
     const double f = mode.omega / (2 * std::numbers::pi);
-    if (std::ranges::any_of(hardware.modes, [&](const rig::RigMode& m) { return std::abs(m.frequency / f - 1) < 0.1; }))
-      continue;
+    if (knows(hardware, mode)) continue;
     return fmt::format(
         "the record shows a second critical speed at {:.1f} Hz, inside the speed range; how the force and the sensor "
         "take part in that mode is not known: give its hammer test (modes.json) or [modes.N] in the data sheet",
@@ -288,23 +288,6 @@ void add_structure(ControllerDesign& d, std::vector<rig::RigMode> modes) {
 }
 
 }  // namespace
-
-void warn_of_further_forces(const IdentifiedModel& model, const Hardware& hardware, Summary& summary) {
-  if (!model.rotor) return;
-  if (const auto left = forces_left_out(model, hardware); !left.empty()) {
-    summary.warn("the plant is the rotor without the model's " + names_of(left) +
-                 ": what these forces change is not in these numbers");
-  }
-  const double top = std::max(std::abs(hardware.profile.omega_start), std::abs(hardware.profile.omega_end));
-  const std::vector<identification::RotorTerm> terms = identification::terms_of(model);
-  const double unstable = identification::unstable_from(*model.rotor, terms, top);
-  if (std::isfinite(unstable)) {
-    summary.warn(
-        fmt::format("with its {} the rotor whirls by itself from {:.0f} rpm on, inside the speed range: nothing but "
-                    "the loop holds it there",
-                    names_of(terms), unstable * 30 / std::numbers::pi));
-  }
-}
 
 control::Runout identified_runout(const IdentifiedModel& model) {
   control::Runout out;
@@ -406,7 +389,8 @@ ControllerDesign design(const IdentifiedModel& model, const DesignOptions& given
   if (rotor::acts(options.hardware.forces) && best.margins.at("certified") == 1) {
     best.summary.trust += "; with the model's " + carried(model, given.hardware);
   }
-  warn_of_further_forces(model, given.hardware, best.summary);
+  state_parts(identification::Consumer::design, model, given.hardware, best.summary);
+  hold_on_readings(model, given, best);
   if (const Finding* distrust = model.summary.distrust()) {
     best.margins["certified"] = 0;
     best.summary.add({FindingCode::model_not_trusted, Consequence::no_trust, {}, text(*distrust)});

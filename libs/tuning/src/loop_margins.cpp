@@ -17,6 +17,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/nan.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/tuning/verdict.hpp"
 
@@ -247,16 +248,24 @@ std::string sensitivity_warning(const LoopMargins& worst) {
 std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,
                                         const DesignOptions& plant, const MarginOptions& options) {
   if (!model.rotor) throw Error("margins: the model is no rotor");
-  RotorModel rotor = *model.rotor;
-  if (plant.gain > 0) rotor.gain = plant.gain;
-  if (!(rotor.gain > 0)) rotor.gain = design.model.gain;
-  if (!(rotor.gain > 0)) throw Error("margins: the input gain of the model is not known");
+  double gain = plant.gain > 0 ? plant.gain : model.rotor->gain;
+  if (!(gain > 0)) gain = design.model.gain;
+  if (!(gain > 0)) throw Error("margins: the input gain of the model is not known");
   const ControllerDesign trial = on_scenario(design, {});
   std::vector<MarginStudy> out;
-  for (const Hardware& chosen : with_forces(plant.hardware, model).sign_cases()) {
-    const Hardware hardware = tuning_hardware(design, chosen);
-    out.push_back({plant.hardware.signs_of(chosen), loop_margins(trial, tuning_plant(rotor, hardware), options)});
-  }
+  const auto study = [&](const IdentifiedModel& reading, const std::string& name) {
+    RotorModel rotor = *reading.rotor;
+    rotor.gain = gain;
+    for (const Hardware& chosen : with_forces(plant.hardware, reading).sign_cases()) {
+      const Hardware hardware = tuning_hardware(design, chosen);
+      const std::string signs = plant.hardware.signs_of(chosen);
+      out.push_back({name.empty() ? signs : name + (signs.empty() ? "" : ", " + signs),
+                     loop_margins(trial, tuning_plant(rotor, hardware), options)});
+    }
+  };
+  study(model, "");
+  for (const identification::ModelReading& other : identification::other_readings(model))
+    study(other.model, other.reading);
   return out;
 }
 

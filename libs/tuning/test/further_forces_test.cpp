@@ -148,9 +148,12 @@ TEST(FurtherForces, FrictionTooSuddenForTheStepsIsNamed) {
   EXPECT_EQ(names_of(forces_left_out(model, h)), "Coulomb friction");
   EXPECT_EQ(with_forces(h, model).forces.friction, 0);
   Summary summary;
-  warn_of_further_forces(model, h, summary);
+  state_parts(identification::Consumer::design, model, h, summary);
   ASSERT_EQ(summary.warnings.size(), 1u);
-  EXPECT_NE(summary.warnings[0].find("without the model's Coulomb friction"), std::string::npos);
+  const Finding* left = summary.find(FindingCode::part_left_out);
+  ASSERT_NE(left, nullptr);
+  EXPECT_EQ(left->where, "Coulomb friction");
+  EXPECT_EQ(left->amount("friction"), 0.2);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 #include "commands/control/plant_options.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/balancing.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::app {
@@ -20,18 +22,43 @@ struct ModelOptions {
   double radius_mm = 0, speed_rpm = 0, grade = 0;
 };
 
+/// Makes the intervals of `a` hold the advice by another reading of the records.
+void cover(const diagnosis::BalancingAdvice& other, diagnosis::BalancingAdvice& a) {
+  const auto interval = [](const std::optional<Estimate>& e, double value) {
+    return e ? *e : Estimate::from_sd(value, 0);
+  };
+  const auto widen = [](Estimate& e, double low, double high) {
+    e.low = std::min(e.low, low);
+    e.high = std::max(e.high, high);
+  };
+  if (!a.mass_interval) a.mass_interval = interval({}, a.correction_mass);
+  if (!a.angle_interval) a.angle_interval = interval({}, a.correction_angle);
+  const Estimate mass = interval(other.mass_interval, other.correction_mass),
+                 angle = interval(other.angle_interval, other.correction_angle);
+  widen(*a.mass_interval, mass.low, mass.high);
+  const double turn = std::remainder(other.correction_angle - a.correction_angle, 2 * std::numbers::pi) -
+                      (other.correction_angle - a.correction_angle);
+  widen(*a.angle_interval, angle.low + turn, angle.high + turn);
+}
+
 void balance_from_model(const ModelOptions& o, Session& session) {
   if (!(o.radius_mm > 0)) throw Error("--radius-mm is needed: where the mass is added");
   if (!(o.speed_rpm > 0)) throw Error("--speed-rpm is needed: the service speed");
   tuning::DesignOptions design;
   std::vector<std::filesystem::path> inputs;
-  const IdentifiedModel model = o.plant.load(design, inputs);
+  const IdentifiedModel model = o.plant.load(design, inputs, identification::Consumer::balance);
   if (!model.rotor) throw Error(o.plant.model + ": the model has no rotor parameters; identify with --method weak");
+  Summary summary = model.summary;
+  take_parts(identification::Consumer::balance, model, summary, o.plant.model);
   const double grade = o.grade > 0 ? o.grade : 6.3;
   const double mass = 1 / (design.gain > 0 ? design.gain : model.rotor->gain);
   const double omega = o.speed_rpm * std::numbers::pi / 30;
-  const diagnosis::BalancingAdvice a =
-      diagnosis::balancing_advice(*model.rotor, mass, o.radius_mm * 1e-3, omega, grade, model.rotor_covariance);
+  const auto advice = [&](const IdentifiedModel& m) {
+    return diagnosis::balancing_advice(*m.rotor, mass, o.radius_mm * 1e-3, omega, grade, m.rotor_covariance);
+  };
+  diagnosis::BalancingAdvice a = advice(model);
+  for (const identification::ModelReading& reading : identification::other_readings(model, true))
+    cover(advice(reading.model), a);
   session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
                           a.heavy_angle / kRadPerDegree));
   session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm, grade,
@@ -44,9 +71,6 @@ void balance_from_model(const ModelOptions& o, Session& session) {
                             1e3 * a.mass_interval->low, 1e3 * a.mass_interval->high,
                             a.angle_interval->low / kRadPerDegree, a.angle_interval->high / kRadPerDegree));
   }
-  session.say(
-      "if the probe reads a bow of the shaft and not its runout, the mass that nulls the true motion differs: see "
-      "docs/balancing.md");
   io::Json json = io::Json::object();
   json.set("unbalance_kg_m", a.unbalance)
       .set("heavy_angle_rad", a.heavy_angle)
@@ -60,8 +84,6 @@ void balance_from_model(const ModelOptions& o, Session& session) {
     json.set("correction_mass", to_json(*a.mass_interval, "kg"))
         .set("correction_angle", to_json(*a.angle_interval, "rad"));
   }
-  session.result(json);
-  Summary summary = model.summary;
   if (a.correction_mass > 0.05 * mass) {
     summary.fail(
         fmt::format("the mass to add is {:.3g} % of the disk's: is --radius-mm = {:g} a radius in m, or the mass in g?",
@@ -72,6 +94,7 @@ void balance_from_model(const ModelOptions& o, Session& session) {
         fmt::format("--speed-rpm = {:g} is far below the critical speed of {:.0f} rpm: is it in Hz ({:.0f} rpm)?",
                     o.speed_rpm, critical, 60 * o.speed_rpm));
   }
+  session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
 }
 

@@ -5,7 +5,7 @@
 #include "response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/tilt/tilt_rotor.hpp"
+#include "whirl/identify/model_parts.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
 #include "whirl/report/write_figure.hpp"
@@ -41,9 +41,8 @@ void say_direction(Session& session, const char* name, const response::RateCurve
   session.say(line);
   if (rate) {
     const double seconds = (o.to_rpm - o.from_rpm) * kRadPerSecPerRpm / *rate;
-    session.say(
-        fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRadPerSecPerRpm, seconds,
-                    band ? ", peak " + mm(band->low) + " to " + mm(band->high) + " (95 % of the covariance)" : ""));
+    session.say(fmt::format("  suggested        {:.4g} rpm/s ({:.3g} s){}", *rate / kRadPerSecPerRpm, seconds,
+                            band ? ", peak " + mm(band->low) + " to " + mm(band->high) + " (95 % interval)" : ""));
   }
   if (o.limit_mm > 0 && c.slowest_safe)
     session.say(
@@ -64,8 +63,6 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
 
 void run(const RunupOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
-  if (identification::has_tilt(model))
-    throw Error(o.model + ": the disc of this model tilts: whirl simulate runs it through its speeds");
   if (!model.rotor) throw Error(o.model + ": the model has no rotor parameters");
   response::RunUpOptions options;
   options.from = o.from_rpm * kRadPerSecPerRpm;
@@ -73,7 +70,7 @@ void run(const RunupOptions& o, Session& session) {
   options.limit = o.limit_mm * 1e-3;
   options.slowest = o.slowest * kRadPerSecPerRpm;
   options.fastest = o.fastest * kRadPerSecPerRpm;
-  pages::RunUpSheet sheet = pages::run_up_sheet(model, o.unbalance, options, drive_of(o));
+  pages::RunUpSheet sheet = pages::run_up_sheet(model, o.unbalance, options, drive_of(o), o.model);
   say_direction(session, "run-up", sheet.plan.up, sheet.up_rate, sheet.up_band, o);
   say_direction(session, "run-down", sheet.plan.down, sheet.down_rate, sheet.down_band, o);
   if (sheet.drive) {

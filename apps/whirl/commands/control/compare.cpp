@@ -60,7 +60,7 @@ void run_comparison(CompareFlags* o, Session& session) {
   }
   std::vector<std::filesystem::path> inputs;
   tuning::CompareOptions& c = o->compare;
-  const IdentifiedModel model = o->plant.load(c.design, inputs);
+  const IdentifiedModel model = o->plant.load(c.design, inputs, identification::Consumer::compare);
   if (!o->laws.empty()) {
     c.methods.clear();
     for (const std::string& law : o->laws) c.methods.push_back(tuning::parse_method(law));
@@ -95,6 +95,11 @@ void run_comparison(CompareFlags* o, Session& session) {
   comparison.command_line = session.command_line;
   comparison.provenance = io::provenance(inputs, session.command_line, c.design.seed);
 
+  Summary summary;
+  tuning::state_parts(identification::Consumer::compare, model, c.design.hardware, summary);
+  if (!best.nominal.stable) {
+    summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
+  }
   session.say(report::to_text(pages::comparison_table(comparison)));
   if (c.matrix) session.say(report::to_text(pages::failures_table(comparison)));
   session.say(report::to_text(pages::floor_table(comparison)));
@@ -107,16 +112,11 @@ void run_comparison(CompareFlags* o, Session& session) {
     for (const tuning::ComparedResult& r : comparison.results) {
       io::save(o->out / fmt::format("controller_{}.json", file_name(r.label)), r.design);
     }
-    io::save_json(o->out / "comparison.json", to_json(comparison));
+    io::save_json(o->out / "comparison.json", to_json(comparison).set("summary", to_json(summary)));
     report::write_html(pages::comparison_report(comparison), o->out / "report.html", true);
     session.say("report: " + (o->out / "report.html").string());
   }
-  session.result(to_json(comparison));
-  Summary summary;
-  tuning::warn_of_further_forces(model, c.design.hardware, summary);
-  if (!best.nominal.stable) {
-    summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
-  }
+  session.result(to_json(comparison).set("summary", to_json(summary)));
   session.finish(summary);
 }
 

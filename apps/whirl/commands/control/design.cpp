@@ -71,7 +71,7 @@ void add_design(CommandLine& app, Session& session) {
         d.feedforward = !o->no_feedforward;
         d.fixed = parse_fixed(o->set);
         std::vector<std::filesystem::path> inputs;
-        const IdentifiedModel model = o->plant.load(d, inputs);
+        const IdentifiedModel model = o->plant.load(d, inputs, identification::Consumer::design);
         if (!o->slow_roll.empty()) {
           d.runout = control::estimate_runout(io::read_recording(o->slow_roll));
           inputs.emplace_back(o->slow_roll);

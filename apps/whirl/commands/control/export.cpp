@@ -7,6 +7,7 @@
 #include "whirl/deploy/cortex_m4f.hpp"
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/deploy/languages.hpp"
+#include "whirl/identify/model_parts.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"
@@ -78,6 +79,17 @@ void require_no_target(const ExportOptions& o) {
   if (!o.target.empty()) throw Error("--target counts the steps of a controller; this is a model");
 }
 
+IdentifiedModel model_to_export(const io::Json& document, const ExportOptions& o, Summary& summary) {
+  require_no_target(o);
+  auto model = io::from_json<IdentifiedModel>(document, o.file);
+  if (o.mass_kg > 0) {
+    if (!model.rotor) throw Error(o.file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
+    model.rotor->gain = 1 / o.mass_kg;
+  }
+  take_parts(identification::Consumer::export_model, model, summary, o.file);
+  return model;
+}
+
 /// What to do with the files, in one line.
 std::string next_step(const ExportOptions& o, const deploy::CodeOptions& code) {
   if (o.form == "c") return fmt::format("self-test: make -C {} check", o.out);
@@ -124,19 +136,14 @@ void add_export(CommandLine& app, Session& session) {
         const std::string* name = schema == nullptr ? nullptr : schema->get<std::string>();
         std::vector<std::string> written;
         io::Json target;
+        Summary summary;
         if (name != nullptr && name->starts_with("whirl.controller/")) {
           if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller stands in its file");
           const auto design = io::from_json<ControllerDesign>(document, o->file);
           target = target_cost(session, *o, design);
           written = write(session, *o, design, code);
         } else {
-          require_no_target(*o);
-          IdentifiedModel model = io::from_json<IdentifiedModel>(document, o->file);
-          if (o->mass_kg > 0) {
-            if (!model.rotor)
-              throw Error(o->file + ": --mass-kg belongs to a rotor; this model has no rotor parameters");
-            model.rotor->gain = 1 / o->mass_kg;
-          }
+          const IdentifiedModel model = model_to_export(document, *o, summary);
           written = write(session, *o, model, code);
         }
         io::Json files = io::Json::array();
@@ -148,7 +155,9 @@ void add_export(CommandLine& app, Session& session) {
         io::Json result = io::Json::object();
         result.set("form", o->form).set("prefix", code.prefix).set("files", std::move(files));
         if (!o->target.empty()) result.set("target", std::move(target));
+        result.set("summary", to_json(summary));
         session.result(std::move(result));
+        session.finish(summary);
       });
   sub->add_option("FORM", o->form, "c, fmu, python, matlab, sfunction, modelica or latex")
       ->required()

@@ -36,13 +36,20 @@ void add_margins(CommandLine& app, Session& session) {
         }
         tuning::DesignOptions d;
         std::vector<std::filesystem::path> inputs{o->controller};
-        const IdentifiedModel model = o->plant.load(d, inputs);
+        const IdentifiedModel model = o->plant.load(d, inputs, identification::Consumer::margins);
         if (!model.rotor) throw Error(o->plant.model + ": the model has no rotor parameters");
         const ControllerDesign design = io::load<ControllerDesign>(o->controller);
         std::vector<tuning::MarginStudy> studies = tuning::margin_studies(design, model, d, o->margins);
         for (const tuning::MarginStudy& s : studies) session.say(report::to_text(pages::margins_table(s, design)));
         const Provenance from = io::provenance(inputs, session.command_line, o->margins.seed);
-        const io::Json json = pages::to_json(studies).set("provenance", to_json(from));
+        Summary summary;
+        tuning::state_parts(identification::Consumer::margins, model, d.hardware, summary);
+        for (const tuning::MarginStudy& s : studies) {
+          if (const std::string why = tuning::margin_failure(s.speeds, design); !why.empty()) {
+            summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
+          }
+        }
+        const io::Json json = pages::to_json(studies).set("summary", to_json(summary)).set("provenance", to_json(from));
         if (!o->out.empty()) {
           io::make_folder(o->out);
           session.write_together();
@@ -51,13 +58,6 @@ void add_margins(CommandLine& app, Session& session) {
           session.say("report: " + (o->out / "report.html").string());
         }
         session.result(json);
-        Summary summary;
-        tuning::warn_of_further_forces(model, d.hardware, summary);
-        for (const tuning::MarginStudy& s : studies) {
-          if (const std::string why = tuning::margin_failure(s.speeds, design); !why.empty()) {
-            summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
-          }
-        }
         session.finish(summary);
       });
   sub->add_option("CONTROLLER", o->controller, "controller.json")->input()->required();

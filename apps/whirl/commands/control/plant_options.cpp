@@ -6,7 +6,6 @@
 #include "whirl/core/error.hpp"
 #include "whirl/deploy/fmu_loop.hpp"
 #include "whirl/deploy/fmu_survey.hpp"
-#include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/modal/fit_modes.hpp"
@@ -85,17 +84,16 @@ void say_on_fmu(const Session& session, const PlantOptions& plant, const tuning:
   if (!(loop.closed_peak < loop.open_peak)) summary.fail("on the FMU: the motion is larger than without control");
 }
 
-IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const {
+IdentifiedModel PlantOptions::load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs,
+                                   identification::Consumer consumer) const {
   if (is_fmu()) return of_fmu(*this, design, inputs);
   if (!fmu_names.empty()) throw Error("--fmu-name: " + model + " is no FMU (NAME.fmu)");
   if (const io::Json document = io::load_json(model); tuning::is_plant(document)) {
     return of_plant(*this, document, design, inputs);
   }
   const IdentifiedModel identified = whirl::io::load<IdentifiedModel>(model);
-  if (identification::has_tilt(identified))
-    throw Error(model +
-                ": the disc of this model tilts: laws, balancing and margins are for a rotor whose disc does not; "
-                "balance it from runs (whirl balance runs.csv)");
+  Summary refused;  // what is left out is said with the result
+  take_parts(consumer, identified, refused, model);
   design.hardware = tuning::data_sheet(rig::read_rig(hardware));
   const std::vector<rig::RigMode> known = rig::read_modes(hardware);
   inputs.emplace_back(model);

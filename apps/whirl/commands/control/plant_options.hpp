@@ -5,6 +5,7 @@
 
 #include "command.hpp"
 #include "whirl/core/identified_model.hpp"
+#include "whirl/identify/model_parts.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace whirl::app {
@@ -20,9 +21,11 @@ struct PlantOptions {
   /// MODEL is a plant that another program modelled (whirl.plant or an FMU), no model.json.
   bool is_file() const;
   bool is_fmu() const;
-  /// The model, the files read, and the hardware and gain put into `design`. A plant file has mass and structure
+  /// The model, the files read, and the hardware and gain put into `design`. Throws Error for a part of the model that
+  /// `consumer` refuses. A plant file has mass and structure
   /// itself; an FMU is measured (survey_fmu). Throws Error when the mass is not known.
-  IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs) const;
+  IdentifiedModel load(tuning::DesignOptions& design, std::vector<std::filesystem::path>& inputs,
+                       identification::Consumer consumer) const;
 };
 
 /// A finished design on the FMU it was made for: says what it reaches there, and fails `summary` where it does not

@@ -57,7 +57,7 @@ void run_study(RobustnessOptions* o, Session& session) {
     }
     tuning::DesignOptions d;
     std::vector<std::filesystem::path> inputs{o->controller};
-    IdentifiedModel model = o->plant.load(d, inputs);
+    IdentifiedModel model = o->plant.load(d, inputs, identification::Consumer::robustness);
     if (d.gain > 0 && model.rotor) model.rotor->gain = d.gain;
     const ControllerDesign design = io::load<ControllerDesign>(o->controller);
     tuning::MonteCarloOptions& study = o->study;
@@ -85,17 +85,8 @@ void run_study(RobustnessOptions* o, Session& session) {
                               ranks.size == 1 ? "" : "es", study.threads > 0 ? fmt::format("{}", study.threads) : "all",
                               study.threads == 1 ? "" : "s", study.lanes));
     }
-    const io::Json json = pages::to_json(result, study).set("provenance", to_json(from));
-    if (!o->out.empty()) {
-      io::make_folder(o->out);
-      session.write_together();
-      io::save_json(o->out / "robustness.json", json);
-      report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
-      session.say("report: " + (o->out / "report.html").string());
-    }
-    session.result(json);
     Summary summary;
-    tuning::warn_of_further_forces(model, d.hardware, summary);
+    tuning::state_parts(identification::Consumer::robustness, model, d.hardware, summary);
     say_structure(session, o->plant.is_fmu() ? std::nan("") : identification::load_left_unexplained(o->plant.model),
                   summary);
     if (const std::string low = tuning::margin_shortfall(design); !low.empty()) {
@@ -105,6 +96,16 @@ void run_study(RobustnessOptions* o, Session& session) {
       summary.fail(fmt::format("{:.1f} % of the machines fail the judge, at least {:.1f} % with 95 % confidence",
                                100 * (1 - result.stable.value), 100 * (1 - result.stable.high)));
     }
+    const io::Json json =
+        pages::to_json(result, study).set("summary", to_json(summary)).set("provenance", to_json(from));
+    if (!o->out.empty()) {
+      io::make_folder(o->out);
+      session.write_together();
+      io::save_json(o->out / "robustness.json", json);
+      report::write_html(pages::monte_carlo_report(result, study, design, from), o->out / "report.html", true);
+      session.say("report: " + (o->out / "report.html").string());
+    }
+    session.result(json);
     session.finish(summary);
   } catch (const std::exception& e) {
     if (ranks.size > 1) {

@@ -126,7 +126,7 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
   const io::Json document = to_json(id);
   if (!flags.out.empty()) io::save_json(flags.out, document);
   session.say(pages::to_text(id.model));
-  if (id.usable()) session.say(pages::to_text(id.evidence, id.summary));
+  if (id.usable()) session.say(pages::to_text(id.evidence, id.summary, id.model.ambiguities));
   session.result(document);
   session.finish(id.summary);
 }

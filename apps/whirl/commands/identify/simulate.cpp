@@ -1,11 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
+#include <utility>
 
 #include "commands/balance/response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/drive.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/record/model_run.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/io/csv.hpp"
@@ -55,6 +60,36 @@ Recording run_rotor(const IdentifiedModel& model, const SimulateOptions& o, doub
   return std::move(motion.record);
 }
 
+/// The smallest and the largest of the peaks by every reading of the records.
+std::pair<double, double> peaks_of_readings(const IdentifiedModel& model, const SimulateOptions& o, double own,
+                                            Summary& summary) {
+  std::pair<double, double> range{own, own};
+  for (const identification::ModelReading& reading : identification::other_readings(model, true)) {
+    double peak = 0, at = 0;
+    if (const Estimate* bow = reading.model.parameter("bow")) {
+      // The shaft moves as the probe reads: the motion of the reading as runout, and the bow beside it.
+      const Estimate* phase = reading.model.parameter("bow_phase");
+      const std::complex<double> bent = std::polar(bow->value, phase != nullptr ? phase->value : 0.0);
+      const Recording run = run_rotor(model, o, peak, at);
+      peak = 0;
+      for (Index i = 0; i < run.size(); ++i) {
+        const std::complex<double> z(run["x"][i], run["y"][i]);
+        peak = std::max(peak, std::abs(z - model.rotor->offset + bent * std::polar(1.0, run["beta"][i])));
+      }
+    } else {
+      try {
+        run_rotor(reading.model, o, peak, at);
+      } catch (const Error&) {  // its motion diverges
+        summary.add({FindingCode::readings_differ, Consequence::warning, {}, reading.reading},
+                    ": its motion diverges over this profile");
+        continue;
+      }
+    }
+    range = {std::min(range.first, peak), std::max(range.second, peak)};
+  }
+  return range;
+}
+
 /// A run from rest at one level of the drive; --limit-rpm: the least level that gets there.
 void run_drive(const IdentifiedModel& model, const SimulateOptions& o, Session& session) {
   require_range("--seconds", o.seconds, 1e-6, 1e6, "s");
@@ -88,12 +123,20 @@ void run(const SimulateOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
   if (o.drive != 0) return run_drive(model, o, session);
   if (o.limit_rpm > 0) throw Error("--limit-rpm needs --drive");
+  Summary summary = model.summary;
+  identification::take_parts(identification::Consumer::simulate, model, summary, o.model);
   double peak = 0, at = 0;
+  std::pair<double, double> readings;
   Recording result;
   if ((model.rotor || identification::has_tilt(model)) && o.record.empty()) {
     result = run_rotor(model, o, peak, at);
     session.say(fmt::format("largest radius     {} at {:.0f} rpm", report::format_amplitude(peak, AmplitudeKind::peak),
                             at / kRadPerSecPerRpm));
+    if (!identification::has_tilt(model)) readings = peaks_of_readings(model, o, peak, summary);
+    if (readings.second > readings.first)
+      session.say(fmt::format("all readings       {} to {}",
+                              report::format_amplitude(readings.first, AmplitudeKind::peak),
+                              report::format_amplitude(readings.second, AmplitudeKind::peak)));
   } else {
     if (o.seconds > 0 || o.unbalance != 1 || o.eccentricity_um >= 0)
       throw Error("--seconds, --unbalance and --eccentricity-um belong to a rotor's speed profile, not to --record");
@@ -103,15 +146,16 @@ void run(const SimulateOptions& o, Session& session) {
   io::Json json = io::Json::object();
   json.set("samples", static_cast<double>(result.size())).set("dt", result.dt);
   if (peak > 0) json.set("peak_radius_m", peak).set("peak_omega", at);
-  session.result(json);
+  if (readings.second > readings.first)
+    json.set("peak_radius_readings_m", io::Json::array().push(readings.first).push(readings.second));
   session.say(fmt::format("samples            {} at {:g} Hz{}", result.size(), 1 / result.dt,
                           o.out.empty() ? "" : ", written to " + o.out));
-  Summary summary = model.summary;
   if (const auto range = identification::load_data_range(o.model); range && o.record.empty() && peak > 0) {
     if (const std::string text = range->beyond(peak, o.from_rpm * kRadPerSecPerRpm, o.to_rpm * kRadPerSecPerRpm);
         !text.empty())
       summary.warn(text);
   }
+  session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
 }
 

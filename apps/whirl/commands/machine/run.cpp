@@ -45,8 +45,10 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
   }
   io::Json json = pages::to_json(m);
   json.set("provenance", to_json(io::provenance({o.controller}, session.command_line, o.loop.run.seed)));
-  session.result(json);
   Summary summary;
+  // What the design left out of the model is not in this controller either.
+  for (const Finding& f : design.summary.findings)
+    if (f.code == FindingCode::part_left_out) summary.add(f);
   if (!m.stable) {
     summary.fail(m.verdict.text());
   } else if (const auto stated = design.margins.find("peak_m");
@@ -56,6 +58,7 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
                     "machine is not the one the controller was designed for",
                     1e3 * m.closed.all, m.closed.all / stated->second, 1e3 * stated->second));
   }
+  session.result(json.set("summary", to_json(summary)));
   session.finish(summary);
 }
 

@@ -48,7 +48,9 @@ io::Json to_json(const HeldOut& h) {
   return held;
 }
 
-io::Json to_json(const Evidence& evidence) {
+namespace {
+
+io::Json evidence_json(const Evidence& evidence, const std::vector<Ambiguity>& ambiguous) {
   io::Json groups = io::Json::array();
   for (const CollinearGroup& g : evidence.collinear) {
     io::Json entry = io::Json::object();
@@ -63,7 +65,7 @@ io::Json to_json(const Evidence& evidence) {
     bounds.push(std::move(entry));
   }
   io::Json ambiguities = io::Json::array();
-  for (const Ambiguity& a : evidence.ambiguities) {
+  for (const Ambiguity& a : ambiguous) {
     io::Json entry = io::Json::object();
     entry.set("readings", a.readings).set("consequence", a.consequence).set("experiment", a.experiment);
     ambiguities.push(std::move(entry));
@@ -87,6 +89,10 @@ io::Json to_json(const Evidence& evidence) {
   return out;
 }
 
+}  // namespace
+
+io::Json to_json(const Evidence& evidence) { return evidence_json(evidence, {}); }
+
 std::optional<DataRange> load_data_range(const std::filesystem::path& model) {
   const io::Json document = io::load_json(model);
   const io::JsonReader reader(document, model.string());
@@ -98,7 +104,7 @@ std::optional<DataRange> load_data_range(const std::filesystem::path& model) {
 
 io::Json to_json(const Identification& id) {
   io::Json document = io::to_json(id.model);
-  document.set("evidence", to_json(id.evidence));
+  document.set("evidence", evidence_json(id.evidence, id.model.ambiguities));
   return document;
 }
 

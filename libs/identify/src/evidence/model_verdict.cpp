@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "evidence/verdict.hpp"
+#include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
 
@@ -28,8 +30,46 @@ void compare_with_rest(const IdentifiedModel& rest, IdentifiedModel& model) {
   }
 }
 
+std::vector<Finding> not_shown_by_rest(const IdentifiedModel& model, const DataRange& all, const DataRange& rest,
+                                       const std::string& held) {
+  // Damping is read between the half-power points of a resonance: a flank below them does not determine it.
+  constexpr double kHalfPower = 0.70710678;
+  std::vector<Finding> out;
+  if (!model.rotor || !(all.amplitude > 0)) return out;
+  const bool comparable = std::isfinite(rest.amplitude);
+  const double share = comparable ? rest.amplitude / all.amplitude : std::numeric_limits<double>::quiet_NaN();
+  const auto lacks = [&](double omega) {
+    const auto passes = [omega](const DataRange& r) { return r.low <= omega && omega <= r.high; };
+    return passes(all) && !passes(rest);
+  };
+  const auto add = [&](double omega) {
+    out.push_back({FindingCode::held_out_cannot_check,
+                   Consequence::warning,
+                   {{"frequency", omega * kHzPerRadPerSec, "Hz"},
+                    {"low", rest.low * kHzPerRadPerSec, "Hz"},
+                    {"high", rest.high * kHzPerRadPerSec, "Hz"},
+                    {"share", share}},
+                   held});
+  };
+  const double critical = model.rotor->natural_frequency();
+  // A hardening spring moves the resonance away from the natural frequency: the motion tells whether it is there.
+  if (comparable ? share < kHalfPower : lacks(critical)) add(critical);
+  for (const ForcedMode& mode : model.rotor->modes)
+    if (lacks(mode.omega)) add(mode.omega);
+  return out;
+}
+
 void judge_evidence(Identification& id) {
-  judge_held_out(id.evidence.held_out, id.model.summary);
+  Summary& summary = id.model.summary;
+  if (id.evidence.not_shown.empty()) {
+    judge_held_out(id.evidence.held_out, summary);
+  } else if (summary.status != Status::unusable) {
+    // The rest cannot predict what it does not show, nor contradict it.
+    for (const Finding& f : id.evidence.not_shown) summary.add(f);
+    set_trust(fmt::format("{} Nothing tests it at the resonance that only {} passes.", summary.trust,
+                          id.evidence.held_out.what),
+              summary);
+  }
   judge_remaining(id.model.summary);
   id.summary = id.model.summary;
 }

@@ -28,6 +28,7 @@ TermScale scale_of(const RotorModel& rotor, const OutputErrorFit& fit) {
 struct Omitted {
   const AbsentTerm* term;
   double mean_square;  ///< of the coefficient, a posteriori
+  double odds;         ///< of the model with the term
 };
 
 /// Mean square of a normal variable restricted to the positive side, and the share that lies there.
@@ -45,7 +46,10 @@ Side positive_side(double mean, double sd) {
 /// Mean square of the coefficient of `c`, a posteriori: each sign is a model of its own beside the one without the
 /// term. A model that the records speak against is left out (Occam's window, Madigan and Raftery 1994); where they are
 /// too weak to speak, the Bayes factor stays near 1 and it counts. 0.2 is where docs/validation.md finds the balance.
-double posterior_square(const AbsentTerm& c, double usual, double scale) {
+struct Posterior {
+  double mean_square = 0, odds = 0;
+};
+Posterior posterior(const AbsentTerm& c, double usual, double scale) {
   constexpr double kWindow = 0.2;
   const double variance = scale * c.sd * c.sd, shrink = usual * usual / (usual * usual + variance);
   const double t2 = c.value * c.value / variance;
@@ -62,7 +66,21 @@ double posterior_square(const AbsentTerm& c, double usual, double scale) {
     all += odds;
     square += odds * side.mean_square;
   }
-  return all > 0 ? std::max(prior.least, all / (1 + all)) * square / all : 0;
+  return all > 0 ? Posterior{std::max(prior.least, all / (1 + all)) * square / all, all} : Posterior{};
+}
+
+/// The model with the term, by one step from the model without it; `before`: the estimates of that.
+Alternative with_term(const Omitted& o, double scale, const NamedEstimates& before) {
+  Alternative out{fmt::format("with {}", o.term->term->label), o.odds};
+  const double value = o.term->value, sd = std::sqrt(scale) * o.term->sd;
+  out.parameters.emplace_back(std::string(o.term->term->parameters.front().name), Estimate::from_sd(value, sd));
+  constexpr std::array kMoved{"k1", "k2", "c"};
+  for (std::size_t i = 0; i < kMoved.size(); ++i) {
+    const Estimate& e = std::ranges::find(before, kMoved[i], &NamedEstimates::value_type::first)->second;
+    const double per = o.term->moves[static_cast<Eigen::Index>(i)];
+    out.parameters.emplace_back(kMoved[i], Estimate::from_sd(e.value + per * value, std::hypot(e.sd, per * sd)));
+  }
+  return out;
 }
 
 void widen(Estimate& e, double variance) {
@@ -72,7 +90,7 @@ void widen(Estimate& e, double variance) {
 
 /// What an omitted term does to k1, k2 and c beyond their interval without it, as an ambiguity; nothing when it does
 /// little.
-void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& result) {
+void state(const Omitted& o, double scale, const NamedEstimates& before, RotorIdentification& result) {
   constexpr std::array<std::pair<const char*, const char*>, 3> kRotor{
       {{"k1", "1/s^2"}, {"k2", "1/(m^2 s^2)"}, {"c", "1/s"}}};
   std::string without, with;
@@ -87,11 +105,13 @@ void state(const Omitted& o, const NamedEstimates& before, RotorIdentification& 
   }
   if (with.empty()) return;
   const TermEntry& entry = *o.term->term;
-  result.ambiguities.push_back(
-      {fmt::format("without or with {}: too small to be seen in these records, not small enough to be excluded",
-                   entry.label),
-       fmt::format("{} (standard deviations) without it, {} with it{}", without, with, entry.hidden_note),
-       std::string(entry.hidden_decider)});
+  Ambiguity open{
+      fmt::format("without or with {}: too small to be seen in these records, not small enough to be excluded",
+                  entry.label),
+      fmt::format("{} (standard deviations) without it, {} with it{}", without, with, entry.hidden_note),
+      std::string(entry.hidden_decider)};
+  open.alternatives.push_back(with_term(o, scale, before));
+  result.model.ambiguities.push_back(std::move(open));
 }
 
 }  // namespace
@@ -132,13 +152,14 @@ void widen_for_omitted(const GrownRotor& grown, double scale, RotorIdentificatio
   for (const AbsentTerm& c : grown.absent) {
     const double usual = c.term->usual(sizes);
     if (!(usual > 0) || !(c.sd > 0)) continue;
-    if (const double square = posterior_square(c, usual, scale); square > 0) omitted.push_back({&c, square});
+    if (const Posterior p = posterior(c, usual, scale); p.mean_square > 0)
+      omitted.push_back({&c, p.mean_square, p.odds});
   }
   const auto size = static_cast<Eigen::Index>(3 + 2 * result.fit.records.size());
   Eigen::MatrixXd more = Eigen::MatrixXd::Zero(size, size);
   for (const Omitted& o : omitted) more += o.mean_square * o.term->moves * o.term->moves.transpose();
 
-  for (const Omitted& o : omitted) state(o, model.parameters, result);
+  for (const Omitted& o : omitted) state(o, scale, model.parameters, result);
 
   // natural_frequency and damping_ratio stay: they are those of the forward whirl as these records passed it.
   for (auto& [name, e] : model.parameters) {

@@ -11,6 +11,7 @@
 #include "problem/rotor_equations.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
+#include "whirl/core/nan.hpp"
 
 namespace whirl::identification::detail {
 namespace {
@@ -76,6 +77,34 @@ std::string difference(const IdentifiedModel& model, const IdentifiedModel& othe
   return text.empty() ? "k1, k2, c and e are the same within their intervals" : text;
 }
 
+/// `other` as an alternative of `model`: the parameters that it has otherwise, those it lacks as 0.
+Alternative alternative(std::string reading, double odds, const IdentifiedModel& model, const IdentifiedModel& other) {
+  constexpr double kRounding = 1e-12;
+  Alternative out{std::move(reading), odds};
+  for (const auto& [name, e] : other.parameters) {
+    const Estimate* own = model.parameter(name);
+    if (own == nullptr || std::abs(own->value - e.value) > kRounding * std::abs(e.value))
+      out.parameters.emplace_back(name, e);
+  }
+  for (const auto& [name, e] : model.parameters) {
+    if (other.parameter(name) == nullptr) out.parameters.emplace_back(name, Estimate::from_sd(0, 0));
+  }
+  out.rotor_covariance = other.rotor_covariance;
+  return out;
+}
+
+/// Odds of another fit of the same records by their likelihoods and numbers of parameters (Schwarz 1978).
+double odds_of(const OutputErrorFit& own, const OutputErrorFit& other) {
+  double readings = 0;
+  for (const OutputErrorRecord& r : own.records) readings += 2 * static_cast<double>(r.main.size());
+  const auto misfit = [&](const OutputErrorFit& f) {
+    return f.summary.chi_square * (readings - static_cast<double>(f.names.size()));
+  };
+  const double noise = std::max(1.0, own.summary.chi_square);
+  const double more = static_cast<double>(other.names.size()) - static_cast<double>(own.names.size());
+  return std::exp(-0.5 * ((misfit(other) - misfit(own)) / noise + more * std::log(readings)));
+}
+
 void bow_beside_runout(bool better, RotorIdentification& result) {
   if (result.active.runout_harmonics < 1) return;
   IdentifiedModel& model = result.model;
@@ -96,13 +125,19 @@ void bow_beside_runout(bool better, RotorIdentification& result) {
   }
   for (const std::size_t at : {18U, 24U}) bowed.rotor_covariance[at] += beyond * beyond;
   const double k1 = model.rotor->k1;
-  result.ambiguities.push_back(
-      {fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg){}",
-                   1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi,
-                   better ? "; the damping of the motion speaks for a bow" : ""),
-       fmt::format("{}; a bow needs the balance mass of e + (k1 / speed^2) b = e + ({:.4g} / speed^2) b at its speed",
-                   difference(model, bowed), k1),
-       "a slow roll on a second probe plane, or on a surface of known runout"});
+  Ambiguity open{
+      fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg){}",
+                  1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi,
+                  better ? "; the damping of the motion speaks for a bow" : ""),
+      fmt::format("{}; a bow needs the balance mass of e + (k1 / speed^2) b = e + ({:.4g} / speed^2) b at its speed",
+                  difference(model, bowed), k1),
+      "a slow roll on a second probe plane, or on a surface of known runout"};
+  Alternative bow = alternative("bow of the shaft", kNaN, model, bowed);
+  const double sd = std::max(re->sd, im->sd);
+  bow.parameters.emplace_back("bow", Estimate::from_sd(std::abs(runout), sd));
+  bow.parameters.emplace_back("bow_phase", Estimate::from_sd(std::arg(runout), sd / std::abs(runout)));
+  open.alternatives.push_back(std::move(bow));
+  model.ambiguities.push_back(std::move(open));
   widen(model, bowed);
 }
 
@@ -126,11 +161,13 @@ void either_probe(RotorIdentification& result) {
   const SensorAxes& sensor = result.fit.sensor;
   if (sensor.gain == 0 && sensor.angle == 0) return;
   const IdentifiedModel other = seen_otherwise(result.model, 1 + sensor.gain, sensor.angle);
-  result.ambiguities.push_back(
-      {fmt::format("the x probe is right and y reads {:.3g} % too much and leans towards x by {:.3g} deg, or the y "
-                   "probe is right and x is off by as much",
-                   100 * sensor.gain, sensor.angle * 180 / std::numbers::pi),
-       difference(result.model, other), "calibrate both probes and measure their directions"});
+  Ambiguity open{
+      fmt::format("the x probe is right and y reads {:.3g} % too much and leans towards x by {:.3g} deg, or the y "
+                  "probe is right and x is off by as much",
+                  100 * sensor.gain, sensor.angle * 180 / std::numbers::pi),
+      difference(result.model, other), "calibrate both probes and measure their directions"};
+  open.alternatives.push_back(alternative("the y probe is right", 1, result.model, other));
+  result.model.ambiguities.push_back(std::move(open));
   widen(result.model, other);
 }
 
@@ -139,11 +176,13 @@ void delay_of_filter(RotorIdentification& result) {
   if (!result.active.delay) return;
   const double turn = result.model.rotor->natural_frequency() * result.fit.delay;
   const IdentifiedModel other = seen_otherwise(result.model, std::hypot(1, turn), 0);
-  result.ambiguities.push_back(
-      {fmt::format("a pure delay of {:.3g} ms, or a low-pass filter or averaging over some samples, which reads the "
-                   "motion up to {:.2g} % smaller",
-                   1e3 * result.fit.delay, 100 * (std::hypot(1, turn) - 1)),
-       difference(result.model, other), "the data sheet of the amplifier, or a record at another filter setting"});
+  Ambiguity open{
+      fmt::format("a pure delay of {:.3g} ms, or a low-pass filter or averaging over some samples, which reads the "
+                  "motion up to {:.2g} % smaller",
+                  1e3 * result.fit.delay, 100 * (std::hypot(1, turn) - 1)),
+      difference(result.model, other), "the data sheet of the amplifier, or a record at another filter setting"};
+  open.alternatives.push_back(alternative("a low-pass filter", kNaN, result.model, other));
+  result.model.ambiguities.push_back(std::move(open));
   widen(result.model, other);
 }
 
@@ -151,10 +190,17 @@ void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   const ScoreCandidate* c = grown.test.find(terms::cubic_per_axis());
   const Estimate& k2 = *result.model.parameter("k2");
   if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > 5 * c->sd) return;
-  result.ambiguities.push_back(
-      {"a radial cubic spring, or cubic springs along the axes: the orbits are nearly circular",
-       fmt::format("k2 {:.4g} 1/(m^2 s^2) radial, or {:.4g} along each axis", k2.value, k2.value * 4 / 3),
-       "a pull test in two directions, or a blow: a motion along a line"});
+  Ambiguity open{"a radial cubic spring, or cubic springs along the axes: the orbits are nearly circular",
+                 fmt::format("k2 {:.4g} 1/(m^2 s^2) radial, or {:.4g} along each axis", k2.value, k2.value * 4 / 3),
+                 "a pull test in two directions, or a blow: a motion along a line"};
+  // On a circle of radius r both push with k2 r^3 in the mean over a turn.
+  Alternative axes{"cubic springs along the axes", 1};
+  axes.parameters = {{"k2", Estimate::from_sd(0, 0)},
+                     {std::string(terms::cubic_per_axis().parameters.front().name),
+                      Estimate::from_sd(k2.value * 4 / 3, k2.sd * 4 / 3)}};
+  open.alternatives.push_back(std::move(axes));
+  open.covered = false;
+  result.model.ambiguities.push_back(std::move(open));
 }
 
 }  // namespace
@@ -271,7 +317,7 @@ void state_one_axis(const std::vector<RotorRecord>& records, RotorIdentification
   result.assumptions.push_back(fmt::format(
       "isotropic rotor: {} is not measured and taken to move as {} does, a quarter turn apart", other, axis));
   result.assumptions.emplace_back("forward whirl: one axis does not show which way the motion turns");
-  result.ambiguities.push_back(
+  result.model.ambiguities.push_back(
       {fmt::format("axes that are alike, or a stiffness or damping of {0} that differs from that of {1}, a coupling of "
                    "the axes, or backward whirl: {0} is not measured",
                    other, axis),
@@ -310,8 +356,10 @@ void carry_ambiguities(const GrownRotor& grown, double scale, RotorIdentificatio
                      : fmt::format("{} or {}: the records cannot tell them apart", reading.taken, reading.other);
     a.consequence = difference(found, other);
     a.experiment = to_string(reading.decider);
+    a.alternatives.push_back(alternative(reading.taken.empty() ? "with " + reading.other : reading.other,
+                                         odds_of(result.fit, reading.fit), found, other));
     model.summary.warn(fmt::format("{}; {}; to decide: {}", a.readings, a.consequence, a.experiment));
-    result.ambiguities.push_back(std::move(a));
+    model.ambiguities.push_back(std::move(a));
     widen(model, other);
   }
 }

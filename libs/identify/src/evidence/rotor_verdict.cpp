@@ -8,6 +8,7 @@
 
 #include "evidence/omitted_terms.hpp"
 #include "evidence/verdict.hpp"
+#include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 
 namespace whirl::identification::detail {
@@ -160,11 +161,14 @@ void judge_rotor(const std::vector<RotorRecord>& records, const RotorIdentificat
   judge_reach(result, cover, summary);
   state_own_springs(records, result.model, summary);
   state_self_excited(result.fit, cover, summary);
+  const bool separated =
+      std::ranges::any_of(result.fit.terms, [](const RotorTerm& t) { return t.is(terms::cross_coupled()); });
   set_trust(
-      fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); c includes any "
-                  "cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test or a free decay can "
-                  "separate.",
-                  cover.low, cover.high, 1e3 * cover.peak),
+      fmt::format("Trust the motion it predicts from {:.1f} to {:.1f} Hz up to {:.2g} mm (radius); {}.", cover.low,
+                  cover.high, 1e3 * cover.peak,
+                  separated ? "c is without the cross-coupled stiffness, which k_cross holds"
+                            : "c includes any cross-coupled stiffness k_c as c - k_c / speed, which only a hammer test "
+                              "or a free decay can separate"),
       summary);
   judge_sizes(result, summary);
   judge_remaining(summary);

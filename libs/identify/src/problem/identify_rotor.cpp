@@ -14,6 +14,7 @@
 #include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
+#include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/weak_rotor.hpp"
@@ -160,6 +161,26 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
   return grown;
 }
 
+/// Modes and decays were named when they were taken up; their frequencies have been refined since.
+void name_as_refined(detail::GrownRotor& grown) {
+  std::vector<double> modes, decays;
+  for (std::size_t k = 0; k < grown.fit.model.modes.size(); ++k)
+    if (static_cast<int>(k) != grown.active.given_mode) modes.push_back(grown.fit.model.modes[k].omega);
+  for (const DecayingMode& d : grown.fit.decays) decays.push_back(d.omega);
+  const auto rename = [&](const std::string& kind, const std::vector<double>& omegas) {
+    std::size_t next = 0;
+    for (std::string& label : grown.added) {
+      if (!label.starts_with(kind) || !label.ends_with(" Hz") || next >= omegas.size()) continue;
+      const std::string now = fmt::format("{}{:.4g} Hz", kind, omegas[next++] * kHzPerRadPerSec);
+      for (std::string& w : grown.warnings)
+        if (w.starts_with(label + " ")) w.replace(0, label.size(), now);
+      label = now;
+    }
+  };
+  rename("mode ", modes);
+  rename("decay ", decays);
+}
+
 void check(const RotorIdentifyOptions& o) {
   require_range("profile_search", o.profile_search, 0, 0.1);
   require_range("profile_degree", o.profile_degree, 2, 6);
@@ -231,6 +252,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     return result;
   }
   if (grown.bow) detail::read_as_runout(grown.fit);
+  name_as_refined(grown);
   for (const std::string& w : grown.warnings) model.summary.warn(w);
   result.fit = std::move(grown.fit);
   result.active = std::move(grown.active);

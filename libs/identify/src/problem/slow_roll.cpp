@@ -75,14 +75,21 @@ void state(const SlowRoll& roll, SlowRollMeaning meaning, Identification& id) {
     phase = Estimate::from_sd(std::arg(bowed), std::hypot(phase.sd, roll.sd / std::abs(bowed)));
     return;
   }
-  id.evidence.ambiguities.push_back(
-      {fmt::format("the slow roll of {:.3g} um (at {:.1f} deg) is runout of the probe's track, or a bow of the shaft",
-                   1e6 * std::abs(roll.vectors[0]), std::arg(roll.vectors[0]) * 180 / std::numbers::pi),
-       fmt::format("e of the mass {:.4g} m at {:.1f} deg, or {:.4g} m at {:.1f} deg; what nulls the motion without the "
-                   "slow roll is the same",
-                   e.value, phase.value * 180 / std::numbers::pi, std::abs(bowed),
-                   std::arg(bowed) * 180 / std::numbers::pi),
-       "a slow roll on a second probe plane, or on a surface of known runout; then --slow-roll-reads"});
+  Ambiguity open{
+      fmt::format("the slow roll of {:.3g} um (at {:.1f} deg) is runout of the probe's track, or a bow of the shaft",
+                  1e6 * std::abs(roll.vectors[0]), std::arg(roll.vectors[0]) * 180 / std::numbers::pi),
+      fmt::format("e of the mass {:.4g} m at {:.1f} deg, or {:.4g} m at {:.1f} deg; what nulls the motion without the "
+                  "slow roll is the same",
+                  e.value, phase.value * 180 / std::numbers::pi, std::abs(bowed),
+                  std::arg(bowed) * 180 / std::numbers::pi),
+      "a slow roll on a second probe plane, or on a surface of known runout; then --slow-roll-reads"};
+  Alternative bow{"bow of the shaft"};
+  bow.parameters = {{"e", Estimate::from_sd(std::abs(bowed), e.sd)},
+                    {"e_phase", Estimate::from_sd(std::arg(bowed), phase.sd)},
+                    {"bow", Estimate::from_sd(std::abs(roll.vectors[0]), roll.sd)},
+                    {"bow_phase", Estimate::from_sd(std::arg(roll.vectors[0]), roll.sd / std::abs(roll.vectors[0]))}};
+  open.alternatives.push_back(std::move(bow));
+  model.ambiguities.push_back(std::move(open));
   widen(e, std::abs(bowed), e.sd);
   widen(phase, phase.value + turn, phase.sd);
 }

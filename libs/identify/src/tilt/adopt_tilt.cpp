@@ -70,7 +70,6 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   judge_tilt(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
   tilting->provenance = found.model.provenance;
   found.model = std::move(*tilting);
-  found.ambiguities.clear();
   return found;
 }
 

@@ -6,6 +6,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
@@ -54,8 +55,14 @@ SpeedRunMotion run_over_speeds(const IdentifiedModel& identified, const SpeedRun
   if (has_tilt(identified)) return run_tilting_rotor(identified, run);
   IdentifiedModel model = identified;
   if (!model.rotor) throw Error("the model has no rotor parameters: it runs over the inputs of a record");
-  model.rotor->eps *= run.unbalance;
-  if (run.eccentricity) model.rotor->eps = *run.eccentricity;
+  RotorModel& rotor = *model.rotor;
+  scale_unbalance(rotor, run.unbalance);
+  if (run.eccentricity) {
+    if (rotor.eps == 0.0 && !rotor.modes.empty())
+      throw Error("another eccentricity: the model has no unbalance to which its further modes refer");
+    if (rotor.eps != 0.0) scale_unbalance(rotor, *run.eccentricity / rotor.eps);
+    rotor.eps = *run.eccentricity;
+  }
   const AngleSignal angle = angle_of(run);
   const rotor::Response response = simulate_rotor(model, angle);
   SpeedRunMotion out;

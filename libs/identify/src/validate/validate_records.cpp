@@ -9,6 +9,8 @@
 #include "validate/free_run_band.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
+#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/readings.hpp"
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/identify/validate.hpp"
 
@@ -119,6 +121,25 @@ void judge_drive(const IdentifiedModel& model, const Recording& record, Validati
   }
 }
 
+/// Whether another reading of the model's records, which its intervals do not cover, predicts this record better.
+void judge_readings(const IdentifiedModel& model, const Recording& record, const ValidateOptions& options,
+                    ValidationRun& run) {
+  if (!run.rotor || !(run.rotor->summary.residual > 0)) return;
+  for (const ModelReading& reading : other_readings(model)) {
+    const Validation other = validate_model(reading.model, record, options);
+    const double own = run.rotor->summary.residual, theirs = other.summary.residual;
+    if (!(theirs > 0)) continue;
+    // Odds of 20 to 1 by the likelihood of white residuals of both axes.
+    constexpr double kClear = 3;
+    const double gain = 2 * static_cast<double>(record.size()) * std::log(own / theirs);
+    run.summary.add({FindingCode::readings_differ,
+                     gain > kClear ? Consequence::warning : Consequence::note,
+                     {{"rmse", own, "m"}, {"rmse with it", theirs, "m"}},
+                     reading.reading},
+                    gain > kClear ? ": it predicts this record better" : "");
+  }
+}
+
 }  // namespace
 
 ValidationReport validate(const IdentifiedModel& model, const std::vector<Recording>& records,
@@ -130,6 +151,7 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
                           fmt::format("one for each of the {} records", records.size()));
   }
   ValidationReport report;
+  take_parts(Consumer::validate, model, report.summary);
   for (std::size_t i = 0; i < records.size(); ++i) {
     ValidateOptions own = options;
     if (!clean.empty()) own.clean = clean[i];
@@ -137,7 +159,9 @@ ValidationReport validate(const IdentifiedModel& model, const std::vector<Record
     run.source = records[i].source;
     const bool turns = records[i].has("x") && records[i].has("y") && records[i].has("beta");
     if (has_drive(model) && turns) judge_drive(model, records[i], run);
+    if (rotor) judge_readings(model, records[i], own, run);
     for (const std::string& w : run.summary.warnings) report.summary.warn(w);
+    for (const std::string& n : run.summary.notes) report.summary.notes.push_back(n);
     if (run.summary.status == Status::unusable) report.summary.status = Status::unusable;
     report.runs.push_back(std::move(run));
   }

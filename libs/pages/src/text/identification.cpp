@@ -47,7 +47,8 @@ std::string to_text(const IdentifiedModel& model) {
   return text;
 }
 
-std::string to_text(const identification::Evidence& evidence, const Summary& summary) {
+std::string to_text(const identification::Evidence& evidence, const Summary& summary,
+                    const std::vector<Ambiguity>& ambiguities) {
   std::string text;
   text += std::isfinite(summary.chi_square)
               ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n",
@@ -82,7 +83,7 @@ std::string to_text(const identification::Evidence& evidence, const Summary& sum
                         g.equation.empty() ? "" : g.equation + ": ", fmt::join(g.terms, ", "), g.condition_index);
   }
   for (const std::string& a : evidence.assumptions) text += fmt::format("assumed           {}\n", a);
-  for (const identification::Ambiguity& a : evidence.ambiguities) {
+  for (const Ambiguity& a : ambiguities) {
     text += fmt::format("not told apart    {}\n                  {}\n                  to decide: {}\n", a.readings,
                         a.consequence, a.experiment);
   }

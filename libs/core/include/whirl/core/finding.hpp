@@ -19,12 +19,16 @@ enum class FindingCode {
   term_too_large,          ///< a term has a size that machines with such a term do not have
   inertia_impossible,      ///< moments of inertia that no disc has
   model_not_trusted,       ///< the model that the result was derived from is not to be trusted
+  part_left_out,           ///< the model has a part that this result does not take into account
+  readings_differ,         ///< the records allow another reading of the model, which changes this result
+  held_out_cannot_check,   ///< the records without the part held out do not pass a resonance of the model
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);
 
 /// What follows from a finding.
 enum class Consequence {
+  note,      ///< said beside the result; it may be used as it is
   warning,   ///< the result may be used with it in mind
   no_trust,  ///< the result must not be relied on beyond the records it comes from
   unusable,  ///< the numbers mean nothing

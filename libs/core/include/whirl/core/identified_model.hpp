@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,6 +40,28 @@ struct InputTiming {
   Estimate dead_time;  ///< s: the system feels at t what the channel says at t - dead_time
 };
 
+/// A reading of the records beside the one that the model has.
+struct Alternative {
+  std::string reading;  ///< e.g. "cubic springs along the axes"
+  /// Probability of this reading over that of the model's, by the records and what is known of such machines; 1:
+  /// nothing decides between them; NaN: not known.
+  double odds = std::numeric_limits<double>::quiet_NaN();
+  /// The parameters with other values than in the model, by their names, SI; those that the model lacks are added.
+  std::vector<std::pair<std::string, Estimate>> parameters = {};
+  std::vector<double> rotor_covariance = {};  ///< as in IdentifiedModel; empty: not known
+};
+
+/// What the records cannot tell apart.
+struct Ambiguity {
+  std::string readings;     ///< e.g. "runout of the probe's track, or a bow of the shaft"
+  std::string consequence;  ///< which parameters differ, and how much
+  std::string experiment;   ///< what would decide
+  std::vector<Alternative> alternatives = {};
+  /// Intervals and rotor_covariance of the model cover the alternatives. False: the alternative is another kind of
+  /// force, which no interval of the model's own parameters covers.
+  bool covered = true;
+};
+
 /// Equations of motion found from records.
 ///
 /// Rotor models use the states of paper eq. 22: X1 = x, X2 = x', X3 = y, X4 = y', X5 = beta, X6 = beta'
@@ -60,6 +83,7 @@ struct IdentifiedModel {
   double noise_sd = 0;     ///< displacement noise estimated on the training record, m rms
   /// Correlation of a state's noise from one sample to the next (first-order autoregressive), where it is not white.
   std::vector<std::pair<std::string, double>> noise_correlation;
+  std::vector<Ambiguity> ambiguities;  ///< what its records cannot tell apart
   Summary summary;
   Provenance provenance;
 

@@ -24,7 +24,9 @@ struct Summary {
   double chi_square = std::numeric_limits<double>::quiet_NaN();  ///< whitened residual variance, 1 when the model fits
   std::string trust;                                             ///< one sentence: what the result may be trusted for
   std::vector<std::string> warnings;
-  std::vector<Finding> findings;  ///< what later steps decide on; each stands in `warnings` in words too
+  std::vector<std::string> notes;  ///< said beside the result, which holds as it is
+  /// What later steps decide on; each stands in `warnings` or, a note, in `notes` in words too.
+  std::vector<Finding> findings;
 
   /// Adds a finding, its words (`because`, if any, after them) and its consequence for the status and the trust.
   void add(Finding finding, std::string_view because = "");

@@ -24,13 +24,6 @@ std::vector<CollinearGroup> collinear_groups(const Eigen::MatrixXd& gram, const 
 /// smoothing spline); of a rotor with known covariance, among its parameters k1, k2, c, eps_re, eps_im.
 std::vector<CollinearGroup> collinear_groups(const IdentifiedModel& model, const Recording& record);
 
-/// Two readings of the same records that these cannot tell apart. Intervals of the model cover both.
-struct Ambiguity {
-  std::string readings;     ///< e.g. "runout of the probe's track, or a bow of the shaft"
-  std::string consequence;  ///< which parameters differ, and how much
-  std::string experiment;   ///< what would decide
-};
-
 /// Samples `first` .. `first + count - 1` of a record; t0 follows.
 Recording part_of(const Recording& record, Eigen::Index first, Eigen::Index count);
 

@@ -97,10 +97,12 @@ struct Trapping {
 /// What speaks for a model beside its own summary.
 struct Evidence {
   HeldOut held_out;
+  /// Resonances of a rotor that the records without the part held out do not pass (held_out_cannot_check): there the
+  /// part held out is no evidence.
+  std::vector<Finding> not_shown;
   std::vector<CollinearGroup> collinear;
   std::vector<BoundOutcome> bounds;      ///< one per sign bound and term
   std::vector<std::string> assumptions;  ///< what is taken for granted where a channel is missing; of a rotor
-  std::vector<Ambiguity> ambiguities;    ///< of Method::weak
   std::optional<DataRange> range;        ///< of a rotor seen by two probes
   std::optional<Trapping> trapping;      ///< where it was asked for; of the model as it is, by evaluating it
 };

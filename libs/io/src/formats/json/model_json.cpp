@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 48> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 49> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -127,6 +127,7 @@ std::string_view parameter_unit(std::string_view name) {
        {"stiffness_step_time", "s"},
        {"unbalance_step_time", "s"},
        {"bow", "m"},
+       {"bow_phase", "rad"},
        {"k_tilt", "1/s^2"},
        {"k_couple", "1/s^2"},
        {"polar_ratio", "1"},
@@ -192,11 +193,72 @@ std::vector<InputTiming> read_timing(const JsonReader& in) {
   return timing;
 }
 
+Json estimates_json(const std::vector<std::pair<std::string, Estimate>>& estimates) {
+  Json out = Json::object();
+  for (const auto& [name, estimate] : estimates) out.set(name, to_json(estimate, parameter_unit(name)));
+  return out;
+}
+
+std::vector<std::pair<std::string, Estimate>> read_estimates(const JsonReader& in) {
+  std::vector<std::pair<std::string, Estimate>> out;
+  for (const auto& [name, value] : in.members()) {
+    value.require_label(name);
+    out.emplace_back(name, read_estimate(value));
+  }
+  return out;
+}
+
+std::vector<double> read_rotor_covariance(const JsonReader& in) {
+  std::vector<double> out = in.numbers();
+  if (!out.empty() && out.size() != 25) throw in.error(fmt::format("{} values, must be 25 or none", out.size()));
+  return out;
+}
+
+Json ambiguities_json(const std::vector<Ambiguity>& ambiguities) {
+  Json list = Json::array();
+  for (const Ambiguity& a : ambiguities) {
+    Json alternatives = Json::array();
+    for (const Alternative& one : a.alternatives) {
+      alternatives.push(Json::object()
+                            .set("reading", one.reading)
+                            .set("odds", one.odds)
+                            .set("parameters", estimates_json(one.parameters))
+                            .set("rotor_covariance", Json(one.rotor_covariance)));
+    }
+    list.push(Json::object()
+                  .set("readings", a.readings)
+                  .set("consequence", a.consequence)
+                  .set("experiment", a.experiment)
+                  .set("covered", a.covered)
+                  .set("alternatives", std::move(alternatives)));
+  }
+  return list;
+}
+
+std::vector<Ambiguity> read_ambiguities(const JsonReader& in) {
+  std::vector<Ambiguity> out;
+  for (const JsonReader& a : in.items()) {
+    Ambiguity one{one_line(a.at("readings").text()), one_line(a.at("consequence").text()),
+                  one_line(a.at("experiment").text())};
+    one.covered = a.at("covered").flag();
+    for (const JsonReader& r : a.at("alternatives").items()) {
+      Alternative reading;
+      reading.reading = one_line(r.at("reading").text());
+      reading.odds = r.at("odds").number_or_nan();
+      if (reading.odds < 0) throw r.at("odds").error("must not be negative");
+      reading.parameters = read_estimates(r.at("parameters"));
+      reading.rotor_covariance = read_rotor_covariance(r.at("rotor_covariance"));
+      one.alternatives.push_back(std::move(reading));
+    }
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 }  // namespace
 
 Json to_json(const IdentifiedModel& model) {
-  Json parameters = Json::object();
-  for (const auto& [name, estimate] : model.parameters) parameters.set(name, to_json(estimate, parameter_unit(name)));
+  Json parameters = estimates_json(model.parameters);
   if (model.rotor) {
     const std::array<double, 5> values = rotor_values(*model.rotor);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -227,6 +289,7 @@ Json to_json(const IdentifiedModel& model) {
     for (const auto& [state, value] : model.noise_correlation) each.set(state, value);
     out.set("noise_correlation", std::move(each));
   }
+  if (!model.ambiguities.empty()) out.set("ambiguities", ambiguities_json(model.ambiguities));
   out.set("rotor", model.rotor ? rotor_json(*model.rotor) : Json())
       .set("rotor_covariance", Json(model.rotor_covariance))
       .set("parameter_covariance",  // parameters added above have none
@@ -243,10 +306,7 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
   IdentifiedModel model;
   model.method = in.at("method").label();
   const JsonReader parameters = in.at("parameters");
-  for (const auto& [name, value] : parameters.members()) {
-    value.require_label(name);
-    model.parameters.emplace_back(name, read_estimate(value));
-  }
+  model.parameters = read_estimates(parameters);
   if (in.has("rotor")) {
     model.rotor = read_rotor(in.at("rotor"));
     for (const std::string_view name : kRotorParameters) (void)parameters.at(name);
@@ -278,10 +338,8 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
       model.noise_correlation.emplace_back(state, value.number());
     }
   }
-  model.rotor_covariance = in.at("rotor_covariance").numbers();
-  if (!model.rotor_covariance.empty() && model.rotor_covariance.size() != 25) {
-    throw in.at("rotor_covariance").error(fmt::format("{} values, must be 25 or none", model.rotor_covariance.size()));
-  }
+  if (in.has("ambiguities")) model.ambiguities = read_ambiguities(in.at("ambiguities"));
+  model.rotor_covariance = read_rotor_covariance(in.at("rotor_covariance"));
   if (in.has("parameter_covariance")) model.parameter_covariance = in.at("parameter_covariance").numbers();
   const std::size_t n = model.parameters.size();
   if (!model.parameter_covariance.empty() && model.parameter_covariance.size() != n * n) {

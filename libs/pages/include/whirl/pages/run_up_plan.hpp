@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "whirl/core/identified_model.hpp"
@@ -47,15 +48,17 @@ struct RunUpSheet {
 /// Plans, and suggests for each direction the slowest rate that keeps the limit (over the covariance, where there is
 /// one) or, without a limit, the fastest useful one. Fails where no rate keeps the limit or the drive stalls; warns of
 /// a rate that decides between two branches and of a drive that is too weak for the suggestion. `covariance`: 25
-/// numbers or empty.
+/// numbers or empty; `parts`: what was said of the model before.
 RunUpSheet run_up_sheet(const RotorModel& rotor, const std::vector<double>& covariance,
-                        const response::RunUpOptions& options, const std::optional<Drive>& drive);
+                        const response::RunUpOptions& options, const std::optional<Drive>& drive, Summary parts = {});
 
 /// The same of an identified rotor with `unbalance` times its eccentricity and with its covariance. What the model has
-/// beside RotorModel is run once at the suggested rates: warns of it, fails where the rotor whirls by itself or exceeds
-/// the limit. Throws Error for a model without rotor parameters.
+/// beside RotorModel is run once at the suggested rates, and so is each reading of its records that the covariance does
+/// not cover: the intervals of the peaks hold them. Fails where the rotor whirls by itself or exceeds the limit. Parts
+/// of the model that a plan leaves out are findings. Throws Error for a model without rotor parameters or with a part
+/// that no plan can take; `file` names the model there.
 RunUpSheet run_up_sheet(const IdentifiedModel& model, double unbalance, const response::RunUpOptions& options,
-                        const std::optional<Drive>& drive);
+                        const std::optional<Drive>& drive, std::string_view file = "model");
 
 /// Peak over rate with the limit; below it the suggested run with the slow run behind it.
 report::Figure run_up_figure(const RunUpSheet& sheet);

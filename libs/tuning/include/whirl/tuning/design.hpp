@@ -11,6 +11,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
+#include "whirl/identify/model_parts.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/rotor/further_forces.hpp"
 #include "whirl/tuning/closed_loop.hpp"
@@ -129,9 +130,11 @@ struct DesignOptions {
 /// Throws Error when the model is no rotor, has no input gain, or a name or fixed parameter is wrong.
 ControllerDesign design(const IdentifiedModel& model, const DesignOptions& options);
 
-/// Warns where the model has forces that the plants lack (forces_left_out), and where the rotor whirls by itself inside
-/// the speed range when nothing holds it.
-void warn_of_further_forces(const IdentifiedModel& model, const Hardware& hardware, Summary& summary);
+/// Says what of the model `consumer` leaves out (identification::take_parts, which may throw; further modes that the
+/// hardware knows are in the plants), which forces the plants cannot have (forces_left_out), and from which speed on
+/// the rotor whirls by itself inside the speed range when nothing holds it.
+void state_parts(identification::Consumer consumer, const IdentifiedModel& model, const Hardware& hardware,
+                 Summary& summary);
 
 /// Sensor runout as far as the identification found it (parameters runout1+_re, ... of the model: amplitudes
 /// of e^{i k beta} and e^{-i k beta}); empty when it did not.

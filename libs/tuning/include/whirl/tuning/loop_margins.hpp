@@ -95,12 +95,15 @@ std::string sensitivity_warning(const LoopMargins& worst);
 
 /// Margins on one plant that the machine may be.
 struct MarginStudy {
-  std::string plant;  ///< the signs chosen where they are not known; empty: all are known
+  /// The reading of the model's records and the signs chosen where they are not known; empty: the model itself, all
+  /// known.
+  std::string plant;
   std::vector<SpeedMargins> speeds;
 };
 
 /// Margins on the plant of the model and the data sheets, for every choice of the signs of structural modes that are
-/// not known. Throws Error when the model has no rotor or no input gain.
+/// not known, and on those of the readings of its records that no interval of it covers. Throws Error when the model
+/// has no rotor or no input gain.
 std::vector<MarginStudy> margin_studies(const ControllerDesign& design, const IdentifiedModel& model,
                                         const DesignOptions& plant, const MarginOptions& options = {});
 

@@ -9,7 +9,8 @@ namespace whirl::pages {
 /// Method, equations with intervals (those that only define a rate left out), parameters and timing of inputs.
 std::string to_text(const IdentifiedModel& model);
 /// Chi-square, condition number, bounds, collinear groups, what is assumed or not told apart, held-out error.
-std::string to_text(const identification::Evidence& evidence, const Summary& summary);
+std::string to_text(const identification::Evidence& evidence, const Summary& summary,
+                    const std::vector<Ambiguity>& ambiguities = {});
 
 /// Regression methods on the same data: terms, residual, condition, free-run error, time.
 report::Table comparison_table(const identification::MethodComparison& comparison);
