@@ -16,7 +16,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # File of the tree -> page. Links between these follow; links to other files of the tree lose their target, not their text.
-PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/README.md": "python.md", "CHANGELOG.md": "changes.md"}
+PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/README.md": "python.md", "CHANGELOG.md": "changes.md", "RELEASING.md": "releasing.md"}
 SECTIONS = {
     "How-to": ["choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md", "parts.md"],
     "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "python.md", "python-pysindy.md", "reliability.md"],

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "whirl/identify/identify.hpp"
-#include "whirl/identify/model_parts.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/testing/machines.hpp"
 #include "whirl/testing/systems/two_criticals.hpp"

@@ -17,7 +17,7 @@
 #include "whirl/io/signals.hpp"
 #include "whirl/io/uff.hpp"
 #include "whirl/testing/error_of.hpp"
-#include "whirl/testing/foreign_files.hpp"
+#include "whirl/testing/records/foreign_files.hpp"
 
 namespace {
 

@@ -9,8 +9,8 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
-#include "whirl/identify/model_parts.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/io/model_json.hpp"

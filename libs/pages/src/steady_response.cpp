@@ -6,8 +6,8 @@
 
 #include "model_draws.hpp"
 #include "whirl/core/angles.hpp"
-#include "whirl/identify/model_parts.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"
 #include "whirl/report/format.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "angle_spline.hpp"
-#include "tacho_marks.hpp"
+#include "tacho/tacho_marks.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/signal/noise.hpp"

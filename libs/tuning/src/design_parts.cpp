@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/tuning/loop_margins.hpp"
 

@@ -17,7 +17,7 @@
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/core/nan.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/signal/fft.hpp"
 #include "whirl/tuning/verdict.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "../program.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/io/model_json.hpp"

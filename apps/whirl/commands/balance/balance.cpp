@@ -10,8 +10,8 @@
 #include "commands/control/plant_options.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/balancing.hpp"
-#include "whirl/identify/model_parts.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/io/model_json.hpp"
 
 namespace whirl::app {

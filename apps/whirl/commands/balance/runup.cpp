@@ -5,7 +5,7 @@
 #include "response.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/pages/run_up_plan.hpp"
 #include "whirl/report/write_figure.hpp"

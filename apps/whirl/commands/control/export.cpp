@@ -7,7 +7,7 @@
 #include "whirl/deploy/cortex_m4f.hpp"
 #include "whirl/deploy/fmu.hpp"
 #include "whirl/deploy/languages.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/hash.hpp"
 #include "whirl/io/model_json.hpp"

@@ -5,7 +5,7 @@
 
 #include "command.hpp"
 #include "whirl/core/identified_model.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/tuning/design.hpp"
 
 namespace whirl::app {

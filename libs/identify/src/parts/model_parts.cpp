@@ -1,4 +1,4 @@
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 
 #include <fmt/format.h>
 

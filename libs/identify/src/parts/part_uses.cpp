@@ -1,4 +1,4 @@
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 
 /// The declarations: one function a step, one case a part. A part without a case does not compile.
 namespace whirl::identification {

@@ -1,4 +1,4 @@
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/readings.hpp"
 
 #include <fmt/format.h>
 

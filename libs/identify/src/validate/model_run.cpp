@@ -6,7 +6,7 @@
 
 #include "whirl/core/error.hpp"
 #include "whirl/identify/drive.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/simulate_model.hpp"
 #include "whirl/identify/sindy.hpp"
 #include "whirl/identify/tilt/tilt_rotor.hpp"

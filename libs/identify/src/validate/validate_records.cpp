@@ -9,8 +9,8 @@
 #include "validate/free_run_band.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/identify.hpp"
-#include "whirl/identify/model_parts.hpp"
-#include "whirl/identify/readings.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
+#include "whirl/identify/parts/readings.hpp"
 #include "whirl/identify/sindy_library.hpp"
 #include "whirl/identify/validate.hpp"
 

@@ -6,9 +6,9 @@
 #include "whirl/identify/identify.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/remarks.hpp"
-#include "whirl/testing/gappy_text.hpp"
 #include "whirl/testing/machines.hpp"
 #include "whirl/testing/oscillators.hpp"
+#include "whirl/testing/records/gappy_text.hpp"
 #include "whirl/testing/systems/identified_oscillator.hpp"
 
 namespace whirl::identification {

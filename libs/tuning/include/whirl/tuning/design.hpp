@@ -11,7 +11,7 @@
 #include "whirl/core/control_types.hpp"
 #include "whirl/core/identified_model.hpp"
 #include "whirl/core/modal_model.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/identify/rotor_terms.hpp"
 #include "whirl/rotor/further_forces.hpp"
 #include "whirl/tuning/closed_loop.hpp"

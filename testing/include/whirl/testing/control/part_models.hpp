@@ -5,7 +5,7 @@
 #include <string>
 
 #include "whirl/core/identified_model.hpp"
-#include "whirl/identify/model_parts.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/testing/control/identified_machine.hpp"
 
 /// Models with one part each (identification::ModelPart), as `whirl identify` would write them, every number exact.

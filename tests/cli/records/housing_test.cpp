@@ -1,4 +1,4 @@
-#include "whirl/testing/housing.hpp"
+#include "whirl/testing/records/housing.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "program.hpp"
+#include "../program.hpp"
 #include "whirl/io/json.hpp"
 
 namespace whirl::testing {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "program.hpp"
+#include "../program.hpp"
 
 namespace whirl::testing {
 namespace {
