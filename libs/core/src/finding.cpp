@@ -28,6 +28,7 @@ constexpr std::array kCodes{
     CodeText{FindingCode::term_too_large, "term_too_large", "a term of a size that rotors do not have drives it."},
     CodeText{FindingCode::inertia_impossible, "inertia_impossible", "no disc has its moments of inertia."},
     CodeText{FindingCode::model_not_trusted, "model_not_trusted", "it comes from a model that is not to be trusted."},
+    CodeText{FindingCode::work_limit, "work_limit", "the fit ended at its limit of work."},
 };
 
 const CodeText& entry(FindingCode code) {
@@ -95,6 +96,10 @@ std::string text(const Finding& f) {
           "polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something "
           "that the model lacks, and takes other parameters with it",
           of("polar_ratio"));
+    case FindingCode::work_limit:
+      return fmt::format(
+          "the fit of {} ended at its limit of work ({:.2g} operations): parts of the result may be missing", f.where,
+          of("operations"));
     case FindingCode::model_not_trusted:
       return "the model it is designed on is not to be trusted: " + f.where;
   }

@@ -19,6 +19,7 @@ enum class FindingCode {
   term_too_large,          ///< a term has a size that machines with such a term do not have
   inertia_impossible,      ///< moments of inertia that no disc has
   model_not_trusted,       ///< the model that the result was derived from is not to be trusted
+  work_limit,              ///< a fit ended at its limit of work: parts of the result may be missing
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);
