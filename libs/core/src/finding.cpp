@@ -32,6 +32,7 @@ constexpr std::array kCodes{
     CodeText{FindingCode::part_left_out, "part_left_out", "it lacks a part of the model."},
     CodeText{FindingCode::readings_differ, "readings_differ", "its records allow another reading."},
     CodeText{FindingCode::held_out_cannot_check, "held_out_cannot_check", "nothing tests it."},
+    CodeText{FindingCode::work_limit, "work_limit", "the fit ended at its limit of work."},
 };
 
 /// " (k1_drift 3.2 1/s^3, e_2 12 um)"; empty without amounts.
@@ -111,6 +112,10 @@ std::string text(const Finding& f) {
           "polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something "
           "that the model lacks, and takes other parameters with it",
           of("polar_ratio"));
+    case FindingCode::work_limit:
+      return fmt::format(
+          "the fit of {} ended at its limit of work ({:.2g} operations): parts of the result may be missing", f.where,
+          of("operations"));
     case FindingCode::model_not_trusted:
       return "the model it is designed on is not to be trusted: " + f.where;
     case FindingCode::part_left_out:

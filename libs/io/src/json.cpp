@@ -383,7 +383,7 @@ Finding read_finding(const JsonReader& in) {
   f.code = read_code(in.at("code"),
                      {motion_unexplained, model_error, held_out_not_predicted, held_out_diverges, held_out_missed,
                       held_out_not_tried, parameter_differs, parts_differ, term_too_large, inertia_impossible,
-                      model_not_trusted, part_left_out, readings_differ, held_out_cannot_check},
+                      model_not_trusted, part_left_out, readings_differ, held_out_cannot_check, work_limit},
                      "finding");
   f.consequence =
       read_code(in.at("consequence"),

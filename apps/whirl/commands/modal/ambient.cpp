@@ -81,8 +81,10 @@ void add_oma(CommandLine& app, Session& session) {
       "Input: a record of responses of one quantity (accelerations, velocities or displacements) under broad-band\n"
       "excitation; several records are set-ups that share channel names (reference sensors): --merge pre makes one\n"
       "model of them, --merge post joins the modes of each.\n"
-      "Output: frequencies (Hz) and damping ratios (%) with standard deviations, shapes in the JSON; tones of the\n"
-      "running speed are told from modes, subtracted and listed apart.\n\n"
+      "Output: frequencies (Hz) and damping ratios (%) with standard deviations, shapes in the JSON. Tones and orders "
+      "are\n"
+      "told from modes, subtracted and listed apart, also where the speed wanders by up to 1 % and no tacho was "
+      "measured.\n\n"
       "Example: whirl oma ambient.csv --out modes.json --figure shapes.svg\n"
       "         whirl oma run_up.csv --method orders --orders 2",
       [o, &session] { run_oma(*o, session); });
@@ -106,8 +108,7 @@ void add_oma(CommandLine& app, Session& session) {
   sub->add_option("--order", o->oma.max_order, "largest model order (states); 0 = by the channels")->range(0, 1000);
   sub->add_option("--orders", o->orders,
                   "multiples of the running speed to subtract (with --method orders: to use), by the rotor's angle in "
-                  "the record (beta_rad), however "
-                  "the speed wanders")
+                  "the record (beta_rad); without it, those that the record shows")
       ->range(0.0, 20.0);
   sub->add_option("--harmonic-hz", o->oma.tones, "known tones to subtract, e.g. the running speed and its multiples")
       ->range(1e-6, 1e9);

@@ -7,6 +7,7 @@
 
 #include "tones.hpp"
 #include "usable_record.hpp"
+#include "wandering_tones.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -95,10 +96,13 @@ Recording without_tones(Recording recording, double low, double high, Summary& s
     const Eigen::VectorXd& samples = recording.channels[static_cast<std::size_t>(c)].samples;
     y.col(c) = samples.array() - samples.mean();
   }
+  std::vector<Tone> tones = take_off_wandering_tones(y, recording.dt, low, high);
   for (Tone& tone : find_tones(y, recording.dt, low, high)) {
     subtract_tone(y, recording.dt, tone);
-    summary.warn(fmt::format("{:.5g} Hz is a tone, not a mode: {}", tone.frequency, tone.evidence));
+    tones.push_back(std::move(tone));
   }
+  for (const Tone& tone : tones)
+    summary.warn(fmt::format("{:.5g} Hz is a tone, not a mode: {}", tone.frequency, tone.evidence));
   for (Index c = 0; c < channels; ++c) recording.channels[static_cast<std::size_t>(c)].samples = y.col(c);
   return recording;
 }

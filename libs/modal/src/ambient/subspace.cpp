@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "tones.hpp"
+#include "wandering_tones.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
@@ -23,17 +24,23 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-// With a tacho the orders are known, however the speed wanders.
+// With a tacho the orders are known, however the speed wanders: those asked for, else those that the record shows.
 void subtract_orders(const Recording& recording, int orders, double nyquist, MatrixXd& y, std::vector<Tone>& tones) {
   const Channel* angle = nullptr;
   for (const Channel& c : recording.channels) {
     if (c.quantity == Quantity::angle) angle = &c;
   }
+  const bool turns = angle != nullptr && angle->samples.maxCoeff() > angle->samples.minCoeff();
+  if (orders == 0) {
+    if (turns)
+      for (Tone& tone : take_off_shaft_orders(y, recording.dt, angle->samples, 0.9 * nyquist))
+        tones.push_back(std::move(tone));
+    return;
+  }
   if (angle == nullptr)
     throw Error(
         fmt::format("{}: no channel with the rotor's angle (beta_rad), which orders are counted by", recording.source));
-  if (angle->samples.maxCoeff() == angle->samples.minCoeff())
-    throw Error(fmt::format("{}: the rotor does not turn", recording.source));
+  if (!turns) throw Error(fmt::format("{}: the rotor does not turn", recording.source));
   for (int order = 1; order <= orders; ++order) {
     Tone tone = subtract_order(y, angle->samples, recording.dt, order);
     if (tone.frequency < nyquist) tones.push_back(std::move(tone));
@@ -246,7 +253,10 @@ OperationalMode mode_of(const SubspaceCluster& cluster, const VectorXcd& changes
 void take_off_tones(const Recording& recording, const OmaOptions& options, SubspaceBand band, MatrixXd& y,
                     std::vector<Tone>& tones) {
   const double dt = recording.dt;
-  if (options.orders > 0) subtract_orders(recording, options.orders, 0.5 / dt, y, tones);
+  if (options.orders > 0 || options.remove_harmonics) subtract_orders(recording, options.orders, 0.5 / dt, y, tones);
+  if (options.remove_harmonics) {
+    for (Tone& tone : take_off_wandering_tones(y, dt, band.low, band.high)) tones.push_back(std::move(tone));
+  }
   const std::size_t measured = tones.size();
   if (options.remove_harmonics) {
     for (Tone& tone : find_tones(y, dt, band.low, band.high)) tones.push_back(std::move(tone));
@@ -263,6 +273,9 @@ void take_off_tones(const Recording& recording, const OmaOptions& options, Subsp
     tone.kurtosis = band_kurtosis(y, dt, tone.frequency, 5 / (dt * static_cast<double>(y.rows())));
     subtract_tone(y, dt, tone);
   }
+  for (std::size_t i = measured, all = tones.size(); i < all && options.remove_harmonics; ++i)
+    for (Tone& tone : take_off_multiples(y, dt, tones[i].frequency, band.low, band.high))
+      tones.push_back(std::move(tone));
 }
 
 double tone_width(const OperationalMode& mode, double duration) {

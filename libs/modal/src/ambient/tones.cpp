@@ -6,6 +6,7 @@
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 
+#include "shaft_orders.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/signal/fft.hpp"
@@ -15,22 +16,39 @@ namespace {
 
 using Eigen::Index;
 using Eigen::LDLT;
+using Eigen::MatrixXcd;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Complex = std::complex<double>;
 
-// Power of all channels per line, each channel scaled to unit variance, behind a Hann window.
-VectorXd line_power(const MatrixXd& y) {
+// Lines of all channels, each scaled to unit variance, behind a Hann window.
+MatrixXcd hann_lines(const MatrixXd& y) {
   VectorXd window(y.rows());
   for (Index i = 0; i < y.rows(); ++i)
     window[i] = 0.5 - 0.5 * std::cos(2 * kPi * (static_cast<double>(i) + 0.5) / static_cast<double>(y.rows()));
-  VectorXd power = VectorXd::Zero(y.rows() / 2 + 1);
+  MatrixXcd lines = MatrixXcd::Zero(y.rows() / 2 + 1, y.cols());
   for (Index c = 0; c < y.cols(); ++c) {
     const VectorXd x = y.col(c).cwiseProduct(window);
-    const double size = x.squaredNorm();
-    if (size > 0) power += signal::real_fft(x).cwiseAbs2() / size;
+    const double size = x.norm();
+    if (size > 0) lines.col(c) = signal::real_fft(x) / size;
   }
-  return power;
+  return lines;
+}
+
+// A line against those about it, in the directions that are strongest there: a tone within the peak of a mode stands
+// in one line, and seldom in the direction of the mode.
+double tone_chance(const MatrixXcd& lines, Index k) {
+  MatrixXcd about(2 * (kAboutLast - kAboutFirst + 1), lines.cols());
+  for (Index i = kAboutFirst, row = 0; i <= kAboutLast; ++i) {
+    about.row(row++) = lines.row(k - i);
+    about.row(row++) = lines.row(k + i);
+  }
+  constexpr Index kToneDirections = 6;
+  if (lines.cols() <= kToneDirections) return line_chance(lines.row(k).transpose(), about);
+  const Eigen::SelfAdjointEigenSolver<MatrixXcd> eigen(
+      MatrixXcd(about.adjoint() * about + lines.row(k).adjoint() * lines.row(k)));
+  const MatrixXcd strongest = eigen.eigenvectors().rightCols(kToneDirections);
+  return line_chance((lines.row(k) * strongest).transpose(), about * strongest);
 }
 
 // Cosine and sine of a frequency about the middle of the record.
@@ -53,7 +71,8 @@ double tone_energy(const MatrixXd& y, double dt, double frequency) {
 }  // namespace
 
 std::vector<Tone> find_tones(const MatrixXd& y, double dt, double low, double high) {
-  const VectorXd power = line_power(y);
+  const MatrixXcd lines = hann_lines(y);
+  const VectorXd power = lines.cwiseAbs2().rowwise().sum();
   const double line = 1 / (dt * static_cast<double>(y.rows()));
   std::vector<Tone> tones;
   for (Index k = std::max<Index>(30, static_cast<Index>(low / line)); k + 31 < power.size(); ++k) {
@@ -68,7 +87,8 @@ std::vector<Tone> find_tones(const MatrixXd& y, double dt, double low, double hi
     }
     const double mean = std::max(1e-300, VectorXd::Map(near.data(), static_cast<Index>(near.size())).mean());
     const double chance = std::log(static_cast<double>(power.size())) + 6;  // of exponential lines, of one channel
-    if (power[k] < 3 * chance * mean) continue;
+    constexpr double kLooksOut = 5, kInOneLine = -24;  // the latter: logarithm of a chance, 1e-6 over 20 000 lines
+    if (power[k] < 3 * chance * mean && (power[k] < kLooksOut * mean || tone_chance(lines, k) > kInOneLine)) continue;
     Tone tone;
     tone.frequency = static_cast<double>(k) * line;
     tone.evidence = fmt::format("spectral line {:.0f} times its surroundings", power[k] / mean);

@@ -6,12 +6,15 @@
 #include <cmath>
 
 #include "amplitude.hpp"
+#include "damped_modes.hpp"
 #include "damping_evidence.hpp"
 #include "modal_result.hpp"
+#include "scatter_evidence.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/hann_window.hpp"
+#include "work.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -24,6 +27,7 @@ using Complex = std::complex<double>;
 void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
   if (state.fit.total() / freedom(band, state.poles, terms) <= least_variance(band)) return;
   for (const double times : {1.1, 1.4, 2.0, 3.0}) {
+    if (WorkLimit::over()) return;
     const double f = times * band.high;
     Poles more = state.poles;
     more.insert(more.begin() + static_cast<std::ptrdiff_t>(state.started), 2 * kPi * f * Complex(-0.01, 1));
@@ -42,62 +46,6 @@ void add_residual_modes(const Band& band, Refined& state, const ResidualTerms& t
         description_length(band, state, terms, state.correlated))
       state = std::move(next);
   }
-}
-
-// The lines about a pole, with what the poles far from it and the residual terms explain taken out. `near`: the poles
-// of the window.
-Band window_of(const Band& band, const Refined& state, bool hysteretic, Complex centre, Poles& near) {
-  constexpr std::ptrdiff_t kNeighbours = 6;  // fewer widths where many poles stand close: their tails are taken out
-  double reach = 0;
-  for (const double widths : {15.0, 10.0, 6.0}) {
-    reach = widths * -centre.real() + 20 * 2 * kPi * band.line_width();
-    const auto within = [&](Complex p) { return std::abs(p.imag() - centre.imag()) < reach; };
-    if (std::count_if(state.poles.begin(), state.poles.end(), within) <= kNeighbours) break;
-  }
-  Index first = 0, last = band.lines() - 1;
-  while (first < last && band.omega[first] < centre.imag() - reach) ++first;
-  while (last > first && band.omega[last] > centre.imag() + reach) --last;
-  const Index lines = last - first + 1;
-  Band window = band;
-  window.omega = band.omega.segment(first, lines);
-  window.weight = band.weight.middleRows(first, lines);
-  window.low = window.omega[0] / (2 * kPi);
-  window.high = window.omega[lines - 1] / (2 * kPi);
-  std::vector<Index> rows;
-  for (std::size_t k = 0; k < state.poles.size(); ++k) {
-    if (!inside(window, state.poles[k])) continue;
-    near.push_back(state.poles[k]);
-    rows.push_back(2 * static_cast<Index>(k));
-    rows.push_back(2 * static_cast<Index>(k) + 1);
-  }
-  const ResidualTerms none{.lower = false, .upper = false, .slope = false, .complex = false, .hysteretic = hysteretic};
-  PoleFit part;
-  part.residues = state.fit.residues(rows, Eigen::all);
-  window.h = Eigen::MatrixXcd::Zero(lines, band.channels());
-  window.energy = -1;
-  window.h = state.residual.middleRows(first, lines) - residual_of(window, near, none, part);
-  window.energy = (window.h.array().abs2() * window.weight.array().square()).sum();
-  return window;
-}
-
-// The residues of one mode are its shape at the response times its shape at the reference. Poles that differ between
-// FRFs leave that product; two modes in one, each seen by its own reference, do not.
-bool is_one_mode(const Band& band, const ScatterFit& fit, std::size_t pole) {
-  const auto row = 2 * static_cast<Index>(pole);
-  Eigen::MatrixXcd residues(band.grid.rows(), band.grid.cols());
-  for (Index o = 0; o < residues.rows(); ++o) {
-    for (Index r = 0; r < residues.cols(); ++r) {
-      const int c = band.grid(o, r);
-      residues(o, r) = {fit.residues(row, c), fit.residues(row + 1, c)};
-    }
-  }
-  const Eigen::VectorXd sizes = Eigen::JacobiSVD<Eigen::MatrixXcd>(residues).singularValues();
-  return sizes.size() < 2 || sizes[1] < 0.6 * sizes[0];
-}
-
-std::size_t nearest(const Poles& poles, Complex p) {
-  const auto closer = [&](Complex a, Complex b) { return std::abs(a - p) < std::abs(b - p); };
-  return static_cast<std::size_t>(std::min_element(poles.begin(), poles.end(), closer) - poles.begin());
 }
 
 constexpr double kStructured = 1.5;  // lines that hang together: more than chance
@@ -123,80 +71,6 @@ Refined with_weak_poles(const Band& band, const Refined& state, const ResidualTe
   Refined more = fit_white(band, Band{}, state.poles, terms, weak);
   more.started = std::min(state.started, more.poles.size());
   return more.correlated > kStructured ? state : more;
-}
-
-// Longer than the white fit's by so much, a fit with scatter is not worth going on with.
-constexpr double kHopeless = 500;
-
-// True when the lines about a pole are described better by one pole that differs between FRFs than by what the white
-// fit put there. `other`: a close neighbour that may only split it, else the pole itself.
-bool prefers_scatter(const Band& band, const Refined& state, const ResidualTerms& terms, Complex pole, Complex other,
-                     const ModeOptions& options) {
-  Poles near;
-  const Band window = window_of(band, state, terms.hysteretic, pole, near);
-  if (window.lines() < 20 || near.empty()) return false;
-  const ResidualTerms local{
-      .lower = false, .upper = true, .slope = true, .complex = true, .hysteretic = terms.hysteretic};
-  const Refined white = refine(window, near, near.size(), local, 4);
-  if (other != pole) std::erase(near, other);
-  const double white_length = description_length(window, white.fit, white.poles.size(), local);
-  const ScatterFit scatter = fit_scatter(window, near, local,
-                                         {.search_gain = options.search_gain,
-                                          .max_damping = options.poles.max_damping,
-                                          .give_up = white_length + kHopeless});
-  if (scatter.poles.empty()) return false;
-  const std::size_t at = nearest(scatter.poles, pole);
-  const double width = -scatter.poles[at].real(), spread = scatter.spread(static_cast<Index>(at), 1);
-  // Peaks further apart than they are wide may be two modes, each seen by its own FRFs; hardly three and more.
-  const bool two_modes = spread > 2.25 * width * width && white.poles.size() < 3;
-  if (two_modes || !is_one_mode(band, scatter, at)) return false;
-  // Several windows are looked at, and what far poles leave in them is taken as known: only a clear gain counts.
-  // More where the weights are guessed: their error also differs between FRFs.
-  const double clear = band.guessed_weight && !band.common_weight ? 250 : 60;
-  return description_length(window, scatter, local) <
-         description_length(window, white.fit, white.poles.size(), local, scatter.correlated) - clear;
-}
-
-// True when the poles of single FRFs stray from the common ones by more than noise explains, or when two poles stand so
-// close that they may be one seen at two places, and the evidence about the worst of them agrees.
-bool may_scatter(const Band& band, const Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
-  if (band.channels() < 3 || state.poles.empty()) return false;
-  if (noise_variance(band, state.poles, terms, state.fit) <= least_variance(band)) return false;
-  const double data = 2 * static_cast<double>(band.lines());
-  const double freedom_left = static_cast<double>(band.channels() - 1), least = least_variance(band);
-  struct Suspect {
-    double strength;
-    Complex pole, other;
-  };
-  std::vector<Suspect> suspects;
-  for (std::size_t k = 0; k < state.poles.size(); ++k) {
-    const Complex p = state.poles[k];
-    if (!inside(band, p)) continue;
-    double worst = 0;
-    for (Index i = 2 * static_cast<Index>(k); i < 2 * static_cast<Index>(k) + 2; ++i) {
-      double sum = 0;
-      for (Index c = 0; c < band.channels(); ++c) {
-        const double variance =
-            std::max(state.fit.cost[c] / (data - static_cast<double>(state.fit.residues.rows())), least);
-        sum += std::pow(state.fit.channel_score(i, c), 2) /
-               (variance * std::max(1e-300, state.fit.channel_information(i, c)));
-      }
-      worst = std::max(worst, (sum - freedom_left) / std::sqrt(2 * freedom_left));
-    }
-    if (worst > 5) suspects.push_back({worst, p, p});
-    for (std::size_t other = 0; other < state.poles.size(); ++other) {
-      const Complex q = state.poles[other];
-      const double distance = std::abs(p - q) / -(p.real() + q.real());
-      // The weaker of two goes.
-      if (other != k && distance < 1 &&
-          state.fit.rise[static_cast<Index>(k)] >= state.fit.rise[static_cast<Index>(other)])
-        suspects.push_back({3 / distance, p, q});
-    }
-  }
-  std::sort(suspects.begin(), suspects.end(), [](const auto& a, const auto& b) { return a.strength > b.strength; });
-  if (suspects.size() > 4) suspects.resize(4);
-  return std::any_of(suspects.begin(), suspects.end(),
-                     [&](const Suspect& s) { return prefers_scatter(band, state, terms, s.pole, s.other, options); });
 }
 
 Solution solution_of(const Band& band, const Refined& state, const ResidualTerms& terms, bool refined) {
@@ -232,10 +106,18 @@ Solution solution_of(ScatterFit fit, const ResidualTerms& terms) {
 // What the weights add to a description length: with it, fits of the same data under other weights compare.
 double weight_length(const Band& band) { return -4 * band.weight.array().log().sum(); }
 
+constexpr double kWhitePart = 0.3;
+
 Solution solve(const Band& band, const Band& equal, const Poles& start, ResidualTerms terms,
                const ModeOptions& options) {
-  Refined state = fit_white(band, equal, start, terms, options);
-  if (options.search) add_residual_modes(band, state, terms, options);
+  Refined state;
+  bool cut = false;  // FRFs that disagree take ever more common poles; scatter needs its part of the work
+  {
+    WorkLimit part(kWhitePart * WorkLimit::left());
+    state = fit_white(band, equal, start, terms, options);
+    if (options.search) add_residual_modes(band, state, terms, options);
+    cut = part.stopped();
+  }
   // Before all else: what structural damping leaves of a viscous fit passes for scatter and for further modes.
   const DampingEvidence damping = damping_evidence(band, state, terms);
   if (options.damping == DampingChoice::hysteretic ||
@@ -244,8 +126,8 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
     state = fit_white(band, equal, state.poles, terms, options);
   }
   const Refined white = state;  // of equal poles and no amplitude: the start of all others
-  if (options.amplitude) state = with_amplitude(band, white, terms, options);
-  if (options.scatter && may_scatter(band, white, terms, options)) {
+  if (options.amplitude && !cut) state = with_amplitude(band, white, terms, options);
+  if (options.scatter && band.channels() >= 3 && (cut || may_scatter(band, white, terms, options))) {
     // The diagram's poles and what the search found apart from them; what splits a peak stays out.
     Poles from = start;
     for (const Complex p : white.poles) {
@@ -272,6 +154,7 @@ Solution solve(const Band& band, const Band& equal, const Poles& start, Residual
       return solution;
     }
   }
+  if (cut) WorkLimit::stop();
   state = with_weak_poles(band, state, terms, options);
   Solution solution = solution_of(band, state, terms, true);
   solution.length = description_length(band, state, terms, 1) + weight_length(band);
@@ -323,6 +206,24 @@ FrequencyResponse without_dead_channels(const FrequencyResponse& frf, std::vecto
 
 namespace {
 
+// Where modes of heavy damping show, they are fitted by model order. What that leaves unexplained may be scatter, an
+// amplitude or a loss factor: then the usual fit is tried too, and the shorter description stays.
+Solution solve_any_damping(const FrequencyResponse& frf, const Band& band, const Band& equal, const Poles& start,
+                           const ResidualTerms& terms, const ModeOptions& options) {
+  const auto usual = [&] { return solve(band, equal, start, terms, options); };
+  if (options.damping == DampingChoice::hysteretic || !shows_heavy_damping(frf, options)) return usual();
+  std::optional<DampedFit> damped = fit_damped(frf, band, options);
+  const auto heavy = [&](Complex p) {
+    return inside(band, p) && -p.real() > 0.5 * options.poles.max_damping * std::abs(p);
+  };
+  if (!damped || std::none_of(damped->state.poles.begin(), damped->state.poles.end(), heavy)) return usual();
+  Solution solution = solution_of(band, damped->state, damped->terms, true);
+  solution.length = description_length(band, damped->state, damped->terms, 1) + weight_length(band);
+  if (damped->state.correlated <= kStructured) return solution;
+  Solution other = usual();
+  return other.length < solution.length ? other : solution;
+}
+
 ModalModel fit_lines(const FrequencyResponse& measured, const ModeOptions& asked) {
   std::vector<std::string> dead;
   const FrequencyResponse frf = without_dead_channels(measured, dead);
@@ -347,7 +248,7 @@ ModalModel fit_lines(const FrequencyResponse& measured, const ModeOptions& asked
   } else if (options.refine) {
     equal = band.common_weight ? Band{}
                                : select_band(frf, options.poles.band_low, options.poles.band_high, LineWeighting::flat);
-    solution = solve(band, equal, start, terms, options);
+    solution = solve_any_damping(frf, band, equal, start, terms, options);
   } else {
     Refined state{start, fit_poles(band, start, terms, true), true};
     state.residual = residual_of(band, start, terms, state.fit);
@@ -385,7 +286,9 @@ std::ptrdiff_t modes_inside(const ModalModel& model) {
 
 }  // namespace
 
-ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
+namespace {
+
+ModalModel fit_with_hann_window(const FrequencyResponse& frf, const ModeOptions& options) {
   ModalModel model = fit_lines(frf, options);
   if (!options.find_hann_window || !options.refine || !options.select.empty() || !looks_split(frf, model)) return model;
   const FrequencyResponse without = without_hann_window(frf);
@@ -401,6 +304,20 @@ ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
                   "With it {} modes would be listed instead of {}, their dampings too large",
                   before, after));
   return other;
+}
+
+}  // namespace
+
+ModalModel fit_modes(const FrequencyResponse& frf, const ModeOptions& options) {
+  WorkLimit work(kMostWork);
+  ModalModel model = fit_with_hann_window(frf, options);
+  if (work.stopped()) {
+    model.summary.add({FindingCode::work_limit,
+                       Consequence::warning,
+                       {{"operations", work.spent()}},
+                       fmt::format("{} FRFs of {} lines", frf.channels.size(), frf.frequency.size())});
+  }
+  return model;
 }
 
 double damping_through_window(const Mode& mode, double window_decay) {

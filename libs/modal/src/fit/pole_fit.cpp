@@ -15,6 +15,7 @@
 
 #include "fractions.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "work.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -225,6 +226,19 @@ class NormalEquations {
 
 }  // namespace
 
+namespace {
+
+// Fractions on all lines, their products with the data, and the dense algebra per group of channels.
+double operations_of(const Band& band, double poles, double columns, double group, bool with_jacobian) {
+  const double lines = static_cast<double>(band.lines()), channels = static_cast<double>(band.channels());
+  const double fractions = poles * (with_jacobian ? 4 : 2), groups = channels / group;
+  const double products = 8 * fractions * lines * (group + 1) * groups, fill = 20 * fractions * lines;
+  const double dense = groups * (columns * columns * columns + (with_jacobian ? 8 * columns * poles * poles : 0));
+  return products + fill + dense + (with_jacobian ? 16 * channels * poles * poles : 0);
+}
+
+}  // namespace
+
 PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& terms, bool with_jacobian) {
   const NormalEquations equations(band, poles, terms, with_jacobian);
   const auto n = static_cast<Index>(poles.size());
@@ -240,6 +254,8 @@ PoleFit fit_poles(const Band& band, const Poles& poles, const ResidualTerms& ter
     fit.channel_information = fit.channel_score = MatrixXd::Zero(2 * n, band.channels());
   }
   const Index group = band.common_weight ? band.channels() : 1;
+  WorkLimit::add(
+      operations_of(band, static_cast<double>(n), static_cast<double>(m), static_cast<double>(group), with_jacobian));
   const std::vector<Normal> normals = equations.accumulate(group);
   for (Index first = 0; first < band.channels(); first += group) {
     const Normal& normal = normals[static_cast<std::size_t>(first / group)];

@@ -8,6 +8,7 @@
 #include "scatter_state.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "work.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -87,7 +88,7 @@ void merge_splits(const Band& band, ScatterState& state, const ResidualTerms& te
     ++joined;
   }
   if (joined > 1) take_if_shorter(all);
-  for (std::size_t r = state.poles.size(); r-- > 0;) {
+  for (std::size_t r = state.poles.size(); r-- > 0 && !WorkLimit::over();) {
     if (r >= state.poles.size() || close_to(state, r) == r) continue;
     ScatterState trial = state;
     trial.join(r, close_to(state, r), terms);
@@ -136,7 +137,7 @@ ScatterFit fit_scatter(const Band& band, const Poles& start, const ResidualTerms
   state.settle(terms);
   if (length_of(band, state, terms) > options.give_up) return {};
   merge_splits(band, state, terms);
-  for (int round = 0; round < 10; ++round) {
+  for (int round = 0; round < 10 && !WorkLimit::over(); ++round) {
     const Poles candidates = search_residual(band, state.residual(band, terms), options.search_gain);
     if (candidates.empty()) break;
     const auto attempt = [&](const Poles& added) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "whirl/core/decompositions.hpp"
+#include "work.hpp"
 
 namespace whirl::modal {
 namespace {
@@ -259,7 +260,7 @@ void ScatterState::settle(const ResidualTerms& terms) {
   constexpr double kGain = 0.5;  // of -2 log likelihood: less says nothing
   ScatterState best = *this;
   double least = deviance();
-  for (int i = 0, idle = 0; i < kMost && idle < kPatience && !poles.empty(); ++i) {
+  for (int i = 0, idle = 0; i < kMost && idle < kPatience && !poles.empty() && !WorkLimit::over(); ++i) {
     sweep(terms, 1);
     const double now = deviance();
     idle = now < least - kGain ? 0 : idle + 1;

@@ -7,6 +7,7 @@
 #include "scatter.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
+#include "work.hpp"
 
 namespace whirl::modal {
 
@@ -182,7 +183,7 @@ namespace {
 // fit as well within what structure of that length can do by chance. Tested: what the search added, and close
 // neighbours.
 void drop_splits(const Band& band, Refined& state, const ResidualTerms& terms, const ModeOptions& options) {
-  for (std::size_t k = state.poles.size(); k-- > 0 && state.correlated > 1.5;) {
+  for (std::size_t k = state.poles.size(); k-- > 0 && state.correlated > 1.5 && !WorkLimit::over();) {
     const Complex p = state.poles[k];
     const bool close = std::any_of(state.poles.begin(), state.poles.end(), [&](Complex other) {
       return other != p && std::abs(other - p) < 3 * (2 * band.decay - p.real() - other.real());
@@ -224,7 +225,7 @@ bool search(const Band& band, const Band& equal, Refined& state, const ResidualT
     if (gained) state = std::move(next);
     return gained;
   };
-  for (int round = 0; round < kSearchRounds; ++round) {
+  for (int round = 0; round < kSearchRounds && !WorkLimit::over(); ++round) {
     bool gained = false;
     for (const Band* weighted : {&band, &equal}) {
       if (gained || weighted->lines() == 0) continue;

@@ -22,6 +22,7 @@ enum class FindingCode {
   part_left_out,           ///< the model has a part that this result does not take into account
   readings_differ,         ///< the records allow another reading of the model, which changes this result
   held_out_cannot_check,   ///< the records without the part held out do not pass a resonance of the model
+  work_limit,              ///< a fit ended at its limit of work: parts of the result may be missing
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);

@@ -41,6 +41,10 @@ struct ModeOptions {
 /// does not fit the record, is warned about. Modes up to 30 % outside the band may be present: they stand for what the
 /// residuals cannot, and their damping means little.
 ///
+/// Where modes above half of `PoleOptions::max_damping` come back from order to order, damping ratios up to 0.7 are
+/// looked for by model order (`fit/damped_modes.hpp`). A set that the model does not suit ends at a limit of work, some
+/// 10 s of one core (finding `work_limit`): modes may then be missing or stand twice.
+///
 /// Lines averaged from random force through a Hann window show each narrow peak as several. Where most modes stand so
 /// close, the window is taken off (`without_hann_window`) and the modes are found anew; they stand, with a warning,
 /// where a third of the modes or more go and what is left explains the lines as measured nearly as well. Then the

@@ -21,10 +21,12 @@ struct OmaOptions {
   int block_rows = 0;                  ///< block rows of the Hankel matrix; 0 = over two periods of the mean frequency
   int blocks = 20;                     ///< of the record, for the variances
   double max_damping = 0.1;
-  double presence = 0.33;        ///< share of the orders that show a mode
-  double largest_spread = 1.0;   ///< largest sd of a damping ratio, relative to it
-  bool remove_harmonics = true;  ///< subtract pure tones before the identification
-  /// Multiples of the speed to subtract where the record holds the rotor's angle (a channel in rad); 0 = none.
+  double presence = 0.33;       ///< share of the orders that show a mode
+  double largest_spread = 1.0;  ///< largest sd of a damping ratio, relative to it
+  /// Subtract tones before the identification, steady ones and those whose frequency wanders, and what turns with them.
+  bool remove_harmonics = true;
+  /// Multiples of the speed to subtract where the record holds the rotor's angle (a channel in rad); 0 = those that the
+  /// record shows.
   int orders = 0;
   std::vector<double> tones;  ///< Hz; known ones, e.g. from a tachometer, told and subtracted in any case
 };
@@ -55,9 +57,11 @@ struct OperationalModes {
 /// Modes from outputs alone (SSI-cov or SSI-data; Peeters and De Roeck, 1999). All orders from one decomposition;
 /// variances by first-order perturbation from blocks of the record (Reynders, Pintelon, De Roeck, 2008; Doehler and
 /// Mevel, 2013): the eigenvalue's change is bilinear in that of the Hankel matrix. Automatic: poles stable over orders
-/// whose damping is known to a factor. Tones are told by their spectral line, or by the kurtosis of the band-passed
-/// response (Jacobsen, 2007) and a damping interval that reaches zero; they are subtracted and listed apart. Channels
-/// must be of one quantity. Throws Error for too short records.
+/// whose damping is known to a factor. Tones are told by their spectral line, by their steady envelope where their
+/// frequency wanders (chance below 1e-6), by standing at a multiple of another tone, or by the kurtosis of the
+/// band-passed response (Jacobsen, 2007) and a damping interval that reaches zero; they are subtracted and listed
+/// apart. A wandering tone is followed by a Kalman smoother; its size and phase are a function of its speed, so that
+/// little of the modes beside it goes with it. Channels must be of one quantity. Throws Error for too short records.
 OperationalModes identify_operational(const Recording& recording, const OmaOptions& options = {});
 
 /// One model of several set-ups (PreGER): records of one rate that share channels (by name) and each have channels of
