@@ -1,6 +1,7 @@
 // Blows on several points in one estimate: refused, since their average is the response of no point.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -78,11 +79,19 @@ TEST(RovingBlowsProperty, PointsOfARovingTestAreNotAveraged) {
       Structure plate(seed);
       std::vector<Recording> points;
       for (int p = 0; p < 6; ++p) points.push_back(plate.point(blows, 0.01));
-      found += refused(points);
       ++sets;
+      if (refused(points)) {
+        ++found;
+        continue;
+      }
+      // Shapes drawn at random may agree at more than half of the points: the others are named then, and left out.
+      std::vector<whirl::modal::BlowReport> reports;
+      whirl::modal::estimate_frf(points, {}, &reports);
+      EXPECT_TRUE(std::ranges::any_of(reports, [](const auto& r) { return !r.used && !r.disagreements.empty(); }))
+          << seed << " " << blows;
     }
   }
-  EXPECT_GE(found, 0.97 * sets) << found << " of " << sets;
+  EXPECT_GE(found, 0.9 * sets) << found << " of " << sets;
 }
 
 TEST(RovingBlowsProperty, BlowsOnOnePointAreAveragedWhateverTheirNoise) {
