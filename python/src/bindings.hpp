@@ -37,5 +37,6 @@ void bind_modal(py::module_& m);
 void bind_control(py::module_& m);
 void bind_steady(py::module_& m);
 void bind_sparse(py::module_& m);
+void bind_findings(py::module_& m);
 
 }  // namespace whirl::python

@@ -29,6 +29,7 @@ PYBIND11_MODULE(_whirl, m) {
   bind_control(m);
   bind_steady(m);
   bind_sparse(m);
+  bind_findings(m);
 }
 
 }  // namespace whirl::python

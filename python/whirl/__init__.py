@@ -45,6 +45,7 @@ from ._whirl import (  # noqa: F401
     balance,
     design,
     export,
+    find_vibration,
     finite_difference,
     frf,
     load,
