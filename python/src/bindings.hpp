@@ -42,5 +42,6 @@ void bind_steady(py::module_& m);
 void bind_sparse(py::module_& m);
 void bind_plants(py::module_& m);
 void bind_studies(py::module_& m);
+void bind_findings(py::module_& m);
 
 }  // namespace whirl::python

@@ -33,6 +33,7 @@ PYBIND11_MODULE(_whirl, m) {
   bind_sparse(m);
   bind_plants(m);
   bind_studies(m);
+  bind_findings(m);
 }
 
 }  // namespace whirl::python

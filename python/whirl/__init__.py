@@ -48,6 +48,7 @@ from ._whirl import (  # noqa: F401
     balance,
     check,
     export,
+    find_vibration,
     finite_difference,
     frf,
     info,

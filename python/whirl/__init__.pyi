@@ -36,6 +36,7 @@ from ._whirl import save as save
 from ._whirl import validate as validate
 from ._whirl import at_common_instants as at_common_instants
 from ._whirl import score as score
+from ._whirl import find_vibration as find_vibration
 from ._whirl import stiffness as stiffness
 from ._whirl import frf as frf
 from ._whirl import modes as modes

@@ -75,16 +75,30 @@ Search search(const std::vector<LineBlock>& blocks, double nominal) {
 }
 
 // The line and its mirror about 1X or 2X are a pair of sidebands, which may lie where the supply is.
-bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s) {
+bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const std::vector<double>& mains) {
+  // Midway between the supply and twice it the mirror of one is the other.
+  const auto supplied = [&](double frequency, double duration) {
+    return std::ranges::any_of(mains, [&](double m) {
+      return std::abs(frequency - m) < kMainsTolerance * m + 3 / duration ||
+             std::abs(frequency - 2 * m) < kMainsTolerance * 2 * m + 3 / duration;
+    });
+  };
   const double size = ChannelStudy::mean_amplitude(s.values);
   return std::ranges::any_of(std::array{1.0, 2.0}, [&](double carrier) {
     std::vector<double> chances;
     std::vector<LineValue> values;
     for (const LineBlock& b : blocks) {
-      const double across = 2 * carrier * b.turning() - s.line.frequency;
       if (std::abs(s.line.frequency / b.turning() - carrier) > kPairReach) continue;
-      values.push_back(b.added({0, across}));
-      if (values.back().share >= kLeastShare) chances.push_back(values.back().chance);
+      const double across = 2 * carrier * b.turning() - s.line.frequency;
+      if (supplied(across, b.duration())) continue;
+      LineValue best;
+      for (const double off : {-1.0, 0.0, 1.0}) {
+        const LineValue value = b.added({0, across + off / b.duration()});
+        if (value.share >= kLeastShare && value.power > best.power) best = value;
+      }
+      if (!(best.share >= kLeastShare)) continue;
+      chances.push_back(best.chance);
+      values.push_back(best);
     }
     return fisher(chances) < kPairChance && ChannelStudy::mean_amplitude(values) > kPairShare * size;
   });
@@ -113,7 +127,7 @@ void find_electric(ChannelStudy& s) {
       f.frequency = found.line.frequency;
       f.causes = multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
                                : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
-      if (!s.runs() && is_sideband(blocks, found)) continue;
+      if (!s.runs() && is_sideband(blocks, found, s.options.mains)) continue;
       if (s.add(f)) s.electric.push_back(found.line);
     }
   }
