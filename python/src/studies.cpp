@@ -262,7 +262,12 @@ void bind_studies(py::module_& m) {
         py::arg("unbalance"), py::arg("slowest_rpm_s"), py::arg("fastest_rpm_s"), py::arg("drive"));
   m.def("_derive", &derive, py::arg("path"), py::arg("model"));
   m.def("_report", &report_page, py::arg("files"), py::arg("title"), py::arg("service_rpm"), py::arg("slow_roll_rpm"));
-  m.def("_printed", &pages::printed_page, py::arg("page"), py::arg("pdf"));
+  m.def(
+      "_printed",
+      [](const std::string& page, const std::filesystem::path& pdf) {
+        return py::bytes(pages::printed_page(page, pdf));
+      },
+      py::arg("page"), py::arg("pdf"));
   bind_transient(m);
   bind_record_check(m);
 }

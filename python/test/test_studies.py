@@ -2,6 +2,7 @@
 import json
 import os
 import pickle
+import shutil
 import subprocess
 from pathlib import Path
 
@@ -254,6 +255,9 @@ def test_report(folder, model, controller):
     page = whirl.report(whirl.read(folder / "record.csv"), model, controller, out=folder / "page.html", title="Fan 3", service_rpm=1800)
     text = page.read_text()
     assert "<title>Fan 3" in text and "model_2.json" in text and "controller_3.json" in text
+    if shutil.which("chromium"):
+        whirl.report(model, out=folder / "page.html", pdf=folder / "page.pdf")
+        assert (folder / "page.pdf").read_bytes().startswith(b"%PDF")
     with pytest.raises(TypeError, match="takes no int"):
         whirl.report(5, out=folder / "no.html")
     assert not (folder / "no.html").exists()
