@@ -1,5 +1,5 @@
 #pragma once
-#include "scatter.hpp"
+#include "fit/scatter/scatter.hpp"
 #include "white_fit.hpp"
 
 namespace whirl::modal {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/scatter/scatter.hpp"
 #include "residual_search.hpp"
-#include "scatter.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "work.hpp"

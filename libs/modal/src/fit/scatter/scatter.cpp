@@ -1,14 +1,14 @@
 // Which poles a fit with scatter keeps: search, selection by description length, and what is reported of it.
-#include "scatter.hpp"
+#include "fit/scatter/scatter.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "residual_search.hpp"
-#include "scatter_state.hpp"
+#include "fit/residual_search.hpp"
+#include "fit/scatter/scatter_state.hpp"
+#include "fit/work.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/decompositions.hpp"
-#include "work.hpp"
 
 namespace whirl::modal {
 namespace {

@@ -2,7 +2,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "pole_fit.hpp"
+#include "fit/pole_fit.hpp"
 
 namespace whirl::modal {
 

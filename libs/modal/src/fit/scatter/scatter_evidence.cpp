@@ -1,4 +1,4 @@
-#include "scatter_evidence.hpp"
+#include "fit/scatter/scatter_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
 // Mixed-effects fit of poles that differ between FRFs. Per FRF k, with P_k the information of its own poles (residues
 // eliminated) and y_k = P_k (estimate of the offset), the offsets b_k ~ N(0, D) are eliminated by Woodbury's identity:
 // the common poles see the information M_k = P_k - P_k (P_k + D^-1)^-1 P_k. D follows by MacKay's fixed point.
-#include "scatter_state.hpp"
+#include "fit/scatter/scatter_state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "fit/work.hpp"
 #include "whirl/core/decompositions.hpp"
-#include "work.hpp"
 
 namespace whirl::modal {
 namespace {

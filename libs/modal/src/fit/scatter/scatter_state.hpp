@@ -3,7 +3,7 @@
 #include <complex>
 #include <vector>
 
-#include "pole_fit.hpp"
+#include "fit/pole_fit.hpp"
 
 namespace whirl::modal {
 
