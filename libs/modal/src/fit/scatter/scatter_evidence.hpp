@@ -1,6 +1,6 @@
 #pragma once
 #include "fit/scatter/scatter.hpp"
-#include "white_fit.hpp"
+#include "fit/white_fit.hpp"
 
 namespace whirl::modal {
 
