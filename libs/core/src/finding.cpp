@@ -28,7 +28,53 @@ constexpr std::array kCodes{
     CodeText{FindingCode::term_too_large, "term_too_large", "a term of a size that rotors do not have drives it."},
     CodeText{FindingCode::inertia_impossible, "inertia_impossible", "no disc has its moments of inertia."},
     CodeText{FindingCode::model_not_trusted, "model_not_trusted", "it comes from a model that is not to be trusted."},
+    CodeText{FindingCode::freedom_spent, "freedom_spent", ""},
+    CodeText{FindingCode::option_not_taken, "option_not_taken", ""},
+    CodeText{FindingCode::not_repeatable, "not_repeatable", ""},
+    CodeText{FindingCode::run_contradicted, "run_contradicted", ""},
+    CodeText{FindingCode::runs_undecided, "runs_undecided", ""},
+    CodeText{FindingCode::angles_reversed, "angles_reversed", ""},
+    CodeText{FindingCode::scatter_unknown, "scatter_unknown", ""},
+    CodeText{FindingCode::answer_ambiguous, "answer_ambiguous", ""},
 };
+
+std::string spare_runs(const Finding& f) {
+  const double spare = f.amount("spare");
+  return spare < 1 ? "no spare run" : fmt::format("{:.0f} spare run{}", spare, spare < 2 ? "" : "s");
+}
+
+/// Findings of the runs of a balancing job.
+std::string balancing_text(const Finding& f) {
+  const auto of = [&f](std::string_view name) { return f.amount(name); };
+  switch (f.code) {
+    case FindingCode::freedom_spent:
+      return fmt::format(
+          "{} leaves {} to show the scatter: a wrong reading may hide in it; make another run, or leave the option out",
+          f.where, spare_runs(f));
+    case FindingCode::option_not_taken:
+      return fmt::format("{} is not fitted: it would leave {}; make another run, or ask for it", f.where,
+                         spare_runs(f));
+    case FindingCode::not_repeatable:
+      return fmt::format(
+          "the machine does not repeat: runs with nearly the same masses ({}) differ by {:.0f} % of the reading; no "
+          "run is left out, and the intervals hold the scatter",
+          f.where, 100 * of("share"));
+    case FindingCode::run_contradicted:
+      return fmt::format("run {} contradicts the others", f.where);
+    case FindingCode::runs_undecided:
+      return fmt::format("runs {} contradict each other and nothing tells which is wrong: repeat one of them", f.where);
+    case FindingCode::angles_reversed:
+      return "the runs agree far better when every mass angle is counted the other way: looks as if angles and phases "
+             "are counted in opposite senses; check the convention";
+    case FindingCode::scatter_unknown:
+      return "no run repeats what another one tells: the scatter is not known and no interval can be given; repeat the "
+             "run as found, or state the noise";
+    case FindingCode::answer_ambiguous:
+      return fmt::format("the amplitudes fit other masses as well: {}; one run with these masses decides", f.where);
+    default:
+      return {};
+  }
+}
 
 const CodeText& entry(FindingCode code) {
   for (const CodeText& c : kCodes)
@@ -97,12 +143,14 @@ std::string text(const Finding& f) {
           of("polar_ratio"));
     case FindingCode::model_not_trusted:
       return "the model it is designed on is not to be trusted: " + f.where;
+    default:
+      return balancing_text(f);
   }
-  return {};
 }
 
 std::string trust_text(const Finding& finding) {
-  if (finding.consequence == Consequence::unusable) return "Do not use this model.";
+  if (finding.consequence == Consequence::unusable)
+    return balancing_text(finding).empty() ? "Do not use this model." : "Do not use these masses.";
   if (finding.code == FindingCode::model_error)
     return fmt::format(
         "Do not trust this model beyond these records: chi-square is {:.3g} after the search for terms, "

@@ -19,6 +19,14 @@ enum class FindingCode {
   term_too_large,          ///< a term has a size that machines with such a term do not have
   inertia_impossible,      ///< moments of inertia that no disc has
   model_not_trusted,       ///< the model that the result was derived from is not to be trusted
+  freedom_spent,           ///< an option leaves one spare run or none: its fit may hide a wrong reading
+  option_not_taken,        ///< an automatic option was left out: it would have done so
+  not_repeatable,          ///< runs with nearly the same masses read differently
+  run_contradicted,        ///< the other runs contradict a run
+  runs_undecided,          ///< runs contradict each other, and nothing tells which is wrong
+  angles_reversed,         ///< all runs agree far better with mass angles counted the other way
+  scatter_unknown,         ///< no run repeats what another one tells: no interval
+  answer_ambiguous,        ///< other masses explain the readings as well
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);
