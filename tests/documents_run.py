@@ -34,6 +34,7 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "whirl replay run.h5": "examples/08_realtime",
     "whirl balance --session fan.toml --record": "BalanceSessionE2e",
     "whirl balance fan.toml": "BalanceSessionE2e",
+    "whirl balance lengths.csv": "BalancingAmplitudesUnit",
     "whirl balance asfound.csv --phase lag --amplitude 0p --angles with --radius-mm 80": "BalanceRunsE2e, modes.json",
     "whirl report --pdf": "needs a browser: ReportPageE2e",
     "whirl frf hammer_raw.csv.gz": "a measured file: reference tests",

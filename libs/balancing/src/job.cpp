@@ -10,7 +10,9 @@
 
 #include "whirl/core/nan.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/io/file.hpp"
 #include "whirl/io/settings.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::balancing {
 namespace {
@@ -28,7 +30,17 @@ struct RawJob {
   std::vector<std::string> planes, probes;
   std::vector<Reading> readings;
   Quantity quantity = Quantity::displacement;
+  std::string unit;    ///< as written
+  bool phases = true;  ///< false: no probe has any
 };
+
+/// The unit after the first column or key that begins with this.
+std::string unit_written(const std::string& text, const std::string& name) {
+  const std::size_t at = text.find(name + "_");
+  if (at == std::string::npos) return {};
+  const std::size_t begin = at + name.size() + 1;
+  return text.substr(begin, text.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789", begin) - begin);
+}
 
 /// Names of columns "NAME_amp" / "NAME_phase" or "NAME_mass" / "NAME_angle".
 std::vector<std::string> pairs(const io::Table& table, const std::string& first, const std::string& second) {
@@ -66,14 +78,22 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   one_run.min_samples = 1;
   const io::Table table = io::read_table(path, one_run);
   RawJob raw;
-  raw.probes = pairs(table, "_amp", "_phase");
+  raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
+                           [](const Channel& c) { return c.name.ends_with("_phase"); });
+  raw.probes = pairs(table, "_amp", raw.phases ? "_phase" : "_amp");
   raw.planes = pairs(table, "_mass", "_angle");
   if (raw.probes.empty() || raw.planes.empty())
     throw Error(path +
                 ": a balancing table has columns PROBE_amp_um, PROBE_phase_deg, PLANE_mass_gram and "
                 "PLANE_angle_deg, and run_1");
   raw.quantity = reading_quantity(path, table, raw.probes);
+  raw.unit = unit_written(io::read_text(path), raw.probes.front() + "_amp");
   const Eigen::VectorXd& run = table["run"];
+  if (const std::size_t least = 1 + 2 * raw.planes.size(); !raw.phases && static_cast<std::size_t>(run.size()) < least)
+    throw Error(
+        fmt::format("{}: no column '{}_phase': amplitudes alone need {} runs at least (as found, and a trial "
+                    "mass at several angles on each plane)",
+                    path, raw.probes.front(), least));
   const Channel* speed = table.find("speed");
   const Channel* time = table.find("time") != nullptr ? table.find("time") : table.find("t");
   for (const Channel& c : table.columns) {
@@ -98,7 +118,9 @@ RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
         throw Error::in_file(path, table.first_line + static_cast<long>(i),
                              raw.probes[p] + "_amp is negative: an amplitude is >= 0");
       r.probes[static_cast<Index>(p)] =
-          amplitude * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * table[raw.probes[p] + "_phase"][i]);
+          raw.phases
+              ? amplitude * v.amplitude_factor() * std::polar(1.0, v.phase_sign() * table[raw.probes[p] + "_phase"][i])
+              : std::complex<double>(amplitude * v.amplitude_factor(), std::isnan(amplitude) ? kNaN : 0);
     }
     raw.readings.push_back(std::move(r));
   }
@@ -112,7 +134,7 @@ std::vector<double> require_numbers(const io::Settings& s, const std::string& pa
   return values;
 }
 
-JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t probes) {
+JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t probes, Quantity readings) {
   JobPlan p;
   const double sign = v.angle_sign();
   p.edge = s.text("setup.edge", p.edge, {"leading", "trailing"});
@@ -124,9 +146,9 @@ JobPlan read_plan(const io::Settings& s, const VectorConvention& v, std::size_t 
   p.critical_speed = s.number("setup.critical_speed", Quantity::angular_velocity, 0, 0);
   p.trial = s.number("plan.trial_mass", Quantity::mass, 0, 0);
   p.limit = s.number("plan.limit_mass", Quantity::mass, 0, 0);
-  p.target = s.number("plan.target_amplitude", Quantity::displacement, 0, 0);
-  p.allowed = s.number("plan.allowed_amplitude", Quantity::displacement, 0, 0);
-  p.noise = s.number("plan.noise", Quantity::displacement, 0, 0);
+  p.target = s.number("plan.target_amplitude", readings, 0, 0);
+  p.allowed = s.number("plan.allowed_amplitude", readings, 0, 0);
+  p.noise = s.number("plan.noise", readings, 0, 0);
   p.slow_roll = s.number("plan.slow_roll_speed", Quantity::angular_velocity, 0, 0);
   p.holes = static_cast<int>(s.integer("plan.holes", 0, 0, 1000));
   p.first_hole = s.number("plan.first_hole", Quantity::angle, 0);
@@ -146,14 +168,16 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_e
   const io::Settings s = io::read_settings(path);
   RawJob raw;
   v.phase = s.text("job.phase", v.phase, {"lag", "lead"});
-  v.amplitude = s.text("job.amplitude", v.amplitude, {"0p", "pp", "rms"});
+  v.amplitude = s.text("job.amplitude", v.amplitude, {"0p", "peak", "pp", "rms"});
   v.angles = s.text("job.angles", v.angles, {"with", "against"});
   raw.planes = s.texts("job.planes", {});
   raw.probes = s.texts("job.probes", {});
   if (raw.planes.empty() || raw.probes.empty()) throw Error(path + ": [job] needs planes = [...] and probes = [...]");
+  raw.unit = s.text("job.unit", "um", {"um", "mil", "mm_s", "in_s", "g", "m_s2"});
+  raw.quantity = io::find_unit(raw.unit)->quantity;
   const std::vector<double> speeds = s.numbers("job.speeds", Quantity::angular_velocity, {0.0});
   file.stated_speeds = speeds;
-  file.plan = read_plan(s, v, raw.probes.size());
+  file.plan = read_plan(s, v, raw.probes.size(), raw.quantity);
   if (s.count("run") == 0 && !may_be_empty) throw Error(path + ": no [[run]]");
   Eigen::VectorXcd on = Eigen::VectorXcd::Zero(static_cast<Index>(raw.planes.size()));
   for (std::size_t r = 0; r < s.count("run"); ++r) {
@@ -170,9 +194,10 @@ RawJob read_toml_job(const std::string& path, VectorConvention& v, bool may_be_e
         on[static_cast<Index>(p)] += masses[p] * std::polar(1.0, v.angle_sign() * angles[p]);
     }
     reading.masses = on;
-    const auto amplitudes =
-        require_numbers(s, at + "amplitudes", Quantity::displacement, raw.probes.size() * speeds.size());
-    const auto phases = require_numbers(s, at + "phases", Quantity::angle, amplitudes.size());
+    const auto amplitudes = require_numbers(s, at + "amplitudes", raw.quantity, raw.probes.size() * speeds.size());
+    if (r == 0) raw.phases = s.has(at + "phases");
+    const auto phases = raw.phases ? require_numbers(s, at + "phases", Quantity::angle, amplitudes.size())
+                                   : std::vector<double>(amplitudes.size(), 0);
     std::vector<bool> unread(amplitudes.size(), false);
     for (const double k : s.numbers(at + "unread", Quantity::dimensionless, {})) {
       if (k < 1 || k > static_cast<double>(unread.size()) || k != std::floor(k))
@@ -237,7 +262,7 @@ void VectorConvention::check() const {
       throw Error::in_field(flag, value, fmt::format("{}", fmt::join(allowed, ", ")));
   };
   one_of("--phase", phase, {"lag", "lead"});
-  one_of("--amplitude", amplitude, {"0p", "pp", "rms"});
+  one_of("--amplitude", amplitude, {"0p", "peak", "pp", "rms"});
   one_of("--angles", angles, {"with", "against"});
 }
 
@@ -247,10 +272,14 @@ JobFile read_job(const std::string& path, VectorConvention convention, double sl
   RawJob raw =
       path.ends_with(".toml") ? read_toml_job(path, convention, may_be_empty, file) : read_csv_job(path, convention);
   if (slow_roll <= 0) slow_roll = file.plan.slow_roll;
+  if (!raw.phases && slow_roll > 0)
+    throw Error(path + ": a slow roll is a vector: it cannot be taken off readings without phase");
   if (!raw.readings.empty()) take_off_slow_roll(raw, slow_roll, path, file);
   file.convention = convention;
   file.probes = raw.probes;
   file.quantity = raw.quantity;
+  file.unit = raw.unit;
+  file.job.phases = raw.phases;
   // Speeds within half a percent are one: a drive never returns to the same digit.
   std::vector<double> speeds;
   for (const Reading& r : raw.readings) speeds.push_back(r.speed);

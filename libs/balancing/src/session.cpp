@@ -74,6 +74,12 @@ std::string run_name(const RunMade& run, const diagnosis::NextRun& next, const J
   return unique_name(run.name.empty() ? name : run.name, file);
 }
 
+void require_phases(const JobFile& file, const std::string& path) {
+  if (!file.job.phases)
+    throw Error(path + ": a guided job needs phases: each [[run]] states phases_deg; `whirl balance " + path +
+                "` balances from amplitudes alone");
+}
+
 /// What to do and why, in lines.
 std::vector<std::pair<std::string, std::string>> instructions(const JobFile& file, const diagnosis::NextRun& next) {
   const double sign = file.convention.angle_sign();
@@ -149,6 +155,7 @@ std::vector<BalancingSheet::Check> check_rows(const std::vector<diagnosis::Foret
 RunTaken add_run(const std::string& path, const RunMade& run, const JobOptions& options) {
   const io::WriterLock lock(path);
   const JobFile file = read_job(path, {}, 0, true);
+  require_phases(file, path);
   const JobOptions o = with_plan(options, file);
   const diagnosis::NextRun next = diagnosis::next_run(file.job, plan_of(file, o), influence_options(o));
   VectorConvention typed = file.convention;
@@ -174,6 +181,7 @@ GuidedStep guided_step(const std::string& path, const JobOptions& options) {
   GuidedStep step;
   step.file = read_job(path, {}, 0, true);
   const JobFile& file = step.file;
+  require_phases(file, path);
   const JobOptions o = with_plan(options, file);
   step.next = diagnosis::next_run(file.job, plan_of(file, o), influence_options(o));
   step.check = diagnosis::check_last_run(file.job, influence_options(o));

@@ -8,6 +8,7 @@
 #include "record_vectors.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::balancing {
 namespace {
@@ -95,8 +96,8 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
     throw Error(fmt::format("--probe-deg: {} angles for {} probes", job.probe_angles.size(), job.probes.size()));
   std::string text = fmt::format(
       "# Balancing job of `whirl balance --session`. Runs may be corrected here by hand.\n[job]\nplanes = [{}]\nprobes "
-      "= [{}]\n",
-      quoted("--planes", job.planes), quoted("--probes", job.probes));
+      "= [{}]\nunit = \"{}\"\n",
+      quoted("--planes", job.planes), quoted("--probes", job.probes), job.unit);
   if (!job.speeds.empty()) text += fmt::format("speeds_rpm = [{}]\n", list(job.speeds, kRadPerSecPerRpm));
   text += fmt::format("phase = \"{}\"\namplitude = \"{}\"\nangles = \"{}\"\n", job.convention.phase,
                       job.convention.amplitude, job.convention.angles);
@@ -113,9 +114,13 @@ std::string new_job_text(const NewJob& job, const std::string& path) {
   text += "\n[plan]\n";
   entry("trial_mass_gram", job.trial, 1e-3);
   entry("limit_mass_gram", o.limit, 1e-3);
-  entry("target_amplitude_um", job.target, 1e-6);
-  entry("allowed_amplitude_um", job.allowed, 1e-6);
-  entry("noise_um", o.noise, 1e-6);
+  const auto size = [&](const char* key, double value) {
+    if (value != 0)
+      text += fmt::format("{}_{} = {}\n", key, job.unit, exact_number(io::find_unit(job.unit)->from_si(value)));
+  };
+  size("target_amplitude", job.target);
+  size("allowed_amplitude", job.allowed);
+  size("noise", o.noise);
   entry("slow_roll_speed_rpm", job.slow_roll, kRadPerSecPerRpm);
   if (o.holes > 0) text += fmt::format("holes = {}\n", o.holes);
   entry("first_hole_deg", o.first_hole, kRadPerDegree);
@@ -140,7 +145,7 @@ std::string run_text(const RunMade& run, const VectorConvention& typed, const Jo
     const RecordVectors found = read_vectors(run.record, file, run.steady);
     sweep = fmt::format("sweep = {:.6g}\n", found.sweep);
     for (const std::complex<double> z : found.readings) {
-      amplitudes.push_back(std::abs(z) / v.amplitude_factor() * 1e6);
+      amplitudes.push_back(io::find_unit(file.unit)->from_si(std::abs(z) / v.amplitude_factor()));
       phases.push_back(wrapped(v.phase_sign() * std::arg(z) / kRadPerDegree));
     }
     note = run.steady ? "  # steady vectors of a run-up" : "  # from a record";
@@ -179,8 +184,8 @@ std::string run_text(const RunMade& run, const VectorConvention& typed, const Jo
                               fmt::join(file.job.planes, ", "), grams.size()));
   }
   std::string text = fmt::format(
-      "\n[[run]]{}\nname = {}\nmasses_gram = [{}]\nangles_deg = [{}]\namplitudes_um = [{}]\nphases_deg = [{}]\n{}",
-      note, quoted("--run", {name}), list(grams), list(degrees), list(amplitudes), list(phases), sweep);
+      "\n[[run]]{}\nname = {}\nmasses_gram = [{}]\nangles_deg = [{}]\namplitudes_{} = [{}]\nphases_deg = [{}]\n{}",
+      note, quoted("--run", {name}), list(grams), list(degrees), file.unit, list(amplitudes), list(phases), sweep);
   if (!unread.empty()) text += fmt::format("unread = [{}]  # positions of readings that are missing\n", list(unread));
   return text;
 }

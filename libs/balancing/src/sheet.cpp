@@ -18,6 +18,9 @@ std::string number(double value, int digits = 3) { return report::format_number(
 
 /// The unit in which balancers read the quantity.
 report::Unit unit_of(const BalancingSheet& s) {
+  if (s.unit == "mil") return {"mil", 25.4e-6};
+  if (s.unit == "in_s") return {"in/s", 25.4e-3};
+  if (s.unit == "g") return {"g", 9.80665};
   switch (s.quantity) {
     case Quantity::velocity:
       return {"mm/s", 1e-3};
@@ -29,13 +32,15 @@ report::Unit unit_of(const BalancingSheet& s) {
 }
 
 std::string degrees(double rad) {
+  if (std::isnan(rad)) return "–";
   double d = std::fmod(rad / kRadPerDegree, 360);
   if (d < 0) d += 360;
   return report::format_fixed(d, 1);
 }
 
 std::string interval(const Estimate& e, double factor) {
-  return std::isnan(e.low) ? "not known" : number(e.low * factor) + " to " + number(e.high * factor);
+  if (std::isnan(e.low)) return "not known";
+  return number(e.low * factor) + (std::isinf(e.high) ? " or more" : " to " + number(e.high * factor));
 }
 
 std::string angle_interval(const Estimate& e) {
@@ -159,6 +164,32 @@ report::Table check(const BalancingSheet& s) {
   return t;
 }
 
+report::Table left_out(const BalancingSheet& s) {
+  report::Table t;
+  const report::Unit unit = unit_of(s);
+  const std::string shown = unit.symbol + " " + s.amplitude;
+  t.caption = "Leave-one-state-out: each state foretold by the runs of the others";
+  t.columns = {{"runs", "", report::Align::left},
+               {"reading", "", report::Align::left},
+               {"foretold", shown},
+               {"measured", shown},
+               {"rms error of the vectors", shown}};
+  for (const auto& state : s.left_out) {
+    Index m = 0;
+    if (state.told) state.measured.maxCoeff(&m);
+    const auto i = static_cast<std::size_t>(m);
+    t.add({state.runs, state.told && i < s.rows.size() ? s.rows[i].name : "",
+           state.told ? number(state.foretold[m] / unit.factor) : "not told by the others",
+           state.told ? number(state.measured[m] / unit.factor) : "–",
+           state.told ? number(state.error / unit.factor, 2) : "–"});
+  }
+  t.notes = {std::isnan(s.left_out_error)
+                 ? std::string("no state is told by the others")
+                 : fmt::format("the largest reading of each state; rms error of all {} {}, {:.0f} % of the reading",
+                               number(s.left_out_error / unit.factor, 2), shown, 100 * s.left_out_share)};
+  return t;
+}
+
 report::Figure polar(const BalancingSheet& s) {
   report::Figure figure;
   figure.title = "Readings before and after";
@@ -203,6 +234,7 @@ report::Document balancing_sheet(const BalancingSheet& s) {
   d.table(masses(s));
   d.table(readings(s));
   if (!s.check.empty()) d.table(check(s));
+  if (!s.left_out.empty()) d.table(left_out(s));
   if (!s.planes.empty() && s.planes[0].budget) d.table(budget(s));
   std::vector<std::pair<std::string, std::string>> items = {
       {"criterion",
@@ -211,8 +243,9 @@ report::Document balancing_sheet(const BalancingSheet& s) {
                 ? ": largest reading (masses as computed) " + shown(s.objective, 4) + " " + s.amplitude +
                       ", no masses within the limits can be below " + shown(s.bound, 4)
                 : ": root of the sum of squares (masses as computed) " + shown(s.objective, 4) + " " + s.amplitude)},
-      {"repeatability",
-       std::isnan(s.repeatability) ? "not known: no run was repeated" : shown(s.repeatability, 2) + " per component"},
+      {"repeatability", std::isnan(s.repeatability) ? "not known: no run was nearly repeated"
+                                                    : fmt::format("{} per component, {:.0f} % of the reading",
+                                                                  shown(s.repeatability, 2), 100 * s.repeat_share)},
       {"drift over the job",
        s.drift > 0 ? "at most " + shown(s.drift, 2) + ", taken off" : "not fitted (too few runs)"}};
   d.key_values(std::move(items));

@@ -7,6 +7,9 @@
 #include <numbers>
 
 #include "whirl/core/angles.hpp"
+#include "whirl/core/nan.hpp"
+#include "whirl/diagnosis/amplitudes.hpp"
+#include "whirl/diagnosis/left_out.hpp"
 #include "whirl/diagnosis/standards.hpp"
 
 namespace whirl::balancing {
@@ -21,6 +24,7 @@ JobOptions with_plan(JobOptions o, const JobFile& file) {
   const auto take = [](double& asked, double stated) {
     if (asked == 0) asked = stated;
   };
+  if (o.noise == 0) o.noise = reading_unit(file).to_si(o.noise_written);
   take(o.limit, p.limit);
   take(o.noise, p.noise);
   take(o.first_hole, p.first_hole);
@@ -35,6 +39,14 @@ JobOptions with_plan(JobOptions o, const JobFile& file) {
   if (!o.drift) o.drift = p.drift;
   o.drop_dependent = o.drop_dependent || p.drop_dependent;
   return o;
+}
+
+const io::UnitSuffix& reading_unit(const JobFile& file) {
+  const io::UnitSuffix* written = io::find_unit(file.unit);
+  if (written != nullptr && written->quantity == file.quantity) return *written;
+  return file.quantity == Quantity::displacement ? *io::find_unit("um")
+         : file.quantity == Quantity::velocity   ? *io::find_unit("mm_s")
+                                                 : *io::find_unit("m_s2");
 }
 
 double written_angle(double angle, double sign) {
@@ -57,7 +69,8 @@ struct Balanced {
   diagnosis::CorrectionUncertainty uncertainty;
   diagnosis::PlaneIndependence independence;
   std::optional<diagnosis::Placement> placement;
-  Eigen::VectorXcd prescribed;  ///< by every plane: what is put on the rotor
+  std::optional<diagnosis::AmplitudeFit> amplitudes;  ///< a job without phases
+  Eigen::VectorXcd prescribed;                        ///< by every plane: what is put on the rotor
 };
 
 }  // namespace
@@ -84,7 +97,12 @@ namespace {
 
 Balanced solve(const JobFile& file, const JobOptions& o) {
   Balanced b;
-  b.fit = diagnosis::fit_influence(file.job, influence_options(o));
+  if (file.job.phases) {
+    b.fit = diagnosis::fit_influence(file.job, influence_options(o));
+  } else {
+    b.amplitudes = diagnosis::fit_amplitudes(file.job, influence_options(o));
+    b.fit = b.amplitudes->fit;
+  }
   b.independence = diagnosis::plane_independence(b.fit.influence);
   for (int p = 0; p < static_cast<int>(file.job.planes.size()); ++p) {
     const double significance = b.independence.significance[static_cast<std::size_t>(p)];
@@ -107,20 +125,21 @@ Balanced solve(const JobFile& file, const JobOptions& o) {
   const Index first = b.fit.with_drift ? 2 : 1;
   for (Index k = 0; k < kept; ++k)
     b.problem.influence.col(k) = b.fit.influence.col(b.planes[static_cast<std::size_t>(k)]);
-  for (Eigen::MatrixXcd& g : reduced.cofactor) {
-    std::vector<Index> index;
-    for (Index k = 0; k < first; ++k) index.push_back(k);
-    for (const int p : b.planes) index.push_back(first + p);
-    g = Eigen::MatrixXcd(g(index, index));
-  }
+  std::vector<Index> index;
+  for (Index k = 0; k < first; ++k) index.push_back(k);
+  for (const int p : b.planes) index.push_back(first + p);
+  for (Eigen::MatrixXcd& g : reduced.cofactor) g = Eigen::MatrixXcd(g(index, index));
+  for (Eigen::MatrixXcd& g : reduced.gain) g = Eigen::MatrixXcd(g(index, Eigen::all));
   reduced.influence = b.problem.influence;
   b.problem.vibration = b.fit.baseline;
   if (o.limit > 0) b.problem.limit = Eigen::VectorXd::Constant(kept, o.limit);
   const auto criterion = o.criterion.value_or(diagnosis::Criterion::least_squares);
   b.correction = diagnosis::solve_correction(b.problem, criterion);
   const bool formula = criterion == diagnosis::Criterion::least_squares && !b.correction.limited;
-  b.uncertainty = formula ? diagnosis::correction_uncertainty(reduced, b.problem, b.correction.masses)
-                          : diagnosis::redrawn_uncertainty(reduced, b.problem, criterion);
+  b.uncertainty = b.amplitudes ? diagnosis::amplitude_uncertainty(*b.amplitudes, b.problem, b.planes, criterion,
+                                                                  b.correction.masses)
+                  : formula    ? diagnosis::correction_uncertainty(reduced, b.problem, b.correction.masses)
+                               : diagnosis::redrawn_uncertainty(reduced, b.problem, criterion);
   Eigen::VectorXcd masses = b.correction.masses;
   if (const auto places = places_of(o, file.convention, b.planes.size()); !places.empty()) {
     b.placement = diagnosis::place_masses(b.problem, criterion, masses, places);
@@ -135,6 +154,66 @@ Balanced solve(const JobFile& file, const JobOptions& o) {
 void require_displacement(const char* flag, bool given, const JobFile& file) {
   if (given && file.quantity != Quantity::displacement)
     throw Error(fmt::format("{}: is of a displacement; the readings are a {}", flag, to_string(file.quantity)));
+}
+
+/// In the reader's convention; NaN in a job without phases.
+double phase_of(std::complex<double> vector, const JobFile& file) {
+  return file.job.phases ? std::arg(vector) * file.convention.phase_sign() : kNaN;
+}
+
+/// |reading| by row; without interval where there are no phases.
+std::vector<Estimate> readings_with(const Balanced& b, const Eigen::VectorXcd& masses) {
+  if (!b.amplitudes) return diagnosis::predicted_residual(b.fit, masses);
+  std::vector<Estimate> readings;
+  const Eigen::VectorXcd vectors = b.fit.baseline + b.fit.influence * masses;
+  for (const std::complex<double> z : vectors) readings.push_back({std::abs(z), kNaN, kNaN, kNaN});
+  return readings;
+}
+
+void add_left_out(BalancingSheet& sheet, const JobFile& file, const diagnosis::InfluenceFit& fit) {
+  const double amplitude = 1 / file.convention.amplitude_factor();
+  const diagnosis::LeaveStatesOut out = diagnosis::leave_states_out(file.job, fit);
+  for (const diagnosis::LeftOutState& state : out.states) {
+    BalancingSheet::LeftOut row;
+    for (const int r : state.runs)
+      row.runs += (row.runs.empty() ? "" : ", ") + file.job.runs[static_cast<std::size_t>(r)].name;
+    row.told = state.told;
+    row.foretold = state.foretold.cwiseAbs() * amplitude;
+    row.measured = state.measured.cwiseAbs() * amplitude;
+    row.error = state.error * amplitude;
+    sheet.left_out.push_back(std::move(row));
+  }
+  sheet.left_out_error = out.error * amplitude;
+  sheet.left_out_share = out.share;
+}
+
+/// Other masses that the lengths allow, as places a fitter can go to.
+void add_other_answers(BalancingSheet& sheet, const JobFile& file, const JobOptions& o, const Balanced& b) {
+  if (!b.amplitudes) return;
+  std::string text;
+  for (std::size_t k = 0; k < b.amplitudes->or_influence.size(); ++k) {
+    diagnosis::CorrectionProblem problem = b.problem;
+    problem.influence = b.amplitudes->or_influence[k](Eigen::all, b.planes);
+    problem.vibration = b.amplitudes->or_baseline[k];
+    const Eigen::VectorXcd w =
+        diagnosis::solve_correction(problem, o.criterion.value_or(diagnosis::Criterion::least_squares)).masses;
+    std::vector<BalancingSheet::OtherMass> masses;
+    for (Index p = 0; p < w.size(); ++p) {
+      masses.push_back({file.job.planes[static_cast<std::size_t>(b.planes[static_cast<std::size_t>(p)])],
+                        std::abs(w[p]), written_angle(std::arg(w[p]), file.convention.angle_sign()) * kRadPerDegree});
+      text += fmt::format("{}{:.3g} g at {:.0f} deg on {}",
+                          text.empty() ? ""
+                          : p > 0      ? " with "
+                                       : ", or ",
+                          masses.back().mass * 1e3, masses.back().angle / kRadPerDegree, masses.back().plane);
+    }
+    sheet.other_answers.push_back(std::move(masses));
+  }
+  if (text.empty()) return;
+  sheet.summary.add({FindingCode::answer_ambiguous,
+                     Consequence::unusable,
+                     {{"answers", static_cast<double>(1 + b.amplitudes->or_influence.size())}},
+                     text});
 }
 
 BalancingSheet sheet_of(const std::string& title, const JobFile& file, const JobOptions& o, const Balanced& b) {
@@ -152,27 +231,32 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
         if (m.plane == k) plane.placed.emplace_back(m.mass, written_angle(m.angle, sign) * kRadPerDegree);
     sheet.planes.push_back(std::move(plane));
   }
-  const std::vector<Estimate> before =
-      diagnosis::predicted_residual(b.fit, Eigen::VectorXcd::Zero(b.prescribed.size()));
-  const std::vector<Estimate> after = diagnosis::predicted_residual(b.fit, b.prescribed);
+  const std::vector<Estimate> before = readings_with(b, Eigen::VectorXcd::Zero(b.prescribed.size())),
+                              after = readings_with(b, b.prescribed);
   const Eigen::VectorXcd left = b.fit.baseline + b.fit.influence * b.prescribed;
+  sheet.phases = file.job.phases;
+  sheet.unit = file.unit;
   for (Index m = 0; m < b.fit.baseline.size(); ++m) {
     const auto i = static_cast<std::size_t>(m);
     const double speed = file.speeds[static_cast<std::size_t>(file.job.speed[i])];
     sheet.rows.push_back({file.job.rows[i], speed, scaled(before[i], amplitude), scaled(after[i], amplitude),
-                          std::arg(b.fit.baseline[m]) * file.convention.phase_sign(),
-                          std::arg(left[m]) * file.convention.phase_sign(), 2 * before[i].value, 2 * after[i].value});
+                          phase_of(b.fit.baseline[m], file), phase_of(left[m], file), 2 * before[i].value,
+                          2 * after[i].value});
   }
   for (Index m = 0; m < b.fit.influence.rows(); ++m)
     for (Index p = 0; p < b.fit.influence.cols(); ++p)
-      sheet.influence.push_back({file.job.rows[static_cast<std::size_t>(m)],
-                                 file.job.planes[static_cast<std::size_t>(p)],
-                                 std::abs(b.fit.influence(m, p)) * amplitude, b.fit.sd(m, p) * amplitude,
-                                 std::arg(b.fit.influence(m, p)) * file.convention.phase_sign()});
-  for (const diagnosis::BalancingRun& run : file.job.runs) sheet.runs.emplace_back(run.name, run.vibration);
+      sheet.influence.push_back(
+          {file.job.rows[static_cast<std::size_t>(m)], file.job.planes[static_cast<std::size_t>(p)],
+           std::abs(b.fit.influence(m, p)) * amplitude, b.amplitudes ? kNaN : b.fit.sd(m, p) * amplitude,
+           phase_of(b.fit.influence(m, p), file)});
+  if (file.job.phases) {
+    for (const diagnosis::BalancingRun& run : file.job.runs) sheet.runs.emplace_back(run.name, run.vibration);
+    add_left_out(sheet, file, b.fit);
+  }
   sheet.before = b.fit.baseline;
   sheet.after = left;
   sheet.repeatability = b.fit.repeatability * amplitude;
+  sheet.repeat_share = b.fit.repeat_share;
   if (b.fit.with_drift) {
     double span = 0;
     for (const diagnosis::BalancingRun& run : file.job.runs)
@@ -182,6 +266,7 @@ BalancingSheet sheet_of(const std::string& title, const JobFile& file, const Job
   sheet.objective = b.correction.objective * amplitude;
   sheet.bound = b.correction.bound * amplitude;
   sheet.summary = b.fit.summary;
+  add_other_answers(sheet, file, o, b);
   warn_of_differing_rates(file, sheet.summary);
   return sheet;
 }
@@ -190,7 +275,6 @@ void add_budget(BalancingSheet& sheet, const JobFile& file, const JobOptions& o,
   if (!o.zones.empty() && (o.zones.size() != 3 || !std::is_sorted(o.zones.begin(), o.zones.end()) || !(o.zones[0] > 0)))
     throw Error("--zones-um: three rising limits, of zones A, B and C");
   require_displacement("--zones-um", !o.zones.empty(), file);
-  require_displacement("--noise-um", o.noise > 0, file);
   sheet.zones = o.zones;
   const double speed = o.service_speed > 0 ? o.service_speed : file.speeds.back();
   if (!(o.mass > 0) || !(o.radius > 0) || !(speed > 0)) return;
@@ -214,9 +298,42 @@ void add_contradictions(io::Json& out, const JobFile& file, const diagnosis::Inf
                   .set("run", file.job.runs[static_cast<std::size_t>(c.run)].name)
                   .set("chance", c.chance)
                   .set("looks_as_if", c.slip)
+                  .set("left_out", c.left_out)
                   .set("or_runs", std::move(others)));
   }
   out.set("contradictions", std::move(runs)).set("angles_reversed", fit.angles_reversed);
+}
+
+/// How far the runs agree: spare runs, near-repeats, leave-one-state-out. Amplitudes in SI, as the job states them.
+void add_repeatability(io::Json& out, const BalancingSheet& sheet, const diagnosis::InfluenceFit& fit) {
+  io::Json states = io::Json::array(), others = io::Json::array();
+  const auto numbers = [](const Eigen::VectorXd& values) {
+    io::Json list = io::Json::array();
+    for (const double v : values) list.push(v);
+    return list;
+  };
+  for (const BalancingSheet::LeftOut& row : sheet.left_out)
+    states.push(io::Json::object()
+                    .set("runs", row.runs)
+                    .set("told", row.told)
+                    .set("foretold", numbers(row.foretold))
+                    .set("measured", numbers(row.measured))
+                    .set("error", row.error));
+  for (const std::vector<BalancingSheet::OtherMass>& answer : sheet.other_answers) {
+    io::Json masses = io::Json::array();
+    for (const BalancingSheet::OtherMass& mass : answer)
+      masses.push(io::Json::object()
+                      .set("plane", mass.plane)
+                      .set("mass_kg", mass.mass)
+                      .set("angle_deg", mass.angle / kRadPerDegree));
+    others.push(std::move(masses));
+  }
+  out.set("spare_runs", std::isinf(fit.spare) ? kNaN : fit.spare).set("repeat_share", fit.repeat_share);
+  out.set("leave_one_state_out", io::Json::object()
+                                     .set("error", sheet.left_out_error)
+                                     .set("share", sheet.left_out_share)
+                                     .set("states", std::move(states)));
+  out.set("other_answers", std::move(others));
 }
 
 }  // namespace
@@ -261,7 +378,10 @@ void warn_of_differing_rates(const JobFile& file, Summary& summary) {
 
 SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions options,
                     const std::optional<Eigen::VectorXcd>& on_rotor) {
+  require_displacement("--noise-um", options.noise > 0, file);
   options = with_plan(std::move(options), file);
+  if (!options.prior.empty() && !file.job.phases)
+    throw Error("--prior: needs readings with phase; the job has amplitudes alone");
   if (!options.prior.empty()) return solve_with_prior(title, file, options);
   Balanced b = solve(file, options);
   if (on_rotor) b.prescribed = *on_rotor;
@@ -269,7 +389,9 @@ SolvedJob solve_job(const std::string& title, const JobFile& file, JobOptions op
   add_budget(sheet, file, options, b);
   io::Json json = balancing_document(sheet);
   add_contradictions(json, file, b.fit);
-  json.set("repeatability_m", sheet.repeatability).set("drift_m", sheet.drift).set("bound_m", sheet.bound);
+  const std::string m = file.quantity == Quantity::displacement ? "_m" : "";
+  json.set("repeatability" + m, sheet.repeatability).set("drift" + m, sheet.drift).set("bound" + m, sheet.bound);
+  add_repeatability(json, sheet, b.fit);
   return {std::move(sheet), std::move(json)};
 }
 

@@ -1,11 +1,14 @@
 #pragma once
 #include "whirl/balancing/solve.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::balancing {
 
 /// The options, and where one is not stated what the job's file states.
 JobOptions with_plan(JobOptions options, const JobFile& file);
 
+/// The unit in which the readings are written; where the file does not say it, um, mm/s or m/s^2.
+const io::UnitSuffix& reading_unit(const JobFile& file);
 /// Degrees in [0, 360) as the job writes angles.
 double written_angle(double angle, double sign);
 /// Holes and pieces of every plane; empty when any place and mass will do.

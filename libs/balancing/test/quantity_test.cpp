@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 
@@ -62,6 +63,62 @@ TEST(BalancingQuantityUnit, MixedQuantitiesAndLimitsOfAnotherAreRefusedByName) {
   JobOptions zones;
   zones.zones = {1e-6, 2e-6, 3e-6};
   EXPECT_THROW(solve_job("fan", job_of(table_of("mm_s", 1)), zones), Error);
+}
+
+// What was written in g or mil stands on the sheet in g or mil.
+TEST(BalancingQuantityUnit, TheSheetKeepsTheUnitOfTheReadings) {
+  const SolvedJob g = solve_job("fan", job_of(table_of("g", 0.1)), {}),
+                  mil = solve_job("fan", job_of(table_of("mil", 1)), {});
+  EXPECT_THAT(report::to_text(balancing_sheet(g.sheet)), HasSubstr("g rms"));
+  EXPECT_NEAR(g.sheet.rows[0].before.value, 0.33 * 9.80665, 1e-6);
+  EXPECT_THAT(report::to_text(balancing_sheet(mil.sheet)), HasSubstr("mil rms"));
+  EXPECT_THAT(report::to_text(balancing_sheet(mil.sheet)), Not(HasSubstr("µm")));
+  EXPECT_NEAR(mil.sheet.rows[0].before.value, 3.3 * 25.4e-6, 1e-9);
+}
+
+// Four runs without phase: as found 4.2 mm/s, 10 g at 0, 120, 240 deg. The construction with circles: 14 g at 20 deg.
+TEST(BalancingAmplitudesUnit, FourRunsWithoutPhaseGiveTheMassAndLeavePhasesOpen) {
+  JobOptions options;
+  options.noise_written = 0.02;
+  const JobFile file = job_of(
+      "run_1,speed_rpm,DE_amp_mm_s,P_mass_gram,P_angle_deg\n1,1480,4.200,0,0\n2,1480,1.720,10,0\n"
+      "3,1480,5.569,10,120\n4,1480,6.778,10,240\n");
+  EXPECT_FALSE(file.job.phases);
+  const SolvedJob solved = solve_job("fan", file, options);
+  EXPECT_EQ(solved.sheet.summary.status, Status::ok);
+  const Estimate& mass = solved.sheet.planes[0].mass;
+  EXPECT_NEAR(mass.value, 14e-3, 0.05e-3);
+  EXPECT_LT(mass.low, 14e-3);
+  EXPECT_GT(mass.high, 14e-3);
+  EXPECT_LT(mass.high - mass.low, 2e-3);
+  EXPECT_NEAR(solved.sheet.planes[0].angle.value * 180 / 3.14159265358979, 20, 0.3);
+  EXPECT_TRUE(std::isnan(solved.sheet.rows[0].before_phase));
+  EXPECT_TRUE(solved.sheet.other_answers.empty());
+  const SolvedJob unstated = solve_job("fan", file, {});
+  EXPECT_GT(unstated.sheet.planes[0].mass.high - unstated.sheet.planes[0].mass.low, 0);
+}
+
+TEST(BalancingAmplitudesUnit, ThreeRunsWithoutPhaseGiveBothMassesAndAreNotToBeUsed) {
+  const SolvedJob solved =
+      solve_job("fan",
+                job_of("run_1,speed_rpm,DE_amp_mm_s,P_mass_gram,P_angle_deg\n1,1480,4.200,0,0\n2,1480,1.720,10,0\n"
+                       "3,1480,5.569,10,120\n"),
+                {});
+  EXPECT_EQ(solved.sheet.summary.status, Status::unusable);
+  ASSERT_NE(solved.sheet.summary.find(FindingCode::answer_ambiguous), nullptr);
+  EXPECT_EQ(solved.sheet.summary.find(FindingCode::answer_ambiguous)->amount("answers"), 2);
+  ASSERT_EQ(solved.sheet.other_answers.size(), 1U);
+  EXPECT_THAT(solved.json.dump(), HasSubstr("other_answers"));
+}
+
+TEST(BalancingLeftOutUnit, TheSheetForetellsEachStateByTheOthers) {
+  const SolvedJob solved = solve_job("fan", job_of(table_of("um", 10) + "4,1500,55,50,15,10\n"), {});
+  ASSERT_EQ(solved.sheet.left_out.size(), 3U);
+  EXPECT_EQ(solved.sheet.left_out[0].runs, "1, 3");
+  EXPECT_TRUE(solved.sheet.left_out[0].told);
+  EXPECT_GT(solved.sheet.left_out_error, 0);
+  EXPECT_THAT(report::to_text(balancing_sheet(solved.sheet)), HasSubstr("Leave-one-state-out"));
+  EXPECT_THAT(solved.json.dump(), HasSubstr("leave_one_state_out"));
 }
 
 }  // namespace

@@ -33,6 +33,14 @@ constexpr std::array kCodes{
     CodeText{FindingCode::readings_differ, "readings_differ", "its records allow another reading."},
     CodeText{FindingCode::held_out_cannot_check, "held_out_cannot_check", "nothing tests it."},
     CodeText{FindingCode::work_limit, "work_limit", "the fit ended at its limit of work."},
+    CodeText{FindingCode::freedom_spent, "freedom_spent", ""},
+    CodeText{FindingCode::option_not_taken, "option_not_taken", ""},
+    CodeText{FindingCode::not_repeatable, "not_repeatable", ""},
+    CodeText{FindingCode::run_contradicted, "run_contradicted", ""},
+    CodeText{FindingCode::runs_undecided, "runs_undecided", ""},
+    CodeText{FindingCode::angles_reversed, "angles_reversed", ""},
+    CodeText{FindingCode::scatter_unknown, "scatter_unknown", ""},
+    CodeText{FindingCode::answer_ambiguous, "answer_ambiguous", ""},
 };
 
 /// " (k1_drift 3.2 1/s^3, e_2 12 um)"; empty without amounts.
@@ -43,6 +51,44 @@ std::string amounts_text(const std::vector<Amount>& amounts) {
         fmt::format("{}{} {:.3g}{}{}", out.empty() ? " (" : ", ", a.name, a.value, a.unit.empty() ? "" : " ", a.unit);
   }
   return out.empty() ? out : out + ")";
+}
+
+std::string spare_runs(const Finding& f) {
+  const double spare = f.amount("spare");
+  return spare < 1 ? "no spare run" : fmt::format("{:.0f} spare run{}", spare, spare < 2 ? "" : "s");
+}
+
+/// Findings of the runs of a balancing job.
+std::string balancing_text(const Finding& f) {
+  const auto of = [&f](std::string_view name) { return f.amount(name); };
+  switch (f.code) {
+    case FindingCode::freedom_spent:
+      return fmt::format(
+          "{} leaves {} to show the scatter: a wrong reading may hide in it; make another run, or leave the option out",
+          f.where, spare_runs(f));
+    case FindingCode::option_not_taken:
+      return fmt::format("{} is not fitted: it would leave {}; make another run, or ask for it", f.where,
+                         spare_runs(f));
+    case FindingCode::not_repeatable:
+      return fmt::format(
+          "the machine does not repeat: runs with nearly the same masses ({}) differ by {:.0f} % of the reading; no "
+          "run is left out, and the intervals hold the scatter",
+          f.where, 100 * of("share"));
+    case FindingCode::run_contradicted:
+      return fmt::format("run {} contradicts the others", f.where);
+    case FindingCode::runs_undecided:
+      return fmt::format("runs {} contradict each other and nothing tells which is wrong: repeat one of them", f.where);
+    case FindingCode::angles_reversed:
+      return "the runs agree far better when every mass angle is counted the other way: looks as if angles and phases "
+             "are counted in opposite senses; check the convention";
+    case FindingCode::scatter_unknown:
+      return "no run repeats what another one tells: the scatter is not known and no interval can be given; repeat the "
+             "run as found, or state the noise";
+    case FindingCode::answer_ambiguous:
+      return fmt::format("the amplitudes fit other masses as well: {}; one run with these masses decides", f.where);
+    default:
+      return {};
+  }
 }
 
 const CodeText& entry(FindingCode code) {
@@ -127,12 +173,14 @@ std::string text(const Finding& f) {
           "the resonance at {:.4g} Hz cannot be checked: without {} the records turn at {:.3g} to {:.3g} Hz{}",
           of("frequency"), f.where, of("low"), of("high"),
           std::isnan(of("share")) ? "" : fmt::format(" and show {:.0f} % of the largest motion", 100 * of("share")));
+    default:
+      return balancing_text(f);
   }
-  return {};
 }
 
 std::string trust_text(const Finding& finding) {
-  if (finding.consequence == Consequence::unusable) return "Do not use this model.";
+  if (finding.consequence == Consequence::unusable)
+    return balancing_text(finding).empty() ? "Do not use this model." : "Do not use these masses.";
   if (finding.code == FindingCode::model_error)
     return fmt::format(
         "Do not trust this model beyond these records: chi-square is {:.3g} after the search for terms, "

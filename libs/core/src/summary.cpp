@@ -18,7 +18,9 @@ void Summary::add(Finding finding, std::string_view because) {
     warn(std::move(said));
   }
   if (finding.consequence != Consequence::warning)
-    trust = status == Status::unusable ? "Do not use this model." : trust_text(finding);
+    trust = status == Status::unusable && !trust.empty() && finding.consequence != Consequence::unusable
+                ? trust
+                : trust_text(finding);
   findings.push_back(std::move(finding));
 }
 

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include "near_repeats.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -15,6 +16,15 @@ namespace whirl::diagnosis {
 namespace {
 
 using Eigen::Index;
+
+// A slip put right must leave its run within the scatter of the others, up to this chance.
+constexpr double kUnlikely = 1e-4;
+// Explanations alike: likelihoods within a factor of 400 of each other.
+constexpr double kAlike = 6;
+// Chance below which all angles were counted the other way: one explanation, and a frequent one.
+constexpr double kReversed = 0.01;
+// No bench reads finer than this share of the level: exact numbers are no witnesses.
+constexpr double kFinest = 1e-4;
 
 struct Slip {
   std::string text;
@@ -68,6 +78,14 @@ std::vector<Slip> usual_slips(const BalancingJob& job, std::size_t r) {
   readings("its amplitudes are twice too large (peak-to-peak read as zero-to-peak)", 0.5 * run.vibration);
   readings("its amplitudes are half of the others' (zero-to-peak read as peak-to-peak)", 2.0 * run.vibration);
   readings("its phases are 180 deg off (the other edge or probe side)", -run.vibration);
+  // The rows of a probe: one a speed.
+  const auto speeds = job.speed.empty() ? Index{1} : 1 + *std::max_element(job.speed.begin(), job.speed.end());
+  const Index probes = rows % speeds == 0 ? rows / speeds : rows;
+  for (Index probe = 0; probe < probes && probes > 1; ++probe) {
+    Eigen::VectorXcd turned = run.vibration;
+    for (Index m = probe; m < rows; m += probes) turned[m] = -turned[m];
+    readings(fmt::format("the phase of {} is 180 deg off", job.rows[static_cast<std::size_t>(probe)]), turned);
+  }
   for (Index a = 0; a < rows; ++a) {
     for (Index b = a + 1; b < rows; ++b) {
       Eigen::VectorXcd v = run.vibration;
@@ -80,140 +98,148 @@ std::vector<Slip> usual_slips(const BalancingJob& job, std::size_t r) {
   return slips;
 }
 
-}  // namespace
-
-ContradictionSearch::Difference ContradictionSearch::difference(const InfluenceFit& fit, std::size_t run,
-                                                                const Eigen::VectorXcd& masses,
-                                                                const Eigen::VectorXcd& vibration) const {
-  Difference d;
-  const Eigen::RowVectorXcd x = design_.row(job_.runs[run], masses);
-  double freedom = 0;
-  std::vector<double> seen;
-  for (Index m = 0; m < fit.baseline.size(); ++m) {
-    if (std::isnan(std::abs(vibration[m])) || !(fit.noise[m] > 0)) continue;
-    std::complex<double> expected = fit.baseline[m] + (fit.influence.row(m) * masses)(0);
-    if (fit.with_drift) expected += fit.drift[m] * x[1];
-    const double leverage =
-        (x.conjugate() * fit.cofactor[static_cast<std::size_t>(m)].conjugate() * x.transpose())(0, 0).real();
-    d.square += std::norm(vibration[m] - expected) / (2 * fit.noise[m] * fit.noise[m] * (1 + std::max(0.0, leverage)));
-    d.freedom += 2;
-    const auto s = static_cast<double>(fit.speed[static_cast<std::size_t>(m)]);
-    if (std::find(seen.begin(), seen.end(), s) == seen.end()) {
-      seen.push_back(s);
-      freedom += fit.freedom[m];
-    }
+/// By row: mean square of the readings of its speed.
+std::vector<double> squares_by_speed(const BalancingJob& job, const std::vector<bool>& used) {
+  std::vector<double> level(job.rows.size(), 0);
+  const auto speed = [&](std::size_t m) { return job.speed.empty() ? 0 : job.speed[m]; };
+  for (std::size_t m = 0; m < job.rows.size(); ++m) {
+    double sum = 0, n = 0;
+    for (std::size_t l = 0; l < job.rows.size(); ++l)
+      for (std::size_t r = 0; r < job.runs.size(); ++r)
+        if (const double square = std::norm(job.runs[r].vibration[static_cast<Index>(l)]);
+            used[r] && speed(l) == speed(m) && !std::isnan(square))
+          sum += square, n += 1;
+    level[m] = n > 0 && sum > 0 ? sum / n : 1;
   }
-  d.tested = d.freedom > 0 && freedom > 0;
-  if (!d.tested) return d;
-  const double statistic = 2 * d.square / d.freedom;
-  d.chance = std::isinf(freedom)
-                 ? boost::math::cdf(boost::math::complement(boost::math::chi_squared(d.freedom), 2 * d.square))
-                 : boost::math::cdf(boost::math::complement(boost::math::fisher_f(d.freedom, freedom), statistic));
-  return d;
+  return level;
 }
 
-Contradiction ContradictionSearch::name_slip(const InfluenceFit& others, std::size_t run,
-                                             const Difference& as_written) const {
-  Contradiction c;
-  c.run = static_cast<int>(run);
-  double best = as_written.square;
-  for (const Slip& slip : usual_slips(job_, run)) {
-    const Difference d = difference(others, run, slip.masses, slip.vibration);
-    if (!d.tested || d.square >= best || d.chance < 1e-4) continue;
-    best = d.square;
-    c.slip = slip.text;
+}  // namespace
+
+double ContradictionSearch::misfit(const BalancingJob& job, const std::vector<bool>& used) const {
+  const InfluenceFit fit = solve_runs(job, design_, used, 0);
+  double sum = options_.noise > 0 ? 0 : kFinest * kFinest * static_cast<double>(job.rows.size());
+  for (std::size_t r = 0; r < job.runs.size(); ++r) {
+    const Eigen::RowVectorXcd x = design_.row(job.runs[r]);
+    for (Index m = 0; m < fit.baseline.size() && used[r]; ++m)
+      if (const std::complex<double> v = job.runs[r].vibration[m]; !std::isnan(std::abs(v)))
+        sum += std::norm(v - (x * fit.unknowns(m))(0)) / level_[static_cast<std::size_t>(m)];
   }
-  c.explained = 1 - best / as_written.square;
+  return sum;
+}
+
+double ContradictionSearch::gap(const InfluenceFit& others, std::size_t run, const Eigen::VectorXcd& masses,
+                                const Eigen::VectorXcd& vibration) const {
+  const Eigen::RowVectorXcd x = design_.row(job_.runs[run], masses);
+  double sum = 0;
+  for (Index m = 0; m < vibration.size(); ++m) {
+    if (std::isnan(std::abs(vibration[m]))) continue;
+    const auto i = static_cast<std::size_t>(m);
+    const double leverage = (x.conjugate() * others.cofactor[i].conjugate() * x.transpose())(0, 0).real();
+    sum += std::norm(vibration[m] - (x * others.unknowns(m))(0)) / (level_[i] * (1 + std::max(0.0, leverage)));
+  }
+  return sum;
+}
+
+double ContradictionSearch::spare(const std::vector<bool>& used) const {
+  double sum = 0;
+  for (Index m = 0; m < static_cast<Index>(job_.rows.size()); ++m) {
+    const Eigen::MatrixXcd x = design_.rows_of(job_, m, used);
+    sum += static_cast<double>(x.rows() - x.cols());
+  }
+  return sum / static_cast<double>(job_.rows.size());
+}
+
+double ContradictionSearch::chance(double before, double after, double witnesses, double tried) const {
+  if (!(witnesses > 0)) return 1;
+  return std::min(1.0, tried * std::pow(after / std::max(before, 1e-300), witnesses));
+}
+
+double ContradictionSearch::by_noise(double square) const {
+  const boost::math::chi_squared distribution(2 * static_cast<double>(job_.rows.size()));
+  return boost::math::cdf(boost::math::complement(distribution, 2 * std::max(0.0, square)));
+}
+
+std::vector<ContradictionSearch::Explanation> ContradictionSearch::explain(const std::vector<bool>& kept) const {
+  const double as_written = misfit(job_, kept), free = spare(kept), rows = static_cast<double>(job_.rows.size());
+  std::vector<std::vector<Slip>> slips(job_.runs.size());
+  double tried = 0, runs = 0;
+  for (std::size_t r = 0; r < job_.runs.size(); ++r) {
+    if (!kept[r]) continue;
+    slips[r] = usual_slips(job_, r);
+    tried += static_cast<double>(slips[r].size());
+    runs += 1;
+  }
+  std::vector<Explanation> found;
+  for (std::size_t r = 0; r < job_.runs.size(); ++r) {
+    std::vector<bool> without = kept;
+    without[r] = false;
+    // A run that alone tells a plane fits whatever was on the rotor.
+    if (!kept[r] || !design_.told_by(job_, without)) continue;
+    const InfluenceFit others = solve_runs(job_, design_, without, 0);
+    const double taken_out = misfit(job_, without);
+    const bool stated = options_.noise > 0;
+    // Of the run as written: by the stated noise, or by the scatter of the others.
+    const double alone =
+        runs * (stated ? by_noise(as_written - taken_out) : chance(as_written, taken_out, free - 1, 1));
+    Explanation best{r, "", 1, std::numeric_limits<double>::infinity()};
+    for (const Slip& slip : slips[r]) {
+      const double left = taken_out + gap(others, r, slip.masses, slip.vibration);
+      // What the run then still differs from the others must be within their scatter.
+      const double differs = stated ? by_noise(left - taken_out) : chance(left, taken_out, free - 1, 1);
+      const double score = stated ? left : free * std::log(left);
+      if (!(left < as_written) || differs < kUnlikely || score >= best.score) continue;
+      best = {r, slip.text, stated ? alone : chance(as_written, left, free, tried), score};
+    }
+    if (best.chance >= options_.alarm && alone < options_.alarm)
+      best = {r, "", alone, stated ? taken_out + rows : (free - 1) * std::log(taken_out) + std::log(as_written)};
+    if (best.chance < options_.alarm) found.push_back(std::move(best));
+  }
+  return found;
+}
+
+Contradiction ContradictionSearch::choose(std::vector<Explanation> found) const {
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+  // An unknown slip counts where no usual one explains as much.
+  const auto known = [](const Explanation& e) { return !e.slip.empty(); };
+  std::vector<Explanation> alike;
+  for (const Explanation& e : found)
+    if (e.score - found.front().score < kAlike) alike.push_back(e);
+  if (std::count_if(alike.begin(), alike.end(), known) == 1) alike = {*std::find_if(alike.begin(), alike.end(), known)};
+  Contradiction c;
+  c.run = static_cast<int>(alike.front().run);
+  c.slip = alike.front().slip;
+  c.chance = alike.front().chance;
+  for (std::size_t k = 1; k < alike.size(); ++k) c.or_run.push_back(static_cast<int>(alike[k].run));
   return c;
 }
 
-/// All angles counted the other way: the same runs with conjugated masses leave a far smaller sum of squares.
+/// All angles counted the other way: the same runs with conjugated masses leave a far smaller misfit.
 void ContradictionSearch::test_reversed(const std::vector<bool>& used) {
   BalancingJob reversed = job_;
   for (BalancingRun& run : reversed.runs) run.masses = run.masses.conjugate();
-  const InfluenceFit plain = solve_runs(job_, design_, used, 0), other = solve_runs(reversed, design_, used, 0);
-  double ratio = 0;
-  for (Index m = 0; m < plain.noise.size(); ++m) {
-    if (!(plain.freedom[m] > 0)) return;
-    ratio += std::log(plain.noise[m] / std::max(other.noise[m], 1e-300 + 1e-9 * plain.noise[m]));
-  }
-  double freedom = 0;
-  for (Index m = 0; m < plain.noise.size(); ++m)
-    freedom += plain.freedom[m] / static_cast<double>(std::count(plain.speed.begin(), plain.speed.end(),
-                                                                 plain.speed[static_cast<std::size_t>(m)]));
-  // Mean log ratio of the standard deviations times the degrees of freedom: a likelihood ratio.
-  angles_reversed_ = freedom * ratio / static_cast<double>(plain.noise.size()) > 12;
-}
-
-std::vector<ContradictionSearch::LeftOut> ContradictionSearch::leave_out_each(const std::vector<bool>& kept) {
-  std::vector<LeftOut> tests;
-  untested_.clear();
-  for (std::size_t r = 0; r < job_.runs.size(); ++r) {
-    if (!kept[r]) continue;
-    std::vector<bool> without = kept;
-    without[r] = false;
-    bool told = true;
-    for (std::size_t m = 0; m < job_.rows.size() && told; ++m) {
-      const Eigen::MatrixXcd x = design_.rows_of(job_, static_cast<Index>(m), without);
-      Eigen::ColPivHouseholderQR<Eigen::MatrixXcd> qr(x);
-      qr.setThreshold(1e-6);
-      told = x.rows() >= x.cols() && qr.rank() == x.cols();
-    }
-    LeftOut test;
-    test.run = r;
-    if (told) {
-      test.others = solve_runs(job_, design_, without, options_.noise);
-      test.difference = difference(test.others, r, job_.runs[r].masses, job_.runs[r].vibration);
-    }
-    if (!test.difference.tested) {
-      untested_.push_back(job_.runs[r].name);
-      continue;
-    }
-    const InfluenceFit free = options_.noise > 0 ? solve_runs(job_, design_, without, 0) : test.others;
-    for (Index m = 0; m < free.noise.size(); ++m) {
-      const auto rows = static_cast<double>(
-          std::count(free.speed.begin(), free.speed.end(), free.speed[static_cast<std::size_t>(m)]));
-      if (free.freedom[m] > 0) test.misfit += free.freedom[m] / rows * 2 * std::log(std::max(free.noise[m], 1e-300));
-    }
-    tests.push_back(std::move(test));
-  }
-  return tests;
-}
-
-Contradiction ContradictionSearch::choose(const std::vector<LeftOut>& tests, std::size_t worst) const {
-  // Runs whose absence leaves the rest in no visibly worse agreement: a difference of 12 in -2 log likelihood.
-  constexpr double kAlike = 12;
-  std::vector<Contradiction> named;
-  for (std::size_t k = 0; k < tests.size(); ++k) {
-    if (k != worst && tests[k].misfit - tests[worst].misfit > kAlike) continue;
-    named.push_back(name_slip(tests[k].others, tests[k].run, tests[k].difference));
-    named.back().chance = tests[k].difference.chance * static_cast<double>(tests.size());
-    if (k == worst) std::swap(named.front(), named.back());
-  }
-  const auto with_slip = [](const Contradiction& c) { return !c.slip.empty(); };
-  if (std::count_if(named.begin(), named.end(), with_slip) == 1)
-    return *std::find_if(named.begin(), named.end(), with_slip);
-  for (std::size_t k = 1; k < named.size(); ++k) named[0].or_run.push_back(named[k].run);
-  return named[0];
+  const double plain = misfit(job_, used), other = misfit(reversed, used);
+  angles_reversed_ = chance(plain, other, spare(used), 1) < kReversed;
 }
 
 std::vector<Contradiction> ContradictionSearch::run(std::vector<bool>& used) {
   std::vector<Contradiction> found;
+  level_.assign(job_.rows.size(), 2 * options_.noise * options_.noise);
+  if (!(options_.noise > 0)) level_ = squares_by_speed(job_, used);
   test_reversed(used);
   std::vector<bool> kept = used;
   while (!angles_reversed_ && found.size() < job_.runs.size() / 3) {
-    const std::vector<LeftOut> tests = leave_out_each(kept);
-    if (tests.empty()) break;
-    double smallest = 1;
-    for (const LeftOut& t : tests)
-      smallest = std::min(smallest, t.difference.chance * static_cast<double>(tests.size()));
-    if (!(smallest < options_.alarm)) break;
-    std::size_t worst = 0;
-    for (std::size_t k = 1; k < tests.size(); ++k)
-      if (tests[k].misfit < tests[worst].misfit) worst = k;
-    found.push_back(choose(tests, worst));
-    kept[static_cast<std::size_t>(found.back().run)] = false;
-    if (!found.back().or_run.empty()) break;
+    std::vector<Explanation> explained = explain(kept);
+    if (explained.empty()) break;
+    Contradiction c = choose(std::move(explained));
+    std::vector<bool> without = kept;
+    without[static_cast<std::size_t>(c.run)] = false;
+    const RepeatScatter others = repeat_scatter(job_, solve_runs(job_, design_, without, options_.noise), design_);
+    const bool known = !c.slip.empty() || options_.noise > 0 || others.share <= kRepeats;
+    c.left_out = options_.exclude && c.or_run.empty() && known && !(others.share > kRepeats);
+    found.push_back(c);
+    if (!c.left_out && options_.exclude) break;
+    kept = without;
   }
   if (options_.exclude) used = kept;
   return found;

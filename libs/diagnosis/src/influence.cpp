@@ -6,6 +6,7 @@
 
 #include "contradiction.hpp"
 #include "influence_fit.hpp"
+#include "near_repeats.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 
@@ -31,12 +32,24 @@ void BalancingJob::check() const {
   }
 }
 
+Eigen::VectorXcd InfluenceFit::unknowns(Index row) const {
+  const Index first = with_drift ? 2 : 1;
+  Eigen::VectorXcd beta(first + influence.cols());
+  beta[0] = baseline[row];
+  if (with_drift) beta[1] = drift[row];
+  beta.tail(influence.cols()) = influence.row(row).transpose();
+  return beta;
+}
+
 double InfluenceFit::sd(Index row, Index plane) const {
   const Index k = 1 + (with_drift ? 1 : 0) + plane;
   return noise[row] * std::sqrt(std::max(0.0, cofactor[static_cast<std::size_t>(row)](k, k).real()));
 }
 
 namespace {
+
+// Spare runs that an option must leave: with one, whatever is wrong with a reading goes into the option.
+constexpr double kSpareOfOptions = 2;
 
 /// Which planes the masses of the runs leave unknown.
 void require_trials(const BalancingJob& job, const RunDesign& design, const std::vector<bool>& used) {
@@ -61,49 +74,45 @@ void require_trials(const BalancingJob& job, const RunDesign& design, const std:
   }
 }
 
-void describe(const BalancingJob& job, const Contradiction& c, bool excluded, Summary& summary) {
-  const std::string& name = job.runs[static_cast<std::size_t>(c.run)].name;
-  const std::string slip = c.slip.empty() ? "" : ": looks as if " + c.slip;
-  if (c.or_run.empty()) {
-    summary.warn(fmt::format("run '{}' contradicts the others{}{}", name, slip, excluded ? "; it is left out" : ""));
-    return;
-  }
-  std::string others;
-  for (const int r : c.or_run)
-    others += fmt::format("{}'{}'", others.empty() ? "" : ", ", job.runs[static_cast<std::size_t>(r)].name);
-  summary.fail(fmt::format(
-      "runs '{}' and {} contradict each other and nothing tells which is wrong: repeat one of them", name, others));
+std::string names_of(const BalancingJob& job, const std::vector<std::size_t>& runs) {
+  std::string names;
+  for (const std::size_t r : runs) names += fmt::format("{}'{}'", names.empty() ? "" : ", ", job.runs[r].name);
+  return names;
 }
 
-double repeat_scatter(const BalancingJob& job, const RunDesign& design, const InfluenceFit& fit,
-                      const std::vector<bool>& used) {
-  double sum = 0, freedom = 0;
-  std::vector<bool> done(job.runs.size(), false);
-  for (std::size_t i = 0; i < job.runs.size(); ++i) {
-    if (done[i] || !used[i]) continue;
-    std::vector<std::size_t> same;
-    for (std::size_t j = i; j < job.runs.size(); ++j) {
-      if (!used[j] || (job.runs[j].masses - job.runs[i].masses).norm() > 1e-9 * (1e-30 + job.runs[i].masses.norm()))
-        continue;
-      same.push_back(j);
-      done[j] = true;
-    }
-    for (Index m = 0; m < static_cast<Index>(job.rows.size()); ++m) {
-      std::complex<double> mean = 0;
-      double n = 0, square = 0;
-      const auto steady = [&](std::size_t j) {
-        return job.runs[j].vibration[m] - fit.drift[m] * (job.runs[j].time - design.reference);
-      };
-      for (const std::size_t j : same)
-        if (!std::isnan(std::abs(job.runs[j].vibration[m]))) mean += steady(j), n += 1;
-      if (n < 2) continue;
-      for (const std::size_t j : same)
-        if (!std::isnan(std::abs(job.runs[j].vibration[m]))) square += std::norm(steady(j) - mean / n);
-      sum += square;
-      freedom += 2 * (n - 1);
-    }
+void describe(const BalancingJob& job, const Contradiction& c, Summary& summary) {
+  std::vector<std::size_t> runs = {static_cast<std::size_t>(c.run)};
+  for (const int r : c.or_run) runs.push_back(static_cast<std::size_t>(r));
+  const std::vector<Amount> amounts = {{"chance", c.chance}, {"left_out", c.left_out ? 1.0 : 0.0}};
+  if (c.or_run.empty())
+    summary.add({FindingCode::run_contradicted, Consequence::warning, amounts, names_of(job, runs)},
+                (c.slip.empty() ? "" : ": looks as if " + c.slip) + (c.left_out ? "; it is left out" : "; it is used"));
+  else
+    summary.add({FindingCode::runs_undecided, Consequence::unusable, amounts, names_of(job, runs)});
+}
+
+/// With drift where it is asked for, or automatic and two spare runs are left beside it: with one, any wrong reading
+/// would be taken for drift.
+RunDesign design_of(const BalancingJob& job, const std::vector<bool>& used, Drift drift, Summary& summary) {
+  const RunDesign plain(job, false);
+  if (drift == Drift::none) return plain;
+  const RunDesign drifting(job, true);
+  const bool told = drifting.told_by(job, used);
+  if (!told && drift == Drift::linear)
+    throw Error("the drift cannot be told: repeat the run as found at the end of the job");
+  if (!told) return plain;
+  const InfluenceFit with = solve_runs(job, drifting, used, 0);
+  if (drift == Drift::linear) {
+    if (with.spare < kSpareOfOptions)
+      summary.add({FindingCode::freedom_spent, Consequence::warning, {{"spare", with.spare}}, "the drift"});
+    return drifting;
   }
-  return freedom > 0 ? std::sqrt(sum / freedom) : std::numeric_limits<double>::quiet_NaN();
+  if (with.spare >= kSpareOfOptions) return drifting;
+  const InfluenceFit without = solve_runs(job, plain, used, 0);
+  // A drift in truth leaves the noise alone; by scatter a tenth is left once in ten jobs.
+  if (with.spare > 0 && with.noise.norm() < 0.3 * without.noise.norm())
+    summary.add({FindingCode::option_not_taken, Consequence::warning, {{"spare", with.spare}}, "a drift"});
+  return plain;
 }
 
 }  // namespace
@@ -113,38 +122,33 @@ InfluenceFit fit_influence(const BalancingJob& job, const InfluenceOptions& opti
   require_range("noise", options.noise, 0, 1e3, "m");
   require_range("alarm", options.alarm, 0, 1);
   std::vector<bool> used(job.runs.size(), true);
-  RunDesign design(job, false);
-  require_trials(job, design, used);
-  const auto spare = static_cast<Index>(job.runs.size()) - 1 - static_cast<Index>(job.planes.size());
-  if (options.drift == Drift::linear || (options.drift == Drift::automatic && spare >= 2)) {
-    const RunDesign drifting(job, true);
-    bool told = true;
-    for (std::size_t m = 0; m < job.rows.size(); ++m) {
-      const Eigen::MatrixXcd x = drifting.rows_of(job, static_cast<Index>(m), used);
-      Eigen::ColPivHouseholderQR<Eigen::MatrixXcd> qr(x);
-      qr.setThreshold(1e-6);
-      told = told && qr.rank() == x.cols() && (options.drift == Drift::linear || x.rows() > x.cols());
-    }
-    if (!told && options.drift == Drift::linear)
-      throw Error("the drift cannot be told: repeat the run as found at the end of the job");
-    if (told) design = drifting;
-  }
+  require_trials(job, RunDesign(job, false), used);
+  Summary summary;
+  const RunDesign design = design_of(job, used, options.drift, summary);
   ContradictionSearch search(job, design, options);
   std::vector<Contradiction> found = search.run(used);
   InfluenceFit fit = solve_runs(job, design, used, options.noise);
+  fit.summary = std::move(summary);
   fit.contradictions = std::move(found);
   fit.angles_reversed = search.angles_reversed();
-  fit.untested = search.untested();
-  fit.repeatability = repeat_scatter(job, design, fit, used);
-  for (const Contradiction& c : fit.contradictions) describe(job, c, options.exclude, fit.summary);
-  if (fit.angles_reversed)
-    fit.summary.warn(
-        "the runs agree far better when every mass angle is counted the other way: looks as if angles and "
-        "phases are counted in opposite senses; check the convention");
-  if (!fit.noise.allFinite())
-    fit.summary.warn(
-        "no run repeats what another one tells: the scatter is not known and no interval can be given; "
-        "repeat the run as found, or state the noise");
+  const RepeatScatter repeats = repeat_scatter(job, fit, design);
+  fit.repeatability = repeats.sd;
+  fit.repeat_share = repeats.share;
+  for (const Contradiction& c : fit.contradictions) {
+    describe(job, c, fit.summary);
+    if (c.left_out && fit.spare < kSpareOfOptions)
+      fit.summary.add({FindingCode::freedom_spent,
+                       Consequence::warning,
+                       {{"spare", fit.spare}},
+                       "leaving out run '" + job.runs[static_cast<std::size_t>(c.run)].name + "'"});
+  }
+  if (repeats.share > kRepeats && !fit.angles_reversed)
+    fit.summary.add({FindingCode::not_repeatable,
+                     Consequence::warning,
+                     {{"share", repeats.share}, {"sd", repeats.sd}},
+                     names_of(job, repeats.worst)});
+  if (fit.angles_reversed) fit.summary.add({FindingCode::angles_reversed, Consequence::warning});
+  if (!fit.noise.allFinite()) fit.summary.add({FindingCode::scatter_unknown, Consequence::warning});
   return fit;
 }
 

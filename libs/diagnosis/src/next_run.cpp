@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -153,10 +152,11 @@ class Planner {
 
   NextRun with_influence() {
     InfluenceFit fit = fit_influence(job_, options_);
-    // Too few runs to know the scatter, but no bench reads a tenth of the vibration wrong.
+    // Too few runs to know the scatter, but a machine that repeats reads no tenth of the vibration wrong.
     InfluenceOptions coarse = options_;
     coarse.noise = 0.03 * rms(fit.baseline);
-    if (options_.noise <= 0 && fit.noise.allFinite() && fit.noise.maxCoeff() > 3 * coarse.noise)
+    if (options_.noise <= 0 && !(fit.repeat_share > kRepeats) && fit.noise.allFinite() &&
+        fit.noise.maxCoeff() > 3 * coarse.noise)
       fit = fit_influence(job_, coarse);
     if (look_again(fit)) return next_;
     if (repeated_in_vain(fit)) return end(false, why_end_);
@@ -351,19 +351,10 @@ std::vector<Foretold> check_last_run(const BalancingJob& job, const InfluenceOpt
     if (std::isnan(std::abs(last.vibration[m]))) continue;
     RunDesign design(before, fit.with_drift);
     const Eigen::RowVectorXcd x = design.row(last);
-    Eigen::VectorXcd beta(x.size());
-    beta[0] = fit.baseline[m];
-    if (fit.with_drift) beta[1] = fit.drift[m];
-    beta.tail(last.masses.size()) = fit.influence.row(m).transpose();
-    const std::complex<double> foretold = (x * beta)(0);
+    const std::complex<double> foretold = (x * fit.unknowns(m))(0);
     const double leverage = (x * fit.cofactor[static_cast<std::size_t>(m)] * x.adjoint())(0, 0).real();
-    const double sd = fit.noise[m] * std::sqrt(1 + std::max(0.0, leverage));
-    // Hotelling's circle for one new vector; nothing where the scatter is not known.
-    double radius = 2.447747 * sd;
-    if (!(fit.freedom[m] > 0))
-      radius = kNaN;
-    else if (std::isfinite(fit.freedom[m]))
-      radius = sd * std::sqrt(2 * boost::math::quantile(boost::math::fisher_f(2, fit.freedom[m]), 0.95));
+    const double sd = std::sqrt(0.5 * fit.scatter(m, m).real() * (1 + std::max(0.0, leverage)));
+    const double radius = sd * circle_radius(2 * fit.spare);
     Foretold f;
     f.predicted = {std::abs(foretold), sd, std::isnan(radius) ? kNaN : std::max(std::abs(foretold) - radius, 0.0),
                    std::abs(foretold) + radius};

@@ -1,6 +1,7 @@
 #include "balance_flags.hpp"
 
 #include "whirl/core/angles.hpp"
+#include "whirl/io/units.hpp"
 
 namespace whirl::app {
 namespace {
@@ -19,6 +20,7 @@ balancing::JobOptions JobFlags::options() const {
   o.criterion = balancing::criterion_of(criterion);
   o.drift = balancing::drift_of(drift);
   o.noise = noise_um * 1e-6;
+  o.noise_written = noise;
   o.limit = limit_gram * 1e-3;
   o.first_hole = first_hole_deg * kRadPerDegree;
   o.piece = piece_gram * 1e-3;
@@ -47,18 +49,25 @@ balancing::NewJob GuidedFlags::job(const JobFlags& flags) const {
   job.edge = edge;
   job.critical_speed = critical_rpm * kRadPerSecPerRpm;
   job.trial = trial_gram * 1e-3;
-  job.target = target_um * 1e-6;
-  job.allowed = allowed_um * 1e-6;
+  job.unit = unit;
+  const io::UnitSuffix& of = *io::find_unit(unit);
+  if (of.quantity != Quantity::displacement && (target_um > 0 || allowed_um > 0 || flags.noise_um > 0))
+    throw Error("--target-um, --allowed-um and --noise-um are displacements; with --unit " + unit +
+                " state --target, --allowed and --noise");
+  job.target = target_um > 0 ? target_um * 1e-6 : of.to_si(target);
+  job.allowed = allowed_um > 0 ? allowed_um * 1e-6 : of.to_si(allowed);
   job.slow_roll = flags.slow_roll_rpm * kRadPerSecPerRpm;
   job.options = flags.options();
+  if (flags.noise > 0) job.options.noise = of.to_si(flags.noise);
   return job;
 }
 
 void JobFlags::add_to(CommandLine* sub) {
   sub->add_option("--phase", phase, "runs.csv: phases are lag or lead [lag]; a session must be told")
       ->one_of({"lag", "lead"});
-  sub->add_option("--amplitude", amplitude, "runs.csv: amplitudes are 0p, pp or rms [0p]; a session must be told")
-      ->one_of({"0p", "pp", "rms"});
+  sub->add_option("--amplitude", amplitude,
+                  "runs.csv: amplitudes are peak (0p), pp or rms [peak]; a session must be told")
+      ->one_of({"0p", "peak", "pp", "rms"});
   sub->add_option("--angles", angles,
                   "runs.csv: mass angles count with or against the rotation [with]; a session must be told")
       ->one_of({"with", "against"});
@@ -69,6 +78,7 @@ void JobFlags::add_to(CommandLine* sub) {
   sub->add_option("--drift", drift, "automatic [default], linear or none: warming up during the job")
       ->one_of({"automatic", "linear", "none"});
   sub->add_option("--noise-um", noise_um, "sd of one reading, zero-to-peak; default: from the runs")->range(0, 1e6);
+  sub->add_option("--noise", noise, "the same in the unit of the readings")->range(0, 1e6);
   sub->add_option("--limit-gram", limit_gram, "largest mass on a plane")->range(0, 1e9);
   sub->add_option("--holes", plain.holes, "equally spaced holes of each plane")->range(1, 1000);
   sub->add_option("--first-hole-deg", first_hole_deg, "angle of the first hole")->range(-360, 360)->show_default();
@@ -113,6 +123,11 @@ void GuidedFlags::add_to(CommandLine* sub) {
       ->range(0, 1e9);
   sub->add_option("--target-um", target_um, "new job: good when every reading is at or below (as --amplitude)")
       ->range(0, 1e6);
+  sub->add_option("--unit", unit, "new job: of the readings, --target, --allowed and --noise")
+      ->one_of({"um", "mil", "mm_s", "in_s", "g", "m_s2"})
+      ->show_default();
+  sub->add_option("--target", target, "new job: --target-um in the unit of the job")->range(0, 1e6);
+  sub->add_option("--allowed", allowed, "new job: --allowed-um in the unit of the job")->range(0, 1e6);
   sub->add_option("--allowed-um", allowed_um, "new job: a run predicted above is warned of (as --amplitude)")
       ->range(0, 1e6);
   sub->add_option("--probe-deg", probe_deg, "new job: angle of each probe, counted as the masses")

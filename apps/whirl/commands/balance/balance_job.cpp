@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "whirl/io/file.hpp"
+#include "whirl/io/units.hpp"
 #include "whirl/pages/printed_page.hpp"
 #include "whirl/report/document.hpp"
 
@@ -24,8 +25,8 @@ void write(Session& session, const balancing::SolvedJob& solved, const JobFlags&
 
 void refuse_new_statements(const GuidedFlags& g, const JobFlags& o) {
   if (!g.planes.empty() || !g.probes.empty() || !g.speeds_rpm.empty() || o.limit_gram != 0 || g.trial_gram != 0 ||
-      g.target_um != 0 || o.plain.holes != 0 || !o.criterion.empty() || !o.drift.empty() || o.slow_roll_rpm != 0 ||
-      !g.probe_deg.empty() || g.keyphasor_deg != 0 || g.critical_rpm != 0)
+      g.target_um != 0 || g.target != 0 || g.unit != "um" || o.plain.holes != 0 || !o.criterion.empty() ||
+      !o.drift.empty() || o.slow_roll_rpm != 0 || !g.probe_deg.empty() || g.keyphasor_deg != 0 || g.critical_rpm != 0)
     throw Error(g.file +
                 " exists: what a job is made of (planes, probes, speeds, limits, criterion) is stated there; "
                 "change it in the file");
@@ -86,11 +87,13 @@ void balance_session(const GuidedFlags& g, const JobFlags& flags, Session& sessi
   const balancing::GuidedStep step = balancing::guided_step(g.file, flags.options());
   for (const auto& [key, value] : step.instructions) session.say(fmt::format("{:<14} {}", key, value));
   const bool done = step.next.step == diagnosis::BalancingStep::done;
-  const double unit = 1e-6 * step.file.convention.amplitude_factor();
+  const io::UnitSuffix& written = *io::find_unit(step.file.unit);
+  const double unit = written.to_si(1) * step.file.convention.amplitude_factor();
   for (std::size_t m = 0; m < step.next.predicted.size() && !done; ++m) {
     const Estimate& e = step.next.predicted[m];
     const double value = e.value < 1e-6 * unit ? 0 : e.value / unit;
-    session.say(fmt::format("{:<14} {}: {:.3g} um{}", m == 0 ? "predicted" : "", step.file.job.rows[m], value,
+    session.say(fmt::format("{:<14} {}: {:.3g} {}{}", m == 0 ? "predicted" : "", step.file.job.rows[m], value,
+                            written.suffix,
                             std::isnan(e.low) ? "" : fmt::format(" ({:.3g} to {:.3g})", e.low / unit, e.high / unit)));
   }
   if (step.solved) {

@@ -12,7 +12,7 @@ namespace whirl::balancing {
 /// How the vectors of a job are written. A phase lag and angles against rotation belong together as lead and with do.
 struct VectorConvention {
   std::string phase = "lag";        ///< lag or lead
-  std::string amplitude = "0p";     ///< 0p, pp or rms
+  std::string amplitude = "0p";     ///< 0p (or peak), pp or rms
   std::string angles = "with";      ///< of the masses: with or against rotation
   double amplitude_factor() const;  ///< to zero-to-peak
   double phase_sign() const { return phase == "lag" ? -1 : 1; }
@@ -31,7 +31,7 @@ struct JobPlan {
   std::vector<double> probe_angles;  ///< by probe, rad with rotation from the same zero; empty: not stated
   double critical_speed = 0;         ///< rad/s
   double trial = 0, limit = 0;       ///< kg
-  double target = 0, allowed = 0;    ///< m, in the convention of the job (p-p, 0-p, rms)
+  double target = 0, allowed = 0;    ///< SI, in the convention of the job (p-p, 0-p, rms)
   double noise = 0, slow_roll = 0;   ///< m 0-p; rad/s
   double first_hole = 0, piece = 0, hole = 0;  ///< rad as written; kg; kg
   int holes = 0;
@@ -48,9 +48,10 @@ struct JobFile {
   std::vector<double> speeds;  ///< rad/s, ascending
   std::vector<std::string> probes;
   Quantity quantity = Quantity::displacement;  ///< of the readings: displacement, velocity or acceleration
-  std::vector<std::string> slow_roll;          ///< probes whose slow-roll vector was taken off
-  std::vector<double> stated_speeds;  ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
-  JobPlan plan;                       ///< runs.toml
+  std::string unit;                    ///< suffix in which the readings are written: "mil", "mm_s"; TOML: job.unit
+  std::vector<std::string> slow_roll;  ///< probes whose slow-roll vector was taken off
+  std::vector<double> stated_speeds;   ///< runs.toml: job.speeds, rad/s, in the order of the readings, slow roll too
+  JobPlan plan;                        ///< runs.toml
   /// runs.toml, by run: rate of the run-up over the square of the speed where it was read, 1; 0: the rotor stayed at
   /// its speeds; NaN: not stated.
   std::vector<double> sweeps;

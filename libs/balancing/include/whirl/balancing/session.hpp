@@ -19,19 +19,21 @@ struct NewJob {
   std::string edge = "leading";             ///< of the mark that triggers: leading or trailing
   double critical_speed = 0;                ///< rad/s: tells on which side the heavy spot is
   double trial = 0;                         ///< kg; else from options.mass and options.radius
-  double target = 0, allowed = 0;           ///< m, in the kind of the readings
+  std::string unit = "um";                  ///< of the readings: um, mil, mm_s, in_s, g or m_s2
+  double target = 0, allowed = 0;           ///< SI, in the kind of the readings
   double slow_roll = 0;                     ///< rad/s: readings at or below are runout
   JobOptions options;
 };
 
 /// A run that was made.
 struct RunMade {
-  std::string readings;  ///< "48.3@270 12@5": micrometres and degrees, all probes at the first speed, then the next;
-                         ///< "-": missing
-  std::string record;    ///< or a record with keyphasor whose channels are named as the probes
-  bool steady = false;   ///< record: vectors of a rotor that stays at each speed, from modes fitted to the run-up
-  std::string masses;    ///< "10@90 0": grams and degrees, plane by plane; empty: as proposed
-  std::string name;      ///< empty: after its purpose
+  std::string
+      readings;         ///< "48.3@270 12@5": unit of the job and degrees, all probes at the first speed, then the next;
+                        ///< "-": missing
+  std::string record;   ///< or a record with keyphasor whose channels are named as the probes
+  bool steady = false;  ///< record: vectors of a rotor that stays at each speed, from modes fitted to the run-up
+  std::string masses;   ///< "10@90 0": grams and degrees, plane by plane; empty: as proposed
+  std::string name;     ///< empty: after its purpose
   VectorConvention typed{"", "", ""};  ///< of readings and masses, where it differs from the job's
 };
 

@@ -42,8 +42,21 @@ struct BalancingSheet {
     double measured = 0;
     bool inside = true;
   };
+  /// A state (runs that are near-repeats) foretold by the runs of the other states.
+  struct LeftOut {
+    std::string runs;
+    bool told = false;
+    Eigen::VectorXd foretold, measured;  ///< by row, in the reader's kind; NaN: not read
+    double error = 0;                    ///< rms over the rows, m
+  };
+  struct OtherMass {
+    std::string plane;
+    double mass = 0, angle = 0;  ///< kg, rad
+  };
   std::string title, convention, criterion, amplitude;
   Quantity quantity = Quantity::displacement;  ///< of all readings, SI
+  std::string unit;                            ///< suffix in which the readings were written; empty: usual
+  bool phases = true;                          ///< false: amplitudes alone
   bool lag = false;                            ///< the reader's phases
   double kind = 1;                             ///< the reader's amplitude of a vector of one metre 0-p
   std::vector<Plane> planes;
@@ -53,6 +66,10 @@ struct BalancingSheet {
   Eigen::VectorXcd before, after;                              ///< lead, 0-p
   std::vector<std::pair<std::string, std::string>> next;       ///< guided job: what to do next, or its end
   std::vector<Check> check;                                    ///< empty: nothing was foretold
+  std::vector<LeftOut> left_out;
+  std::vector<std::vector<OtherMass>> other_answers;  ///< masses that amplitudes alone allow as well
+  double left_out_error = 0, left_out_share = 0;      ///< m; of the rms reading; NaN: no state is told by the others
+  double repeat_share = 0;                            ///< scatter of near-repeats over the rms reading; NaN: none
   std::vector<double> zones;  ///< stated upper limits of A, B, C in the reader's kind, m; empty: ISO 20816-3
   double grade = 0;           ///< asked for, mm/s
   double repeatability = 0, drift = 0, objective = 0, bound = 0;

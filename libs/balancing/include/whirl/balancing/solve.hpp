@@ -14,7 +14,8 @@ namespace whirl::balancing {
 struct JobOptions {
   std::optional<diagnosis::Criterion> criterion;  ///< else least squares
   std::optional<diagnosis::Drift> drift;          ///< else automatic
-  double noise = 0;                               ///< sd of one reading, m 0-p; else from the runs
+  double noise = 0;                               ///< sd of one reading, SI 0-p; else from the runs
+  double noise_written = 0;                       ///< the same in the unit of the readings
   double limit = 0;                               ///< largest mass of a plane, kg
   int holes = 0;                                  ///< equally spaced, of each plane
   double first_hole = 0;                          ///< rad, counted as the job counts angles

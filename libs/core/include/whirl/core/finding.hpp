@@ -23,6 +23,14 @@ enum class FindingCode {
   readings_differ,         ///< the records allow another reading of the model, which changes this result
   held_out_cannot_check,   ///< the records without the part held out do not pass a resonance of the model
   work_limit,              ///< a fit ended at its limit of work: parts of the result may be missing
+  freedom_spent,           ///< an option leaves one spare run or none: its fit may hide a wrong reading
+  option_not_taken,        ///< an automatic option was left out: it would have done so
+  not_repeatable,          ///< runs with nearly the same masses read differently
+  run_contradicted,        ///< the other runs contradict a run
+  runs_undecided,          ///< runs contradict each other, and nothing tells which is wrong
+  angles_reversed,         ///< all runs agree far better with mass angles counted the other way
+  scatter_unknown,         ///< no run repeats what another one tells: no interval
+  answer_ambiguous,        ///< other masses explain the readings as well
 };
 /// As it stands in JSON and Python, e.g. "held_out_missed".
 std::string_view to_string(FindingCode code);
