@@ -29,6 +29,38 @@ TEST(RotorE2e, EveryTemplateGoesThroughEveryCommand) {
   }
 }
 
+TEST(RotorE2e, FitFindsTheBearingsOfARecordedRotor) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template two-disc --out drawing.toml").exit_code, 0);
+  std::string text = slurp(folder / "drawing.toml") + "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 0\n";
+  folder.write("drawing.toml", text +
+                                   "\n[fit]\nmaterial_damping = false\n[fit.tolerance]\nprobe_gain_percent = 5\n"
+                                   "[[trial]]\nrun = \"trial\"\nposition_mm = 1000\nmass_gram = 2\nradius_mm = 40\n");
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("stiffness_x_N_m = 1e6", "stiffness_x_N_m = 1.3e6");
+  replace("size_gmm = 0", "size_gmm = 60");
+  folder.write("machine.toml", text);
+  folder.write("with_trial.toml", text + "\n[[unbalance]]\nposition_mm = 1000\nsize_gmm = 80\n");
+  for (const std::string call : {"machine.toml --out up.csv", "with_trial.toml --out trial.csv"})
+    ASSERT_EQ(folder.whirl("rotor run --from-rpm 300 --to-rpm 3500 --seconds 20 " + call).exit_code, 0);
+  const Outcome outcome = folder.whirl(
+      "rotor fit drawing.toml up.csv trial.csv --at-mm 1000 --motion motion.csv --out fitted.toml --json --quiet");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Json document = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader in(document, "stdout");
+  EXPECT_TRUE(in.at("misfit").at("explained").flag()) << outcome.out;
+  const auto unknowns = in.at("unknowns").items();
+  EXPECT_EQ(unknowns[0].at("name").text(), "stiffness x of left");
+  EXPECT_NEAR(unknowns[0].at("estimate").at("value").number(), 1.3e6, 1.3e4);
+  EXPECT_EQ(io::read_table(folder / "motion.csv").rows(), 200);
+  EXPECT_EQ(folder.whirl("rotor criticals fitted.toml --to-rpm 5000").exit_code, 0);
+  const Outcome missing = folder.whirl("rotor fit drawing.toml up.csv");
+  EXPECT_EQ(missing.exit_code, 2);
+  EXPECT_NE(missing.err.find("trial"), std::string::npos) << missing.err;
+}
+
 TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --out rotor.toml").exit_code, 0);

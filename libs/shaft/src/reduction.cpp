@@ -56,26 +56,6 @@ std::vector<VectorXd> applied_forces(const System& s) {
   return list;
 }
 
-System projected(const System& s, const MatrixXd& basis) {
-  System r = s;
-  const auto onto = [&](const MatrixXd& m) { return MatrixXd(basis.transpose() * m * basis); };
-  r.mass = onto(s.mass);
-  r.gyroscopic = onto(s.gyroscopic);
-  r.stiffness = onto(s.stiffness);
-  r.rotating = onto(s.rotating);
-  for (Attachment& a : r.supports) {
-    a.row = (basis.transpose() * a.row).eval();
-    if (a.tilt.size() > 0) a.tilt = (basis.transpose() * a.tilt).eval();
-  }
-  r.unbalance = basis.transpose() * s.unbalance;
-  r.bow = basis.transpose() * s.bow;
-  r.weight = basis.transpose() * s.weight;
-  r.deflection = s.deflection * basis;
-  r.slope = s.slope * basis;
-  r.bodies = s.bodies * basis;
-  return r;
-}
-
 void compare(const System& full, const ReductionOptions& o, double highest, Reduction& r) {
   System loaded = full, small = r.system;
   if (full.unbalance.norm() == 0) {
@@ -104,6 +84,26 @@ void compare(const System& full, const ReductionOptions& o, double highest, Redu
 
 }  // namespace
 
+System project(const System& s, const MatrixXd& basis) {
+  System r = s;
+  const auto onto = [&](const MatrixXd& m) { return MatrixXd(basis.transpose() * m * basis); };
+  r.mass = onto(s.mass);
+  r.gyroscopic = onto(s.gyroscopic);
+  r.stiffness = onto(s.stiffness);
+  r.rotating = onto(s.rotating);
+  for (Attachment& a : r.supports) {
+    a.row = (basis.transpose() * a.row).eval();
+    if (a.tilt.size() > 0) a.tilt = (basis.transpose() * a.tilt).eval();
+  }
+  r.unbalance = basis.transpose() * s.unbalance;
+  r.bow = basis.transpose() * s.bow;
+  r.weight = basis.transpose() * s.weight;
+  r.deflection = s.deflection * basis;
+  r.slope = s.slope * basis;
+  r.bodies = s.bodies * basis;
+  return r;
+}
+
 Reduction reduce(const System& s, const ReductionOptions& o) {
   if (o.modes < 1) throw Error::in_field("modes", std::to_string(o.modes), "1 and above");
   const auto [stiffness, mass] = mean_plane(s, o.highest / 2);
@@ -128,8 +128,9 @@ Reduction reduce(const System& s, const ReductionOptions& o) {
   const auto [found, turned] = plane_modes(basis.transpose() * stiffness * basis, basis.transpose() * mass * basis);
   basis = (basis * turned).eval();
   Reduction r;
-  r.system = projected(s, basis);
+  r.system = project(s, basis);
   r.frequencies.assign(found.begin(), found.end());
+  r.basis = basis;
   compare(s, o, o.highest > 0 ? o.highest : frequencies[std::max<Index>(0, kept / 3 - 1)], r);
   return r;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fit/fit_file.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/settings.hpp"
 
@@ -31,7 +32,7 @@ class RotorReader {
  public:
   explicit RotorReader(const Settings& settings) : s_(settings) {}
 
-  Rotor read() {
+  RotorJob read() {
     rotor_.name = s_.text("rotor.name", "");
     rotor_.vertical = s_.flag("rotor.vertical", false);
     rotor_.element = s_.text("rotor.element", "internal-node", {"internal-node", "usual"}) == "usual"
@@ -54,9 +55,10 @@ class RotorReader {
     }
     read_supports();
     read_excitation();
+    FitSetup fit = read_fit_setup(s_, rotor_);
     s_.finish();
     check(rotor_);
-    return std::move(rotor_);
+    return {std::move(rotor_), std::move(fit)};
   }
 
  private:
@@ -286,14 +288,18 @@ class RotorReader {
 
 }  // namespace
 
-Rotor read_rotor(const std::filesystem::path& file) {
+RotorJob read_rotor_job(const std::filesystem::path& file) {
   const Settings settings = io::read_settings(file);
   return RotorReader(settings).read();
 }
 
-Rotor parse_rotor(std::string_view text, std::string_view name) {
+Rotor read_rotor(const std::filesystem::path& file) { return read_rotor_job(file).rotor; }
+
+RotorJob parse_rotor_job(std::string_view text, std::string_view name) {
   const Settings settings = io::parse_settings(text, name);
   return RotorReader(settings).read();
 }
+
+Rotor parse_rotor(std::string_view text, std::string_view name) { return parse_rotor_job(text, name).rotor; }
 
 }  // namespace whirl::shaft

@@ -64,6 +64,7 @@ void add_rotor(CommandLine& app, Session& session) {
   add_rotor_criticals(*rotor, session);
   add_rotor_response(*rotor, session);
   add_rotor_run(*rotor, session);
+  add_rotor_fit(*rotor, session);
 }
 
 }  // namespace whirl::app

@@ -17,6 +17,7 @@ struct ReductionOptions {
 /// their laws, its equations are those of System, so whatever takes a system takes this one.
 struct Reduction {
   System system;
+  Eigen::MatrixXd basis;            ///< coordinates of the full model from those of `system`
   std::vector<double> frequencies;  ///< of its coordinates, rad/s
   /// Unbalance response against the full model: largest difference over the stations, as a part of the largest
   /// deflection at that speed, at the speeds looked at. Each speed is one at which the error is seen, not a bound
@@ -27,5 +28,7 @@ struct Reduction {
 };
 /// Throws Error for fewer than one mode. Where the rotor has no unbalance, one at every disc and support is looked at.
 Reduction reduce(const System& system, const ReductionOptions& options = {});
+/// The system in coordinates p of q = basis p.
+System project(const System& system, const Eigen::MatrixXd& basis);
 
 }  // namespace whirl::shaft

@@ -4,12 +4,20 @@
 #include <string_view>
 #include <vector>
 
+#include "whirl/shaft/fit/setup.hpp"
 #include "whirl/shaft/rotor.hpp"
 
 namespace whirl::shaft {
 
 /// Rotor from TOML; docs/rotor.md lists the keys. Throws Error with file, line, key, value and what is allowed.
 Rotor read_rotor(const std::filesystem::path& file);
+/// The same with what a fit is to find: [fit] and [[trial]].
+struct RotorJob {
+  Rotor rotor;
+  FitSetup fit;
+};
+RotorJob read_rotor_job(const std::filesystem::path& file);
+RotorJob parse_rotor_job(std::string_view text, std::string_view name);
 /// From text; `name` stands in messages.
 Rotor parse_rotor(std::string_view text, std::string_view name);
 
@@ -17,5 +25,8 @@ Rotor parse_rotor(std::string_view text, std::string_view name);
 std::vector<std::string> rotor_templates();
 /// TOML text of one of them, with comments. Throws Error for another name.
 std::string rotor_template(std::string_view name);
+
+/// The rotor as a file that `read_rotor` reads back.
+std::string rotor_text(const Rotor& rotor);
 
 }  // namespace whirl::shaft

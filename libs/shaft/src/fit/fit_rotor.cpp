@@ -1,0 +1,193 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "fit/evidence.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/shaft/reduction.hpp"
+
+namespace whirl::shaft {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+// A descent that ends with so much more than the scatter of the vectors is in a false minimum, or no geometry fits.
+constexpr double kFalseMinimum = 1.5;
+constexpr double kStartFactorStiffness = 2, kStartFactorDamping = 4;  // further starts lie within these of the file's
+constexpr int kTryIterations = 15;
+
+void check_fit(const Rotor& rotor, const FitSetup& setup, const std::vector<OrderRun>& runs) {
+  if (runs.empty()) throw Error("a fit needs at least one run");
+  if (rotor.probes.empty()) throw Error("the rotor has no [[probe]]: a fit needs the places of those of the records");
+  if (rotor.unbalances.empty())
+    throw Error("the rotor has no [[unbalance]]: a fit needs the stations at which it may be (a size of 0 will do)");
+  for (const OrderRun& run : runs)
+    if (run.vectors.rows() != static_cast<Index>(rotor.probes.size()))
+      throw Error::in_field("run " + run.name, fmt::format("{} channels", run.vectors.rows()),
+                            fmt::format("one of each probe, {}", rotor.probes.size()));
+  for (const Trial& t : setup.trials) {
+    if (std::ranges::find(runs, t.run, &OrderRun::name) == runs.end()) {
+      std::string known;
+      for (const OrderRun& run : runs) known += (known.empty() ? "" : ", ") + run.name;
+      throw Error::in_field("trial.run", t.run, "the name of a run: " + known);
+    }
+    require_range("trial.position", t.position, 0, rotor.length() * (1 + 1e-9), "m");
+  }
+}
+
+/// A start beside that of the file.
+VectorXd other_start(const ParameterSet& set, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> even(-1, 1);
+  VectorXd t = set.start();
+  for (Index k = 0; k < set.structural; ++k) {
+    const Parameter& p = set.all[static_cast<std::size_t>(k)];
+    if (!p.logarithmic) continue;
+    t[k] += even(random) * std::log(p.kind == UnknownKind::stiffness ? kStartFactorStiffness : kStartFactorDamping);
+  }
+  return t;
+}
+
+class RotorFitter {
+ public:
+  RotorFitter(const Rotor& drawn, const FitSetup& setup, const std::vector<OrderRun>& runs, const FitOptions& options)
+      : drawn_(drawn), setup_(setup), runs_(runs), options_(options) {
+    double lowest = std::numeric_limits<double>::infinity(), highest = 0;
+    for (const OrderRun& run : runs) {
+      lowest = std::min(lowest, run.speed.minCoeff());
+      highest = std::max(highest, run.speed.maxCoeff());
+    }
+    set_ = make_parameters(drawn, setup, lowest, highest);
+  }
+
+  RotorFit fit() {
+    point_.t = set_.start();
+    FitProblem problem(model_at(point_.t), runs_);
+    search(problem);
+    // About the values found, with the noise that the residuals show.
+    for (int pass = 0; pass < 2; ++pass) {
+      renew_noise(problem);
+      problem.set_model(model_at(point_.t));
+      problem.linearise(point_, sum_);
+      result_.iterations += descend(problem, point_, sum_, pass == 0 ? options_.max_iterations : 6).iterations;
+    }
+    problem.linearise(point_, sum_);
+    judge(problem);
+    return std::move(result_);
+  }
+
+ private:
+  std::shared_ptr<FitModel> model_at(const VectorXd& t) const {
+    return std::make_shared<FitModel>(drawn_, set_, setup_.trials, t, options_.modes);
+  }
+
+  /// From the file's values; where that ends in a misfit, from others.
+  void search(FitProblem& problem) {
+    problem.linearise(point_, sum_);
+    result_.iterations += descend(problem, point_, sum_, options_.max_iterations).iterations;
+    const double enough = kFalseMinimum * static_cast<double>(problem.equations());
+    std::mt19937_64 random(1);
+    for (int k = 0; k < options_.restarts && !(sum_.cost < enough); ++k) {
+      ++result_.starts;
+      FitPoint other{other_start(set_, random)};
+      SquareSum sum;
+      problem.linearise(other, sum);
+      result_.iterations += descend(problem, other, sum, kTryIterations).iterations;
+      if (!(sum.cost < sum_.cost)) continue;
+      point_ = other;
+      sum_ = sum;
+    }
+  }
+
+  void judge(FitProblem& problem) {
+    result_.misfit = misfit_of(problem, set_.size());
+    result_.rotor = with_values(drawn_, set_, point_.t, true);
+    const double inflation = std::max(1.0, result_.misfit.chi_square);
+    const InverseInformation inverse = invert_information(sum_.normal, 1e-14);
+    result_.covariance = inflation * inverse.covariance;
+    result_.summary.condition_number = inverse.condition_number;
+    const VectorXd units = relative_units(problem, point_.t);
+    const MatrixXd open = open_information(set_, problem.information(), units) / inflation;
+    const VectorXd relative =
+        1.959964 * invert_information(open, 1e-14).covariance.diagonal().cwiseMax(0).cwiseSqrt().cwiseProduct(units);
+    for (Index k = 0; k < set_.size(); ++k) result_.unknowns.push_back(unknown(k, relative[k]));
+    result_.weak = weak_directions(set_, point_.t, open, units);
+    result_.next = next_runs(problem, point_.t, units);
+    for (Index p = 0; p < set_.probes; ++p) {
+      double worst = 0;
+      for (std::size_t r = 0; r < runs_.size(); ++r) worst = std::max(worst, problem.noise(r, p));
+      result_.noise.push_back(worst);
+    }
+    for (std::size_t r = 0; r < runs_.size(); ++r) {
+      Eigen::MatrixXcd residual = problem.residuals()[r].value;
+      for (Index p = 0; p < set_.probes; ++p)
+        residual.row(p).array() *= (runs_[r].samples.transpose().array() / 2).rsqrt() * problem.noise(r, p);
+      result_.residuals.push_back(std::move(residual));
+    }
+    result_.model = std::make_shared<FitModel>(problem.model());
+    summarise();
+  }
+
+  FitUnknown unknown(Index k, double relative) const {
+    const Parameter& p = set_.all[static_cast<std::size_t>(k)];
+    FitUnknown u{p.kind, p.index, p.row, p.column, p.part, p.name, p.unit, {}, relative, relative <= kIdentifiable};
+    const double t = point_.t[k], sd = std::sqrt(std::max(0.0, result_.covariance(k, k)));
+    u.estimate.value = p.value(t);
+    u.estimate.sd = sd * (p.logarithmic ? u.estimate.value : std::abs(p.scale));
+    const double one = p.value(t - 1.959964 * sd), two = p.value(t + 1.959964 * sd);
+    u.estimate.low = std::min(one, two);
+    u.estimate.high = std::max(one, two);
+    return u;
+  }
+
+  void summarise() {
+    Summary& s = result_.summary;
+    const FitMisfit& m = result_.misfit;
+    s.chi_square = m.chi_square;
+    s.trust = "Its parameters may be used within their intervals, in the speeds of the records.";
+    if (!m.explained) {
+      std::string because = fmt::format(
+          ": geometry, supports or unbalance stations differ from the file beyond its tolerances ({:.1f} standard "
+          "deviations)",
+          m.deviations);
+      if (m.band_deviations > kBandLimit)
+        because += fmt::format("; most at {:.0f} to {:.0f} rpm of {}", m.band_from * 30 / M_PI, m.band_to * 30 / M_PI,
+                               m.band_run);
+      s.add({FindingCode::model_error,
+             Consequence::no_trust,
+             {{"chi_square", m.chi_square}, {"deviations", std::max(m.deviations, m.band_deviations)}},
+             m.band_run},
+            because);
+      s.trust = "Do not trust this model: the records contradict the rotor file.";
+    }
+    std::string open;
+    for (const FitUnknown& u : result_.unknowns)
+      if (!u.identifiable && u.kind != UnknownKind::runout) open += (open.empty() ? "" : ", ") + u.name;
+    if (!open.empty()) s.warn("not identifiable from these records: " + open);
+  }
+
+  const Rotor& drawn_;
+  const FitSetup& setup_;
+  const std::vector<OrderRun>& runs_;
+  const FitOptions& options_;
+  ParameterSet set_;
+  FitPoint point_;
+  SquareSum sum_;
+  RotorFit result_;
+};
+
+}  // namespace
+
+RotorFit fit_rotor(const Rotor& rotor, const FitSetup& setup, const std::vector<OrderRun>& runs,
+                   const FitOptions& options) {
+  check(rotor);
+  check_fit(rotor, setup, runs);
+  require_range("modes", options.modes, 2, 1000);
+  return RotorFitter(rotor, setup, runs, options).fit();
+}
+
+}  // namespace whirl::shaft

@@ -1,0 +1,48 @@
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "fit/fit_model.hpp"
+#include "whirl/shaft/fit/order_run.hpp"
+
+namespace whirl::shaft {
+
+/// The modes that the speed passes or comes near, at nodes over speed, each continued from node to node: what makes the
+/// motion of a run differ from the steady one. Of mode k, with a' its pole (1/s) and r, l its vectors in state space,
+/// l' r = 1, the coordinate c of the motion c(t) r e^{i theta} obeys
+///     c' = (a - i Omega) c + (Omega^2 - i Omega') l'f + Omega' sum_j N_kj c_j,   N_kj = -l_k' A' r_j / (a_j - a_k),
+/// where N holds the turning of the shapes with speed.
+struct SweepNode {
+  Eigen::VectorXcd pole, slope;     ///< and its slope over speed
+  Eigen::MatrixXcd reading;         ///< probes x modes: of r
+  Eigen::MatrixXcd source;          ///< modes x columns: l'f
+  Eigen::MatrixXcd coupling;        ///< N
+  Eigen::MatrixXcd pole_slopes;     ///< modes x structural unknowns
+  Eigen::MatrixXcd reading_slopes;  ///< (probes modes) x structural unknowns
+  Eigen::MatrixXcd source_slopes;   ///< (modes columns) x structural unknowns
+};
+struct SweepModes {
+  Eigen::VectorXd speed;
+  std::vector<SweepNode> nodes;
+  Eigen::Index count = 0;
+
+  /// Between two nodes: poles by the cubic through values and slopes, slopes over unknowns linear, all else by the
+  /// cubic through the four nodes about.
+  /// Without `whole` only what the motion needs.
+  void read(double speed, SweepNode& node, bool whole) const;
+};
+SweepModes sweep_modes(const FitModel& model, double lowest, double highest, int nodes);
+
+/// How the vectors of a run differ from the steady ones: mean coordinates of the modes in each block less their steady
+/// ones. Column k + modes c of the mode k under a unit of force column c; a last column of each stands for a source of
+/// one.
+struct SweepPart {
+  Eigen::MatrixXcd readings;            ///< (probes columns) x blocks: added to the steady readings
+  Eigen::MatrixXcd conjugate;           ///< the same, times the conjugate size: what a change within a turn leaves
+  Eigen::MatrixXcd value, twice;        ///< (modes (columns + 1)) x blocks: c, and of c e^{2 i theta}
+  Eigen::MatrixXcd slope, twice_slope;  ///< of those over the mode's own pole
+  bool empty() const { return value.size() == 0; }
+};
+SweepPart sweep_part(const FitModel& model, const SweepModes& modes, const OrderRun& run);
+
+}  // namespace whirl::shaft

@@ -1,0 +1,171 @@
+#include "whirl/shaft/fit/fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "rotors.hpp"
+#include "whirl/core/error.hpp"
+#include "whirl/shaft/rotor_file.hpp"
+#include "whirl/testing/error_of.hpp"
+#include "whirl/testing/shaft/rotor_population.hpp"
+
+namespace whirl::shaft {
+namespace {
+
+using whirl::testing::make_rotor_case;
+using whirl::testing::order_runs;
+using whirl::testing::PopulationOptions;
+using whirl::testing::RotorCase;
+
+FitSetup setup_of(const RotorCase& c) {
+  FitSetup setup;
+  setup.trials = c.trials;
+  setup.tolerance.probe_gain = 0.05;
+  return setup;
+}
+
+const FitUnknown& unknown(const RotorFit& fit, const std::string& name) {
+  const auto at = std::ranges::find(fit.unknowns, name, &FitUnknown::name);
+  EXPECT_NE(at, fit.unknowns.end()) << name;
+  return *at;
+}
+
+/// A machine whose runs pass both critical speeds, and its fit; made once.
+struct BothCriticals {
+  RotorCase machine = make_rotor_case(1, {.start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
+  RotorFit fit = fit_rotor(machine.drawing, setup_of(machine), order_runs(machine));
+};
+const BothCriticals& both_criticals() {
+  static const BothCriticals made;
+  return made;
+}
+
+TEST(RotorFitReference, BearingsFromRunsThroughBothCriticals) {
+  const auto& [machine, fit] = both_criticals();
+  EXPECT_TRUE(fit.misfit.explained) << fit.misfit.deviations << " " << fit.misfit.band_deviations;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const whirl::testing::RigBearing& truth = machine.rig.bearings[k];
+    const SupportLaw& law = fit.rotor.supports[k].law;
+    EXPECT_NEAR(law.stiffness[0](0, 0) / truth.kx, 1, 0.006);
+    EXPECT_NEAR(law.stiffness[0](1, 1) / truth.ky, 1, 0.006);
+    EXPECT_NEAR(law.damping[0](0, 0) / truth.cx, 1, 0.06);
+    EXPECT_NEAR(law.damping[0](1, 1) / truth.cy, 1, 0.06);
+    EXPECT_NEAR(fit.rotor.unbalances[k].size / machine.rig.masses[k].size, 1, 0.01);
+  }
+  EXPECT_TRUE(fit.weak.empty()) << fit.weak.front().words;
+  EXPECT_FALSE(fit.next.empty());
+}
+
+TEST(RotorFitReference, MotionAtADiscFromProbesAtTheBearings) {
+  const auto& [machine, fit] = both_criticals();
+  const std::vector<double> speeds{60, 90, 120, 200, 260, 300};
+  const double z = machine.rig.discs[1].position;
+  const VirtualProbe v = virtual_probe(fit, z, speeds);
+  const whirl::testing::ShaftRigModel model(machine.rig);
+  for (std::size_t k = 0; k < speeds.size(); ++k) {
+    const Eigen::Vector2cd truth = model.steady(speeds[k], z);
+    EXPECT_NEAR(std::abs(v.x[static_cast<Eigen::Index>(k)] / truth[0]), 1, 0.03) << speeds[k];
+    EXPECT_GT(v.x_half[static_cast<Eigen::Index>(k)], 0);
+  }
+  // The force of a bearing on the shaft: its own stiffness and damping on the motion there.
+  const VirtualForce force = virtual_force(fit, 0, speeds);
+  const whirl::testing::RigBearing& b = machine.rig.bearings[0];
+  for (std::size_t k = 0; k < speeds.size(); ++k) {
+    const std::complex<double> truth =
+        -std::complex<double>(b.kx, speeds[k] * b.cx) * model.steady(speeds[k], b.position)[0];
+    EXPECT_NEAR(std::abs(force.x[static_cast<Eigen::Index>(k)] / truth), 1, 0.03) << speeds[k];
+  }
+}
+
+TEST(RotorFitReference, WithoutATrialMassTheScaleOfUnbalanceIsOpen) {
+  RotorCase c = make_rotor_case(2, {.start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
+  c.records.pop_back();
+  c.names.pop_back();
+  c.trials.clear();
+  const RotorFit fit = fit_rotor(c.drawing, setup_of(c), order_runs(c));
+  ASSERT_FALSE(fit.weak.empty());
+  const auto says = [&](const char* words) {
+    return std::ranges::any_of(fit.weak,
+                               [&](const WeakDirection& w) { return w.words.find(words) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("unbalance scale") && says("common gain")) << fit.weak.front().words;
+  for (const FitUnknown& u : fit.unknowns) {
+    if (u.kind == UnknownKind::stiffness) EXPECT_TRUE(u.identifiable) << u.name;
+  }
+  ASSERT_FALSE(fit.next.empty());
+  EXPECT_NE(fit.next.front().words.find("trial mass"), std::string::npos) << fit.next.front().words;
+}
+
+TEST(RotorFitReference, TheFirstCriticalAloneDoesNotTellMaterialDamping) {
+  const RotorCase c =
+      make_rotor_case(3, {.second_critical = false, .start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
+  const RotorFit fit = fit_rotor(c.drawing, setup_of(c), order_runs(c));
+  EXPECT_FALSE(unknown(fit, "damping of steel").identifiable) << unknown(fit, "damping of steel").relative_half_width;
+  EXPECT_TRUE(unknown(fit, "stiffness x of A").identifiable);
+}
+
+TEST(RotorFitReference, AWrongDrawingIsContradicted) {
+  RotorCase c = make_rotor_case(4, {.start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
+  for (shaft::Disc& d : c.drawing.discs) d.position += 0.03;
+  for (shaft::Unbalance& u : c.drawing.unbalances) u.position = u.end = u.position + 0.03;
+  const RotorFit fit = fit_rotor(c.drawing, setup_of(c), order_runs(c), {.restarts = 0});
+  EXPECT_FALSE(fit.misfit.explained);
+  ASSERT_NE(fit.summary.find(FindingCode::model_error), nullptr);
+  EXPECT_NE(fit.summary.distrust(), nullptr);
+}
+
+TEST(RotorFit, ErrorsNameWhatIsAllowed) {
+  const RotorCase& c = both_criticals().machine;
+  std::vector<OrderRun> runs = order_runs(c);
+  FitSetup setup = setup_of(c);
+  setup.trials[0].run = "trail";
+  EXPECT_NE(whirl::testing::error_of([&] { fit_rotor(c.drawing, setup, runs); }).find("up, trial"), std::string::npos);
+  setup = setup_of(c);
+  setup.supports = {"C"};
+  EXPECT_NE(whirl::testing::error_of([&] { fit_rotor(c.drawing, setup, runs); }).find("A, B"), std::string::npos);
+  setup = setup_of(c);
+  setup.stiffness = OverSpeed::table;
+  EXPECT_NE(whirl::testing::error_of([&] { fit_rotor(c.drawing, setup, runs); }).find("speed_rpm"), std::string::npos);
+  Rotor none = c.drawing;
+  none.unbalances.clear();
+  EXPECT_NE(whirl::testing::error_of([&] { fit_rotor(none, setup_of(c), runs); }).find("[[unbalance]]"),
+            std::string::npos);
+}
+
+TEST(RotorFile, WhatIsWrittenReadsBackTheSame) {
+  for (const std::string& name : rotor_templates()) {
+    const Rotor rotor = parse_rotor(rotor_template(name), name);
+    const Rotor again = parse_rotor(rotor_text(rotor), name);
+    EXPECT_EQ(rotor_text(again), rotor_text(rotor)) << name;
+    const System one = assemble(rotor), two = assemble(again);
+    EXPECT_LT((one.mass - two.mass).norm(), 1e-12 * one.mass.norm()) << name;
+    EXPECT_LT((one.stiffness - two.stiffness).norm(), 1e-12 * one.stiffness.norm()) << name;
+    EXPECT_LT((one.unbalance - two.unbalance).norm(), 1e-12 * (1e-12 + one.unbalance.norm())) << name;
+    ASSERT_EQ(one.supports.size(), two.supports.size());
+    for (std::size_t k = 0; k < one.supports.size(); ++k)
+      EXPECT_LT((one.supports[k].law.at(100).stiffness - two.supports[k].law.at(100).stiffness).norm(),
+                1e-12 * one.supports[k].law.at(100).stiffness.norm())
+          << name;
+  }
+}
+
+TEST(RotorFile, WhatAFitIsToFind) {
+  const std::string text = rotor_template("jeffcott") +
+                           "[fit]\nstiffness = \"linear\"\ndamping = \"known\"\n[fit.tolerance]\n"
+                           "youngs_modulus_percent = 1\ndisc_position_mm = 2\n[[trial]]\nrun = \"trial\"\n"
+                           "position_mm = 250\nmass_gram = 2\nradius_mm = 40\nangle_deg = 90\n";
+  const RotorJob job = parse_rotor_job(text, "job.toml");
+  EXPECT_EQ(job.fit.stiffness, OverSpeed::linear);
+  EXPECT_EQ(job.fit.damping, OverSpeed::known);
+  EXPECT_DOUBLE_EQ(job.fit.tolerance.youngs_modulus, 0.01);
+  EXPECT_DOUBLE_EQ(job.fit.tolerance.disc_position, 0.002);
+  ASSERT_EQ(job.fit.trials.size(), 1u);
+  EXPECT_NEAR(job.fit.trials[0].size, 8e-5, 1e-15);
+  const std::string wrong = rotor_template("jeffcott") + "[fit]\nstiffness = \"cubic\"\n";
+  const std::string error = whirl::testing::error_of([&] { parse_rotor_job(wrong, "job.toml"); });
+  EXPECT_NE(error.find("linear"), std::string::npos) << error;
+}
+
+}  // namespace
+}  // namespace whirl::shaft
