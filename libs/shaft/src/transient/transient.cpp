@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "pencil_inverse.hpp"
 #include "synchronous_solution.hpp"
+#include "transient/pencil_inverse.hpp"
 #include "whirl/core/decompositions.hpp"
 #include "whirl/core/error.hpp"
 

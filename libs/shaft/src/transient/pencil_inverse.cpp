@@ -1,4 +1,4 @@
-#include "pencil_inverse.hpp"
+#include "transient/pencil_inverse.hpp"
 
 #include <Eigen/Eigenvalues>
 
