@@ -16,12 +16,14 @@ void WorkLimit::add(double operations) {
 }
 
 bool WorkLimit::over() {
-  bool any = false;
-  for (WorkLimit* one = g_innermost; one != nullptr; one = one->outer_) {
-    if (one->spent_ < one->limit_) continue;
-    any = one->stopped_ = true;
+  WorkLimit* last = nullptr;  // outermost that is used up: all within it stop
+  for (WorkLimit* one = g_innermost; one != nullptr; one = one->outer_)
+    if (one->spent_ >= one->limit_) last = one;
+  for (WorkLimit* one = g_innermost; last != nullptr; one = one->outer_) {
+    one->stopped_ = true;
+    if (one == last) break;
   }
-  return any;
+  return last != nullptr;
 }
 
 void WorkLimit::stop() {

@@ -21,7 +21,7 @@ class WorkLimit {
 
   /// Counts work done.
   static void add(double operations);
-  /// True beyond the limit of any, which is then marked as stopped.
+  /// True beyond the limit of any, which is then marked as stopped with all limits inside it.
   static bool over();
   /// Marks the innermost as stopped: a part of the result that was cut short is kept.
   static void stop();

@@ -1,5 +1,5 @@
 #pragma once
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "whirl/core/decompositions.hpp"
 #include "whirl/core/modal_model.hpp"
 
 namespace whirl::testing {
