@@ -134,25 +134,38 @@ std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpe
   return result;
 }
 
-std::size_t largest_agreeing(const std::vector<BlowSpectra>& blows) {
+BlowGroups groups_of(const std::vector<BlowSpectra>& blows) {
+  constexpr double kResembles = 0.8;
   const std::size_t n = blows.size();
   std::vector<std::size_t> with(n, 1);
-  const auto alike = [&](std::size_t i, std::size_t j) {
+  std::vector<bool> paired(n, false);
+  // Smallest correlation over the responses; 0 where they do not agree.
+  const auto likeness = [&](std::size_t i, std::size_t j) {
+    double least = 1;
     for (std::size_t c = 0; c < blows[i].responses.size(); ++c) {
       const VectorXcd a = blows[i].responses[c].cwiseProduct(blows[j].force);
       const VectorXcd b = blows[j].responses[c].cwiseProduct(blows[i].force);
       const double aa = a.squaredNorm(), bb = b.squaredNorm();
       if (!(aa > 0) || !(bb > 0)) continue;  // a dead response tells nothing
-      if (!agrees({std::sqrt(bb / aa), a.dot(b).real() / std::sqrt(aa * bb), 0, 0})) return false;
+      const Relation r{std::sqrt(bb / aa), a.dot(b).real() / std::sqrt(aa * bb), 0, 0};
+      if (!agrees(r)) return 0.0;
+      least = std::min(least, r.correlation);
     }
-    return true;
+    return least;
   };
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (alike(i, j)) ++with[i], ++with[j];
+      const double like = likeness(i, j);
+      if (like > 0) ++with[i], ++with[j];
+      if (like > kResembles) paired[i] = paired[j] = true;
     }
   }
-  return with.empty() ? 0 : *std::ranges::max_element(with);
+  BlowGroups out;
+  for (std::size_t i = 0; i < n; ++i) {
+    out.largest = std::max(out.largest, with[i]);
+    out.all_paired = out.all_paired && paired[i];
+  }
+  return out;
 }
 
 }  // namespace whirl::modal

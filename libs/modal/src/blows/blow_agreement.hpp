@@ -22,9 +22,13 @@ std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpe
                                                        const std::vector<std::string>& names, double dt,
                                                        Eigen::Index samples);
 
-/// How many blows the largest group holds that agrees with one of its blows in every response (that blow included),
-/// by correlation above 0.5 and a gain within 30 % at no delay. Half of the blows or fewer: they are not those of one
-/// point, or noise.
-std::size_t largest_agreeing(const std::vector<BlowSpectra>& blows);
+/// Which blows agree in every response, by correlation and a gain within 30 % at no delay.
+struct BlowGroups {
+  std::size_t largest = 0;  ///< blows of the largest group that agrees with one of its own (correlation above 0.5)
+  bool all_paired =
+      true;  ///< each blow has another that it resembles (above 0.8): what sets the rest apart is no noise
+};
+/// Half of the blows or fewer in the largest group: they are not those of one point, or noise.
+BlowGroups groups_of(const std::vector<BlowSpectra>& blows);
 
 }  // namespace whirl::modal

@@ -64,14 +64,14 @@ std::vector<std::string> names_of(const FrequencyResponse& result) {
 // Blows on several points have no common response: their average would be that of no point. Disagreement that noise
 // may explain is left to the coherence.
 void require_one_point(const std::vector<BlowSpectra>& blows, bool clean) {
-  if (blows.size() < 3 || !clean) return;
-  const std::size_t most = largest_agreeing(blows);
-  if (2 * most > blows.size()) return;
+  if (blows.size() < 3) return;
+  const BlowGroups groups = groups_of(blows);
+  if (2 * groups.largest > blows.size() || !(clean || groups.all_paired)) return;
   throw Error(fmt::format(
       "at most {} of {} blows agree in every response: they are not those of one point and direction. Points of a "
       "roving test are estimated one by one: one `whirl frf` for each point, with --reference naming it, and `whirl "
       "modes` takes all files; --keep-odd-blows averages them all the same",
-      most, blows.size()));
+      groups.largest, blows.size()));
 }
 
 // Whether the responses of every blow rise well above what they were before it.
