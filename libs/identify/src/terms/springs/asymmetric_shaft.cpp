@@ -1,0 +1,28 @@
+#include "terms/term.hpp"
+
+namespace whirl::identification::terms {
+
+const TermEntry& asymmetric_shaft() {
+  // Keyways, poles, cracks that stay open: the stiffness of the shaft differs between two directions that turn with it.
+  static const TermEntry entry{
+      .label = "stiffness turning with the shaft",
+      .parameters = {{"k1_turning_re", "1/s^2"}, {"k1_turning_im", "1/s^2"}},
+      .force =
+          [](const TermPoint& p, double, std::size_t part) {  // -e^{2 i b} conj z and -i e^{2 i b} conj z
+            const double c = std::cos(2 * p.beta), s = std::sin(2 * p.beta);
+            const double xx = part == 0 ? -c : s, xy = part == 0 ? -s : -c;
+            TermForce f;
+            f.x_x = xx, f.x_y = f.y_x = xy, f.y_y = -xx;
+            f.x = xx * p.x + xy * p.y, f.y = xy * p.x - xx * p.y;
+            return f;
+          },
+      .text = [](const TermAxis& a, const RotorTerm& t) -> std::vector<TermText> {
+        const char *own = t.part == 0 ? "cos(2*X5)*" : "sin(2*X5)*", *other = t.part == 0 ? "sin(2*X5)*" : "cos(2*X5)*";
+        return {{own + a.own, (t.part == 0) == a.x ? -1.0 : 1.0}, {other + a.other, -1}};
+      },
+      .decider = Decider::free_decay,
+  };
+  return entry;
+}
+
+}  // namespace whirl::identification::terms
