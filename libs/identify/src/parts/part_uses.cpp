@@ -34,7 +34,7 @@ PartUse response_use(ModelPart part) {
     case ModelPart::hidden_states:
       return used();
     case ModelPart::drifts:
-      return warned("a steady response knows no time: k1 and c are those at the reference of the drift");
+      return warned("a steady response has no time: k1 and c are those at the reference of the drift");
     case ModelPart::other_unbalances:
       return noted(kFirstUnbalance);
     case ModelPart::changed_machine:
