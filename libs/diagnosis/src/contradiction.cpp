@@ -222,6 +222,12 @@ void ContradictionSearch::test_reversed(const std::vector<bool>& used) {
   angles_reversed_ = chance(plain, other, spare(used), 1) < kReversed;
 }
 
+bool ContradictionSearch::repeated(const std::vector<bool>& kept, int run) const {
+  for (const std::vector<std::size_t>& group : near_repeats(job_, kept))
+    if (group.size() > 1 && std::count(group.begin(), group.end(), static_cast<std::size_t>(run)) > 0) return true;
+  return false;
+}
+
 std::vector<Contradiction> ContradictionSearch::run(std::vector<bool>& used) {
   std::vector<Contradiction> found;
   level_.assign(job_.rows.size(), 2 * options_.noise * options_.noise);
@@ -235,7 +241,8 @@ std::vector<Contradiction> ContradictionSearch::run(std::vector<bool>& used) {
     std::vector<bool> without = kept;
     without[static_cast<std::size_t>(c.run)] = false;
     const RepeatScatter others = repeat_scatter(job_, solve_runs(job_, design_, without, options_.noise), design_);
-    const bool known = !c.slip.empty() || options_.noise > 0 || others.share <= kRepeats;
+    // Where the run itself was nearly repeated, a machine that does not repeat explains it as well as an unknown slip.
+    const bool known = !c.slip.empty() || options_.noise > 0 || (others.share <= kRepeats && !repeated(kept, c.run));
     c.left_out = options_.exclude && c.or_run.empty() && known && !(others.share > kRepeats);
     found.push_back(c);
     if (!c.left_out && options_.exclude) break;

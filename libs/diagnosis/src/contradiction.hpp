@@ -39,6 +39,7 @@ class ContradictionSearch {
   double spare(const std::vector<bool>& used) const;
   double chance(double before, double after, double witnesses, double tried) const;
   std::vector<Explanation> explain(const std::vector<bool>& kept) const;
+  bool repeated(const std::vector<bool>& kept, int run) const;  ///< another run is its near-repeat
   Contradiction choose(std::vector<Explanation> found) const;
   void test_reversed(const std::vector<bool>& used);
 
