@@ -27,7 +27,7 @@ struct ChannelStudy {
   std::vector<LineBlock> blocks = {};  ///< long ones, with all orders and the electric lines
   double largest = 0;                  ///< amplitude of the largest line
   bool whirl = false;                  ///< a line below 0.5X was found
-  bool wanders = false;                ///< the phase of 1X does
+  double scatter = 0;                  ///< rad rms, of the phase of 1X, where it is significant
   VibrationFindings& result;
 
   bool runs() const;  ///< the speed changes through the record

@@ -93,7 +93,7 @@ bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const st
       if (supplied(across, b.duration())) continue;
       LineValue best;
       for (const double off : {-1.0, 0.0, 1.0}) {
-        const LineValue value = b.added({0, across + off / b.duration()});
+        const LineValue value = b.added({0, across + off / b.duration()}, false);
         if (value.share >= kLeastShare && value.power > best.power) best = value;
       }
       if (!(best.share >= kLeastShare)) continue;

@@ -207,9 +207,10 @@ double LineBlock::mirror_chance(const Line& l, double power) const {
   return largest;
 }
 
-LineValue LineBlock::added(const Line& l) const {
+LineValue LineBlock::added(const Line& l, bool skirts) const {
   LineValue value = added_alone(l, true);
-  if (l.order <= 0 && value.chance < 0.05) value.chance = std::max(value.chance, mirror_chance(l, value.power));
+  if (skirts && l.order <= 0 && value.chance < 0.05)
+    value.chance = std::max(value.chance, mirror_chance(l, value.power));
   return value;
 }
 

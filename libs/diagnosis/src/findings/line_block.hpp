@@ -57,8 +57,9 @@ class LineBlock {
 
   /// Value of one of the lines fitted; without chance where the record's band does not reach it.
   LineValue fitted(const Line& line) const;
-  /// A further line, fitted to what the others leave.
-  LineValue added(const Line& line) const;
+  /// A further line, fitted to what the others leave. With `skirts` a fixed line near an order counts only above what
+  /// stands on the other side of the order.
+  LineValue added(const Line& line, bool skirts = true) const;
   /// Power and amplitude of the residual at a place of the spectrum, against either side of it.
   LineValue at_bin(Eigen::Index bin) const;
   /// The mean power of the free lines on both sides of a place; NaN where there are none.

@@ -15,9 +15,10 @@ using Eigen::Index;
 using Eigen::VectorXd;
 constexpr Index kVectorTurns = 8;
 constexpr std::size_t kLeastVectors = 8;
-constexpr double kOneSpeed = 0.015;                           // to either side of the median speed
-constexpr double kWanders = 1e-3;                             // chance: 1X has skirts
-constexpr double kLeastScatter = 3 * kRadPerDegree;           // a mass 3 degrees off leaves 5 % of the unbalance
+constexpr double kOneSpeed = 0.015;                  // to either side of the median speed
+constexpr double kSignificant = 1e-3;                // chance: 1X has skirts
+constexpr double kNearLine = 0.25;                   // orders: a closer electric line beats with 1X over eight turns
+constexpr double kLeastScatter = 3 * kRadPerDegree;  // a mass 3 degrees off leaves 5 % of the unbalance
 constexpr double kNoiseLines[] = {0.625, 0.75, 1.25, 1.375};  // orders beside 1X, clear of it under a Hann window
 
 struct Vectors {
@@ -55,6 +56,12 @@ Vectors vectors_of(const ChannelStudy& s) {
 
 void find_phase_scatter(ChannelStudy& s) {
   if (!s.phase) return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::no_angle);
+  const auto beats = [&](const Line& l) {
+    return std::ranges::any_of(s.blocks,
+                               [&](const LineBlock& b) { return std::abs(l.frequency / b.turning() - 1) < kNearLine; });
+  };
+  if (std::ranges::any_of(s.electric, beats))
+    return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::line_beside_1x);
   const Vectors all = vectors_of(s);
   std::vector<double> sorted = all.speed;
   std::ranges::sort(sorted);
@@ -90,7 +97,7 @@ void find_phase_scatter(ChannelStudy& s) {
   // The lines beside 1X overlap by pairs: two of the four are independent.
   const boost::math::fisher_f law(static_cast<double>(n - 2), 4 * static_cast<double>(n));
   f.chance = boost::math::cdf(boost::math::complement(law, across / (0.5 * noise)));
-  s.wanders = f.chance < kWanders;
+  if (f.chance < kSignificant) s.scatter = f.size;
   f.low_speed = middle * (1 - kOneSpeed);
   f.high_speed = middle * (1 + kOneSpeed);
   f.causes = {Cause::rub, Cause::looseness, Cause::thermal};

@@ -57,12 +57,14 @@ void find_sidebands(ChannelStudy& s) {
     s.unjudged(VibrationCode::sidebands, UnjudgedReason::speed_changes);
     return;
   }
+  const LineValue first = blocks.front()->fitted({1, 0});
   Pair best;
   double tests = 0;
   for (const double carrier : kCarriers) {
-    const double nearest = std::max(3 / longest, s.wanders ? kSkirts * turning : 0);
-    for (double distance = nearest; distance < kFurthest * turning; distance += 1 / longest, ++tests) {
+    for (double distance = 3 / longest; distance < kFurthest * turning; distance += 1 / longest, ++tests) {
       const Pair here = pair_at(blocks, carrier, distance);
+      // The skirts of a phase that wanders are no larger than the wander times 1X.
+      if (distance < kSkirts * turning && here.size < s.scatter * first.amplitude()) continue;
       if (here.chance < best.chance || (here.chance == best.chance && here.power > best.power)) best = here;
     }
   }
@@ -75,7 +77,6 @@ void find_sidebands(ChannelStudy& s) {
   f.frequency = best.distance;
   f.speed = blocks.front()->speed();
   const LineValue carrier = blocks.front()->fitted({best.carrier, 0});
-  const LineValue first = blocks.front()->fitted({1, 0});
   if (first.amplitude() > 0 && carrier.amplitude() > 0) f.ratio = best.size / first.amplitude();
   f.causes = {Cause::modulation, Cause::electric, Cause::looseness};
   s.add(std::move(f));

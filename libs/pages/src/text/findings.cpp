@@ -123,6 +123,8 @@ std::string_view missing_words(UnjudgedReason reason) {
       return "more than 2 % of the samples are missing";
     case UnjudgedReason::speed_changes:
       return "the speed changes: record at steady speed";
+    case UnjudgedReason::line_beside_1x:
+      return "an electric line beside 1X beats with it: record without the supply, or at another speed";
     case UnjudgedReason::no_slow_turns:
       return "needs a run from below 0.45 of the speed of the largest 1X";
   }

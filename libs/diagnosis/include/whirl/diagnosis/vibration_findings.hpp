@@ -73,11 +73,12 @@ struct VibrationFinding {
 
 /// Why something was not looked for.
 enum class UnjudgedReason {
-  no_angle,       ///< no rotor angle, and the vibration does not tell one
-  too_few_turns,  ///< fewer than 32 turns
-  gaps,           ///< more than 2 % of the samples are missing
-  speed_changes,  ///< needs eight blocks of eight turns within 3 % of one speed
-  no_slow_turns,  ///< needs turns below 0.45 of the speed of the largest 1X
+  no_angle,        ///< no rotor angle, and the vibration does not tell one
+  too_few_turns,   ///< fewer than 32 turns
+  gaps,            ///< more than 2 % of the samples are missing
+  speed_changes,   ///< needs eight blocks of eight turns within 3 % of one speed
+  line_beside_1x,  ///< an electric line within a quarter of an order of 1X beats with it
+  no_slow_turns,   ///< needs turns below 0.45 of the speed of the largest 1X
 };
 std::string_view to_string(UnjudgedReason reason);
 
