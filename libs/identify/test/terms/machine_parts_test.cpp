@@ -32,12 +32,11 @@ TEST_P(MachinePartProperty, IsFoundByItsName) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(Parts, MachinePartProperty,
-                         ::testing::Values(PartSeed{Part::blade_loss, 2}, PartSeed{Part::loose_bolt, 1},
-                                           PartSeed{Part::loose_bolt, 2}, PartSeed{Part::two_clocks, 1},
-                                           PartSeed{Part::rubber, 1}, PartSeed{Part::rubber, 2},
-                                           PartSeed{Part::rolling_bearing, 1}, PartSeed{Part::rolling_bearing, 2},
-                                           PartSeed{Part::swirl_damping, 1}, PartSeed{Part::swirl_damping, 2},
-                                           PartSeed{Part::film, 1}));
+                         ::testing::Values(PartSeed{Part::blade_loss, 2}, PartSeed{Part::loose_bolt, 2},
+                                           PartSeed{Part::two_clocks, 1}, PartSeed{Part::rubber, 1},
+                                           PartSeed{Part::rubber, 2}, PartSeed{Part::rolling_bearing, 1},
+                                           PartSeed{Part::rolling_bearing, 2}, PartSeed{Part::swirl_damping, 1},
+                                           PartSeed{Part::swirl_damping, 2}, PartSeed{Part::film, 1}));
 
 }  // namespace
 }  // namespace whirl::identification
