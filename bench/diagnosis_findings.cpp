@@ -9,7 +9,7 @@
 #include <map>
 
 #include "whirl/diagnosis/vibration_findings.hpp"
-#include "whirl/testing/vibration_records.hpp"
+#include "whirl/testing/systems/vibration_records.hpp"
 
 namespace {
 

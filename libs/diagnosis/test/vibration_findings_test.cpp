@@ -7,7 +7,7 @@
 #include <random>
 
 #include "whirl/core/error.hpp"
-#include "whirl/testing/vibration_records.hpp"
+#include "whirl/testing/systems/vibration_records.hpp"
 
 namespace whirl::diagnosis {
 namespace {
