@@ -60,8 +60,12 @@ void find_phase_scatter(ChannelStudy& s) {
     return std::ranges::any_of(s.blocks,
                                [&](const LineBlock& b) { return std::abs(l.frequency / b.turning() - 1) < kNearLine; });
   };
-  if (std::ranges::any_of(s.electric, beats))
+  if (std::ranges::any_of(s.electric, beats)) {
+    // Without it the skirts of 1X are not told from sidebands close to it.
+    s.scatter = INFINITY;
+    s.unjudged(VibrationCode::sidebands, UnjudgedReason::line_beside_1x);
     return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::line_beside_1x);
+  }
   const Vectors all = vectors_of(s);
   std::vector<double> sorted = all.speed;
   std::ranges::sort(sorted);

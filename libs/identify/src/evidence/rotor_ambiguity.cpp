@@ -197,10 +197,11 @@ void either_clock(RotorIdentification& result) {
     const double by = name == "k1" || name == "k2" ? 2 : name == "c" || name == "natural_frequency" ? 1 : 0;
     if (by > 0) e = Estimate::from_sd((1 + by * drift) * e.value, e.sd);
   }
-  result.ambiguities.push_back({fmt::format("the clock of the displacement is right, or that of the angle: they drift "
-                                            "apart by {:.3g} ppm",
-                                            1e6 * drift),
-                                difference(result.model, other), "displacement and angle by one recorder"});
+  result.model.ambiguities.push_back(
+      {fmt::format("the clock of the displacement is right, or that of the angle: they drift "
+                   "apart by {:.3g} ppm",
+                   1e6 * drift),
+       difference(result.model, other), "displacement and angle by one recorder"});
   widen(result.model, other);
 }
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "program.hpp"
+#include "../program.hpp"
 
 namespace whirl::testing {
 namespace {
