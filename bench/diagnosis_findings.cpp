@@ -12,7 +12,7 @@
 <<<<<<< HEAD
 #include "whirl/testing/records/vibration_records.hpp"
 =======
-#include "whirl/testing/systems/vibration_records.hpp"
+#include "whirl/testing/records/vibration_records.hpp"
 >>>>>>> a5862609bcd86061e41e8de0ab6c8108edaf3bbe
 
 namespace {
