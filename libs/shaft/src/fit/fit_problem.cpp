@@ -79,10 +79,13 @@ FitProblem::FitProblem(std::shared_ptr<FitModel> model, const std::vector<OrderR
   for (const OrderRun& run : runs) noise_.push_back(scatter(run));
 }
 
-FitPoint FitProblem::moved(const FitPoint& p, const VectorXd& step) const {
-  FitPoint next = p;
+FitPoint FitProblem::moved(const FitPoint& from, const VectorXd& step) const {
+  FitPoint next = from;
   for (Index k = 0; k < step.size(); ++k) {
-    const bool bounded = model_->parameters().all[static_cast<std::size_t>(k)].logarithmic;
+    const Parameter& p = model_->parameters().all[static_cast<std::size_t>(k)];
+    // Damping that turns with the shaft makes the rotor unstable where it moves too far.
+    const bool turning = p.kind == UnknownKind::material_damping || p.kind == UnknownKind::joint_damping;
+    const bool bounded = p.logarithmic || turning;
     next.t[k] += bounded ? std::clamp(step[k], -kLongest, kLongest) : step[k];
   }
   return next;

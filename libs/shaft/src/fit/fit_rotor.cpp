@@ -20,6 +20,7 @@ namespace {
 constexpr double kFalseMinimum = 1.5;
 constexpr double kStartFactorStiffness = 2, kStartFactorDamping = 4;  // further starts lie within these of the file's
 constexpr int kTryIterations = 15;
+constexpr double kHeld = 1e-3;  // prior of an unknown that does not move, in its units
 
 void check_fit(const Rotor& rotor, const FitSetup& setup, const std::vector<OrderRun>& runs) {
   if (runs.empty()) throw Error("a fit needs at least one run");
@@ -85,18 +86,30 @@ class RotorFitter {
     return std::make_shared<FitModel>(drawn_, set_, setup_.trials, t, options_.modes);
   }
 
+  /// Descends twice: first with the damping that turns with the shaft held, which on the way to a solution far off
+  /// takes values at which the rotor is unstable.
+  void descend_in_stages(FitProblem& problem, FitPoint& point, SquareSum& sum, int iterations) {
+    ParameterSet held = set_;
+    for (Parameter& p : held.all)
+      if (p.kind == UnknownKind::material_damping || p.kind == UnknownKind::joint_damping) p.prior_sd = kHeld;
+    problem.set_model(std::make_shared<FitModel>(drawn_, held, setup_.trials, point.t, options_.modes));
+    problem.linearise(point, sum);
+    result_.iterations += descend(problem, point, sum, iterations).iterations;
+    problem.set_model(model_at(point.t));
+    problem.linearise(point, sum);
+    result_.iterations += descend(problem, point, sum, iterations).iterations;
+  }
+
   /// From the file's values; where that ends in a misfit, from others.
   void search(FitProblem& problem) {
-    problem.linearise(point_, sum_);
-    result_.iterations += descend(problem, point_, sum_, options_.max_iterations).iterations;
+    descend_in_stages(problem, point_, sum_, options_.max_iterations);
     const double enough = kFalseMinimum * static_cast<double>(problem.equations());
     std::mt19937_64 random(1);
     for (int k = 0; k < options_.restarts && !(sum_.cost < enough); ++k) {
       ++result_.starts;
       FitPoint other{other_start(set_, random)};
       SquareSum sum;
-      problem.linearise(other, sum);
-      result_.iterations += descend(problem, other, sum, kTryIterations).iterations;
+      descend_in_stages(problem, other, sum, kTryIterations);
       if (!(sum.cost < sum_.cost)) continue;
       point_ = other;
       sum_ = sum;

@@ -132,7 +132,7 @@ class ParameterMaker {
       const Material& m = rotor_.materials[k];
       if (setup_.material_damping) {
         const double scale = std::max(m.damping, 1e-5);  // s: 1e-5 is 0.3 % of critical at 100 Hz
-        add(UnknownKind::material_damping, k, 0, scale, m.damping / scale, 100, "damping of " + m.name, "s");
+        add(UnknownKind::material_damping, k, 0, scale, m.damping / scale, kVaguePart, "damping of " + m.name, "s");
       }
       if (tolerance.youngs_modulus > 0)
         add(UnknownKind::youngs_modulus, k, m.youngs_modulus, m.youngs_modulus, 0, kEven * tolerance.youngs_modulus,
@@ -140,7 +140,7 @@ class ParameterMaker {
     }
     for (std::size_t k = 0; setup_.joint_damping && k < rotor_.joints.size(); ++k) {
       const double scale = std::max(rotor_.joints[k].coefficient, 1e-3);  // N m s/rad
-      add(UnknownKind::joint_damping, k, 0, scale, rotor_.joints[k].coefficient / scale, 1e3,
+      add(UnknownKind::joint_damping, k, 0, scale, rotor_.joints[k].coefficient / scale, 1e2,
           fmt::format("damping of joint {}", k + 1), "N m s/rad");
     }
     for (std::size_t k = 0; tolerance.diameter > 0 && k < rotor_.sections.size(); ++k)
