@@ -9,41 +9,37 @@
 #include <map>
 
 #include "whirl/diagnosis/vibration_findings.hpp"
-<<<<<<< HEAD
 #include "whirl/testing/records/vibration_records.hpp"
-    =======
-#include "whirl/testing/records/vibration_records.hpp"
-    >>>>>>> a5862609bcd86061e41e8de0ab6c8108edaf3bbe
 
-    namespace {
+namespace {
 
-  using whirl::diagnosis::VibrationCode;
-  using whirl::testing::VibrationTruth;
+using whirl::diagnosis::VibrationCode;
+using whirl::testing::VibrationTruth;
 
-  struct Kind {
-    VibrationCode code;
-    double (*size)(const VibrationTruth&);
-    bool (*judged)(const VibrationTruth&) = [](const VibrationTruth&) { return true; };
-  };
-  constexpr Kind kKinds[] = {
-      {VibrationCode::first_order, [](const VibrationTruth& t) { return t.amplitude > 0 ? 1.0 : 0; }},
-      {VibrationCode::second_order, [](const VibrationTruth& t) { return t.second; }},
-      {VibrationCode::harmonics, [](const VibrationTruth& t) { return t.loose; }},
-      {VibrationCode::half_orders, [](const VibrationTruth& t) { return t.half; }},
-      {VibrationCode::subsynchronous, [](const VibrationTruth& t) { return t.whirl; }},
-      {VibrationCode::line_frequency, [](const VibrationTruth& t) { return t.line; }},
-      {VibrationCode::twice_line_frequency, [](const VibrationTruth& t) { return t.twice; }},
-      {VibrationCode::sidebands, [](const VibrationTruth& t) { return t.sideband; },
-       [](const VibrationTruth& t) { return !t.runs; }},
-      {VibrationCode::phase_scatter, [](const VibrationTruth& t) { return t.wander; },
-       [](const VibrationTruth& t) { return !t.runs; }},
-      {VibrationCode::run_out, [](const VibrationTruth& t) { return t.run_out; },
-       [](const VibrationTruth& t) { return t.runs; }},
-  };
+struct Kind {
+  VibrationCode code;
+  double (*size)(const VibrationTruth&);
+  bool (*judged)(const VibrationTruth&) = [](const VibrationTruth&) { return true; };
+};
+constexpr Kind kKinds[] = {
+    {VibrationCode::first_order, [](const VibrationTruth& t) { return t.amplitude > 0 ? 1.0 : 0; }},
+    {VibrationCode::second_order, [](const VibrationTruth& t) { return t.second; }},
+    {VibrationCode::harmonics, [](const VibrationTruth& t) { return t.loose; }},
+    {VibrationCode::half_orders, [](const VibrationTruth& t) { return t.half; }},
+    {VibrationCode::subsynchronous, [](const VibrationTruth& t) { return t.whirl; }},
+    {VibrationCode::line_frequency, [](const VibrationTruth& t) { return t.line; }},
+    {VibrationCode::twice_line_frequency, [](const VibrationTruth& t) { return t.twice; }},
+    {VibrationCode::sidebands, [](const VibrationTruth& t) { return t.sideband; },
+     [](const VibrationTruth& t) { return !t.runs; }},
+    {VibrationCode::phase_scatter, [](const VibrationTruth& t) { return t.wander; },
+     [](const VibrationTruth& t) { return !t.runs; }},
+    {VibrationCode::run_out, [](const VibrationTruth& t) { return t.run_out; },
+     [](const VibrationTruth& t) { return t.runs; }},
+};
 
-  struct Count {
-    int with = 0, found = 0, without = 0, wrong = 0, unjudged = 0;
-  };
+struct Count {
+  int with = 0, found = 0, without = 0, wrong = 0, unjudged = 0;
+};
 
 }  // namespace
 
