@@ -91,7 +91,9 @@ TEST(RotorFitReference, WithoutATrialMassTheScaleOfUnbalanceIsOpen) {
   };
   EXPECT_TRUE(says("unbalance scale") && says("common gain")) << fit.weak.front().words;
   for (const FitUnknown& u : fit.unknowns) {
-    if (u.kind == UnknownKind::stiffness) EXPECT_TRUE(u.identifiable) << u.name;
+    if (u.kind == UnknownKind::stiffness) {
+      EXPECT_TRUE(u.identifiable) << u.name;
+    }
   }
   ASSERT_FALSE(fit.next.empty());
   EXPECT_NE(fit.next.front().words.find("trial mass"), std::string::npos) << fit.next.front().words;

@@ -11,7 +11,7 @@ struct GeometryErrors {
 struct PopulationOptions {
   bool second_critical = true;  ///< the runs pass it
   bool linear = false;          ///< bearings change over speed
-  GeometryErrors errors;
+  GeometryErrors errors = {};
   double start_stiffness = 2, start_damping = 4;  ///< factors by which the file's coefficients are off at most
   double duration = 48;                           ///< of each run, s
   double noise_db = 30;
