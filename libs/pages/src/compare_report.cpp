@@ -10,6 +10,7 @@
 #include "whirl/pages/run_json.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/rotor_figures.hpp"
+#include "whirl/report/units.hpp"
 
 namespace whirl::pages {
 namespace {

@@ -26,12 +26,11 @@ void state_parts(identification::Consumer consumer, const IdentifiedModel& model
   take_parts(consumer, unknown, summary);
   if (!model.rotor) return;
   for (const identification::RotorTerm& t : forces_left_out(model, hardware)) {
-    if (identification::is_twice(t.kind)) continue;  // said above
-    const identification::RotorTermName& name = name_of(t.kind);
+    if (part_of(t) == identification::ModelPart::twice_speed) continue;  // said above
     summary.add({FindingCode::part_left_out,
                  Consequence::warning,
-                 {{std::string(name.parameter), t.value, std::string(name.unit)}},
-                 std::string(name.label)},
+                 {{std::string(t.parameter()), t.value, std::string(t.unit())}},
+                 std::string(t.entry->label)},
                 ": it changes too fast for the steps of the plants, or pushes");
   }
   const double top = std::max(std::abs(hardware.profile.omega_start), std::abs(hardware.profile.omega_end));

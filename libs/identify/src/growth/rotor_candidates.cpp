@@ -58,7 +58,7 @@ std::vector<RotorTerm> candidate_terms(const std::vector<RotorRecord>& records, 
 }
 
 double threshold_of(const TermEntry& term, double threshold) {
-  constexpr double kMoreChances = 28;  // kinds of the catalogue without a threshold of their own
+  constexpr double kMoreChances = 16;  // forces, sensor axes, modes above the speeds
   return term.plain_threshold ? threshold : threshold + 2 * std::log(kMoreChances * term.chances);
 }
 

@@ -165,30 +165,6 @@ class Grower {
     if (!usable(there)) return here;
     return usable(here) && here.summary.chi_square <= there.summary.chi_square ? here : there;
   }
-  /// A fit with a force that begins at one instant. The likelihood has a maximum in every half period of the free
-  /// motion that the change sets off: a few steps from each of those about the instant given, then on from the best.
-  OutputErrorFit fit_about_instant(const Growth& g, const TermEntry& entry) const {
-    constexpr int kHalfPeriods = 6, kFewSteps = 6;
-    std::optional<OutputErrorFit> best;
-    for (int k = -kHalfPeriods; k <= kHalfPeriods; ++k) {
-      Growth at = g;
-      at.active.max_iterations = kFewSteps;
-      for (RotorTerm& t : at.active.terms)
-        if (t.is(entry)) t.reference += k * std::numbers::pi / std::sqrt(g.start.k1);
-      OutputErrorFit found = fit(at);
-      if (found.summary.status == Status::unusable) continue;
-      if (!best || found.summary.chi_square < best->summary.chi_square) best = std::move(found);
-    }
-    if (!best) return fit(g);
-    Growth on = g;
-    on.start = best->model;
-    on.delay = best->delay;
-    on.active.terms = best->terms;
-    on.active.sensor = best->sensor;
-    on.active.decays = best->decays;
-    on.active.start_drift = best->clock_drift;
-    return fit(on, start_of(*best).eps);
-  }
   /// Likelihood ratio of two fits, in the metric of the residual that the larger one leaves.
   double gain(const OutputErrorFit& smaller, const OutputErrorFit& larger) const {
     return values_ * (smaller.summary.chi_square - larger.summary.chi_square) /
@@ -355,7 +331,7 @@ bool Grower::step() {
   for (const TermId& term : terms) {
     Growth with = with_term(growth_, term, options_.refine_poles);
     if (too_many(with)) continue;
-    OutputErrorFit trial = term.entry->by_reference != nullptr ? fit_about_instant(with, *term.entry) : fit(with);
+    OutputErrorFit trial = fit(with);
     tried_ += trial.iterations;
     if (trial.summary.status == Status::unusable) continue;
     tried.push_back({term, std::move(with), 0, {}});

@@ -62,16 +62,10 @@ std::vector<Amount> amounts_where(const IdentifiedModel& model, const Rule& rule
   return out;
 }
 
-enum class TermClass { force, drift, twice };
-TermClass class_of(const TermEntry& entry) {
-  if (&entry == &terms::twice_the_speed()) return TermClass::twice;
-  return entry.drifts ? TermClass::drift : TermClass::force;
-}
-
-std::vector<Amount> forces(const IdentifiedModel& model, TermClass wanted) {
+std::vector<Amount> forces(const IdentifiedModel& model, ModelPart wanted) {
   std::vector<Amount> out;
   for (const RotorTerm& t : terms_of(model)) {
-    if (class_of(*t.entry) != wanted || t.value == 0) continue;
+    if (part_of(t) != wanted || t.value == 0) continue;
     out.push_back({std::string(t.parameter()), t.value, std::string(t.unit())});
   }
   return out;
@@ -132,11 +126,11 @@ std::optional<std::vector<Amount>> found(const IdentifiedModel& model, ModelPart
     case ModelPart::tilting_disc:
       return where(has_tilt(model), amounts_where(model, [](std::string_view n) { return n == "second_frequency"; }));
     case ModelPart::further_forces:
-      return any(forces(model, TermClass::force));
+      return any(forces(model, ModelPart::further_forces));
     case ModelPart::drifts:
-      return any(forces(model, TermClass::drift));
+      return any(forces(model, ModelPart::drifts));
     case ModelPart::twice_speed:
-      return any(forces(model, TermClass::twice));
+      return any(forces(model, ModelPart::twice_speed));
     case ModelPart::other_unbalances:
       return any(amounts_where(model, [](std::string_view n) { return numbered(n, "e_"); }));
     case ModelPart::changed_machine:
@@ -182,6 +176,11 @@ std::string_view to_string(Consumer consumer) { return kConsumerNames[static_cas
 std::string_view to_string(Treatment treatment) {
   constexpr std::array<std::string_view, 4> names{"used", "noted", "warned", "refused"};
   return names[static_cast<std::size_t>(treatment)];
+}
+
+ModelPart part_of(const RotorTerm& term) {
+  if (term.is(terms::twice_the_speed())) return ModelPart::twice_speed;
+  return term.entry->drifts ? ModelPart::drifts : ModelPart::further_forces;
 }
 
 std::vector<PresentPart> parts_of(const IdentifiedModel& model) {

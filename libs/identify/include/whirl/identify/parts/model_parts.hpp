@@ -8,6 +8,8 @@
 
 namespace whirl::identification {
 
+struct RotorTerm;
+
 /// What `identify` may put into a model beside its plain numbers. Each step that takes a model declares for every part
 /// what it does with it (use_of); a part that is not declared does not compile.
 enum class ModelPart {
@@ -77,6 +79,8 @@ struct PresentPart {
   std::vector<Amount> amounts = {};
 };
 std::vector<PresentPart> parts_of(const IdentifiedModel& model);
+/// The part that a force beyond RotorModel belongs to.
+ModelPart part_of(const RotorTerm& term);
 
 /// What `consumer` does with the parts of the model: throws Error for the first that it refuses ("FILE: ..."), adds a
 /// Finding (part_left_out) for each that it leaves out.
