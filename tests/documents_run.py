@@ -166,6 +166,12 @@ def casing():
     t = np.arange(0, 6, 1 / 5120)
     acc = sum(a * np.cos(2 * np.pi * f * t + p) for a, f, p in ((0.5, 24.7, 0), (0.3, 49.3, 1), (0.8, 100, 2)))
     table("casing.csv", ["t_s", "DE_acc_m_s2"], t, acc + random.normal(0, 0.05, t.size))
+    # A motor at 49.3 Hz whose 2X exceeds 1X, beside twice the line frequency.
+    t = np.arange(0, 10, 1 / 2000)
+    angle = 2 * np.pi * 49.3 * t
+    x = 12 * np.cos(angle) + 18 * np.cos(2 * angle + 0.7) + 9 * np.cos(2 * np.pi * 100 * t)
+    y = 12 * np.sin(angle) + 18 * np.sin(2 * angle + 0.7)
+    table("motor.csv", ["t_s", "x_um", "y_um", "beta_rad"], t, x + random.normal(0, 0.3, t.size), y + random.normal(0, 0.3, t.size), angle)
 
 
 def laboratory():

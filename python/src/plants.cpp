@@ -72,7 +72,7 @@ py::tuple margins(const ControllerDesign& controller, const IdentifiedModel& mod
     studies = tuning::margin_studies(controller, model, design, options);
   }
   Summary summary;
-  tuning::warn_of_further_forces(model, design.hardware, summary);
+  tuning::state_parts(identification::Consumer::margins, model, design.hardware, summary);
   for (const tuning::MarginStudy& s : studies) {
     const std::string why = tuning::margin_failure(s.speeds, controller);
     if (!why.empty()) summary.fail((s.plant.empty() ? "" : "with " + s.plant + ": ") + why);
@@ -106,7 +106,7 @@ py::tuple compare(const IdentifiedModel& model, const Plant& plant, RigParameter
   found.provenance = io::provenance({}, "Python", seed);
   const tuning::ComparedResult& best = tuning::best_result(found.results);
   Summary summary;
-  tuning::warn_of_further_forces(model, options.design.hardware, summary);
+  tuning::state_parts(identification::Consumer::compare, model, options.design.hardware, summary);
   if (!best.nominal.stable)
     summary.fail(fmt::format("no method passes on this rig; {}: {}", best.label, best.nominal.verdict.text()));
   py::dict controllers;
@@ -136,7 +136,7 @@ py::tuple robustness(const ControllerDesign& controller, IdentifiedModel model, 
     result = tuning::monte_carlo(controller, model, design.hardware, options);
   }
   Summary summary;
-  tuning::warn_of_further_forces(model, design.hardware, summary);
+  tuning::state_parts(identification::Consumer::robustness, model, design.hardware, summary);
   if (const std::string low = tuning::margin_shortfall(controller); !low.empty())
     summary.fail("the margins of the design: " + low);
   if (result.stable.high < tuning::kEnoughPass) {

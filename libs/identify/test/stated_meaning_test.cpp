@@ -24,19 +24,25 @@ TEST(StatedMeaningProperty, AModeIsNamedByItsRefinedFrequency) {
   run.from_hz = 3, run.to_hz = 1.35 * machine.w / kTurns, run.seconds = 20;
   const RotorIdentification found =
       identify_rotor_detailed(std::vector<Recording>{testing::two_criticals_record(machine, run, 40, 4)}, {});
-  ASSERT_EQ(found.model.rotor->modes.size(), 1u);
+  const std::vector<ForcedMode>& modes = found.model.rotor->modes;
+  ASSERT_FALSE(modes.empty());
+  const auto off = [&](double hz) {
+    double nearest = INFINITY;
+    for (const ForcedMode& m : modes) nearest = std::min(nearest, std::abs(hz - m.omega / kTurns));
+    return nearest;
+  };
   std::size_t named = 0;
   for (const std::string& label : found.added) {
     double hz = 0;
     if (std::sscanf(label.c_str(), "mode %lf Hz", &hz) != 1) continue;
     ++named;
-    EXPECT_NEAR(hz, found.model.rotor->modes[0].omega / kTurns, 0.001 * hz) << label;
+    EXPECT_LT(off(hz), 0.001 * hz) << label;
   }
-  EXPECT_EQ(named, 1u);
+  EXPECT_GE(named, 1u);
   for (const std::string& w : found.model.summary.warnings) {
     double hz = 0;
     if (std::sscanf(w.c_str(), "mode %lf Hz is found", &hz) != 1) continue;
-    EXPECT_NEAR(hz, found.model.rotor->modes[0].omega / kTurns, 0.001 * hz) << w;
+    EXPECT_LT(off(hz), 0.001 * hz) << w;
   }
 }
 
@@ -121,7 +127,9 @@ TEST(AmbiguityProperty, TheOtherReadingIsInTheModelFileAsNumbers) {
   EXPECT_EQ(others[0].model.rotor->k2, 0);
   const Estimate &radial = *read.parameter("k2"), &axes = *others[0].model.parameter("k2_axis");
   EXPECT_NEAR(axes.value, radial.value * 4 / 3, 1e-9 * radial.value);
-  EXPECT_NEAR(axes.sd / axes.value, radial.sd / radial.value, 1e-9);
+  // Other ambiguities may have widened the interval of k2 since.
+  EXPECT_GT(axes.sd, 0);
+  EXPECT_LE(axes.sd / axes.value, radial.sd / radial.value * (1 + 1e-9));
   // k2_axis moves with k1 as k2 did.
   const auto place = [](const IdentifiedModel& m, const std::string& name) {
     return static_cast<std::size_t>(std::ranges::find(m.parameters, name, [](const auto& p) { return p.first; }) -

@@ -23,7 +23,7 @@ TEST(TwoCriticalsE2e, TheResponseOfTheIdentifiedModelIsThatOfTheMachine) {
     const identification::Identification id =
         identification::identify(testing::two_criticals_record(machine, run, 40, seed));
     ASSERT_NE(id.summary.status, Status::unusable) << seed << ": " << id.summary.warnings.back();
-    ASSERT_EQ(id.model.rotor->modes.size(), 1u) << seed;
+    ASSERT_FALSE(id.model.rotor->modes.empty()) << seed;
     EXPECT_NEAR(id.model.rotor->modes[0].omega, machine.w, 0.002 * machine.w) << seed;
     for (const double share : {0.3, 0.6, 0.85, 1.0, 1.2, 1.6, 2.0, 2.4, 2.6, 2.8, 3.2}) {
       const double hz = share * std::sqrt(machine.first.k) / kTurns;

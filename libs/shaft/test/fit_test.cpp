@@ -103,7 +103,9 @@ TEST(RotorFitReference, TheFirstCriticalAloneDoesNotTellMaterialDamping) {
   const RotorCase c =
       make_rotor_case(3, {.second_critical = false, .start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
   const RotorFit fit = fit_rotor(c.drawing, setup_of(c), order_runs(c));
-  EXPECT_FALSE(unknown(fit, "damping of steel").identifiable) << unknown(fit, "damping of steel").relative_half_width;
+  EXPECT_FALSE(unknown(fit, "damping of steel").identifiable)
+      << unknown(fit, "damping of steel").relative_half_width << " of "
+      << unknown(fit, "damping of steel").estimate.value;
   EXPECT_TRUE(unknown(fit, "stiffness x of A").identifiable);
 }
 

@@ -1,5 +1,6 @@
 // What a step uses of a model changes its numbers, and they agree with `simulate` of the whole model (`simulate` itself
 // with a machine integrated apart).
+#include <deque>
 #include <numbers>
 
 #include "part_numbers.hpp"
@@ -178,8 +179,10 @@ TEST(PartsUsedReference, TheCovarianceMakesTheIntervals) {
   EXPECT_NEAR(half / own, 1.96 * 0.02, 0.002);
   EXPECT_FALSE(ask(folder, fmt::format(fmt::runtime(balance), "without")).read().has("correction_mass"));
 
+  std::deque<Answer> answers;  // what is read refers to them
   const auto band = [&](const char* model) {
-    return ask(folder, fmt::format("validate {} run.csv", model)).read().at("runs").items().front().at("band_x");
+    answers.push_back(ask(folder, fmt::format("validate {} run.csv", model)));
+    return answers.back().read().at("runs").items().front().at("band_x");
   };
   EXPECT_GT(band("with.json").number_or_nan(), 0);
   EXPECT_TRUE(std::isnan(band("without.json").number_or_nan()));
