@@ -231,6 +231,8 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
     throw Error("the amplitude is of an input or of the support: which one? (--input or --base)");
   o.base = coordinate_name(o.base, model.rotor.has_value());
   o.coordinate = coordinate_name(o.coordinate.empty() ? o.base : o.coordinate, model.rotor.has_value());
+  Summary parts;
+  take_parts(identification::Consumer::response, model, parts);
   const Forced forced = forced_model(model, o);
   SteadyResponse found;
   found.rotor = forced.rotor;
@@ -240,7 +242,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
   const response::PeriodicSystem system(forced.model, forcing_of(o, forced.rotor.has_value()));
   found.curve = response::response_curve(system, response::Parameter::speed, force, o.curve);
   found.summary = found.curve.summary;
-  take_parts(identification::Consumer::response, model, found.summary);
+  for (const Finding& f : parts.findings) found.summary.add(f);
   if (forced.rotor) warn_of_hertz(o, *forced.rotor, found.summary);
   found.radius = o.coordinate.empty() && system.driven_by_angle() &&
                  (system.size() == 2 || identification::has_tilt(model));  // x and y come first

@@ -99,16 +99,6 @@ TEST(RotorFitReference, WithoutATrialMassTheScaleOfUnbalanceIsOpen) {
   EXPECT_NE(fit.next.front().words.find("trial mass"), std::string::npos) << fit.next.front().words;
 }
 
-TEST(RotorFitReference, TheFirstCriticalAloneDoesNotTellMaterialDamping) {
-  const RotorCase c =
-      make_rotor_case(3, {.second_critical = false, .start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
-  const RotorFit fit = fit_rotor(c.drawing, setup_of(c), order_runs(c));
-  EXPECT_FALSE(unknown(fit, "damping of steel").identifiable)
-      << unknown(fit, "damping of steel").relative_half_width << " of "
-      << unknown(fit, "damping of steel").estimate.value;
-  EXPECT_TRUE(unknown(fit, "stiffness x of A").identifiable);
-}
-
 TEST(RotorFitReference, AWrongDrawingIsContradicted) {
   RotorCase c = make_rotor_case(4, {.start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
   for (shaft::Disc& d : c.drawing.discs) d.position += 0.03;

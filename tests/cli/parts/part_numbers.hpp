@@ -89,7 +89,9 @@ inline void write_record(const Folder& folder, const std::string& model, double 
 
 /// rms error of x of a model on run.csv, m.
 inline double validated(const Folder& folder, const std::string& model) {
-  return ask(folder, "validate " + model + " run.csv").read().at("runs").items().front().at("rmse_x").number();
+  const Answer answer = ask(folder, "validate " + model + " run.csv");
+  const io::JsonReader run = answer.read().at("runs").items().front();
+  return std::hypot(run.at("rmse_x").number(), run.at("rmse_y").number());
 }
 
 }  // namespace whirl::testing

@@ -6,6 +6,7 @@
 
 #include "whirl/core/angles.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/parts/model_parts.hpp"
 #include "whirl/io/file.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/signals.hpp"
@@ -64,6 +65,8 @@ void run(ResponseFlags o, Session& session) {
   o.steady.curve.from = o.from_rpm * kRadPerSecPerRpm;
   o.steady.curve.to = o.to_rpm * kRadPerSecPerRpm;
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
+  Summary refused;
+  take_parts(identification::Consumer::response, model, refused, o.model);  // here the error names the file
   if (!o.data.empty()) {
     o.steady.known = identification::data_range({io::read_recording(o.data)});
   } else if (o.steady.input.empty()) {

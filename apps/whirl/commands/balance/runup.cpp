@@ -63,7 +63,6 @@ void say_extrapolation(const identification::DataRange& range, const pages::RunU
 
 void run(const RunupOptions& o, Session& session) {
   const IdentifiedModel model = io::load<IdentifiedModel>(o.model);
-  if (!model.rotor) throw Error(o.model + ": the model has no rotor parameters");
   response::RunUpOptions options;
   options.from = o.from_rpm * kRadPerSecPerRpm;
   options.to = o.to_rpm * kRadPerSecPerRpm;
