@@ -111,6 +111,7 @@ double line_chance(const VectorXcd& own, const MatrixXcd& about) {
   MatrixXcd covariance = about.transpose() * about.conjugate() / members;
   covariance.diagonal().array() += 1e-9 * covariance.trace().real() + 1e-300;
   const double square = own.dot(covariance.ldlt().solve(own)).real();
+  if (!(square > 0)) return 0;  // too few lines to compare with (not a number), or nothing: no evidence
   const double n = std::max(d, kHannShare * members);
   const boost::math::fisher_f ratio(2 * d, 2 * (n - d + 1));
   return std::log(std::max(1e-300, cdf(complement(ratio, square / n * (n - d + 1) / d))));
