@@ -59,7 +59,7 @@ class RotorText {
  private:
   void open(const char* table) { out_ += fmt::format("\n[[{}]]\n", table); }
   void line(const char* key, const std::string& value) { out_ += fmt::format("{} = {}\n", key, value); }
-  void number(const char* key, double value) { line(key, fmt::format("{:.17g}", value)); }
+  void number(const char* key, double value) { line(key, fmt::format("{:.15g}", value)); }
   void text(const char* key, const std::string& value) { line(key, io::toml_quoted(value)); }
 
   void header() {
@@ -90,7 +90,7 @@ class RotorText {
       const bool none = std::ranges::all_of(table, [&](const Matrix2d& m) { return m(i, j) == 0; });
       if (table.empty() || (none && i != j)) return;
       std::string values;
-      for (const Matrix2d& m : table) values += (values.empty() ? "" : ", ") + fmt::format("{:.17g}", m(i, j));
+      for (const Matrix2d& m : table) values += (values.empty() ? "" : ", ") + fmt::format("{:.15g}", m(i, j));
       line(fmt::format("{}_{}_{}", name, axes, unit).c_str(), table.size() > 1 ? "[" + values + "]" : values);
     };
     entry("x", 0, 0);
@@ -118,7 +118,7 @@ class RotorText {
     }
     if (s.law.stiffness.size() > 1) {
       std::string speeds;
-      for (const double v : s.law.speeds) speeds += (speeds.empty() ? "" : ", ") + fmt::format("{:.17g}", v);
+      for (const double v : s.law.speeds) speeds += (speeds.empty() ? "" : ", ") + fmt::format("{:.15g}", v);
       line("speed_rad_s", "[" + speeds + "]");
     }
     coefficients("stiffness", "N_m", s.law.stiffness);

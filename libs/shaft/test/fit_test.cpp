@@ -25,12 +25,6 @@ FitSetup setup_of(const RotorCase& c) {
   return setup;
 }
 
-const FitUnknown& unknown(const RotorFit& fit, const std::string& name) {
-  const auto at = std::ranges::find(fit.unknowns, name, &FitUnknown::name);
-  EXPECT_NE(at, fit.unknowns.end()) << name;
-  return *at;
-}
-
 /// A machine whose runs pass both critical speeds, and its fit; made once.
 struct BothCriticals {
   RotorCase machine = make_rotor_case(1, {.start_stiffness = 1.2, .start_damping = 1.5, .duration = 24});
