@@ -30,6 +30,18 @@ void refuse_other_motions(const Recording& record, const std::string& name) {
   }
 }
 
+/// The same of a file in which no channel is a displacement; a table that cannot be read as a record passes.
+void refuse_without_displacement(const RecordOptions& reader, const std::string& file) {
+  Recording all;
+  try {
+    all = reader.read(file);
+  } catch (const Error&) {
+    return;
+  }
+  if (std::ranges::none_of(all.channels, [](const Channel& c) { return c.quantity == Quantity::displacement; }))
+    refuse_other_motions(all, "");
+}
+
 /// A record; of a rotor y alone will do for x, and where neither is there, what else it may be is said.
 Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::string& file) {
   try {
@@ -43,10 +55,7 @@ Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::
     } catch (const MissingColumn& other) {
       if (other.column() != "y") throw;
       reader.required.clear();
-      const Recording all = reader.read(file);
-      const bool probe =
-          std::ranges::any_of(all.channels, [](const Channel& c) { return c.quantity == Quantity::displacement; });
-      if (!probe) refuse_other_motions(all, "");
+      refuse_without_displacement(reader, file);
       throw Error(
           what +
           ". Probes of other names: --columns \"Probe 1:x\" \"Probe 2:y\". Any other system than a rotor: name its "

@@ -104,9 +104,12 @@ struct TermEntry {
   bool drifts = false;        ///< it changes with time
   bool moves_middle = false;  ///< spring or damping in the middle of a run are not those at its start or at rest
   bool dry = false;           ///< it holds small motion
-  std::size_t parts_of_one_axis = 8;                      ///< where one axis reads forward and backward alike
-  double rotor::FurtherForces<double>::*plant = nullptr;  ///< as the plants of a design have it; null: they have none
+  std::size_t parts_of_one_axis = 8;  ///< where one axis reads forward and backward alike
+  // As the plants of a design have it; null: they have none. (Doxygen does not read pointers to members.)
+  /// @cond
+  double rotor::FurtherForces<double>::*plant = nullptr;
   double rotor::FurtherForces<double>::*plant_reference = nullptr;
+  /// @endcond
 
   // An error of the probes.
   double SensorAxes::*sensor = nullptr;
