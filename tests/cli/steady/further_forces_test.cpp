@@ -114,7 +114,7 @@ TEST(FurtherForcesE2e, ARotorThatWhirlsByItselfIsHeldByADesignAndRefusedByAPlan)
   write_model(folder, m);
   const Outcome plain = folder.whirl("runup model.json --from-rpm 300 --to-rpm 1000 --limit-mm 20");
   EXPECT_EQ(plain.exit_code, 0) << plain.err;
-  EXPECT_NE(plain.err.find("without the model's quadratic damping"), std::string::npos) << plain.err;
+  EXPECT_NE(plain.err.find("left out: further forces of the model (c2 20 1/m)"), std::string::npos) << plain.err;
 }
 
 }  // namespace
