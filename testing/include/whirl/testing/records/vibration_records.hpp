@@ -65,7 +65,7 @@ inline Eigen::VectorXd pink_noise(Draw& draw, Eigen::Index n) {
 }
 
 /// Slow Gaussian wander of unit rms with a correlation time, s.
-inline Eigen::VectorXd wandering(Draw& draw, Eigen::Index n, double dt, double time) {
+inline Eigen::VectorXd slow_wander(Draw& draw, Eigen::Index n, double dt, double time) {
   Eigen::VectorXd out(n);
   const double keep = std::exp(-dt / time), add = std::sqrt(1 - keep * keep);
   double state = draw.normal(), smooth = state;
@@ -121,7 +121,7 @@ inline VibrationTruth draw_truth(Draw& d) {
 /// Rotor angle at the samples, rad.
 inline Eigen::VectorXd angle_of(Draw& d, const VibrationTruth& t, Eigen::Index n, Eigen::VectorXd& hertz) {
   const double dt = 1 / t.rate, slow = t.turning * d.uniform(0.15, 0.3), bend = d.uniform(0.8, 1.4);
-  const Eigen::VectorXd drift = wandering(d, n, dt, 4);
+  const Eigen::VectorXd drift = slow_wander(d, n, dt, 4);
   Eigen::VectorXd theta(n);
   hertz.resize(n);
   double angle = d.uniform(0, kTurn);
@@ -154,8 +154,8 @@ inline VibrationRecord make_vibration_record(const VibrationTruth& t, unsigned s
   };
   double largest = 0;
   for (Eigen::Index i = 0; i < n; ++i) largest = std::max(largest, std::abs(response(hertz[i])));
-  const Eigen::VectorXd phase = wandering(d, n, dt, d.uniform(0.7, 2));
-  const Eigen::VectorXd slip = wandering(d, n, dt, 1.5), mains = wandering(d, n, dt, 10);
+  const Eigen::VectorXd phase = slow_wander(d, n, dt, d.uniform(0.7, 2));
+  const Eigen::VectorXd slip = slow_wander(d, n, dt, 1.5), mains = slow_wander(d, n, dt, 10);
   const Complex unbalance = std::polar(1 / largest, d.uniform(0, kTurn)),
                 out = std::polar(t.run_out, d.uniform(0, kTurn));
   double offsets[12];
