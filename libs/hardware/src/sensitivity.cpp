@@ -114,6 +114,7 @@ void analyse(const Eigen::VectorXcd& force, const Eigen::VectorXcd& answer, Eige
     spectra.push_back(signal::fft(Eigen::VectorXcd(answer.segment(p * period, period))));
   }
   const auto n = static_cast<double>(out.periods);
+  out.response.measured = true;
   for (const Eigen::Index line : lines) {
     const Eigen::Index at = slot(line, period);
     // The mean of both halves; the scatter is that within each.
@@ -134,10 +135,12 @@ void analyse(const Eigen::VectorXcd& force, const Eigen::VectorXcd& answer, Eige
     out.deviation.push_back(std::sqrt(0.5 * scatter / (n * (n - 2))));
   }
   out.margins = tuning::margins_of(out.response);
-  const auto peak = std::ranges::find(out.response.frequency, out.margins.peak_frequency);
-  if (peak != out.response.frequency.end()) {
-    out.peak_deviation = out.deviation[static_cast<std::size_t>(peak - out.response.frequency.begin())];
-  }
+  // The peak is read between two lines: the less certain of them counts.
+  const std::vector<double>& f = out.response.frequency;
+  const auto above = std::ranges::lower_bound(f, out.margins.peak_frequency) - f.begin();
+  const auto last = std::ssize(f) - 1;
+  out.peak_deviation = std::max(out.deviation[static_cast<std::size_t>(std::clamp(above - 1, 0L, last))],
+                                out.deviation[static_cast<std::size_t>(std::clamp(above, 0L, last))]);
 }
 
 }  // namespace

@@ -119,7 +119,8 @@ struct Arc {
 };
 std::optional<Arc> arc_through(const LoopResponse& r, std::size_t middle) {
   constexpr double kNearest = 0.05;  // of the spacing of the lines
-  if (middle == 0 || middle + 1 >= r.loop.size()) return {};
+  // Through three lines with noise an arc would go anywhere.
+  if (r.measured || middle == 0 || middle + 1 >= r.loop.size()) return {};
   const double f0 = r.frequency[middle - 1] - r.frequency[middle], f2 = r.frequency[middle + 1] - r.frequency[middle];
   const Complex l0 = r.loop[middle - 1], l1 = r.loop[middle], l2 = r.loop[middle + 1];
   // From L (f + d) = a f + b at the three lines: b = d l1, and two linear equations in a and d.
