@@ -34,13 +34,15 @@ std::vector<Finding> not_shown_by_rest(const IdentifiedModel& model, const DataR
                                        const std::string& held) {
   // Damping is read between the half-power points of a resonance: a flank below them does not determine it.
   constexpr double kHalfPower = 0.70710678;
+  constexpr double kPassed = 2;  // half-power widths: a sweep peaks later than the steady response
   std::vector<Finding> out;
   if (!model.rotor || !(all.amplitude > 0)) return out;
   const bool comparable = std::isfinite(rest.amplitude);
   const double share = comparable ? rest.amplitude / all.amplitude : std::numeric_limits<double>::quiet_NaN();
-  const auto lacks = [&](double omega) {
-    const auto passes = [omega](const DataRange& r) { return r.low <= omega && omega <= r.high; };
-    return passes(all) && !passes(rest);
+  // `band` on both sides, as far as there are records.
+  const auto lacks = [&](double omega, double band) {
+    return all.low <= omega && omega <= all.high &&
+           (rest.low > std::max(all.low, omega - band) || rest.high < std::min(all.high, omega + band));
   };
   const auto add = [&](double omega) {
     out.push_back({FindingCode::held_out_cannot_check,
@@ -53,9 +55,9 @@ std::vector<Finding> not_shown_by_rest(const IdentifiedModel& model, const DataR
   };
   const double critical = model.rotor->natural_frequency();
   // A hardening spring moves the resonance away from the natural frequency: the motion tells whether it is there.
-  if (comparable ? share < kHalfPower : lacks(critical)) add(critical);
+  if (comparable ? share < kHalfPower : lacks(critical, 0)) add(critical);
   for (const ForcedMode& mode : model.rotor->modes)
-    if (lacks(mode.omega)) add(mode.omega);
+    if (lacks(mode.omega, kPassed * mode.zeta * mode.omega)) add(mode.omega);
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include "evidence/omitted_terms.hpp"
 #include "evidence/rotor_ambiguity.hpp"
 #include "evidence/rotor_verdict.hpp"
+#include "growth/lower_resonance.hpp"
 #include "growth/rotor_growth.hpp"
 #include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
@@ -118,8 +119,12 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
 /// `active` has them.
 detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, WeakRotorFit first,
                         const RotorIdentifyOptions& options, OutputErrorOptions& active) {
-  std::optional<detail::GrownRotor> driven;
+  std::optional<detail::GrownRotor> driven, lower;
   std::string said;
+  if (const auto start = options.search_modes ? detail::lower_resonance(records, weak) : std::nullopt) {
+    lower = detail::grow_rotor(records, start->model, start->eps, active, options, true);
+    if (misfit(*lower) < kMissing) return *std::move(lower);
+  }
   // Damping that is positive is tried as it is first: whatever is missing need not drive the motion.
   std::optional<detail::GrownRotor> plain;
   if (first.model.c > 0) plain = detail::grow_rotor(records, first.model, first.eps, active, options, false);
@@ -156,7 +161,8 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
       grown = std::move(with_modes);
     }
   }
-  if (driven && misfit(*driven) < 0.5 * misfit(grown)) grown = *std::move(driven);
+  for (std::optional<detail::GrownRotor>* other : {&driven, &lower})
+    if (*other && misfit(**other) < 0.5 * misfit(grown)) grown = **std::move(other);
   if (!said.empty() && !(misfit(grown) < kMissing)) grown.warnings.push_back(said);
   return grown;
 }
