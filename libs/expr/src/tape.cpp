@@ -169,7 +169,8 @@ class Emitter {
   std::vector<Line> lines_;
 };
 
-inline double apply(Tape::Op op, double a, double b) noexcept {
+// A call would cost as much as the operation.
+[[gnu::always_inline]] inline double apply(Tape::Op op, double a, double b) noexcept {
   switch (op) {
     case Tape::Op::add:
       return a + b;
@@ -278,6 +279,7 @@ Tape compile(const std::vector<Expr>& terms, const std::vector<std::string>& var
   for (const auto& line : emitter.lines()) tape.steps_.push_back({line.op, number(line.a), number(line.b)});
   for (const auto& result : results) tape.outputs_.push_back(number(result));
   tape.allocate();
+  tape.group();
   return tape;
 }
 
@@ -371,19 +373,81 @@ Eigen::MatrixXd Tape::evaluate(const Eigen::Ref<const Eigen::MatrixXd>& variable
   return out;
 }
 
+/// Sorts the steps by what they need and then by operation, so that a point runs through long loops of one operation.
+void Tape::group() {
+  const std::size_t fixed = variables_.size() + constants_.size(), n = steps_.size();
+  if (fixed + n > kMaxSlots) return;
+  struct Place {
+    std::uint32_t level;
+    Op op;
+    bool pair;
+    std::uint32_t step;
+    auto operator<=>(const Place&) const = default;
+  };
+  std::vector<Place> order;
+  std::vector<std::uint32_t> level(n, 0);
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (const std::uint32_t operand : {steps_[i].a, steps_[i].b})
+      if (operand >= fixed) level[i] = std::max(level[i], level[operand - fixed] + 1);
+    const bool second = !order.empty() && order.back().pair && order.back().step + 1 == i;
+    if (second) continue;  // the cosine of the sine before
+    const bool pair =
+        i + 1 < n && steps_[i].op == Op::sin && steps_[i + 1].op == Op::cos && steps_[i + 1].a == steps_[i].a;
+    order.push_back({level[i], steps_[i].op, pair, i});
+  }
+  std::ranges::sort(order);
+  std::vector<std::uint32_t> slot(fixed + n);
+  for (std::uint32_t k = 0; k < fixed; ++k) slot[k] = k;
+  auto next = static_cast<std::uint32_t>(fixed);
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const Place& p = order[k];
+    const bool same = k > 0 && order[k - 1].level == p.level && order[k - 1].op == p.op && order[k - 1].pair == p.pair;
+    if (!same) groups_.push_back({p.op, p.pair, 0});
+    ++groups_.back().count;
+    operands_.push_back({slot[steps_[p.step].a], slot[steps_[p.step].b]});
+    slot[fixed + p.step] = next++;
+    if (p.pair) slot[fixed + p.step + 1] = next++;
+  }
+  for (const std::uint32_t o : outputs_) results_.push_back(slot[o]);
+}
+
 void Tape::evaluate_point(const double* in, double* out) const noexcept {
   double slot[kMaxSlots];
   std::copy_n(in, variables_.size(), slot);
   std::copy_n(constants_.data(), constants_.size(), slot + variables_.size());
-  for (const Instruction& i : code_) {
-    if (i.cosine != kNone) {
-      sine_cosine(slot + i.a, slot + i.to, slot + i.cosine, 1);
-    } else {
-      slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
+  if (groups_.empty()) {  // too many steps for slots of their own, or none
+    for (const Instruction& i : code_) {
+      if (i.cosine != kNone)
+        sine_cosine(slot + i.a, slot + i.to, slot + i.cosine, 1);
+      else
+        slot[i.to] = apply(i.op, slot[i.a], slot[i.b]);
+    }
+    for (const Copy& c : copies_) slot[c.to] = slot[c.from];
+    std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
+    return;
+  }
+  const Operands* p = operands_.data();
+  double* to = slot + variables_.size() + constants_.size();
+  for (const Group& group : groups_) {
+    const Operands* const end = p + group.count;
+    switch (group.op) {
+      case Op::mul:
+        for (; p != end; ++p) *to++ = slot[p->a] * slot[p->b];
+        break;
+      case Op::add:
+        for (; p != end; ++p) *to++ = slot[p->a] + slot[p->b];
+        break;
+      case Op::sub:
+        for (; p != end; ++p) *to++ = slot[p->a] - slot[p->b];
+        break;
+      default:
+        if (group.sine_cosine)
+          for (; p != end; ++p, to += 2) sine_cosine(slot + p->a, to, to + 1, 1);
+        else
+          for (; p != end; ++p) *to++ = apply(group.op, slot[p->a], slot[p->b]);
     }
   }
-  for (const Copy& c : copies_) slot[c.to] = slot[c.from];
-  std::copy_n(slot + variables_.size() + constants_.size() + registers_, outputs_.size(), out);
+  for (const std::uint32_t r : results_) *out++ = slot[r];
 }
 
 }  // namespace whirl::expr

@@ -77,8 +77,18 @@ class Tape {
   struct Copy {
     std::uint32_t from, to;
   };
+  /// Steps of one operation that do not need each other, one after the other in `operands_` and in their results.
+  struct Group {
+    Op op;
+    bool sine_cosine;  ///< each has two results
+    std::uint32_t count;
+  };
+  struct Operands {
+    std::uint32_t a, b;
+  };
   friend Tape compile(const std::vector<Expr>&, const std::vector<std::string>&);
   void allocate();
+  void group();
 
   std::vector<std::string> variables_;
   std::vector<double> constants_;
@@ -87,6 +97,10 @@ class Tape {
   std::vector<Instruction> code_;
   std::vector<Copy> copies_;
   std::uint32_t registers_ = 0;
+  // For one point: every step has a slot of its own, in this order.
+  std::vector<Group> groups_;
+  std::vector<Operands> operands_;
+  std::vector<std::uint32_t> results_;  // slots of the outputs
 };
 
 /// Compiles `terms` for evaluation in `variables` (column order). Throws Error when a term uses another name, naming
