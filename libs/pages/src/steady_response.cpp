@@ -198,8 +198,15 @@ response::PeakCurve peaks_of(const IdentifiedModel& model, const SteadyOptions& 
   return peaks;
 }
 
-void choose_coordinate(const std::string& name, const std::vector<std::string>& names, SteadyResponse& found) {
-  const auto at = name.empty() ? names.begin() : std::find(names.begin(), names.end(), name);
+/// Without a name the first of the model's own order: a hidden state comes last there.
+void choose_coordinate(const std::string& name, const IdentifiedModel& model, const std::vector<std::string>& names,
+                       SteadyResponse& found) {
+  auto at = std::find(names.begin(), names.end(), name);
+  if (name.empty()) {
+    at = names.begin();
+    for (auto s = model.states.rbegin(); s != model.states.rend(); ++s)
+      if (const auto own = std::find(names.begin(), names.end(), *s); own != names.end()) at = own;
+  }
   if (at == names.end()) throw Error::in_field("coordinate", name, fmt::format("one of: {}", fmt::join(names, ", ")));
   found.index = at - names.begin();
   found.coordinate = *at;
@@ -246,7 +253,7 @@ SteadyResponse steady_response(const IdentifiedModel& model, SteadyOptions o) {
   if (forced.rotor) warn_of_hertz(o, *forced.rotor, found.summary);
   found.radius = o.coordinate.empty() && system.driven_by_angle() &&
                  (system.size() == 2 || identification::has_tilt(model));  // x and y come first
-  choose_coordinate(o.coordinate, system.names(), found);
+  choose_coordinate(o.coordinate, forced.model, system.names(), found);
   if (found.curve.points.empty()) return found;
   found.branches = response::other_branches(system, found.curve, force, o.curve);
   if (o.isolas) {

@@ -240,7 +240,7 @@ TEST(PartsUsedReference, EquationsOfOtherSystemsAreRun) {
   in.add("x", Quantity::dimensionless, Eigen::VectorXd::Zero(1500));
   in.add("v", Quantity::dimensionless, Eigen::VectorXd::Zero(1500));
   io::write_csv(folder / "in.csv", in);
-  for (const bool hidden : {false}) {
+  for (const bool hidden : {false, true}) {
     io::save(folder / "model.json", oscillator_model(hidden));
     const Answer curve =
         ask(folder, fmt::format("response model.json --input u --amplitude 1 --from-rpm {} --to-rpm {}",
