@@ -41,7 +41,12 @@ std::vector<Row> read_rows(hid_t file, const char* name, const Handle& type) {
 
 LoopRecord read_in_this_process(const std::filesystem::path& path) {
   // A file whose writer was killed still says that it is being written.
-  Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT), H5Fclose);
+  // Between two looks at what a writer may be changing HDF5 sleeps twice as long each time, from 1 ns on: by default a
+  // hundred times, longer than anybody waits for a damaged file. These come to 0.1 s.
+  constexpr unsigned kLooks = 26;
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_metadata_read_attempts(access.get(), kLooks);
+  Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access.get()), H5Fclose);
   if (!file) file = Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (std::error_code ec; !file && !std::filesystem::exists(path, ec))
     throw Error::in_file(path.string(), 0, "cannot be opened: No such file or directory");
