@@ -400,7 +400,7 @@ bool Grower::explains_enough(const OutputErrorFit& larger) const {
   return after < kMuch || before - after >= kLeast * (before - 1);
 }
 
-/// Much stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
+/// Something stays unexplained, and no term of many trial fits took half of it: it is none of the terms known here.
 bool Grower::gives_up() {
   constexpr int kPatience = 150;  // steps of the trial fits
   const double rest = fit_.summary.chi_square;
@@ -408,7 +408,7 @@ bool Grower::gives_up() {
     halved_ = rest;
     tried_ = 0;
   }
-  return rest > kMuch && tried_ > kPatience;
+  return rest > kMissing && tried_ > kPatience;
 }
 
 /// The parameters that `less` lacks are so many deviations from 0 that no fit without them needs to be tried. A term

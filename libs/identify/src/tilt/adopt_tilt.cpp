@@ -11,7 +11,7 @@
 namespace whirl::identification::detail {
 namespace {
 
-constexpr double kModelError = 1.3, kGivenUp = 2;
+constexpr double kModelError = 1.3;
 
 /// Whether the plain rotor leaves something, or reads it as a mode that it had to search for.
 bool asks_for_more(const RotorIdentification& found, const RotorIdentifyOptions& options) {
@@ -65,7 +65,11 @@ RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, cons
   // One axis does not tell the forward mode of a tilting disc from the backward one.
   if (!recordings.front().has(options.record.x) || !recordings.front().has(options.record.y)) return found;
   const RotorRecord record = rotor_record(recordings.front(), options.record);
-  std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, kGivenUp);
+  // Short runs with starts of their own leave less than one run of the whole record: they must at least come near what
+  // is asked of the whole.
+  constexpr double kNear = 1.1;
+  const double most = kNear * std::sqrt(std::min(kModelError, found.fit.summary.chi_square));
+  std::optional<IdentifiedModel> tilting = fit_tilt_rotor(record, found.fit.model, most);
   if (!tilting || !clearly_better(*tilting, found, record, options)) return found;
   judge_tilt(record, (record.z.array() - found.fit.model.offset).abs().maxCoeff(), *tilting);
   tilting->provenance = found.model.provenance;
