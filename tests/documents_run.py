@@ -223,7 +223,7 @@ BEFORE = {  # the command that needs it, and no other command of a document
 
 def runnable(command):
     words = command.split()
-    if "..." in command or "[" in command or re.search(r"\b(FILE|FORM|IN|OUT|SUB|DIR|NAME)\b", command):
+    if "..." in command or "[" in re.sub(r'"[^"]*"', "", command) or re.search(r"\b(FILE|FORM|IN|OUT|SUB|DIR|NAME)\b", command):
         return False
     if not re.search(r"\.(csv|json|uff|toml|wav|gz)|--list|--out \w", command):
         return False
