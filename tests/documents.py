@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """What is written about the program against the program.
 
-Usage: documents.py SOURCE_DIR WHIRL manual|completion|commands|links|words|version      exit code 1 and one line per deviation
+Usage: documents.py SOURCE_DIR WHIRL manual|completion|commands|links|snippets|words|sentences|messages|version
+
+Exit code 1 and one line per deviation. The checks of the language are in plain_words.py.
 """
 import pathlib
 import re
@@ -10,6 +12,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+
+import plain_words
 
 
 def run(*words, **settings):
@@ -196,32 +200,19 @@ def snippets(root, program):
     return wrong + ([] if len(shown) > 5 else [f"only {len(shown)} lines of C++ found in README.md"])
 
 
-# Words of the house that readers of other tools do not know, and what the field says.
-HOUSE_WORDS = {
-    r"\bthe judge\b|\bjudge[sd]?\b": "acceptance limits", r"\b(is|are|was|were|be|been) (told|said)\b": "reported, printed",
-    r"\basks? for\b": "requires", r"\bstands? (in|for)\b": "is in, represents", r"\btrust away\b": "downgrades the verdict",
-    r"machines? the model may be": "the uncertainty of the model", r"\bblows?\b": "impacts", r"\bput aside\b": "left out",
-    r"\bspeaks? (for|against)\b": "supports, contradicts", r"\bknows\b": "has, reads", r"\bconj z\b": "anisotropic stiffness",
-    r"one way to the disk": "written atomically", r"\bwithout a word\b": "without a warning"}
-# Laboratory notebooks: their tables are printed anew by `make evidence`, their text is to follow.
-NOT_YET_PLAIN = ("validation.md", "validation-control.md", "validation-modal.md", "validation-realtime.md", "balancing.md", "glossary.md")
-
-
 def words(root, _):
-    """Plain language: no house word in what users read, code apart."""
-    wrong = []
-    for file, text in documents(root):
-        if file.name in NOT_YET_PLAIN or file.is_relative_to(root / "libs"):
-            continue
-        fenced = False
-        for number, line in enumerate(text.split("\n"), 1):
-            fenced ^= line.startswith("```")
-            if fenced or line.startswith("    "):
-                continue
-            plain = re.sub(r"`[^`]*`|\]\([^)]*\)", "", line)
-            wrong += [f"{file}:{number}: '{m[0]}': write '{better}'" for word, better in HOUSE_WORDS.items()
-                      for m in re.finditer(word, plain, re.I)]
-    return wrong
+    return [w for file, text in documents(root) for w in plain_words.house_words(file.relative_to(root), text)]
+
+
+def sentences(root, _):
+    return [w for file, text in documents(root) if not file.is_relative_to(root / "libs")
+            for w in plain_words.long_sentences(file.relative_to(root), text)]
+
+
+def messages(root, program):
+    """What the program prints: its helps, and the texts in the sources."""
+    wrong = [w for place, text in tree(program).items() for w in plain_words.found_in(f"{' '.join(('whirl',) + place)} --help-all", text)]
+    return wrong + plain_words.source_texts(root)
 
 
 def version(root, program):
@@ -235,13 +226,13 @@ def version(root, program):
     }
     wrong = [f"{where} says {what}, CMakeLists.txt {stated}" for where, what in found.items() if what != stated]
     for file in (root / "docs/architecture.md", root / "examples/cpp/CMakeLists.txt", root / "tests/consumer/CMakeLists.txt"):
-        wrong += [f"{file.relative_to(root)} asks for whirl {v}" for v in re.findall(r"find_package\(whirl ([\d.]+)", file.read_text())
+        wrong += [f"{file.relative_to(root)} requires whirl {v}" for v in re.findall(r"find_package\(whirl ([\d.]+)", file.read_text())
                   if v != minor]
     return wrong
 
 
 if __name__ == "__main__":
-    deviations = {f.__name__: f for f in (manual, completion, commands, links, snippets, words, version)}[sys.argv[3]](
+    deviations = {f.__name__: f for f in (manual, completion, commands, links, snippets, words, sentences, messages, version)}[sys.argv[3]](
         pathlib.Path(sys.argv[1]).resolve(), sys.argv[2])
     print("\n".join(deviations))
     sys.exit(1 if deviations else 0)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Twenty-two mistakes that users make. Each must be named, with the right fix, before it does harm.
+"""Twenty-six mistakes that users make. Each must be named, with the right fix, before it does harm.
 
 Usage: mistakes.py WHIRL FOLDER      prints the table; exit code 1 when a mistake is not named
 """
@@ -53,6 +53,10 @@ def record(name, change, head=header):
     return ["identify", write(name, head, (change(*row) for row in rows)), "--no-holdout"]
 
 
+logger = write("o.csv", ["Logger 7"], [])
+with open(logger, "a") as file:
+    file.write("Time [s];Probe [V]\n" + "".join(f"{i};{i % 7}\n" for i in range(9)))
+
 # What was done wrong, the command, what the answer must say, and the exit codes that are right (0: done with a warning).
 MISTAKES = [
     ("x and y swapped", record("a.csv", lambda t, x, y, b: (t, y, x, b)), "rotation is against the angle: x and y are swapped", (1,)),
@@ -77,6 +81,11 @@ MISTAKES = [
     ("radius in m", ["balance", "model.json", "--mass-kg", "1.5", "--radius-mm", "0.083", "--speed-rpm", "1800"], "radius in m", (1,)),
     ("speed in Hz", ["response", "model.json", "--from-rpm", "5", "--to-rpm", "31"], "range in Hz", (0, 1)),
     ("a flag misspelt", ["identify", "r.csv", "--hold-out", "0.2"], "did you mean '--holdout'", (2,)),
+    ("a spreadsheet for a balancing table", ["balance", write("fan.csv", ["run", "speed", "DE amp", "DE phase", "mass", "angle"], [(1, 1480, 48.3, 7.8, 0, 0)])],
+     "needs the header run_1,speed_rpm,PROBE_amp_um", (2,)),
+    ("a line about the test above the names", ["info", logger], "line 2 looks like the header: --header-line 2", (2,)),
+    ("time signals for frequency responses", ["modes", "r.csv"], "whirl frf r.csv --out frf.json", (2,)),
+    ("a result for a recording", ["info", "model.json"], "whirl report model.json", (2,)),
 ]
 
 failed = 0

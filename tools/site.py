@@ -16,10 +16,11 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 # File of the tree -> page. Links between these follow; links to other files of the tree lose their target, not their text.
-PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/README.md": "python.md", "CHANGELOG.md": "changes.md", "RELEASING.md": "releasing.md"}
+PAGES = {"README.md": "index.md", "examples/README.md": "examples.md", "python/README.md": "python.md",
+         "docs/start/data.md": "data.md", "docs/start/tutorial.md": "tutorial.md", "docs/start/gallery.md": "gallery.md", "CHANGELOG.md": "changes.md", "RELEASING.md": "releasing.md"}
 SECTIONS = {
-    "How-to": ["choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md", "parts.md"],
-    "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "python.md", "python-pysindy.md", "reliability.md"],
+    "How-to": ["data.md", "tutorial.md", "choosing.md", "howto.md", "troubleshooting.md", "balancing.md", "response.md", "rotor.md", "export.md", "hardware.md", "monitor.md", "parts.md"],
+    "Reference": ["subcommands.md", "formats.md", "notation.md", "glossary.md", "gallery.md", "python.md", "python-pysindy.md", "reliability.md"],
     "Background": ["method.md", "references.md", "paper-errata.md", "peers.md", "validation.md", "validation-modal.md", "validation-control.md",
                    "validation-realtime.md", "architecture.md", "releasing.md", "changes.md"],
 }

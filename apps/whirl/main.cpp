@@ -95,8 +95,10 @@ int run(int argc, char** argv) {
   app.require_subcommand();
   app.footer(
       "Files: records are CSV with a header of quantity_unit columns (t_s,x_mm,y_mm,beta_rad); see docs/formats.md.\n"
+      "Which test and which command answer a question: docs/choosing.md.\n"
       "Exit code: 0 done, 1 the numbers are not usable (reason printed), 2 bad usage or bad input.\n\n"
-      "Example: whirl identify rundown.csv --out model.json && whirl design model.json --out controller.json");
+      "Example: whirl identify rundown.csv --out model.json && whirl design model.json --mass-kg 1.5 --out "
+      "controller.json");
 
   Session session;
   io::set_remark_handler([&](const std::string& file, const std::string& text) { session.note(file, text); });
@@ -123,7 +125,7 @@ int run(int argc, char** argv) {
   add_runup(app, session);
   app.section("Flexible rotors: from geometry");
   add_rotor(app, session);
-  app.section("Control: design, judge, export");
+  app.section("Control: design, test, export");
   add_design(app, session);
   add_margins(app, session);
   add_compare(app, session);

@@ -166,7 +166,7 @@ std::vector<std::string> names_of(Oddity oddity) {
     case Oddity::coulomb:
       return {"Coulomb"};
     case Oddity::anisotropic:
-      return {"conj z"};
+      return {"anisotropic stiffness"};
     case Oddity::cross_coupled:
       return {"cross-coupled"};
     case Oddity::stiffness_with_speed:

@@ -90,11 +90,12 @@ void run(double snr, bool anisotropic, int rotors, unsigned first_seed) {
       std::printf("  seed %u: %s\n", seed, found.model.summary.warnings[0].c_str());
     }
     for (const std::string& term : found.added) {
-      if (anisotropic && term == "conj z") continue;
+      if (anisotropic && term == "anisotropic stiffness") continue;
       ++false_terms;
       std::printf("  seed %u: false term %s\n", seed, term.c_str());
     }
-    missed_terms += anisotropic && std::find(found.added.begin(), found.added.end(), "conj z") == found.added.end();
+    missed_terms +=
+        anisotropic && std::find(found.added.begin(), found.added.end(), "anisotropic stiffness") == found.added.end();
     const ModelError error = model_error(*found.model.rotor, d.rotor);
     k1.values.push_back(std::abs(error.k1));
     k2.values.push_back(std::abs(error.k2));

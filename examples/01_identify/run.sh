@@ -4,7 +4,7 @@ set -euo pipefail
 out=${1:-out/01_identify}
 mkdir -p "$out" && cd "$out"
 
-# The virtual rig plays the laboratory: displacement of the disk by two lasers, angle by an encoder, 5 g screw in the disk.
+# The simulated rig replaces the laboratory: displacement of the disk by two lasers, angle by an encoder, 5 g screw in the disk.
 whirl rig record --added-mass-g 5 --out rundown.csv
 whirl rig record --added-mass-g 5 --run-up --seed 2 --out runup.csv
 whirl info rundown.csv

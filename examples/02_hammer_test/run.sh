@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Natural frequencies from hammer blows, stiffness from a pull test.
+# Natural frequencies from hammer impacts, stiffness from a static stiffness test.
 set -euo pipefail
 out=${1:-out/02_hammer_test}
 mkdir -p "$out" && cd "$out"

@@ -26,7 +26,7 @@ radius_mm = 40
 angle_deg = 90
 TOML
 
-# The machine: other bearings, and unbalance at both discs. It stands for the one in the hall.
+# The machine: other bearings, and unbalance at both discs. It represents the one in the hall.
 sed -e 's/stiffness_x_N_m = 1e6/stiffness_x_N_m = 1.3e6/' -e 's/damping_Ns_m = 100/damping_Ns_m = 180/' \
   -e 's/size_gmm = 0/size_gmm = 60/' drawing.toml > machine.toml
 cp machine.toml with_trial.toml

@@ -1,4 +1,4 @@
-// From a model file to two controllers, compared on the virtual rig. Usage: design_and_run MODEL
+// From a model file to two controllers, compared on the simulated rig. Usage: design_and_run MODEL
 #include <cstdio>
 #include <whirl/whirl.hpp>
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The C++ examples on records of the virtual rig, built by CMakeLists.txt beside this file.
+# The C++ examples on records of the simulated rig, built by CMakeLists.txt beside this file.
 set -euo pipefail
 out=${1:-out/cpp}
 mkdir -p "$out" && cd "$out"

@@ -69,7 +69,7 @@ void bind_rig(py::module_& m) {
             const rig::StiffnessTable table = rig::simulate_stiffness_test(p, options);
             return std::pair(table.deflection, table.force);
           },
-          py::kw_only(), py::arg("seed") = 1, "(deflection m, force N) of a pull test.")
+          py::kw_only(), py::arg("seed") = 1, "(deflection m, force N) of a static stiffness test.")
       .def(
           "hammer_test",
           [](const RigParameters& p, int blows, std::uint64_t seed) {
@@ -79,7 +79,7 @@ void bind_rig(py::module_& m) {
             const py::gil_scoped_release unlocked;
             return rig::simulate_hammer_test(p, options);
           },
-          py::kw_only(), py::arg("blows") = 5, py::arg("seed") = 1, "One record per blow: force, acc_x, acc_y.");
+          py::kw_only(), py::arg("blows") = 5, py::arg("seed") = 1, "One record per impact: force, acc_x, acc_y.");
 }
 
 void bind_design(py::module_& m) {
@@ -120,7 +120,7 @@ void bind_design(py::module_& m) {
         return tuning::run_closed_loop(controller, rig, options);
       },
       py::arg("controller"), py::arg("rig") = RigParameters{}, py::kw_only(), py::arg("seed") = 1,
-      "Closed loop of a controller on the virtual rig.");
+      "Closed loop of a controller on the simulated rig.");
 }
 
 template <class T>

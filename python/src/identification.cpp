@@ -65,7 +65,7 @@ UnbalanceSource unbalance_source(const std::string& name) {
 }  // namespace
 
 void bind_identification(py::module_& m) {
-  py::class_<Identification>(m, "Identification", "A model and what speaks for and against it")
+  py::class_<Identification>(m, "Identification", "A model and the evidence for and against it")
       .def_readonly("model", &Identification::model)
       .def_readonly("summary", &Identification::summary, "the verdict by all evidence")
       .def_property_readonly("usable", &Identification::usable)

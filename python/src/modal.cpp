@@ -115,7 +115,7 @@ void bind_modal(py::module_& m) {
         return modal::estimate_frf(records, options);
       },
       py::arg("records"), py::kw_only(), py::arg("force") = "", py::arg("resolution_hz") = 0,
-      "Frequency responses (H1) of hammer blows or shakers: records with force (N) and response channels. `force`: "
+      "Frequency responses (H1) of hammer impacts or shakers: records with force (N) and response channels. `force`: "
       "name "
       "of the channel, or names where several shakers act. `resolution_hz`: shakers, Hz between lines; 0 = automatic.");
 

@@ -140,8 +140,9 @@ py::tuple robustness(const ControllerDesign& controller, IdentifiedModel model, 
   if (const std::string low = tuning::margin_shortfall(controller); !low.empty())
     summary.fail("the margins of the design: " + low);
   if (result.stable.high < tuning::kEnoughPass) {
-    summary.fail(fmt::format("{:.1f} % of the machines fail the judge, at least {:.1f} % with 95 % confidence",
-                             100 * (1 - result.stable.value), 100 * (1 - result.stable.high)));
+    summary.fail(
+        fmt::format("{:.1f} % of the machines fail the acceptance limits, at least {:.1f} % with 95 % confidence",
+                    100 * (1 - result.stable.value), 100 * (1 - result.stable.high)));
   }
   return py::make_tuple(as_python(pages::to_json(result, options)), summary);
 }

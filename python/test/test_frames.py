@@ -29,6 +29,12 @@ def test_columns_name_the_variables():
     assert whirl.SINDy().fit(frame.set_axis(["x in mm", "t"], axis=1), t=T).equations()[0] == "1.000 x1"
 
 
+def test_coefficients_as_a_frame():
+    table = whirl.SINDy().fit(oscillator(), t=T).to_pandas()
+    assert list(table.columns) == ["x'", "v'"] and table.index.name == "term"
+    assert table.loc["x", "v'"] == pytest.approx(-2, rel=1e-3) and table.loc["v", "x'"] == pytest.approx(1, rel=1e-3)
+
+
 def test_lists_of_frames_and_of_inputs():
     frames = [oscillator(), oscillator(x0=0.4)]
     assert whirl.SINDy().fit(frames, t=T).equations()[1] == "-2.000 x + -0.100 v"

@@ -179,11 +179,23 @@ def test_errors_name_field_and_allowed_values(found, tmp_path):
         whirl.validate(found.model, whirl.VirtualRig().record(), unbalance="guess")
 
 
-def test_figures(record, rig):
+def test_figures(record, rig, found):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     assert len(record.plot()) == 3
-    assert len(whirl.frf(rig.hammer_test()).plot()) == 2
+    frf = whirl.frf(rig.hammer_test())
+    assert len(frf.plot()) == 2
+    modes = whirl.modes(frf)
+    drawn = modes.plot()[0].containers[0].lines[0]
+    np.testing.assert_allclose(drawn.get_xdata(), [mode.frequency.value for mode in modes])
+    np.testing.assert_allclose(drawn.get_ydata(), [100 * mode.damping.value for mode in modes])
+    labels = [label.get_text() for label in found.plot()[0].get_yticklabels()]
+    assert labels[0].startswith("k1 = ") and len(labels) == len(found.model.parameters)
+    assert [label.get_text() for label in found.model.plot()[0].get_yticklabels()] == labels
+
+
+def test_texts_of_rig_and_modes_of_a_run(rig):
+    assert repr(rig).startswith("whirl.VirtualRig\n") and "mass_kg" in repr(rig)
 
 
 def oscillators(seconds=300, rate=64.0, seed=3):

@@ -1,6 +1,6 @@
 # # A rotor, from record to controller
 #
-# The other half of the package: the nouns of a rotor laboratory. A virtual rig stands in for the machine: 5 g of unbalance on the disk.
+# The other half of the package: the nouns of a rotor laboratory. A simulated rig replaces the machine: 5 g of unbalance on the disk.
 
 # %%
 import numpy as np
@@ -25,7 +25,7 @@ print(f"run-up predicted to {100 * check.nrmse:.2f} % of its peak")
 assert check.nrmse < 0.05
 
 # %%
-# The pull test gives the mass, the design the controller, and a closed loop on the rig the proof.
+# The static stiffness test gives the mass, the design the controller, and a closed loop on the rig the proof.
 law = whirl.stiffness(*rig.stiffness_test())
 controller = whirl.design(found.model, stiffness=law, evaluations=20)
 result = whirl.run(controller, rig)

@@ -120,6 +120,8 @@ Recording.plot = _plot.recording
 FrequencyResponse.plot = _plot.frequency_response
 Run.plot = _plot.run
 SteadyResponse.plot = _plot.steady_response
+ModalModel.plot = OperationalModes.plot = _plot.modes
+Model.plot = Identification.plot = _plot.parameters
 
 
 def read(path, *, rate=None, columns=()):

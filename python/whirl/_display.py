@@ -192,5 +192,8 @@ def install():
     w.Recording._repr_html_ = lambda self: table_html(
         {"channel": self.names, "unit": [self.units[n] for n in self.names], "minimum": [float(np.min(self[n])) for n in self.names],
          "maximum": [float(np.max(self[n])) for n in self.names]}, f"{self.source}: {len(self)} samples every {self.dt:g} s")
+    w.RunupMode.__repr__ = lambda self: (f"whirl.RunupMode at {number(self.omega.value * 30 / np.pi)} ± {self.omega.sd * 30 / np.pi:.2g} rpm, "
+                                        f"damping ratio {number(self.zeta.value)} ± {self.zeta.sd:.2g}")
+    w.VirtualRig.__repr__ = lambda self: "whirl.VirtualRig\n" + "\n".join(f"  {line}" for line in self.toml().splitlines() if line)
     w.Estimate.__reduce__ = lambda self: (w.Estimate, (self.value, self.sd, self.low, self.high))
     w.Equation.__repr__ = lambda self: f"{self.lhs} = " + " + ".join(repr(term) for term in self.terms)

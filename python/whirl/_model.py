@@ -169,12 +169,19 @@ class SparseModel(BaseEstimator):
             out.append(" + ".join(f"{c:.{precision}f} {name}" for c, name in shown) or f"{0:.{precision}f}")
         return out
 
+    def to_pandas(self):
+        """Coefficients: one row per term, one column per equation."""
+        import pandas
+
+        return pandas.DataFrame(self.coefficients().T, index=pandas.Index(self.get_feature_names(), name="term"),
+                                columns=[f"({name})[k+1]" if self._map else f"{name}'" for name in self.state_names_])
+
     def _printed_features(self):
         self._check_fitted()
         return self.features_
 
     def print(self, lhs=None, precision=3, **kwargs):
-        """Prints the equations; `lhs`: what stands on the left; further arguments are those of Python's print."""
+        """Prints the equations; `lhs`: the left-hand sides; further arguments are those of Python's print."""
         equations = self.equations(precision)
         left = list(lhs) if lhs is not None else [f"({name})[k+1]" if self._map else f"({name})'" for name in self.state_names_]
         if len(left) != len(equations):

@@ -63,3 +63,27 @@ def steady_response(found, axes=None):
     axes[1].set_ylabel("phase [deg]")
     axes[-1].set_xlabel("speed [rpm]")
     return axes
+
+
+def modes(found, axes=None):
+    """Damping ratio over frequency with two standard deviations of both."""
+    axes = np.atleast_1d(_axes(axes))
+    (f, f_sd), (d, d_sd) = (np.array([(getattr(mode, part).value, getattr(mode, part).sd) for mode in found], float).T
+                            for part in ("frequency", "damping"))
+    axes[0].errorbar(f, 100 * d, xerr=2 * f_sd, yerr=200 * d_sd, fmt="o", markersize=4, linewidth=0.8)
+    axes[0].set_xlabel("frequency [Hz]")
+    axes[0].set_ylabel("damping ratio [%]")
+    return axes
+
+
+def parameters(found, axes=None):
+    """Each parameter's 95 % interval in percent of its value; parameters of value 0 are left out."""
+    axes = np.atleast_1d(_axes(axes))
+    model = getattr(found, "model", found)
+    shown = {name: e for name, e in model.parameters.items() if e.value and np.isfinite([e.low, e.high]).all()}
+    low, high = ([100 * abs(getattr(e, side) - e.value) / abs(e.value) for e in shown.values()] for side in ("low", "high"))
+    axes[0].errorbar(np.zeros(len(shown)), np.arange(len(shown)), xerr=[low, high], fmt="o", markersize=3, capsize=3, linewidth=1)
+    axes[0].set_yticks(range(len(shown)), labels=[f"{name} = {e.value:.4g}" for name, e in shown.items()])
+    axes[0].invert_yaxis()
+    axes[0].set_xlabel("95 % interval, percent of the value")
+    return axes

@@ -24,7 +24,7 @@ TEST(CompareE2e, MethodsOnOneRigWithThePaperBeside) {
     EXPECT_NE(outcome.out.find(text), std::string::npos) << text;
   }
   const std::string page = slurp(folder / "cmp/report.html");
-  for (const char* text : {"Fig. 18", "Table 4", "modes x15", "delay +2, untold", "<svg", "sensor noise"}) {
+  for (const char* text : {"Fig. 18", "Table 4", "modes x15", "delay +2, unknown", "<svg", "sensor noise"}) {
     EXPECT_NE(page.find(text), std::string::npos) << text;
   }
 

@@ -107,7 +107,7 @@ TEST(MisuseE2e, FlagsThatWouldDoNothingAreRefused) {
       {"identify record.csv record.csv", "record.csv: given twice"},
       {"frf blow_1.csv ./blow_1.csv", "blow_1.csv: given twice"},
       {"frf blow_1.csv --resolution-hz 1", "--resolution-hz is for shakers"},
-      {"frf blow_1.csv --excitation shaker --duration-s 1", "--duration-s is for blows"},
+      {"frf blow_1.csv --excitation shaker --duration-s 1", "--duration-s is for impacts"},
       {"frf blow_1.csv --force-channel acc_x", "'acc_x' is a acceleration: must be a force"},
       {"replay none.h5", "none.h5: cannot be opened: No such file or directory"},
   };
@@ -123,7 +123,7 @@ TEST(MisuseE2e, EdgesOfARangeAreAnsweredOrRefused) {
   EXPECT_EQ(still.exit_code, 0) << still.err;
   const std::pair<const char*, const char*> calls[] = {
       {"runup model.json --from-rpm 300 --to-rpm 1900 --unbalance 0", "--unbalance = 0: must be between"},
-      {"frf blow_1.csv --duration-s 1e-9", "duration = 1e-09 s: must be 0 (to the next blow) or"},
+      {"frf blow_1.csv --duration-s 1e-9", "duration = 1e-09 s: must be 0 (to the next impact) or"},
       {"oma record.csv --harmonic-hz 700", "tone = 700 Hz: must be above 0 and below 500 Hz"},
       {"decay record.csv --from 1e8", "from = 1e+08 s: must be between 0 and 14"},
       {"plot short.csv", "short.csv: 3 samples (the record lasts from 0 to 0.002 s): must be 16 or more"},

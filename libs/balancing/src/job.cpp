@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -73,10 +74,23 @@ Quantity reading_quantity(const std::string& path, const io::Table& table, const
   return first;
 }
 
+/// The table; one whose header is that of no balancing table is refused with the header wanted.
+io::Table read_runs(const std::string& path, const io::CsvOptions& options) {
+  try {
+    return io::read_table(path, options);
+  } catch (const Error&) {
+    if (!std::filesystem::exists(path) || io::read_text(path).find("run_1") != std::string::npos) throw;
+    throw Error::in_file(path, 1,
+                         "a balancing table needs the header run_1,speed_rpm,PROBE_amp_um,PROBE_phase_deg,"
+                         "PLANE_mass_gram,PLANE_angle_deg (one row per run and speed; PROBE and PLANE are your names, "
+                         "units follow the names); see docs/balancing.md");
+  }
+}
+
 RawJob read_csv_job(const std::string& path, const VectorConvention& v) {
   io::CsvOptions one_run;  // as found, beside a prior
   one_run.min_samples = 1;
-  const io::Table table = io::read_table(path, one_run);
+  const io::Table table = read_runs(path, one_run);
   RawJob raw;
   raw.phases = std::any_of(table.columns.begin(), table.columns.end(),
                            [](const Channel& c) { return c.name.ends_with("_phase"); });

@@ -120,8 +120,8 @@ diagnosis::InfluencePrior model_prior(const std::string& path, const JobFile& fi
   if (!model.rotor) throw Error(path + ": the model has no rotor parameters; identify with --method weak");
   if (file.job.planes.size() != 1)
     throw Error(
-        fmt::format("{}: a model of one disk knows one plane, the job has {}; the modes of blows on the planes "
-                    "(modes.json of whirl modes) know all of them",
+        fmt::format("{}: a model of one disk has one plane, the job has {}; the modes of impacts on the planes "
+                    "(modes.json of whirl modes) have all of them",
                     path, file.job.planes.size()));
   if (!(o.radius > 0)) throw Error("--prior: a model needs --radius-mm, where the masses are added");
   diagnosis::RotorReadings r;
@@ -151,6 +151,7 @@ diagnosis::InfluencePrior read_prior(const JobFile& file, const JobOptions& o, S
     return model_prior(path, file, o, warnings);
   if (document.has("schema") && document.at("schema").text().starts_with("whirl.modes/"))
     return modes_prior(path, file, o, warnings);
+  if (document.has("schema")) document.require_schema("whirl.balancing", 1);
   return diagnosis::relative_prior(read_influence(path, file), o.prior_common, o.prior_each, file.job.speed);
 }
 

@@ -161,8 +161,8 @@ std::string run_text(const RunMade& run, const VectorConvention& typed, const Jo
     const std::size_t wanted = file.probes.size() * file.stated_speeds.size();
     if (amplitudes.size() != wanted)
       throw Error(
-          fmt::format("--readings: {} readings are needed ({} at each of {} speeds, speed by speed), {} were "
-                      "found; - stands for a reading that is missing",
+          fmt::format("--readings: {} readings are needed ({} at each of {} speeds, speed by speed), {} were found; "
+                      "write - for a reading that is missing",
                       wanted, fmt::join(file.probes, ", "), file.stated_speeds.size(), amplitudes.size()));
     if (typed.phase != v.phase || typed.amplitude != v.amplitude || typed.angles != v.angles)
       note = fmt::format("  # typed as phase {}, amplitudes {}, angles {}", typed.phase, typed.amplitude, typed.angles);

@@ -179,12 +179,12 @@ report::Table left_out(const BalancingSheet& s) {
     if (state.told) state.measured.maxCoeff(&m);
     const auto i = static_cast<std::size_t>(m);
     t.add({state.runs, state.told && i < s.rows.size() ? s.rows[i].name : "",
-           state.told ? number(state.foretold[m] / unit.factor) : "not told by the others",
+           state.told ? number(state.foretold[m] / unit.factor) : "not predictable from the others",
            state.told ? number(state.measured[m] / unit.factor) : "–",
            state.told ? number(state.error / unit.factor, 2) : "–"});
   }
   t.notes = {std::isnan(s.left_out_error)
-                 ? std::string("no state is told by the others")
+                 ? std::string("no state can be predicted from the others")
                  : fmt::format("the largest reading of each state; rms error of all {} {}, {:.0f} % of the reading",
                                number(s.left_out_error / unit.factor, 2), shown, 100 * s.left_out_share)};
   return t;

@@ -67,7 +67,7 @@ std::string balancing_text(const Finding& f) {
           "{} leaves {} to show the scatter: a wrong reading may hide in it; make another run, or leave the option out",
           f.where, spare_runs(f));
     case FindingCode::option_not_taken:
-      return fmt::format("{} is not fitted: it would leave {}; make another run, or ask for it", f.where,
+      return fmt::format("{} is not fitted: it would leave {}; make another run, or state the option", f.where,
                          spare_runs(f));
     case FindingCode::not_repeatable:
       return fmt::format(
@@ -150,13 +150,13 @@ std::string text(const Finding& f) {
           f.where, of("deviations"));
     case FindingCode::term_too_large:
       return fmt::format(
-          "{} is {:.2g} times what rotors with such a term have: it stands for something that the model "
-          "lacks, and takes other parameters with it",
+          "{} is {:.2g} times what rotors with such a term have: it represents something that the model lacks, and "
+          "biases other parameters",
           f.where, of("ratio"));
     case FindingCode::inertia_impossible:
       return fmt::format(
-          "polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt stands for something "
-          "that the model lacks, and takes other parameters with it",
+          "polar_ratio is {:.3g}: that of a disc lies between 0 and 2; the tilt represents something that the model "
+          "lacks, and biases other parameters",
           of("polar_ratio"));
     case FindingCode::work_limit:
       return fmt::format(

@@ -106,7 +106,7 @@ FmuSurvey survey_fmu(const std::filesystem::path& fmu, const FmuPlantOptions& op
   const long begin = std::lround(0.05 / h);
   Eigen::MatrixXd blow = run(fmu, at_rest(options, kBlowTime), [&](long k) { return k == begin ? strength : 0.0; });
   out.blow.dt = h;
-  out.blow.source = "blow on " + fmu.string();
+  out.blow.source = "impact on " + fmu.string();
   out.blow.add("force", Quantity::force, blow.col(5));
   out.blow.add("x", Quantity::displacement, Eigen::VectorXd(blow.col(0).array() - rest));
   return out;

@@ -99,7 +99,7 @@ RunDesign design_of(const BalancingJob& job, const std::vector<bool>& used, Drif
   const RunDesign drifting(job, true);
   const bool told = drifting.told_by(job, used);
   if (!told && drift == Drift::linear)
-    throw Error("the drift cannot be told: repeat the run as found at the end of the job");
+    throw Error("the drift cannot be determined: repeat the run as found at the end of the job");
   if (!told) return plain;
   const InfluenceFit with = solve_runs(job, drifting, used, 0);
   if (drift == Drift::linear) {

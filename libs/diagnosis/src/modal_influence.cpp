@@ -108,7 +108,7 @@ Eigen::MatrixXcd modal_influence(const ModalModel& modes, const ModalReadings& r
       if (!a)
         throw Error(fmt::format(
             "the modes do not connect plane '{}' with probe '{}': planes and probes of the job are named as the points "
-            "of the modes ({}); a channel between them, or both with one point where the blow's own motion was "
+            "of the modes ({}); a channel between them, or both with one point where the impact's own motion was "
             "measured",
             r.planes[p], r.probes[m], residues.points()));
       const double w = r.speed[m];

@@ -138,7 +138,7 @@ class Planner {
     if (m < 0) {
       // Without probe angles any place serves; planes apart, so that not all trials add up by chance.
       return {2 * std::numbers::pi * static_cast<double>(p) / static_cast<double>(planes_),
-              "any angle serves: where the probes stand is not stated"};
+              "any angle will do: the positions of the probes are not stated"};
     }
     const double high = std::arg(found.vibration[m]) + plan_.high_spot[m];
     const std::string& row = job_.rows[static_cast<std::size_t>(m)];

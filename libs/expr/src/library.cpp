@@ -118,7 +118,7 @@ CandidateLibrary make_library(std::vector<std::string> lhs, std::vector<TiedGrou
   };
   std::set<std::string> tied;
   for (const TiedGroup& group : library.groups) {
-    if (group.entries.empty()) throw Error(fmt::format("library: group '{}' stands in no equation", group.name));
+    if (group.entries.empty()) throw Error(fmt::format("library: group '{}' is in no equation", group.name));
     if (group.entries.size() > 1 && !tied.insert(group.name).second) {
       throw Error(fmt::format("library: two groups are named '{}'", group.name));
     }

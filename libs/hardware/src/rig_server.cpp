@@ -364,7 +364,7 @@ tuning::ClosedLoopMetrics RigServer::metrics() const {
 Recording RigServer::truth() const {
   Recording out;
   out.dt = 1 / options_.rig.timing.rate;
-  out.source = "served virtual rig";
+  out.source = "served simulated rig";
   const auto add = [&](const char* name, Quantity quantity, const std::vector<double>& v) {
     out.add(name, quantity, Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size())));
   };

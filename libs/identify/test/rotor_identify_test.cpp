@@ -59,7 +59,7 @@ TEST(IdentifyRotorReference, AnisotropyIsFoundByOneTerm) {
   RotorModel truth = rotor_a();
   truth.k1_conj = std::polar(0.01 * truth.k1, 0.4);
   const RotorIdentification r = identify_rotor_detailed({record(with_noise(motion(truth, {}), 20, 3), {})});
-  EXPECT_EQ(r.added, std::vector<std::string>{"conj z"});
+  EXPECT_EQ(r.added, std::vector<std::string>{"anisotropic stiffness"});
   EXPECT_EQ(r.model.summary.status, Status::ok);
   const ModelError e = model_error(*r.model.rotor, truth);
   EXPECT_LT(std::abs(e.k1), 0.1);

@@ -46,7 +46,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Named{Oddity::quintic, "quintic stiffness"}, Named{Oddity::gyroscopic, "gyroscopic term"},
                       Named{Oddity::sensor_gain, "sensor gain"}, Named{Oddity::sensor_angle, "sensor angle"},
                       Named{Oddity::quadratic_damping, "quadratic damping"}, Named{Oddity::coulomb, "Coulomb friction"},
-                      Named{Oddity::anisotropic, "conj z"}));
+                      Named{Oddity::anisotropic, "anisotropic stiffness"}));
 
 // A bow reads as runout with another unbalance: both are said, and the interval of e holds the truth.
 TEST(RotorAmbiguityProperty, BowBesideRunoutIsSaidAndCovered) {

@@ -36,7 +36,7 @@ TEST(ScoreTestReference, StiffnessDifferenceIsFoundAndRepairedByOneTerm) {
   truth.k1_conj = 0.01 * truth.k1;  // Kx and Ky differ by 2 %
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const ScoreTest before = run(truth, 20, seed);
-    EXPECT_EQ(before.candidates.front().term->label, "conj z");
+    EXPECT_EQ(before.candidates.front().term->label, "anisotropic stiffness");
     EXPECT_GT(before.candidates.front().score, 100);
     EXPECT_GT(before.chi_square, 1.3);
     OutputErrorOptions active;

@@ -93,7 +93,7 @@ struct Builder : nlohmann::json_sax<nlohmann::json> {
   bool start_object(std::size_t) override { return open(Json::object()); }
   bool key(string_t& v) override {
     if (stack.back().value.find(v)) {
-      problem = fmt::format("key '{}' stands twice", v);
+      problem = fmt::format("key '{}' is there twice", v);
       return false;
     }
     stack.back().key = std::move(v);
@@ -374,7 +374,7 @@ template <class Code>
 Code read_code(const JsonReader& in, std::initializer_list<Code> known, std::string_view what) {
   for (const Code code : known)
     if (in.text() == to_string(code)) return code;
-  throw in.error(fmt::format("'{}' is no {} that this version knows", in.text(), what));
+  throw in.error(fmt::format("'{}' is no {} of this version", in.text(), what));
 }
 
 Finding read_finding(const JsonReader& in) {

@@ -122,7 +122,7 @@ TEST(HostileFiles, MembersOfAnArchiveMayNotShareTheirBytes) {
   std::memset(shared.data() + second + 42, 0, 4);
   folder.write("shared.npz", shared);
   EXPECT_THAT(testing::error_of([&] { (void)read_signals(folder.path() / "shared.npz"); }),
-              HasSubstr("member 'b.npy' stands inside another"));
+              HasSubstr("member 'b.npy' lies inside another"));
 }
 
 TEST(HostileFiles, TheSizeIsLookedAtBeforeReading) {
@@ -155,7 +155,7 @@ TEST(HostileFiles, BinaryPartsStandBesideTheirAtfx) {
   EXPECT_EQ(read("part.bin"), "no error");
   for (const std::string& part :
        {(folder.path() / "secret.bin").string(), std::string("../secret.bin"), std::string("b/../../secret.bin")})
-    EXPECT_THAT(read(part), HasSubstr("must stand beside it or below"));
+    EXPECT_THAT(read(part), HasSubstr("must be beside it or below"));
 }
 
 TEST(CutFiles, AWavSaysHowManySamplesAreMissing) {

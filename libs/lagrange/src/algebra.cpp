@@ -263,7 +263,7 @@ Split split(const ex& summand, const Names& names) {
     const bool state = names.uses(factor, Names::Kind::state);
     if (state && names.uses(factor, Names::Kind::parameter)) {
       throw Error(
-          fmt::format("a parameter without exact value stands inside '{}', which states enter too: the equations are "
+          fmt::format("a parameter without exact value is inside '{}', which depends on states too: the equations are "
                       "not linear in unknowns; give the parameter a value",
                       names.to(factor).str()));
     }

@@ -84,7 +84,7 @@ GiNaC::exmap symmetry_ties(const std::vector<ex>& functions, const LagrangeProbl
           rest = (rest - factor * p).expand();
         }
         if (row.size() != parameters.size() || !rest.is_zero()) {
-          throw Error(fmt::format("symmetry '{}' asks {} = 0, which is not linear in parameters", text,
+          throw Error(fmt::format("symmetry '{}' requires {} = 0, which is not linear in parameters", text,
                                   names.to(condition).str()));
         }
         rows.push_back(std::move(row));

@@ -176,7 +176,7 @@ expr::CandidateLibrary tied_library(const std::vector<ex>& accelerations, const 
     groups.push_back(expr::tied_group(coefficient.str(), terms, coefficient.str(), unit ? unit->str() : ""));
   }
   if (pivots.size() < table.unknowns.size()) {
-    notes.push_back(fmt::format("{} products of parameters stand in {} independent combinations", table.unknowns.size(),
+    notes.push_back(fmt::format("{} products of parameters form {} independent combinations", table.unknowns.size(),
                                 pivots.size()));
   }
   std::vector<expr::Expr> known;

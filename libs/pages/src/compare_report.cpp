@@ -248,11 +248,10 @@ report::Table matrix_table(const Comparison& c) {
     t.add(std::move(row));
   }
   t.notes = {
-      "FAILS: divergence, trip, limit cycle (at standstill, or motion above 30 um rms that stands beside the "
-      "synchronous one "
-      "while turning), a segment worse than without control, total variation above 1.5 times the nominal, or at the "
+      "FAILS: divergence, trip, limit cycle (at standstill, or motion above 30 um rms beside the synchronous one while "
+      "turning), a segment worse than without control, total variation above 1.5 times the nominal, or at the "
       "force "
-      "limit more than 1 % of the time while turning. Delay in samples; told: the controller knows of it."};
+      "limit more than 1 % of the time while turning. Delay in samples; known: the controller is given it."};
   return t;
 }
 
@@ -333,7 +332,8 @@ report::Document comparison_report(const Comparison& c) {
   doc.paragraph(
       "Every method is tuned on a plant made of the identified model and the data sheets alone and then run, "
       "unchanged, on "
-      "the virtual rig with seeds the tuning has not seen. Only methods with the same knowledge are alike: those with "
+      "the simulated rig with seeds the tuning has not seen. Only methods with the same knowledge are alike: those "
+      "with "
       "feedforward cancel the identified unbalance, those of kfe and kfo estimate it while running.");
   doc.callout(best.stable_everywhere() ? report::Callout::Kind::agrees : report::Callout::Kind::warning,
               fmt::format("Best: {}", best.label),

@@ -115,7 +115,7 @@ std::string parameters_text(const lagrange::PhysicalParameters& found) {
   };
   list("Parameters from the model", found.parameters);
   list("Combinations that the model determines", found.combinations);
-  list("Asked for", found.reported);
+  list("Requested", found.reported);
   if (!text.empty()) text.pop_back();
   return text;
 }

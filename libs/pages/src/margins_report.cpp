@@ -61,7 +61,7 @@ report::Table margins_table(const MarginStudy& study, const ControllerDesign& de
       "zero "
       "against it. Gain: factor on the loop gain at which it becomes unstable. Zones of ISO 14839-3 by the peak "
       "sensitivity: A below 3, B below 4, C below 5. Gain up and delay are tried in the running loop; *: there the "
-      "linearised loop did not show them, and they are the factor and the delay at which motion began to stand."};
+      "linearised loop did not show them, and they are the factor and the delay at which the motion stopped decaying."};
   return t;
 }
 

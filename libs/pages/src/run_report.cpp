@@ -94,7 +94,7 @@ class RunReport {
       any = true;
     }
     any = housing_findings() || any;
-    if (!any) doc_.paragraph("The inputs hold nothing to be judged; see the sections below.");
+    if (!any) doc_.paragraph("The inputs hold nothing to assess; see the sections below.");
   }
 
   // The housing sensor with the highest level of each run, and its zone where the class of the machine is stated.
@@ -121,7 +121,7 @@ class RunReport {
       }
       if (worst->channel.synchronous && !worst->channel.synchronous->steady) {
         doc_.callout(Callout::Kind::note, "Housing vibration of " + name,
-                     text + ". The speed of the run changes: the zones judge steady running.");
+                     text + ". The speed of the run changes: the zones apply to steady running.");
         continue;
       }
       const char zone = diagnosis::housing_vibration_zone(level, *o_.machine);
@@ -383,7 +383,7 @@ class RunReport {
     const report::Table housing = housing_table(vibration(), o_.machine);
     const report::Table grades = grade_table(in_.models, criticals(), o_.service_speed);
     if (zones.rows.empty() && housing.rows.empty() && grades.rows.empty()) return;
-    doc_.section("Judged by the standards' numbers");
+    doc_.section("Assessed by the standards' numbers");
     doc_.callout(Callout::Kind::note, "Guidance, not a statement of compliance",
                  "Limits are those commonly quoted of ISO 20816-3, ISO 21940-11 and API 617; compare with the current "
                  "editions.");

@@ -59,7 +59,7 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
   const bool service = service_speed > 0;
   if (service) {
     t.columns.push_back({"margin", "%"});
-    t.columns.push_back({"asked for", "%"});
+    t.columns.push_back({"required", "%"});
   }
   for (const CriticalRow& r : rows) {
     std::vector<std::string> row{r.run, r.channel, rpm(r.critical),
@@ -87,7 +87,7 @@ report::Table critical_table(const std::vector<CriticalRow>& rows, double servic
       "it is not, AF is that of the run, not of the rotor."};
   if (service) {
     t.notes.push_back(fmt::format(
-        "Margin: distance of the critical speed from {} rpm. Asked for: 17 (1 − 1/(AF − 1.5)) %, at most 16 % "
+        "Margin: distance of the critical speed from {} rpm. Required: 17 (1 − 1/(AF − 1.5)) %, at most 16 % "
         "below the operating range, 10 % more above it; nothing when AF < 2.5.",
         rpm(service_speed)));
   }
@@ -119,7 +119,8 @@ report::Table zone_table(const std::vector<CriticalRow>& rows, double service_sp
     add(r, "largest (passage)", r.critical, r.amplitude);
   }
   t.notes = {
-      "The zones judge steady running of machines above 15 kW (the standard's scope); they do not judge the passage "
+      "The zones apply to steady running of machines above 15 kW (the standard's scope); they do not apply to the "
+      "passage "
       "through a critical speed, whose row is for orientation."};
   return t;
 }

@@ -119,7 +119,7 @@ void find_flat(ChannelCheck& c) {
     }
     Finding f{
         .kind = value == 0 ? FindingKind::dropout : FindingKind::frozen, .severity = Severity::mask, .size = value};
-    f.advice = "the readings stand still while the signal moves; they are left out";
+    f.advice = "the readings are frozen while the signal moves; they are left out";
     c.report(std::move(f), r.first, r.first + r.length - 1);
   }
   std::erase_if(runs, [&](const Run& r) { return !c.usable[r.first]; });

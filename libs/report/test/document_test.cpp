@@ -32,7 +32,7 @@ IdentifiedModel example_model() {
 Document example() {
   Document d;
   d.title = "Run-down & <suppression>";
-  d.subtitle = "virtual rig";
+  d.subtitle = "simulated rig";
   d.section("Model").paragraph("x < y & z").equations(example_model()).table(coefficient_table(example_model()));
   d.section("Results").subsection("Displacement").figure(testing::long_trace(), "Displacement, \"zero to peak\".");
   d.figure(testing::one_of_each(), "All.").callout(Callout::Kind::disagrees, "Table 4", "61 % against 55 %");

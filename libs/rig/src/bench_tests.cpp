@@ -59,7 +59,7 @@ StiffnessTable simulate_stiffness_test(const RigParameters& parameters, const St
 
 std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, const HammerTestOptions& o) {
   parameters.check();
-  require_range("blows", o.blows, 1, 10000);
+  require_range("impacts", o.blows, 1, 10000);
   require_range("rate", o.rate, 10, 1e6, "Hz");
   require_range("duration", o.duration, 10 / o.rate, 1e4, "s");
   require_range("pretrigger", o.pretrigger, 0, o.duration, "s");
@@ -126,7 +126,7 @@ std::vector<Recording> simulate_hammer_test(const RigParameters& parameters, con
     }
     Recording r;
     r.dt = 1 / o.rate;
-    r.source = fmt::format("virtual rig, hammer blow {}", blow + 1);
+    r.source = fmt::format("simulated rig, hammer impact {}", blow + 1);
     r.add("force", Quantity::force, std::move(force));
     r.add("acc_x", Quantity::acceleration, std::move(acc_x));
     r.add("acc_y", Quantity::acceleration, std::move(acc_y));

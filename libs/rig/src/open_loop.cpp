@@ -39,8 +39,8 @@ OpenLoopRecord record_open_loop(const RigParameters& parameters, const RigRun& r
   }
   OpenLoopRecord out;
   out.measured.dt = out.truth.dt = 1 / p.timing.rate;
-  out.measured.source = "virtual rig";
-  out.truth.source = "virtual rig, truth";
+  out.measured.source = "simulated rig";
+  out.truth.source = "simulated rig, truth";
   out.measured.add("x", Quantity::displacement, std::move(x));
   out.measured.add("y", Quantity::displacement, std::move(y));
   out.measured.add("beta", Quantity::angle, measured.col(2));

@@ -129,7 +129,7 @@ void check(const Rotor& r) {
   }
   for (const Probe& p : r.probes) on_shaft("probe.position", p.position);
   for (std::size_t k = 1; k < r.bow.size(); ++k)
-    if (!(r.bow[k].position > r.bow[k - 1].position)) throw Error("the points of a bow stand from left to right");
+    if (!(r.bow[k].position > r.bow[k - 1].position)) throw Error("the points of a bow must be from left to right");
   if (r.bow.size() == 1) throw Error("a bow needs two points or more");
 }
 

@@ -262,7 +262,7 @@ class RotorReader {
       Unbalance u;
       u.position = position(at + "position");
       u.end = find_position(at + "end").value_or(u.position);
-      if (u.end < u.position) throw s_.error(at + "end", "must not stand left of position");
+      if (u.end < u.position) throw s_.error(at + "end", "must not be left of position");
       u.angle = s_.number(at + "angle", Q::angle, 0);
       if (const auto size = find(at + "size", kUnbalance, 0, kLargest))
         u.size = *size;

@@ -80,7 +80,7 @@ void check(const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Ei
   for (Index i = 1; i < angle.size(); ++i) {
     if (!(angle[i] > angle[i - 1])) {
       throw Error(
-          fmt::format("rotor angle falls or stands at sample {} ({:g} rad): must rise (not wrapped, forward rotation)",
+          fmt::format("rotor angle falls or stops at sample {} ({:g} rad): must rise (not wrapped, forward rotation)",
                       i, angle[i]));
     }
   }

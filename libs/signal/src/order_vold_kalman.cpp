@@ -70,7 +70,7 @@ Eigen::MatrixXcd track_orders(const Eigen::Ref<const Eigen::VectorXd>& x,
   Eigen::SparseMatrix<Complex> matrix(n * k, n * k);
   matrix.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLLT<Eigen::SparseMatrix<Complex>, Eigen::Lower, Eigen::NaturalOrdering<int>> factor(matrix);
-  if (factor.info() != Eigen::Success) throw Error("order tracking: the orders cannot be told apart in this bandwidth");
+  if (factor.info() != Eigen::Success) throw Error("order tracking: the orders cannot be separated in this bandwidth");
   const Eigen::VectorXcd solution = factor.solve(right);
   return Eigen::Map<const Eigen::Matrix<Complex, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(solution.data(), n,
                                                                                                    k);

@@ -51,7 +51,7 @@ class Report {
 
   Document build() {
     doc_.title = "Identification and control of a rotor through its critical speed";
-    doc_.subtitle = "The study of Piramoon, Ayoubi and Bashash (IEEE Access 2024) on a virtual rig";
+    doc_.subtitle = "The study of Piramoon, Ayoubi and Bashash (IEEE Access 2024) on a simulated rig";
     doc_.paragraph(
         "Every number below was computed by the run that wrote this page. The machine is simulated: the paper does not "
         "publish its parameters or records, so its method and percentages can be reproduced, not its curves. "
@@ -144,7 +144,7 @@ class Report {
     doc_.subsection("Hammer test (section IV-B)");
     doc_.figure(
         report::frequency_response(s_.frf, 0, reconstruction(s_.frf, s_.modes, 0), s_.modes.modes),
-        "Paper Fig. 6: accelerance from hammer blows with the fitted modes of eq. 20. The rig has five modes, the "
+        "Paper Fig. 6: accelerance from hammer impacts with the fitted modes of eq. 20. The rig has five modes, the "
         "paper's machine 35.");
     doc_.table(mode_table(s_));
     doc_.summary(s_.modes.summary, "Hammer test");

@@ -91,7 +91,7 @@ report::Table rig_parameter_table(const Study& study) {
   for (auto& row : parameters_against(balanced, {{"weak, balanced", &study.models.at("weak_balanced")}}).rows) {
     table.rows.push_back(row);
   }
-  table.caption = "Virtual rig: parameters found beside its truth (mean of both axes)";
+  table.caption = "Simulated rig: parameters found beside its truth (mean of both axes)";
   table.notes = {
       "The rig is anisotropic, has further modes, runout and sensor delay: its truth has no exact image in five "
       "numbers. Only this report reads it."};
@@ -237,7 +237,7 @@ report::Table mode_table(const Study& study) {
                std::abs(nearest - mode.frequency.value) < 0.05 * nearest ? format_fixed(nearest, 2) : "–"});
   }
   table.notes = {
-      "A line at three times the main mode is the third harmonic that the cubic stiffness makes in hard blows, not a "
+      "A line at three times the main mode is the third harmonic that the cubic stiffness makes in hard impacts, not a "
       "mode of the rig (–)."};
   return table;
 }

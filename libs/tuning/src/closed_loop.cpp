@@ -135,7 +135,7 @@ ClosedLoopMetrics ClosedLoopPlant::run(const ControllerDesign& design, Recording
   if (log != nullptr) {
     *log = {};
     log->dt = 1 / rig_.timing.rate;
-    log->source = "virtual rig, closed loop, " + design.law + " with " + design.estimator;
+    log->source = "simulated rig, closed loop, " + design.law + " with " + design.estimator;
     for (std::size_t c = 0; c < kColumns.size(); ++c) {
       log->add(kColumns[c].first, kColumns[c].second, table->table.col(static_cast<Eigen::Index>(c)).head(k));
     }

@@ -61,8 +61,8 @@ std::vector<DrawnCondition> conditions(const rig::RigParameters& nominal) {
          p.rotor.added_mass *= 2;
        }},
   };
-  for (int n = 1; n <= 3; ++n) all.push_back({fmt::format("delay +{}, told", n), delay(n, true)});
-  for (int n = 1; n <= 3; ++n) all.push_back({fmt::format("delay +{}, untold", n), delay(n, false)});
+  for (int n = 1; n <= 3; ++n) all.push_back({fmt::format("delay +{}, known", n), delay(n, true)});
+  for (int n = 1; n <= 3; ++n) all.push_back({fmt::format("delay +{}, unknown", n), delay(n, false)});
   all.push_back({"modes x3", modes(3)});
   all.push_back({"modes x15", modes(15)});
   all.push_back({"force / 2", limit(0.5)});

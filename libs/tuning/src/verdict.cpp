@@ -37,8 +37,7 @@ Verdict judge(const JudgedRun& r, const VerdictLimits& limits) {
   }
   if (r.standing_rms > 0) {
     fail(
-        fmt::format("limit cycle while turning: {:.3f} mm rms that does not turn with the rotor stands {:.1f} s into "
-                    "the run",
+        fmt::format("limit cycle while turning: {:.3f} mm rms that does not turn with the rotor, {:.1f} s into the run",
                     1e3 * r.standing_rms, r.standing_time));
   }
   if (!(r.standstill_rms <= limits.standing_rms)) {

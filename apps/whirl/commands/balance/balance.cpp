@@ -61,7 +61,7 @@ void balance_from_model(const ModelOptions& o, Session& session) {
     cover(advice(reading.model), a);
   session.say(fmt::format("unbalance          {:.4g} g mm, heavy spot at {:.1f} deg", 1e6 * a.unbalance,
                           a.heavy_angle / kRadPerDegree));
-  session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} asked for: {}", a.grade, o.speed_rpm, grade,
+  session.say(fmt::format("balance quality    G {:.3g} at {:g} rpm; G {:g} required: {}", a.grade, o.speed_rpm, grade,
                           a.within_grade ? "held, nothing to do" : "not held"));
   session.say(fmt::format("permitted          {:.4g} g mm", 1e6 * a.permitted_unbalance));
   session.say(fmt::format("to add             {:.3g} g at {:g} mm and {:.1f} deg", 1e3 * a.correction_mass, o.radius_mm,
@@ -117,7 +117,8 @@ void add_balance(CommandLine& app, Session& session) {
       "G = e omega at the service speed (ISO 21940-11: 2.5 for turbines and pumps of high quality, 6.3 general "
       "machines).\n\n"
       "Example: whirl balance runs.csv --phase lag --angles against --amplitude pp --html sheet.html\n"
-      "With --session the runs of a job are kept in one file and the next run to make is told: which plane, what mass "
+      "With --session the runs of a job are kept in one file and the next run to make is printed: which plane, what "
+      "mass "
       "at\n"
       "which angle, and why; it ends with the correction, its check and the sheet.\n"
       "Example: whirl balance model.json --mass-kg 1.5 --radius-mm 83 --speed-rpm 1800\n"
@@ -148,12 +149,13 @@ void add_balance(CommandLine& app, Session& session) {
   guided->add_to(sub);
   job->add_to(sub);
   sub->add_option("--mass-kg", model->plant.mass_kg, "mass of the disk (model) or rotor (runs)")->range(0, 1e9);
-  sub->add_option("--stiffness", model->plant.stiffness, "model: stiffness.json of the pull test, gives the mass")
+  sub->add_option("--stiffness", model->plant.stiffness,
+                  "model: stiffness.json of the static stiffness test, gives the mass")
       ->input()
       ->excludes("--mass-kg");
   sub->add_option("--radius-mm", model->radius_mm, "where the mass is added")->range(0, 1e6);
   sub->add_option("--speed-rpm", model->speed_rpm, "service speed; runs: the highest speed")->range(0, 1e6);
-  sub->add_option("--grade", model->grade, "balance quality asked for, mm/s [model: 6.3]")->range(0, 1e5);
+  sub->add_option("--grade", model->grade, "required balance quality, mm/s [model: 6.3]")->range(0, 1e5);
 }
 
 }  // namespace whirl::app

@@ -63,13 +63,13 @@ balancing::NewJob GuidedFlags::job(const JobFlags& flags) const {
 }
 
 void JobFlags::add_to(CommandLine* sub) {
-  sub->add_option("--phase", phase, "runs.csv: phases are lag or lead [lag]; a session must be told")
+  sub->add_option("--phase", phase, "runs.csv: phases are lag or lead [lag]; required by a session")
       ->one_of({"lag", "lead"});
   sub->add_option("--amplitude", amplitude,
-                  "runs.csv: amplitudes are peak (0p), pp or rms [peak]; a session must be told")
+                  "runs.csv: amplitudes are peak (0p), pp or rms [peak]; required by a session")
       ->one_of({"0p", "peak", "pp", "rms"});
   sub->add_option("--angles", angles,
-                  "runs.csv: mass angles count with or against the rotation [with]; a session must be told")
+                  "runs.csv: mass angles count with or against the rotation [with]; required by a session")
       ->one_of({"with", "against"});
   sub->add_option("--criterion", criterion, "least-squares [default] or min-max (smallest largest reading)")
       ->one_of({"least-squares", "min-max"});
@@ -88,8 +88,8 @@ void JobFlags::add_to(CommandLine* sub) {
                 "no mass on a plane that acts as another (Darlow: below 20 %)");
   sub->add_flag("--all-runs", plain.all_runs, "name a run that contradicts the others, but use it");
   sub->add_option("--prior", prior,
-                  "balance.json of an earlier job (this machine or its sister), model.json, or modes.json of blows on "
-                  "the planes")
+                  "balance.json of an earlier job (this machine or its sister), model.json, or modes.json of impacts "
+                  "on the planes")
       ->input();
   sub->add_option("--prior-common", plain.prior_common,
                   "sd of the error that its coefficients share at a speed (complex part)")

@@ -35,7 +35,7 @@ void say_branches(const pages::SteadyResponse& found, const ResponseFlags& o, Se
       most = std::max(most, found.amplitude(p.solution));
     }
     session.say(
-        fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by a blow",
+        fmt::format("isola              {:.2f} to {:.2f} rpm, up to {}: apart from the curve, reached by an impact",
                     low / kRadPerSecPerRpm, high / kRadPerSecPerRpm, found.amplitude_text(most)));
   }
   if (o.steady.isolas && found.isolas.empty()) session.say("isolas             none found");
@@ -106,7 +106,8 @@ void add_response(CommandLine& app, Session& session) {
       "not,\n"
       "folds and branch points. Without --input the rotor turns and its unbalance is the forcing; with --input the "
       "named\n"
-      "input is amplitude * cos(Omega t), with --base the support moves so and the rotor stands. Dotted: beyond the\n"
+      "input is amplitude * cos(Omega t), with --base the support moves so and the rotor stands still. Dotted: beyond "
+      "the\n"
       "amplitude and speed of the records of the model, or of --data.\n\n"
       "Example: whirl response model.json --from-rpm 300 --to-rpm 2000 --data rundown.csv --figure response.svg",
       [o, &session] { run(*o, session); });
@@ -125,7 +126,7 @@ void add_response(CommandLine& app, Session& session) {
   sub->add_option("--unbalance", o->steady.unbalance, "times the identified eccentricity")
       ->range(0, 1e9)
       ->show_default();
-  sub->add_option("--harmonics", o->steady.curve.harmonics, "to start with; more where the spectrum asks")
+  sub->add_option("--harmonics", o->steady.curve.harmonics, "to start with; more where the spectrum requires it")
       ->range(1, 50)
       ->show_default();
   sub->add_option("--data", o->data, "record with x, y, beta that the model was found from")->input();

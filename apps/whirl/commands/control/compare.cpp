@@ -128,7 +128,8 @@ void add_compare(CommandLine& app, Session& session) {
       app, session, "compare", "All control laws on the same rig, runs and seeds, beside the paper's numbers",
       "Input: model.json identified on the rotor to be controlled; its mass by --stiffness or --mass-kg. Every law is "
       "tuned on\n"
-      "the identified model with the same budget and then run on the virtual rig: segments of paper Table 4, balanced "
+      "the identified model with the same budget and then run on the simulated rig: segments of paper Table 4, "
+      "balanced "
       "case\n"
       "(Fig. 18; the balanced rotor is run and identified too, or give --balanced model_balanced.json), effort, "
       "robustness\n"

@@ -57,7 +57,8 @@ void add_design(CommandLine& app, Session& session) {
   CommandLine* sub = add_command(
       app, session, "design", "A controller tuned on the identified model",
       "Input: model.json, and the mass that turns forces into accelerations: --mass-kg, or --stiffness stiffness.json\n"
-      "(mass = K1 of the pull test / k1 of the model). --hardware: data sheets of sensors, converters and actuators as "
+      "(mass = K1 of the static stiffness test / k1 of the model). --hardware: data sheets of sensors, converters and "
+      "actuators as "
       "TOML\n"
       "(the laser, actuator, encoder, timing and profile tables of `whirl rig parameters`).\n"
       "Every law gets the same tuning budget on the same scenarios; the tuning plant is the identified model alone.\n"

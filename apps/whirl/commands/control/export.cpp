@@ -138,7 +138,7 @@ void add_export(CommandLine& app, Session& session) {
         io::Json target;
         Summary summary;
         if (name != nullptr && name->starts_with("whirl.controller/")) {
-          if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller stands in its file");
+          if (o->mass_kg > 0) throw Error("--mass-kg belongs to a model; the gain of a controller is in its file");
           const auto design = io::from_json<ControllerDesign>(document, o->file);
           target = target_cost(session, *o, design);
           written = write(session, *o, design, code);

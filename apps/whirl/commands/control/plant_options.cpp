@@ -17,12 +17,12 @@ namespace whirl::app {
 
 void PlantOptions::add_to(CommandLine* sub) {
   sub->add_option("--mass-kg", mass_kg, "mass of the disk")->positive();
-  sub->add_option("--stiffness", stiffness, "stiffness.json of the pull test: gives the mass")
+  sub->add_option("--stiffness", stiffness, "stiffness.json of the static stiffness test: gives the mass")
       ->input()
       ->excludes("--mass-kg");
   sub->add_option("--modes", modes, "modes.json of the hammer test: the tuning plant gets these modes")->input();
   sub->add_option("--hardware", hardware,
-                  "TOML with the data sheets; default: those of the virtual rig. [modes.N] frequency_hz, "
+                  "TOML with the data sheets; default: those of the simulated rig. [modes.N] frequency_hz, "
                   "damping_percent, participation and sensor_sign (0: not known): structural modes that are known")
       ->input();
   sub->add_option("--fmu-name", fmu_names,

@@ -93,8 +93,9 @@ void run_study(RobustnessOptions* o, Session& session) {
       summary.fail("the margins of the design: " + low);
     }
     if (result.stable.high < tuning::kEnoughPass) {
-      summary.fail(fmt::format("{:.1f} % of the machines fail the judge, at least {:.1f} % with 95 % confidence",
-                               100 * (1 - result.stable.value), 100 * (1 - result.stable.high)));
+      summary.fail(
+          fmt::format("{:.1f} % of the machines fail the acceptance limits, at least {:.1f} % with 95 % confidence",
+                      100 * (1 - result.stable.value), 100 * (1 - result.stable.high)));
     }
     const io::Json json =
         pages::to_json(result, study).set("summary", to_json(summary)).set("provenance", to_json(from));
@@ -122,7 +123,7 @@ void add_robustness(CommandLine& app, Session& session) {
   auto o = std::make_shared<RobustnessOptions>();
   CommandLine* sub = add_command(
       app, session, "robustness",
-      "Chance that a controller keeps the displacement below a limit, over machines the model may be",
+      "Chance that a controller keeps the displacement below a limit, given the uncertainty of the model",
       "Input: controller.json, and the model.json it was designed on with --stiffness or --mass-kg, --modes, "
       "--hardware as in\n"
       "`whirl design`. Rotors are drawn from the covariance of the identification and from tolerances of the hardware, "
@@ -140,7 +141,8 @@ void add_robustness(CommandLine& app, Session& session) {
       "probability\n"
       "of exceeding --limit-mm with its 95 % interval (Clopper-Pearson). Fails (exit code 1) where surely more than 5 "
       "% of "
-      "the\nmachines fail the judge of `whirl run`, or the margins of the design are too small; --out DIR writes "
+      "the\nmachines fail the acceptance limits of `whirl run`, or the margins of the design are too small; --out DIR "
+      "writes "
       "robustness.json and "
       "report.html.\n"
       "The numbers depend on --seed alone, not on lanes, threads or processes. With --checkpoint a killed study goes "

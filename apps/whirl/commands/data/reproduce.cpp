@@ -19,7 +19,7 @@ void add_reproduce(CommandLine& app, Session& session) {
   auto o = std::make_shared<Options>();
   o->study.folder = "out/reproduce";
   CommandLine* sub = add_command(
-      app, session, "reproduce", "The whole study of the paper on the virtual rig, with one HTML report",
+      app, session, "reproduce", "The whole study of the paper on the simulated rig, with one HTML report",
       "Stiffness test, hammer test, run-ups and run-downs (balanced, 2.5 g, 5 g, with and without 20 dB noise),\n"
       "identification by the paper's chain and by the weak form, validation, controller design, closed loop.\n"
       "Output: report.html and every intermediate file (CSV, JSON) in the folder.\n\n"

@@ -45,7 +45,8 @@ Recording run_equations(const IdentifiedModel& model, const SimulateOptions& o) 
 
 /// A rotor over the speed profile asked for.
 Recording run_rotor(const IdentifiedModel& model, const SimulateOptions& o, double& peak, double& at) {
-  if (o.from_rpm == o.to_rpm && o.seconds == 0) throw Error("give --from-rpm, --to-rpm and --seconds, or --record");
+  if (o.from_rpm == o.to_rpm && o.seconds == 0)
+    throw Error("give --from-rpm, --to-rpm and --seconds for a run-up or run-down, or --record for its inputs");
   identification::SpeedRun run;
   run.from = o.from_rpm * kRadPerSecPerRpm;
   run.to = o.to_rpm * kRadPerSecPerRpm;

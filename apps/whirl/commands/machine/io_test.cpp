@@ -119,7 +119,7 @@ void add_io(CommandLine& app, Session& session) {
         for (std::size_t i = 0; i < 2 && o->excite > 0; ++i) {
           const rt::LoopDelay& d = s.delay[i];
           session.say(fmt::format(
-              "{}: delay {:.3f} ms, standard deviation {:.3f} ms (force asked for to displacement read, without the "
+              "{}: delay {:.3f} ms, standard deviation {:.3f} ms (commanded force to displacement read, without the "
               "hold); {:.4g} m/s^2 per N, free vibration {:.2f} Hz; fit explains {:.2f} %",
               kAxis[i], 1e3 * d.delay, 1e3 * d.deviation, d.gain, d.frequency, 100 * d.explained));
         }

@@ -45,7 +45,8 @@ void add_common(CommandLine* sub, const std::shared_ptr<RigOptions>& o) {
 void add_parameters(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* parameters = add_command(
       rig, session, "parameters", "Print the rig's parameters as TOML",
-      "Any of these keys may be set in a file for --rig; the unit stands in the key. With --modes the linear structure "
+      "Any of these keys may be set in a file for --rig; the unit is part of the key. With --modes the linear "
+      "structure "
       "(mass,\n"
       "stiffness, damping, further modes) is that of a hammer test with a drive point at the disk.\n\n"
       "Example: whirl rig parameters > rig.toml\n"
@@ -123,7 +124,7 @@ void add_stiffness(CommandLine& rig, Session& session, const std::shared_ptr<Rig
 
 void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOptions>& o) {
   CommandLine* hammer =
-      add_command(rig, session, "hammer", "Hit the rotor at rest: one record per blow (paper section IV-B)",
+      add_command(rig, session, "hammer", "Hit the rotor at rest: one record per impact (paper section IV-B)",
                   "Output: PREFIX1.csv, PREFIX2.csv, ... with t_s, force_N, acc_x_m_s2, acc_y_m_s2.\n\n"
                   "Example: whirl rig hammer --out blow_ && whirl frf blow_*.csv --out frf.json",
                   [o, &session] {
@@ -135,11 +136,11 @@ void add_hammer(CommandLine& rig, Session& session, const std::shared_ptr<RigOpt
                     for (std::size_t i = 0; i < blows.size(); ++i) session.check_output(name(i), "record");
                     session.write_together();
                     for (std::size_t i = 0; i < blows.size(); ++i) io::write_csv(name(i), blows[i]);
-                    session.say(fmt::format("{} blows written", blows.size()));
+                    session.say(fmt::format("{} impacts written", blows.size()));
                   });
   add_common(hammer, o);
   hammer->add_option("--out", o->out, "prefix of the files to write")->output_prefix()->required();
-  hammer->add_option("--angle-deg", o->angle_deg, "direction of the blows from x towards y")->range(-360, 360);
+  hammer->add_option("--angle-deg", o->angle_deg, "direction of the impacts from x towards y")->range(-360, 360);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ void add_rig_serve(CommandLine& rig, Session& session) {
         server.run([] { return stop_signal() != 0; });
         if (!o->log.empty() && server.ticks_done() > 1) io::write_csv(o->log, server.truth());
         const tuning::ClosedLoopMetrics m = server.metrics();
-        session.say(report::to_text(pages::segment_table(m, "Served virtual rig", false)));
+        session.say(report::to_text(pages::segment_table(m, "Served simulated rig", false)));
         session.say(fmt::format(
             "{} ticks, {} commands, outputs set to zero by the watchdog {} times, force {:.2f} N rms; the rig "
             "itself was late by {:.3f} s in all, which its time stood still",

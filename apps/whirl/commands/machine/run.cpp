@@ -34,7 +34,7 @@ void run_simulated(Session& session, const RunOptions& o, const ControllerDesign
   if (!o.log.empty()) io::write_csv(o.log, run.log);
   const tuning::ClosedLoopMetrics& m = run.metrics;
   if (!m.stable) session.say("FAILS: " + m.verdict.text());
-  session.say(report::to_text(pages::segment_table(m, "Closed loop on the virtual rig: " + design.law, false)));
+  session.say(report::to_text(pages::segment_table(m, "Closed loop on the simulated rig: " + design.law, false)));
   session.say(
       fmt::format("standstill {:.4f} mm rms; force {:.2f} N rms, {:.1f} N peak, total variation {:.0f} N/s; "
                   "{:.2f} % of ticks saturated",
@@ -95,7 +95,8 @@ void add_run(CommandLine& app, Session& session) {
       "is "
       "worse\n"
       "than 1.05 of the motion without control).\n"
-      "--monitor shows the loop in a browser while it runs, on the virtual rig in real time; who has the address with "
+      "--monitor shows the loop in a browser while it runs, on the simulated rig in real time; who has the address "
+      "with "
       "its token\n"
       "can arm, disarm and trip it (docs/monitor.md).\n\n"
       "Example: whirl run controller.json --added-mass-g 5 --log run.csv",
@@ -113,9 +114,9 @@ void add_run(CommandLine& app, Session& session) {
   sub->add_flag("--run-up", o->run_up, "accelerate instead of decelerate");
   sub->add_option("--seed", o->loop.run.seed, "of the sensor noise")->show_default();
   o->io.add_to(sub);
-  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (virtual rig, or --io)")
+  sub->add_flag("--monitor", o->monitor, "show and command the loop in a browser (simulated rig, or --io)")
       ->group("Live view");
-  sub->add_flag("--repeat", o->repeat, "with --monitor: the virtual rig begins its profile again at the end")
+  sub->add_flag("--repeat", o->repeat, "with --monitor: the simulated rig begins its profile again at the end")
       ->group("Live view");
   o->view.add_to(sub);
   sub->add_option("--log", o->log, "CSV of every tick: true and measured motion, forces, sliding variables")

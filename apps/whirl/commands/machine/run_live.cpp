@@ -11,7 +11,7 @@ void run_live(Session& session, const ControllerDesign& design, const rig::RigPa
               const RunLiveOptions& options) {
   const double rate = rig.timing.rate;
   catch_stop_signals();
-  LiveView view(options.view, {design.law + " on the virtual rig", rate, design.force_limit},
+  LiveView view(options.view, {design.law + " on the simulated rig", rate, design.force_limit},
                 monitor::reference_of(hardware::virtual_open_loop(rig, options.seed)));
   hardware::VirtualRunOptions run_options;
   run_options.seed = options.seed;
@@ -23,7 +23,7 @@ void run_live(Session& session, const ControllerDesign& design, const rig::RigPa
   view.ended(run.reason);
   const rt::LoopTiming& t = run.timing;
   session.say(fmt::format(
-      "{} with {} on the virtual rig in real time, {:g} Hz: {}; {} cycles, {} ticks left out, wake-up latency "
+      "{} with {} on the simulated rig in real time, {:g} Hz: {}; {} cycles, {} ticks left out, wake-up latency "
       "{:.0f} us p99, {:.0f} us at most; {} samples lost to the view",
       design.law, design.estimator, rate, run.reason, t.executed, t.missed, 1e6 * t.latency.quantile(0.99),
       1e6 * t.latency.max(), run.dropped_records));

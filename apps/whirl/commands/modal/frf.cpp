@@ -36,12 +36,13 @@ FrequencyResponse from_shaker(const FrfFlags& o, const std::vector<Recording>& r
       {"--duration-s", o.frf.duration != other.frf.duration},
       {"--window-end-percent", o.window_end_percent != other.window_end_percent},
       {"--exclude", !o.frf.exclude.empty()},
-      {"--keep-odd-blows", o.keep_odd},
+      {"--keep-odd-impacts", o.keep_odd},
       {"--repair", o.frf.repair},
       {"--drop-double-hits", o.frf.drop_double_hits}};
   for (const auto& [flag, given] : for_blows) {
     if (given)
-      throw Error(fmt::format("{} is for blows: here a force acts all the time (--excitation hammer otherwise)", flag));
+      throw Error(
+          fmt::format("{} is for impacts: here a force acts all the time (--excitation hammer otherwise)", flag));
   }
   modal::ShakerOptions options = o.shaker;
   options.forces = o.forces;
@@ -53,7 +54,7 @@ FrequencyResponse from_blows(const FrfFlags& o, const std::vector<Recording>& re
   modal::FrfOptions options = o.frf;
   if (o.forces.size() > 1) throw Error("--force-channel: a hammer has one force channel");
   if (o.shaker.resolution > 0)
-    throw Error("--resolution-hz is for shakers: here are blows (--excitation shaker otherwise)");
+    throw Error("--resolution-hz is for shakers: here are impacts (--excitation shaker otherwise)");
   if (!o.forces.empty()) options.force = o.forces.front();
   options.estimator = o.estimator == "h2"   ? FrfEstimator::h2
                       : o.estimator == "hv" ? FrfEstimator::hv
@@ -73,13 +74,13 @@ FrequencyResponse from_blows(const FrfFlags& o, const std::vector<Recording>& re
 void add_frf(CommandLine& app, Session& session) {
   auto o = std::make_shared<FrfFlags>();
   CommandLine* sub = add_command(
-      app, session, "frf", "Frequency responses from hammer blows or shakers",
+      app, session, "frf", "Frequency responses from hammer impacts or shakers",
       "Input: one or more records (any format of `whirl info`) with a force channel (force_N, force_lbf) and "
       "one or\n"
-      "more responses (acc_x_m_s2, acc_x_g, x_um, ...): blows, one or several in each, or a force that acts all the "
+      "more responses (acc_x_m_s2, acc_x_g, x_um, ...): impacts, one or several in each, or a force that acts all the "
       "time\n"
       "(random, burst random, sweep, periodic random; several forces at once).\n"
-      "Output: responses with coherence and variance per line. Blows: H1, H2 or Hv; double hits and overloads are\n"
+      "Output: responses with coherence and variance per line. Impacts: H1, H2 or Hv; double hits and overloads are\n"
       "reported. Shakers: local polynomials, without window or leakage.\n\n"
       "Example: whirl frf blow_1.csv blow_2.csv blow_3.csv --out frf.json",
       [o, &session] {
@@ -107,7 +108,7 @@ void add_frf(CommandLine& app, Session& session) {
       ->output("figure");
   sub->add_option("--estimator", o->estimator, "h1, h2 or hv")->one_of({"h1", "h2", "hv"})->show_default();
   sub->add_option("--excitation", o->excitation,
-                  "hammer: blows; shaker: forces that act all the time; auto: by the record")
+                  "hammer: impacts; shaker: forces that act all the time; auto: by the record")
       ->one_of({"auto", "hammer", "shaker"})
       ->show_default();
   sub->add_option("--resolution-hz", o->shaker.resolution,
@@ -118,13 +119,13 @@ void add_frf(CommandLine& app, Session& session) {
                   "name of the force channel when there are several; shaker: names, default all forces");
   sub->add_option("--reference", o->frf.reference,
                   "name of the point and direction hit, e.g. acc_y or 3:+Z; default: the force channel's");
-  sub->add_option("--trigger-percent", o->trigger_percent, "a blow starts at this share of the largest force")
+  sub->add_option("--trigger-percent", o->trigger_percent, "an impact starts at this share of the largest force")
       ->range(0.1, 99)
       ->show_default();
   sub->add_option("--pre-trigger-ms", o->pre_trigger_ms, "kept before the trigger, to measure each channel's offset")
       ->range(0, 1e6)
       ->show_default();
-  sub->add_option("--duration-s", o->frf.duration, "length of one blow; 0 = to the next one")
+  sub->add_option("--duration-s", o->frf.duration, "length of one impact; 0 = to the next one")
       ->range(0, 1e6)
       ->show_default();
   sub->add_option("--window-end-percent", o->window_end_percent,
@@ -132,13 +133,13 @@ void add_frf(CommandLine& app, Session& session) {
       ->range(1e-10, 100)
       ->show_default();
   o->record.add_to(sub);
-  sub->add_option("--exclude", o->frf.exclude, "blows to leave out, counted from 1 over all files");
+  sub->add_option("--exclude", o->frf.exclude, "impacts to leave out, counted from 1 over all files");
   sub->add_flag(
-      "--keep-odd-blows", o->keep_odd,
-      "average blows too that certainly disagree with the others (reversed, other unit, delayed, incoherent)");
+      "--keep-odd-impacts,--keep-odd-blows", o->keep_odd,
+      "average impacts too that certainly disagree with the others (reversed, other unit, delayed, incoherent)");
   sub->add_flag("--repair", o->frf.repair,
                 "bridge single samples that look like spikes; without it they are reported, and no sample is changed");
-  sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave blows with a second hit out");
+  sub->add_flag("--drop-double-hits", o->frf.drop_double_hits, "leave impacts with a second hit out");
 }
 
 }  // namespace whirl::app

@@ -52,7 +52,11 @@ std::vector<FrequencyResponse> read_parts(const ModesOptions& o, std::vector<std
   std::vector<FrequencyResponse> parts;
   for (const std::string& file : o.files) {
     std::optional<FrequencyResponse> found = io::read_responses(file, o.responses.options());
-    if (!found) throw Error::in_file(file, 0, "holds no frequency responses: make them with `whirl frf`");
+    if (!found)
+      throw Error::in_file(
+          file, 0,
+          fmt::format("holds no frequency responses: make them with `whirl frf {} --out frf.json`, then give frf.json",
+                      file));
     // Those of a document written by `whirl frf` were shown when it was made.
     if (io::file_format(file) != io::FileFormat::json) {
       for (const std::string& remark : found->summary.warnings) remarks.push_back(file + ": " + remark);

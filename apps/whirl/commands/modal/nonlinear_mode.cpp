@@ -134,7 +134,7 @@ void add_nonlinear_mode(CommandLine& app, Session& session) {
   auto decay = std::make_shared<NonlinearModeOptions>();
   CommandLine* sub = add_command(
       app, session, "decay", "Backbone and damping over amplitude from a free decay",
-      "Input: a record of one mode that dies out after a blow or after a drive is switched off. Windows of a few "
+      "Input: a record of one mode that dies out after an impact or after a drive is switched off. Windows of a few "
       "periods\n"
       "give frequency and rate of decay with their scatter; the mode found from them is linear unless the windows ask\n"
       "for cubic or quintic stiffness, quadratic damping or dry friction. Its model has the force per unit mass as "

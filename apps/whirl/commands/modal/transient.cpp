@@ -96,7 +96,8 @@ void add_transient(CommandLine& app, Session& session) {
       "one row per revolution: rpm, amp_1x_um (zero-to-peak; amp_pp_um, amp_rms_mm_s), phase_1x_deg (phase of the "
       "average of\n"
       "x exp(-i theta); phase_lag_deg for a lag). A Bode plot of a fast run misplaces the critical speed and shows\n"
-      "beats that are no resonances; the transient fit accounts for both. The steady-state fit stands beside it.\n\n"
+      "beats that are no resonances; the transient fit accounts for both. The steady-state fit is printed beside "
+      "it.\n\n"
       "Example: whirl transient runup_bode.csv --modes 2",
       [o, &session] {
         const modal::RunupResponse run = run_of(*o, session);

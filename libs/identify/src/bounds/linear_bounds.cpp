@@ -274,7 +274,7 @@ std::optional<Trapping> detail::hold_bounds(const IdentifyOptions& options, cons
     const Eigen::VectorXd c = free * row.a;
     const double variance = row.a.dot(c), asked = row.a.dot(p0) - row.b;
     model.summary.warn(
-        fmt::format("the bound {} is active: the records ask for {:.3g} more, {:.2g} standard deviations; intervals "
+        fmt::format("the bound {} is active: the records require {:.3g} more, {:.2g} standard deviations; intervals "
                     "are those along the bound",
                     row.text, asked, asked / std::sqrt(row.a.dot(covariance * row.a))));
     if (variance > 1e-12 * row.a.dot(covariance * row.a)) free -= c * c.transpose() / variance;

@@ -110,7 +110,7 @@ std::vector<BoundOutcome> conclude_bounds(const Signs& signs, const std::vector<
       }
       if (outcome.active) {
         model.summary.warn(
-            fmt::format("the sign bound {} is active: the records ask for about {:.3g} (t {:.3g}); the coefficient is "
+            fmt::format("the sign bound {} is active: the records require about {:.3g} (t {:.3g}); the coefficient is "
                         "held at 0 and has no interval, the intervals of the other terms hold with it there",
                         text_of(outcome), outcome.unbounded, outcome.t));
       }

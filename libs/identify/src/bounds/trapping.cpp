@@ -395,13 +395,13 @@ Trapping hold_trapping(const Unknowns& unknowns, const std::vector<BoundRow>& bo
   if (!std::isfinite(held.cost))
     throw Error(
         "no trapping model of these terms lies near the records: about every shift of the states some direction gains "
-        "energy. Without --trapping the equations stand as the records ask for them");
+        "energy. Without --trapping the equations are those that fit the records best");
   const double before = share_missed(model, like);
   write(held.p, held.energy.covariance, unknowns.ties, model);
   const double after = share_missed(model, like);
   if (held.cost > beyond(static_cast<double>(held.energy.conditions))) {
     model.summary.warn(fmt::format(
-        "the records speak against a trapping model: it lies {:.3g} standard deviations from the most likely one; over "
+        "the records contradict a trapping model: it lies {:.3g} standard deviations from the most likely one; over "
         "one period free runs miss {:.2g} % of the motion, {:.2g} % without the constraint",
         std::sqrt(held.cost), 100 * after, 100 * before));
     if (!(after < 0.5)) model.summary.fail("no trapping model of these terms follows the records");

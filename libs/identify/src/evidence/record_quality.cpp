@@ -86,8 +86,9 @@ void check_signals(const std::vector<Recording>& records, const std::vector<std:
                         name, s.largest, kSmall, kLarge));
       } else if (s.spread <= 1e-12 * s.largest) {
         summary.fail(
-            state ? fmt::format("channel {} is constant: it shows no motion", name)
-                  : fmt::format("input {} is constant: what it does cannot be told from the constant term", name));
+            state
+                ? fmt::format("channel {} is constant: it shows no motion", name)
+                : fmt::format("input {} is constant: its effect cannot be distinguished from the constant term", name));
       } else {
         // White noise has the same rms after differencing, a sampled motion far less.
         if (state && !discrete) {

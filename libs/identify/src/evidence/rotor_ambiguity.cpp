@@ -128,7 +128,7 @@ void bow_beside_runout(bool better, RotorIdentification& result) {
   Ambiguity open{
       fmt::format("runout of {:.3g} um on the probe's track, or a bow of the shaft of that size (at {:.1f} deg){}",
                   1e6 * std::abs(runout), std::arg(runout) * 180 / std::numbers::pi,
-                  better ? "; the damping of the motion speaks for a bow" : ""),
+                  better ? "; the damping of the motion supports a bow" : ""),
       fmt::format("{}; a bow needs the balance mass of e + (k1 / speed^2) b = e + ({:.4g} / speed^2) b at its speed",
                   difference(model, bowed), k1),
       "a slow roll on a second probe plane, or on a surface of known runout"};
@@ -192,7 +192,7 @@ void springs_along_axes(const GrownRotor& grown, RotorIdentification& result) {
   if (c == nullptr || k2.covers(0) || std::abs(k2.value) * 4 / 3 > 5 * c->sd) return;
   Ambiguity open{"a radial cubic spring, or cubic springs along the axes: the orbits are nearly circular",
                  fmt::format("k2 {:.4g} 1/(m^2 s^2) radial, or {:.4g} along each axis", k2.value, k2.value * 4 / 3),
-                 "a pull test in two directions, or a blow: a motion along a line"};
+                 "a static stiffness test in two directions, or an impact: a motion along a line"};
   // On a circle of radius r both push with k2 r^3 in the mean over a turn.
   Alternative axes{"cubic springs along the axes", 1};
   axes.parameters = {{"k2", Estimate::from_sd(0, 0)},
@@ -270,7 +270,7 @@ void forget_phase(RotorIdentification& result) {
   if (model.summary.chi_square > kMost) {
     model.summary.fail(fmt::format(
         "chi-square {:.3g}: the speed is not a polynomial in time, or this is no rotor on a cubic spring, and "
-        "without an angle the two cannot be told apart: measure a once-per-turn pulse",
+        "without an angle the two cannot be distinguished: measure a once-per-turn pulse",
         model.summary.chi_square));
     model.summary.trust = "Do not use this model.";
   }

@@ -112,10 +112,10 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
   }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
   if (result.active.runout_harmonics == 0 && low > 0.25 * critical) {
-    summary.warn(
-        fmt::format("the records do not go below {:.1f} Hz: shaft runout cannot be told from the unbalance and is "
-                    "part of e",
-                    low));
+    summary.warn(fmt::format(
+        "the records do not go below {:.1f} Hz: shaft runout cannot be distinguished from the unbalance and is "
+        "part of e",
+        low));
   }
 }
 

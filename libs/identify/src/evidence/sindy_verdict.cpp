@@ -156,8 +156,8 @@ void judge_refined(const SindyData& data, const OutputWeights& weights, const Fo
                        fmt::format(", {:.2g} % of the motion unexplained", 100 * unexplained), s);
     } else if (unexplained > step_error) {
       s.warn(
-          fmt::format("model error: {:.2g} % of the motion unexplained in records without noise: the terms stand in "
-                      "for others within the range of the records",
+          fmt::format("model error: {:.2g} % of the motion unexplained in records without noise: the terms replace "
+                      "others within the range of the records",
                       100 * unexplained));
     }
   }

@@ -16,7 +16,7 @@ constexpr std::string_view kTrueMotion = "the motion is that of the shaft, not w
 constexpr std::string_view kNoNoise = "the motion is without noise";
 constexpr std::string_view kNoRotor =
     "it needs a rotor (k1, c, e): identify a record with beta and displacements by --method weak";
-constexpr std::string_view kGivenSpeed = "the speed is given; its torque is not asked for";
+constexpr std::string_view kGivenSpeed = "the speed is given; its torque is not needed";
 
 PartUse response_use(ModelPart part) {
   switch (part) {

@@ -57,7 +57,7 @@ std::string_view to_string(Decider decider) {
     case Decider::another_rate:
       return "a run-up after the run-down, or a run at another rate";
     case Decider::free_decay:
-      return "a free decay (blow) at rest and at speed, or a run over another speed range";
+      return "a free decay (impact) at rest and at speed, or a run over another speed range";
     case Decider::unbalance:
       return "a run with more unbalance";
   }

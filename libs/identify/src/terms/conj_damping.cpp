@@ -4,7 +4,7 @@ namespace whirl::identification::terms {
 
 const TermEntry& conj_damping() {
   static const TermEntry entry{
-      .label = "conj z'",
+      .label = "anisotropic damping",
       .with =
           [](Growth g, int, bool) {
             g.active.conj_damping = true;

@@ -4,7 +4,7 @@ namespace whirl::identification::terms {
 
 const TermEntry& conj_stiffness() {
   static const TermEntry entry{
-      .label = "conj z",
+      .label = "anisotropic stiffness",
       .with =
           [](Growth g, int, bool) {
             g.active.conj_stiffness = true;

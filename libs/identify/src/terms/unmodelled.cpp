@@ -19,10 +19,11 @@ const TermEntry& square_radial() {
 }
 
 const TermEntry& cubic_conj() {
-  static const TermEntry entry = unmodelled("|z|^2 conj z", true, [](const ScorePoint& at) -> Candidates {
-    const Eigen::VectorXcd& z = at.own.main;
-    return {{0, {at.force(z.cwiseAbs2().cast<Complex>().cwiseProduct(z.conjugate()))}}};
-  });
+  static const TermEntry entry =
+      unmodelled("anisotropic cubic stiffness", true, [](const ScorePoint& at) -> Candidates {
+        const Eigen::VectorXcd& z = at.own.main;
+        return {{0, {at.force(z.cwiseAbs2().cast<Complex>().cwiseProduct(z.conjugate()))}}};
+      });
   return entry;
 }
 

@@ -284,7 +284,7 @@ class AtfxReader {
                          start, found->second, data.size()));
     }
     if (length > data.size())
-      fail(fmt::format("binary column '{}': {} values cannot stand in the {} bytes of '{}'", column, length,
+      fail(fmt::format("binary column '{}': {} values do not fit into the {} bytes of '{}'", column, length,
                        data.size(), found->second));
 
     const bool swap = big != (std::endian::native == std::endian::big);
@@ -371,7 +371,7 @@ AtfxFile read_atfx(const std::filesystem::path& path) {
     // No other file of this machine: whoever made this one would choose which.
     if (named.is_absolute() || std::find(named.begin(), named.end(), "..") != named.end())
       throw Error::in_file(path.string(), 0,
-                           fmt::format("its binary part '{}' must stand beside it or below", one_line(file)));
+                           fmt::format("its binary part '{}' must be beside it or below", one_line(file)));
     if (!std::filesystem::exists(part)) {
       throw Error::in_file(path.string(), 0, fmt::format("its binary part '{}' is missing beside it", file));
     }

@@ -35,8 +35,8 @@ double median_step(const CsvStream& stream, const Eigen::VectorXd& t) {
   if (kLeastShare * rows > static_cast<double>(n)) {
     throw Error::in_file(
         stream.source(), stream.line_of(longest + 1),
-        fmt::format("time jumps from {:.9g} s to {:.9g} s, where most steps are {:.6g} s: {} samples would stand on a "
-                    "grid of {:.4g}, at least a tenth is needed; a wrong time stamp, or two records in one file? "
+        fmt::format("time jumps from {:.9g} s to {:.9g} s, where most steps are {:.6g} s: {} samples would fill a grid "
+                    "of {:.4g}, at least a tenth is needed; a wrong time stamp, or two records in one file? "
                     "Correct it, or split the file there",
                     before, after, step, n, rows));
   }

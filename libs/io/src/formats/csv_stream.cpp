@@ -256,7 +256,7 @@ struct CsvStream::State {
     }
     for (const std::string& spec : options.columns) {
       const detail::ColumnChoice choice = placed(at, [&] { return detail::choose_column(spec, header); });
-      if (target[choice.heading] >= 0) fail(fmt::format("{} is asked for twice", column_name(choice.heading)));
+      if (target[choice.heading] >= 0) fail(fmt::format("{} is named twice", column_name(choice.heading)));
       add_column(choice, spec.substr(spec.rfind(':') + 1));
     }
     if (columns.empty()) fail("no columns");
@@ -297,7 +297,11 @@ struct CsvStream::State {
     if (choice.name.empty()) fail(fmt::format("column {} has no name", choice.heading + 1));
     if (!choice.unit) {
       std::string problem = "column " + unit_problem(shown(written));
-      fail(problem.substr(0, problem.rfind("; allowed units")) + header_hint() +
+      if (const std::optional<long> at = header_line())
+        fail(fmt::format("line {} looks like the header: --header-line {} (column '{}' of this line has no unit)", *at,
+                         *at, shown(written)));
+      fail(problem.substr(0, problem.rfind("; allowed units")) + ", or name the columns: --columns " +
+           detail::proposed_columns(header, false) +
            (written.find('_', 1) != std::string::npos ? problem.substr(problem.rfind("; allowed units")) : ""));
     }
     for (const CsvColumn& other : columns) {
@@ -314,9 +318,8 @@ struct CsvStream::State {
     columns.push_back({text.empty() ? written : text, choice.name, choice.unit, choice.factor});
   }
 
-  /// How to name the columns on the command line, and the line among the first that looks like the header, if another.
-  std::string header_hint() const {
-    std::string hint = ", or name the columns: --columns " + detail::proposed_columns(header, false);
+  /// The line among the next that looks like the header.
+  std::optional<long> header_line() const {
     std::string_view ahead(buffer.get() + begin, end - begin);
     for (long at = line + 1; at <= line + 100 && !ahead.empty(); ++at) {
       const std::size_t newline = ahead.find('\n');
@@ -329,10 +332,10 @@ struct CsvStream::State {
           return detail::parse_heading(unquote(f)).unit != nullptr;
         });
         if (known < 2 || known + 1 < static_cast<long>(fields.size())) continue;
-        return fmt::format("; line {} looks like the header: --header-line {}", at, at);
+        return at;
       }
     }
-    return hint;
+    return std::nullopt;
   }
 
   /// Decides the decimal sign from the first value in the buffer that has one.

@@ -91,11 +91,11 @@ FileFormat file_format(const std::filesystem::path& path) { return format_of(pat
 SignalFile read_signals(const std::filesystem::path& path, const CsvOptions& options) {
   const Format& own = format_of(path);
   if (own.read == nullptr)
-    throw Error::in_file(
-        path.string(), 1,
-        fmt::format(
-            "{} holds results, not signals; records are CSV (t_s,x_mm,...) or another format of `whirl info --help`",
-            own.words));
+    throw Error::in_file(path.string(), 1,
+                         fmt::format("{} holds results, not signals (`whirl report {}` shows them); records are CSV "
+                                     "(t_s,x_mm,...) or another format "
+                                     "of `whirl info --help`",
+                                     own.words, path.string()));
   SignalFile file = own.read(path, options);
   const std::string extension = extension_of(path);
   const bool known =

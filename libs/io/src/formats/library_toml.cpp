@@ -39,7 +39,7 @@ expr::CandidateLibrary load(const Settings& settings, const std::vector<std::str
     if (places.size() != lhs.size()) {
       throw settings.error(group + ".terms",
                            fmt::format("holds {} terms, must be one for each of the {} equations (\"0\" "
-                                       "where the unknown does not stand)",
+                                       "where the unknown is absent)",
                                        places.size(), lhs.size()));
     }
     const std::string coefficient = settings.text(group + ".coefficient", "");

@@ -167,14 +167,14 @@ AmbientModes decompose_ambient(const Recording& given, const FddOptions& options
     if (end - begin >= 4) fit_bell(first.segment(begin, end - begin + 1), begin, block, line, lag_window, mode);
     result.modes.push_back(std::move(mode));
   }
-  if (result.modes.empty()) result.summary.fail("no peak stands out of the spectra");
+  if (result.modes.empty()) result.summary.fail("no peak rises above the spectra");
   result.summary.trust =
       fmt::format("{} modes from {} blocks of {:.4g} s, lines of {:.3g} Hz; the excitation is taken as white",
                   result.modes.size(), averages, static_cast<double>(block) * recording.dt, line);
   for (const AmbientMode& mode : result.modes) {
     if (2 * mode.damping * mode.frequency < line) {
       result.summary.warn(fmt::format(
-          "mode at {:.5g} Hz is narrower than a line of {:.3g} Hz: its damping is uncertain; ask for a finer line",
+          "mode at {:.5g} Hz is narrower than a line of {:.3g} Hz: its damping is uncertain; set a finer line",
           mode.frequency, line));
     }
   }

@@ -285,7 +285,8 @@ double tone_width(const OperationalMode& mode, double duration) {
 void take_mode(OperationalMode mode, double kurtosis, const VectorXd& scale, const OmaOptions& options,
                OperationalModes& result) {
   if (is_tone(mode, kurtosis)) {
-    result.tones.push_back({mode.frequency.value, {}, kurtosis, "steady amplitude, damping not told from zero"});
+    result.tones.push_back(
+        {mode.frequency.value, {}, kurtosis, "steady amplitude, damping not distinguishable from zero"});
     return;
   }
   // What is left of a tone that was taken off looks like a mode whose damping no block of the record agrees on.

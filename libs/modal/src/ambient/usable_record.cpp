@@ -88,7 +88,7 @@ Recording usable_record(const Recording& recording, Summary& summary, bool spike
         summary.warn(fmt::format("channel {}: {} {} samples from {:.4g} to {:.4g} s carry no information", c.name,
                                  f.samples, to_string(f.kind), f.begin, f.end));
     if (static_cast<double>((whole != rows).count()) > kMissing * n) {
-      summary.warn(fmt::format("channel {}: left out, it stands still or is missing for most of the record", c.name));
+      summary.warn(fmt::format("channel {}: left out, it is frozen or missing for most of the record", c.name));
       kept.channels.pop_back();
       ++left_out;
       continue;

@@ -116,12 +116,12 @@ std::vector<std::vector<BlowDisagreement>> judge_blows(const std::vector<BlowSpe
       const std::string finding = name_of(relation[0][1], 1, 1, dt);
       if (agreeing == 1 && !finding.empty()) {
         for (auto& list : result)
-          list.push_back({fmt::format("{}: the two blows disagree: {}", names[c], finding), false});
+          list.push_back({fmt::format("{}: the two impacts disagree: {}", names[c], finding), false});
       }
       continue;
     }
     if (agreeing < 2) {
-      for (auto& list : result) list.push_back({fmt::format("{}: no two blows agree", names[c]), false});
+      for (auto& list : result) list.push_back({fmt::format("{}: no two impacts agree", names[c]), false});
       continue;
     }
     const double usual = median(correlations), gain = median(gains);

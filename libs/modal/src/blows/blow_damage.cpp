@@ -93,10 +93,10 @@ std::vector<std::vector<std::string>> blow_damage(const std::vector<Recording>& 
         if (count == 0) continue;
         for (Channel& channel : blows[b].channels)
           if (repair && channel.name == name) channel.samples = samples;
-        spikes.push_back(
-            fmt::format("blow {} at {:.4g} s: {} sample{} of {} look{} like a spike{}: look for loose contacts", b + 1,
-                        blows[b].t0 + blows[b].dt * static_cast<double>(pulses[b].peak), count, count == 1 ? "" : "s",
-                        name, count == 1 ? "s" : "", repair ? "; bridged" : "; kept (--repair bridges them)"));
+        spikes.push_back(fmt::format(
+            "impact {} at {:.4g} s: {} sample{} of {} look{} like a spike{}: look for loose contacts", b + 1,
+            blows[b].t0 + blows[b].dt * static_cast<double>(pulses[b].peak), count, count == 1 ? "" : "s", name,
+            count == 1 ? "s" : "", repair ? "; bridged" : "; kept (--repair bridges them)"));
       }
     }
     for (const records::Finding& f : report.findings) {

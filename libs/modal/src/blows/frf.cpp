@@ -68,9 +68,9 @@ void require_one_point(const std::vector<BlowSpectra>& blows, bool clean) {
   const BlowGroups groups = groups_of(blows);
   if (2 * groups.largest > blows.size() || !(clean || groups.all_paired)) return;
   throw Error(fmt::format(
-      "at most {} of {} blows agree in every response: they are not those of one point and direction. Points of a "
+      "at most {} of {} impacts agree in every response: they are not those of one point and direction. Points of a "
       "roving test are estimated one by one: one `whirl frf` for each point, with --reference naming it, and `whirl "
-      "modes` takes all files; --keep-odd-blows averages them all the same",
+      "modes` takes all files; --keep-odd-impacts averages them all the same",
       groups.largest, blows.size()));
 }
 
@@ -117,7 +117,7 @@ void drop_odd_blows(std::vector<BlowSpectra>& spectra, const std::vector<std::si
     }
     report.used = !(certain && options.drop_odd);
     for (const std::string& finding : report.disagreements) {
-      result.summary.warn(fmt::format("blow {} at {:.4g} s: {}{}", measured[i] + 1, report.time, finding,
+      result.summary.warn(fmt::format("impact {} at {:.4g} s: {}{}", measured[i] + 1, report.time, finding,
                                       report.used ? "" : "; left out"));
     }
     if (report.used) kept.push_back(std::move(spectra[i]));
@@ -141,7 +141,7 @@ std::vector<Recording> split_blows(const Recording& recording, const FrfOptions&
   if (options.duration > 0 && samples(options.duration) < kShortest)
     throw Error::in_field(
         "duration", fmt::format("{:g} s", options.duration),
-        fmt::format("0 (to the next blow) or {:g} s at least, {} samples", kShortest * recording.dt, kShortest));
+        fmt::format("0 (to the next impact) or {:g} s at least, {} samples", kShortest * recording.dt, kShortest));
   const Eigen::Index separation = std::max<Eigen::Index>(1, samples(std::max(options.separation, options.duration)));
 
   std::vector<Eigen::Index> triggers;
@@ -185,10 +185,10 @@ std::vector<Recording> all_blows(const std::vector<Recording>& recordings, const
     for (auto& blow : split_blows(recording, options)) blows.push_back(std::move(blow));
     owner.resize(blows.size(), r);
   }
-  if (blows.empty()) throw Error("no complete hammer blow found in the recordings");
+  if (blows.empty()) throw Error("no complete hammer impact found in the recordings");
   for (const int number : options.exclude) {
     if (number < 1 || number > static_cast<int>(blows.size()))
-      throw Error(fmt::format("exclude = {}: must be 1 to {}, the number of blows", number, blows.size()));
+      throw Error(fmt::format("exclude = {}: must be 1 to {}, the number of impacts", number, blows.size()));
   }
   return blows;
 }
@@ -212,20 +212,20 @@ BlowReport report_blow(const Recording& blow, const BlowCheck& check, Eigen::Ind
   report.used = !excluded && !(options.drop_overloads && (overloaded || !damage.empty())) &&
                 !(options.drop_double_hits && !check.second_hits.empty());
   if (overloaded) {
-    result.summary.warn(fmt::format("blow at {:.4g} s: {} overloaded{}", report.time,
+    result.summary.warn(fmt::format("impact at {:.4g} s: {} overloaded{}", report.time,
                                     check.overload ? force_name : report.overloaded_responses.front(),
                                     report.used ? "" : ", left out"));
   }
   for (const std::string& finding : damage) {
     result.summary.warn(
-        fmt::format("blow {} at {:.4g} s: {}{}", number + 1, report.time, finding, report.used ? "" : "; left out"));
+        fmt::format("impact {} at {:.4g} s: {}{}", number + 1, report.time, finding, report.used ? "" : "; left out"));
   }
   for (const auto& hit : check.second_hits) {
-    result.summary.warn(fmt::format("blow at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
+    result.summary.warn(fmt::format("impact at {:.4g} s: second hit of {:.0f} % after {:.1f} ms{}", report.time,
                                     100 * hit.ratio, 1e3 * hit.time, report.used ? "" : ", left out"));
   }
   if (report.used && quiet < 8) {
-    result.summary.warn(fmt::format("blow at {:.4g} s: {} samples before the pulse: too few to remove the DC{}",
+    result.summary.warn(fmt::format("impact at {:.4g} s: {} samples before the pulse: too few to remove the DC{}",
                                     report.time, quiet, quiet == 0 ? "; it was left in" : ""));
   }
   return report;
@@ -290,7 +290,7 @@ std::vector<Recording> without_force_spikes(const std::vector<Recording>& record
       for (const Eigen::Index i : spikes) channel.samples[i] = 0.5 * (channel.samples[i - 1] + channel.samples[i + 1]);
     }
     told.push_back(
-        fmt::format("{}{}: {} spike{} of single samples, the first at {:.4g} s: no blow; look for loose "
+        fmt::format("{}{}: {} spike{} of single samples, the first at {:.4g} s: no impact; look for loose "
                     "contacts{}",
                     recording.source.empty() ? "" : recording.source + ": ", force.name, spikes.size(),
                     spikes.size() == 1 ? "" : "s", recording.t0 + recording.dt * static_cast<double>(spikes.front()),
@@ -329,7 +329,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
     pulses.push_back(find_pulse(blow[force_name]));
     n = std::min(n, blow.size() - pulses.back().quiet);
   }
-  if (n < 16) throw Error(fmt::format("shortest blow has {} samples: must have at least 16", n));
+  if (n < 16) throw Error(fmt::format("shortest impact has {} samples: must have at least 16", n));
 
   FrequencyResponse result;
   result.estimator = options.estimator;
@@ -360,7 +360,7 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
   if (reports != nullptr) *reports = found;
   if (result.averages == 0)
     throw Error(
-        fmt::format("every blow was left out (overload, second hit, or a response that stands still): none "
+        fmt::format("every impact was left out (overload, second hit, or a frozen response): none "
                     "remains to average{}{}",
                     result.summary.warnings.empty() ? "" : "; the first: ",
                     result.summary.warnings.empty() ? "" : result.summary.warnings.front()));
@@ -370,8 +370,8 @@ FrequencyResponse estimate_frf(const std::vector<Recording>& given, const FrfOpt
   for (std::size_t c = 0; c < result.channels.size(); ++c)
     sums.noise.push_back(noise_part(spectra, c, sums.ff.head(kept), sums.af[c].head(kept)));
   estimate_channels(sums, options, result);
-  if (result.averages == 1) result.summary.warn("one blow: coherence and variance are undefined");
-  result.summary.trust = fmt::format("{} blow(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,
+  if (result.averages == 1) result.summary.warn("one impact: coherence and variance are undefined");
+  result.summary.trust = fmt::format("{} impact(s), 0 to {:.4g} Hz in steps of {:.4g} Hz", result.averages,
                                      result.frequency[kept - 1], 1 / length);
   result.provenance.version = version();
   for (const auto& recording : recordings) result.provenance.inputs.push_back(recording.source);

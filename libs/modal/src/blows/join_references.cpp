@@ -48,7 +48,7 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
       for (const FrfChannel& other : joined.channels) {
         if (other.response == channel.response && other.reference == channel.reference) {
           throw Error(fmt::format(
-              "frequency responses to join: {} / {} stands in two of them: the points hit must have different names",
+              "frequency responses to join: {} / {} is in two of them: the points hit must have different names",
               channel.response, channel.reference));
         }
       }

@@ -171,7 +171,7 @@ Band select_band(const FrequencyResponse& frf, double low, double high, LineWeig
     band.noise_floor = std::sqrt(2 * sum) / band.h.norm();  // the variance is that of |H|: half of the complex one
   }
   if (weighting == LineWeighting::variance && !has_variance) {
-    throw Error("weighting by variance: every channel must state its variance (two or more blows)");
+    throw Error("weighting by variance: every channel must state its variance (two or more impacts)");
   }
   if (weighting == LineWeighting::automatic) {
     band.guessed_weight = !has_variance;

@@ -188,9 +188,9 @@ ModalModel to_model(const FrequencyResponse& frf, const Band& band, const Soluti
     return mode.frequency.value >= band.low && mode.frequency.value <= band.high;
   });
   if (inside == 0) {
-    model.summary.fail(model.modes.empty() ? "no mode found in the band"
-                                           : "no mode in the band: those listed lie outside and only stand for what "
-                                             "the residuals cannot");
+    model.summary.fail(model.modes.empty()
+                           ? "no mode found in the band"
+                           : "no mode in the band: those listed lie outside and represent what the residuals cannot");
   }
   if (solution.correlated > 3) {
     model.summary.warn(fmt::format("the model leaves structure over about {:.0f} lines: error bars are widened for it",

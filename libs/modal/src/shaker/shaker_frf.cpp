@@ -188,7 +188,7 @@ std::pair<Index, Index> band_of(const Steps& steps, double drop_db) {
   Index solved = 0;
   for (Index j = first; j <= last; ++j) solved += steps.value[static_cast<std::size_t>(j)].size() > 0;
   if (static_cast<double>(solved) < kWithPower * static_cast<double>(count))
-    throw Error(fmt::format("the forces cannot be told apart on {} of {} frequency lines: they must not be one signal",
+    throw Error(fmt::format("the forces cannot be separated on {} of {} frequency lines: they must not be one signal",
                             count - solved, count));
   return {first, last};
 }
@@ -272,7 +272,7 @@ bool excited_by_shakers(const std::vector<Recording>& recordings, const std::vec
   for (const Recording& recording : recordings) {
     if (acts_all_the_time(recording, forces) != first)
       throw Error(fmt::format("{}: {}, unlike {}: say whether it is a hammer or a shaker, or take the records apart",
-                              recording.source, first ? "blows" : "a force that acts all the time",
+                              recording.source, first ? "impacts" : "a force that acts all the time",
                               recordings.front().source));
   }
   return first;

@@ -109,7 +109,8 @@ report::Table housing_table(const std::vector<RunVibration>& rows, const std::op
         "The class of the machine is not stated: give --machine 1-rigid, 1-flexible, 2-rigid or 2-flexible (group 1: "
         "above 300 kW; group 2: above 15 kW to 300 kW).");
   if (passage)
-    t.notes.emplace_back("The zones judge steady running; the speed of a run changes, and its row is for orientation.");
+    t.notes.emplace_back(
+        "The zones apply to steady running; the speed of a run changes, and its row is for orientation.");
   t.notes.insert(t.notes.end(), said.begin(), said.end());
   return t;
 }

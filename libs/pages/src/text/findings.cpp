@@ -116,7 +116,7 @@ std::string speed_words(const VibrationFinding& f) {
 std::string_view missing_words(UnjudgedReason reason) {
   switch (reason) {
     case UnjudgedReason::no_angle:
-      return "no rotor angle, and the vibration does not tell one: record a tacho";
+      return "no measured rotor angle: record a tacho";
     case UnjudgedReason::too_few_turns:
       return "fewer than 33 turns: record longer";
     case UnjudgedReason::gaps:
@@ -173,19 +173,20 @@ std::string short_text(const VibrationFinding& f) {
 
 std::string text(const VibrationFinding& f) {
   std::string out = fmt::format("channel {}: {}{}", f.channel, found_words(f), speed_words(f));
-  if (f.ambiguous) out += ", not told apart from an electric line of that frequency: record longer or at another speed";
+  if (f.ambiguous)
+    out += ", not distinguished from an electric line of that frequency: record longer or at another speed";
   out += f.chance < kSmallestChance ? fmt::format("; chance under noise below {:.0e}", kSmallestChance)
                                     : fmt::format("; chance under noise {:.1e}", f.chance);
   return out + "; may mean " + meaning(f);
 }
 
 std::string text(const diagnosis::Unjudged& u) {
-  return fmt::format("channel {}: {} not judged: {}", u.channel,
+  return fmt::format("channel {}: {} not assessed: {}", u.channel,
                      u.code ? std::string(code_words(*u.code)) : std::string("orders"), missing_words(u.reason));
 }
 
 std::string next_step(const VibrationFinding& f) {
-  if (f.ambiguous) return "record longer or at another speed: 2X and electric lines are not told apart here";
+  if (f.ambiguous) return "record longer or at another speed: 2X and electric lines are not distinguished here";
   switch (f.code) {
     case VibrationCode::first_order:
       return "balance (`whirl balance`) where 1X is too large";

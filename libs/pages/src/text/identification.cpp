@@ -54,7 +54,8 @@ std::string to_text(const identification::Evidence& evidence, const Summary& sum
               ? fmt::format("chi^2             {:.3g} (1: the model explains the records down to their noise)\n",
                             summary.chi_square)
               : std::string(
-                    "chi^2             not known (noise cannot be told from this record, or no free run was fitted)\n");
+                    "chi^2             not known (noise cannot be determined from this record, or no free run was "
+                    "fitted)\n");
   if (std::isfinite(summary.condition_number))
     text += fmt::format("condition number  {:.3g}\n", summary.condition_number);
   for (const identification::BoundOutcome& b : evidence.bounds) {
@@ -84,7 +85,7 @@ std::string to_text(const identification::Evidence& evidence, const Summary& sum
   }
   for (const std::string& a : evidence.assumptions) text += fmt::format("assumed           {}\n", a);
   for (const Ambiguity& a : ambiguities) {
-    text += fmt::format("not told apart    {}\n                  {}\n                  to decide: {}\n", a.readings,
+    text += fmt::format("not distinguished {}\n                  {}\n                  to decide: {}\n", a.readings,
                         a.consequence, a.experiment);
   }
   const identification::HeldOut& h = evidence.held_out;

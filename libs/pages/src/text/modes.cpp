@@ -84,12 +84,13 @@ std::vector<std::string> amplitude_lines(const ModalModel& modes) {
     std::string harmonics;
     for (const AmplitudeTerm& term : modes.amplitude) {
       if (term.mode == i && term.turn != 1)
-        harmonics += fmt::format("; what stands at {:.4g} Hz is its distortion, not a mode",
+        harmonics += fmt::format("; the line at {:.4g} Hz is its distortion, not a mode",
                                  std::abs(term.pole) / (2 * std::numbers::pi));
     }
     const std::complex<double> after = mode.pole + mode.amplitude_offset;
     lines.push_back(fmt::format(
-        "mode {} depends on the amplitude: just after a blow {:+.2g} % in frequency and a damping of {:.3g} %; listed "
+        "mode {} depends on the amplitude: just after an impact {:+.2g} % in frequency and a damping of {:.3g} %; "
+        "listed "
         "is that of small motion{}",
         i + 1, 100 * (std::abs(after) / std::abs(mode.pole) - 1), -100 * after.real() / std::abs(after), harmonics));
   }
@@ -98,8 +99,8 @@ std::vector<std::string> amplitude_lines(const ModalModel& modes) {
 
 report::Table blows_table(const std::vector<modal::BlowReport>& blows) {
   report::Table table;
-  table.caption = "Blows";
-  table.columns = {{"blow", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
+  table.caption = "Impacts";
+  table.columns = {{"impact", ""}, {"force peak", "N"}, {"pulse", "ms"}, {"finding", "", report::Align::left}};
   for (std::size_t i = 0; i < blows.size(); ++i) {
     std::string finding = blows[i].used ? "used" : "left out";
     if (blows[i].force_overload) finding += ", force overloaded";

@@ -148,7 +148,7 @@ struct IioBoard::Work {
     if (buffered ? !library.is_scan_element(channel) : !library.find_attr(channel, "raw")) {
       in.refuse(fmt::format("channel {} {}", library.channel_id(channel),
                             buffered ? "is not in the device's buffer: set iio.buffer = false"
-                                     : "cannot be asked for one value: set iio.buffer = true"));
+                                     : "cannot be read for one value: set iio.buffer = true"));
     }
   }
   void open_buffer() {

@@ -120,7 +120,7 @@ bool Connection::set_rate(const Device* device, double rate) const {
   check(api_.read_device_attr(device, "sampling_frequency", &got), what);
   if (!(std::abs(got - rate) <= 1e-3 * rate)) {
     refuse(
-        fmt::format("{} is {:g} Hz when {:g} Hz are asked for: take loop.rate_hz from those it has", what, got, rate));
+        fmt::format("{} is {:g} Hz instead of the {:g} Hz set: take loop.rate_hz from those it has", what, got, rate));
   }
   return true;
 }

@@ -68,7 +68,7 @@ struct BalancingSheet {
   std::vector<Check> check;                                    ///< empty: nothing was foretold
   std::vector<LeftOut> left_out;
   std::vector<std::vector<OtherMass>> other_answers;  ///< masses that amplitudes alone allow as well
-  double left_out_error = 0, left_out_share = 0;      ///< m; of the rms reading; NaN: no state is told by the others
+  double left_out_error = 0, left_out_share = 0;      ///< m; of the rms reading; NaN: none is predictable
   double repeat_share = 0;                            ///< scatter of near-repeats over the rms reading; NaN: none
   std::vector<double> zones;  ///< stated upper limits of A, B, C in the reader's kind, m; empty: ISO 20816-3
   double grade = 0;           ///< asked for, mm/s

@@ -44,7 +44,7 @@ struct RotorIdentification {
   IdentifiedModel model;
   OutputErrorFit fit;                    ///< of the last refinement; records in the order given
   OutputErrorOptions active;             ///< terms that were estimated
-  std::vector<std::string> added;        ///< terms added by the score test, in order, e.g. "conj z", "mode 21.2 Hz"
+  std::vector<std::string> added;        ///< terms added by the score test, in order, e.g. "mode 21.2 Hz"
   bool mode_found = false;               ///< one of them is a mode within the speeds
   double chi_square_weak = 0;            ///< of the final model
   std::vector<std::string> assumptions;  ///< what the model takes for granted where a channel is missing

@@ -20,7 +20,7 @@ const TermEntry& cross_coupled() {
       .prior = {0.4, 0.8, 0.5},
       .decider = Decider::free_decay,
       .hidden_note = "; the damping ratio is that of the forward whirl, c - k_cross / speed",
-      .hidden_decider = "a free decay (blow) at rest and at speed",
+      .hidden_decider = "a free decay (impact) at rest and at speed",
   };
   return entry;
 }

@@ -291,7 +291,7 @@ SignalFile parse_npz(std::string_view bytes, std::string_view file_name, const R
     const std::size_t from = local + 30 + number_at<std::uint16_t>(bytes, local + 26, false) +
                              number_at<std::uint16_t>(bytes, local + 28, false);
     if (from > bytes.size() || bytes.size() - from < packed) throw fail(fmt::format("member '{}' is cut off", member));
-    if (!places.take(local, from + packed)) throw fail(fmt::format("member '{}' stands inside another", member));
+    if (!places.take(local, from + packed)) throw fail(fmt::format("member '{}' lies inside another", member));
     const std::string_view data = bytes.substr(from, packed);
     at = next;
     if (!member.ends_with(".npy")) {

@@ -71,8 +71,8 @@ void refuse_halves(const SignalFile& file) {
   }
   if (!real.empty()) {
     throw Error::in_file(file.source, 0,
-                         fmt::format("{}: real over a frequency: frequency responses are complex, or stand in two "
-                                     "arrays of one size called H_re and H_im (or H_mag and H_phase_deg)",
+                         fmt::format("{}: real over a frequency: frequency responses are complex, or two arrays of one "
+                                     "size called H_re and H_im (or H_mag and H_phase_deg)",
                                      real));
   }
 }

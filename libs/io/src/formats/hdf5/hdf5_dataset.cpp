@@ -118,7 +118,7 @@ bool holds(Hdf5Visit& visit, const char* path, hid_t data, hid_t type, hid_t spa
   const double most = chunked ? 1100 * stored : stored;
   if (rows * columns * static_cast<double>(H5Tget_size(type)) > most || rows * columns > 1e9) {
     visit.problem =
-        fmt::format("dataset '{}': {:g} x {:g} values cannot stand in {:g} bytes", path, rows, columns, stored);
+        fmt::format("dataset '{}': {:g} x {:g} values do not fit into {:g} bytes", path, rows, columns, stored);
   } else if (chunked && visit.first == 0 && rows * columns > 0 &&
              !chunks_are_whole(data, created, type, space, visit.bytes)) {
     visit.problem = fmt::format("dataset '{}' cannot be read: a part of it is shorter than it says", path);

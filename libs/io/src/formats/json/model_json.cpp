@@ -19,7 +19,7 @@ std::vector<std::string> read_identifiers(const JsonReader& in) {
   std::vector<std::string> out;
   for (const JsonReader& i : in.items()) {
     if (std::find(out.begin(), out.end(), i.identifier()) != out.end())
-      throw i.error(fmt::format("'{}' stands twice", i.text()));
+      throw i.error(fmt::format("'{}' is there twice", i.text()));
     out.push_back(i.text());
   }
   return out;

@@ -171,7 +171,7 @@ void write_uff(const std::filesystem::path& path, const UffFile& file) {
   write_text(path, format_uff(file));
   for (const UffFunction& f : file.functions) {
     if (exact_abscissa(f).empty()) continue;
-    remark(path.string(), fmt::format("the format holds six digits of start and step: {:.17g} and {:.17g} stand beside "
+    remark(path.string(), fmt::format("the format holds six digits of start and step: {:.17g} and {:.17g} are beside "
                                       "them in the fifth ID line, which other programs may not look at",
                                       f.x0, f.dx));
     break;

@@ -214,7 +214,7 @@ class TdmsReader {
       offset += channel.bytes;
     }
     file_.findings.push_back(
-        fmt::format("its last chunk of {} samples is cut off: {} stand in all channels and are kept", count, rows));
+        fmt::format("its last chunk of {} samples is cut off: {} are in all channels and are kept", count, rows));
     return true;
   }
 

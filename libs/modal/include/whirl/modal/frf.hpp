@@ -23,9 +23,9 @@ struct FrfOptions {
   double converter_range = 0;     ///< largest |value| of the force channel's converter, N; 0 = unknown
   bool drop_overloads = true;     ///< leave overloaded and damaged blows out of the average
   bool repair = false;            ///< bridge single samples that look like spikes; else they are only reported
-  bool drop_double_hits = false;  ///< leave blows with a second hit out of the average
+  bool drop_double_hits = false;  ///< leave impacts with a second hit out of the average
   bool drop_odd = true;           ///< leave out blows that certainly disagree with most others (sign, gain, delay)
-  std::vector<int> exclude = {};  ///< blows to leave out, counted from 1 over all recordings
+  std::vector<int> exclude = {};  ///< impacts to leave out, counted from 1 over all recordings
   double band_drop_db = 20;  ///< the band ends where the force spectrum has dropped by this much; 0 = keep all lines
 };
 

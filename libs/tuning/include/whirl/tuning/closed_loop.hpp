@@ -34,7 +34,7 @@ struct ClosedLoopMetrics {
   Fault trip = Fault::none;
   double survived = 1;            ///< fraction of the run before divergence or trip
   double smooth_variation = 0;    ///< of the force that holds this rotor still, N/s
-  double standing_rms = 0;        ///< motion that stands beside the synchronous one while turning, m rms; 0: none
+  double standing_rms = 0;        ///< motion beside the synchronous one while turning, m rms; 0: none
   double saturated_turning = 0;   ///< fraction of the ticks of a turning shaft at the force limit
   std::uint32_t supervision = 0;  ///< every bit of the status word that stood (control/supervisor.hpp)
   double supervised = -1;         ///< first time at which a bit stood, s; negative: never

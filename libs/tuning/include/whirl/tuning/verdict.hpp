@@ -35,7 +35,7 @@ struct JudgedRun {
   Fault trip = Fault::none;
   double survived = 1;        ///< fraction of the run before divergence or trip
   double standstill_rms = 0;  ///< m, worse axis
-  double standing_rms = 0;    ///< m: largest motion that stands beside the synchronous one while turning; 0: none
+  double standing_rms = 0;    ///< m: largest motion beside the synchronous one while turning; 0: none
   double standing_time = 0;   ///< s into the run
   rig::SegmentPeaks open, closed;
   double total_variation = 0;            ///< N/s

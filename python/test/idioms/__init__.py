@@ -1,0 +1,1 @@
+"""Sixty idioms of a PySINDy 2.1 notebook by theme, written from its public documentation."""
