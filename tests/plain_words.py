@@ -4,7 +4,7 @@ import re
 # Words of the house that readers of other tools do not know, and what the field says.
 HOUSE_WORDS = {
     r"\bthe judge\b|\bjudge[sd]?\b": "acceptance limits", r"\b(is|are|was|were|be|been) (told|said)\b": "reported, printed",
-    r"\btold apart\b": "distinguished", r"\b(ask|asks|asked) for\b": "requires", r"\bstands? (in|for)\b": "is in, represents",
+    r"\btold apart\b": "distinguished", r"\bforetold\b": "predicted", r"\b(ask|asks|asked) for\b": "requires", r"\bstands? (in|for)\b": "is in, represents",
     r"\btrust away\b": "downgrades the verdict", r"machines? the model may be": "the uncertainty of the model",
     r"\bblows?\b": "impacts", r"\bput aside\b": "left out", r"\bspeaks? (for|against)\b": "supports, contradicts",
     r"\bknows\b": "has, reads", r"\bconj z\b": "anisotropic stiffness", r"\bpull tests?\b": "static stiffness test",
