@@ -13,7 +13,7 @@ LONGEST, MEAN = 25, 15  # words of a sentence; of a page in the mean
 
 # A string of C++, what may not be taken for one, and what lies between two parts of one string.
 _TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|R"(?P<mark>\w*)\((?P<raw>.*?)\)(?P=mark)"|"(?P<text>(?:[^"\\\n]|\\.)*)"|'(?:[^'\\\n]|\\.)*'|\s+|.""", re.S)
-_FILE_NAME = re.compile(r"\bblow(_\d|_\*|_?\.|_ )\S*|--keep-odd-blows")
+_FILE_NAME = re.compile(r"\bblow(_[\d*]\S*|_?\.(?:csv|json|uff|wav)|_(?=\s|$))|--keep-odd-blows")
 
 
 def found_in(where, text):
