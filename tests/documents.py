@@ -136,33 +136,41 @@ def commands_of(text):
             yield inline
 
 
-def commands(root, program):
-    everything = tree(program)
+def wrong_words(everything, line):
+    """(number of commands of whirl in a line, what is wrong with their subcommands and flags)."""
     wrong, seen = [], 0
-    for file, text in documents(root):
-        for line in commands_of(text):
-            for part in re.split(r"\s(?:&&|\|\|?|;)\s", re.sub(r"\s#.*", "", line)):
-                words = part.split()
-                if "whirl" not in words[:8]:
-                    continue
-                words = words[words.index("whirl") + 1:]
-                if not words or not re.fullmatch(r"[a-z]+", words[0]) or words[0] in ("help",):
-                    continue
-                place = ()
-                while words and place + (words[0],) in everything:
-                    place += (words.pop(0),)
-                name = f"{file.relative_to(root)}: `{part.strip()}`"
-                if not place:
-                    wrong.append(f"{name}: no such subcommand")
-                    continue
-                seen += 1
-                known = flags(everything[place])
-                for word in words:
-                    flag = re.match(r"(--[a-z][\w-]*)", word)
-                    if flag and flag[1] not in known:
-                        wrong.append(f"{name}: no flag {flag[1]}")
-    if seen < 100:
-        wrong.append(f"only {seen} commands found in the documents: are they still read?")
+    for part in re.split(r"\s(?:&&|\|\|?|;)\s", re.sub(r"\s#.*", "", line)):
+        words = part.split()
+        if "whirl" not in words[:8]:
+            continue
+        words = words[words.index("whirl") + 1:]
+        if not words or not re.fullmatch(r"[a-z]+", words[0]) or words[0] in ("help",):
+            continue
+        place = ()
+        while words and place + (words[0],) in everything:
+            place += (words.pop(0),)
+        if not place:
+            wrong.append(f"`{part.strip()}`: no such subcommand")
+            continue
+        seen += 1
+        named = (re.match(r"(--[a-z][\w-]*)", word) for word in words)
+        wrong += [f"`{part.strip()}`: no flag {flag[1]}" for flag in named if flag and flag[1] not in flags(everything[place])]
+    return seen, wrong
+
+
+def commands(root, program):
+    """The commands of the documents, and the examples of the helps."""
+    everything = tree(program)
+    lines = [(file.relative_to(root), line) for file, text in documents(root) for line in commands_of(text)]
+    helps = [(" ".join(("whirl",) + place) + " --help", re.sub(r"\\\n\s*", " ", example)) for place, text in everything.items()
+             for example in re.findall(r"Example: (whirl (?:[^\n]*\\\n)*[^\n]*)", text)]
+    wrong, seen = [], 0
+    for where, line in lines + helps:
+        number, found = wrong_words(everything, line)
+        seen += number
+        wrong += [f"{where}: {problem}" for problem in found]
+    if seen < 100 or len(helps) < 30:
+        wrong.append(f"only {seen} commands found in the documents and {len(helps)} examples in the helps: are they still read?")
     return wrong
 
 

@@ -233,7 +233,8 @@ def runnable(command):
 def main():
     laboratory()
     done, failed = set(), []
-    for file, text in documents.documents(root):
+    example = re.search(r"Example: (whirl .*)", shell("whirl --help").stdout)[1]
+    for file, text in [*documents.documents(root), (root / "docs/whirl --help", "    " + example)]:
         if file.name in ("CHANGELOG.md", "CONTRIBUTING.md") or not file.is_relative_to(root / "docs") and file != root / "README.md":
             continue
         for line in documents.commands_of(text):

@@ -4,7 +4,7 @@ import re
 # Words of the house that readers of other tools do not know, and what the field says.
 HOUSE_WORDS = {
     r"\bthe judge\b|\bjudge[sd]?\b": "acceptance limits", r"\b(is|are|was|were|be|been) (told|said)\b": "reported, printed",
-    r"\btold apart\b": "distinguished", r"\b(ask|asks|asked) for\b": "requires", r"\bstands? (in|for)\b": "is in, represents",
+    r"\btold apart\b": "distinguished", r"\bforetold\b": "predicted", r"\b(ask|asks|asked) for\b": "requires", r"\bstands? (in|for)\b": "is in, represents",
     r"\btrust away\b": "downgrades the verdict", r"machines? the model may be": "the uncertainty of the model",
     r"\bblows?\b": "impacts", r"\bput aside\b": "left out", r"\bspeaks? (for|against)\b": "supports, contradicts",
     r"\bknows\b": "has, reads", r"\bconj z\b": "anisotropic stiffness", r"\bpull tests?\b": "static stiffness test",
@@ -13,7 +13,7 @@ LONGEST, MEAN = 25, 15  # words of a sentence; of a page in the mean
 
 # A string of C++, what may not be taken for one, and what lies between two parts of one string.
 _TOKEN = re.compile(r"""//[^\n]*|/\*.*?\*/|R"(?P<mark>\w*)\((?P<raw>.*?)\)(?P=mark)"|"(?P<text>(?:[^"\\\n]|\\.)*)"|'(?:[^'\\\n]|\\.)*'|\s+|.""", re.S)
-_FILE_NAME = re.compile(r"\bblow(_\d|_\*|_?\.|_ )\S*|--keep-odd-blows")
+_FILE_NAME = re.compile(r"\bblow(_[\d*]\S*|_?\.(?:csv|json|uff|wav)|_(?=\s|$))|--keep-odd-blows")
 
 
 def found_in(where, text):

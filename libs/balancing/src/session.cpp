@@ -189,7 +189,7 @@ GuidedStep guided_step(const std::string& path, const JobOptions& options) {
   step.summary = step.next.summary;
   const auto outside = std::count_if(step.check.begin(), step.check.end(), [](const auto& f) { return !f.inside; });
   if (!step.check.empty() && outside > 1 + static_cast<long>(step.check.size()) / 10)
-    step.summary.warn(fmt::format("{} of {} readings of the last run are outside of what the runs before foretold",
+    step.summary.warn(fmt::format("{} of {} readings of the last run are outside of what the earlier runs predict",
                                   outside, step.check.size()));
   step.json = step_json(file, step.next, step.check);
   if (!solvable(file, o)) {

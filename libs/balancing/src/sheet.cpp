@@ -149,9 +149,9 @@ report::Table coefficients(const BalancingSheet& s) {
 
 report::Table check(const BalancingSheet& s) {
   report::Table t;
-  t.caption = "Check: the last run against what the runs before it foretold";
+  t.caption = "Check: the last run against what the earlier runs predict";
   t.columns = {{"reading", "", report::Align::left},
-               {"foretold", unit_of(s).symbol + " " + s.amplitude},
+               {"predicted", unit_of(s).symbol + " " + s.amplitude},
                {"95 % interval", unit_of(s).symbol},
                {"measured", unit_of(s).symbol + " " + s.amplitude},
                {"vector inside", "", report::Align::left}};
@@ -168,10 +168,10 @@ report::Table left_out(const BalancingSheet& s) {
   report::Table t;
   const report::Unit unit = unit_of(s);
   const std::string shown = unit.symbol + " " + s.amplitude;
-  t.caption = "Leave-one-state-out: each state foretold by the runs of the others";
+  t.caption = "Leave-one-state-out: each state predicted from the runs of the others";
   t.columns = {{"runs", "", report::Align::left},
                {"reading", "", report::Align::left},
-               {"foretold", shown},
+               {"predicted", shown},
                {"measured", shown},
                {"rms error of the vectors", shown}};
   for (const auto& state : s.left_out) {

@@ -82,7 +82,7 @@ std::string balancing_text(const Finding& f) {
       return "the runs agree far better when every mass angle is counted the other way: looks as if angles and phases "
              "are counted in opposite senses; check the convention";
     case FindingCode::scatter_unknown:
-      return "no run repeats what another one tells: the scatter is not known and no interval can be given; repeat the "
+      return "no run repeats another: the scatter is not known and no interval can be given; repeat the "
              "run as found, or state the noise";
     case FindingCode::answer_ambiguous:
       return fmt::format("the amplitudes fit other masses as well: {}; one run with these masses decides", f.where);
