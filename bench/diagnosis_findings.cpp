@@ -71,7 +71,8 @@ int main(int argc, char** argv) {
       Count& c = counts[k.code];
       const bool is = k.size(truth) > 0;
       const auto* f = found.find(k.code);
-      if (std::ranges::any_of(found.unjudged, [&](const auto& u) { return !u.code || u.code == k.code; })) {
+      if (f == nullptr &&
+          std::ranges::any_of(found.unjudged, [&](const auto& u) { return !u.code || u.code == k.code; })) {
         ++c.unjudged;
         continue;
       }

@@ -16,8 +16,9 @@ using Eigen::Index;
 
 struct Score {
   int jobs = 0, inside = 0, all = 0, masses = 0, angles = 0, planes = 0, sound = 0, dropped = 0, jobs_dropped = 0;
-  int wrong = 0, untold = 0, named = 0, slip = 0, unknown = 0, failed = 0, reversed = 0;
-  std::vector<double> width;  ///< of the mass interval over the mass
+  int wrong = 0, untold = 0, named = 0, slip = 0, unknown = 0, failed = 0;
+  int reversed = 0, mirrored = 0;  ///< jobs whose angles are called reversed; of the same jobs with all angles reversed
+  std::vector<double> width;       ///< of the mass interval over the mass
 };
 
 testing::UnrepeatableJobOptions options_of(unsigned seed, double unrepeatable, bool slip) {
@@ -52,6 +53,9 @@ void add(Score& s, const testing::UnrepeatableJob& j) {
                          best = diagnosis::solve_correction(truth, diagnosis::Criterion::least_squares).masses;
   const diagnosis::CorrectionUncertainty u = diagnosis::correction_uncertainty(fit, found, w);
   s.reversed += fit.angles_reversed;
+  diagnosis::BalancingJob mirror = j.job;
+  for (diagnosis::BalancingRun& run : mirror.runs) run.masses = run.masses.conjugate().eval();
+  s.mirrored += diagnosis::fit_influence(mirror).angles_reversed;
   bool any = false;
   for (const diagnosis::Contradiction& c : fit.contradictions) {
     any = any || (c.run != j.wrong && c.left_out);
@@ -101,10 +105,10 @@ double median(std::vector<double> v) {
 }
 
 void print(const std::string& name, const Score& s) {
-  fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {} of {} | {} | {} of {} | {} | {} | {} |\n", name,
-             s.jobs, percent(s.inside, s.all), percent(s.masses, s.planes), percent(s.angles, s.planes),
+  fmt::print("| {} | {} | {:.1f} | {:.1f} | {:.1f} | {:.2f} | {} of {} | {} | {} of {} | {} | {} | {} | {} | {} |\n",
+             name, s.jobs, percent(s.inside, s.all), percent(s.masses, s.planes), percent(s.angles, s.planes),
              median(s.width), s.dropped, s.sound, s.jobs_dropped, s.named, s.wrong, s.slip, s.untold,
-             s.unknown + s.failed);
+             s.unknown + s.failed, s.reversed, s.mirrored);
 }
 
 }  // namespace
@@ -114,8 +118,8 @@ int main(int argc, char** argv) {
   const auto seed = static_cast<unsigned>(argc > 2 ? std::atoi(argv[2]) : 71000);
   fmt::print(
       "| non-repeatability | jobs | re, im % | mass % | angle % | width / mass | sound runs dropped | jobs with one | "
-      "slips named | with its cause | slips nobody can see | no interval "
-      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+      "slips named | with its cause | slips nobody can see | no interval | called reversed | of the reversed jobs "
+      "|\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (const bool slip : {false, true}) {
     Score all;
     for (const double unrepeatable : {0.0, 0.02, 0.1, 0.2, 0.3, 0.5}) {

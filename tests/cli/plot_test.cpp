@@ -288,5 +288,27 @@ TEST(PlotE2e, WhatCannotBeDrawnIsSaid) {
   }
 }
 
+/// The CSV of every figure is a table that whirl reads; that of a plane holds the vectors over speed.
+TEST(PlotE2e, TheCsvOfEveryFigureIsReadAgain) {
+  const Folder folder;
+  folder.write("run.csv", sweep(10, 40, 4, resonance, [](double f) { return resonance(f) * Complex(0, -0.5); }));
+  for (const char* what : {"traces", "spectrum", "full-spectrum", "bode", "polar", "nyquist", "orders", "centreline",
+                           "orbit", "run-map", "funnel"}) {
+    const std::string file = std::string(what) + ".csv";
+    ASSERT_EQ(folder.whirl("plot run.csv --what " + std::string(what) + " --out " + file).exit_code, 0) << what;
+    const Outcome info = folder.whirl("info " + file);
+    EXPECT_EQ(info.exit_code, 0) << what << ": " << info.err;
+  }
+  const auto vectors = column(folder / "bode.csv", "x: 1X amplitude");
+  for (const char* plane : {"polar", "nyquist"}) {
+    EXPECT_EQ(column(folder / (std::string(plane) + ".csv"), "x: 1X amplitude"), vectors);
+    const Outcome modes = folder.whirl("transient " + std::string(plane) + ".csv --modes 1");
+    EXPECT_EQ(modes.exit_code, 0) << modes.err;
+    EXPECT_EQ(folder.whirl("plot " + std::string(plane) + ".csv --what bode --out again.svg --force").exit_code, 0);
+  }
+  // Samples of a run stand beside one column of time: a record again.
+  EXPECT_EQ(folder.whirl("plot traces.csv --what spectrum --out again.svg --force").exit_code, 0);
+}
+
 }  // namespace
 }  // namespace whirl::testing

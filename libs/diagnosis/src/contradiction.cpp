@@ -21,8 +21,9 @@ using Eigen::Index;
 constexpr double kUnlikely = 1e-4;
 // Explanations alike: likelihoods within a factor of 400 of each other.
 constexpr double kAlike = 6;
-// Chance below which all angles were counted the other way: one explanation, and the commonest slip of all. It is 0.018
-// for examples/09_balance with the wrong sense.
+// Chance below which all angles were counted the other way: one explanation, and the commonest slip of all. In 3200
+// random jobs (bench/diagnosis_repeatability.cpp, seeds 71000 and 5200000 on) it is false in 1 of 2400 without and in 9
+// of 800 with another slip. Of jobs whose angles are turned it finds 80 %, where the machine repeats to 2 %.
 constexpr double kReversed = 0.02;
 // No bench reads finer than this share of the level: exact numbers are no witnesses.
 constexpr double kFinest = 1e-4;

@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
+#include "whirl/testing/error_of.hpp"
 
 namespace whirl::io {
 namespace {
@@ -91,10 +94,24 @@ TEST(CsvLogger, WhatCannotBeReadSaysWhatToDo) {
   EXPECT_THAT(logger_error("t,x,Winkel [rad]\n0,1,2\n1,2,3\n"),
               HasSubstr("--columns t:t_s x:x_mm \"Winkel [rad]:beta_rad\""));
   EXPECT_THAT(logger_error("0,1,2,3\n1,2,3,4\n"), HasSubstr("--columns 1:t_s 2:x_mm 3:y_mm 4:beta_rad"));
+  // No column that rises evenly: no time.
+  EXPECT_THAT(logger_error("0.1\n-0.3\n0.2\n"), HasSubstr("--columns 1:x_mm --rate HZ"));
+  EXPECT_THAT(logger_error("0.1;3\n-0.3;4\n0.2;5\n"), HasSubstr("--columns 1:x_mm 2:y_mm --rate HZ"));
   EXPECT_THAT(logger_error("t_s,x_mm\n2,1\n1,2\n0,3\n"), HasSubstr("newest line first"));
   EXPECT_THAT(logger_error("t_s,x_mm,x_mm\n0,1,2\n1,2,3\n"), HasSubstr("1:t_s 2:x_mm"));
   EXPECT_THAT(logger_error("t_s,x_mm\n"), HasSubstr("no data"));
   EXPECT_THAT(logger_error("t_s,x_mm\n0,1\n1,2\nMax,2\n"), HasSubstr("delete it"));
+}
+
+/// An oscilloscope writes NAME.Wfm.csv with values alone and NAME.csv with the step.
+TEST(CsvLogger, ValuesOfAnOscilloscopeTakeTheRateOfTheirPair) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "scope";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "run.csv") << "Type:WaveformType:\nResolution:0.0005:\nRecordLength:3:\n";
+  std::ofstream(folder / "run.Wfm.csv") << "0.1\n-0.3\n0.2\n";
+  const auto error = whirl::testing::error_of([&] { (void)read_csv(folder / "run.Wfm.csv"); });
+  EXPECT_THAT(error, HasSubstr("--columns 1:x_mm --rate 2000"));
+  EXPECT_THAT(error, HasSubstr("run.csv"));
 }
 
 }  // namespace

@@ -339,4 +339,41 @@ TEST(Uff, MissingUnitIsAskedForNotGuessed) {
   EXPECT_NEAR(whirl::io::recording_of(whirl::io::signals_from_uff(file), {.columns = {"1:+X:x_mm"}})["x"][4], 1e-3,
               1e-15);
 }
+/// Names of more than their ten columns move what stands behind them; names that fill them do not.
+TEST(Uff, NamesOfAnyLengthKeepNodeAndDirection) {
+  std::mt19937 random(5);
+  for (int k = 0; k < 200; ++k) {
+    const auto name = [&] {
+      std::string out(1 + random() % 24, 'a');
+      for (char& c : out) c = "PQx-_+07"[random() % 8];
+      return out;
+    };
+    const std::string response = name(), reference = name();
+    const long node = static_cast<long>(random() % 100000), other = static_cast<long>(random() % 100000);
+    const int direction = static_cast<int>(random() % 7) - 3, along = static_cast<int>(random() % 7) - 3;
+    const std::string text = fmt::format(
+        "    -1\n    58\nNONE\nNONE\nNONE\nNONE\nNONE\n"
+        "{:5d}{:10d}{:5d}{:10d} {:<10}{:10d}{:4d} {:<10}{:10d}{:4d}\n"
+        "{:10d}{:10d}{:10d}  0.00000e+00  1.00000e-03  0.00000e+00\n"
+        "        17    0    0    0 Time                 s                   \n"
+        "        12    0    0    0 Acceleration         m/s^2               \n"
+        "         0    0    0    0 NONE                 NONE                \n"
+        "         0    0    0    0 NONE                 NONE                \n"
+        "  1.00000000000000E+00  2.00000000000000E+00  3.00000000000000E+00\n    -1\n",
+        1, 0, 1, 0, response, node, direction, reference, other, along, 4, 3, 1);
+    const whirl::io::UffFile file = whirl::io::parse_uff(text, "long.uff");
+    ASSERT_EQ(file.functions.size(), 1u);
+    const auto& f = file.functions[0];
+    EXPECT_EQ(f.type, 1);
+    EXPECT_EQ(f.response.name, response);
+    EXPECT_EQ(f.response.node, node) << response;
+    EXPECT_EQ(f.response.direction, direction) << response;
+    EXPECT_EQ(f.reference.name, reference);
+    EXPECT_EQ(f.reference.node, other) << response << ' ' << reference;
+    EXPECT_EQ(f.reference.direction, along);
+    EXPECT_EQ(f.value.size(), 3);
+    EXPECT_EQ(!file.warnings.empty(), response.size() > 10 || reference.size() > 10);
+  }
+}
+
 }  // namespace

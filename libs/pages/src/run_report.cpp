@@ -50,9 +50,17 @@ class RunReport {
  private:
   void verdict() {
     if (in_.records.empty()) return;
-    for (const auto& [name, record] : in_.records) verdicts_.push_back(verdict_on(name, record, o_.service_speed));
+    for (const auto& [name, record] : in_.records) {
+      Verdict& v = verdicts_.emplace_back(verdict_on(name, record, o_.service_speed));
+      if (const RunVibration* worst = worst_housing(name)) {
+        v.velocity = worst->channel.housing->rms;
+        v.housing_channel = worst->channel.channel;
+        if (o_.machine && !changes_speed(*worst))
+          v.housing_zone = diagnosis::housing_vibration_zone(v.velocity, *o_.machine);
+      }
+    }
     doc_.section("Verdict");
-    doc_.table(verdict_table(verdicts_, o_.machine_name, o_.date));
+    doc_.table(verdict_table(verdicts_, o_.signature));
   }
 
   // What a reader should know before anything else; all from the inputs.
@@ -97,16 +105,23 @@ class RunReport {
     if (!any) doc_.paragraph("The inputs hold nothing to assess; see the sections below.");
   }
 
-  // The housing sensor with the highest level of each run, and its zone where the class of the machine is stated.
+  // The housing sensor of a run with the highest level; null where it has none.
+  const RunVibration* worst_housing(const std::string& name) {
+    const RunVibration* worst = nullptr;
+    for (const RunVibration& v : vibration()) {
+      if (v.run == name && v.channel.housing &&
+          (worst == nullptr || v.channel.housing->rms > worst->channel.housing->rms))
+        worst = &v;
+    }
+    return worst;
+  }
+  static bool changes_speed(const RunVibration& v) { return v.channel.synchronous && !v.channel.synchronous->steady; }
+
+  // Its zone where the class of the machine is stated.
   bool housing_findings() {
     bool any = false;
     for (const auto& [name, record] : in_.records) {
-      const RunVibration* worst = nullptr;
-      for (const RunVibration& v : vibration()) {
-        if (v.run == name && v.channel.housing &&
-            (worst == nullptr || v.channel.housing->rms > worst->channel.housing->rms))
-          worst = &v;
-      }
+      const RunVibration* worst = worst_housing(name);
       if (worst == nullptr) continue;
       any = true;
       const double level = worst->channel.housing->rms;
@@ -119,7 +134,7 @@ class RunReport {
                      text + ". No zone: the class of the machine is not stated (--machine).");
         continue;
       }
-      if (worst->channel.synchronous && !worst->channel.synchronous->steady) {
+      if (changes_speed(*worst)) {
         doc_.callout(Callout::Kind::note, "Housing vibration of " + name,
                      text + ". The speed of the run changes: the zones apply to steady running.");
         continue;

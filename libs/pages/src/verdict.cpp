@@ -59,10 +59,11 @@ std::string next_steps(const Verdict& v) {
   const auto add = [&](std::string step) {
     if (!step.empty() && std::ranges::count(steps, step) == 0) steps.push_back(std::move(step));
   };
-  if (v.zone == 'D') add("stop or limit the speed: zone D may damage the machine");
+  const char worst = std::max(v.zone, v.housing_zone);
+  if (worst == 'D') add("stop or limit the speed: zone D may damage the machine");
   // 1X alone asks for balancing where the zone does.
   for (const auto* f : told(v))
-    if (f->remarkable || (f->code == diagnosis::VibrationCode::first_order && (v.zone == 'C' || v.zone == 'D')))
+    if (f->remarkable || (f->code == diagnosis::VibrationCode::first_order && (worst == 'C' || worst == 'D')))
       add(next_step(*f));
   if (steps.empty()) return v.vibration.angle == diagnosis::AngleSource::none ? "record with a tacho" : "none";
   return fmt::format("{}", fmt::join(steps, "; "));
@@ -82,27 +83,42 @@ Verdict verdict_on(const std::string& name, const Recording& record, double serv
   return v;
 }
 
-report::Table verdict_table(const std::vector<Verdict>& verdicts, const std::string& machine, const std::string& date) {
+report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signature& signature) {
   using report::Align;
   report::Table t;
   t.caption = "Verdict";
-  t.columns = {{"machine", "", Align::left},  {"date", "", Align::left},   {"record", "", Align::left},
-               {"standard", "", Align::left}, {"zone", "", Align::center}, {"findings", "", Align::left},
-               {"next step", "", Align::left}};
+  t.columns = {{"machine", "", Align::left},  {"date", "", Align::left},     {"analyst", "", Align::left},
+               {"record", "", Align::left},   {"standard", "", Align::left}, {"zone", "", Align::center},
+               {"findings", "", Align::left}, {"next step", "", Align::left}};
+  const auto stated = [](const std::string& text) { return text.empty() ? std::string("not stated") : text; };
   for (const Verdict& v : verdicts) {
     std::vector<std::string> findings;
     for (const auto* f : told(v)) findings.push_back(short_text(*f));
-    const std::string standard = v.zone ? fmt::format("ISO 20816-3 shaft: {} p-p at {:.0f} rpm (channel {})",
-                                                      report::format_quantity(v.peak_to_peak, Quantity::displacement),
-                                                      v.speed / kRadPerSecPerRpm, v.channel)
-                                        : std::string("–");
-    t.add({machine.empty() ? "not stated" : machine, date.empty() ? "not stated" : date, v.record, standard,
-           v.zone ? std::string(1, v.zone) : std::string("–"),
-           findings.empty() ? std::string("none") : fmt::format("{}", fmt::join(findings, "; ")), next_steps(v)});
+    std::vector<std::string> standard, zone;
+    if (v.zone) {
+      standard.push_back(fmt::format("ISO 20816-3 shaft: {} p-p at {:.0f} rpm (channel {})",
+                                     report::format_quantity(v.peak_to_peak, Quantity::displacement),
+                                     v.speed / kRadPerSecPerRpm, v.channel));
+      zone.emplace_back(1, v.zone);
+    }
+    if (v.velocity > 0) {
+      standard.push_back(fmt::format("ISO 20816-3 housing: {} (channel {}){}",
+                                     report::format_amplitude(v.velocity, AmplitudeKind::rms, Quantity::velocity),
+                                     v.housing_channel, v.housing_zone ? "" : ", no zone: see findings"));
+      if (v.housing_zone) zone.emplace_back(1, v.housing_zone);
+    }
+    const auto joined = [](const std::vector<std::string>& parts) {
+      return parts.empty() ? std::string("–") : fmt::format("{}", fmt::join(parts, "; "));
+    };
+    t.add({stated(signature.machine), stated(signature.date), stated(signature.analyst), v.record, joined(standard),
+           joined(zone), findings.empty() ? std::string("none") : fmt::format("{}", fmt::join(findings, "; ")),
+           next_steps(v)});
   }
   t.notes = {
-      "Zone: unfiltered shaft vibration at the service speed, or the highest of the record, against the limits of ISO "
-      "20816-3 as commonly quoted: guidance, not a statement of compliance. Findings: those of a tenth of the largest "
+      "Zone: unfiltered shaft vibration at the service speed, or the highest of the record, and velocity of the "
+      "housing, "
+      "against the limits of ISO 20816-3 as commonly quoted: guidance, not a statement of compliance. Findings: those "
+      "of a tenth of the largest "
       "line of their channel or more; what they may mean is no proof."};
   return t;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "whirl/core/error.hpp"
 #include "whirl/report/units.hpp"
@@ -107,21 +108,43 @@ Panel& Figure::panel(std::string panel_title, Axis x, Axis y) {
   return panels.emplace_back(std::move(p));
 }
 
-std::string to_csv(const Figure& figure) {
-  struct Columns {
-    std::string header;
-    VectorXd shown;
+namespace {
+
+struct CsvColumn {
+  std::string name, unit;  // "series: label", "[unit]"
+  std::string abscissa;    // label and unit where it is one
+  VectorXd shown;
+};
+
+// Abscissas of one kind that are all the same: the first stands for them.
+void share_abscissas(std::vector<CsvColumn>& columns) {
+  const auto same = [](const VectorXd& a, const VectorXd& b) {
+    return a.size() == b.size() && (a.array() == b.array() || (a.array().isNaN() && b.array().isNaN())).all();
   };
-  std::vector<Columns> columns;
-  const auto add_column = [&](const std::string& of, const Axis& axis, const std::string& suffix, const VectorXd& v) {
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (columns[k].abscissa.empty()) continue;
+    const auto alike = [&](const CsvColumn& c) { return c.abscissa == columns[k].abscissa; };
+    if (!std::ranges::all_of(columns, [&](const auto& c) { return !alike(c) || same(c.shown, columns[k].shown); }))
+      continue;
+    for (std::size_t i = columns.size(); i-- > k + 1;)
+      if (alike(columns[i])) columns.erase(columns.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+}  // namespace
+
+std::string to_csv(const Figure& figure) {
+  std::vector<CsvColumn> columns;
+  const auto add_column = [&](const std::string& of, const Axis& axis, const std::string& suffix, const VectorXd& v,
+                              bool abscissa = false) {
     if (v.size() == 0) return;
     const std::string unit = axis.unit.symbol.empty() ? "" : " [" + axis.unit.symbol + "]";
-    columns.push_back({of + axis.label + suffix + unit, v / axis.unit.factor});
+    columns.push_back({of + axis.label + suffix, unit, abscissa ? axis.label + unit : "", v / axis.unit.factor});
   };
   for (const Panel& panel : figure.panels) {
     for (const Series& s : panel.series) {
       const std::string of = (panel.title.empty() ? "" : panel.title + ": ") + (s.name.empty() ? "" : s.name + ": ");
-      add_column(of, panel.x, "", s.x);
+      add_column(of, panel.x, "", s.x, true);
       add_column(of, panel.y, "", s.y);
       add_column(of, panel.y, " low", s.low);
       add_column(of, panel.y, " high", s.high);
@@ -145,10 +168,14 @@ std::string to_csv(const Figure& figure) {
       add_column(of, map.color, "", value);
     }
   }
+  share_abscissas(columns);
   std::string out;
   Eigen::Index rows = 0;
+  std::map<std::string, int> before;
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    out += (c == 0 ? "" : ",") + escape_csv(columns[c].header);
+    const int count = ++before[columns[c].name + columns[c].unit];
+    const std::string name = count == 1 ? columns[c].name : fmt::format("{} {}", columns[c].name, count);
+    out += (c == 0 ? "" : ",") + escape_csv(name + columns[c].unit);
     rows = std::max(rows, columns[c].shown.size());
   }
   out += '\n';

@@ -44,7 +44,8 @@ TEST(FindingsE2e, InfoNames2XAndTheElectricLineBesideIt) {
 TEST(FindingsE2e, AReportOpensWithTheVerdictAndSaysThat2XExceeds1X) {
   const Folder folder;
   folder.write("motor.csv", motor_beside_the_line(18));
-  const Outcome o = folder.whirl("report motor.csv --out page.html --machine-name 'Fan 3' --date 2026-05-04");
+  const Outcome o =
+      folder.whirl("report motor.csv --out page.html --machine-name 'Fan 3' --date 2026-05-04 --analyst 'A. Weber'");
   ASSERT_EQ(o.exit_code, 0) << o.err;
   const std::string page = slurp(folder / "page.html");
   const auto verdict = page.rfind(">Verdict</h2>"), findings = page.rfind(">Findings</h2>");
@@ -52,7 +53,7 @@ TEST(FindingsE2e, AReportOpensWithTheVerdictAndSaysThat2XExceeds1X) {
   ASSERT_NE(findings, std::string::npos);
   EXPECT_LT(verdict, findings);
   const std::string table = page.substr(verdict, findings - verdict);
-  for (const char* said : {"Fan 3", "2026-05-04", "ISO 20816-3", "exceeds 1X", "alignment"})
+  for (const char* said : {"Fan 3", "2026-05-04", "A. Weber", "ISO 20816-3", "exceeds 1X", "alignment"})
     EXPECT_NE(table.find(said), std::string::npos) << said << "\n" << table;
 }
 

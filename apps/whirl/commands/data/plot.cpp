@@ -2,6 +2,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 #include "command.hpp"
 #include "commands/machine/record_options.hpp"
 #include "whirl/core/angles.hpp"
@@ -33,6 +35,11 @@ struct PlotOptions {
   pages::ViewOptions view;
 };
 
+/// The plane of a 1X vector does not show its speeds: its CSV is that of the Bode plot, which other commands read.
+bool is_vector_table(const std::string& what, const std::filesystem::path& file) {
+  return (what == "polar" || what == "nyquist") && file.extension() == ".csv";
+}
+
 void draw(PlotOptions* o, Session& session) {
   pages::ViewOptions& view_options = o->view;
   if (!o->window.empty()) {
@@ -46,7 +53,8 @@ void draw(PlotOptions* o, Session& session) {
   if (!o->unit.empty()) view_options.scale.unit = pages::motion_unit(o->unit);
   view_options.phase = o->phase == "lead" ? report::Phase::lead : report::Phase::lag;
   view_options.slow_roll = o->slow_roll_rpm * kRadPerSecPerRpm;
-  report::Figure figure;
+  report::Figure figure, vectors;
+  const bool with_vectors = std::ranges::any_of(o->out, [&](const auto& f) { return is_vector_table(o->what, f); });
   std::vector<signal::SynchronousCurve> tables;
   std::size_t files_of_tables = 0;
   if (o->what == "bode" || o->what == "polar" || o->what == "nyquist") {
@@ -59,6 +67,7 @@ void draw(PlotOptions* o, Session& session) {
   if (!tables.empty()) {
     if (files_of_tables != o->files.size()) throw Error("Bode tables and records cannot be drawn in one figure");
     figure = pages::synchronous_view(o->what, tables, view_options.phase, view_options.scale);
+    if (with_vectors) vectors = pages::synchronous_view("bode", tables, view_options.phase, view_options.scale);
     for (const std::string& file : o->files) figure.runs.push_back(std::filesystem::path(file).filename().string());
   } else {
     std::vector<pages::ViewedRun> runs;
@@ -69,9 +78,10 @@ void draw(PlotOptions* o, Session& session) {
       }
     }
     figure = pages::view(o->what, runs, view_options);
+    if (with_vectors) vectors = pages::view("bode", runs, view_options);
   }
   session.write_together();
-  for (const std::string& file : o->out) report::write_figure(figure, file);
+  for (const std::string& file : o->out) report::write_figure(is_vector_table(o->what, file) ? vectors : figure, file);
   if (o->out.empty() && !session.json) fmt::print("{}", report::to_terminal(figure, terminal()));
   for (const std::string& file : o->out) session.say("figure: " + file);
   io::Json json =
@@ -98,7 +108,9 @@ void add_plot(CommandLine& app, Session& session) {
       "its negative.\n\n"
       "--what:\n" +
           list +
-          "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure) or .txt.\n\n"
+          "\nOutput: the terminal, or with --out FILE.svg, .png, .pdf, .csv (the data behind the figure; of polar and "
+          "nyquist\n"
+          "those of bode) or .txt.\n\n"
           "Example: whirl plot rundown.csv --what bode --out bode.svg --out bode.csv",
       [o, &session] { draw(o.get(), session); });
   sub->add_option("FILE", o->files, "records, or Bode tables")->input()->required();

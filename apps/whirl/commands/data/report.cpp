@@ -94,8 +94,9 @@ void add_report(CommandLine& app, Session& session) {
       ->one_of({"svg", "png", "pdf", "csv", "txt"})
       ->show_default();
   sub->add_option("--title", o->report.title, "of the page")->show_default();
-  sub->add_option("--machine-name", o->report.machine_name, "of the verdict");
-  sub->add_option("--date", o->report.date, "of the measurement, as the verdict shows it");
+  sub->add_option("--machine-name", o->report.signature.machine, "of the verdict");
+  sub->add_option("--date", o->report.signature.date, "of the measurement, as the verdict shows it");
+  sub->add_option("--analyst", o->report.signature.analyst, "who signs the verdict");
   sub->add_option("--service-rpm", o->service_rpm,
                   "largest continuous speed: margin, zones and grade are stated for it")
       ->range(0, 1e6);

@@ -9,6 +9,7 @@ namespace whirl::diagnosis::detail {
 namespace {
 
 constexpr std::size_t kQuarter = 4;
+constexpr double kEdge = 4.5;         // steps: the lobe of a Hann window from its top on
 constexpr double kPairReach = 0.47;   // orders from 1X or 2X within which a line may be a sideband
 constexpr double kPairChance = 1e-6;  // of its mirror
 constexpr double kPairShare = 0.5;    // of its amplitude that the mirror has
@@ -61,6 +62,15 @@ Search search(const std::vector<LineBlock>& blocks, double nominal) {
     if (best.values.empty() || better) best = std::move(here);
   }
   if (best.values.empty()) return best;
+  // More power beyond the end of the range: the skirt of a line that is not the supply's.
+  for (const int side : {-1, 1}) {
+    for (const int beyond : {1, 2}) {
+      const double frequency = nominal + side * (half + beyond) * step;
+      if (std::abs(frequency - best.line.frequency) < kEdge * step &&
+          total_power(at_frequency(blocks, frequency)) > total_power(best))
+        return {};
+    }
+  }
   for (double fine = 0.5 * step; fine > 0.02 * step; fine *= 0.5) {
     for (const double move : {-fine, fine}) {
       Search here = at_frequency(blocks, best.line.frequency + move);

@@ -82,7 +82,8 @@ void mark_remarkable(VibrationFindings& result, std::string_view channel, double
 }
 
 // With the measured angle, else that of the channel of displacement or motion that tells one.
-std::optional<Rotation> angle_of(const Recording& record, const VibrationOptions& options, AngleSource& source) {
+std::optional<Rotation> angle_of(const Recording& record, const VibrationOptions& options, AngleSource& source,
+                                 bool& halved) {
   if (auto turning = rotation_of(record)) {
     source = AngleSource::measured;
     return turning;
@@ -90,7 +91,7 @@ std::optional<Rotation> angle_of(const Recording& record, const VibrationOptions
   for (const Channel& c : record.channels) {
     const auto samples = vibrates(c) ? bridged(c.samples) : std::nullopt;
     if (!samples) continue;
-    if (auto turning = detail::vibration_angle(*samples, record.dt, options.mains)) {
+    if (auto turning = detail::vibration_angle(*samples, record.dt, options.mains, halved)) {
       source = AngleSource::vibration;
       return turning;
     }
@@ -201,7 +202,8 @@ VibrationFindings find_vibration(const Recording& record, const VibrationOptions
   VibrationFindings result;
   const auto channels = std::ranges::count_if(record.channels, vibrates);
   if (channels == 0) return result;
-  const std::optional<Rotation> turning = angle_of(record, options, result.angle);
+  bool halved = false;
+  const std::optional<Rotation> turning = angle_of(record, options, result.angle, halved);
   if (!turning) {
     for (const Channel& c : record.channels)
       if (vibrates(c)) result.unjudged.push_back({c.name, std::nullopt, UnjudgedReason::no_angle});
@@ -212,6 +214,7 @@ VibrationFindings find_vibration(const Recording& record, const VibrationOptions
   const double tests = static_cast<double>(channels) * kVibrationCodes;
   for (const Channel& c : record.channels)
     if (vibrates(c)) study_channel(c, record, *turning, options, tests, result);
+  if (halved) result.unjudged.push_back({"", VibrationCode::half_orders, UnjudgedReason::half_or_first});
   return result;
 }
 
@@ -231,8 +234,8 @@ std::string_view to_string(Cause cause) {
 }
 
 std::string_view to_string(UnjudgedReason reason) {
-  constexpr std::string_view names[] = {"no_angle",      "too_few_turns",  "gaps",
-                                        "speed_changes", "line_beside_1x", "no_slow_turns"};
+  constexpr std::string_view names[] = {"no_angle",       "too_few_turns", "gaps",         "speed_changes",
+                                        "line_beside_1x", "no_slow_turns", "half_or_first"};
   return names[static_cast<std::size_t>(reason)];
 }
 

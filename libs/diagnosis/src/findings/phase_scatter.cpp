@@ -19,16 +19,36 @@ constexpr double kOneSpeed = 0.015;                  // to either side of the me
 constexpr double kSignificant = 1e-3;                // chance: 1X has skirts
 constexpr double kNearLine = 0.25;                   // orders: a closer electric line beats with 1X over eight turns
 constexpr double kLeastScatter = 3 * kRadPerDegree;  // a mass 3 degrees off leaves 5 % of the unbalance
-constexpr double kNoiseLines[] = {0.625, 0.75, 1.25, 1.375};  // orders beside 1X, clear of it under a Hann window
+// Orders beside 1X, clear of it and of half orders under a Hann window, the nearest first; pairs 1/8 apart overlap.
+constexpr double kNoiseLines[] = {0.75, 1.25, 0.625, 1.375, 1.625, 0.375, 1.75, 0.25};
+constexpr std::size_t kMostLines = 4;
+constexpr double kBelowHalf = 0.5;  // orders: a whirl stands there
 
 struct Vectors {
   std::vector<Complex> first;
   std::vector<double> noise, speed;  // squared magnitude beside 1X; rad/s
+  std::size_t lines = 0;             // that the noise is the mean of
 };
+
+// A supply wanders over a block: what is left of it after the fit stands beside it and is no noise of 1X.
+std::vector<double> noise_lines(const ChannelStudy& s) {
+  std::vector<double> out;
+  for (const double order : kNoiseLines) {
+    const bool clear = std::ranges::none_of(s.electric, [&](const Line& l) {
+      return std::ranges::any_of(
+          s.blocks, [&](const LineBlock& b) { return std::abs(l.frequency / b.turning() - order) < kNearLine; });
+    });
+    if (clear && out.size() < kMostLines && (!s.whirl || order > kBelowHalf)) out.push_back(order);
+  }
+  if (out.empty()) out.assign(std::begin(kNoiseLines), std::begin(kNoiseLines) + kMostLines);
+  return out;
+}
 
 // 1X and what stands beside it, of the samples without the electric lines and the other orders.
 Vectors vectors_of(const ChannelStudy& s) {
   Vectors out;
+  const std::vector<double> beside = noise_lines(s);
+  out.lines = beside.size();
   const int per_turn = s.channel.per_turn;
   const Index n = kVectorTurns * per_turn;
   const VectorXd place = VectorXd::LinSpaced(n, 0, static_cast<double>(n - 1)) * (kTwoPi / per_turn);
@@ -44,7 +64,7 @@ Vectors vectors_of(const ChannelStudy& s) {
       const VectorXd part = x.segment(first, n);
       out.first.push_back(line(part, 1));
       double noise = 0;
-      for (const double order : kNoiseLines) noise += std::norm(line(part, order)) / std::size(kNoiseLines);
+      for (const double order : beside) noise += std::norm(line(part, order)) / static_cast<double>(beside.size());
       out.noise.push_back(noise);
       out.speed.push_back(s.channel.speed(b.first_turn() + first / per_turn, kVectorTurns));
     }
@@ -55,7 +75,12 @@ Vectors vectors_of(const ChannelStudy& s) {
 }  // namespace
 
 void find_phase_scatter(ChannelStudy& s) {
-  if (!s.phase) return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::no_angle);
+  if (!s.phase) {
+    // An angle taken from the vibration holds the slow part of the wander: skirts are left.
+    s.scatter = INFINITY;
+    s.unjudged(VibrationCode::sidebands, UnjudgedReason::no_angle);
+    return s.unjudged(VibrationCode::phase_scatter, UnjudgedReason::no_angle);
+  }
   const auto beats = [&](const Line& l) {
     return std::ranges::any_of(s.blocks,
                                [&](const LineBlock& b) { return std::abs(l.frequency / b.turning() - 1) < kNearLine; });
@@ -98,8 +123,9 @@ void find_phase_scatter(ChannelStudy& s) {
   f.order = 1;
   f.speed = middle;
   f.size = std::sqrt(std::max(0.0, across - 0.5 * noise) / size);
-  // The lines beside 1X overlap by pairs: two of the four are independent.
-  const boost::math::fisher_f law(static_cast<double>(n - 2), 4 * static_cast<double>(n));
+  // The lines beside 1X overlap by pairs: of four two are independent, two degrees of freedom each.
+  const auto freedom = static_cast<double>(std::max<std::size_t>(2, all.lines)) * static_cast<double>(n);
+  const boost::math::fisher_f law(static_cast<double>(n - 2), freedom);
   f.chance = boost::math::cdf(boost::math::complement(law, across / (0.5 * noise)));
   if (f.chance < kSignificant) s.scatter = f.size;
   f.low_speed = middle * (1 - kOneSpeed);

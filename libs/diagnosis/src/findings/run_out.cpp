@@ -14,6 +14,10 @@ constexpr double kSlow = 0.45;      // of the speed of the largest 1X: Omega^2 a
 constexpr double kLeastSpan = 1.5;  // fastest over slowest of these speeds
 constexpr std::size_t kLeastSlow = 6;  // blocks
 constexpr double kLeastRunOut = 0.03;  // of the unbalance's vector at the fastest of them: what Omega^6 would leave
+// The vector of unbalance is e u / (1 - u (fastest / critical)^2) below a critical speed, u = (speed / fastest)^2: the
+// term in u^2 is (fastest / critical)^2 of that in u, between 0 and kSlow^2 for every mode. Its prior has that middle
+// and, for the phase of the damping as well, half that span as standard deviation.
+constexpr double kSecondTerm = 0.5 * kSlow * kSlow, kSecondSpread = 0.5 * kSlow * kSlow;
 
 }  // namespace
 
@@ -46,9 +50,19 @@ void find_run_out(ChannelStudy& s) {
     a.row(k) << 1.0, u, u * u;
     z[k] = first[block].vector;
   }
-  const Eigen::MatrixXcd inverse = (a.adjoint() * a).ldlt().solve(Eigen::MatrixXcd::Identity(3, 3));
-  const Eigen::VectorXcd fit = inverse * (a.adjoint() * z);
-  const double freedom = static_cast<double>(n - 3);
+  // Without the second term first: its size and the scatter scale the prior of that term.
+  const Eigen::MatrixXcd plain = a.leftCols(2);
+  const Eigen::VectorXcd first_fit = plain.colPivHouseholderQr().solve(z);
+  const double freedom = static_cast<double>(n - 2);
+  const double scatter = (z - plain * first_fit).squaredNorm() / freedom;
+  const double spread = kSecondSpread * std::abs(first_fit[1]);
+  Eigen::MatrixXcd normal = a.adjoint() * a;
+  Eigen::VectorXcd right = a.adjoint() * z;
+  const double weight = spread > 0 ? scatter / (spread * spread) : 0;
+  normal(2, 2) += weight;
+  right[2] += weight * kSecondTerm * first_fit[1];
+  const Eigen::MatrixXcd inverse = normal.ldlt().solve(Eigen::MatrixXcd::Identity(3, 3));
+  const Eigen::VectorXcd fit = inverse * right;
   const double variance = (z - a * fit).squaredNorm() / freedom * inverse(0, 0).real();
   VibrationFinding f;
   f.code = VibrationCode::run_out;

@@ -8,6 +8,7 @@
 
 #include "formats/csv_fields.hpp"
 #include "formats/csv_header.hpp"
+#include "formats/csv_headless.hpp"
 #include "formats/csv_stamp.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/csv.hpp"
@@ -169,14 +170,13 @@ struct CsvStream::State {
     const bool headless = std::all_of(fields.begin(), fields.end(), [](auto f) { return is_number(unquote(f)); });
     if (headless) {
       if (options.columns.empty()) {
-        std::string proposal = "1:t_s";
-        constexpr std::string_view kNames[] = {"x_mm", "y_mm", "beta_rad"};
-        for (std::size_t i = 1; i < fields.size() && i <= 3; ++i)
-          proposal += fmt::format(" {}:{}", i + 1, kNames[i - 1]);
+        const std::size_t count = fields.size();
+        const long at = line;
         fail(
             fmt::format("no header; the first line must name the columns with their units, e.g. t_s,x_mm,y_mm, or name "
                         "those you need by their numbers, e.g. --columns {}",
-                        proposal));
+                        detail::proposed_numbers(source.name(), count, first_values(text))),
+            at);
       }
       header.resize(fields.size());
       if (dialect.delimiter == ' ') fail("values between blanks need a header line: write one, or save with commas");
@@ -194,6 +194,20 @@ struct CsvStream::State {
     first_line = line + 1;
     target.assign(fields.size(), -1);
     choose_columns();
+  }
+
+  /// The first column in this line and some that follow it. They are not read again.
+  std::vector<double> first_values(std::string_view text) {
+    constexpr std::size_t kLines = 6;
+    std::vector<double> out;
+    do {
+      std::string value(unquote(split(text, dialect.delimiter).front()));
+      std::ranges::replace(value, ',', '.');
+      double number = 0;
+      if (parse_number(value, number) != Parsed::good) break;
+      out.push_back(number);
+    } while (out.size() < kLines && get_line(text));
+    return out;
   }
 
   /// The fields of a line of text that is in the buffer.
@@ -224,8 +238,9 @@ struct CsvStream::State {
 
   /// The delimiter of a header line. Blanks, where as many words stand in the header as numbers in the next line.
   char delimiter_of(std::string_view text) const {
+    const bool quotes = std::ranges::count(text, '"') % 2 == 0;  // else one stands for inches
     for (const char c : {';', '\t', ','})
-      if (text.find(c) != std::string_view::npos) return c;
+      if (quotes ? split(text, c).size() > 1 : text.find(c) != std::string_view::npos) return c;
     const std::string_view ahead(buffer.get() + begin, end - begin);
     const auto words = [](std::string_view t) {
       std::vector<std::string_view> out;

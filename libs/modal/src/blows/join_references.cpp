@@ -32,8 +32,8 @@ FrequencyResponse join_references(const std::vector<FrequencyResponse>& parts) {
     if (first + lines > part.frequency.size() ||
         (part.frequency.segment(first, lines) - joined.frequency).cwiseAbs().maxCoeff() > 1e-6 * step) {
       throw Error(
-          "frequency responses to join: must share one frequency axis (whirl frf --resolution-hz sets that of "
-          "shakers)");
+          "frequency responses to join: must share one frequency axis (whirl frf: --duration-s sets that of "
+          "impacts, --resolution-hz that of shakers)");
     }
     if (part.kind != joined.kind ||
         std::abs(part.window_decay - joined.window_decay) > 1e-6 * (1 + joined.window_decay)) {

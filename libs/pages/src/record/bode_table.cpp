@@ -85,7 +85,8 @@ std::vector<std::string> cells_of(std::string_view line) {
   return out;
 }
 
-/// The columns of a Bode figure: one pair of speed and amplitude per curve, then one of speed and phase.
+/// The columns of a Bode figure: speed and amplitude of each curve, then speed and phase. A speed stands once where all
+/// curves share it.
 struct FigureColumns {
   struct Curve {
     std::string name, unit;
@@ -98,17 +99,22 @@ struct FigureColumns {
 };
 
 std::optional<FigureColumns> figure_columns(const std::vector<std::string>& headers) {
-  constexpr std::string_view kAmplitude = "X amplitude, ", kSpeed = "rotor speed [rpm]";
+  constexpr std::string_view kAmplitude = "X amplitude, ", kSpeed = "rotor speed";
   FigureColumns out;
-  std::size_t phases = 0;
-  for (std::size_t c = 1; c < headers.size(); ++c) {
-    const std::string &header = headers[c], &before = headers[c - 1];
-    if (!before.ends_with(kSpeed) || before.starts_with("passage ")) continue;
+  std::size_t phases = 0, speed = headers.size();
+  for (std::size_t c = 0; c < headers.size(); ++c) {
+    const std::string& header = headers[c];
+    if (header.starts_with("passage ")) continue;
+    if (header.find(kSpeed) != std::string::npos && header.ends_with("[rpm]")) {
+      speed = c;
+      continue;
+    }
+    if (speed == headers.size()) continue;
     const std::size_t at = header.find(kAmplitude), open = header.rfind('[');
     if (at != std::string::npos && open != std::string::npos && phases == 0) {
       const std::size_t word = header.rfind(' ', at);
       FigureColumns::Curve curve;
-      curve.speed = c - 1;
+      curve.speed = speed;
       curve.amplitude = c;
       const std::size_t from = word == std::string::npos ? 0 : word + 1;
       curve.order = std::strtod(header.substr(from, at - from).c_str(), nullptr);

@@ -127,6 +127,8 @@ std::string_view missing_words(UnjudgedReason reason) {
       return "an electric line beside 1X beats with it: record without the supply, or at another speed";
     case UnjudgedReason::no_slow_turns:
       return "needs a run from below 0.45 of the speed of the largest 1X";
+    case UnjudgedReason::half_or_first:
+      return "without a tacho the lower of two lines an octave apart may be 0.5X or 1X: told by its size alone";
   }
   return "";
 }

@@ -79,6 +79,7 @@ enum class UnjudgedReason {
   speed_changes,   ///< needs eight blocks of eight turns within 3 % of one speed
   line_beside_1x,  ///< an electric line within a quarter of an order of 1X beats with it
   no_slow_turns,   ///< needs turns below 0.45 of the speed of the largest 1X
+  half_or_first,   ///< without an angle: of two lines an octave apart the lower may be 0.5X or 1X
 };
 std::string_view to_string(UnjudgedReason reason);
 
@@ -130,9 +131,10 @@ struct VibrationOptions {
 /// side counting. The chances of the blocks are combined by Fisher's method (1932), over the record and over stretches
 /// of it, without the best block of each. An order keeps its order from block to block, an electric line its frequency.
 ///
-/// Without an angle, a record of steady speed is judged by the angle of its largest line that is not electric; of any
-/// other nothing is judged. Lines below 2e-3 of the largest one, or half a step of the converter, do not count.
-/// Throws Error for a record without a sample time, and as `rotation_of`.
+/// Without an angle, a record of steady speed is judged by the angle of its largest line that is not electric,
+/// or of the line at half its frequency where that is larger than half of it; of any other nothing is judged. Lines
+/// below 2e-3 of the largest one, or half a step of the converter, do not count. Throws Error for a record without a
+/// sample time, and as `rotation_of`.
 VibrationFindings find_vibration(const Recording& record, const VibrationOptions& options = {});
 
 }  // namespace whirl::diagnosis

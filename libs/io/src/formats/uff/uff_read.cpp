@@ -5,6 +5,7 @@
 
 #include "formats/text_lines.hpp"
 #include "formats/uff/uff_binary.hpp"
+#include "formats/uff/uff_points.hpp"
 #include "formats/uff/uff_window.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
@@ -148,9 +149,15 @@ class UffReader {
       f.id[3] = "NONE";
     }
     std::string_view line = header_line("header of a function");
-    f.type = small(integer(lines_, line, 0, 5));
-    f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), small(integer(lines_, line, 51, 4))};
-    f.reference = {text_of(columns(line, 56, 10)), integer(lines_, line, 66, 10), small(integer(lines_, line, 76, 4))};
+    if (read_points_by_blanks(line, f)) {
+      warn(fmt::format("line {}: names '{}' and '{}', one of more than 10 characters: this line is read by blanks",
+                       lines_.line(), f.response.name, f.reference.name));
+    } else {
+      f.type = small(integer(lines_, line, 0, 5));
+      f.response = {text_of(columns(line, 31, 10)), integer(lines_, line, 41, 10), small(integer(lines_, line, 51, 4))};
+      f.reference = {text_of(columns(line, 56, 10)), integer(lines_, line, 66, 10),
+                     small(integer(lines_, line, 76, 4))};
+    }
     line = header_line("header of a function");
     const long ordinate = integer(lines_, line, 0, 10);
     if (ordinate != 2 && ordinate != 4 && ordinate != 5 && ordinate != 6) {

@@ -9,7 +9,9 @@
 
 #include "formats/arrays/bytes.hpp"
 #include "formats/format.hpp"
+#include "formats/waveforms/tdms_daqmx.hpp"
 #include "formats/waveforms/tdms_scale.hpp"
+#include "formats/waveforms/tdms_types.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/file.hpp"
 
@@ -17,47 +19,13 @@ namespace whirl::io {
 namespace {
 
 enum : std::uint32_t { kMetaData = 2, kNewList = 4, kRawData = 8, kInterleaved = 32, kBigEndian = 64, kDaqmx = 128 };
-enum : std::uint32_t { kString = 0x20, kBoolean = 0x21, kTimestamp = 0x44 };
-constexpr std::size_t kLeadIn = 28;
-
-struct ValueType {
-  NumberType type;
-  bool complex = false;
+enum : std::uint32_t {
+  kNoData = 0xFFFFFFFF,
+  kFormatChanging = 0x1269,
+  kDigitalLine = 0x1369,
+  kDigitalLineToo = 0x126A
 };
-
-std::optional<ValueType> value_type(std::uint32_t code) {
-  switch (code) {
-    case 1:
-      return ValueType{NumberType::int8};
-    case 2:
-      return ValueType{NumberType::int16};
-    case 3:
-      return ValueType{NumberType::int32};
-    case 4:
-      return ValueType{NumberType::int64};
-    case 5:
-    case kBoolean:
-      return ValueType{NumberType::uint8};
-    case 6:
-      return ValueType{NumberType::uint16};
-    case 7:
-      return ValueType{NumberType::uint32};
-    case 8:
-      return ValueType{NumberType::uint64};
-    case 9:
-    case 0x19:
-      return ValueType{NumberType::float32};
-    case 10:
-    case 0x1A:
-      return ValueType{NumberType::float64};
-    case 0x08000C:
-      return ValueType{NumberType::float32, true};
-    case 0x10000D:
-      return ValueType{NumberType::float64, true};
-    default:
-      return {};
-  }
-}
+constexpr std::size_t kLeadIn = 28;
 
 struct TdmsChannel {
   std::uint32_t type = 0;
@@ -69,6 +37,9 @@ struct TdmsChannel {
   TdmsProperties scales = {};
   std::string data = {};  ///< raw values, all of one byte order
   bool big = false;
+  bool on = false;                                    ///< has data in the segments from here on
+  DaqmxIndex daqmx = {};                              ///< rows only of a channel of a DAQmx device
+  std::map<std::uint32_t, std::string> further = {};  ///< raw values of its scalers behind the first, by their scale
 };
 
 class TdmsReader {
@@ -116,7 +87,6 @@ class TdmsReader {
     if (bytes_.substr(at_, 4) != "TDSm") fail("a segment must begin with TDSm");
     const auto contents = number_at<std::uint32_t>(bytes_, at_ + 4, false);
     big_ = (contents & kBigEndian) != 0;
-    if ((contents & kDaqmx) != 0) fail("raw data of DAQmx devices cannot be read: save them as waveforms");
     const auto length = number_at<std::uint64_t>(bytes_, at_ + 12, big_);
     const auto raw = number_at<std::uint64_t>(bytes_, at_ + 20, big_);
     const std::size_t body = at_ + kLeadIn, left = bytes_.size() - body;
@@ -126,13 +96,18 @@ class TdmsReader {
     at_ = body;
     if ((contents & kMetaData) != 0) read_descriptions((contents & kNewList) != 0);
     at_ = body + static_cast<std::size_t>(raw);
-    if ((contents & kRawData) != 0) read_raw(bytes_.substr(at_, end - at_), (contents & kInterleaved) != 0);
+    const std::string_view data = bytes_.substr(at_, end - at_);
+    if ((contents & kRawData) != 0 && (contents & kDaqmx) != 0) read_device(data);
+    if ((contents & kRawData) != 0 && (contents & kDaqmx) == 0) read_raw(data, (contents & kInterleaved) != 0);
     at_ = end;
     return true;
   }
 
   void read_descriptions(bool new_list) {
-    if (new_list) active_.clear();
+    if (new_list) {
+      active_.clear();
+      for (auto& [path, channel] : channels_) channel.on = false;
+    }
     const auto objects = take<std::uint32_t>();
     for (std::uint32_t i = 0; i < objects; ++i) {
       const std::string path = take_text();
@@ -140,9 +115,14 @@ class TdmsReader {
       const bool known = channels_.contains(path);
       TdmsChannel& channel = channels_[path];
       if (!known) order_.push_back(path);
-      if (index == 0x00001269 || index == 0x00001369) fail("raw data of DAQmx devices cannot be read");
-      if (index != 0xFFFFFFFF) {
-        if (index != 0) read_index(channel);
+      // An object without data keeps its place in the list: it may come back without a new one.
+      channel.on = index != kNoData;
+      if (channel.on) {
+        if (index == kFormatChanging || index == kDigitalLine || index == kDigitalLineToo) {
+          read_daqmx_index(channel, index != kFormatChanging);
+        } else if (index != 0) {
+          read_index(channel);
+        }
         if (std::find(active_.begin(), active_.end(), path) == active_.end()) active_.push_back(path);
       }
       const auto properties = take<std::uint32_t>();
@@ -156,15 +136,50 @@ class TdmsReader {
     channel.type = type;
     if (take<std::uint32_t>() != 1) fail("array dimension: must be 1");
     channel.count = take<std::uint64_t>();
-    if (type == kString) {
+    if (type == kTdmsString) {
       channel.bytes = take<std::uint64_t>();
       return;
     }
-    const std::optional<ValueType> value = value_type(type);
-    if (!value && type != kTimestamp) fail(fmt::format("numbers of type {:#x} cannot be read", type));
+    const std::optional<TdmsType> value = tdms_type(type);
+    if (!value && type != kTdmsTimestamp) fail(fmt::format("numbers of type {:#x} cannot be read", type));
     const std::uint64_t width = value ? width_of(value->type) * (value->complex ? 2 : 1) : 16;
     if (channel.count > bytes_.size() / width + 1) fail("a channel has more values than the file can hold");
     channel.bytes = channel.count * width;
+  }
+
+  void read_daqmx_index(TdmsChannel& channel, bool digital) {
+    constexpr std::uint32_t kMost = 4096;  // scalers of a channel, buffers of a device
+    DaqmxIndex index;
+    if (take<std::uint32_t>() != kNoData) fail("raw data of a DAQmx device: their type must be 0xFFFFFFFF");
+    if (take<std::uint32_t>() != 1) fail("array dimension: must be 1");
+    index.rows = take<std::uint64_t>();
+    const auto scalers = take<std::uint32_t>();
+    if (scalers == 0 || scalers > kMost) fail(fmt::format("{} scalers of a channel: must be 1 to {}", scalers, kMost));
+    for (std::uint32_t k = 0; k < scalers; ++k) {
+      DaqmxScaler scaler;
+      const auto code = take<std::uint32_t>();
+      const std::optional<NumberType> type = daqmx_type(code);
+      if (!type) fail(fmt::format("numbers of the DAQmx type {} cannot be read", code));
+      scaler.type = digital ? NumberType::uint8 : *type;
+      scaler.buffer = take<std::uint32_t>();
+      scaler.byte = take<std::uint32_t>();
+      if (digital) scaler.bit = static_cast<int>(scaler.byte % 8), scaler.byte /= 8;
+      digital ? (void)take<std::uint8_t>() : (void)take<std::uint32_t>();  // format of the samples, a bit field
+      scaler.scale = take<std::uint32_t>();
+      index.scalers.push_back(scaler);
+    }
+    const auto widths = take<std::uint32_t>();
+    if (widths == 0 || widths > kMost) fail(fmt::format("{} raw buffers: must be 1 to {}", widths, kMost));
+    for (std::uint32_t k = 0; k < widths; ++k) index.widths.push_back(take<std::uint32_t>());
+    for (const DaqmxScaler& scaler : index.scalers) {
+      if (scaler.buffer >= widths || scaler.byte + scaler.width() > index.widths[scaler.buffer])
+        fail("a number lies outside of the row of its raw buffer");
+    }
+    constexpr std::uint32_t kCodes[] = {1, 2, 3, 4, 5, 6, 7, 8, 0, 9, 10};  // of TDMS, by NumberType
+    const std::uint32_t type = kCodes[static_cast<std::size_t>(index.scalers.front().type)];
+    if (!channel.data.empty() && type != channel.type) fail("a channel changes its type of number");
+    channel.type = type;
+    channel.daqmx = std::move(index);
   }
 
   void read_property(TdmsChannel& channel) {
@@ -172,13 +187,13 @@ class TdmsReader {
     const auto type = take<std::uint32_t>();
     std::string text;
     double number = NAN;
-    if (type == kString) {
+    if (type == kTdmsString) {
       text = take_text();
-    } else if (type == kTimestamp) {
+    } else if (type == kTdmsTimestamp) {
       need(16);
       at_ += 16;
     } else {
-      const std::optional<ValueType> value = value_type(type);
+      const std::optional<TdmsType> value = tdms_type(type);
       if (!value) fail(fmt::format("property '{}' of type {:#x}", name, type));
       const std::size_t width = width_of(value->type) * (value->complex ? 2 : 1);
       need(width);
@@ -194,44 +209,72 @@ class TdmsReader {
     if (name.starts_with("NI_") && !text.empty()) channel.scales.texts[name] = text;
   }
 
+  void tell_cut(std::uint64_t count, std::uint64_t rows) {
+    file_.findings.push_back(
+        fmt::format("its last chunk of {} samples is cut off: {} are in all channels and are kept", count, rows));
+  }
+
+  // Channels with data in this segment, in the order of the list.
+  std::vector<TdmsChannel*> with_data() {
+    std::vector<TdmsChannel*> out;
+    for (const std::string& path : active_)
+      if (TdmsChannel& channel = channels_[path]; channel.on) out.push_back(&channel);
+    return out;
+  }
+
+  void read_device(std::string_view raw) {
+    std::vector<DaqmxTarget> targets;
+    for (TdmsChannel* c : with_data()) {
+      c->big = big_;
+      DaqmxTarget target{&c->daqmx, {}};
+      for (const DaqmxScaler& s : c->daqmx.scalers)
+        target.to.push_back(target.to.empty() ? &c->data : &c->further[s.scale]);
+      targets.push_back(std::move(target));
+    }
+    std::string wrong;
+    if (const auto cut = read_daqmx(raw, targets, wrong)) tell_cut(targets.front().index->rows, *cut);
+    if (!wrong.empty()) fail(wrong);
+  }
+
   // The last chunk of a writer that was killed: as many samples as all channels have, where they are equally long.
   bool take_part(std::string_view raw) {
     std::uint64_t offset = 0, rows = 0;
-    const std::uint64_t count = active_.empty() ? 0 : channels_[active_.front()].count;
-    for (const std::string& path : active_) {
-      const TdmsChannel& channel = channels_[path];
-      if (channel.count != count || count == 0 || channel.type == kString ||
+    const std::vector<TdmsChannel*> live = with_data();
+    const std::uint64_t count = live.empty() ? 0 : live.front()->count;
+    for (const TdmsChannel* c : live) {
+      const TdmsChannel& channel = *c;
+      if (channel.count != count || count == 0 || channel.type == kTdmsString ||
           (!channel.data.empty() && channel.big != big_))
         return false;
       rows = offset < raw.size() ? (raw.size() - offset) / (channel.bytes / count) : 0;
       offset += channel.bytes;
     }
     offset = 0;
-    for (const std::string& path : active_) {
-      TdmsChannel& channel = channels_[path];
+    for (TdmsChannel* c : live) {
+      TdmsChannel& channel = *c;
       channel.big = big_;
       if (rows > 0) channel.data += raw.substr(offset, rows * (channel.bytes / count));
       offset += channel.bytes;
     }
-    file_.findings.push_back(
-        fmt::format("its last chunk of {} samples is cut off: {} are in all channels and are kept", count, rows));
+    tell_cut(count, rows);
     return true;
   }
 
   void read_raw(std::string_view raw, bool interleaved) {
+    const std::vector<TdmsChannel*> live = with_data();
     std::uint64_t chunk = 0, row = 0;
-    for (const std::string& path : active_) {
-      const TdmsChannel& channel = channels_[path];
+    for (const TdmsChannel* c : live) {
+      const TdmsChannel& channel = *c;
       chunk += channel.bytes;
       row += channel.count > 0 ? channel.bytes / channel.count : 0;
-      if (interleaved && channel.type == kString) fail("interleaved text cannot be read");
+      if (interleaved && channel.type == kTdmsString) fail("interleaved text cannot be read");
     }
     if (chunk == 0) return;
     while (!raw.empty()) {
       if (raw.size() < chunk && !interleaved && take_part(raw)) return;
       std::uint64_t offset = 0;
-      for (const std::string& path : active_) {
-        TdmsChannel& channel = channels_[path];
+      for (TdmsChannel* c : live) {
+        TdmsChannel& channel = *c;
         if (!channel.data.empty() && channel.big != big_) fail("a channel changes its byte order");
         channel.big = big_;
         if (interleaved) {
@@ -249,23 +292,6 @@ class TdmsReader {
     }
   }
 
-  // "/'group'/'channel'"
-  static std::pair<std::string, std::string> names_of(const std::string& path) {
-    std::vector<std::string> parts;
-    for (std::size_t i = 0; i < path.size(); ++i) {
-      if (path[i] != '\'') continue;
-      std::string part;
-      for (++i; i < path.size(); ++i) {
-        if (path[i] == '\'' && (i + 1 >= path.size() || path[i + 1] != '\'')) break;
-        if (path[i] == '\'') ++i;
-        part += path[i];
-      }
-      parts.push_back(part);
-    }
-    parts.resize(2);
-    return {parts[0], parts[1]};
-  }
-
   // The object's own scales, or those of its group or of the file.
   const TdmsProperties& scales_of(const std::string& path) const {
     const std::string group = path.substr(0, path.find("'/'") + 1);
@@ -278,7 +304,7 @@ class TdmsReader {
   }
 
   static Eigen::Index channel_rows(const TdmsChannel& channel) {
-    const std::optional<ValueType> value = value_type(channel.type);
+    const std::optional<TdmsType> value = tdms_type(channel.type);
     if (!value) return 0;
     return static_cast<Eigen::Index>(channel.data.size() / (width_of(value->type) * (value->complex ? 2 : 1)));
   }
@@ -302,8 +328,8 @@ class TdmsReader {
   void find_times() {
     for (const std::string& path : order_) {
       const TdmsChannel& channel = channels_[path];
-      const auto [group, name] = names_of(path);
-      const std::optional<ValueType> value = value_type(channel.type);
+      const auto [group, name] = tdms_names(path);
+      const std::optional<TdmsType> value = tdms_type(channel.type);
       if (name.empty() || !value || value->complex || channel.data.empty() || channel.step > 0 ||
           times_.contains(group))
         continue;
@@ -315,11 +341,11 @@ class TdmsReader {
 
   void add(const std::string& path) {
     const TdmsChannel& channel = channels_[path];
-    const auto [group, name] = names_of(path);
+    const auto [group, name] = tdms_names(path);
     if (name.empty() || channel.data.empty()) return;
-    const std::optional<ValueType> value = value_type(channel.type);
+    const std::optional<TdmsType> value = tdms_type(channel.type);
     if (!value) {
-      file_.contents.push_back(fmt::format("'{}': {}", name, channel.type == kString ? "text" : "time stamps"));
+      file_.contents.push_back(fmt::format("'{}': {}", name, channel.type == kTdmsString ? "text" : "time stamps"));
       return;
     }
     SignalTable table;
@@ -337,7 +363,13 @@ class TdmsReader {
         file_.findings.push_back(std::move(rounded));
     }
     std::string scale, unit = channel.unit;
-    if (!scale_tdms(scales_of(path), all, scale)) {
+    std::map<int, Eigen::VectorXd> raw;  // of the scales that a device's numbers go into
+    for (const DaqmxScaler& s : channel.daqmx.scalers) {
+      const auto more = channel.further.find(s.scale);
+      raw[static_cast<int>(s.scale)] =
+          more == channel.further.end() ? all : numbers_of(more->second, s.type, channel.big);
+    }
+    if (!scale_tdms(scales_of(path), all, scale, raw)) {
       file_.findings.push_back(fmt::format(
           "channel '{}' has a scale of the kind '{}', which cannot be applied: raw values, without its unit {}", name,
           scale, unit));

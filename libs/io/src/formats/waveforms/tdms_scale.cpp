@@ -30,7 +30,8 @@ class Scales {
 
 }  // namespace
 
-bool scale_tdms(const TdmsProperties& properties, Eigen::VectorXd& values, std::string& type) {
+bool scale_tdms(const TdmsProperties& properties, Eigen::VectorXd& values, std::string& type,
+                const std::map<int, Eigen::VectorXd>& raw_of) {
   const auto status = properties.texts.find("NI_Scaling_Status");
   if (status != properties.texts.end() && status->second == "scaled") return true;
   const auto number = properties.numbers.find("NI_Number_Of_Scales");
@@ -46,7 +47,8 @@ bool scale_tdms(const TdmsProperties& properties, Eigen::VectorXd& values, std::
     const bool raw = !(source >= 0 && source < k);
     const Eigen::VectorXd& in = raw ? values : after[static_cast<std::size_t>(source)];
     if (type.empty()) {
-      after.push_back(in);
+      const auto own = raw_of.find(k);
+      after.push_back(own == raw_of.end() ? in : own->second);
     } else if (type == "Linear") {
       const double slope = scale.number("Linear_Slope", 1), intercept = scale.number("Linear_Y_Intercept", 0);
       after.push_back(slope * in.array() + intercept);

@@ -12,6 +12,7 @@
 #include "whirl/diagnosis/standards.hpp"
 #include "whirl/io/json.hpp"
 #include "whirl/pages/record_views.hpp"
+#include "whirl/pages/verdict.hpp"
 #include "whirl/report/document.hpp"
 
 namespace whirl::pages {
@@ -45,7 +46,7 @@ ReportInputs read_report_inputs(const std::vector<std::filesystem::path>& files,
 
 struct ReportOptions {
   std::string title = "Rotor vibration report";
-  std::string machine_name, date;  ///< of the verdict; as the user writes them
+  Signature signature;       ///< of the verdict
   double service_speed = 0;  ///< rad/s, largest continuous speed: zones, grade and separation margin are stated for it
   double slow_roll = 0;      ///< rad/s: the mean 1X vector below this speed is taken off
   std::optional<diagnosis::MachineClass> machine;  ///< for the zones of housing vibration

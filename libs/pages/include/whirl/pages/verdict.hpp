@@ -19,13 +19,21 @@ struct Verdict {
   double peak_to_peak = 0;  ///< m, of that channel
   double speed = 0;         ///< rad/s, judged: the service speed, else the highest
   std::string channel;
+  /// Velocity of the housing sensor with the highest level, m/s rms; 0 where the record has none.
+  double velocity = 0;
+  std::string housing_channel;
+  char housing_zone =
+      0;  ///< of that level (ISO 20816-3); 0 where the class of the machine is not stated or the speed changes
+};
+/// Who signs, about what; as the user writes it. Empty: stands as not stated.
+struct Signature {
+  std::string machine, date, analyst;
 };
 /// `service_speed` rad/s; 0: the highest of the record. Of the samples within 2 % of that speed one in a thousand at
 /// either end does not count.
 Verdict verdict_on(const std::string& name, const Recording& record, double service_speed);
 
-/// Machine, date, standard, zone, findings, next step; a row per record. Empty `machine` and `date` stand as not
-/// stated.
-report::Table verdict_table(const std::vector<Verdict>& verdicts, const std::string& machine, const std::string& date);
+/// Machine, date, analyst, standard, zone, findings, next step; a row per record.
+report::Table verdict_table(const std::vector<Verdict>& verdicts, const Signature& signature);
 
 }  // namespace whirl::pages

@@ -164,8 +164,8 @@ std::string to_svg(const Figure& figure, const SvgOptions& options = {});
 /// Style sheet of the figures, with rules for a dark page when `dark_scheme`.
 std::string figure_style(bool dark_scheme);
 
-/// All data in the shown units, one column per vector, columns named "series: label [unit]". Vectors of different
-/// length leave empty cells.
+/// All data in the shown units, one column per vector, named "series: label [unit]"; an abscissa that all series share
+/// stands once, a name that came before gets a number. Vectors of different length leave empty cells.
 std::string to_csv(const Figure& figure);
 
 }  // namespace whirl::report
