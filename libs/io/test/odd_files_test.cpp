@@ -130,7 +130,7 @@ TEST(OddFilesReference, TdmsOfAKilledWriterKeepsWhatAllChannelsHave) {
   ASSERT_EQ(record.size(), 21);
   EXPECT_NEAR(record["x"][20], 1e-3 * wave(20), 1e-15);
   EXPECT_NEAR(record["y"][20], 2e-3 * wave(20), 1e-15);
-  EXPECT_THAT(read_signals(file).findings, Contains(HasSubstr("21 stand in all channels")));
+  EXPECT_THAT(read_signals(file).findings, Contains(HasSubstr("21 are in all channels")));
 }
 
 // WAV ---------------------------------------------------------------------------------------------------------------
