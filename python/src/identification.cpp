@@ -94,13 +94,16 @@ void bind_identification(py::module_& m) {
         py::arg("least_decay"), py::arg("trapping"), py::arg("hold"), py::arg("dead_time"), py::arg("hidden"),
         py::arg("denominators"), py::arg("progress"));
   py::class_<Validation>(m, "Validation", "Free-run prediction of a record that was not used for the fit")
-      .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, m rms (contains the sensor noise)")
-      .def_readonly("rmse_y", &Validation::rmse_y, "m rms")
+      .def_property_readonly(
+          "unit", [](const Validation& v) { return std::string(si_unit(v.quantity)); },
+          "of errors, noise and peaks: m, or m/s, m/s^2 of a record of velocity or acceleration")
+      .def_readonly("rmse_x", &Validation::rmse_x, "against the measured x, rms (contains the sensor noise)")
+      .def_readonly("rmse_y", &Validation::rmse_y, "rms")
       .def_readonly("nrmse", &Validation::nrmse, "rms of the error over rms of the motion")
-      .def_readonly("noise_x", &Validation::noise_x, "noise of the record, m rms")
-      .def_readonly("noise_y", &Validation::noise_y, "m rms")
-      .def_readonly("peak_measured", &Validation::peak_measured, "largest radius, m peak")
-      .def_readonly("peak_simulated", &Validation::peak_simulated, "m peak")
+      .def_readonly("noise_x", &Validation::noise_x, "noise of the record, rms")
+      .def_readonly("noise_y", &Validation::noise_y, "rms")
+      .def_readonly("peak_measured", &Validation::peak_measured, "largest radius, peak")
+      .def_readonly("peak_simulated", &Validation::peak_simulated, "peak")
       .def_readonly("fold_sensitive", &Validation::fold_sensitive)
       .def_readonly("simulated", &Validation::simulated)
       .def_readonly("summary", &Validation::summary);

@@ -240,6 +240,9 @@ void bind_model(py::module_& m) {
             return out;
           },
           "physical parameters by name, SI")
+      .def_property_readonly(
+          "quantity", [](const IdentifiedModel& v) { return std::string(to_string(v.quantity)); },
+          "of x and y in a rotor's records: displacement, velocity or acceleration")
       .def_readonly("noise_sd", &IdentifiedModel::noise_sd, "noise found on the training record, rms")
       .def_readonly("noise_correlation", &IdentifiedModel::noise_correlation,
                     "(state, correlation of its noise from one sample to the next); empty: white")

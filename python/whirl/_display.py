@@ -112,8 +112,8 @@ def _law_columns(law):
 
 
 def _validation_columns(found):
-    units = {"rmse_x": "m rms", "rmse_y": "m rms", "nrmse": "1", "noise_x": "m rms", "noise_y": "m rms", "peak_measured": "m peak",
-             "peak_simulated": "m peak"}
+    rms, peak = found.unit + " rms", found.unit + " peak"
+    units = {"rmse_x": rms, "rmse_y": rms, "nrmse": "1", "noise_x": rms, "noise_y": rms, "peak_measured": peak, "peak_simulated": peak}
     return {"name": list(units), "value": [getattr(found, name) for name in units], "unit": list(units.values())}
 
 

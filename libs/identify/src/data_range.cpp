@@ -39,7 +39,10 @@ std::string DataRange::beyond(double a, double from, double to) const {
 DataRange data_range(const std::vector<Recording>& records) {
   DataRange range{0, std::numeric_limits<double>::infinity(), 0};
   for (const Recording& r : records) {
-    range.amplitude = std::max(range.amplitude, amplitude_of(r["x"], r["y"]));
+    // Velocities and accelerations do not show how far it moved.
+    const bool displacement = r.at("x").quantity != Quantity::velocity && r.at("x").quantity != Quantity::acceleration;
+    const double largest = displacement ? amplitude_of(r["x"], r["y"]) : std::numeric_limits<double>::infinity();
+    range.amplitude = std::max(range.amplitude, largest);
     const Eigen::VectorXd& beta = r["beta"];
     const Eigen::Index block = std::max<Eigen::Index>(1, beta.size() / 50);
     for (Eigen::Index i = 0; i + block < beta.size(); i += block) {

@@ -17,6 +17,7 @@
 #include "whirl/expr/library.hpp"
 #include "whirl/identify/record/channel_instants.hpp"
 #include "whirl/identify/sindy_library.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -80,6 +81,11 @@ bool shows(const Recording& like, const std::string& name, Quantity quantity) {
   return c != nullptr && c->quantity == quantity;
 }
 
+bool shows_motion(const Recording& like, const std::string& name) {
+  const Channel* c = like.find(name);
+  return c != nullptr && signal::integrations(c->quantity, Quantity::displacement).has_value();
+}
+
 /// The options with what they leave open taken from the records.
 IdentifyOptions completed(IdentifyOptions o, const Recording& like) {
   o.method = o.chosen(like);
@@ -120,7 +126,7 @@ HoldoutSplit split_of(const IdentifyOptions& o, const std::vector<Recording>& re
     const Channel* c = records.front().find(name);
     if (c != nullptr && c->samples.array().isFinite().any()) motion.push_back(name);
   }
-  return split_holdout(records, o.holdout, motion);
+  return split_holdout(records, o.holdout, motion, o.rotor.record.angle);
 }
 
 /// `rest`: the model of what is not held out, where there is one.
@@ -179,12 +185,11 @@ Method method_of(const std::string& name) {
 
 Method IdentifyOptions::chosen(const Recording& like) const {
   if (method != Method::automatic) return method;
-  // A rotor: its angle and one displacement at least.
+  // A rotor: its angle and the motion along one direction at least.
   const bool turns =
-      like.has(rotor.record.angle) &&
-      ((like.has(rotor.record.x) && like.has(rotor.record.y)) ||
-       (shows(like, rotor.record.angle, Quantity::angle) &&
-        (shows(like, rotor.record.x, Quantity::displacement) || shows(like, rotor.record.y, Quantity::displacement))));
+      like.has(rotor.record.angle) && ((like.has(rotor.record.x) && like.has(rotor.record.y)) ||
+                                       (shows(like, rotor.record.angle, Quantity::angle) &&
+                                        (shows_motion(like, rotor.record.x) || shows_motion(like, rotor.record.y))));
   const bool asks = library || !sindy.states.empty() || !sindy.inputs.empty() || !sindy.library.empty();
   return !asks && turns ? Method::weak : Method::sindy;
 }
@@ -202,6 +207,7 @@ HeldOut predict_held_out(const IdentifiedModel& model, const Recording& record, 
   try {
     if (rotor) {
       const Validation v = validate_model(model, record, options);
+      if (v.quantity != Quantity::displacement) held.unit = si_unit(v.quantity);
       if (v.summary.status == Status::unusable && (std::isfinite(v.rmse_x) || std::isfinite(v.rmse_y))) {
         held.reason = v.summary.warnings.back();
         return held;
@@ -263,6 +269,11 @@ Identification identify_once(const std::vector<Recording>& as_read, const Identi
     }
     id.model = std::move(found.model);
     id.evidence.assumptions = std::move(found.assumptions);
+    if (id.model.quantity != Quantity::displacement) {  // radii are those of the free runs
+      id.evidence.range = DataRange{0};
+      for (const OutputErrorRecord& r : found.fit.records)
+        id.evidence.range->amplitude = std::max(id.evidence.range->amplitude, r.main.cwiseAbs().maxCoeff());
+    }
   } else {
     id.model = fit(o, records, &id.evidence);
     const bool bounded = !o.bounds.empty() || o.trapping || std::isfinite(o.least_decay);
@@ -370,8 +381,13 @@ Identification identify(const std::vector<Recording>& records, const IdentifyOpt
   if (o.holdout != 0) require_range("holdout", o.holdout, 0.05, 0.8);
   detail::check_bounds(o);
   Identification found = at_their_instants(without_damage(identify_once(records, o), records, o), records, o);
-  if (rotor(o.method) && std::all_of(records.begin(), records.end(), both_probes))
+  if (rotor(o.method) && std::all_of(records.begin(), records.end(), both_probes)) {
+    const double simulated = found.evidence.range ? found.evidence.range->amplitude : 0;
     found.evidence.range = data_range(records);
+    if (simulated > 0) found.evidence.range->amplitude = simulated;
+  } else {
+    found.evidence.range.reset();
+  }
   return found;
 }
 

@@ -64,9 +64,13 @@ std::vector<RotorTerm> every_force() {
   return terms;
 }
 
-// Each force beyond the plain rotor, beside others: the derivatives by its coefficient and by its reference against
-// differences.
-TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivatives) {
+class OutputErrorKernelProperty : public ::testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Derivative, OutputErrorKernelProperty, ::testing::Range(0, 3));
+
+// Each force beyond the plain rotor, beside others, in displacement, velocity and acceleration: the derivatives by its
+// coefficient and by its reference against differences.
+TEST_P(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivatives) {
+  const detail::StepGrid grid{1e-3, 1, GetParam()};
   const RotorModel m = rotor_a();
   const Sweep sweep{20, 5, 2, 0.3, 1e-3};
   const AngleSignal angle = sweep.angle();
@@ -78,14 +82,14 @@ TEST(OutputErrorKernelProperty, SensitivitiesOfForcesBeyondTheRotorAreTheDerivat
     const auto begin = all.begin() + static_cast<std::ptrdiff_t>(first);
     const std::vector<RotorTerm> terms(begin,
                                        begin + static_cast<std::ptrdiff_t>(std::min(kTogether, all.size() - first)));
-    const detail::Sensitivities s = detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0),
-                                                                    {terms, angle, 0.2}, {1e-3}, z0, v0);
+    const detail::Sensitivities s =
+        detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), {terms, angle, 0.2}, grid, z0, v0);
     ASSERT_TRUE(s.finite);
     const auto check = [&](Eigen::Index lane, double step, auto&& move, std::string_view name) {
       const auto run = [&](double by) {
         std::vector<RotorTerm> moved = terms;
         for (RotorTerm& t : moved) move(t, by);
-        return detail::main_mode(m, m.eps, f, {moved, angle, 0.2}, {1e-3}, z0, v0).z;
+        return detail::main_mode(m, m.eps, f, {moved, angle, 0.2}, grid, z0, v0).read(GetParam());
       };
       const Eigen::VectorXcd d = (run(step) - run(-step)) / (2 * step);
       Eigen::VectorXcd found(d.size());
@@ -154,7 +158,8 @@ TEST(RotorTermCatalogueProperty, TheDerivativesOfAForceAreThose) {
   }
 }
 
-TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
+TEST_P(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
+  const detail::StepGrid grid{1e-3, 1, GetParam()};
   RotorModel m = rotor_a();
   m.k1_conj = {30, -20};
   m.c_conj = {0.1, 0.2};
@@ -165,7 +170,7 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
   const std::vector<RotorTerm> none;
   const detail::TermForces plain{none, angle, 0};
   const detail::Sensitivities s =
-      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, {1e-3}, z0, v0);
+      detail::main_mode_sensitivities(m, m.eps, f, Eigen::MatrixXcd(f.size(), 0), plain, grid, z0, v0);
   const auto check = [&](int lane, auto&& changed, double step) {
     const Eigen::VectorXcd d = (changed(step) - changed(-step)) / (2 * step);
     Eigen::VectorXcd found(d.size());
@@ -174,7 +179,7 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     EXPECT_LT((found - d).norm(), 1e-5 * d.norm()) << "lane " << lane;
   };
   const auto run = [&](const RotorModel& model, Complex a = 0, Complex b = 0) {
-    return detail::main_mode(model, model.eps, f, plain, {1e-3}, z0 + a, v0 + b).z;
+    return detail::main_mode(model, model.eps, f, plain, grid, z0 + a, v0 + b).read(GetParam());
   };
   const auto with = [&](auto&& edit) {
     return [&, edit](double d) {
@@ -207,10 +212,11 @@ TEST(OutputErrorKernelProperty, SensitivitiesAreTheDerivatives) {
     return half_forcing(a);
   };
   const Eigen::MatrixXcd slope = (turned(1e-4) - turned(-1e-4)) / 2e-4;
-  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, plain, {1e-3}, z0, v0);
-  const Eigen::VectorXcd by_angle = (detail::main_mode(m, m.eps, turned(1e-4), plain, {1e-3}, z0, v0).z -
-                                     detail::main_mode(m, m.eps, turned(-1e-4), plain, {1e-3}, z0, v0).z) /
-                                    2e-4;
+  const detail::Sensitivities p = detail::main_mode_sensitivities(m, m.eps, f, slope, plain, grid, z0, v0);
+  const auto read = [&](double d) {
+    return detail::main_mode(m, m.eps, turned(d), plain, grid, z0, v0).read(GetParam());
+  };
+  const Eigen::VectorXcd by_angle = (read(1e-4) - read(-1e-4)) / 2e-4;
   Eigen::VectorXcd found(by_angle.size());
   found.real() = p.dx.col(detail::kProfile);
   found.imag() = p.dy.col(detail::kProfile);
@@ -223,11 +229,15 @@ TEST(OutputErrorKernelReference, StiffForcedModeFollowsItsSteadyState) {
   // 310 Hz sampled at 1 kHz: w dt = 1.95, beyond any classical step; constant speed, so the answer is the steady state.
   const Sweep sweep{30, 30, 1, 0, 1e-3};
   const double w = kTurn * 310, zeta = 0.01, w0 = sweep.omega0();
-  const Eigen::VectorXcd q = rotor::modal_response(w, zeta, half_forcing(sweep.angle()), 1e-3, w0);
-  for (Eigen::Index i = 0; i < q.size(); i += 97) {
-    const Complex steady =
-        std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) / Complex(w * w - w0 * w0, 2 * zeta * w * w0);
-    EXPECT_LT(std::abs(q[i] - steady), 1e-4 * std::abs(steady));
+  for (const int derivative : {0, 1, 2}) {
+    const Eigen::VectorXcd q = rotor::modal_response(w, zeta, half_forcing(sweep.angle()), 1e-3, w0, derivative);
+    for (Eigen::Index i = 0; i < q.size(); i += 97) {
+      const Complex steady = std::pow(Complex(0, w0), derivative) *
+                             std::polar(w0 * w0, w0 * 1e-3 * static_cast<double>(i)) /
+                             Complex(w * w - w0 * w0, 2 * zeta * w * w0);
+      // An interpolated F misses F by so much; q'' is the small difference of large forces.
+      EXPECT_LT(std::abs(q[i] - steady), (derivative < 2 ? 1e-4 : 1e-2) * std::abs(steady)) << derivative;
+    }
   }
 }
 

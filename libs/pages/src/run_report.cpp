@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "record/record_maps.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/diagnosis/rotation.hpp"
+#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/validate.hpp"
 #include "whirl/io/provenance.hpp"
 #include "whirl/pages/run_json.hpp"
@@ -311,18 +313,21 @@ class RunReport {
   // Table 2 analogue: every rotor model run free against every record.
   void validation() {
     report::Table table = validation_columns();
-    const NamedFile<Recording>* worst_record = nullptr;
+    std::optional<Recording> worst_record;
+    std::string worst_name;
     identification::Validation worst;
     for (const auto& [model_name, model] : in_.models) {
       if (!model.rotor && (model.states.empty() || model.states.front() != "X1")) continue;
       for (const auto& record : in_.records) {
-        if (!record.value.has("x") || !record.value.has("y") || !record.value.has("beta")) continue;
+        const Recording named = model.rotor ? identification::with_motion_names(record.value) : record.value;
+        if (!named.has("x") || !named.has("y") || !named.has("beta")) continue;
         const bool trained = std::ranges::any_of(
             model.provenance.inputs, [&](const std::string& input) { return input.starts_with(record.name + " "); });
-        const identification::Validation v = identification::validate_model(model, record.value);
+        const identification::Validation v = identification::validate_model(model, named);
         add_validation(table, model_name, record.name, trained, v);
-        if (!trained && v.summary.status != Status::unusable && (worst_record == nullptr || v.nrmse > worst.nrmse)) {
-          worst_record = &record;
+        if (!trained && v.summary.status != Status::unusable && (!worst_record || v.nrmse > worst.nrmse)) {
+          worst_record = named;
+          worst_name = record.name;
           worst = v;
         }
       }
@@ -331,9 +336,9 @@ class RunReport {
     if (table.rows.empty()) return;
     doc_.subsection("Prediction of records");
     doc_.table(table);
-    if (worst_record != nullptr) {
-      doc_.figure(report::measured_and_model(worst_record->value, "x", worst.simulated["x"]),
-                  "The record predicted worst among those not used for the fit: " + worst_record->name + ".");
+    if (worst_record) {
+      doc_.figure(report::measured_and_model(*worst_record, "x", worst.simulated["x"]),
+                  "The record predicted worst among those not used for the fit: " + worst_name + ".");
     }
   }
 

@@ -160,6 +160,21 @@ report::Table mode_list(const std::string& name, const ModalModel& modes) {
   return t;
 }
 
+namespace {
+
+/// In mm as the column says, or with the unit of velocity and acceleration in the cell.
+std::string error_text(double rms, Quantity quantity) {
+  return quantity == Quantity::displacement ? format_fixed(1e3 * rms, 4) : report::format_quantity(rms, quantity);
+}
+
+Quantity quantity_in(const io::JsonReader& run) {
+  for (const Quantity q : {Quantity::velocity, Quantity::acceleration})
+    if (run.has("quantity") && run.at("quantity").text() == to_string(q)) return q;
+  return Quantity::displacement;
+}
+
+}  // namespace
+
 report::Table validation_columns() {
   report::Table t;
   t.caption = "Models run free against records, rms error";
@@ -178,8 +193,8 @@ report::Table validation_columns() {
 
 void add_validation(report::Table& table, const std::string& model, const std::string& record, bool trained,
                     const identification::Validation& v) {
-  table.add({model, record, trained ? "yes" : "no", format_fixed(1e3 * v.rmse_x, 4), format_fixed(1e3 * v.rmse_y, 4),
-             format_fixed(1e3 * v.noise_x, 4), format_fixed(100 * v.nrmse, 2),
+  table.add({model, record, trained ? "yes" : "no", error_text(v.rmse_x, v.quantity), error_text(v.rmse_y, v.quantity),
+             error_text(v.noise_x, v.quantity), format_fixed(100 * v.nrmse, 2),
              v.fold_sensitive ? "fold-sensitive" : std::string(to_string(v.summary.status))});
 }
 
@@ -187,8 +202,9 @@ void add_validation_file(report::Table& table, const std::string& name, const io
   const io::JsonReader in(json, name);
   for (const io::JsonReader& run : in.at("runs").items()) {
     if (!run.has("rmse_x")) continue;
-    table.add({name, run.at("file").text(), "–", format_fixed(1e3 * run.at("rmse_x").number_or_nan(), 4),
-               format_fixed(1e3 * run.at("rmse_y").number_or_nan(), 4), "–",
+    const Quantity quantity = quantity_in(run);
+    table.add({name, run.at("file").text(), "–", error_text(run.at("rmse_x").number_or_nan(), quantity),
+               error_text(run.at("rmse_y").number_or_nan(), quantity), "–",
                format_fixed(100 * run.at("nrmse").number_or_nan(), 2), "as written"});
   }
 }

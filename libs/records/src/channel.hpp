@@ -12,6 +12,7 @@ using Mask = Eigen::ArrayX<bool>;
 /// One channel while it is looked at.
 struct ChannelCheck {
   std::string name;
+  bool displacement = true;  ///< false: its size is not one in metres
   double dt = 0, t0 = 0;
   Eigen::VectorXd samples;  ///< masked samples bridged by straight lines
   Mask usable;

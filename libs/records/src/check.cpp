@@ -30,6 +30,7 @@ bool is_motion(Quantity q) {
 detail::ChannelCheck begin(const Channel& channel, const Recording& r) {
   detail::ChannelCheck c;
   c.name = channel.name;
+  c.displacement = channel.quantity != Quantity::velocity && channel.quantity != Quantity::acceleration;
   c.dt = r.dt;
   c.t0 = r.t0;
   c.samples = channel.samples;

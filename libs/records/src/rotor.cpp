@@ -200,7 +200,7 @@ void check_rotor(const ChannelCheck* first, const ChannelCheck* second, const Ei
     report.findings.push_back(std::move(f));
   };
   for (const ChannelCheck* c : {first, second}) {
-    if (c == nullptr) continue;
+    if (c == nullptr || !c->displacement) continue;
     const double peak = (c->samples.array() - c->samples.mean()).abs().maxCoeff();
     if (peak > 0.05)
       whole(FindingKind::size, c->name, peak, "no rotor moves that far: is the unit mm or um, not m (or um, not mm)?");

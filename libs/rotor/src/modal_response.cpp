@@ -8,7 +8,8 @@ namespace whirl::rotor {
 
 using Complex = std::complex<double>;
 
-Eigen::VectorXcd modal_response(double w, double zeta, const Eigen::VectorXcd& forcing, double dt, double omega0) {
+Eigen::VectorXcd modal_response(double w, double zeta, const Eigen::VectorXcd& forcing, double dt, double omega0,
+                                int derivative) {
   // Exponential of the step matrix of (q, q', F, F', F''): the forcing over a step is F0 + F' t + F'' t^2 / 2.
   using Matrix5 = Eigen::Matrix<double, 5, 5>;
   Matrix5 m = Matrix5::Zero();
@@ -32,7 +33,7 @@ Eigen::VectorXcd modal_response(double w, double zeta, const Eigen::VectorXcd& f
   Complex p = forcing[0] / Complex(w * w - omega0 * omega0, 2 * zeta * w * omega0);
   Complex v = Complex(0, omega0) * p;
   for (Eigen::Index i = 0;; ++i) {
-    q[i] = p;
+    q[i] = derivative == 0 ? p : derivative == 1 ? v : forcing[2 * i] - 2 * zeta * w * v - w * w * p;
     if (i + 1 == n) return q;
     const Complex f0 = forcing[2 * i], fm = forcing[2 * i + 1], f1 = forcing[2 * i + 2];
     const Complex rate = (4.0 * fm - 3.0 * f0 - f1) / dt, bend = 4.0 * (f0 + f1 - 2.0 * fm) / (dt * dt);

@@ -202,16 +202,21 @@ TEST(HousingE2e, ABodeTableGoesFromCommandToCommand) {
   EXPECT_NEAR(lag.rows[2].back(), 90, 1e-6);
 }
 
-TEST(HousingE2e, IdentifyOfAHousingSensorIsRefusedByNameWithWhatToDo) {
+TEST(HousingE2e, IdentifyOfSensorsWithoutADirectionIsRefusedByNameWithWhatToDo) {
   const Folder folder;
-  folder.write("up.csv", run_up_csv());
+  std::string two = run_up_csv();
+  two.replace(0, two.find('\n'), "t_s,DE_acc_m_s2,beta_rad,NDE_acc_m_s2");
+  for (std::size_t at = two.find('\n') + 1; (at = two.find('\n', at)) != std::string::npos; at += 5)
+    two.insert(at, ",0.1");
+  folder.write("up.csv", two);
   const Outcome o = folder.whirl("identify up.csv");
   EXPECT_EQ(o.exit_code, 2);
-  EXPECT_THAT(o.err,
-              AllOf(HasSubstr("'acc' is an acceleration"), HasSubstr("whirl transient"), Not(HasSubstr("no column"))));
-  const Outcome named = folder.whirl("identify up.csv --columns acc_m_s2:x_m_s2 t_s beta_rad");
-  EXPECT_EQ(named.exit_code, 2);
-  EXPECT_THAT(named.err, HasSubstr("'x' is an acceleration"));
+  EXPECT_THAT(o.err, AllOf(HasSubstr("'DE_acc' is an acceleration"), HasSubstr("--columns \"DE_acc:x\""),
+                           HasSubstr("whirl transient"), Not(HasSubstr("no column"))));
+  folder.write("one.csv", run_up_csv());
+  const Outcome paper = folder.whirl("identify one.csv --method consistent --columns acc_m_s2:x_m_s2 t_s beta_rad");
+  EXPECT_EQ(paper.exit_code, 2);
+  EXPECT_THAT(paper.err, HasSubstr("'x' is an acceleration: --method consistent takes displacements"));
 }
 
 }  // namespace

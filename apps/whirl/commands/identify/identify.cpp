@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "command.hpp"
 #include "identify_options.hpp"
 #include "whirl/identify/identify_json.hpp"
+#include "whirl/identify/rotor_angle.hpp"
 #include "whirl/identify/slow_roll.hpp"
 #include "whirl/io/model_json.hpp"
 #include "whirl/io/provenance.hpp"
@@ -15,31 +17,39 @@
 namespace whirl::app {
 namespace {
 
-/// Refuses a rotor's record whose motion is a velocity or an acceleration: the model reads displacements.
-void refuse_other_motions(const Recording& record, const std::string& name) {
+bool is_rate(const Channel& c) { return c.quantity == Quantity::velocity || c.quantity == Quantity::acceleration; }
+
+/// Refuses velocity and acceleration where the method reads displacements alone.
+void refuse_rates(const Recording& record, std::string_view method) {
   for (const Channel& c : record.channels) {
-    const bool other = c.quantity == Quantity::velocity || c.quantity == Quantity::acceleration;
-    if ((!name.empty() && c.name != name) || !other) continue;
-    throw Error(fmt::format(
-        "{}: '{}' is {} {}: the equations of a rotor are identified from displacements of the shaft (x_mm, y_um). From "
-        "this sensor, `whirl transient {} --channel {}` fits the modes of a run, `whirl plot --what bode --unit um` "
-        "draws its displacement, `whirl oma` takes it without a rotor angle; for any other system name the states "
-        "(--states)",
-        record.source, c.name, c.quantity == Quantity::acceleration ? "an" : "a", to_string(c.quantity), record.source,
-        c.name));
+    if ((c.name != "x" && c.name != "y") || !is_rate(c)) continue;
+    throw Error(
+        fmt::format("{}: '{}' is {} {}: --method {} takes displacements of the shaft (x_mm, y_um); the default "
+                    "one takes {} too",
+                    record.source, c.name, c.quantity == Quantity::acceleration ? "an" : "a", to_string(c.quantity),
+                    method, to_string(c.quantity)));
   }
 }
 
-/// The same of a file in which no channel is a displacement; a table that cannot be read as a record passes.
-void refuse_without_displacement(const RecordOptions& reader, const std::string& file) {
+/// A file without x and y, whose velocities or accelerations may be them by their names. A table that cannot be read as
+/// a record, or whose names do not tell, has none: the latter is said.
+std::optional<Recording> read_rates(const RecordOptions& reader, const std::string& file) {
   Recording all;
   try {
     all = reader.read(file);
   } catch (const Error&) {
-    return;
+    return std::nullopt;
   }
-  if (std::ranges::none_of(all.channels, [](const Channel& c) { return c.quantity == Quantity::displacement; }))
-    refuse_other_motions(all, "");
+  Recording named = identification::with_motion_names(all);
+  if (named.has("x") || named.has("y")) return named;
+  const auto rate = std::ranges::find_if(all.channels, is_rate);
+  const auto shaft = [](const Channel& c) { return c.quantity == Quantity::displacement; };
+  if (rate == all.channels.end() || std::ranges::any_of(all.channels, shaft)) return std::nullopt;
+  throw Error(fmt::format(
+      "{0}: '{1}' is {2} {3}, and no name says along which direction of a rotor it reads. If it does: --columns "
+      "\"{1}:x\" beta (a second direction as y). Without a rotor's angle: `whirl transient {0} --channel {1}` fits the "
+      "modes of a run, `whirl oma` takes ambient motion; for any other system name the states (--states)",
+      file, rate->name, rate->quantity == Quantity::acceleration ? "an" : "a", to_string(rate->quantity)));
 }
 
 /// A record; of a rotor y alone will do for x, and where neither is there, what else it may be is said.
@@ -55,7 +65,7 @@ Recording read_for(const IdentifyFlags& flags, RecordOptions reader, const std::
     } catch (const MissingColumn& other) {
       if (other.column() != "y") throw;
       reader.required.clear();
-      refuse_without_displacement(reader, file);
+      if (std::optional<Recording> rates = read_rates(reader, file)) return *std::move(rates);
       throw Error(
           what +
           ". Probes of other names: --columns \"Probe 1:x\" \"Probe 2:y\". Any other system than a rotor: name its "
@@ -114,9 +124,8 @@ void run_identify(const IdentifyFlags& flags, Session& session) {
     std::vector<Recording> records;
     const auto read = [&](const std::string& file) {
       const Recording record = flags.with_angle(read_for(flags, reader, file));
-      if (flags.of_a_rotor()) {
-        for (const char* name : {"x", "y"}) refuse_other_motions(record, name);
-      }
+      const identification::Method method = flags.method_chosen();
+      if (flags.of_a_rotor() && method != identification::Method::weak) refuse_rates(record, to_string(method));
       flags.require_rotor_channels(record);
       return record;
     };
@@ -148,7 +157,11 @@ void add_identify(CommandLine& app, Session& session) {
       app, session, "identify", "Equations of motion from records of a rotor or of any system (SINDy)",
       "Rotor: CSV records of a run-up or run-down with t_s (or --rate), x_mm, y_mm (any length unit), beta_rad: "
       "displacement\n"
-      "of the disk centre and rotor angle; of x and y one will do (a rotor whose axes are alike). Several records "
+      "of the disk centre and rotor angle; of x and y one will do (a rotor whose axes are alike). Velocity or "
+      "acceleration\n"
+      "(vx_mm_s, ax_g, ay_m_s2) is taken as it is: the model's own velocity or acceleration, through the high-pass of "
+      "the sensor,\n"
+      "is fitted to it; nothing is integrated but for the first guess. Several records "
       "share the rotor; each has its own unbalance.\n"
       "Any other system: CSV records with one column name_unit per signal; several files are several trajectories.\n"
       "Methods: weak (default): tied second-order weak form with order-tracked test functions, generalised least "

@@ -42,7 +42,7 @@ void run_validate(const ValidateFlags& o, Session& session) {
   RecordOptions reader = o.record;
   reader.gaps = true;
   for (const std::string& file : o.files) {
-    const Recording record = reader.read(file);
+    const Recording record = model.rotor ? identification::with_motion_names(reader.read(file)) : reader.read(file);
     records.push_back(model.rotor ? identification::with_angle_from_pulses(record, "") : record);
     records.back().source = file;
   }
@@ -69,7 +69,9 @@ void add_validate(CommandLine& app, Session& session) {
       "predicted;\n"
       "added: identified plus the known eccentricity --added-um at --added-deg.\n"
       "Models of other systems are run on their inputs; errors are those of every measured state.\n"
-      "Output: rmse_x, rmse_y in metres rms against measured and, where known, clean; nrmse; fold sensitivity.\n\n"
+      "Output: rmse_x, rmse_y rms against measured and, where known, clean, in metres or in the unit of records of "
+      "velocity\n"
+      "or acceleration; nrmse; fold sensitivity.\n\n"
       "Example: whirl validate model.json runup.csv --out validation.json",
       [o, &session] { run_validate(*o, session); });
   sub->add_option("MODEL", o->model, "model.json")->input()->required();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "trajectory/trajectory_score.hpp"
 #include "weak/integral_rows.hpp"
@@ -116,8 +117,25 @@ std::string held_out_part(Eigen::Index first, Eigen::Index samples, const std::s
   return fmt::format("the last {:.0f} % of {}", 100 * rest, source.empty() ? "the record" : source);
 }
 
-HoldoutSplit split_holdout(const std::vector<Recording>& records, double share,
-                           const std::vector<std::string>& energy) {
+/// 1 over the square of the speed of each sample, relative to the top speed; a tenth of that is the least that counts.
+static Eigen::ArrayXd by_speed(const Eigen::VectorXd& beta) {
+  constexpr double kLeast = 0.1;
+  constexpr Eigen::Index kReach = 25;
+  const Eigen::Index n = beta.size();
+  Eigen::VectorXd turned = beta;  // it may come back to 0 every turn
+  for (Eigen::Index i = 1; i < n; ++i)
+    turned[i] = turned[i - 1] + std::remainder(beta[i] - beta[i - 1], 2 * std::numbers::pi);
+  Eigen::ArrayXd speed(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index from = std::max<Eigen::Index>(0, i - kReach), to = std::min(n - 1, i + kReach);
+    speed[i] = std::abs(turned[to] - turned[from]) / static_cast<double>(std::max<Eigen::Index>(1, to - from));
+  }
+  const double top = speed.maxCoeff();
+  return (speed / top).max(kLeast).square().inverse();
+}
+
+HoldoutSplit split_holdout(const std::vector<Recording>& records, double share, const std::vector<std::string>& energy,
+                           const std::string& angle) {
   require_range("share held out", share, 0.01, 0.9);
   if (records.empty()) throw Error("no record to split");
   HoldoutSplit split;
@@ -138,6 +156,9 @@ HoldoutSplit split_holdout(const std::vector<Recording>& records, double share,
       const double mean = whole.select(x, 0.0).sum() / std::max<double>(1, static_cast<double>(whole.count()));
       power.array() += whole.select(x - mean, 0.0).square();
     }
+    const Channel* beta = record.find(angle);
+    if (record.at(energy.front()).quantity == Quantity::acceleration && beta != nullptr && beta->samples.allFinite())
+      power.array() *= by_speed(beta->samples);
     const double limit = (1 - share) * power.sum();
     double passed = 0;
     for (first = 0; first < n && passed < limit; ++first) passed += power[first];

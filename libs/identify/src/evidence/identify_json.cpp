@@ -45,6 +45,7 @@ io::Json to_json(const HeldOut& h) {
   io::Json held = io::Json::object();
   held.set("what", h.what).set("free_run", scores_json(h.scores)).set("horizon_s", h.horizon);
   held.set("free_run_horizon", scores_json(h.near)).set("reason", h.reason);
+  if (!h.unit.empty()) held.set("unit", h.unit);
   return held;
 }
 
@@ -111,6 +112,7 @@ io::Json to_json(const Identification& id) {
 io::Json to_json(const Validation& v, const std::string& file) {
   io::Json run = io::Json::object();
   run.set("file", file);
+  if (v.quantity != Quantity::displacement) run.set("quantity", std::string(to_string(v.quantity)));
   run.set("rmse_x", v.rmse_x).set("rmse_y", v.rmse_y).set("nrmse", v.nrmse);
   run.set("clean_rmse_x", v.clean_rmse_x).set("clean_rmse_y", v.clean_rmse_y);
   run.set("noise_x", v.noise_x).set("noise_y", v.noise_y);

@@ -23,14 +23,14 @@ double unexplained_share(const std::vector<RotorRecord>& records, const OutputEr
     const double mean_square = f.rmse_x * f.rmse_x + f.rmse_y * f.rmse_y;
     const double noise = records[r].noise_sd() * records[r].noise_sd();
     excess += std::max(0.0, static_cast<double>(records[r].size()) * mean_square - records[r].readings() * noise);
-    motion += (records[r].one_axis() ? 0.5 : 1.0) * f.main.squaredNorm();
+    motion += (records[r].one_axis() ? 0.5 : 1.0) * f.as_read().squaredNorm();
   }
   return std::sqrt(excess / motion);
 }
 
 /// What the records cover and what the fit leaves of them.
 struct Cover {
-  double residual = 0;              // m rms
+  double residual = 0;              // rms, as read
   double peak = 0;                  // m, radius
   double low = INFINITY, high = 0;  // Hz
 };
@@ -100,9 +100,9 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
   }
   if (result.active.delay) {
     summary.warn(fmt::format(
-        "the displacement lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "
+        "the {} lags the angle by {:.3g} ms; the phase of e rests on this{}: give the known "
         "sensor delay, or check the angle",
-        1e3 * result.fit.delay,
+        to_string(result.model.quantity), 1e3 * result.fit.delay,
         result.fit.delay < 0 || result.fit.delay > 5e-3 ? " (implausible for a sensor: rather an error of the angle)"
                                                         : ""));
   }
@@ -111,7 +111,8 @@ void judge_reach(const RotorIdentification& result, const Cover& cover, Summary&
                              result.active.profile_degree));
   }
   // Near standstill the probes see runout alone; without such a stretch it is part of e.
-  if (result.active.runout_harmonics == 0 && low > 0.25 * critical) {
+  const bool probes = result.model.quantity == Quantity::displacement;
+  if (probes && result.active.runout_harmonics == 0 && low > 0.25 * critical) {
     summary.warn(fmt::format(
         "the records do not go below {:.1f} Hz: shaft runout cannot be distinguished from the unbalance and is "
         "part of e",

@@ -12,7 +12,7 @@ namespace {
 
 /// `active` with what it lacks of the usual terms, at 0.
 OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active, const std::vector<RotorTerm>& terms,
-                            bool sensor) {
+                            bool sensor, bool displacement) {
   active.decays = fit.decays;
   active.terms = fit.terms;
   active.sensor = fit.sensor;
@@ -28,6 +28,7 @@ OutputErrorOptions with_all(const OutputErrorFit& fit, OutputErrorOptions active
     active.terms.push_back(t);
   }
   for (const TermEntry* entry : term_catalogue()) {
+    if (!displacement && entry->of_displacement) continue;
     if (sensor && entry->sensor != nullptr && entry->usual != nullptr && !active.estimates(*entry))
       active.sensors.push_back(entry);
   }
@@ -43,7 +44,8 @@ const TermEntry& term_of(const Parameter& q, const OutputErrorOptions& all) {
 std::vector<AbsentTerm> absent_terms(const std::vector<RotorRecord>& records, const OutputErrorFit& fit,
                                      const OutputErrorOptions& active, const std::vector<RotorTerm>& terms, bool sensor,
                                      const KnownForces& forces) {
-  const OutputErrorOptions all = with_all(fit, active, terms, sensor);
+  const bool displacement = records.front().quantity == Quantity::displacement;
+  const OutputErrorOptions all = with_all(fit, active, terms, sensor, displacement);
   OutputErrorProblem problem(records, all, fit.model.modes.size(), forces);
   Point point = point_of(fit, all, problem.parameters());
   SquareSum sum;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <optional>
 
+#include "growth/free_run_score.hpp"
 #include "growth/rotor_candidates.hpp"
 #include "terms/catalogue.hpp"
 #include "whirl/identify/score_test.hpp"
@@ -201,6 +202,15 @@ class Grower {
     keep_grid();
   }
   ScoreTest test() {
+    ScoreTest test = records_.front().quantity == Quantity::displacement
+                         ? test_on_weak_rows()
+                         : score_on_free_runs(records_, fit_, growth_, options_);
+    grown_.chi_square = test.chi_square;
+    grown_.condition_number = test.condition_number;
+    grown_.test = test;
+    return test;
+  }
+  ScoreTest test_on_weak_rows() {
     score_.forces = growth_.forces;
     const std::vector<std::size_t> modes = open_of(growth_.modes, score_.modes);
     const std::vector<std::size_t> decays = open_of(growth_.decays, score_.decays);
@@ -214,9 +224,6 @@ class Grower {
       c.place = static_cast<int>((is_mode ? modes : decays)[static_cast<std::size_t>(c.place - 1)]) + 1;
       if (is_mode && growth_.mode(c.place).above) c.term = &terms::modes_above();
     }
-    grown_.chi_square = test.chi_square;
-    grown_.condition_number = test.condition_number;
-    grown_.test = test;
     return test;
   }
   void find_instants(ScoreTest& test);

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <optional>
 
+#include "problem/start_motion.hpp"
 #include "whirl/identify/output_error_rotor.hpp"
 
 namespace whirl::identification::detail {
@@ -15,32 +15,11 @@ namespace {
 
 using Complex = std::complex<double>;
 
-template <class Array>
-void cut(Array& all, Eigen::Index first, Eigen::Index count) {
-  if (all.size() > 0) all = Array(all.segment(first, count));
-}
-
-RotorRecord part_of(const RotorRecord& record, Eigen::Index first, Eigen::Index count) {
-  RotorRecord part = record;
-  part.t0 += record.dt * static_cast<double>(first);
-  for (Eigen::VectorXd* angle : {&part.angle.beta, &part.angle.omega, &part.angle.alpha})
-    cut(*angle, 2 * first, 2 * count - 1);
-  cut(part.z, first, count);
-  cut(part.usable_x, first, count);
-  cut(part.usable_y, first, count);
-  for (std::optional<Clipped>* clipped : {&part.clipped_x, &part.clipped_y}) {
-    if (!*clipped) continue;
-    cut((*clipped)->readings, first, count);
-    cut((*clipped)->sound, first, count);
-  }
-  return part;
-}
-
 std::vector<RotorRecord> in_parts(const std::vector<RotorRecord>& records, Eigen::Index parts) {
   std::vector<RotorRecord> all;
   for (const RotorRecord& r : records) {
     const Eigen::Index each = r.size() / parts;
-    for (Eigen::Index k = 0; k < parts; ++k) all.push_back(part_of(r, k * each, each));
+    for (Eigen::Index k = 0; k < parts; ++k) all.push_back(segment_of(r, k * each, each));
   }
   return all;
 }

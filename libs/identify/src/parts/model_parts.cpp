@@ -39,7 +39,8 @@ constexpr std::array<std::string_view, kModelParts> kPartNames{"cubic spring",
                                                                "map",
                                                                "hidden states",
                                                                "timing of inputs",
-                                                               "drive"};
+                                                               "drive",
+                                                               "velocity or acceleration in its records"};
 constexpr std::array<std::string_view, kConsumers> kConsumerNames{"response", "runup",  "simulate", "validate",
                                                                   "balance",  "design", "margins",  "robustness",
                                                                   "compare",  "export", "report"};
@@ -152,7 +153,8 @@ std::optional<std::vector<Amount>> found(const IdentifiedModel& model, ModelPart
     case ModelPart::covariance:
       return where(!model.rotor_covariance.empty() || !model.parameter_covariance.empty());
     case ModelPart::noise:
-      return where(model.noise_sd > 0 || !model.noise_correlation.empty(), {{"noise_sd", model.noise_sd, "m"}});
+      return where(model.noise_sd > 0 || !model.noise_correlation.empty(),
+                   {{"noise_sd", model.noise_sd, std::string(si_unit(model.quantity))}});
     case ModelPart::equations:
       return where(!model.rotor && !has_tilt(model) && !model.equations.empty());
     case ModelPart::map:
@@ -165,6 +167,9 @@ std::optional<std::vector<Amount>> found(const IdentifiedModel& model, ModelPart
       return where(!model.timing.empty(), timings(model));
     case ModelPart::drive:
       return where(has_drive(model));
+    case ModelPart::other_quantity:
+      return where(model.quantity != Quantity::displacement,
+                   {{"derivative of the displacement", model.quantity == Quantity::velocity ? 1.0 : 2.0}});
   }
   return {};
 }

@@ -16,6 +16,8 @@ constexpr std::string_view kTrueMotion = "the motion is that of the shaft, not w
 constexpr std::string_view kNoNoise = "the motion is without noise";
 constexpr std::string_view kNoRotor =
     "it needs a rotor (k1, c, e): identify a record with beta and displacements by --method weak";
+constexpr std::string_view kTheirPlace =
+    "the motion is the displacement of the place where the sensors sat, as they are calibrated";
 constexpr std::string_view kGivenSpeed = "the speed is given; its torque is not needed";
 
 PartUse response_use(ModelPart part) {
@@ -53,6 +55,8 @@ PartUse response_use(ModelPart part) {
       return noted("the input acts as a cosine in time; amplitudes are the same, phases lag by the dead time more");
     case ModelPart::drive:
       return noted(kGivenSpeed);
+    case ModelPart::other_quantity:
+      return noted(kTheirPlace);
   }
   return {};
 }
@@ -92,6 +96,8 @@ PartUse runup_use(ModelPart part) {
       return refused(kNoRotor);
     case ModelPart::drive:
       return noted("the drive of the plan is that of --torque-nm and --inertia-kgm2");
+    case ModelPart::other_quantity:
+      return noted(kTheirPlace);
   }
   return {};
 }
@@ -128,6 +134,8 @@ PartUse simulate_use(ModelPart part) {
       return noted("this is one run, of the most likely parameters");
     case ModelPart::noise:
       return noted(kNoNoise);
+    case ModelPart::other_quantity:
+      return noted(kTheirPlace);
   }
   return {};
 }
@@ -154,6 +162,7 @@ PartUse validate_use(ModelPart part) {
     case ModelPart::hidden_states:
     case ModelPart::input_timing:
     case ModelPart::drive:
+    case ModelPart::other_quantity:
       return used();
     case ModelPart::other_unbalances:
       return noted("the unbalance is that of the first record, or what --unbalance says");
@@ -203,6 +212,11 @@ PartUse balance_use(ModelPart part) {
       return refused(kNoRotor);
     case ModelPart::drive:
       return noted(kGivenSpeed);
+    case ModelPart::other_quantity:
+      return warned(
+          "e is that of the place where the sensors sat: a housing moves by less than the rotor, and the mass is as "
+          "much "
+          "too small; trial runs (whirl balance runs.csv) need no such scale");
   }
   return {};
 }
@@ -253,6 +267,10 @@ PartUse plant_use(ModelPart part) {
       return refused(kNoRotor);
     case ModelPart::drive:
       return noted(kGivenSpeed);
+    case ModelPart::other_quantity:
+      return warned(
+          "a controller reads displacements: its probes must sit where the sensors of the records sat, and the zero of "
+          "the motion is not known");
   }
   return {};
 }
@@ -305,6 +323,8 @@ PartUse export_use(ModelPart part) {
       return warned("inputs act at once and as they are: hold them and delay them outside");
     case ModelPart::drive:
       return warned("beta, omega and alpha are inputs: the equation of the speed is not exported");
+    case ModelPart::other_quantity:
+      return noted(kTheirPlace);
   }
   return {};
 }

@@ -15,6 +15,7 @@
 #include "growth/self_excited.hpp"
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
+#include "problem/start_motion.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_angle.hpp"
@@ -115,13 +116,14 @@ bool part_records(const std::vector<RotorRecord>& records, const WeakRotorOption
   return !active.record_k1.empty() || !active.record_c.empty();
 }
 
-/// The model that the records ask for, from the weak equations `first`; where they ask for springs of their own
-/// `active` has them.
-detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotorOptions& weak, WeakRotorFit first,
-                        const RotorIdentifyOptions& options, OutputErrorOptions& active) {
+/// The model that the records ask for, from the weak equations `first` of `moving`, the records as displacements; where
+/// they ask for springs of their own `active` has them.
+detail::GrownRotor grow(const std::vector<RotorRecord>& records, const std::vector<RotorRecord>& moving,
+                        const WeakRotorOptions& weak, WeakRotorFit first, const RotorIdentifyOptions& options,
+                        OutputErrorOptions& active) {
   std::optional<detail::GrownRotor> driven, lower;
   std::string said;
-  if (const auto start = options.search_modes ? detail::lower_resonance(records, weak) : std::nullopt) {
+  if (const auto start = options.search_modes ? detail::lower_resonance(moving, weak) : std::nullopt) {
     lower = detail::grow_rotor(records, start->model, start->eps, active, options, true);
     if (misfit(*lower) < kMissing) return *std::move(lower);
   }
@@ -129,7 +131,16 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
   std::optional<detail::GrownRotor> plain;
   if (first.model.c > 0) plain = detail::grow_rotor(records, first.model, first.eps, active, options, false);
   if (plain && misfit(*plain) < kMissing) return *std::move(plain);
-  if (options.terms && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
+  const bool displacement = records.front().quantity == Quantity::displacement;
+  if (!displacement) {  // the noise of an integral may hide the cubic spring
+    RotorModel linear = first.model;
+    linear.k2 = 0;
+    detail::GrownRotor other = detail::grow_rotor(records, linear, first.eps, active, options, false);
+    if (!plain || misfit(other) < misfit(*plain)) plain = std::move(other);
+    if (misfit(*plain) < kMissing) return *std::move(plain);
+  }
+  // (A whirl of its own is followed over parts of the displacements: not sought in an integral.)
+  if (options.terms && displacement && (first.summary.chi_square > kWrong || first.model.c <= 0)) {
     for (const detail::WhirlStart& whirl : detail::self_excited_starts(records, weak, first)) {
       // Parts with starts of their own follow a true whirl better than any single motion.
       if (plain && misfit(*plain) < whirl.chi_square) continue;
@@ -145,7 +156,7 @@ detail::GrownRotor grow(const std::vector<RotorRecord>& records, const WeakRotor
       plain ? *std::move(plain) : detail::grow_rotor(records, first.model, first.eps, active, options, false);
   OutputErrorOptions own = active;
   WeakRotorFit start = first;
-  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(records, weak, own, start)) {
+  if (records.size() > 1 && !(misfit(grown) < kMissing) && part_records(moving, weak, own, start)) {
     detail::GrownRotor parted = detail::grow_rotor(records, start.model, start.eps, own, options, false);
     if (misfit(parted) < kMissing || misfit(parted) < 0.5 * misfit(grown)) {
       grown = std::move(parted);
@@ -206,6 +217,43 @@ std::string_view to_string(AngleSource source) {
   return "?";
 }
 
+/// The one that all records read; throws Error where they differ, or where the angle needs displacements.
+Quantity quantity_of(const std::vector<RotorRecord>& records, const RotorIdentifyOptions& options) {
+  const Quantity quantity = records.front().quantity;
+  for (const RotorRecord& r : records) {
+    if (r.quantity != quantity)
+      throw Error(fmt::format("{} holds {}, {} {}: records of one rotor read one quantity", records.front().source,
+                              to_string(quantity), r.source, to_string(r.quantity)));
+  }
+  if (options.angle_source != AngleSource::measured && quantity != Quantity::displacement)
+    throw Error(fmt::format("{}: --angle {} takes displacements, and x and y are {}: measure the angle",
+                            records.front().source, to_string(options.angle_source), to_string(quantity)));
+  return quantity;
+}
+
+/// The weak equations from which the fit begins. `moving`: displacements; false: integrals of what the records read.
+WeakRotorFit weak_start(const std::vector<RotorRecord>& moving, WeakRotorOptions& weak, bool measured) {
+  constexpr double kLeastDamping = 0.004;  // of k1^0.5: a ratio of 0.2 %; a start that grows goes nowhere
+  WeakRotorFit first = fit_weak_rotor(moving, weak);
+  if (first.summary.status == Status::unusable) {
+    // Runout or a bow as large as the motion hides the spring.
+    weak.runout = true;
+    if (WeakRotorFit turned = fit_weak_rotor(moving, weak); turned.summary.status != Status::unusable)
+      first = std::move(turned);
+  }
+  if (measured || first.summary.status == Status::unusable) return first;
+  first.model.offset = 0;  // of the integral, not of the readings
+  first.model.c = std::max(first.model.c, kLeastDamping * std::sqrt(first.model.k1));
+  return first;
+}
+
+std::string of_one_place(Quantity quantity) {
+  return fmt::format(
+      "x and y are the {} of one place: k1, k2, c and e are those of its motion, as the sensors are "
+      "calibrated",
+      to_string(quantity));
+}
+
 }  // namespace
 
 RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& given,
@@ -229,20 +277,20 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     }
   }
   if (model.summary.status == Status::unusable) return result;
+  model.quantity = quantity_of(records, options);
+  const bool displacement = model.quantity == Quantity::displacement;
   if (options.angle_source != AngleSource::measured) {
     for (RotorRecord& r : records) search_profile(r, options);
     result.active.profile_degree = options.profile_degree;
   }
+  std::vector<RotorRecord> integrated;
+  for (const RotorRecord& r : records)
+    if (!displacement) integrated.push_back(detail::as_displacement(r));
+  const std::vector<RotorRecord>& moving = displacement ? records : integrated;
 
   WeakRotorOptions weak;
   weak.half_width = options.half_width;
-  WeakRotorFit first = fit_weak_rotor(records, weak);
-  if (first.summary.status == Status::unusable) {
-    // Runout or a bow as large as the motion hides the spring.
-    weak.runout = true;
-    if (WeakRotorFit turned = fit_weak_rotor(records, weak); turned.summary.status != Status::unusable)
-      first = std::move(turned);
-  }
+  WeakRotorFit first = weak_start(moving, weak, displacement);
   if (first.summary.status == Status::unusable) {
     model.summary.fail(first.summary.warnings.back());
     return result;
@@ -251,7 +299,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     const OutputErrorFit plain = fit_output_error_rotor(records, first.model, result.active, first.eps);
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
-  detail::GrownRotor grown = grow(records, weak, std::move(first), options, result.active);
+  detail::GrownRotor grown = grow(records, moving, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     for (const std::string& w : grown.warnings) model.summary.warn(w);
     model.summary.fail(grown.fit.summary.warnings.back());
@@ -277,6 +325,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     if (options.angle_source == AngleSource::measured) detail::state_angle_step(records, result);
     if (options.angle_source == AngleSource::vibration) detail::forget_phase(result);
     detail::state_one_axis(records, result);
+    if (!displacement) result.assumptions.push_back(of_one_place(model.quantity));
     detail::state_modes_above(result);
     detail::widen_for_omitted(grown, scale, result);
     detail::widen_equations(before, model);
@@ -290,6 +339,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<Recording>& record
   std::vector<RotorRecord> records;
   RotorIdentifyOptions o = options;
   o.record.one_axis = true;
+  o.record.any_motion = true;
   const bool none = options.angle_source == AngleSource::vibration;
   if (none) o.profile_degree = 2;
   for (const Recording& r : recordings) {

@@ -54,16 +54,18 @@ UnseenStart unseen_start(const RotorRecord& r) {
   const double speed = r.angle.omega[0], fast = std::max(r.speed_high(), std::abs(speed));
   UnseenStart start;
   double size = std::max(1e-3 * spread, std::abs(seen.mean() - all.mean()));
+  for (int k = 0; k < r.derivative(); ++k) size /= 0.5 * fast;  // at half the top speed, as a displacement
   if (std::abs(beta[n - 1] - beta[0]) >= 2.0) {
     Eigen::MatrixXd base(n, 3);
     base << Eigen::VectorXd::Ones(n), beta.array().cos().matrix(), beta.array().sin().matrix();
     const Eigen::Vector3d a = base.colPivHouseholderQr().solve(seen);
     // x = Re(A e^{i beta}), or y = Im(A e^{i beta}).
     const std::complex<double> amplitude = x ? std::complex<double>(a[1], -a[2]) : std::complex<double>(a[2], a[1]);
-    const std::complex<double> z = amplitude * std::polar(1.0, beta[0]);
+    std::complex<double> z = amplitude * std::polar(1.0, beta[0]);
+    for (int k = 0; k < r.derivative(); ++k) z /= std::complex<double>(0, speed);
     start.place = x ? z.imag() : z.real();
     start.rate = speed * (x ? z.real() : -z.imag());
-    size = std::max(size, std::abs(amplitude));
+    size = std::max(size, std::abs(z));
   }
   start.place_sd = size;
   start.rate_sd = fast * size;

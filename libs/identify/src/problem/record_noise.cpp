@@ -303,9 +303,9 @@ void measure_noise(const RotorRecordOptions& options, RotorRecord& r) {
 void refine_noise(const OutputErrorRecord& fit, RotorRecord& r) {
   if (r.colour.size() == 0) return;
   // Where the motion is small its errors are too: what is left there is noise at every frequency.
-  const Eigen::ArrayXd size = fit.main.cwiseAbs().array();
+  const Eigen::ArrayXd size = fit.as_read().cwiseAbs().array();
   const Eigen::ArrayXd quiet = (size < 0.35 * size.maxCoeff()).cast<double>();
-  const Eigen::VectorXcd residual = r.z - fit.main - fit.beside;
+  const Eigen::VectorXcd residual = r.z - fit.as_read() - fit.beside;
   const Eigen::ArrayXd used_x = r.usable_x.size() ? Eigen::ArrayXd(quiet * r.usable_x) : quiet;
   const Eigen::ArrayXd used_y = r.usable_y.size() ? Eigen::ArrayXd(quiet * r.usable_y) : quiet;
   fit_colour({residual.real(), residual.imag()}, {used_x, used_y}, 1.5 / (512 * r.dt), r);

@@ -56,7 +56,7 @@ ParameterView::Combination combination(const ParameterView& view, const Identifi
   const double k1 = model.parameter("k1")->value, root = std::sqrt(k1);
   if (name == "natural_frequency") return {{1 / (2 * root), "k1"}};
   if (name == "damping_ratio") return {{1 / (2 * root), "c"}, {-model.parameter("c")->value / (4 * k1 * root), "k1"}};
-  if (name == "offset_x" || name == "offset_y") return {{1, name == "offset_x" ? "offset_re" : "offset_im"}};
+  if (name.starts_with("offset_")) return {{1, name.ends_with("_x") ? "offset_re" : "offset_im"}};
   if (view.has(name)) return {{1, name}};
   return {};
 }
@@ -94,7 +94,7 @@ Equation axis_equation(const ParameterView& view, const OutputErrorFit& fit, boo
 }
 
 /// The machine itself: rotor, eccentricities, anisotropy, further forces, errors of the sensors.
-NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFit& fit) {
+NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFit& fit, Quantity quantity) {
   NamedEstimates p{{"k1", view["k1"]}, {"k2", view["k2"]}, {"c", view["c"]}};
   const auto [e, phase] = view.polar("eps_re", "eps_im");
   p.emplace_back("e", e);
@@ -117,8 +117,9 @@ NamedEstimates machine_parameters(const ParameterView& view, const OutputErrorFi
     if (view.has(name)) p.emplace_back(name, view[name]);
   }
   // Of an axis that no record shows there is none.
-  if (view.has("offset_re") || !view.has("offset_im")) p.emplace_back("offset_x", view["offset_re"]);
-  if (view.has("offset_im") || !view.has("offset_re")) p.emplace_back("offset_y", view["offset_im"]);
+  const std::string offset = offset_name(quantity);
+  if (view.has("offset_re") || !view.has("offset_im")) p.emplace_back(offset + "_x", view["offset_re"]);
+  if (view.has("offset_im") || !view.has("offset_re")) p.emplace_back(offset + "_y", view["offset_im"]);
   for (const RotorTerm& term : fit.terms) {
     const std::string name(term.parameter()), reference(term.entry->reference_name);
     p.emplace_back(name, view[name]);
@@ -181,7 +182,7 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
                      axis_equation(view, fit, true),
                      {"X3'", {{"X4", one, "1"}}},
                      axis_equation(view, fit, false)};
-  model.parameters = machine_parameters(view, fit);
+  model.parameters = machine_parameters(view, fit, model.quantity);
   add_beside(view, fit, model.parameters);
 
   const char* five[] = {"k1", "k2", "c", "eps_re", "eps_im"};
@@ -190,6 +191,11 @@ void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, Identi
     for (const char* b : five) model.rotor_covariance.push_back(view.covariance(a, b));
   }
   model.rotor = fit.model;
+  if (model.quantity != Quantity::displacement) model.rotor->offset = 0;  // they do not show where the rotor rests
+}
+
+std::string offset_name(Quantity quantity) {
+  return quantity == Quantity::displacement ? "offset" : fmt::format("offset_{}", to_string(quantity));
 }
 
 void join_covariance(const ParameterView& view, IdentifiedModel& model) {

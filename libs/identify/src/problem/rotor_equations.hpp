@@ -32,6 +32,9 @@ class ParameterView {
 /// How the probes read, among the parameters of a model.
 SensorAxes sensor_of(const IdentifiedModel& model);
 
+/// What the parameters of the sensors' zero are called before "_x": "offset", "offset_velocity", "offset_acceleration".
+std::string offset_name(Quantity quantity);
+
 /// states, inputs, equations, parameters and rotor_covariance of the model from the fit.
 void describe_rotor(const ParameterView& view, const OutputErrorFit& fit, IdentifiedModel& model);
 

@@ -9,6 +9,7 @@
 #include "problem/record_noise.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
+#include "whirl/signal/motion_quantity.hpp"
 
 namespace whirl::identification {
 namespace {
@@ -29,7 +30,8 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
           "channel {} is constant: the sensor sees no motion; leave the channel out to identify from the other alone",
           name));
     } else if (sd < 1.2 * noise) {
-      s.fail(fmt::format("channel {} is mostly noise: rms {:.3g} m, noise {:.3g} m", name, sd, noise));
+      s.fail(fmt::format("channel {0} is mostly noise: rms {1:.3g} {3}, noise {2:.3g} {3}", name, sd, noise,
+                         si_unit(r.quantity)));
     }
   }
   if (!r.one_axis() && sx > 1e-12 && sy > 1e-12) {
@@ -44,6 +46,28 @@ void check_contents(RotorRecord& r, const Eigen::VectorXd& x, const Eigen::Vecto
   if (per_turn < 8) {
     s.fail(fmt::format("{:.1f} samples per turn at the top speed; at least 8 are needed", per_turn));
   }
+}
+
+/// The one quantity of the axes that are measured.
+Quantity measured_quantity(const Recording& recording, const RotorRecordOptions& options, const RotorRecord& r) {
+  std::optional<Quantity> first;
+  for (const std::string& name : {options.x, options.y}) {
+    if (r.one_axis() && !recording.has(name)) continue;
+    const Quantity quantity = recording.at(name).quantity;
+    const bool motion = signal::integrations(quantity, Quantity::displacement).has_value();
+    if (!motion || (!options.any_motion && quantity != Quantity::displacement)) {
+      throw Error::in_field(fmt::format("channel {}", name), to_string(quantity),
+                            motion ? std::string("displacement of the shaft: this method takes nothing else")
+                                   : fmt::format("displacement: name the column {0}_mm or {0}_um", name));
+    }
+    if (first && *first != quantity) {
+      throw Error::in_field(
+          fmt::format("channel {}", name), to_string(quantity),
+          fmt::format("{}, as {} is: both directions read one quantity", to_string(*first), options.x));
+    }
+    first = quantity;
+  }
+  return *first;
 }
 
 }  // namespace
@@ -90,16 +114,7 @@ RotorRecord rotor_record(const Recording& recording, const RotorRecordOptions& o
   r.source = recording.source;
   r.dt = recording.dt;
   r.t0 = recording.t0;
-  for (const std::string& name : {options.x, options.y}) {
-    if (r.one_axis() && !recording.has(name)) continue;
-    const Quantity quantity = recording.at(name).quantity;
-    if (quantity != Quantity::displacement) {
-      const bool rate = quantity == Quantity::velocity || quantity == Quantity::acceleration;
-      throw Error::in_field(fmt::format("channel {}", name), to_string(quantity),
-                            rate ? std::string("displacement of the shaft: integrate the reading first")
-                                 : fmt::format("displacement: name the column {0}_mm or {0}_um", name));
-    }
-  }
+  r.quantity = measured_quantity(recording, options, r);
   r.z.setZero(recording.size());
   if (r.axes != Axes::y) r.z.real() = recording[options.x];
   if (r.axes != Axes::x) r.z.imag() = recording[options.y];

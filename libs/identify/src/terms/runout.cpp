@@ -29,6 +29,7 @@ const TermEntry& runout() {
       .numbered = true,
       .plain_threshold = true,
       .hinted = false,
+      .of_displacement = true,
   };
   return entry;
 }
@@ -48,6 +49,7 @@ const TermEntry& bow() {
         return g;
       },
       .columns = [](const ScorePoint&) { return Candidates{}; },
+      .of_displacement = true,
   };
   return entry;
 }

@@ -60,7 +60,9 @@ void judge_tilt(const RotorRecord& record, double peak, IdentifiedModel& model) 
 
 RotorIdentification rotor_or_tilt(const std::vector<Recording>& recordings, const RotorIdentifyOptions& options) {
   RotorIdentification found = identify_rotor_detailed(recordings, options);
-  if (recordings.size() != 1 || options.angle_source != AngleSource::measured || !asks_for_more(found, options))
+  const bool displacement = found.model.quantity == Quantity::displacement;
+  if (recordings.size() != 1 || !displacement || options.angle_source != AngleSource::measured ||
+      !asks_for_more(found, options))
     return found;
   // One axis does not tell the forward mode of a tilting disc from the backward one.
   if (!recordings.front().has(options.record.x) || !recordings.front().has(options.record.y)) return found;

@@ -63,8 +63,9 @@ Eigen::Vector2d parameter_spread(const IdentifiedModel& model, const RotorModel&
     moved.k2 += step[1];
     moved.c += step[2];
     const Eigen::VectorXcd shift =
-        detail::main_mode(moved, run.eps + Complex(step[3], step[4]), forcing, forces, grid, run.z0, run.dz0).z -
-        run.main;
+        detail::main_mode(moved, run.eps + Complex(step[3], step[4]), forcing, forces, grid, run.z0, run.dz0)
+            .read(grid.derivative) -
+        run.as_read();
     squares +=
         Eigen::Vector2d(shift.real().squaredNorm(), shift.imag().squaredNorm()) / static_cast<double>(shift.size());
   }
@@ -79,8 +80,9 @@ double rms(const Eigen::VectorXd& v, const Eigen::ArrayXd& usable) {
 
 void tell(Validation& v, const ValidateOptions& options, const Summary& fit) {
   for (const std::string& w : fit.warnings) v.summary.warn(w);
+  const bool offset = options.refit_offset || v.quantity != Quantity::displacement;
   v.summary.trust = fmt::format("Free run, unbalance {}; initial state{} fitted.", to_string(options.unbalance),
-                                options.refit_offset ? " and sensor offset" : "");
+                                offset ? " and sensor offset" : "");
 }
 
 }  // namespace
@@ -144,7 +146,10 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   }
   RotorRecordOptions reading = options.record;
   reading.one_axis = true;
+  reading.any_motion = true;
   RotorRecord record = rotor_record(recording, reading);
+  v.quantity = record.quantity;
+  const bool same_sensors = record.quantity == model.quantity;
   v.noise_x = record.noise_x;
   v.noise_y = record.noise_y;
   for (const std::string& w : record.summary.warnings) {
@@ -152,8 +157,9 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   }
   if (v.summary.status == Status::unusable) return v;
   const Estimate* found_delay = model.parameter("delay");
-  const double delay = found_delay != nullptr ? found_delay->value : 0.0;
-  const Eigen::VectorXcd runout = runout_readings(model, record.angle, delay);
+  const double delay = found_delay != nullptr && same_sensors ? found_delay->value : 0.0;
+  const Eigen::VectorXcd runout =
+      same_sensors ? runout_readings(model, record.angle, delay) : Eigen::VectorXcd::Zero(record.size());
   const Eigen::VectorXcd measured = record.z;
   record.z -= runout;
 
@@ -162,10 +168,10 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   free.rotor = false;
   free.participation = false;
   free.unbalance = options.unbalance == UnbalanceSource::refitted;
-  free.offset = options.refit_offset;
+  free.offset = options.refit_offset || record.quantity != Quantity::displacement || !same_sensors;
   free.terms = terms_of(model);
   free.free_terms = false;
-  free.sensor = detail::sensor_of(model);
+  if (same_sensors) free.sensor = detail::sensor_of(model);
   if (const Estimate* drift = model.parameter("clock_drift")) free.start_drift = drift->value;
   const OutputErrorFit fit = fit_output_error_rotor({record}, *model.rotor, free, {eps}, delay);
   if (fit.summary.status == Status::unusable) {
@@ -183,13 +189,13 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   v.simulated.t0 = recording.t0;
   v.simulated.dt = recording.dt;
   v.simulated.source = "simulated: " + recording.source;
-  v.simulated.add("x", Quantity::displacement, simulated.real());
-  v.simulated.add("y", Quantity::displacement, simulated.imag());
+  v.simulated.add("x", record.quantity, simulated.real());
+  v.simulated.add("y", record.quantity, simulated.imag());
 
   RotorModel harder = fit.model;
   harder.eps = run.eps;
   harder.k2 *= 1 + options.fold_change;
-  const detail::StepGrid grid{record.dt, fit.substeps};
+  const detail::StepGrid grid{record.dt, fit.substeps, record.derivative()};
   const AngleSignal fine = rotor::refine(run.angle, fit.substeps);
   const detail::TermForces forces{free.terms, fine, record.t0};
   const Eigen::VectorXcd moved =
@@ -198,7 +204,7 @@ Validation validate(const IdentifiedModel& model, const Recording& recording, co
   if (model.rotor_covariance.size() == 25) {
     const Eigen::Vector2d spread = parameter_spread(model, fit.model, run, forces, grid, free.unbalance);
     const double left = model.summary.residual * model.summary.residual - model.noise_sd * model.noise_sd;
-    const double model_error = std::isfinite(left) ? std::max(0.0, left) : 0;
+    const double model_error = std::isfinite(left) && same_sensors ? std::max(0.0, left) : 0;
     const auto band = [&](double noise, double moves) {
       return kBand * std::sqrt(noise * noise + moves * moves + model_error);
     };

@@ -91,13 +91,16 @@ ValidationRun rotor_run(const IdentifiedModel& model, const Recording& record, c
   if (run.summary.status == Status::unusable) return run;
   // What a jump across the fold decides says nothing about the model.
   if (!v.fold_sensitive && (v.rmse_x > v.band_x || v.rmse_y > v.band_y)) {
-    const auto both = [](double x, double y) {
-      if (std::isnan(x) || std::isnan(y)) return fmt::format("{:.3g}", 1e3 * (std::isnan(x) ? y : x));
-      return fmt::format("{:.3g} and {:.3g}", 1e3 * x, 1e3 * y);
+    const bool metres = v.quantity == Quantity::displacement;
+    const std::string_view unit = metres ? "mm" : si_unit(v.quantity);
+    const auto both = [&](double x, double y) {
+      const double by = metres ? 1e3 : 1;
+      if (std::isnan(x) || std::isnan(y)) return fmt::format("{:.3g}", by * (std::isnan(x) ? y : x));
+      return fmt::format("{:.3g} and {:.3g}", by * x, by * y);
     };
     run.summary.fail(fmt::format(
-        "{}: the model does not predict this run: error {} mm rms, {} mm are within its 95 % band (unbalance {})",
-        record.source, both(v.rmse_x, v.rmse_y), both(v.band_x, v.band_y), to_string(v.unbalance)));
+        "{0}: the model does not predict this run: error {1} {4} rms, {2} {4} are within its 95 % band (unbalance {3})",
+        record.source, both(v.rmse_x, v.rmse_y), both(v.band_x, v.band_y), to_string(v.unbalance), unit));
   } else if (v.nrmse > 1) {
     run.summary.fail(fmt::format("{}: the run is predicted no better than by its mean", record.source));
   }
@@ -134,7 +137,8 @@ void judge_readings(const IdentifiedModel& model, const Recording& record, const
     const double gain = 2 * static_cast<double>(record.size()) * std::log(own / theirs);
     run.summary.add({FindingCode::readings_differ,
                      gain > kClear ? Consequence::warning : Consequence::note,
-                     {{"rmse", own, "m"}, {"rmse with it", theirs, "m"}},
+                     {{"rmse", own, std::string(si_unit(run.rotor->quantity))},
+                      {"rmse with it", theirs, std::string(si_unit(run.rotor->quantity))}},
                      reading.reading},
                     gain > kClear ? ": it predicts this record better" : "");
   }

@@ -13,12 +13,13 @@
 namespace whirl::pages {
 namespace {
 
-std::string show(const std::vector<identification::StateScore>& scores) {
+std::string show(const std::vector<identification::StateScore>& scores, const std::string& unit) {
+  const std::string in = unit.empty() ? "" : " " + unit;
   std::vector<std::string> parts;
   for (const identification::StateScore& s : scores) {
-    parts.push_back(std::isfinite(s.rmse)
-                        ? fmt::format("{} {:.3g} ({:.2g} %, noise {:.3g})", s.state, s.rmse, 100 * s.nrmse, s.noise)
-                        : fmt::format("{} diverges", s.state));
+    parts.push_back(std::isfinite(s.rmse) ? fmt::format("{} {:.3g}{} ({:.2g} %, noise {:.3g}{})", s.state, s.rmse, in,
+                                                        100 * s.nrmse, s.noise, in)
+                                          : fmt::format("{} diverges", s.state));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -93,8 +94,8 @@ std::string to_text(const identification::Evidence& evidence, const Summary& sum
     text += fmt::format("held out          {}: no prediction, {}\n", h.what, h.reason);
   } else if (!h.scores.empty()) {
     text += fmt::format("held out          {}, predicted by a model of the rest; free-run error, rms:\n", h.what);
-    if (h.horizon > 0) text += fmt::format("  restarted every {:.3g} s: {}\n", h.horizon, show(h.near));
-    text += fmt::format("  one free run: {}\n", show(h.scores));
+    if (h.horizon > 0) text += fmt::format("  restarted every {:.3g} s: {}\n", h.horizon, show(h.near, h.unit));
+    text += fmt::format("  one free run: {}\n", show(h.scores, h.unit));
   }
   return text;
 }

@@ -19,22 +19,30 @@ std::string error_cell(const std::vector<identification::StateScore>& scores) {
 std::string show_error(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "diverges"; }
 
 report::Table rotor_table(const identification::ValidationReport& report) {
+  // One unit in the head of the table, or each with its own.
+  const Quantity first = report.runs.front().rotor->quantity;
+  const bool one = std::ranges::all_of(report.runs, [&](const auto& r) { return r.rotor->quantity == first; });
+  const auto unit_of = [](Quantity q) { return q == Quantity::displacement ? "mm" : std::string(si_unit(q)); };
+  const std::string unit = one ? unit_of(first) : "";
   report::Table table;
   table.caption = "Free-run error, rms, and the band that it stays in when the model is right (95 %)";
   table.columns = {{"record", "", report::Align::left},
-                   {"x", "mm"},
-                   {"y", "mm"},
-                   {"x band", "mm"},
-                   {"y band", "mm"},
-                   {"x clean", "mm"},
-                   {"y clean", "mm"},
+                   {"x", unit},
+                   {"y", unit},
+                   {"x band", unit},
+                   {"y band", unit},
+                   {"x clean", unit},
+                   {"y clean", unit},
                    {"nrmse", "%"},
                    {"note", "", report::Align::left}};
   for (const identification::ValidationRun& run : report.runs) {
     const identification::Validation& v = *run.rotor;
     std::vector<std::string> row{run.source};
     for (const double m : {v.rmse_x, v.rmse_y, v.band_x, v.band_y, v.clean_rmse_x, v.clean_rmse_y}) {
-      row.push_back(std::isfinite(m) ? fmt::format("{:.4f}", 1e3 * m) : "-");
+      const bool metres = v.quantity == Quantity::displacement;
+      std::string cell = metres ? fmt::format("{:.4f}", 1e3 * m) : fmt::format("{:.4g}", m);
+      if (!one) cell += " " + unit_of(v.quantity);
+      row.push_back(std::isfinite(m) ? cell : "-");
     }
     row.push_back(fmt::format("{:.2f}", 100 * v.nrmse));
     row.push_back(v.fold_sensitive ? "fold-sensitive" : std::string(to_string(run.summary.status)));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "whirl/core/estimate.hpp"
+#include "whirl/core/quantity.hpp"
 #include "whirl/core/rotor_model.hpp"
 #include "whirl/core/summary.hpp"
 
@@ -80,7 +81,10 @@ struct IdentifiedModel {
   /// Covariance of `parameters` in their order, row-major; empty when not known.
   std::vector<double> parameter_covariance;
   double sample_time = 0;  ///< of the training record, s
-  double noise_sd = 0;     ///< displacement noise estimated on the training record, m rms
+  /// What the x and y of a rotor's records are: displacement, velocity or acceleration. The equations are those of the
+  /// displacement all the same.
+  Quantity quantity = Quantity::displacement;
+  double noise_sd = 0;  ///< noise of x and y estimated on the training record, rms, SI unit of `quantity`
   /// Correlation of a state's noise from one sample to the next (first-order autoregressive), where it is not white.
   std::vector<std::pair<std::string, double>> noise_correlation;
   std::vector<Ambiguity> ambiguities;  ///< what its records cannot tell apart

@@ -34,9 +34,11 @@ struct HoldoutSplit {
   std::string what;  ///< e.g. "the last 30 % of run.csv"
 };
 /// Several records: the last is held out. One record: its last part, from the sample where a share 1 - `share` of the
-/// energy of `energy` channels (about their mean) has passed, or, without such channels, of the time.
+/// energy of `energy` channels (about their mean) has passed, or, without such channels, of the time. Of accelerations
+/// it is the energy of the velocity, by the speed of the channel `angle`: that of a resonance, not that of the top
+/// speed.
 HoldoutSplit split_holdout(const std::vector<Recording>& records, double share = 0.3,
-                           const std::vector<std::string>& energy = {});
+                           const std::vector<std::string>& energy = {}, const std::string& angle = "");
 
 /// The same of one record by its number of samples: first sample held out by time, and the description.
 Eigen::Index holdout_start(Eigen::Index samples, double share);
@@ -48,7 +50,8 @@ struct HeldOut {
   std::vector<StateScore> scores;  ///< of one free run from the first sample
   double horizon = 0;              ///< s; > 0: `near` holds free runs restarted so often
   std::vector<StateScore> near;
-  std::string reason;  ///< why there are no scores; empty when there are
+  std::string reason;     ///< why there are no scores; empty when there are
+  std::string unit = {};  ///< of errors and noise where they are not those of displacements or of states; empty: SI
 };
 
 }  // namespace whirl::identification

@@ -20,8 +20,8 @@
 
 namespace whirl::identification {
 
-/// How equations are found. `automatic`: `weak` for records with beta and displacements x, y or one of them when no
-/// states are asked for, else `sindy`.
+/// How equations are found. `automatic`: `weak` for records with beta and the motion x, y or one of them when no states
+/// are asked for, else `sindy`.
 enum class Method { automatic, weak, paper, consistent, second_order, sindy, drive };
 /// "weak", "second-order", ...; `automatic` is "automatic".
 std::string_view to_string(Method method);
@@ -81,7 +81,8 @@ struct DataRange {
   std::string beyond(double a, double from, double to) const;
 };
 /// Of records with x, y and beta. A single reading apart from both its neighbours counts as they do; the speeds are
-/// means over fiftieths of a record, so that an encoder's steps do not count.
+/// means over fiftieths of a record, so that an encoder's steps do not count. Infinite amplitude where x is a velocity
+/// or an acceleration.
 DataRange data_range(const std::vector<Recording>& records);
 
 /// Certificate that every motion of a quadratic model ends within a ball (Schlegel and Noack 2015, J. Fluid Mech. 765):

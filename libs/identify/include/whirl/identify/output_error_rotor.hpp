@@ -77,7 +77,7 @@ struct OutputErrorOptions {
 struct OutputErrorRecord {
   std::complex<double> eps;                         ///< unbalance, m
   double k1_change = 0, c_change = 0;               ///< k1 and c of this record beyond those of the first, 1/s^2, 1/s
-  std::complex<double> offset;                      ///< sensor offset, m
+  std::complex<double> offset;                      ///< sensor offset, as read
   std::complex<double> charge;                      ///< that a high-pass adds to the readings of sample 0, m
   std::complex<double> charge_rate;                 ///< and one of the second order to their slope there, m per sample
   std::complex<double> z0, dz0;                     ///< main mode at sample 0, m and m/s
@@ -86,10 +86,13 @@ struct OutputErrorRecord {
   std::vector<std::complex<double>> runout;         ///< amplitudes of e^{i beta}, e^{-i beta}, e^{2 i beta}, ..., m
   AngleSignal angle;                                ///< with the fitted correction and delay
   Eigen::VectorXcd main, main_rate;                 ///< simulated main mode, m and m/s
-  Eigen::VectorXcd beside;                          ///< offset + charge + modes + runout + hum + drift, m
+  Eigen::VectorXcd main_read;                       ///< in the quantity of the record; empty: displacement, `main`
+  Eigen::VectorXcd beside;                          ///< offset + charge + modes + runout + hum + drift, as read
   /// Readings with the samples left out replaced by simulated ones, m; empty when all are used.
   Eigen::VectorXcd readings;
-  double rmse_x = 0, rmse_y = 0;  ///< measured minus simulated, m rms
+  double rmse_x = 0, rmse_y = 0;  ///< measured minus simulated, rms, SI unit of the record's quantity
+
+  const Eigen::VectorXcd& as_read() const { return main_read.size() > 0 ? main_read : main; }
 };
 
 struct OutputErrorFit {
@@ -117,7 +120,9 @@ struct OutputErrorFit {
 ///
 ///   z_model = z1(t) + offset + sum_k Gamma_k q_k(t) [+ free decays] [+ runout]   [z1 as SensorAxes reads it],
 ///
-/// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Gauss-Newton with forward sensitivities
+/// z1 the main mode of RotorModel, q_k'' + 2 zeta_k w_k q_k' + w_k^2 q_k = F. Of a record of velocity or acceleration
+/// z1 and q_k stand differentiated once or twice: z1' is a state, z1'' the right-hand side of the equation of motion;
+/// offset, decays and errors of the sensors are in the unit of the readings. Gauss-Newton with forward sensitivities
 /// integrated together with the motion (RK4, one or more steps a sample), Levenberg damping when a
 /// step fails; the linear parameters (offset, Gamma, decay, runout) are solved in every step with the others.
 /// `start` gives the rotor parameters and modes; eps per record may be given in `start_eps` (otherwise start.eps).

@@ -14,6 +14,11 @@ namespace whirl::identification {
 Recording with_angle_from_pulses(const Recording& record, const std::string& pulses,
                                  const signal::TachoOptions& tacho = {});
 
+/// Where no channel is called x or y: the record with its velocities or accelerations of the two directions so called,
+/// by the letter in their names (ax and ay, vx, acc_y, vel x); a single such channel is x whatever its name. A remark
+/// says which. A record with a displacement stays as it is. Throws Error where a direction has several such channels.
+Recording with_motion_names(Recording record);
+
 /// The record with an angle that its own vibration at one times the speed shows, for records without a tacho: the
 /// frequency of the largest line, stretch by stretch, is followed by a polynomial; then the phase behind it, less the
 /// lag of a rotor that passes its critical speed. A first guess, good to about a radian: AngleSource::vibration refines

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "whirl/core/angle_signal.hpp"
+#include "whirl/core/quantity.hpp"
 #include "whirl/core/recording.hpp"
 #include "whirl/core/summary.hpp"
 #include "whirl/signal/angle.hpp"
@@ -16,8 +17,9 @@ namespace whirl::identification {
 enum class Axes { both, x, y };
 
 struct RotorRecordOptions {
-  std::string x = "x", y = "y";  ///< displacement channels, m
+  std::string x = "x", y = "y";  ///< channels of one quantity: displacement, or see any_motion
   bool one_axis = false;         ///< a record may lack one of them: see RotorRecord::axes
+  bool any_motion = false;       ///< velocity and acceleration too: see RotorRecord::quantity
   std::string angle = "beta";    ///< encoder angle channel, rad; unused when `known_angle` is set
   signal::AngleFitOptions angle_fit;
   std::optional<AngleSignal> known_angle;  ///< angle from pulses or a profile, same samples as the record
@@ -43,8 +45,10 @@ struct RotorRecord {
   std::string source;
   double dt = 0;       ///< s
   double t0 = 0;       ///< time of the first sample, s
-  Eigen::VectorXcd z;  ///< x + i y, m
-  AngleSignal angle;   ///< when the displacement was taken
+  Eigen::VectorXcd z;  ///< x + i y, SI unit of `quantity`
+  /// Of x and y: displacement, velocity or acceleration. Noise, limits and offset have its unit too.
+  Quantity quantity = Quantity::displacement;
+  AngleSignal angle;  ///< when the readings were taken
   /// Step of the angle readings, rad, where nothing says how they are rounded (angle_fit.count_offset 0): the phase of
   /// e is known to half a step.
   double angle_step = 0;
@@ -64,6 +68,8 @@ struct RotorRecord {
   Summary summary;
 
   Eigen::Index size() const { return z.size(); }
+  /// Of the displacement that x and y are: 1 velocity, 2 acceleration.
+  int derivative() const { return quantity == Quantity::velocity ? 1 : quantity == Quantity::acceleration ? 2 : 0; }
   double turns() const;       ///< revolutions turned
   double speed_low() const;   ///< smallest |speed|, rad/s
   double speed_high() const;  ///< largest |speed|, rad/s

@@ -30,15 +30,17 @@ struct ValidateOptions {
 
 /// Free-run prediction of one record that was not used to identify.
 struct Validation {
-  /// Against measured, m rms (contains the sensor noise); NaN, with band and noise, of an axis that is not measured.
+  /// Of the record's x and y. Errors, bands, noise and peaks have its SI unit.
+  Quantity quantity = Quantity::displacement;
+  /// Against measured, rms (contains the sensor noise); NaN, with band and noise, of an axis that is not measured.
   double rmse_x = 0, rmse_y = 0;
-  double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, m rms; NaN when not given
+  double clean_rmse_x = NAN, clean_rmse_y = NAN;  ///< against `clean`, rms; NaN when not given
   double nrmse = 0;  ///< rms of measured - simulated over rms of measured - mean, both axes
   /// What the rms error of an axis may be when the model is right: 95 % band from the noise, the intervals of its
-  /// parameters and the error that it left on its own records, m rms; NaN where the model states none.
+  /// parameters and the error that it left on its own records, rms; NaN where the model states none.
   double band_x = NAN, band_y = NAN;
-  double noise_x = 0, noise_y = 0;               ///< of the record, m rms: the floor of rmse_x and rmse_y
-  double peak_measured = 0, peak_simulated = 0;  ///< largest radius about the offset, m (measured includes noise)
+  double noise_x = 0, noise_y = 0;               ///< of the record, rms: the floor of rmse_x and rmse_y
+  double peak_measured = 0, peak_simulated = 0;  ///< largest radius about the offset (measured includes noise)
   bool fold_sensitive = false;                   ///< a change of k2 within its uncertainty may make the run jump or not
   double fold_shift = 0;                         ///< motion by k2 (1 + fold_change), m rms of the radius
   UnbalanceSource unbalance = UnbalanceSource::identified;
@@ -51,7 +53,9 @@ struct Validation {
 };
 
 /// Simulates the identified rotor along the angle of `recording` and compares. Fitted to the run: the initial state (4
-/// numbers) and what the options allow, nothing else. Runout found with the model is added to the simulated readings.
+/// numbers) and what the options allow, nothing else; of a record of velocity or acceleration also the sensor offset.
+/// Runout found with the model is added to the simulated readings. Where the model was found from another quantity, the
+/// errors of those sensors are left out.
 /// Throws Error as rotor_record does.
 Validation validate(const IdentifiedModel& model, const Recording& recording, const ValidateOptions& options = {});
 

@@ -174,8 +174,15 @@ struct Stepper {
     for (Eigen::Index i = 0;; ++i) {
       out.motion.z[i] = {s.x, s.y};
       out.motion.v[i] = {s.vx, s.vy};
-      std::memcpy(&out.dx(i, 0), s.sx.parts.data(), sizeof s.sx);
-      std::memcpy(&out.dy(i, 0), s.sy.parts.data(), sizeof s.sy);
+      const Array *x = &s.sx, *y = &s.sy;
+      if (grid.derivative == 1) x = &s.sux, y = &s.suy;
+      if (grid.derivative == 2) {
+        rate(s, 2 * grid.substeps * i, gx, gy, r1);
+        out.motion.a[i] = {r1.ax, r1.ay};
+        x = &r1.sax, y = &r1.say;
+      }
+      std::memcpy(&out.dx(i, 0), x->parts.data(), sizeof *x);
+      std::memcpy(&out.dy(i, 0), y->parts.data(), sizeof *y);
       if (i + 1 == n) break;
       for (int k = 0; k < grid.substeps; ++k) {
         const Eigen::Index half = 2 * (grid.substeps * i + k);
@@ -242,6 +249,7 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
   const int lanes = needed <= kNarrow ? kNarrow : needed <= kWide ? kWide : kMostLanes;
   out.motion.z.resize(n);
   out.motion.v.resize(n);
+  if (grid.derivative == 2) out.motion.a.resize(n);
   out.dx.resize(n, lanes);
   out.dy.resize(n, lanes);
   const auto run = [&]<int Lanes>() {
@@ -265,7 +273,7 @@ void main_mode_sensitivities(const RotorModel& model, Complex eps, const Eigen::
 MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXcd& forcing, const TermForces& terms,
                      const StepGrid& grid, Complex z0, Complex dz0) {
   const Eigen::Index n = grid.samples(forcing.size());
-  MainMotion out{Eigen::VectorXcd(n), Eigen::VectorXcd(n)};
+  MainMotion out{Eigen::VectorXcd(n), Eigen::VectorXcd(n), Eigen::VectorXcd(grid.derivative == 2 ? n : 0)};
   double x = z0.real(), y = z0.imag(), vx = dz0.real(), vy = dz0.imag();
   const double h = grid.step(), q = 0.5 * h;
   const auto at = [&](double px, double py, double pvx, double pvy, Eigen::Index half) {
@@ -283,6 +291,10 @@ MainMotion main_mode(const RotorModel& model, Complex eps, const Eigen::VectorXc
     for (Eigen::Index i = 0;; ++i) {
       out.z[i] = {x, y};
       out.v[i] = {vx, vy};
+      if (grid.derivative == 2) {
+        const Local now = at(x, y, vx, vy, 2 * grid.substeps * i);
+        out.a[i] = {now.ax, now.ay};
+      }
       if (i + 1 == n) break;
       for (int k = 0; k < grid.substeps; ++k) {
         const Eigen::Index half = 2 * (grid.substeps * i + k);

@@ -32,6 +32,10 @@ enum Lane : int {
 /// The main mode at the samples.
 struct MainMotion {
   Eigen::VectorXcd z, v;  ///< m, m/s
+  Eigen::VectorXcd a;     ///< m/s^2, by the equation of motion; only where the channels read it
+
+  /// What channels of that derivative read of it.
+  const Eigen::VectorXcd& read(int derivative) const { return derivative == 0 ? z : derivative == 1 ? v : a; }
 };
 
 /// Forces beyond RotorModel, with the angle on the grid of the forcing and the time of sample 0 that they may depend
@@ -60,7 +64,8 @@ std::vector<Eigen::Index> reference_lanes(const std::vector<RotorTerm>& terms);
 
 struct Sensitivities {
   MainMotion motion;
-  /// d x / d p and d y / d p in the rows of the samples, lanes in the columns; row-major as the integration writes.
+  /// d x / d p and d y / d p, of the derivative that the channels read, in the rows of the samples, lanes in the
+  /// columns; row-major as the integration writes.
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> dx, dy;
   bool finite = true;
 };
@@ -72,6 +77,7 @@ constexpr int kMostLanes = 32;
 struct StepGrid {
   double dt;  ///< of the samples, s
   int substeps = 1;
+  int derivative = 0;  ///< of the displacement that the channels read: 1 velocity, 2 acceleration
   double step() const { return dt / substeps; }
   Eigen::Index samples(Eigen::Index values) const { return (values - 1) / (2 * substeps) + 1; }
 };

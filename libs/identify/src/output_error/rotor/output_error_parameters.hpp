@@ -55,7 +55,7 @@ Lean lean(const SensorAxes& sensor);
 /// Where an error of the probes is asked for its part in the readings.
 struct ProbePoint {
   const SensorAxes& sensor;
-  const Eigen::VectorXcd &main, &signal;  ///< simulated motion, and as the probes give it to the converters, m
+  const Eigen::VectorXcd &main, &signal;  ///< simulated motion as read, and as the probes give it to the converters
   Complex charge, charge_rate;            ///< of a high-pass, OutputErrorRecord
   double dt;
 };

@@ -89,6 +89,7 @@ void OutputErrorProblem::linearise(Point& p, SquareSum& sum) {
       sum.cost = INFINITY;
       return;
     }
+    if (measured_[r].derivative() > 0) record.main_read = motion_.motion.read(measured_[r].derivative());
     record.main.swap(motion_.motion.z);
     record.main_rate.swap(motion_.motion.v);
     const Eigen::VectorXd left = residual(p, r, record);
@@ -119,6 +120,7 @@ void OutputErrorProblem::last(Point& p, SquareSum& sum) {
     OutputErrorRecord& record = p.records[r];
     MainMotion motion = main_mode(model_of(p, record), record.eps, signals_[r].forcing, forces(p, r, signals_[r]),
                                   grid(r), record.z0, record.dz0);
+    if (measured_[r].derivative() > 0) record.main_read = motion.read(measured_[r].derivative());
     record.main = std::move(motion.z);
     record.main_rate = std::move(motion.v);
     sum.cost += residual(p, r, record).squaredNorm();
@@ -137,13 +139,14 @@ int OutputErrorProblem::substeps_needed(Point p, double chi_square) const {
   double squares = 0, values = 0;
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     const OutputErrorRecord& record = p.records[r];
-    const Eigen::VectorXcd single = record.main;
+    const Eigen::VectorXcd single = record.as_read();
     Signals s;
     refresh(p, r, measured_[r], options, known_force(r), s);
-    const MainMotion twice = main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s),
-                                       {measured_[r].dt, options.substeps}, record.z0, record.dz0);
+    const MainMotion twice =
+        main_mode(model_of(p, record), record.eps, s.forcing, forces(p, r, s),
+                  {measured_[r].dt, options.substeps, measured_[r].derivative()}, record.z0, record.dz0);
     values += measured_[r].readings();
-    squares += (single - twice.z).squaredNorm() / (0.5 * measured_[r].noise_variance());
+    squares += (single - twice.read(measured_[r].derivative())).squaredNorm() / (0.5 * measured_[r].noise_variance());
   }
   if (!std::isfinite(squares)) return 1;
   // Where the model leaves more than the noise, its intervals are as much wider; the error of these steps is no such.
@@ -171,7 +174,7 @@ Eigen::VectorXd OutputErrorProblem::residual(const Point& p, std::size_t r, Outp
   if (record.charge != 0.0) record.beside += record.charge * discharge(n, corner);
   if (record.charge_rate != 0.0) record.beside += record.charge_rate * discharge(n, corner, true);
   Eigen::VectorXd residual(2 * n);
-  const Eigen::VectorXcd model = read_by(p.sensor, record.main, m.dt) + record.beside, error = m.z - model;
+  const Eigen::VectorXcd model = read_by(p.sensor, record.as_read(), m.dt) + record.beside, error = m.z - model;
   residual.head(n) = error.real();
   residual.tail(n) = error.imag();
   const ResidualFilter& filter = filters_[r];
@@ -204,6 +207,13 @@ void OutputErrorProblem::start_state(Point& p) {
   refresh_all(p);
   for (std::size_t r = 0; r < measured_.size(); ++r) {
     OutputErrorRecord& record = p.records[r];
+    if (measured_[r].derivative() > 0) {
+      const RotorModel m = model_of(p, record);
+      const double w = record.angle.omega[0];
+      record.z0 = record.eps * signals_[r].forcing[0] / Complex(m.k1 - w * w, m.c * w);
+      record.dz0 = Complex(0, w) * record.z0;
+      continue;
+    }
     const Eigen::Index n = std::min<Eigen::Index>(100, measured_[r].size());
     const Eigen::VectorXd beta = record.angle.beta(Eigen::seqN(Eigen::Index{0}, n, Eigen::Index{2}));
     Eigen::VectorXcd z = (measured_[r].z.head(n).array() - record.offset).matrix();
@@ -239,7 +249,7 @@ void OutputErrorProblem::jacobian(const Point& p, std::size_t r, const std::vect
   const Signals& s = signals_[r];
   const double dt = measured_[r].dt;
   const HighPass corner = high_pass_of(p.sensor, dt);
-  const Eigen::VectorXcd& main = p.records[r].main;
+  const Eigen::VectorXcd& main = p.records[r].as_read();
   const Eigen::VectorXcd z = probe_signal(p.sensor, main, dt);
   const Lean own = lean(p.sensor);
   const Eigen::Index n = z.size();

@@ -58,7 +58,7 @@ class OutputErrorProblem {
   /// deviation: from the motion at p, simulated with one, and with two. `chi_square`: of the fit at p.
   int substeps_needed(Point p, double chi_square) const;
 
-  /// Main mode at sample 0 from the first samples: {1, cos beta, sin beta}, a cubic where they turn otherwise, or rest.
+  /// Main mode at sample 0: from the first samples, or of velocity and acceleration the model's whirl at that speed.
   void start_state(Point& p);
 
  private:
@@ -74,7 +74,7 @@ class OutputErrorProblem {
     }
   }
   const Eigen::VectorXcd* known_force(std::size_t r) const { return forces_.empty() ? nullptr : &forces_[r]; }
-  StepGrid grid(std::size_t r) const { return {measured_[r].dt, steps_of(options_)}; }
+  StepGrid grid(std::size_t r) const { return {measured_[r].dt, steps_of(options_), measured_[r].derivative()}; }
   TermForces forces(const Point& p, std::size_t r, const Signals& s) const {
     return {p.terms, s.angle, measured_[r].t0, s.known.size() > 0 ? &s.known : nullptr};
   }

@@ -84,7 +84,7 @@ void take_over(const std::vector<detail::Parameter>& parameters, detail::Point&&
 }  // namespace
 
 Eigen::VectorXcd OutputErrorFit::read_main(std::size_t r) const {
-  return detail::read_by(sensor, records[r].main, records[r].angle.dt);
+  return detail::read_by(sensor, records[r].as_read(), records[r].angle.dt);
 }
 
 Eigen::Index OutputErrorFit::index(const std::string& name) const {

@@ -97,7 +97,7 @@ Eigen::VectorXcd refined_force(const Eigen::VectorXcd& force, const AngleSignal&
   return out;
 }
 
-void refresh_modes(const Point& p, std::size_t r, double dt, int substeps, bool poles, Signals& s) {
+void refresh_modes(const Point& p, std::size_t r, const RotorRecord& measured, int substeps, bool poles, Signals& s) {
   const OutputErrorRecord& record = p.records[r];
   s.modal.clear();
   s.modal_w.clear();
@@ -105,7 +105,8 @@ void refresh_modes(const Point& p, std::size_t r, double dt, int substeps, bool 
   for (std::size_t k = 0; k < p.model.modes.size(); ++k) {
     const ForcedMode& m = p.model.modes[k];
     const auto response = [&](double w, double zeta) -> Eigen::VectorXcd {
-      const Eigen::VectorXcd q = rotor::modal_response(w, zeta, s.forcing, dt / substeps, record.angle.omega[0]);
+      const Eigen::VectorXcd q = rotor::modal_response(w, zeta, s.forcing, measured.dt / substeps,
+                                                       record.angle.omega[0], measured.derivative());
       return q(Eigen::seqN(Eigen::Index{0}, record.angle.samples(), Eigen::Index{substeps}));
     };
     s.modal.push_back(response(m.omega, m.zeta));
@@ -157,7 +158,7 @@ void refresh(Point& p, std::size_t r, const RotorRecord& measured, const OutputE
     refresh_runout(record, options.runout_harmonics, s);
   }
   if (first || turning || options.poles) {
-    refresh_modes(p, r, measured.dt, substeps, options.poles, s);
+    refresh_modes(p, r, measured, substeps, options.poles, s);
     refresh_decays(p, r, measured, s);
   }
 }

@@ -13,6 +13,7 @@ const TermEntry& probe_curve() {
             const Eigen::VectorXcd bent = detail::cubes(at.main);
             return read_by_both(at, corner.any() ? detail::high_passed(bent, corner) : bent);
           },
+      .of_displacement = true,
       .usual = [](const TermScale& s) { return 0.01 / (s.peak * s.peak); },  // data sheets: about 1 % of the range
       .hidden_decider = "calibrate the probes over the whole orbit",
   };

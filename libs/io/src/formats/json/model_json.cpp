@@ -83,7 +83,7 @@ std::array<double, 5> rotor_values(const RotorModel& r) { return {r.k1, r.k2, r.
 }  // namespace
 
 std::string_view parameter_unit(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 49> units{
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 51> units{
       {{"k1", "1/s^2"},
        {"k2", "1/(m^2 s^2)"},
        {"c", "1/s"},
@@ -93,6 +93,8 @@ std::string_view parameter_unit(std::string_view name) {
        {"c_conj", "1/s"},
        {"eps", "m"},
        {"offset", "m"},
+       {"offset_velocity", "m/s"},
+       {"offset_acceleration", "m/s^2"},
        {"gain", "1/kg"},
        {"omega", "rad/s"},
        {"f0", "Hz"},
@@ -208,6 +210,18 @@ std::vector<std::pair<std::string, Estimate>> read_estimates(const JsonReader& i
   return out;
 }
 
+std::string noise_key(Quantity quantity) {
+  return quantity == Quantity::velocity       ? "noise_sd_m_s"
+         : quantity == Quantity::acceleration ? "noise_sd_m_s2"
+                                              : "noise_sd_m";
+}
+
+Quantity read_motion_quantity(const JsonReader& in) {
+  for (const Quantity q : {Quantity::displacement, Quantity::velocity, Quantity::acceleration})
+    if (in.text() == to_string(q)) return q;
+  throw in.error("must be displacement, velocity or acceleration");
+}
+
 std::vector<double> read_rotor_covariance(const JsonReader& in) {
   std::vector<double> out = in.numbers();
   if (!out.empty() && out.size() != 25) throw in.error(fmt::format("{} values, must be 25 or none", out.size()));
@@ -294,7 +308,12 @@ Json to_json(const IdentifiedModel& model) {
       .set("rotor_covariance", Json(model.rotor_covariance))
       .set("parameter_covariance",  // parameters added above have none
            Json(complete ? model.parameter_covariance : std::vector<double>{}));
-  out.set("sample_time_s", model.sample_time).set("noise_sd_m", model.noise_sd);
+  out.set("sample_time_s", model.sample_time);
+  if (model.quantity == Quantity::displacement) {
+    out.set("noise_sd_m", model.noise_sd);
+  } else {
+    out.set("quantity", std::string(to_string(model.quantity))).set(noise_key(model.quantity), model.noise_sd);
+  }
   finish(out, model.summary, model.provenance);
   return out;
 }
@@ -347,7 +366,8 @@ IdentifiedModel from_json(const Json& document, std::string_view source) {
         .error(fmt::format("{} values, must be {} or none", model.parameter_covariance.size(), n * n));
   }
   model.sample_time = in.at("sample_time_s").number();
-  model.noise_sd = in.at("noise_sd_m").number_or_nan();
+  if (in.has("quantity")) model.quantity = read_motion_quantity(in.at("quantity"));
+  model.noise_sd = in.at(noise_key(model.quantity)).number_or_nan();
   read_finish(in, model);
   return model;
 }

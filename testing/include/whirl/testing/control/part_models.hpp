@@ -157,6 +157,9 @@ inline void add_part(IdentifiedModel& model, identification::ModelPart part) {
     case ModelPart::drifts:
       put(model, "k1_drift", -30);
       break;
+    case ModelPart::other_quantity:
+      model.quantity = Quantity::acceleration;
+      break;
     case ModelPart::twice_speed:
       put(model, "e2_forward_re", 1e-4);
       break;

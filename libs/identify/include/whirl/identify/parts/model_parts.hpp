@@ -36,8 +36,9 @@ enum class ModelPart {
   hidden_states,     ///< states h1, h2, ... that no channel measures
   input_timing,      ///< inputs that are held or late
   drive,             ///< equation of the speed
+  other_quantity,    ///< its records read velocity or acceleration
 };
-inline constexpr std::size_t kModelParts = static_cast<std::size_t>(ModelPart::drive) + 1;
+inline constexpr std::size_t kModelParts = static_cast<std::size_t>(ModelPart::other_quantity) + 1;
 
 /// Steps that take a model. `whirl run` takes the controller: what holds for `design` holds there.
 enum class Consumer {
