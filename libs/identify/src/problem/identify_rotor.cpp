@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -16,6 +17,7 @@
 #include "problem/record_noise.hpp"
 #include "problem/rotor_equations.hpp"
 #include "problem/start_motion.hpp"
+#include "terms/catalogue.hpp"
 #include "whirl/core/angles.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/identify/rotor_angle.hpp"
@@ -247,6 +249,29 @@ WeakRotorFit weak_start(const std::vector<RotorRecord>& moving, WeakRotorOptions
   return first;
 }
 
+/// Velocity pickups and accelerometers pass no constant: their high-pass is in the model from the start, where the
+/// trajectory confirms it as it does a term of the search. (Found later it has a rival, the delay of the readings.)
+void take_high_pass(const std::vector<RotorRecord>& records, const RotorIdentifyOptions& options, WeakRotorFit& first,
+                    OutputErrorOptions& active) {
+  constexpr double kCorner = 2 * std::numbers::pi;  // rad/s; data sheets say 0.1 to 5 Hz
+  if (!options.terms) return;
+  OutputErrorOptions with = active;
+  with.sensors.push_back(&terms::ac_coupling());
+  with.sensor.high_pass = kCorner;
+  const OutputErrorFit plain = fit_output_error_rotor(records, first.model, active, first.eps);
+  const OutputErrorFit coupled = fit_output_error_rotor(records, first.model, with, first.eps);
+  if (coupled.summary.status == Status::unusable) return;
+  double readings = 0;
+  for (const RotorRecord& r : records) readings += r.readings();
+  const double left = coupled.summary.chi_square, gain = readings * (plain.summary.chi_square - left);
+  const bool none = plain.summary.status == Status::unusable;
+  if (!none && !(gain > options.score_threshold * std::max(1.0, left))) return;
+  with.sensor = coupled.sensor;
+  active = std::move(with);
+  first.model = coupled.model;
+  for (std::size_t r = 0; r < first.eps.size(); ++r) first.eps[r] = coupled.records[r].eps;
+}
+
 std::string of_one_place(Quantity quantity) {
   return fmt::format(
       "x and y are the {} of one place: k1, k2, c and e are those of its motion, as the sensors are "
@@ -299,6 +324,7 @@ RotorIdentification identify_rotor_detailed(const std::vector<RotorRecord>& give
     const OutputErrorFit plain = fit_output_error_rotor(records, first.model, result.active, first.eps);
     for (std::size_t r = 0; r < plain.records.size(); ++r) detail::refine_noise(plain.records[r], records[r]);
   }
+  if (!displacement) take_high_pass(records, options, first, result.active);
   detail::GrownRotor grown = grow(records, moving, weak, std::move(first), options, result.active);
   if (!grown.usable()) {
     for (const std::string& w : grown.warnings) model.summary.warn(w);

@@ -188,8 +188,11 @@ std::vector<Parameter> parameter_list(const std::vector<RotorRecord>& records, c
       list.push_back({name(fmt::format("profile{}", k + 1), r), Kind::lane, r, kProfile + k});
     }
     for (const TermEntry* entry : term_catalogue()) {
-      if (!entry->charge.empty() && (options.estimates(*entry) || options.sensor.*entry->sensor > 0))
-        add_complex(list, std::string(entry->charge), Kind::charge, r, entry->after != nullptr);
+      if (entry->charge.empty() || !(options.estimates(*entry) || options.sensor.*entry->sensor > 0)) continue;
+      const bool rate = entry->after != nullptr, whole = records[static_cast<std::size_t>(r)].derivative() == 0;
+      const std::string charge(entry->charge);
+      if (whole || axes != Axes::y) list.push_back({name(charge + "_re", r), Kind::charge, r, rate, false});
+      if (whole || axes != Axes::x) list.push_back({name(charge + "_im", r), Kind::charge, r, rate, true});
     }
     if (options.offset && axes != Axes::y) list.push_back({name("offset_re", r), Kind::offset, r, 0, false});
     if (options.offset && axes != Axes::x) list.push_back({name("offset_im", r), Kind::offset, r, 0, true});
