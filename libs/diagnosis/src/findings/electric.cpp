@@ -9,10 +9,11 @@ namespace whirl::diagnosis::detail {
 namespace {
 
 constexpr std::size_t kQuarter = 4;
-constexpr double kEdge = 4.5;         // steps: the lobe of a Hann window from its top on
-constexpr double kPairReach = 0.47;   // orders from 1X or 2X within which a line may be a sideband
-constexpr double kPairChance = 1e-6;  // of its mirror
-constexpr double kPairShare = 0.5;    // of its amplitude that the mirror has
+constexpr double kEdge = 4.5;               // steps: the lobe of a Hann window from its top on
+constexpr double kFollowedBeat = 1.0 / 16;  // orders: the blocks of such an angle are 16 turns
+constexpr double kPairReach = 0.47;         // orders from 1X or 2X within which a line may be a sideband
+constexpr double kPairChance = 1e-6;        // of its mirror
+constexpr double kPairShare = 0.5;          // of its amplitude that the mirror has
 
 struct Search {
   Line line;
@@ -114,6 +115,24 @@ bool is_sideband(const std::vector<LineBlock>& blocks, const Search& s, const st
   });
 }
 
+// Adds the line about `nominal` where it is one of the supply; whether it was added.
+bool find_line(ChannelStudy& s, const std::vector<LineBlock>& blocks, double nominal, int multiple,
+               VibrationCode code) {
+  const Search found = search(blocks, nominal);
+  if (found.values.empty()) return false;
+  VibrationFinding f;
+  f.code = code;
+  f.size = ChannelStudy::mean_amplitude(found.values);
+  f.chance = found.chance * static_cast<double>(s.options.mains.size());
+  f.frequency = found.line.frequency;
+  f.causes = multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
+                           : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
+  if (!s.runs() && is_sideband(blocks, found, s.options.mains)) return false;
+  if (!s.add(std::move(f))) return false;
+  s.electric.push_back(found.line);
+  return true;
+}
+
 }  // namespace
 
 void find_electric(ChannelStudy& s) {
@@ -124,21 +143,15 @@ void find_electric(ChannelStudy& s) {
       if (v.share >= kLeastShare) s.largest = std::max(s.largest, v.amplitude());
     }
   }
-  const double tests = static_cast<double>(s.options.mains.size());
   for (const double mains : s.options.mains) {
     for (const auto& [multiple, code] :
          {std::pair{1, VibrationCode::line_frequency}, std::pair{2, VibrationCode::twice_line_frequency}}) {
-      Search found = search(blocks, multiple * mains);
-      if (found.values.empty()) continue;
-      VibrationFinding f;
-      f.code = code;
-      f.size = ChannelStudy::mean_amplitude(found.values);
-      f.chance = found.chance * tests;
-      f.frequency = found.line.frequency;
-      f.causes = multiple == 1 ? std::vector{Cause::pickup, Cause::electric, Cause::other_machine}
-                               : std::vector{Cause::electric, Cause::pickup, Cause::other_machine};
-      if (!s.runs() && is_sideband(blocks, found, s.options.mains)) continue;
-      if (s.add(f)) s.electric.push_back(found.line);
+      if (find_line(s, blocks, multiple * mains, multiple, code)) continue;
+      // An angle taken from the vibration follows the beat of 1X with a line beside it, which has a mirror then.
+      const auto beats = [&](const LineBlock& b) {
+        return std::abs(multiple * mains / b.turning() - 1) < kFollowedBeat;
+      };
+      if (!s.phase && std::ranges::any_of(blocks, beats)) s.unjudged(code, UnjudgedReason::line_beside_1x);
     }
   }
   std::vector<Line> lines = order_lines();
