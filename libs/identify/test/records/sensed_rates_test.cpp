@@ -105,7 +105,7 @@ TEST_P(SensedRates, AModelIsValidatedInTheUnitOfEachRecord) {
   ASSERT_TRUE(id.usable());
   EXPECT_EQ(id.evidence.held_out.unit, si_unit(GetParam())) << id.evidence.held_out.reason;
   ASSERT_EQ(id.evidence.held_out.scores.size(), 2U);
-  const IdentifiedModel read = io::from_json<IdentifiedModel>(io::to_json(id.model));
+  const IdentifiedModel read = io::from_json<IdentifiedModel>(io::to_json(id.model), "model");
   EXPECT_EQ(read.quantity, GetParam());
   EXPECT_EQ(read.noise_sd, id.model.noise_sd);
   for (const Quantity other : {Quantity::displacement, Quantity::velocity, Quantity::acceleration}) {
@@ -120,7 +120,7 @@ TEST_P(SensedRates, AModelIsValidatedInTheUnitOfEachRecord) {
   }
 }
 
-TEST(SensedRates, WhatCannotBeUsedIsRefusedByName) {
+TEST(SensedRatesRefused, WhatCannotBeUsedIsNamed) {
   const Recording record = sensed_record(drawn(Quantity::acceleration, 7061), 1);
   Recording mixed = record;
   mixed.channels[0].quantity = Quantity::displacement;
