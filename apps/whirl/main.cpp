@@ -125,6 +125,7 @@ int run(int argc, char** argv) {
   add_runup(app, session);
   app.section("Flexible rotors: from geometry");
   add_rotor(app, session);
+  add_centrifuge(app, session);
   app.section("Control: design, test, export");
   add_design(app, session);
   add_margins(app, session);

@@ -61,6 +61,26 @@ TEST(RotorE2e, FitFindsTheBearingsOfARecordedRotor) {
   EXPECT_NE(missing.err.find("trial"), std::string::npos) << missing.err;
 }
 
+TEST(RotorE2e, CentrifugeCheckAndLimits) {
+  const Folder folder;
+  ASSERT_EQ(folder.whirl("rotor new --template centrifuge --out rotor.toml").exit_code, 0);  // 10 g in bucket 1
+  ASSERT_EQ(folder.whirl("rotor run rotor.toml --from-rpm 40 --to-rpm 170 --seconds 60 --out spinup.csv").exit_code, 0);
+  const Outcome outcome = folder.whirl("centrifuge check rotor.toml spinup.csv --json --quiet");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const io::Json document = io::parse_json(outcome.out, "stdout");
+  const io::JsonReader in(document, "stdout");
+  EXPECT_EQ(in.at("verdict").text(), "wrong");
+  EXPECT_EQ(in.at("named").numbers(), std::vector<double>{1});
+  const auto interval = in.at("imbalance").at("ci95").numbers();
+  EXPECT_TRUE(interval[0] < 0.010 && 0.010 < interval[1]) << outcome.out;
+  const Outcome limits = folder.whirl("centrifuge limits rotor.toml --to-rpm 2000 --out limits.csv --json --quiet");
+  ASSERT_EQ(limits.exit_code, 0) << limits.err;
+  EXPECT_EQ(io::read_table(folder / "limits.csv").rows(), 200);
+  const Outcome none = folder.whirl("centrifuge check rotor.toml spinup.csv --sensor housing");
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.err.find("--sensor"), std::string::npos) << none.err;
+}
+
 TEST(RotorE2e, CriticalsOfTheTwoDiscRotor) {
   const Folder folder;
   ASSERT_EQ(folder.whirl("rotor new --out rotor.toml").exit_code, 0);

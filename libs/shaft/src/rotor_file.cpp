@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "centrifuge/centrifuge_file.hpp"
 #include "fit/fit_file.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/io/settings.hpp"
@@ -56,9 +57,10 @@ class RotorReader {
     read_supports();
     read_excitation();
     FitSetup fit = read_fit_setup(s_, rotor_);
+    CentrifugeSetup centrifuge = read_centrifuge(s_, rotor_);
     s_.finish();
     check(rotor_);
-    return {std::move(rotor_), std::move(fit)};
+    return {std::move(rotor_), std::move(fit), std::move(centrifuge)};
   }
 
  private:

@@ -249,6 +249,22 @@ radius_mm = 90
 [[probe]]
 name = "hub"
 position_mm = 340
+
+[[accelerometer]]         # on the housing; positions run upwards
+name = "housing"
+on = "motor"
+position_mm = 200
+
+[centrifuge]              # for `whirl centrifuge`
+plane_mm = 360            # of the buckets
+radius_mm = 90
+buckets = 4               # bucket 1 at first_bucket_deg = 0 from the mark, with the rotation
+allowed_gram = 3          # imbalance with which it may pass its critical speeds
+load_gram = 400           # tubes in all buckets together, at most
+mount_stiffness_percent = 10
+mount_damping_percent = 50
+sensor_gain_percent = 3
+sensor_angle_deg = 2
 )";
 
 constexpr std::string_view kKit =

@@ -4,7 +4,9 @@
 
 #include <cctype>
 
+#include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/file.hpp"
+#include "whirl/io/signals.hpp"
 
 namespace whirl::app {
 namespace {
@@ -44,6 +46,21 @@ std::string column_name(std::string text) {
   for (char& c : text)
     if (std::isalnum(static_cast<unsigned char>(c)) == 0) c = '_';
   return text;
+}
+
+TurningRecord load_turning_record(const std::string& file) {
+  TurningRecord t{io::read_recording(file, {}), 0, {}};
+  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(t.record);
+  if (!rotation) throw Error(file + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
+  t.first = rotation->first;
+  t.angle = rotation->angle;
+  return t;
+}
+
+std::string channel_of(const Recording& record, const std::string& name) {
+  for (const std::string& channel : {name, column_name(name)})
+    if (record.has(channel)) return channel;
+  return "";
 }
 
 std::string whirl_word(double direction) {

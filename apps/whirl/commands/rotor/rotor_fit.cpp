@@ -4,10 +4,8 @@
 
 #include "rotor.hpp"
 #include "whirl/core/angles.hpp"
-#include "whirl/diagnosis/rotation.hpp"
 #include "whirl/io/csv.hpp"
 #include "whirl/io/file.hpp"
-#include "whirl/io/signals.hpp"
 #include "whirl/report/format.hpp"
 #include "whirl/report/table.hpp"
 #include "whirl/shaft/fit/fit_json.hpp"
@@ -22,10 +20,8 @@ struct RotorFitOptions {
   int points = 200, restarts = 10;
 };
 
-/// The channel of a probe: its name, as it is or as `whirl rotor run` writes it.
 std::string probe_channel(const Recording& record, const shaft::Probe& probe) {
-  for (const std::string& name : {probe.name, column_name(probe.name)})
-    if (record.has(name)) return name;
+  if (const std::string channel = channel_of(record, probe.name); !channel.empty()) return channel;
   std::string known;
   for (const Channel& c : record.channels) known += (known.empty() ? "" : ", ") + c.name;
   throw Error(fmt::format("{}: no channel '{}' of the [[probe]] of that name; the record has {}", record.source,
@@ -33,12 +29,10 @@ std::string probe_channel(const Recording& record, const shaft::Probe& probe) {
 }
 
 shaft::OrderRun load_run(const std::string& file, const shaft::Rotor& rotor) {
-  const Recording record = io::read_recording(file, {});
-  const std::optional<diagnosis::Rotation> rotation = diagnosis::rotation_of(record);
-  if (!rotation) throw Error(file + ": no channel 'key', 'keyphasor', 'tacho' or 'beta' shows a turning shaft");
+  const TurningRecord turning = load_turning_record(file);
   std::vector<std::string> channels;
-  for (const shaft::Probe& p : rotor.probes) channels.push_back(probe_channel(record, p));
-  return shaft::order_run(record, rotation->first, rotation->angle, channels,
+  for (const shaft::Probe& p : rotor.probes) channels.push_back(probe_channel(turning.record, p));
+  return shaft::order_run(turning.record, turning.first, turning.angle, channels,
                           std::filesystem::path(file).stem().string());
 }
 

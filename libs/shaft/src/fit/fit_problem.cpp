@@ -16,33 +16,6 @@ namespace {
 using Complex = std::complex<double>;
 constexpr int kNodes = 16;  // speeds at which the modes of a sweep are found
 
-/// Adds the slopes of what a sweep leaves in the readings over the structural unknowns, for sizes of the columns.
-void add_sweep_slopes(const SweepPart& sweep, Index block, const SweepNode& node, const VectorXcd& sizes,
-                      MatrixXcd& slopes) {
-  const Index count = node.pole.size(), columns = sizes.size(), probes = slopes.rows();
-  for (Index k = 0; k < count; ++k) {
-    Complex value = 0, slope = 0, twice = 0, twice_slope = 0;  // the latter of c e^{2 i theta}, read as conjugate
-    for (Index c = 0; c < columns; ++c) {
-      const Index at = c * count + k;
-      value += sweep.value(at, block) * sizes[c];
-      slope += sweep.slope(at, block) * sizes[c];
-      twice += sweep.twice(at, block) * sizes[c];
-      twice_slope += sweep.twice_slope(at, block) * sizes[c];
-    }
-    const Complex unit = sweep.value(columns * count + k, block), unit_twice = sweep.twice(columns * count + k, block);
-    for (Index u = 0; u < slopes.cols(); ++u) {
-      Complex source = 0;
-      for (Index c = 0; c < columns; ++c) source += node.source_slopes(c * count + k, u) * sizes[c];
-      const Complex coordinate = node.pole_slopes(k, u) * slope + source * unit;
-      const Complex doubled = node.pole_slopes(k, u) * twice_slope + source * unit_twice;
-      for (Index p = 0; p < probes; ++p) {
-        const Complex reading = node.reading(p, k), turned = node.reading_slopes(k * probes + p, u);
-        slopes(p, u) += reading * coordinate + turned * value + std::conj(reading * doubled + turned * twice);
-      }
-    }
-  }
-}
-
 constexpr double kLongest = 0.7;  // largest step of a logarithm: a factor of two
 
 SweepPart no_sweep(const FitModel& model, const OrderRun& run) {
@@ -113,9 +86,9 @@ void FitProblem::evaluate(const VectorXd& t) {
     const OrderRun& run = runs_[r];
     RunState& state = states_[r];
     // A run without times is a table of steady vectors.
-    state.sweep = run.time.size() > 0 ? sweep_part(*model_, modes_, run) : no_sweep(*model_, run);
-    state.readings = state.sweep.readings;
-    state.conjugate = state.sweep.conjugate;
+    SweepPart sweep = run.time.size() > 0 ? sweep_part(*model_, modes_, run) : no_sweep(*model_, run);
+    state.readings = std::move(sweep.readings);
+    state.conjugate = std::move(sweep.conjugate);
     state.steady.resize(static_cast<std::size_t>(run.blocks()));
     for (Index b = 0; b < run.blocks(); ++b) {
       SteadyPoint& point = state.steady[static_cast<std::size_t>(b)];
@@ -132,18 +105,16 @@ void FitProblem::visit(const VectorXd& t, bool slopes, Row&& row) {
   const Index probes = set.probes, first_linear = set.structural;
   VectorXcd slope = VectorXcd::Zero(set.size());
   MatrixXcd structural = MatrixXcd::Zero(probes, set.structural);
-  SweepNode node;
   for (std::size_t r = 0; r < runs_.size(); ++r) {
     const OrderRun& run = runs_[r];
     const RunState& state = states_[r];
     const VectorXcd sizes = model_->sizes(t, run.name);
+    const bool swept = run.time.size() > 0 && modes_.count > 0;
+    const MatrixXcd sweep = slopes && swept ? sweep_slopes(*model_, modes_, run, sizes) : MatrixXcd();
     for (Index b = 0; b < run.blocks(); ++b) {
       if (slopes) {
         structural = model_->steady_slopes(run.speed[b], state.steady[static_cast<std::size_t>(b)], sizes);
-        if (!state.sweep.empty()) {
-          modes_.read(run.speed[b], node, true);
-          add_sweep_slopes(state.sweep, b, node, sizes, structural);
-        }
+        if (swept) structural += sweep.col(b).reshaped(probes, set.structural);
       }
       for (Index p = 0; p < probes; ++p) {
         Complex motion = 0;

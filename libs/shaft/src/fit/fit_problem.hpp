@@ -50,7 +50,6 @@ class FitProblem {
  private:
   struct RunState {
     std::vector<SteadyPoint> steady;
-    SweepPart sweep;
     Eigen::MatrixXcd readings;  ///< (probes columns) x blocks, steady and swept
     Eigen::MatrixXcd conjugate;
   };

@@ -26,23 +26,29 @@ struct SweepModes {
   std::vector<SweepNode> nodes;
   Eigen::Index count = 0;
 
-  /// Between two nodes: poles by the cubic through values and slopes, slopes over unknowns linear, all else by the
-  /// cubic through the four nodes about.
-  /// Without `whole` only what the motion needs.
-  void read(double speed, SweepNode& node, bool whole) const;
+  enum class Part {
+    motion,  ///< poles, sources and coupling
+    slopes,  ///< with them the slopes of poles and sources
+    whole,   ///< with these the readings and their slopes
+  };
+  /// Between two nodes: poles by the cubic through values and slopes, all else by the cubic through the four nodes
+  /// about.
+  void read(double speed, SweepNode& node, Part part) const;
 };
 SweepModes sweep_modes(const FitModel& model, double lowest, double highest, int nodes);
 
 /// How the vectors of a run differ from the steady ones: mean coordinates of the modes in each block less their steady
-/// ones. Column k + modes c of the mode k under a unit of force column c; a last column of each stands for a source of
-/// one.
+/// ones.
 struct SweepPart {
-  Eigen::MatrixXcd readings;            ///< (probes columns) x blocks: added to the steady readings
-  Eigen::MatrixXcd conjugate;           ///< the same, times the conjugate size: what a change within a turn leaves
-  Eigen::MatrixXcd value, twice;        ///< (modes (columns + 1)) x blocks: c, and of c e^{2 i theta}
-  Eigen::MatrixXcd slope, twice_slope;  ///< of those over the mode's own pole
-  bool empty() const { return value.size() == 0; }
+  Eigen::MatrixXcd readings;   ///< (probes columns) x blocks: added to the steady readings, for a unit of a column
+  Eigen::MatrixXcd conjugate;  ///< the same, times the conjugate size: what a change within a turn leaves
 };
 SweepPart sweep_part(const FitModel& model, const SweepModes& modes, const OrderRun& run);
+
+/// Slopes of the same over the structural unknowns, for given sizes of the columns: (probes unknowns) x blocks. The
+/// equation of a coordinate, differentiated, is integrated beside it: the slope at a block holds the way there. How the
+/// coupling of the modes moves is left out.
+Eigen::MatrixXcd sweep_slopes(const FitModel& model, const SweepModes& modes, const OrderRun& run,
+                              const Eigen::VectorXcd& sizes);
 
 }  // namespace whirl::shaft

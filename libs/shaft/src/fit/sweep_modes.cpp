@@ -77,16 +77,24 @@ bool continue_pairs(const std::vector<StatePair>& before, StatePairs& found) {
   return true;
 }
 
+/// Slopes of the mass over the structural unknowns, times `v`: what is quadratic in s of those of the dynamic
+/// stiffness.
+MatrixXcd mass_slopes(const FitModel& model, double speed, const VectorXcd& v) {
+  const MatrixXcd one = model.dynamic_slopes(speed, speed, v), other = model.dynamic_slopes(speed, -speed, v);
+  return (one + other - 2 * model.dynamic_slopes(speed, 0, v)) / (2 * speed * speed);
+}
+
 /// Slopes of pole, shape and source of each mode over the structural unknowns: r_k moves by sum_j r_j (l_j' dA r_k) /
 /// (a_k - a_j) over all other modes, l_k alike (Nelson's sum; Adhikari, Structural Dynamic Analysis, 2013, ch. 1).
-void add_slopes(const FitModel& model, double speed, const MatrixXcd& lower, const MatrixXcd& shape,
-                const VectorXcd& poles, SweepNode& node) {
+void add_slopes(const FitModel& model, double speed, const MatrixXd& inverse_mass, const MatrixXcd& lower,
+                const MatrixXcd& shape, const VectorXcd& poles, SweepNode& node) {
   const Index count = node.pole.size(), all = poles.size(), unknowns = model.parameters().structural;
   const Index probes = model.probe_rows().rows(), columns = model.columns();
   const MatrixXcd readings = model.probe_rows() * shape;
   MatrixXcd forces(lower.rows(), columns);
   for (Index c = 0; c < columns; ++c) forces.col(c) = model.force(c);
   const MatrixXcd sources = lower.transpose() * forces;
+  const MatrixXcd accelerations = inverse_mass.cast<Complex>() * forces;
   node.pole_slopes.resize(count, unknowns);
   node.reading_slopes = MatrixXcd::Zero(probes * count, unknowns);
   node.source_slopes = MatrixXcd::Zero(count * columns, unknowns);
@@ -108,6 +116,10 @@ void add_slopes(const FitModel& model, double speed, const MatrixXcd& lower, con
         for (Index c = 0; c < columns; ++c) node.source_slopes(c * count + k, u) += turn_left * sources(j, c);
       }
     }
+  }
+  for (Index c = 0; c < columns; ++c) {  // the force moves the rotor by the inverse of its mass
+    const MatrixXcd lost = lower.leftCols(count).transpose() * mass_slopes(model, speed, accelerations.col(c));
+    node.source_slopes.middleRows(c * count, count) -= lost;
   }
   for (Index u = 0; u < unknowns; ++u) {
     const MatrixXcd moved = model.force_slopes(u);
@@ -137,7 +149,7 @@ SweepNode make_node(const FitModel& model, double speed, const MatrixXd& inverse
   node.source.resize(count, model.columns());
   node.coupling = MatrixXcd::Zero(count, count);
   for (Index c = 0; c < model.columns(); ++c) node.source.col(c) = lower.leftCols(count).transpose() * model.force(c);
-  add_slopes(model, speed, lower, shape, poles, node);
+  add_slopes(model, speed, inverse_mass, lower, shape, poles, node);
   for (Index j = 0; j < count; ++j) {
     const VectorXcd change = -(node.pole[j] * (turn.damping * shape.col(j)) + turn.stiffness * shape.col(j));
     for (Index k = 0; k < count; ++k) {
@@ -176,7 +188,7 @@ SweepModes sweep_modes(const FitModel& model, double lowest, double highest, int
   return modes;
 }
 
-void SweepModes::read(double v, SweepNode& node, bool whole) const {
+void SweepModes::read(double v, SweepNode& node, Part part) const {
   const Index n = speed.size();
   const double spacing = (speed[n - 1] - speed[0]) / static_cast<double>(n - 1);
   const double place = std::clamp((v - speed[0]) / spacing, 0.0, static_cast<double>(n - 1));
@@ -195,11 +207,13 @@ void SweepModes::read(double v, SweepNode& node, bool whole) const {
   const SweepNode &n0 = at(from), &n1 = at(from + 1), &n2 = at(from + 2), &n3 = at(from + 3);
   node.source = w0 * n0.source + w1 * n1.source + w2 * n2.source + w3 * n3.source;
   node.coupling = w0 * n0.coupling + w1 * n1.coupling + w2 * n2.coupling + w3 * n3.coupling;
-  if (!whole) return;
+  if (part == Part::motion) return;
+  node.pole_slopes = w0 * n0.pole_slopes + w1 * n1.pole_slopes + w2 * n2.pole_slopes + w3 * n3.pole_slopes;
+  node.source_slopes = w0 * n0.source_slopes + w1 * n1.source_slopes + w2 * n2.source_slopes + w3 * n3.source_slopes;
+  if (part == Part::slopes) return;
   node.reading = w0 * n0.reading + w1 * n1.reading + w2 * n2.reading + w3 * n3.reading;
-  node.pole_slopes = a * l.pole_slopes + b * r.pole_slopes;
-  node.reading_slopes = a * l.reading_slopes + b * r.reading_slopes;
-  node.source_slopes = a * l.source_slopes + b * r.source_slopes;
+  node.reading_slopes =
+      w0 * n0.reading_slopes + w1 * n1.reading_slopes + w2 * n2.reading_slopes + w3 * n3.reading_slopes;
 }
 
 }  // namespace whirl::shaft

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <vector>
 
+#include "whirl/shaft/centrifuge/setup.hpp"
 #include "whirl/shaft/fit/setup.hpp"
 #include "whirl/shaft/rotor.hpp"
 
@@ -11,10 +12,12 @@ namespace whirl::shaft {
 
 /// Rotor from TOML; docs/rotor.md lists the keys. Throws Error with file, line, key, value and what is allowed.
 Rotor read_rotor(const std::filesystem::path& file);
-/// The same with what a fit is to find: [fit] and [[trial]].
+/// The same with what a fit is to find, [fit] and [[trial]], and what a centrifuge is, [centrifuge] and
+/// [[accelerometer]].
 struct RotorJob {
   Rotor rotor;
   FitSetup fit;
+  CentrifugeSetup centrifuge;
 };
 RotorJob read_rotor_job(const std::filesystem::path& file);
 RotorJob parse_rotor_job(std::string_view text, std::string_view name);
