@@ -176,6 +176,13 @@ AngleFit angle_of_tacho(const Recording& record, const std::string& name, const 
     }
   }();
   if (fit.pattern.assumed) require_one_a_turn(record, *channel, fit, train.times);
+  // The number of a few marks is told by their unevenness alone, 4 % or more: the pattern learned must show it.
+  constexpr double kShown = 0.01;
+  constexpr std::size_t kFew = 4;
+  const bool few = fit.pattern.marks.size() > 1 && fit.pattern.marks.size() <= kFew && fit.pattern.missing() == 0;
+  if (!tacho.stated() && few && !fit.pattern.assumed && fit.pattern.unevenness() < kShown)
+    throw Error(fmt::format("{}: channel {}: {}: too even to tell their number: state it (--pulses N)", record.source,
+                            channel->name, fit.pattern.text()));
   said.push_back(fmt::format("angle from channel {}: {}, {} edges{}", channel->name, fit.pattern.text(),
                              train.edge == Edge::rising    ? "rising"
                              : train.edge == Edge::falling ? "falling"
