@@ -42,7 +42,7 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "whirl modes blow.json": "a measured file: reference tests",
     "whirl identify big.csv": "a gigabyte",
     "whirl rotor fit": "RotorE2e, examples/11_rotor_fit",
-    "whirl centrifuge check": "RotorE2e, examples/12_centrifuge",
+    "whirl centrifuge check": "RotorE2e, examples/18_centrifuge",
     "whirl info r.csv --json >/dev/full": "fails on purpose: OutputE2e",
 }
 

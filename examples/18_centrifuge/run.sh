@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # A laboratory centrifuge: limits over speed from its drawing, and a spin-up that says which bucket is too heavy.
 set -euo pipefail
-out=${1:-out/12_centrifuge}
+out=${1:-out/18_centrifuge}
 mkdir -p "$out" && cd "$out"
 
 # The drawing, with what is known of mounts and sensors.
