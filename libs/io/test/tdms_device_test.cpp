@@ -109,12 +109,13 @@ TEST(TdmsDevice, RawDataOfDaqmxDevicesAreReadThroughTheirScales) {
     const std::vector<std::uint32_t> widths{6, 4};
     const auto n = static_cast<std::uint64_t>(rows);
     const auto missing = random() % 2 == 0 ? 0u : 4u * (1 + random() % 3);  // of the last rows of the counter
-    const std::string bytes =
-        segment(kMeta | kList | kRaw | kDevice,
-                {{"acc", device_index(n, {{3, 0, 0, 0}}, widths), waveform("g", 0.01, 0.5)},
-                 {"x", device_index(n, {{5, 0, 2, 0}}, widths), waveform("mm", 1e-6, 0)},
-                 {"count", device_index(n, {{4, 1, 0, 0}}, widths), {property("wf_increment", 0.0005), property("unit_string", std::string("V"))}}},
-                raw, missing);
+    const std::string bytes = segment(kMeta | kList | kRaw | kDevice,
+                                      {{"acc", device_index(n, {{3, 0, 0, 0}}, widths), waveform("g", 0.01, 0.5)},
+                                       {"x", device_index(n, {{5, 0, 2, 0}}, widths), waveform("mm", 1e-6, 0)},
+                                       {"count",
+                                        device_index(n, {{4, 1, 0, 0}}, widths),
+                                        {property("wf_increment", 0.0005), property("unit_string", std::string("V"))}}},
+                                      raw, missing);
     const auto file = saved("task.tdms", bytes);
     const SignalFile read = read_signals(file);
     const Recording record = recording_of(read);
@@ -175,7 +176,7 @@ TEST(TdmsDevice, AnObjectThatIsSwitchedOffHasNoDataUntilItComesBack) {
   const std::string bytes = segment(kMeta | kList | kRaw, {{"x", plain_index(4), wave}, {"y", plain_index(4), wave}},
                                     doubles(0, 4) + doubles(100, 4)) +
                             segment(kMeta | kRaw, {{"x", off}}, doubles(104, 4)) +  // y alone
-                            segment(kRaw, {}, doubles(108, 4)) +  // the list as it was: y alone
+                            segment(kRaw, {}, doubles(108, 4)) +                    // the list as it was: y alone
                             segment(kMeta | kRaw, {{"x", as_before}}, doubles(4, 4) + doubles(112, 4));
   const SignalFile file = read_signals(saved("off.tdms", bytes));
   std::map<std::string, Eigen::VectorXd> found;

@@ -9,10 +9,10 @@
 #include "synthetic.hpp"
 #include "whirl/core/error.hpp"
 #include "whirl/modal/fit_modes.hpp"
-#include "whirl/testing/sequential_rate.hpp"
 #include "whirl/testing/drifting_blows.hpp"
 #include "whirl/testing/error_of.hpp"
 #include "whirl/testing/modal/drawn_structure.hpp"
+#include "whirl/testing/sequential_rate.hpp"
 
 namespace {
 

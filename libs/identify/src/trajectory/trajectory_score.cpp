@@ -133,8 +133,7 @@ ModelRun simulate_trajectory(const IdentifiedModel& model, const Recording& reco
   const TrajectoryModel trajectory = trajectory_model(model, measured);
   TrajectoryRun run{0, 0, record.size(), rough_states(trajectory, record).row(0)};
   // A file made for its inputs holds the start alone, at rest.
-  const bool moves =
-      std::ranges::any_of(measured, [&](const std::string& s) { return spread(record[s]) > 0; });
+  const bool moves = std::ranges::any_of(measured, [&](const std::string& s) { return spread(record[s]) > 0; });
   if (!hidden_states(model, record).empty() && moves) {
     fit_start(trajectory, record, std::lround(3 * characteristic_period(record, measured) / record.dt), run);
   }

@@ -4,8 +4,8 @@
 /// Whether a rate of success is that of sound code: draws as few seeds as that takes.
 namespace whirl::testing {
 
-/// Wald's sequential probability ratio test (Wald 1945) of a rate of success: `sound` against `broken`, each taken for the
-/// other with the probability `error`. Draw while `open()`; more than `most` draws count as broken.
+/// Wald's sequential probability ratio test (Wald 1945) of a rate of success: `sound` against `broken`, each taken for
+/// the other with the probability `error`. Draw while `open()`; more than `most` draws count as broken.
 class SequentialRate {
  public:
   SequentialRate(double sound, double broken, double error = 0.01, int most = 1000)
