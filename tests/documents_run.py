@@ -42,7 +42,8 @@ ELSEWHERE = {  # the beginning of a command: where the suite runs it
     "whirl modes blow.json": "a measured file: reference tests",
     "whirl identify big.csv": "a gigabyte",
     "whirl rotor fit": "RotorE2e, examples/11_rotor_fit",
-    "whirl centrifuge check": "RotorE2e, examples/18_centrifuge",
+    "whirl identify rundown.csv --columns t_s DE_acc_g": "SensedRatesE2e",
+    "whirl centrifuge": "RotorE2e, examples/18_centrifuge",
     "whirl info r.csv --json >/dev/full": "fails on purpose: OutputE2e",
 }
 
@@ -215,6 +216,7 @@ def shell(command, seconds=300):
 
 
 BEFORE = {  # the command that needs it, and no other command of a document
+    "whirl rotor criticals drawing.toml --to-rpm 6000": "whirl rotor new --template two-disc --out drawing.toml",
     "whirl run controller.json --fmu plant.fmu": "whirl export fmu model.json --mass-kg 1.5 --out plant && cp plant/*.fmu plant.fmu",
     "whirl info log.csv --header-line 3": logger,
     "whirl identify run.csv --drive voltage --inertia-kgm2 0.004 --out driven.json": drive_run,

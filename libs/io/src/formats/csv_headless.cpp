@@ -46,7 +46,7 @@ std::string proposed_numbers(const std::string& file, std::size_t columns, const
   if (timed) return out;
   std::string pair;
   const double step = step_of_pair(file, pair);
-  return step > 0 ? fmt::format("{} --rate {:.6g} (the step of {} s stands in {})", out, 1 / step, step, pair)
+  return step > 0 ? fmt::format("{} --rate {:.6g} (the step of {} s is in {})", out, 1 / step, step, pair)
                   : out + " --rate HZ";
 }
 

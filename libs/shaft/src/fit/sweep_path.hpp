@@ -66,25 +66,19 @@ struct StepWeights {
   }
 };
 
-/// What the ends of a step of the grid weigh in the sums of a record, where c runs straight between them: `signal::
-/// order_vectors` takes 64 samples a turn, the first at its begin. The trapezoid would be wrong by a sixth in the sums
-/// of c e^{2 i theta}, which turn by a quarter within a step.
+/// What the ends of a step of the grid weigh in the sums of a record: the trapezoid, and the end that `signal::
+/// order_vectors` leaves out, whose 64 samples a turn begin at the turn's first. (Exact sums of e^{2 i theta} with c
+/// straight between the points were tried: chi-square of runs below the second critical speed falls from 1.4 to 1.05, but
+/// the errors of damping in runs through both double.)
 struct SampleWeights {
-  double first = 0, last = 0;  ///< of c
-  std::array<std::complex<double>, kGridPerTurn> first_twice{},
-      last_twice{};  ///< of c e^{2 i theta}, by step of a turn
+  static constexpr double kEnd = 0.5 * kGridPerTurn / 64;
+  static constexpr double first = 0.5 + kEnd, last = 0.5 - kEnd;          ///< of c
+  std::array<std::complex<double>, kGridPerTurn> first_twice, last_twice;  ///< of c e^{2 i theta}, by step of a turn
 
   SampleWeights() {
-    constexpr int kSamples = 64 / kGridPerTurn;
-    for (int m = 0; m < kSamples; ++m) {
-      const double part = static_cast<double>(m) / kSamples;
-      first += (1 - part) / kSamples;
-      last += part / kSamples;
-      for (std::size_t k = 0; k < kGridPerTurn; ++k) {
-        const auto turned = std::polar(1.0 / kSamples, 2 * kTwoPi * (static_cast<double>(k) + part) / kGridPerTurn);
-        first_twice[k] += (1 - part) * turned;
-        last_twice[k] += part * turned;
-      }
+    for (std::size_t k = 0; k < kGridPerTurn; ++k) {
+      first_twice[k] = std::polar(first, 2 * kTwoPi * static_cast<double>(k) / kGridPerTurn);
+      last_twice[k] = std::polar(last, 2 * kTwoPi * static_cast<double>(k + 1) / kGridPerTurn);
     }
   }
 };
