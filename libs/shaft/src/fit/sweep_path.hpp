@@ -68,11 +68,11 @@ struct StepWeights {
 
 /// What the ends of a step of the grid weigh in the sums of a record: the trapezoid, and the end that `signal::
 /// order_vectors` leaves out, whose 64 samples a turn begin at the turn's first. (Exact sums of e^{2 i theta} with c
-/// straight between the points were tried: chi-square of runs below the second critical speed falls from 1.4 to 1.05, but
-/// the errors of damping in runs through both double.)
+/// straight between the points were tried: chi-square of runs below the second critical speed falls from 1.4 to 1.05,
+/// but the errors of damping in runs through both double.)
 struct SampleWeights {
   static constexpr double kEnd = 0.5 * kGridPerTurn / 64;
-  static constexpr double first = 0.5 + kEnd, last = 0.5 - kEnd;          ///< of c
+  static constexpr double first = 0.5 + kEnd, last = 0.5 - kEnd;           ///< of c
   std::array<std::complex<double>, kGridPerTurn> first_twice, last_twice;  ///< of c e^{2 i theta}, by step of a turn
 
   SampleWeights() {
