@@ -174,7 +174,7 @@ TEST(ModelJson, EveryDefectNamesFilePathAndReason) {
   EXPECT_THAT(with("\"status\": \"warning\"", "\"status\": \"fine\""), HasSubstr("must be ok, warning or unusable"));
   EXPECT_THAT(with("\"seed\": \"1", "\"seed\": \"x"), HasSubstr("$.provenance.seed"));
   EXPECT_THAT(error_of([] { parse_json("{\n\"a\": 1,\n}", "x.json"); }), HasSubstr("x.json:3: damaged JSON"));
-  EXPECT_THAT(error_of([] { parse_json("{\"a\":1,\"a\":2}", "x.json"); }), HasSubstr("key 'a' stands twice"));
+  EXPECT_THAT(error_of([] { parse_json("{\"a\":1,\"a\":2}", "x.json"); }), HasSubstr("key 'a' is there twice"));
   EXPECT_THAT(error_of([] { parse_json(std::string(100000, '['), "x.json"); }), HasSubstr("nested deeper"));
   EXPECT_THAT(error_of([] { parse_json("", "x.json"); }), HasSubstr("damaged JSON"));
   EXPECT_THAT(error_of([] { parse_json("{} {}", "x.json"); }), HasSubstr("damaged JSON"));

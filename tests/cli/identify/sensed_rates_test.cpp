@@ -44,7 +44,7 @@ TEST(SensedRatesE2e, ARotorIsIdentifiedValidatedAndReportedFromAccelerometers) {
   const Outcome found = folder.whirl("identify accel.csv --out model.json");
   EXPECT_LE(found.exit_code, 0) << found.out << found.err;
   EXPECT_THAT(found.err, HasSubstr("'ax' is taken for x, acceleration"));
-  EXPECT_THAT(found.out, AllOf(HasSubstr("m/s^2 ("), HasSubstr("x and y are the acceleration of one place")));
+  EXPECT_THAT(found.out, AllOf(HasSubstr("m/s²"), HasSubstr("x and y are the acceleration of one place")));
   const io::Json json = io::load_json(folder / "model.json");
   const io::JsonReader model(json, "model.json");
   EXPECT_EQ(model.at("quantity").text(), "acceleration");
@@ -59,7 +59,7 @@ TEST(SensedRatesE2e, ARotorIsIdentifiedValidatedAndReportedFromAccelerometers) {
 
   const Outcome checked = folder.whirl("validate model.json again.csv --out validation.json");
   EXPECT_EQ(checked.exit_code, 0) << checked.out << checked.err;
-  EXPECT_THAT(checked.out, AllOf(HasSubstr("m/s^2"), Not(HasSubstr("mm"))));
+  EXPECT_THAT(checked.out, AllOf(HasSubstr("m/s²"), Not(HasSubstr("mm"))));
   const io::Json validation = io::load_json(folder / "validation.json");
   const io::JsonReader run = io::JsonReader(validation, "").at("runs").items().front();
   EXPECT_EQ(run.at("quantity").text(), "acceleration");

@@ -79,7 +79,7 @@ TEST_P(SensedRates, TermsBeyondThePlainRotorAreFound) {
   truth.gain_y = 1.03;
   truth.noise_db = 40;
   const RotorIdentification found = found_from(sensed_record(truth, 1));
-  EXPECT_THAT(found.added, Contains(HasSubstr("conj z")));
+  EXPECT_THAT(found.added, Contains(HasSubstr("anisotropic stiffness")));
   ASSERT_NE(found.model.parameter("k1_conj_re"), nullptr);
   EXPECT_NEAR(found.model.parameter("k1_conj_re")->value / (0.01 * truth.k1), 1, 0.1);
   ASSERT_NE(found.model.parameter("sensor_gain"), nullptr);

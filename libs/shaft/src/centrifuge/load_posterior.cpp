@@ -92,6 +92,17 @@ double weighted_median(const std::vector<std::pair<double, double>>& sorted) {
   return sorted.back().first;
 }
 
+/// Shares of the machines by their scores. Where the record is so sharp that it would rest on a few machines, by chance
+/// the nearest ones drawn, its evidence is weakened until enough of them carry the answer.
+VectorXd shares_of(const VectorXd& scores) {
+  constexpr double kLeast = 30;
+  const VectorXd evidence = scores.array() - scores.maxCoeff();
+  for (double power = 1;; power *= 0.8) {
+    const VectorXd share = (power * evidence.array()).exp().matrix() / (power * evidence.array()).exp().sum();
+    if (1 / share.squaredNorm() >= std::min(kLeast, 0.25 * static_cast<double>(scores.size()))) return share;
+  }
+}
+
 }  // namespace
 
 LoadSamples sample_load(const CentrifugeModel& model, const CentrifugeSetup& setup, const LoadRecord& record, int draws,
@@ -116,7 +127,7 @@ LoadSamples sample_load(const CentrifugeModel& model, const CentrifugeSetup& set
   samples.misfit = f.squares / static_cast<double>(std::max<Index>(1, f.freedom));
   samples.noise_sd = std::sqrt(samples.misfit * f.variance);
   samples.residuals = f.residuals;
-  const VectorXd share = (scores.array() - scores[best]).exp().matrix() / (scores.array() - scores[best]).exp().sum();
+  const VectorXd share = shares_of(scores);
   samples.values.resize(static_cast<Index>(draws) * kSamplesOfDraw);
   samples.weights.resize(samples.values.size());
   std::normal_distribution<double> normal;
