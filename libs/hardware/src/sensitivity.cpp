@@ -114,7 +114,6 @@ void analyse(const Eigen::VectorXcd& force, const Eigen::VectorXcd& answer, Eige
     spectra.push_back(signal::fft(Eigen::VectorXcd(answer.segment(p * period, period))));
   }
   const auto n = static_cast<double>(out.periods);
-  out.response.measured = true;
   for (const Eigen::Index line : lines) {
     const Eigen::Index at = slot(line, period);
     // The mean of both halves; the scatter is that within each.

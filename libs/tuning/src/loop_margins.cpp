@@ -119,8 +119,7 @@ struct Arc {
 };
 std::optional<Arc> arc_through(const LoopResponse& r, std::size_t middle) {
   constexpr double kNearest = 0.05;  // of the spacing of the lines
-  // Through three lines with noise an arc would go anywhere.
-  if (r.measured || middle == 0 || middle + 1 >= r.loop.size()) return {};
+  if (middle == 0 || middle + 1 >= r.loop.size()) return {};
   const double f0 = r.frequency[middle - 1] - r.frequency[middle], f2 = r.frequency[middle + 1] - r.frequency[middle];
   const Complex l0 = r.loop[middle - 1], l1 = r.loop[middle], l2 = r.loop[middle + 1];
   // From L (f + d) = a f + b at the three lines: b = d l1, and two linear equations in a and d.
@@ -133,17 +132,35 @@ std::optional<Arc> arc_through(const LoopResponse& r, std::size_t middle) {
   return Arc{a, d * l1, d, r.frequency[middle]};
 }
 
+/// Standard deviation of a part of a line, from the second differences about it: their median knows no narrow
+/// resonance.
+double noise_about(const LoopResponse& r, std::size_t at) {
+  constexpr std::size_t kReach = 8;
+  constexpr double kMedian = 2.88;  // of |l0 - 2 l1 + l2| for noise of 1 in each part: sqrt(6) sqrt(2 ln 2)
+  std::vector<double> bends;
+  for (std::size_t i = at > kReach ? at - kReach : 1; i <= at + kReach && i + 1 < r.loop.size(); ++i)
+    bends.push_back(std::abs(r.loop[i - 1] - 2.0 * r.loop[i] + r.loop[i + 1]));
+  if (bends.size() < kReach) return 0;
+  const auto middle = bends.begin() + std::ssize(bends) / 2;
+  std::nth_element(bends.begin(), middle, bends.end());
+  return *middle / kMedian;
+}
+
 /// The response on finer lines: where neighbouring lines differ as much as they lie from -1, on the arc of the stronger
 /// of the two with its neighbours, else straight.
 LoopResponse refined(const LoopResponse& r) {
   constexpr int kParts = 24;
   constexpr double kFar = 0.1;
+  // Standard deviations: noise passes them once in 3e5 differences. Through lines that differ by noise an arc would go
+  // anywhere.
+  constexpr double kClear = 5;
   LoopResponse fine;
   for (std::size_t i = 0; i < r.loop.size(); ++i) {
     if (i > 0 && r.frequency[i] * r.frequency[i - 1] > 0) {
       const Complex l0 = r.loop[i - 1], l1 = r.loop[i];
       if (std::abs(l1 - l0) > kFar * std::min(std::abs(1.0 + l0), std::abs(1.0 + l1))) {
-        const std::optional<Arc> arc = arc_through(r, std::abs(l1) > std::abs(l0) ? i : i - 1);
+        const bool clear = std::abs(l1 - l0) > kClear * std::numbers::sqrt2 * noise_about(r, i);
+        const std::optional<Arc> arc = clear ? arc_through(r, std::abs(l1) > std::abs(l0) ? i : i - 1) : std::nullopt;
         for (int k = 1; k < kParts; ++k) {
           const double part = static_cast<double>(k) / kParts,
                        f = (1 - part) * r.frequency[i - 1] + part * r.frequency[i];

@@ -307,7 +307,6 @@ TEST(LoopMarginsProperty, NoiseOfMeasuredLinesIsNoPeak) {
   std::normal_distribution<double> noise(0, 0.08);
   for (int n = 0; n < 50; ++n) {
     LoopResponse r;
-    r.measured = true;
     double highest = 0;
     for (double f = 100; f < 400; f *= 1.02) {
       r.frequency.push_back(f);

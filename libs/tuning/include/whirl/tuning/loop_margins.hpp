@@ -17,7 +17,6 @@ char sensitivity_zone(double peak_sensitivity);
 struct LoopResponse {
   std::vector<double> frequency;           ///< Hz, ascending, negative ones included
   std::vector<std::complex<double>> loop;  ///< L: force the controller answers with / force acting, sign of 1 + L
-  bool measured = false;  ///< the lines hold noise: between them the loop is read straight, not along a resonance
 };
 
 /// Distance of one loop response from -1.
